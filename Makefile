@@ -1,0 +1,34 @@
+# make demo | make test | make check | make bench      (needs Python 3.11, a C++ compiler, make)
+
+PYTHON ?= python3
+PROFILE ?= breakfast
+BIN := .venv/bin
+READY := .venv/ready
+
+.PHONY: demo test check bench lock
+
+demo: $(READY)  ## one grocery episode with a scripted human, on the built-in model
+	$(BIN)/goalscope run grocery --profile $(PROFILE)
+
+test: $(READY)  ## the whole test suite
+	$(BIN)/python -m pytest
+
+check: $(READY)  ## format, lint, types
+	$(BIN)/ruff format --check src tests benchmarks
+	$(BIN)/ruff check src tests benchmarks
+	$(BIN)/pyright --pythonpath $(BIN)/python
+
+bench: $(READY)  ## the figures that the README reports
+	$(BIN)/python benchmarks/run.py
+
+# The first set-up compiles the inference engine, which takes some minutes.
+$(READY): requirements.lock pyproject.toml
+	test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements.lock
+	$(BIN)/python -m pip install --quiet --no-deps --editable .
+	touch $@
+
+lock:  ## pin the newest versions that pyproject.toml allows
+	uv pip compile pyproject.toml --group dev --universal --python-version 3.11 --upgrade \
+		--generate-hashes --no-emit-index-url --no-emit-find-links --no-header \
+		--output-file requirements.lock

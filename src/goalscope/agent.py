@@ -1,0 +1,286 @@
+"""Algorithm 1: ask, update the belief, manage the goals, act on the likeliest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Literal
+
+from goalscope import goals as goal_management
+from goalscope.belief import Belief
+from goalscope.dialog import Human, Model, ask
+from goalscope.envs import Environment
+from goalscope.episode import Round
+from goalscope.likelihood import Layout, Likelihood, PromptedRanking, RolePlay
+from goalscope.models import LikelihoodModel, open_model
+from goalscope.policy import Planner, Want, undo
+from goalscope.types import (
+    UNSPECIFIED,
+    Goal,
+    GoalChange,
+    GoalscopeError,
+    InvalidInputError,
+    Turn,
+    checked_text,
+)
+
+__all__ = ["Agent", "GoalTracker", "Method", "run_episode"]
+
+Method = Literal["good", "no-goals", "no-inference"]
+
+
+class GoalTracker:
+    """A belief over the goals of a person in dialogue, without a domain.
+
+    >>> tracker = GoalTracker(goals=["bake a cake", "cook soup"])   # doctest: +SKIP
+    >>> tracker.observe("What can I do?", "I need flour and cocoa.")   # doctest: +SKIP
+    >>> tracker.belief.top(1)   # doctest: +SKIP
+
+    Args:
+        model: Scores the words; by default the embedded model.
+        task: The assistant's task, in a sentence.
+        goals: Goals to start with, besides `UNSPECIFIED`.
+        include_unspecified: Whether "no stated goal" is one of the hypotheses.
+        likelihood: Evidence of a turn; by default the role-play likelihood of `model`.
+        temperature: Divides the summed evidence (see `Belief`).
+        evidence: "sum" over all turns, or "last" turn only.
+    """
+
+    def __init__(
+        self,
+        model: LikelihoodModel | None = None,
+        *,
+        task: str = "Help the human with what they want.",
+        goals: Iterable[str | Goal] = (),
+        include_unspecified: bool = True,
+        likelihood: Likelihood | None = None,
+        temperature: float = 1.0,
+        evidence: str = "sum",
+    ) -> None:
+        self.likelihood = likelihood or RolePlay(model or open_model())
+        self.task = checked_text(task, "task")
+        self.turns: list[Turn] = []
+        support = [UNSPECIFIED] if include_unspecified else []
+        self.belief = Belief.uniform(
+            [*support, *map(_as_goal, goals)], temperature=temperature, evidence=evidence
+        )
+
+    def observe(self, query: str, utterance: str) -> Belief:
+        """Update the belief with what the person answered; on an error it stays as it was.
+
+        Raises:
+            InvalidInputError: The utterance is empty, broken, or too long for the model.
+        """
+        turns = [*self.turns, Turn(query, checked_text(utterance, "utterance"))]
+        rows = self.likelihood.log_likelihood(
+            self.task, self.belief.goals, turns, since=len(self.turns)
+        )
+        self.belief = self.belief.observe(rows[0])
+        self.turns = turns
+        return self.belief
+
+    def add(self, goals: Iterable[str | Goal]) -> Belief:
+        """Add goals; each is scored on all past turns, as if it had been there from the start."""
+        self.belief = self.belief.add(
+            map(_as_goal, goals),
+            lambda new: self.likelihood.log_likelihood(self.task, new, self.turns),
+        )
+        return self.belief
+
+    def drop(self, goals: Iterable[str | Goal]) -> Belief:
+        """Remove goals: the belief given that none of them is the true one."""
+        self.belief = self.belief.drop(map(_as_goal, goals))
+        return self.belief
+
+
+class Agent:
+    """The assistant: one call of `step` is one round of Algorithm 1.
+
+    Args:
+        env: Where it acts.
+        model: Writes and scores.
+        scorer: Scores the person's words, if another model than `model` does.
+        method: "good"; or an ablation of Sec. 4.3: "no-goals" acts on the transcript alone,
+            "no-inference" asks the model which goal is likeliest.
+        k: Goals to act on.
+        patience: A goal goes when it was the least likely for more than this many rounds (n).
+        layout: Where the likelihood prompt states the goal; None takes the default.
+        end_of_turn: Whether the end of the utterance is scored too.
+        temperature: Divides the evidence.
+        evidence: "sum" or "last".
+        seed: Seed of everything that is drawn.
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        model: Model,
+        *,
+        scorer: LikelihoodModel | None = None,
+        method: Method = "good",
+        k: int = 3,
+        patience: int = 3,
+        layout: Layout | None = None,
+        end_of_turn: bool = False,
+        temperature: float = 1.0,
+        evidence: str = "sum",
+        seed: int = 0,
+    ) -> None:
+        self.env = env
+        self.model = model
+        self.k = k
+        self.patience = patience
+        self.seed = seed
+        self.planner = Planner(model, seed=seed)
+        self.rounds: list[Round] = []
+        self.tracker: GoalTracker | None = None
+        if method == "good":
+            roleplay = RolePlay(
+                scorer or model, layout=layout or "goal-first", end_of_turn=end_of_turn
+            )
+            self.tracker = GoalTracker(
+                task=env.task, likelihood=roleplay, temperature=temperature, evidence=evidence
+            )
+        elif method == "no-inference":
+            self.tracker = GoalTracker(
+                task=env.task, likelihood=PromptedRanking(model), evidence="last"
+            )
+        elif method != "no-goals":
+            raise InvalidInputError(
+                f'method must be "good", "no-goals" or "no-inference", not {method!r}'
+            )
+
+    @property
+    def turns(self) -> list[Turn]:
+        """The transcript so far."""
+        return [round.turn for round in self.rounds]
+
+    def ask(self) -> str:
+        """The next query (and before it the answer to what the person asked)."""
+        return ask(self.model, self.env, self.turns, seed=self.seed + len(self.rounds))
+
+    def step(self, query: str, utterance: str) -> Round:
+        """Take in one turn, and act; on an error agent and environment stay as they were.
+
+        Raises:
+            InvalidInputError: The utterance is empty, broken, or too long for the model.
+        """
+        turn = Turn(query, checked_text(utterance, "utterance"))
+        tracker = self.tracker
+        before = (tracker.belief, tracker.turns) if tracker else None
+        history = [result for round in self.rounds for result in round.results]
+        try:
+            changes = self._update(tracker, turn) if tracker else ()
+            outcome = self.planner.act(
+                self.env,
+                self._wants(turn),
+                [*(past.utterance for past in self.turns), turn.utterance],
+                history,
+            )
+            results = outcome.results
+            complete = self.env.is_completion(turn.utterance)
+            if complete:
+                results += tuple(self.env.step(action) for action in self.env.completion_actions())
+        except BaseException:
+            if tracker and before:
+                tracker.belief, tracker.turns = before
+            undo(self.env, history)
+            raise
+        round = Round(
+            number=len(self.rounds) + 1,
+            turn=turn,
+            belief=tracker.belief if tracker else None,
+            changes=tuple(changes),
+            results=results,
+            replans=outcome.replans,
+            status=self.env.status(),
+            notes=self._notes(turn),
+            terminated=complete or any(result.terminated for result in results),
+        )
+        self.rounds.append(round)
+        return round
+
+    def resume(self, rounds: Sequence[Round]) -> None:
+        """Continue after `rounds`: replay their successful actions, take over their belief.
+
+        Raises:
+            GoalscopeError: The replay led to another state than the one that was stored.
+        """
+        undo(self.env, [result for round in rounds for result in round.results])
+        if rounds and self.env.status() != rounds[-1].status:
+            raise GoalscopeError(
+                "Replaying the episode's actions led to another state; "
+                "has the catalogue or scene changed since? Start a new episode."
+            )
+        self.rounds = list(rounds)
+        if self.tracker and rounds and rounds[-1].belief:
+            self.tracker.belief = rounds[-1].belief
+            self.tracker.turns = self.turns
+
+    def _update(self, tracker: GoalTracker, turn: Turn) -> Sequence[GoalChange]:
+        """Update, propose if no goal explains the words, remove, and update again."""
+        belief = tracker.observe(turn.query, turn.utterance)
+        added: list[GoalChange] = []
+        if belief.top(1)[0][0] == UNSPECIFIED:
+            prompted = isinstance(tracker.likelihood, PromptedRanking)
+            added = goal_management.propose(
+                self.model,
+                None if prompted else tracker.likelihood,
+                self.env.task,
+                tracker.turns,
+                belief.goals,
+                seed=self.seed + 100 * len(tracker.turns),
+            )
+            belief = tracker.add(change.goal for change in added)
+        past = [round.belief for round in self.rounds if round.belief]
+        removed = {
+            change.goal: change
+            for change in (
+                *goal_management.overdue([*past, belief], self.patience),
+                *goal_management.objectionable(
+                    self.model, self.env.task, tracker.turns, belief.goals
+                ),
+            )
+        }
+        if set(belief.goals) - {UNSPECIFIED} <= removed.keys():
+            likeliest = next((goal for goal, _ in belief.top() if goal != UNSPECIFIED), None)
+            if likeliest:
+                del removed[likeliest]
+        tracker.drop(removed)
+        return [*added, *removed.values()]
+
+    def _wants(self, turn: Turn) -> list[Want]:
+        """What to act for: the top k goals; nothing while `UNSPECIFIED` leads."""
+        if self.tracker is None:
+            said = [past.utterance for past in self.turns] + [turn.utterance]
+            return [Want(" ".join(said[-6:]), 1.0)]
+        top = self.tracker.belief.top(self.k)
+        if not top or top[0][0] == UNSPECIFIED:
+            return []
+        return [Want(goal.text, p) for goal, p in top if goal != UNSPECIFIED]
+
+    def _notes(self, turn: Turn) -> tuple[str, ...]:
+        likelihood = self.tracker.likelihood if self.tracker else None
+        if not isinstance(likelihood, RolePlay):
+            return ()
+        start = likelihood.window(self.env.task, [*self.turns, turn])
+        if not start:
+            return ()
+        return (f"The conversation is long: the first {start} turns are no longer read.",)
+
+
+def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator[Round]:
+    """Rounds until the task is complete, at most `max_rounds` in all (Algorithm 1).
+
+    Each round is yielded as soon as it is done; the caller stores it before the next begins.
+    """
+    while len(agent.rounds) < max_rounds:
+        query = agent.ask()
+        utterance = human.reply(query, agent.turns, agent.env.status())
+        round = agent.step(query, utterance)
+        yield round
+        if round.terminated:
+            return
+
+
+def _as_goal(goal: str | Goal) -> Goal:
+    return goal if isinstance(goal, Goal) else Goal(checked_text(goal, "goal"))

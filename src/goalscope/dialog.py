@@ -1,0 +1,130 @@
+"""The conversation (Sec. 3.2): what the agent asks, and who answers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from goalscope.envs import Environment
+from goalscope.likelihood import contrast
+from goalscope.models import Generator, LikelihoodModel
+from goalscope.prompts import render
+from goalscope.types import InvalidInputError, Profile, Turn, checked_text
+
+__all__ = ["ConsoleHuman", "Human", "Model", "ScriptedHuman", "SimulatedHuman", "ask"]
+
+OPENING = "What can I help you with?"
+FALLBACK = "What else would you like?"
+
+
+class Model(Generator, LikelihoodModel, Protocol):
+    """A model that both writes and scores."""
+
+
+class Human(Protocol):
+    """Whoever answers the agent."""
+
+    def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
+        """The person's words in answer to `query`."""
+        ...
+
+
+def ask(
+    model: Model,
+    env: Environment,
+    turns: Sequence[Turn],
+    *,
+    draws: int = 4,
+    seed: int = 0,
+) -> str:
+    """The agent's next query; it answers first, where the person asked something.
+
+    Of several questions that the model writes, the one is taken that this conversation, rather
+    than the task alone, makes likely; a question is never asked twice.
+    """
+    if not turns:
+        return OPENING
+    asked = {question_of(turn.query) for turn in turns}
+    values = {"task": env.task, "status": env.status()}
+    prompt = render("query", turns=turns[-6:], **values)
+    questions: list[str] = []
+    for draw in range(draws):
+        reply = model.generate(
+            prompt, max_tokens=48, temperature=0.8 if draw else 0.0, seed=seed + draw
+        )
+        question = question_of(reply.text)
+        if question.endswith("?") and question not in asked and question not in questions:
+            questions.append(question)
+    if questions:
+        gains = contrast(model, questions, prompt, render("query", turns=(), **values))
+        question = questions[int(gains.argmax())]
+    else:
+        question = FALLBACK
+    answer = env.answer(turns[-1].utterance)
+    return f"{answer} {question}" if answer else question
+
+
+def question_of(text: str) -> str:
+    """The last question in `text`, on one line; all of it where there is none."""
+    line = " ".join(text.split()).strip('" ')
+    head, mark, _ = line.partition("?")
+    if not mark:
+        return line
+    for end in (". ", "! ", ": "):
+        head = head.rpartition(end)[2]
+    return head.strip('" ') + "?"
+
+
+class ConsoleHuman:
+    """A person at the terminal, or behind any function that shows a query and returns words."""
+
+    def __init__(self, read: Callable[[str], str]) -> None:
+        self.read = read
+
+    def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
+        """Ask until the words can be used; what is wrong with them is said in the next query."""
+        hint = ""
+        while True:
+            try:
+                return checked_text(self.read(query + hint), "reply")
+            except InvalidInputError as error:
+                hint = f"\n({error})"
+
+
+class ScriptedHuman:
+    """Says the replies that its profile lists, in order, and then the completion phrase."""
+
+    def __init__(self, profile: Profile, env: Environment) -> None:
+        self.profile = profile
+        self.env = env
+
+    def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
+        """The reply for this round; the query does not matter."""
+        replies = self.profile.replies
+        return replies[len(turns)] if len(turns) < len(replies) else self.env.completion_phrase
+
+
+class SimulatedHuman:
+    """A model that plays the person of a profile (Sec. 4.2)."""
+
+    def __init__(self, model: Generator, profile: Profile, env: Environment, seed: int = 0) -> None:
+        self.model = model
+        self.profile = profile
+        self.env = env
+        self.seed = seed
+
+    def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
+        """What the model says as this person; the completion phrase if it falls silent."""
+        prompt = render(
+            "human",
+            task=self.env.task,
+            description=self.profile.description,
+            completion_phrase=self.env.completion_phrase,
+            turns=turns[-8:],
+            status=status,
+            query=query,
+        )
+        reply = self.model.generate(
+            prompt, max_tokens=80, stop=("\n", "Assistant:"), seed=self.seed + len(turns)
+        )
+        return " ".join(reply.text.split()).strip('" ') or self.env.completion_phrase

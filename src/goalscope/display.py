@@ -1,0 +1,170 @@
+"""Rounds drawn in a terminal. What people, models and catalogues wrote is shown as plain text."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.padding import Padding
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from goalscope.belief import Belief
+from goalscope.episode import Round
+from goalscope.store import EpisodeInfo
+from goalscope.types import UNSPECIFIED
+
+__all__ = ["plain", "show_episodes", "show_header", "show_round", "show_scores", "show_summary"]
+
+BAR = 20
+SHOWN = 8
+HIDDEN = {"Cc", "Cf", "Cs", "Co", "Zl", "Zp"}  # control, format (bidi), surrogates, separators
+
+
+def plain(text: str, style: str = "") -> Text:
+    """Text without markup, escape sequences or characters that reorder the line."""
+    shown = "".join(
+        each
+        if each == "\n" or unicodedata.category(each) not in HIDDEN
+        else "\N{REPLACEMENT CHARACTER}"
+        for each in text.replace("\t", " ").replace("\r\n", "\n")
+    )
+    return Text(shown, style)
+
+
+def show_header(console: Console, info: EpisodeInfo) -> None:
+    """What runs: the domain, the person, the method and the model."""
+    person = info.profile or "you"
+    line = f"{info.domain} | {person} | {info.method} | {info.model} | episode {info.id}"
+    console.print(Panel(plain(info.task), title=plain(line), title_align="left"))
+
+
+def show_round(
+    console: Console, round: Round, previous: Belief | None = None, *, transcript: bool = True
+) -> None:
+    """Draw one round.
+
+    Args:
+        console: Where to.
+        round: What happened.
+        previous: The belief before the round, for the arrows beside the bars.
+        transcript: Whether to show the turn, which a person at this terminal has just typed.
+    """
+    console.rule(f"Round {round.number}", align="left", style="dim")
+    if transcript:
+        _rows(console, [(Text("Agent", "cyan"), plain(round.turn.query))])
+        _rows(console, [(Text("Human", "magenta"), plain(round.turn.utterance))])
+    if round.belief is not None:
+        _show_belief(console, round.belief, previous)
+    ascii_only = console.options.ascii_only
+    good, bad = ("ok", "no") if ascii_only else ("✓", "✗")
+    signs = {"added": Text("+", "green"), "removed": Text("-", "red")}
+    _rows(
+        console,
+        [
+            (
+                signs[change.kind],
+                plain(change.goal.text).append_text(plain(f"  {change.reason}", "dim")),
+            )
+            for change in round.changes
+        ],
+        "Goals",
+    )
+    _rows(
+        console,
+        [
+            (
+                Text(good, "green") if result.ok else Text(bad, "red"),
+                plain(str(result.action)).append_text(plain(f"  {result.observation}", "dim")),
+            )
+            for result in round.results
+        ],
+        f"Actions (planned anew {round.replans}x)" if round.replans else "Actions",
+    )
+    if round.status:
+        console.print(Panel(plain(round.status), title="Status", title_align="left", style="dim"))
+    _rows(console, [(Text("!", "yellow"), plain(note)) for note in round.notes])
+
+
+def show_summary(console: Console, info: EpisodeInfo, seconds: float | None = None) -> None:
+    """How an episode ended."""
+    ended = info.ended or "not ended"
+    score = "" if info.score is None else f", score {info.score:.2f}"
+    took = "" if seconds is None else f", {seconds:.1f} s"
+    noun = "round" if info.rounds == 1 else "rounds"
+    console.print(
+        Text(f"Episode {info.id}: {ended} after {info.rounds} {noun}{score}{took}", "bold")
+    )
+
+
+def show_scores(console: Console, infos: Sequence[EpisodeInfo]) -> None:
+    """One line a profile, and the mean."""
+    table = Table("profile", "ended", "episode")
+    table.add_column("rounds", justify="right")
+    table.add_column("score", justify="right")
+    for info in infos:
+        score = "" if info.score is None else f"{info.score:.2f}"
+        table.add_row(plain(info.profile or ""), info.ended, info.id, str(info.rounds), score)
+    scores = [info.score for info in infos if info.score is not None]
+    if scores:
+        table.add_section()
+        table.add_row("mean", "", "", "", f"{sum(scores) / len(scores):.2f}")
+    console.print(table)
+
+
+def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
+    """A table of stored episodes."""
+    table = Table("id", "started (UTC)", "domain", "profile", "method", "ended")
+    table.add_column("rounds", justify="right")
+    table.add_column("score", justify="right")
+    for info in infos:
+        table.add_row(
+            info.id,
+            info.created[:16].replace("T", " "),
+            plain(info.domain),
+            plain(info.profile or "you"),
+            plain(info.method),
+            info.ended or "no",
+            str(info.rounds),
+            "" if info.score is None else f"{info.score:.2f}",
+        )
+    console.print(table)
+
+
+def _show_belief(console: Console, belief: Belief, previous: Belief | None) -> None:
+    before = dict(previous.top()) if previous is not None else {}
+    full, empty, up, down = "#.^v" if console.options.ascii_only else "█░▲▼"
+    table = Table.grid(padding=(0, 1))
+    ranked = belief.top()
+    for goal, probability in ranked[:SHOWN]:
+        filled = round(probability * BAR)
+        arrow = Text(" ")
+        change = probability - before.get(goal, probability)
+        if abs(change) >= 0.001:
+            arrow = Text(up, "green") if change > 0 else Text(down, "red")
+        name = plain(goal.text)
+        if goal == UNSPECIFIED:
+            name = Text("Unspecified (none of these)", "italic yellow")
+        bar = Text(full * filled, "blue").append(empty * (BAR - filled), "dim")
+        table.add_row(bar, Text(f"{probability:6.1%}"), arrow, name)
+    if rest := ranked[SHOWN:]:
+        share = sum(probability for _, probability in rest)
+        table.add_row("", f"{share:6.1%}", "", Text(f"{len(rest)} more goals", "dim"))
+    console.print(Text("Belief", "bold"))
+    if belief.is_degenerate:
+        console.print("  No goal explains what was said.")
+    else:
+        console.print(Padding(table, (0, 0, 0, 2)))
+
+
+def _rows(console: Console, rows: Sequence[tuple[Text, Text]], title: str = "") -> None:
+    if not rows:
+        return
+    if title:
+        console.print(Text(title, "bold"))
+    table = Table.grid(padding=(0, 1))
+    for row in rows:
+        table.add_row(*row)
+    console.print(Padding(table, (0, 0, 0, 2 if title else 0)))

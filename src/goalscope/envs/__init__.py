@@ -1,0 +1,71 @@
+"""What an environment offers the agent (Sec. 4.2), after Gymnasium's reset and step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from goalscope.types import Action, Profile, StepResult
+
+__all__ = ["Environment"]
+
+
+class Environment(Protocol):
+    """A domain in which the agent acts."""
+
+    @property
+    def task(self) -> str:
+        """The agent and its task in one or two sentences, for prompts."""
+        ...
+
+    @property
+    def completion_phrase(self) -> str:
+        """What a person says to end the task."""
+        ...
+
+    def reset(self) -> None:
+        """Go back to the start."""
+        ...
+
+    def status(self) -> str:
+        """The present state, for people and prompts."""
+        ...
+
+    def state_hash(self) -> str:
+        """Equal for equal states, for checking a replay."""
+        ...
+
+    def kinds(self, text: str, limit: int) -> list[str]:
+        """Generic names of things here that may serve `text`, nearest first."""
+        ...
+
+    def actions(self, relevant: Sequence[str], utterances: Sequence[str] = ()) -> list[Action]:
+        """The actions that are possible now, given search terms or object names.
+
+        What the person ruled out in `utterances` is not possible.
+        """
+        ...
+
+    def requests(self, utterances: Sequence[str]) -> list[Action]:
+        """What the last utterance asks for outright, and the mending of what it rules out."""
+        ...
+
+    def step(self, action: Action) -> StepResult:
+        """Take one action. An impossible one changes nothing and says why."""
+        ...
+
+    def answer(self, question: str) -> str | None:
+        """Answer a person's question from the state; None where it is no such question."""
+        ...
+
+    def is_completion(self, utterance: str) -> bool:
+        """Whether the person, in these words, says that the task is complete."""
+        ...
+
+    def completion_actions(self) -> list[Action]:
+        """What to do when the person says that the task is complete."""
+        ...
+
+    def score(self, profile: Profile) -> float:
+        """Share of the profile's checks that the present state meets, 0 to 1."""
+        ...

@@ -1,0 +1,170 @@
+"""Simulated shoppers: the profiles' file, and what their checks ask of a basket."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from decimal import Decimal
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from goalscope.envs.grocery.catalogue import Item
+from goalscope.envs.grocery.words import contains, singulars
+from goalscope.types import InvalidInputError, Profile
+
+__all__ = ["load_profiles", "share_met"]
+
+_KEYS = ("name", "description", "replies", "checks")
+
+_FORMS: Mapping[str, tuple[str, ...]] = {
+    "must_have": ("tag", "min_quantity", "max_quantity"),
+    "must_not_have": (),
+    "must_not_have_tag": (),
+    "all_have_tag": (),
+    "max_total": (),
+    "bought": (),
+}
+"""The forms of a check by their leading key, with the keys that may stand beside it."""
+
+
+def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
+    """Read profiles from a TOML file; None reads the ten that come with goalscope.
+
+    Each is a table `[[profile]]` with `name`, `description` (given to a simulated human),
+    `replies` (what the scripted human says, in order) and `checks`, a list of these forms:
+
+    * `{must_have = ["flour", "corn starch"]}`: some item matches one of the terms. Beside it
+      may stand `tag = "gluten-free"` (that item must carry the tag), `min_quantity` and
+      `max_quantity` (of all such items together).
+    * `{must_not_have = ["peanut"]}`: no item matches any of the terms.
+    * `{must_not_have_tag = "frozen"}` and `{all_have_tag = "organic"}`: no item, or every one.
+    * `{max_total = 60}`: the priced items cost at most so much.
+    * `{bought = true}`: the basket was purchased (or, with `false`, was not).
+
+    An item matches a term if all words of the term occur in the item's name, in singular or
+    plural. No check is met by an empty basket.
+
+    Raises:
+        InvalidInputError: The file cannot be read, or a profile is not of this form; the message
+            names the file, the profile, the key, and the nearest key that is known.
+    """
+    source = files(__package__) / "data" / "profiles.toml" if path is None else Path(path)
+    label = Path(str(source)).name
+    try:
+        tables = tomllib.loads(source.read_bytes().decode("utf-8-sig"))
+    except OSError as error:
+        raise InvalidInputError(
+            f"The profiles {label} cannot be read: {error.strerror or error}. "
+            "Give the path of a TOML file."
+        ) from None
+    except UnicodeDecodeError:
+        raise InvalidInputError(f"The profiles {label} are not UTF-8. Save them so.") from None
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InvalidInputError(f"The profiles {label} are not valid TOML: {error}.") from None
+    _refuse_unknown(tables, ("profile",), label)
+    rows = tables.get("profile")
+    if not _is_list(rows, dict) or not rows:
+        raise InvalidInputError(f"{label}: there is no [[profile]] table. Add at least one.")
+    profiles = tuple(_profile(row, f"{label}, profile {n}") for n, row in enumerate(rows, 1))
+    names = [profile.name for profile in profiles]
+    for name in names:
+        if names.count(name) > 1:
+            raise InvalidInputError(f"{label}: two profiles are named {name!r}. Rename one.")
+    return profiles
+
+
+def share_met(
+    checks: Sequence[Mapping[str, Any]], basket: Sequence[tuple[Item, int]], *, bought: bool
+) -> float:
+    """Share of `checks` that the basket meets, 0 to 1; 0 for an empty basket or no checks."""
+    if not basket or not checks:
+        return 0.0
+    return sum(_is_met(check, basket, bought) for check in checks) / len(checks)
+
+
+def _is_met(
+    check: Mapping[str, Any], basket: Sequence[tuple[Item, int]], bought: bool
+) -> bool:
+    match check:
+        case {"must_have": terms, **limits}:
+            tag = limits.get("tag")
+            fitting = [n for i, n in basket if _matches(i, terms) and (not tag or tag in i.tags)]
+            least, most = limits.get("min_quantity", 1), limits.get("max_quantity")
+            return sum(fitting) >= least and (most is None or sum(fitting) <= most)
+        case {"must_not_have": terms}:
+            return not any(_matches(item, terms) for item, _ in basket)
+        case {"must_not_have_tag": tag}:
+            return not any(tag in item.tags for item, _ in basket)
+        case {"all_have_tag": tag}:
+            return all(tag in item.tags for item, _ in basket)
+        case {"max_total": most}:
+            total = sum((i.price * n for i, n in basket if i.price is not None), Decimal(0))
+            return total <= Decimal(str(most))
+        case {"bought": wanted}:
+            return bought == wanted
+        case _:
+            raise InvalidInputError(f"The check {dict(check)!r} has no known form.")
+
+
+def _matches(item: Item, terms: Iterable[str]) -> bool:
+    name = set(singulars(item.name))
+    return any(contains(name, singulars(term)) for term in terms)
+
+
+def _profile(row: Mapping[str, Any], label: str) -> Profile:
+    name = row.get("name")
+    if isinstance(name, str):
+        label = f"{label} {name!r}"
+    _refuse_unknown(row, _KEYS, label)
+    for key in _KEYS:
+        if key not in row:
+            raise InvalidInputError(f"{label}: the key {key!r} is missing.")
+    for key in ("name", "description"):
+        if not isinstance(row[key], str) or not row[key].strip():
+            raise InvalidInputError(f"{label}: {key!r} must be a text that is not empty.")
+    replies, checks = row["replies"], row["checks"]
+    if not _is_list(replies, str) or not replies or not all(r.strip() for r in replies):
+        raise InvalidInputError(f"{label}: 'replies' must be a list of texts, none empty.")
+    if not _is_list(checks, dict) or not checks:
+        raise InvalidInputError(f"{label}: 'checks' must be a list of tables.")
+    for number, check in enumerate(checks, 1):
+        _examine(check, f"{label}, check {number}")
+    return Profile(row["name"], row["description"], tuple(replies), tuple(checks))
+
+
+def _examine(check: Mapping[str, Any], label: str) -> None:
+    """Refuse a check that is of no known form."""
+    leading = [key for key in _FORMS if key in check]
+    beside = [key for form in leading or _FORMS for key in _FORMS[form]]
+    _refuse_unknown(check, (*_FORMS, *beside), label)
+    if len(leading) != 1:
+        raise InvalidInputError(f"{label}: give exactly one of the keys {', '.join(_FORMS)}.")
+    for key, value in check.items():
+        if key in ("must_have", "must_not_have"):
+            right = _is_list(value, str) and value and all(singulars(term) for term in value)
+            kind = "a list of terms"
+        elif key in ("min_quantity", "max_quantity"):
+            right, kind = type(value) is int and value >= 1, "a whole number from 1"
+        elif key == "max_total":
+            right = type(value) is int or type(value) is float
+            right, kind = right and 0 < value < 1e9, "a number above 0"
+        elif key == "bought":
+            right, kind = type(value) is bool, "true or false"
+        else:
+            right, kind = isinstance(value, str) and bool(value.strip()), "a tag"
+        if not right:
+            raise InvalidInputError(f"{label}: {key!r} must be {kind}, not {value!r}.")
+
+
+def _refuse_unknown(table: Mapping[str, Any], known: Sequence[str], label: str) -> None:
+    for key in table:
+        if key not in known:
+            nearest = difflib.get_close_matches(key, known, 1)
+            hint = f"did you mean {nearest[0]!r}?" if nearest else f"known are {', '.join(known)}."
+            raise InvalidInputError(f"{label}: the key {key!r} is unknown; {hint}")
+
+
+def _is_list(value: object, kind: type) -> bool:
+    return isinstance(value, list) and all(isinstance(entry, kind) for entry in value)

@@ -1,0 +1,225 @@
+"""Search by meaning: full text, word embeddings and head nouns, fused by reciprocal rank."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+import tempfile
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Sequence
+from contextlib import closing
+from functools import cache, cached_property
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import platformdirs
+import wordllama
+
+from goalscope.envs.grocery.catalogue import Catalogue, Item
+from goalscope.envs.grocery.words import head_words, singular, singulars, words
+
+__all__ = ["Search"]
+
+_Vectors = npt.NDArray[np.float32]
+
+_FORMAT = 1
+"""Part of the cache's file name; raise it when what is kept changes."""
+
+_DEPTH = 100
+"""How many items each ranking contributes to the fusion."""
+
+_RANK_OFFSET = 20.0
+"""The k of reciprocal rank fusion: a place counts 1 / (k + place)."""
+
+_CATEGORY_WEIGHT = 0.06
+"""Weight of an item's category among the best items, against 1 / k for a first place."""
+
+_MOST_KINDS = 800
+"""Generic names kept, the most frequent first."""
+
+_QUALITIES = frozenset(
+    "organic fresh large medium small extra pure natural classic original premium mini light low "
+    "free fat reduced sodium unsalted salted whole mixed plain fine gluten dairy sugar and & the "
+    "ready raw frozen dried value family size style big no added vegan real best new a".split()
+)
+"""Words that say which one but not what it is, so that no generic name begins with them."""
+
+
+class Search:
+    """Finds items of one catalogue by what is meant; deterministic and offline.
+
+    The index is built at first use and kept in the user's cache folder.
+    """
+
+    def __init__(self, catalogue: Catalogue, *, cache_dir: Path | None = None) -> None:
+        """Search `catalogue`, keeping the index in `cache_dir` (the user's cache by default)."""
+        self._catalogue = catalogue
+        self._cache_dir = cache_dir or platformdirs.user_cache_path("goalscope")
+
+    def search(self, text: str, limit: int) -> list[Item]:
+        """The items nearest in meaning to `text`, best first, at most `limit`."""
+        query = singulars(text)
+        if not query or limit < 1:
+            return []
+        nearness = self._vectors @ _embedded([text])[0]
+        near = _top(nearness, _DEPTH)
+        scores: defaultdict[int, float] = defaultdict(float)
+        for ranking in (self._by_words(text), near, self._by_head(query, nearness)):
+            for place, index in enumerate(ranking, start=1):
+                scores[index] += 1 / (_RANK_OFFSET + place)
+        items = self._catalogue.items
+        best = sorted(scores, key=lambda i: (-scores[i], i))[:20]
+        shares = Counter[str]()
+        for index in best:
+            shares[items[index].category] += scores[index] / sum(scores[i] for i in best)
+        for index in scores:
+            scores[index] += _CATEGORY_WEIGHT * shares[items[index].category]
+        return [items[i] for i in sorted(scores, key=lambda i: (-scores[i], i))[:limit]]
+
+    def kinds(self, text: str, limit: int) -> list[str]:
+        """Generic names such as "flour" that may serve `text`, nearest first.
+
+        They are the endings of the catalogue's own names, so that each leads to items.
+        """
+        names, vectors, aisles = self._kinds
+        if not names or not words(text) or limit < 1:
+            return []
+        meant = _embedded([text])[0]
+        nearness = vectors @ meant + 0.5 * (aisles @ meant)
+        return [names[i] for i in _top(nearness, limit)]
+
+    def _by_words(self, text: str) -> list[int]:
+        terms = " OR ".join(f'"{word}"' for word in dict.fromkeys(words(text)[:32]))
+        rows = self._index.execute(
+            "SELECT rowid FROM names WHERE names MATCH ? ORDER BY bm25(names, 1.0, 0.3), rowid "
+            "LIMIT ?",
+            (terms, _DEPTH),
+        )
+        return [row[0] for row in rows]
+
+    def _by_head(self, query: Sequence[str], nearness: _Vectors) -> list[int]:
+        """Items that are what the query's last word says, best covered by the query first."""
+
+        def order(index: int) -> tuple[int, float, int]:
+            missing = sum(word not in self._words[index] for word in query)
+            return missing, -float(nearness[index]), index
+
+        return sorted(self._heads.get(query[-1], ()), key=order)[:_DEPTH]
+
+    @cached_property
+    def _words(self) -> list[frozenset[str]]:
+        return [frozenset(singulars(item.name)) for item in self._catalogue.items]
+
+    @cached_property
+    def _heads(self) -> dict[str, list[int]]:
+        """For each head noun, the places of its items."""
+        heads: defaultdict[str, list[int]] = defaultdict(list)
+        for index, item in enumerate(self._catalogue.items):
+            if found := head_words(item.name):
+                heads[singular(found[-1])].append(index)
+        return dict(heads)
+
+    @cached_property
+    def _kinds(self) -> tuple[list[str], _Vectors, _Vectors]:
+        """The generic names, their vectors, and the vectors of their usual categories."""
+        counts: Counter[str] = Counter()
+        spelled: defaultdict[str, Counter[str]] = defaultdict(Counter)
+        categories: defaultdict[str, Counter[str]] = defaultdict(Counter)
+        for item in self._catalogue.items:
+            for phrase in _endings(item.name):
+                kind = " ".join(singular(word) for word in phrase.split())
+                counts[kind] += 1
+                spelled[kind][phrase] += 1
+                categories[kind][item.category] += 1
+        kept = sorted(counts, key=lambda kind: (-counts[kind], kind))[:_MOST_KINDS]
+        names = [spelled[kind].most_common(1)[0][0] for kind in kept]
+        usual = [categories[kind].most_common(1)[0][0] or "groceries" for kind in kept]
+        return names, _embedded(names), _embedded(usual)
+
+    @cached_property
+    def _index(self) -> sqlite3.Connection:
+        return _opened(self._cache_dir, self._catalogue)
+
+    @cached_property
+    def _vectors(self) -> _Vectors:
+        """float32, items x 256, each row of length one."""
+        blob = self._index.execute("SELECT data FROM vectors").fetchone()[0]
+        return np.frombuffer(blob, dtype=np.float32).reshape(len(self._catalogue), -1)
+
+
+def _endings(name: str) -> Iterable[str]:
+    """The last word of a name, and its last two where the first of them is no mere quality."""
+    head = [word for word in head_words(name) if not word.isdigit()]
+    if head and head[-1] not in _QUALITIES and len(head[-1]) > 2:
+        yield head[-1]
+        if len(head) > 1 and head[-2] not in _QUALITIES and len(head[-2]) > 2:
+            yield f"{head[-2]} {head[-1]}"
+
+
+def _top(values: _Vectors, limit: int) -> list[int]:
+    """Places of the largest values, largest first; equal values in their order."""
+    limit = min(limit, len(values))
+    edge = np.partition(values, -limit)[-limit]
+    places = np.flatnonzero(values >= edge)
+    return [int(i) for i in places[np.argsort(-values[places], kind="stable")][:limit]]
+
+
+@cache
+def _model() -> wordllama.WordLlama:
+    return wordllama.WordLlama.load(
+        cache_dir=Path(wordllama.__file__).parent, disable_download=True
+    )
+
+
+def _embedded(texts: Sequence[str]) -> _Vectors:
+    """Vectors of `texts`, float32, texts x 256, of length one (zero for no known word)."""
+    vectors = np.asarray(_model().embed([t.lower() or "?" for t in texts]), dtype=np.float32)
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return vectors / np.where(lengths > 0, lengths, 1)
+
+
+def _opened(folder: Path, catalogue: Catalogue) -> sqlite3.Connection:
+    """The kept index of `catalogue`; built where there is none that can be read."""
+    path = folder / f"grocery-{_FORMAT}-{catalogue.fingerprint}.sqlite"
+    try:
+        kept = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)
+        size = kept.execute("SELECT length(data) FROM vectors").fetchone()[0]
+        count = kept.execute("SELECT count(*) FROM names").fetchone()[0]
+        if count == len(catalogue) and size and size % (4 * count) == 0:
+            return kept
+        kept.close()
+    except (sqlite3.Error, TypeError):
+        pass
+    built = sqlite3.connect(":memory:")
+    _fill(built, catalogue)
+    _keep(built, path)
+    return built
+
+
+def _fill(index: sqlite3.Connection, catalogue: Catalogue) -> None:
+    index.execute("CREATE VIRTUAL TABLE names USING fts5(name, category, tokenize='porter')")
+    index.execute("CREATE TABLE vectors (data BLOB)")
+    index.executemany(
+        "INSERT INTO names (rowid, name, category) VALUES (?, ?, ?)",
+        ((i, item.name, item.category) for i, item in enumerate(catalogue.items)),
+    )
+    vectors = _embedded([item.name for item in catalogue.items])
+    index.execute("INSERT INTO vectors VALUES (?)", (vectors.tobytes(),))
+    index.commit()
+
+
+def _keep(index: sqlite3.Connection, path: Path) -> None:
+    """Write `index` to `path` all at once; a folder that cannot be written costs only time."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=path.parent, suffix=".partial")
+        os.close(handle)
+        try:
+            with closing(sqlite3.connect(name)) as file:
+                index.backup(file)
+            os.replace(name, path)
+        finally:
+            Path(name).unlink(missing_ok=True)
+    except (OSError, sqlite3.Error):
+        return

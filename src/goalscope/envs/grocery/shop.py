@@ -1,0 +1,186 @@
+"""The shop as an environment: a basket that is filled, emptied and bought."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from decimal import Decimal
+
+from goalscope.envs.grocery.answers import answered
+from goalscope.envs.grocery.catalogue import Catalogue, Item
+from goalscope.envs.grocery.consent import consents
+from goalscope.envs.grocery.profiles import share_met
+from goalscope.envs.grocery.search import Search
+from goalscope.types import Action, Profile, StepResult
+
+__all__ = ["GroceryShop"]
+
+MOST_OF_ONE = 99
+"""Units of one item that a basket holds at most."""
+
+_PER_TERM = 5
+"""Items offered for each search term."""
+
+_SHOWN = 10
+"""Items that the action `search inventory` lists."""
+
+
+class GroceryShop:
+    """A shopping agent's world (Sec. 4.2); implements `goalscope.envs.Environment`.
+
+    The actions are `search inventory` (the target is a term), `add item` and `remove item` (the
+    target is an item's exact name, with a quantity from 1 to 99), and `buy basket`. After the
+    purchase only searching is possible, until `reset`.
+    """
+
+    def __init__(self, catalogue: Catalogue, *, search: Search | None = None) -> None:
+        """Open the shop with an empty basket; `search` shares an index between shops."""
+        self.catalogue = catalogue
+        self._search = search or Search(catalogue)
+        self._basket: dict[str, int] = {}
+        self._bought = False
+
+    @property
+    def task(self) -> str:
+        """The agent and its task, for prompts."""
+        return (
+            "The agent is a shopping agent that is supposed to make purchases for the human. "
+            "Its task is to identify a basket of groceries that matches the human's preferences."
+        )
+
+    @property
+    def completion_phrase(self) -> str:
+        """What a person says to have the basket bought."""
+        return "Buy the basket"
+
+    @property
+    def basket(self) -> dict[str, int]:
+        """A copy of the basket: item name to quantity, in the order of adding."""
+        return dict(self._basket)
+
+    @property
+    def bought(self) -> bool:
+        """Whether the basket has been purchased."""
+        return self._bought
+
+    @property
+    def total(self) -> Decimal:
+        """Price of the basket; items without a price count nothing."""
+        return sum((i.price * n for i, n in self._contents() if i.price is not None), Decimal(0))
+
+    def reset(self) -> None:
+        """Empty the basket, not bought."""
+        self._basket.clear()
+        self._bought = False
+
+    def search(self, text: str, limit: int) -> list[Item]:
+        """The items nearest in meaning to `text`, best first, at most `limit`."""
+        return self._search.search(text, limit)
+
+    def kinds(self, text: str, limit: int) -> list[str]:
+        """Generic names such as "flour" that may serve `text`, nearest first."""
+        return self._search.kinds(text, limit)
+
+    def status(self) -> str:
+        """The basket with quantities, prices and the total, one item a line."""
+        if not self._basket:
+            return "The basket is empty."
+        lines = ["Purchased:" if self._bought else "The basket holds:"]
+        for item, number in self._contents():
+            price = None if item.price is None else item.price * number
+            lines.append(f"- {number} x {item.name}: {self.catalogue.money(price)}")
+        lines.append(f"Total: {self.catalogue.money(self.total)}")
+        return "\n".join(lines)
+
+    def state_hash(self) -> str:
+        """Equal for equal baskets, in whatever order they were filled."""
+        state = repr((self._bought, sorted(self._basket.items())))
+        return hashlib.sha256(state.encode("utf-8", "backslashreplace")).hexdigest()
+
+    def actions(self, relevant: Sequence[str]) -> list[Action]:
+        """Additions for what each search term finds, then removals, then the purchase."""
+        if self._bought:
+            return []
+        found = {i.name: i for term in relevant for i in self.search(term, _PER_TERM)}
+        possible = [
+            Action("add item", name)
+            for name in found
+            if self._basket.get(name, 0) < MOST_OF_ONE
+        ]
+        possible += [Action("remove item", name, n) for name, n in self._basket.items()]
+        if self._basket:
+            possible.append(Action("buy basket"))
+        return possible
+
+    def step(self, action: Action) -> StepResult:
+        """Take one action. An impossible one changes nothing and says why."""
+        match action.name:
+            case "search inventory":
+                return self._look(action)
+            case "add item" | "remove item" | "buy basket" if self._bought:
+                return StepResult(action, False, "The basket is already purchased.")
+            case "add item" | "remove item":
+                if problem := self._problem(action):
+                    return StepResult(action, False, problem)
+                return self._move(action)
+            case "buy basket":
+                return self._buy(action)
+            case _:
+                known = "search inventory, add item, remove item, buy basket"
+                return StepResult(
+                    action, False, f"There is no action {action.name!r}; there are {known}."
+                )
+
+    def answer(self, question: str) -> str | None:
+        """Answer a question about stock, prices or the basket; None for anything else."""
+        return answered(question, self)
+
+    def is_completion(self, utterance: str) -> bool:
+        """Whether the person, in these words, orders the purchase here and now."""
+        return consents(utterance)
+
+    def score(self, profile: Profile) -> float:
+        """Share of the profile's checks that the basket meets, 0 to 1; 0 for an empty one."""
+        return share_met(profile.checks, self._contents(), bought=self._bought)
+
+    def _contents(self) -> list[tuple[Item, int]]:
+        pairs = ((self.catalogue.get(name), n) for name, n in self._basket.items())
+        return [(item, n) for item, n in pairs if item is not None]
+
+    def _look(self, action: Action) -> StepResult:
+        found = self.search(action.target, _SHOWN)
+        if not found:
+            return StepResult(action, False, f"Nothing is found for {action.target!r}.")
+        money = self.catalogue.money
+        return StepResult(action, True, "\n".join(f"- {i.name}: {money(i.price)}" for i in found))
+
+    def _problem(self, action: Action) -> str | None:
+        """Why `action` cannot be taken, or None if it can."""
+        name, number = action.target, action.quantity
+        if type(number) is not int or not 1 <= number <= MOST_OF_ONE:
+            return f"The quantity must be a whole number from 1 to {MOST_OF_ONE}."
+        held = self._basket.get(name, 0)
+        if action.name == "remove item" and held < number:
+            return f"The basket holds {held} of {name!r}."
+        if self.catalogue.get(name) is None:
+            return f"The shop has no item of the name {name!r}."
+        if action.name == "add item" and held + number > MOST_OF_ONE:
+            return f"The basket holds {held} of {name!r} and may hold {MOST_OF_ONE}."
+        return None
+
+    def _move(self, action: Action) -> StepResult:
+        sign = 1 if action.name == "add item" else -1
+        number = self._basket.get(action.target, 0) + sign * action.quantity
+        if number:
+            self._basket[action.target] = number
+        else:
+            del self._basket[action.target]
+        done = "added to" if sign == 1 else "removed from"
+        times = f"{action.quantity} x " if action.quantity != 1 else ""
+        return StepResult(action, True, f"{times}{action.target} {done} the basket.")
+
+    def _buy(self, action: Action) -> StepResult:
+        if not self._basket:
+            return StepResult(action, False, "The basket is empty; add something first.")
+        self._bought = True
+        return StepResult(action, True, f"{self.status()}\nThe basket is now purchased.", True)

@@ -1,0 +1,148 @@
+"""Goal management (Sec. 3.2): propose goals that explain the words, remove those that do not."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from goalscope.belief import Belief
+from goalscope.likelihood import Likelihood, contrast
+from goalscope.models import Generator, LikelihoodModel
+from goalscope.prompts import render
+from goalscope.types import UNSPECIFIED, Goal, GoalChange, Turn
+
+__all__ = ["drawn_lines", "objectionable", "overdue", "propose"]
+
+_BULLET = re.compile(r"^\s*(?:[-*•]|\d+[.)])\s*")
+
+
+def drawn_lines(
+    generator: Generator,
+    prompt: str,
+    *,
+    draws: int,
+    seed: int,
+    max_tokens: int = 96,
+    **values: object,
+) -> list[str]:
+    """Distinct lines of several lists that a model writes, in the order of their first mention.
+
+    The first draw is the likeliest text, the others are sampled: a small model that repeats
+    itself in one draw says something else in another.
+    """
+    messages = render(prompt, **values)
+    lines: dict[str, str] = {}
+    for draw in range(draws):
+        reply = generator.generate(
+            messages, max_tokens=max_tokens, temperature=0.8 if draw else 0.0, seed=seed + draw
+        )
+        whole = reply.text.split("\n")
+        if reply.finish == "length":
+            whole = whole[:-1]
+        for line in whole:
+            text = " ".join(_BULLET.sub("", line).split()).strip(" .\"'")
+            if 2 <= len(text) <= 100 and not text.endswith(":"):
+                lines.setdefault(text.casefold(), text)
+    return list(lines.values())
+
+
+def propose(
+    generator: Generator,
+    likelihood: Likelihood | None,
+    task: str,
+    turns: Sequence[Turn],
+    goals: Sequence[Goal],
+    *,
+    draws: int = 4,
+    keep: int = 3,
+    seed: int = 0,
+) -> list[GoalChange]:
+    """Goals to add, given the task, the transcript and the present goals.
+
+    Several lists are drawn from the model. With a likelihood, those `keep` candidates are taken
+    that explain the person's words best; without one, the first `keep`.
+    """
+    known = {goal.text.casefold() for goal in goals}
+    candidates = [
+        Goal(text)
+        for text in drawn_lines(
+            generator,
+            "propose",
+            draws=draws,
+            seed=seed,
+            task=task,
+            turns=turns[-6:],
+            goals=[goal for goal in goals if goal != UNSPECIFIED],
+        )
+        if text.casefold() not in known
+    ]
+    if likelihood is None:
+        return [GoalChange("added", goal, "the model proposed it") for goal in candidates[:keep]]
+    if not candidates:
+        return []
+    table = likelihood.log_likelihood(task, [*candidates, UNSPECIFIED], turns)
+    gain = table[:, :-1].sum(axis=0) - table[:, -1].sum()
+    return [
+        GoalChange("added", candidates[i], f"explains the words {gain[i]:+.1f} nats against no goal")
+        for i in np.argsort(-gain, kind="stable")[:keep]
+    ]
+
+
+def objectionable(
+    model: LikelihoodModel,
+    task: str,
+    turns: Sequence[Turn],
+    goals: Sequence[Goal],
+    *,
+    margin: float = 0.0,
+) -> list[GoalChange]:
+    """Goals that the model would rather drop as unsafe or irrelevant, than keep.
+
+    Each goal is put to the model by itself, and "yes" weighed against "no" by log-probability.
+
+    Args:
+        model: Weighs the answers.
+        task: The agent's task.
+        turns: The transcript.
+        goals: Goals to check; `UNSPECIFIED` is never removed.
+        margin: Log-odds in nats above which a goal goes.
+    """
+    asked = [goal for goal in goals if goal != UNSPECIFIED]
+    contexts = [render("remove", task=task, turns=turns[-6:], goal=goal) for goal in asked]
+    scores = model.token_logprobs(
+        [context for context in contexts for _ in range(2)], ["yes", "no"] * len(asked)
+    )
+    odds = np.array([float(score.sum()) for score in scores]).reshape(-1, 2)
+    return [
+        GoalChange("removed", goal, f"unsafe or irrelevant, the model says ({yes - no:+.1f} nats)")
+        for goal, (yes, no) in zip(asked, odds, strict=True)
+        if yes - no > margin
+    ]
+
+
+def overdue(beliefs: Sequence[Belief], patience: int) -> list[GoalChange]:
+    """The goal that was the least likely in more than `patience` rounds in a row, if any.
+
+    Args:
+        beliefs: The belief after each round, the present one last.
+        patience: n in the paper (Sec. 3.2).
+    """
+    worst = _least_likely(beliefs[-1]) if beliefs else None
+    if worst is None:
+        return []
+    streak = 0
+    for belief in reversed(beliefs):
+        if _least_likely(belief) != worst:
+            break
+        streak += 1
+    if streak <= patience:
+        return []
+    return [GoalChange("removed", worst, f"the least likely for {streak} rounds in a row")]
+
+
+def _least_likely(belief: Belief) -> Goal | None:
+    """The least likely specified goal; None where there are fewer than two to compare."""
+    ranked = [goal for goal, _ in belief.top() if goal != UNSPECIFIED]
+    return ranked[-1] if len(ranked) > 1 else None

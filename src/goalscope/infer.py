@@ -1,0 +1,219 @@
+"""Goal inference over a file of dialogues: JSON Lines in, JSON Lines out, resumable."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from goalscope.belief import Belief
+from goalscope.likelihood import Likelihood
+from goalscope.types import (
+    UNSPECIFIED,
+    Goal,
+    GoalscopeError,
+    InvalidInputError,
+    Turn,
+    checked_text,
+)
+
+__all__ = ["Dialogue", "infer", "read_dialogues", "trim_output"]
+
+
+@dataclass(frozen=True, slots=True)
+class Dialogue:
+    """One row of the input: a dialogue and the goals that are possible in it."""
+
+    line: int
+    id: str | int
+    task: str
+    turns: tuple[Turn, ...]
+    goals: tuple[Goal, ...]
+
+
+def read_dialogues(file: Path) -> list[Dialogue]:
+    """Read and check a whole file, so that a broken row is found before the work begins.
+
+    A row is `{"id", "task", "turns": [{"query", "utterance"}, ...], "goals": [...]}`. Other keys
+    are ignored, and so are blank lines; exact duplicates among the goals merge.
+
+    Raises:
+        InvalidInputError: The file cannot be read, or a row cannot be used; names the line.
+    """
+    try:
+        lines = file.read_bytes().split(b"\n")
+    except OSError as error:
+        raise InvalidInputError(f"{file} cannot be read: {error.strerror or error}.") from error
+    dialogues: list[Dialogue] = []
+    ids: dict[str | int, int] = {}
+    for number, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        try:
+            dialogue = _dialogue(number, json.loads(line.decode("utf-8-sig")))
+            if dialogue.id in ids:
+                raise ValueError(f'the id "{dialogue.id}" is also that of line {ids[dialogue.id]}')
+        except (ValueError, RecursionError, InvalidInputError) as error:
+            raise InvalidInputError(f"{file}, line {number}: {error}") from error
+        ids[dialogue.id] = number
+        dialogues.append(dialogue)
+    return dialogues
+
+
+def trim_output(
+    out: Path, dialogues: Sequence[Dialogue], settings: Mapping[str, Any]
+) -> Sequence[Dialogue]:
+    """Cut `out` after the last dialogue that is complete in it; return those still to do.
+
+    Raises:
+        InvalidInputError: `out` holds something else, or was made with other settings.
+    """
+    try:
+        data = out.read_bytes() if out.exists() else b""
+    except OSError as error:
+        raise InvalidInputError(f"{out} cannot be read: {error.strerror or error}.") from error
+    *lines, torn = data.split(b"\n")  # a crash can tear the last line
+    if torn[:6] != b'{"id":'[: len(torn)]:
+        raise InvalidInputError(f"{out} ends in something else's words. Name another file.")
+    done = kept = position = 0
+    for dialogue in dialogues:
+        for turn in range(1, len(dialogue.turns) + 1):
+            if position == len(lines):
+                break
+            _check_line(out, position + 1, lines[position], dialogue, turn, settings)
+            position += 1
+        else:
+            done, kept = done + 1, position
+            continue
+        break
+    if position < len(lines):
+        raise InvalidInputError(f"{out} holds more than these dialogues. Name another file.")
+    size = sum(len(line) + 1 for line in lines[:kept])
+    if size < len(data):
+        _write(out, b"", size)
+    return dialogues[done:]
+
+
+def infer(
+    dialogues: Sequence[Dialogue],
+    out: Path,
+    likelihood: Likelihood,
+    settings: Mapping[str, Any],
+    *,
+    temperature: float = 1.0,
+    evidence: str = "sum",
+) -> Iterator[Dialogue]:
+    """Append one line per turn to `out`, and yield each dialogue when it is on disk.
+
+    A line holds `id`, `turn` (1 for the first), `goals`, and in their order `log_likelihood`
+    (this turn's, nats), `log_posterior` (nats) and `probability` after this turn, normalised over
+    these goals; `unspecified_log_likelihood`, this turn's under no stated goal; and `settings`.
+
+    Raises:
+        InvalidInputError: A dialogue does not fit the model; names the line.
+    """
+    for dialogue in dialogues:
+        try:
+            table = likelihood.log_likelihood(
+                dialogue.task, [*dialogue.goals, UNSPECIFIED], dialogue.turns
+            )
+        except InvalidInputError as error:
+            raise InvalidInputError(f"Line {dialogue.line}: {error}") from error
+        belief = Belief.uniform(dialogue.goals, temperature=temperature, evidence=evidence)
+        lines: list[str] = []
+        for turn, row in enumerate(table, 1):
+            belief = belief.observe(row[:-1])
+            line = {
+                "id": dialogue.id,
+                "turn": turn,
+                "goals": [goal.text for goal in dialogue.goals],
+                "log_likelihood": row[:-1].tolist(),
+                "log_posterior": belief.log_posterior.tolist(),
+                "probability": belief.probability.tolist(),
+                "unspecified_log_likelihood": float(row[-1]),
+                "settings": dict(settings),
+            }
+            lines.append(json.dumps(line, allow_nan=False) + "\n")
+        _write(out, "".join(lines).encode())
+        yield dialogue
+
+
+def _dialogue(line: int, row: object) -> Dialogue:
+    if not isinstance(row, dict):
+        raise ValueError("a row must be a JSON object")
+    id, turns, goals = (_need(row, key) for key in ("id", "turns", "goals"))
+    if isinstance(id, bool) or not isinstance(id, str | int):
+        raise ValueError('"id" must be a text or a whole number')
+    if not isinstance(turns, list) or not turns:
+        raise ValueError('"turns" must be a list of at least one {"query", "utterance"}')
+    if not isinstance(goals, list) or not goals:
+        raise ValueError('"goals" must be a list of at least one text')
+    read: list[Turn] = []
+    for number, turn in enumerate(turns, 1):
+        if not isinstance(turn, dict):
+            raise ValueError(f'turn {number} must be {{"query", "utterance"}}')
+        query = _text(_need(turn, "query"), f"query of turn {number}", empty=True)
+        read.append(Turn(query, _text(_need(turn, "utterance"), f"utterance of turn {number}")))
+    support = [Goal(_text(goal, f"goal {number}")) for number, goal in enumerate(goals, 1)]
+    task = _text(_need(row, "task"), "task")
+    return Dialogue(line, id, task, tuple(read), tuple(dict.fromkeys(support)))
+
+
+def _need(row: Mapping[str, Any], key: str) -> Any:
+    if key not in row:
+        raise ValueError(f'the key "{key}" is missing')
+    return row[key]
+
+
+def _text(value: object, what: str, *, empty: bool = False) -> str:
+    if not isinstance(value, str):
+        raise ValueError(f"the {what} must be a text")
+    return "" if empty and not value.strip() else checked_text(value, what)
+
+
+def _check_line(
+    out: Path,
+    number: int,
+    line: bytes,
+    dialogue: Dialogue,
+    turn: int,
+    settings: Mapping[str, Any],
+) -> None:
+    """Refuse to continue a file that these dialogues and settings did not make."""
+    try:
+        row = json.loads(line)
+        found = (row["id"], row["turn"], row["goals"])
+        made_with = row["settings"]
+    except (ValueError, LookupError, TypeError) as error:
+        raise InvalidInputError(
+            f"{out}, line {number}: not written by `goalscope infer`. Name another file."
+        ) from error
+    if found != (dialogue.id, turn, [goal.text for goal in dialogue.goals]):
+        raise InvalidInputError(
+            f'{out}, line {number}: expected turn {turn} of "{dialogue.id}" with its goals. '
+            "The file belongs to other dialogues; name another one."
+        )
+    if made_with != settings:
+        raise InvalidInputError(
+            f"{out}, line {number}: made with {made_with}, not {dict(settings)}. "
+            "Name another file, or delete this one."
+        )
+
+
+def _write(out: Path, data: bytes, size: int | None = None) -> None:
+    """Append to the file on disk, after cutting it to `size` bytes where that is given."""
+    try:
+        with out.open("ab") as file:
+            if size is not None:
+                file.truncate(size)
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError as error:
+        raise GoalscopeError(
+            f"{out} cannot be written: {error.strerror or error}. "
+            "Free some space or name another file; what is complete in it is kept."
+        ) from error

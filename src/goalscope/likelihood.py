@@ -1,0 +1,171 @@
+"""How likely are a person's words under each goal (Sec. 3.2, Eq. 2)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.models import Generator, LikelihoodModel
+from goalscope.prompts import render
+from goalscope.types import (
+    UNSPECIFIED,
+    Goal,
+    InvalidInputError,
+    Message,
+    ModelError,
+    Turn,
+)
+
+__all__ = ["Layout", "Likelihood", "PromptedRanking", "RolePlay", "contrast"]
+
+Array = npt.NDArray[np.float64]
+Layout = Literal["goal-first", "goal-last"]
+
+GOAL_TOKENS = 256
+"""Room that every context keeps for the goal, so that all goals see the same turns."""
+
+
+class Likelihood(Protocol):
+    """Evidence for each goal from each turn."""
+
+    def log_likelihood(
+        self, task: str, goals: Sequence[Goal], turns: Sequence[Turn], *, since: int = 0
+    ) -> Array:
+        """Score the utterances of `turns[since:]`, each given all turns before it.
+
+        Returns:
+            [T - since, G] in nats.
+
+        Raises:
+            InvalidInputError: A goal or an utterance is too long for the model.
+        """
+        ...
+
+
+class RolePlay:
+    """log P(u | g, q, transcript): the model plays a person who has goal g (Eq. 2).
+
+    The person is the *assistant* of the chat that the model sees; the agent's queries are the
+    user's messages. `UNSPECIFIED` is the same prompt without a goal. When the context is full,
+    the oldest turns are left out, the same for every goal; task and goal always stay.
+
+    Args:
+        model: Scores the words.
+        layout: Where the goal stands: in the instruction ("goal-first"), or beside the agent's
+            last query ("goal-last"). Both share all that goals have in common in the cache.
+        end_of_turn: Whether that the person stops there is part of what they said.
+    """
+
+    def __init__(
+        self,
+        model: LikelihoodModel,
+        *,
+        layout: Layout = "goal-first",
+        end_of_turn: bool = False,
+    ) -> None:
+        if layout not in ("goal-first", "goal-last"):
+            raise InvalidInputError(f'layout must be "goal-first" or "goal-last", not {layout!r}')
+        self.model = model
+        self.layout: Layout = layout
+        self.end_of_turn = end_of_turn
+
+    def log_likelihood(
+        self, task: str, goals: Sequence[Goal], turns: Sequence[Turn], *, since: int = 0
+    ) -> Array:
+        """See `Likelihood.log_likelihood`."""
+        contexts: list[list[Message]] = []
+        for t in range(since, len(turns)):
+            start = self.window(task, turns[: t + 1])
+            for goal in goals:
+                contexts.append(self._context(task, goal, turns[start : t + 1]))
+        for goal in goals:
+            tokens = self.model.count_tokens([Message("user", goal.text)])
+            if tokens > GOAL_TOKENS:
+                raise InvalidInputError(
+                    f"A goal has {tokens} tokens; a goal may have {GOAL_TOKENS}. "
+                    f"Say it in fewer words: {goal.text[:60]!r}..."
+                )
+        words = [turn.utterance for turn in turns[since:] for _ in goals]
+        scores = self.model.token_logprobs(contexts, words, end_of_turn=self.end_of_turn)
+        values = np.array([float(score.sum()) for score in scores])
+        if not np.isfinite(values).all():
+            raise ModelError("The model gave a log-probability that is not finite; check the file.")
+        return values.reshape(len(turns) - since, len(goals))
+
+    def window(self, task: str, turns: Sequence[Turn]) -> int:
+        """Index of the first turn that fits the context when the last utterance is scored.
+
+        Turns leave in blocks of four, so that the cache of the earlier rounds stays useful.
+        """
+        last = Message("assistant", turns[-1].utterance)
+        for start in (*range(0, len(turns) - 1, 4), len(turns) - 1):
+            context = [*self._context(task, UNSPECIFIED, turns[start:]), last]
+            if self.model.count_tokens(context) + GOAL_TOKENS <= self.model.context_size:
+                return start
+        raise InvalidInputError(
+            f"The last turn is too long for the model ({len(turns[-1].utterance):,} characters; "
+            f"it reads {self.model.context_size:,} tokens at once). Say it in fewer words."
+        )
+
+    def _context(self, task: str, goal: Goal, turns: Sequence[Turn]) -> list[Message]:
+        text = "" if goal == UNSPECIFIED else goal.text
+        *past, last = turns
+        if self.layout == "goal-first":
+            (system,) = render("goal_first", task=task, goal=text)
+            query = Message("user", last.query)
+        else:
+            system, query = render("goal_last", task=task, goal=text, query=last.query)
+        transcript = [
+            message
+            for turn in past
+            for message in (Message("user", turn.query), Message("assistant", turn.utterance))
+        ]
+        return [system, *transcript, query]
+
+
+class PromptedRanking:
+    """The No Inference method (Sec. 4.3): the model is asked which goal is most and least likely.
+
+    Its rows are an order and no probabilities: 0 for the goal named as the most likely, -2 for
+    the one named as the least likely, -1 for all others. Use them with `evidence="last"`.
+    """
+
+    def __init__(self, generator: Generator) -> None:
+        self.generator = generator
+
+    def log_likelihood(
+        self, task: str, goals: Sequence[Goal], turns: Sequence[Turn], *, since: int = 0
+    ) -> Array:
+        """See `Likelihood.log_likelihood`; each row is one pair of questions to the model."""
+        table = np.full((len(turns) - since, len(goals)), -1.0)
+        if len(goals) > 1:
+            for row, t in zip(table, range(since, len(turns)), strict=True):
+                row[self._ask("least", task, goals, turns[: t + 1])] = -2.0
+                row[self._ask("most", task, goals, turns[: t + 1])] = 0.0
+        return table
+
+    def _ask(self, which: str, task: str, goals: Sequence[Goal], turns: Sequence[Turn]) -> int:
+        prompt = render("rank", task=task, goals=goals, turns=turns[-8:], which=which)
+        numbers = [str(i + 1) for i in range(len(goals))]
+        reply = self.generator.generate(prompt, max_tokens=8, schema={"enum": numbers})
+        return numbers.index(reply.text.strip().strip('"'))
+
+
+def contrast(
+    model: LikelihoodModel,
+    continuations: Sequence[str],
+    given: Sequence[Message],
+    without: Sequence[Message],
+) -> Array:
+    """How much more likely each text is in one context than in another.
+
+    Returns:
+        [len(continuations)] in nats: log P(text | given) - log P(text | without).
+    """
+    n = len(continuations)
+    scores = model.token_logprobs([given] * n + [without] * n, [*continuations, *continuations])
+    sums = np.array([float(score.sum()) for score in scores])
+    return sums[:n] - sums[n:]

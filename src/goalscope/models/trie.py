@@ -1,0 +1,76 @@
+"""A prefix tree of token sequences: what many prompts share is stored, and computed, once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+__all__ = ["Trie"]
+
+
+class Trie:
+    """Token sequences ("paths") merged wherever they begin alike.
+
+    A node stands for one distinct non-empty prefix. Nodes are numbered in the order they are made,
+    so a parent's number is always smaller than its children's.
+
+    Attributes:
+        tokens: Token id of each node.
+        depths: Position of each node in its sequences, from 0.
+        through: For each node, the paths that pass through it, in the order they were added.
+        paths: For each path, its nodes from the first token to the last.
+    """
+
+    def __init__(self) -> None:
+        self.tokens: list[int] = []
+        self.depths: list[int] = []
+        self.through: list[list[int]] = []
+        self.paths: list[list[int]] = []
+        self._children: dict[tuple[int, int], int] = {}
+        self._path_ending_at: dict[int, int] = {}
+
+    def __len__(self) -> int:
+        """Number of nodes, which is the number of distinct non-empty prefixes."""
+        return len(self.tokens)
+
+    def add(self, tokens: Sequence[int]) -> int:
+        """Add a non-empty path, unless the same one is there; return its number."""
+        nodes = self.match(tokens)
+        if len(nodes) == len(tokens) and nodes[-1] in self._path_ending_at:
+            return self._path_ending_at[nodes[-1]]
+        path = len(self.paths)
+        for node in nodes:
+            self.through[node].append(path)
+        self.paths.append(nodes)
+        for token in tokens[len(nodes) :]:
+            self._grow(path, token)
+        self._path_ending_at[nodes[-1]] = path
+        return path
+
+    def extend(self, path: int, token: int) -> int:
+        """Lengthen a path by a token that no other path holds there; return the new node."""
+        del self._path_ending_at[self.paths[path][-1]]
+        node = self._grow(path, token)
+        self._path_ending_at[node] = path
+        return node
+
+    def match(self, tokens: Sequence[int]) -> list[int]:
+        """Nodes of the longest prefix of `tokens` that is in the tree."""
+        nodes: list[int] = []
+        node = -1
+        for token in tokens:
+            child = self._children.get((node, token))
+            if child is None:
+                break
+            nodes.append(child)
+            node = child
+        return nodes
+
+    def _grow(self, path: int, token: int) -> int:
+        nodes = self.paths[path]
+        node = len(self.tokens)
+        self._children[nodes[-1] if nodes else -1, token] = node
+        self.tokens.append(token)
+        self.depths.append(len(nodes))
+        self.through.append([path])
+        nodes.append(node)
+        return node

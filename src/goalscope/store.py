@@ -1,0 +1,372 @@
+"""Episodes on disk: one SQLite file that a crash at any moment leaves whole."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import os
+import secrets
+import sqlite3
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Literal, Self
+
+import numpy as np
+import platformdirs
+
+from goalscope.belief import Belief
+from goalscope.episode import Round
+from goalscope.types import (
+    Action,
+    Goal,
+    GoalChange,
+    GoalscopeError,
+    InvalidInputError,
+    StepResult,
+    Turn,
+)
+
+__all__ = ["EpisodeInfo", "Store", "default_store_path", "round_from_json", "round_to_json"]
+
+Ended = Literal["terminated", "truncated"]
+
+VERSION = 1
+SCHEMA = """
+CREATE TABLE episodes (
+    id TEXT PRIMARY KEY,
+    created TEXT NOT NULL,
+    domain TEXT NOT NULL,
+    profile TEXT,
+    method TEXT NOT NULL,
+    model TEXT NOT NULL,
+    task TEXT NOT NULL,
+    settings TEXT NOT NULL,
+    ended TEXT CHECK (ended IN ('terminated', 'truncated')),
+    score REAL CHECK (score BETWEEN 0 AND 1)
+) STRICT;
+CREATE TABLE rounds (
+    episode TEXT NOT NULL REFERENCES episodes (id),
+    number INTEGER NOT NULL CHECK (number >= 1),
+    json TEXT NOT NULL,
+    PRIMARY KEY (episode, number)
+) STRICT, WITHOUT ROWID;
+"""
+ADVICE = {
+    "SQLITE_FULL": "The disk is full: free some space.",
+    "SQLITE_BUSY": "Another program is writing to it: close that one and try again.",
+    "SQLITE_LOCKED": "Another program is writing to it: close that one and try again.",
+    "SQLITE_READONLY": "It may not be written: name another file with --store.",
+    "SQLITE_CANTOPEN": "It may not be opened: name another file with --store.",
+    "SQLITE_CORRUPT": "It is damaged: move it away, and a new one is begun.",
+    "SQLITE_NOTADB": "It is no SQLite file: name another one with --store.",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeInfo:
+    """What the store knows of an episode besides its rounds.
+
+    Attributes:
+        id: Short name; a prefix that fits no other episode finds it too.
+        created: Start, in UTC, ISO 8601.
+        domain: Name of the environment.
+        profile: Name of the simulated person; None for a real one.
+        method: Name of the method.
+        model: Name or path of the language model.
+        task: The environment's task.
+        settings: The options that a resumed episode needs.
+        ended: None while it can go on.
+        score: Share of the profile's checks that were met, 0 to 1.
+        rounds: Number of rounds stored.
+    """
+
+    id: str
+    created: str
+    domain: str
+    profile: str | None
+    method: str
+    model: str
+    task: str
+    settings: Mapping[str, Any]
+    ended: Ended | None
+    score: float | None
+    rounds: int
+
+
+def default_store_path() -> Path:
+    """$GOALSCOPE_STORE, or `episodes.db` in the user's data folder."""
+    given = os.environ.get("GOALSCOPE_STORE")
+    return Path(given) if given else platformdirs.user_data_path("goalscope", False) / "episodes.db"
+
+
+class Store:
+    """The episodes in one file. Every call that writes has reached the disk when it returns."""
+
+    def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
+        """Use an open connection; `Store.open` is the usual way in."""
+        self.path = path
+        self._connection = connection
+
+    @classmethod
+    def open(cls, path: str | Path | None = None) -> Store:
+        """Open the store, and create it if it is missing.
+
+        Args:
+            path: The file; None for `default_store_path()`.
+
+        Raises:
+            GoalscopeError: The file cannot be used, or a newer goalscope wrote it.
+        """
+        file = Path(path) if path is not None else default_store_path()
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise GoalscopeError(
+                f"The folder of the episode store {file} cannot be made: {error.strerror}. "
+                "Name another file with --store."
+            ) from error
+        with _explained(file):
+            connection = sqlite3.connect(file, timeout=10, isolation_level=None)
+            try:
+                _prepare(connection, file)
+            except BaseException:
+                connection.close()
+                raise
+        return cls(file, connection)
+
+    def close(self) -> None:
+        """Close the file; the store cannot be used afterwards."""
+        self._connection.close()
+
+    def __enter__(self) -> Self:
+        """Return the store itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close the file."""
+        self.close()
+
+    def begin(
+        self,
+        *,
+        domain: str,
+        method: str,
+        model: str,
+        task: str,
+        profile: str | None = None,
+        settings: Mapping[str, Any] | None = None,
+    ) -> str:
+        """Start an episode and return its id."""
+        id = secrets.token_hex(4)
+        created = datetime.now(UTC).isoformat(timespec="seconds")
+        row = (id, created, domain, profile, method, model, task, _dumps(dict(settings or {})))
+        with _explained(self.path):
+            self._connection.execute(
+                "INSERT INTO episodes (id, created, domain, profile, method, model, task, settings)"
+                " VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+                [_utf8(value) for value in row],
+            )
+        return id
+
+    def append(self, id: str, round: Round) -> None:
+        """Store one finished round.
+
+        Raises:
+            GoalscopeError: The round cannot be written; all earlier ones are kept.
+        """
+        with _explained(self.path):
+            try:
+                self._connection.execute(
+                    "INSERT INTO rounds VALUES (?, ?, ?)", (id, round.number, round_to_json(round))
+                )
+            except sqlite3.IntegrityError as error:
+                raise GoalscopeError(
+                    f"Round {round.number} of episode {id} cannot be added: the episode has such a "
+                    "round already (does it run in another window?) or is unknown."
+                ) from error
+
+    def finish(self, id: str, *, ended: Ended, score: float | None = None) -> None:
+        """Record how an episode ended, with its score (0 to 1) if it has a profile."""
+        if score is not None and not 0 <= score <= 1:
+            raise ValueError(f"score must lie between 0 and 1, not {score}")
+        with _explained(self.path):
+            self._connection.execute(
+                "UPDATE episodes SET ended = ?, score = ? WHERE id = ?", (ended, score, id)
+            )
+
+    def rounds(self, id: str) -> list[Round]:
+        """Return an episode's rounds in order.
+
+        Raises:
+            InvalidInputError: No episode, or more than one, has an id that begins so.
+        """
+        info = self.episode(id)
+        with _explained(self.path):
+            rows = self._connection.execute(
+                "SELECT json FROM rounds WHERE episode = ? ORDER BY number", (info.id,)
+            ).fetchall()
+        try:
+            return [round_from_json(text) for (text,) in rows]
+        except (ValueError, LookupError, TypeError) as error:
+            raise GoalscopeError(
+                f"A round of episode {info.id} in {self.path} cannot be read: {error}"
+            ) from error
+
+    def episode(self, id: str) -> EpisodeInfo:
+        """Return one episode, found by its id or by a prefix that fits no other.
+
+        Raises:
+            InvalidInputError: No episode, or more than one, has an id that begins so.
+        """
+        known = {info.id: info for info in self.episodes()}
+        found = [each for each in known if id and each.startswith(id)]
+        if len(found) == 1:
+            return known[found[0]]
+        near = found or difflib.get_close_matches(id, known, n=3, cutoff=0.5)
+        hint = f" Did you mean {', '.join(near[:3])}?" if near else ""
+        what = "More than one episode has an id that begins with" if found else "No episode is"
+        raise InvalidInputError(f'{what} "{id}".{hint} `goalscope episodes` lists them all.')
+
+    def episodes(self) -> list[EpisodeInfo]:
+        """Return all episodes, oldest first."""
+        with _explained(self.path):
+            rows = self._connection.execute(
+                "SELECT id, created, domain, profile, method, model, task, settings, ended, score,"
+                " (SELECT count(*) FROM rounds WHERE episode = id)"
+                " FROM episodes ORDER BY created, rowid"
+            ).fetchall()
+        return [EpisodeInfo(*row[:7], json.loads(row[7]), *row[8:]) for row in rows]
+
+
+def round_to_json(round: Round) -> str:
+    """Write a round as strict JSON in ASCII; -inf, which JSON lacks, as the string "-inf".
+
+    Raises:
+        GoalscopeError: A number is NaN or +inf.
+    """
+    belief = round.belief
+    return _dumps(
+        {
+            "number": round.number,
+            "turn": asdict(round.turn),
+            "belief": belief
+            and {
+                "goals": [goal.text for goal in belief.goals],
+                "log_prior": _numbers(belief.log_prior.tolist()),
+                "log_likelihood": [_numbers(row) for row in belief.log_likelihood.tolist()],
+                "temperature": belief.temperature,
+                "evidence": belief.evidence,
+            },
+            "changes": [asdict(change) for change in round.changes],
+            "results": [asdict(result) for result in round.results],
+            "replans": round.replans,
+            "status": round.status,
+            "notes": list(round.notes),
+            "terminated": round.terminated,
+        }
+    )
+
+
+def round_from_json(text: str) -> Round:
+    """Read what `round_to_json` wrote; the round is equal in every value."""
+    data = json.loads(text)
+    belief = data["belief"]
+    if belief is not None:
+        goals = tuple(Goal(goal) for goal in belief["goals"])
+        table = np.array(belief["log_likelihood"], dtype=np.float64)
+        belief = Belief(
+            goals,
+            np.array(belief["log_prior"], dtype=np.float64),
+            table.reshape(len(belief["log_likelihood"]), len(goals)),
+            belief["temperature"],
+            belief["evidence"],
+        )
+    return Round(
+        number=data["number"],
+        turn=Turn(**data["turn"]),
+        belief=belief,
+        changes=tuple(
+            GoalChange(change["kind"], Goal(**change["goal"]), change["reason"])
+            for change in data["changes"]
+        ),
+        results=tuple(
+            StepResult(**{**result, "action": Action(**result["action"])})
+            for result in data["results"]
+        ),
+        replans=data["replans"],
+        status=data["status"],
+        notes=tuple(data["notes"]),
+        terminated=data["terminated"],
+    )
+
+
+def _numbers(values: list[float]) -> list[float | str]:
+    """Write -inf as a string, which numpy reads back as the number."""
+    return ["-inf" if value == -np.inf else value for value in values]
+
+
+def _dumps(value: object) -> str:
+    """Strict JSON; escapes keep a lone surrogate as it is."""
+    try:
+        return json.dumps(value, allow_nan=False)
+    except ValueError as error:
+        raise GoalscopeError(f"The episode cannot be stored: {error}") from error
+
+
+def _utf8(text: str | None) -> str | None:
+    """Escape what SQLite cannot hold, such as the bytes of an undecodable file name."""
+    return text and text.encode("utf-8", "backslashreplace").decode()
+
+
+def _prepare(connection: sqlite3.Connection, file: Path) -> None:
+    """Make every commit durable, then check or create the tables."""
+    (journal,) = connection.execute("PRAGMA journal_mode = WAL").fetchone()
+    connection.execute("PRAGMA synchronous = FULL")
+    connection.execute("PRAGMA foreign_keys = ON")
+    (synchronous,) = connection.execute("PRAGMA synchronous").fetchone()
+    if (journal, synchronous) != ("wal", 2):
+        raise GoalscopeError(
+            f"The episode store {file} would not survive a crash (journal {journal}, synchronous "
+            f"{synchronous}). Name a file on a local disk with --store."
+        )
+    if _version(connection) == 0:
+        connection.execute("BEGIN IMMEDIATE")  # of two processes that get here, one creates
+        if _version(connection) == 0:
+            if connection.execute("SELECT 1 FROM sqlite_master").fetchone():
+                raise GoalscopeError(f"{file} is another program's file. Name one with --store.")
+            for statement in SCHEMA.split(";"):
+                connection.execute(statement)
+            connection.execute(f"PRAGMA user_version = {VERSION}")
+        connection.execute("COMMIT")
+    if (version := _version(connection)) > VERSION:
+        raise GoalscopeError(
+            f"The episode store {file} is of version {version}, and this goalscope reads up to "
+            f"{VERSION}. Update goalscope, or name another file with --store."
+        )
+
+
+def _version(connection: sqlite3.Connection) -> int:
+    return connection.execute("PRAGMA user_version").fetchone()[0]
+
+
+@contextmanager
+def _explained(file: Path) -> Iterator[None]:
+    """Turn SQLite's errors into one line that says what to do."""
+    try:
+        yield
+    except sqlite3.Error as error:
+        name = getattr(error, "sqlite_errorname", "")  # such as SQLITE_READONLY_DIRECTORY
+        advice = ADVICE.get("_".join(name.split("_")[:2]), "Name another file with --store.")
+        raise GoalscopeError(
+            f"The episode store {file} cannot be used: {error}. {advice} "
+            "What was stored earlier is kept."
+        ) from error

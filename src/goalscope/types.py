@@ -1,0 +1,132 @@
+"""The words the whole package shares: goals, turns, messages, actions, and the errors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+__all__ = [
+    "UNSPECIFIED",
+    "Action",
+    "Goal",
+    "GoalChange",
+    "GoalscopeError",
+    "InvalidInputError",
+    "Message",
+    "ModelError",
+    "Profile",
+    "StepResult",
+    "Turn",
+    "checked_text",
+]
+
+
+class GoalscopeError(Exception):
+    """Every error that goalscope raises on purpose; the message says what to do."""
+
+
+class InvalidInputError(GoalscopeError):
+    """Something a person gave (text, a file, an option) cannot be used as it is."""
+
+
+class ModelError(GoalscopeError):
+    """A language model is missing, broken, or gave an answer that cannot be used."""
+
+
+def checked_text(text: str, what: str) -> str:
+    """Return `text` without surrounding whitespace, refusing what no model can read.
+
+    Raises:
+        InvalidInputError: `text` is empty, or holds a lone surrogate (half of a character).
+    """
+    try:
+        text.encode()
+    except UnicodeEncodeError as error:
+        raise InvalidInputError(
+            f"The {what} holds a broken character at position {error.start} (a lone surrogate). "
+            "Type it again, or save the file as UTF-8."
+        ) from None
+    stripped = text.strip()
+    if not stripped:
+        raise InvalidInputError(f"The {what} is empty. Give at least one word.")
+    return stripped
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """One hypothesis about what the person wants, in natural language (Sec. 3.2)."""
+
+    text: str
+
+    def __str__(self) -> str:
+        return self.text
+
+
+UNSPECIFIED = Goal("Unspecified")
+"""The person with no stated goal. If it is the likeliest, the true goal is missing (Sec. 3.2)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """The agent's question and the person's reply; a transcript is a sequence of turns."""
+
+    query: str
+    utterance: str
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """One chat message for a language model. The content is data: it never holds control tokens."""
+
+    role: Literal["system", "user", "assistant"]
+    content: str
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """One act that an environment can take, such as `Action("add item", "Whole Milk, 1 L", 2)`."""
+
+    name: str
+    target: str = ""
+    quantity: int = 1
+
+    def __str__(self) -> str:
+        times = f" x{self.quantity}" if self.quantity != 1 else ""
+        return f"{self.name}: {self.target}{times}" if self.target else self.name
+
+
+@dataclass(frozen=True, slots=True)
+class StepResult:
+    """What came of one action. `terminated` is True when it completed the task."""
+
+    action: Action
+    ok: bool
+    observation: str
+    terminated: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class GoalChange:
+    """A goal that entered or left the goal set, and why."""
+
+    kind: Literal["added", "removed"]
+    goal: Goal
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """A simulated person (Sec. 4.2): what they want, and what the scripted one says.
+
+    Attributes:
+        name: Short name for `--profile`.
+        description: What the person wants, given to a simulated human and never to the agent.
+        replies: What the scripted human says, in order; afterwards the completion phrase.
+        checks: Conditions on the final state, in the form that the environment documents.
+    """
+
+    name: str
+    description: str
+    replies: tuple[str, ...]
+    checks: tuple[Mapping[str, Any], ...] = field(default=())

@@ -1,0 +1,275 @@
+"""What the store promises: exact rounds, kept rounds, and one-line errors."""
+
+import json
+import os
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from goalscope.belief import Belief
+from goalscope.episode import Round
+from goalscope.store import VERSION, Store, default_store_path, round_from_json, round_to_json
+from goalscope.types import (
+    Action,
+    Goal,
+    GoalChange,
+    GoalscopeError,
+    InvalidInputError,
+    StepResult,
+    Turn,
+)
+
+EPISODE = {"domain": "grocery", "method": "good", "model": "m", "task": "Sell."}
+# Any text a program can hold: control characters, NUL, and lone low surrogates.
+texts = st.text(st.characters() | st.sampled_from("\udc80\udfff\x00\x1b\n"), max_size=20)
+nats = st.floats(max_value=0, allow_nan=False) | st.just(-np.inf)
+goals = st.builds(Goal, texts)
+actions = st.builds(Action, texts, texts, st.integers(-9, 99))
+
+
+@st.composite
+def beliefs(draw):
+    support = tuple(draw(st.lists(goals, unique=True, max_size=4)))
+    t = draw(st.integers(0, 3))
+    prior = draw(hnp.arrays(np.float64, len(support), elements=nats))
+    table = draw(hnp.arrays(np.float64, (t, len(support)), elements=nats))
+    temperature = draw(st.floats(1e-3, 1e3))
+    return Belief(support, prior, table, temperature, draw(st.sampled_from(["sum", "last"])))
+
+
+rounds = st.builds(
+    Round,
+    number=st.integers(1, 99),
+    turn=st.builds(Turn, texts, texts),
+    belief=st.none() | beliefs(),
+    changes=st.lists(
+        st.builds(GoalChange, st.sampled_from(["added", "removed"]), goals, texts), max_size=3
+    ).map(tuple),
+    results=st.lists(
+        st.builds(StepResult, actions, st.booleans(), texts, st.booleans()), max_size=3
+    ).map(tuple),
+    replans=st.integers(0, 3),
+    status=texts,
+    notes=st.lists(texts, max_size=2).map(tuple),
+    terminated=st.booleans(),
+)
+
+
+def a_round(number=1, **changes):
+    belief = Belief.uniform([Goal("make tea"), Goal("bake")]).observe([-1.5, -np.inf])
+    values = {
+        "number": number,
+        "turn": Turn("What else?", "Milk"),
+        "belief": belief,
+        "changes": (GoalChange("added", Goal("bake"), "asked for flour"),),
+        "results": (StepResult(Action("add item", "Milk", 2), True, "Added."),),
+        "replans": 0,
+        "status": "Basket: 2 x Milk",
+        "notes": (),
+        "terminated": False,
+    }
+    return Round(**(values | changes))
+
+
+def values_of(round):
+    """Everything in a round as plain values that `==` compares exactly."""
+    belief = round.belief and (
+        round.belief.goals,
+        round.belief.log_prior.tobytes(),
+        round.belief.log_likelihood.shape,
+        round.belief.log_likelihood.tobytes(),
+        round.belief.temperature,
+        round.belief.evidence,
+    )
+    return [
+        belief if name == "belief" else getattr(round, name) for name in Round.__dataclass_fields__
+    ]
+
+
+@given(rounds)
+def test_a_round_survives_the_json_exactly(round):
+    assert values_of(round_from_json(round_to_json(round))) == values_of(round)
+
+
+def test_the_json_is_strict():
+    def refuse(constant):
+        raise AssertionError(constant)
+
+    json.loads(round_to_json(a_round()), parse_constant=refuse)
+
+
+def test_nan_is_refused(tmp_path):
+    with Store.open(tmp_path / "s.db") as store:
+        with pytest.raises(GoalscopeError, match="cannot be stored"):
+            store.begin(**EPISODE, settings={"temperature": float("nan")})
+        id = store.begin(**EPISODE)
+        with pytest.raises(ValueError, match="score"):
+            store.finish(id, ended="terminated", score=float("nan"))
+
+
+def test_what_was_stored_is_read_back_by_another_process(tmp_path):
+    with Store.open(tmp_path / "new" / "s.db") as store:
+        id = store.begin(**EPISODE, profile="baker", settings={"k": 3})
+        store.append(id, a_round(1))
+        store.append(id, a_round(2, belief=None))
+        store.finish(id, ended="terminated", score=0.5)
+    with Store.open(tmp_path / "new" / "s.db") as store:
+        (info,) = store.episodes()
+        assert (info.id, info.profile, info.settings) == (id, "baker", {"k": 3})
+        assert (info.ended, info.score, info.rounds) == ("terminated", 0.5, 2)
+        stored = store.rounds(id)
+    assert [values_of(r) for r in stored] == [
+        values_of(a_round(1)),
+        values_of(a_round(2, belief=None)),
+    ]
+
+
+def test_every_connection_is_durable(tmp_path):
+    for _ in range(2):  # a new file and an old one
+        with Store.open(tmp_path / "s.db") as store:
+            pragma = store._connection.execute
+            assert pragma("PRAGMA journal_mode").fetchone() == ("wal",)
+            assert pragma("PRAGMA synchronous").fetchone() == (2,)
+
+
+def test_a_prefix_finds_an_episode_and_an_unknown_id_names_the_nearest(tmp_path):
+    with Store.open(tmp_path / "s.db") as store:
+        id = store.begin(**EPISODE)
+        assert store.episode(id[:3]).id == id
+        wrong = id[:-1] + "x"
+        with pytest.raises(InvalidInputError, match=f"(?s){id}.*goalscope episodes"):
+            store.rounds(wrong)
+        with pytest.raises(InvalidInputError, match="No episode"):
+            store.rounds("")
+
+
+def test_an_ambiguous_prefix_is_refused(tmp_path):
+    with Store.open(tmp_path / "s.db") as store:
+        ids = [store.begin(**EPISODE) for _ in range(17)]  # 16 first letters
+        twice = next(id[0] for id in ids if sum(i[0] == id[0] for i in ids) > 1)
+        with pytest.raises(InvalidInputError, match="More than one"):
+            store.episode(twice)
+
+
+def test_a_round_is_never_overwritten(tmp_path):
+    with Store.open(tmp_path / "s.db") as store:
+        id = store.begin(**EPISODE)
+        store.append(id, a_round(1))
+        with pytest.raises(GoalscopeError, match="another window"):
+            store.append(id, a_round(1, status="other"))
+        with pytest.raises(GoalscopeError, match="unknown"):
+            store.append("nobody", a_round(1))
+        assert store.rounds(id)[0].status == "Basket: 2 x Milk"
+
+
+def test_a_newer_version_is_refused(tmp_path):
+    Store.open(tmp_path / "s.db").close()
+    with_connection(tmp_path / "s.db", f"PRAGMA user_version = {VERSION + 1}")
+    with pytest.raises(GoalscopeError, match="Update goalscope"):
+        Store.open(tmp_path / "s.db")
+
+
+def test_another_programs_file_is_left_alone(tmp_path):
+    with_connection(tmp_path / "s.db", "CREATE TABLE theirs (x)")
+    with pytest.raises(GoalscopeError, match="another program's"):
+        Store.open(tmp_path / "s.db")
+    with_connection(tmp_path / "s.db", "INSERT INTO theirs VALUES (1)")
+
+
+def test_a_full_disk_keeps_the_earlier_rounds(tmp_path):
+    with Store.open(tmp_path / "s.db") as store:
+        id = store.begin(**EPISODE)
+        store.append(id, a_round(1))
+        (pages,) = store._connection.execute("PRAGMA page_count").fetchone()
+        store._connection.execute(f"PRAGMA max_page_count = {pages}")
+        with pytest.raises(GoalscopeError, match="disk is full"):
+            store.append(id, a_round(2, status="x" * 100_000))
+        assert [r.number for r in store.rounds(id)] == [1]
+
+
+def test_a_damaged_file_and_a_locked_one_are_explained(tmp_path):
+    (tmp_path / "text.db").write_text("no database at all, only words " * 99)
+    with pytest.raises(GoalscopeError, match="no SQLite file"):
+        Store.open(tmp_path / "text.db")
+    with Store.open(tmp_path / "s.db") as store:
+        store._connection.execute("PRAGMA busy_timeout = 10")
+        other = sqlite3.connect(tmp_path / "s.db", isolation_level=None)
+        other.execute("BEGIN IMMEDIATE")
+        with pytest.raises(GoalscopeError, match="Another program"):
+            store.begin(**EPISODE)
+        other.close()
+
+
+def test_a_path_that_cannot_be_used_is_explained(tmp_path):
+    with pytest.raises(GoalscopeError, match="--store"):
+        Store.open(tmp_path)  # a folder
+    (tmp_path / "file").touch()
+    with pytest.raises(GoalscopeError, match="--store"):
+        Store.open(tmp_path / "file" / "s.db")
+
+
+def test_a_damaged_round_is_explained(tmp_path):
+    with Store.open(tmp_path / "s.db") as store:
+        id = store.begin(**EPISODE)
+        store.append(id, a_round(1))
+    with_connection(tmp_path / "s.db", "UPDATE rounds SET json = '{}'")
+    with Store.open(tmp_path / "s.db") as store, pytest.raises(GoalscopeError, match=id):
+        store.rounds(id)
+
+
+def test_the_environment_variable_names_the_file(tmp_path, monkeypatch):
+    monkeypatch.setenv("GOALSCOPE_STORE", str(tmp_path / "mine.db"))
+    assert default_store_path() == tmp_path / "mine.db"
+    monkeypatch.delenv("GOALSCOPE_STORE")
+    assert default_store_path().name == "episodes.db"
+
+
+WRITER = """
+import sys
+from test_store import EPISODE, a_round
+from goalscope.store import Store
+store = Store.open(sys.argv[1])
+id = store.begin(**EPISODE)
+print(id, flush=True)
+for number in range(1, 1_000_000):
+    store.append(id, a_round(number))
+    print(number, flush=True)
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="the system has no SIGKILL")
+def test_a_killed_process_loses_no_stored_round(tmp_path):
+    path = tmp_path / "s.db"
+    env = os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])}
+    with subprocess.Popen(
+        [sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE, text=True, env=env
+    ) as process:
+        assert process.stdout is not None
+        id = process.stdout.readline().strip()
+        time.sleep(0.5)
+        process.send_signal(signal.SIGKILL)
+        acknowledged = int(process.stdout.read().split("\n")[:-1][-1])
+    shutil.copytree(tmp_path, tmp_path / "copy")  # a crash leaves the journal behind, too
+    for file in (path, tmp_path / "copy" / "s.db"):
+        with Store.open(file) as store:
+            numbers = [round.number for round in store.rounds(id)]
+            assert store._connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+        assert len(numbers) >= acknowledged >= 1
+        assert numbers == list(range(1, len(numbers) + 1))
+
+
+def with_connection(path, statement):
+    connection = sqlite3.connect(path)
+    connection.execute(statement)
+    connection.commit()
+    connection.close()
