@@ -1,7 +1,7 @@
 # make demo | make test | make check | make bench      (needs Python 3.11, a C++ compiler, make)
 
 PYTHON ?= python3
-PROFILE ?= breakfast
+PROFILE ?= chocolate-cake
 BIN := .venv/bin
 READY := .venv/ready
 

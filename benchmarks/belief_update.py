@@ -111,9 +111,7 @@ def from_scratch(model: LlamaCpp, layout: Callable[[str, int], Chat]) -> list[fl
     sums = []
     for goal in GOALS:
         model.clear_cache()
-        (scores,) = model.token_logprobs(
-            [layout(goal, ROUNDS)], [REPLIES[-1]], end_of_turn=True
-        )
+        (scores,) = model.token_logprobs([layout(goal, ROUNDS)], [REPLIES[-1]], end_of_turn=True)
         sums.append(float(scores.sum()))
     return sums
 

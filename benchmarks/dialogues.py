@@ -39,7 +39,7 @@ from rich.table import Table
 
 from goalscope.belief import Belief
 from goalscope.likelihood import Likelihood, RolePlay
-from goalscope.models import open_model
+from goalscope.models.llamacpp import LlamaCpp
 from goalscope.types import Goal, Turn
 
 Array = npt.NDArray[np.float64]
@@ -193,7 +193,9 @@ def summary(results: Sequence[Array]) -> dict[str, dict[str, Any]]:
     rng = np.random.default_rng(SEED)
     report: dict[str, dict[str, Any]] = {}
     for name, at in MOMENTS.items():
-        rows = np.stack([row for row in map(at, results) if row is not None])
+        rows = np.array([row for row in map(at, results) if row is not None])
+        if not len(rows):
+            continue
         means = rows[rng.integers(len(rows), size=(10_000, len(rows)))].mean(axis=1)
         low, high = np.quantile(means, [0.025, 0.975], axis=0)
         report[name] = {"dialogues": len(rows)}
@@ -213,7 +215,9 @@ def baseline(dialogues: Sequence[Dialogue], *, queries: bool) -> list[Array]:
             for d, table in zip(dialogues, tables, strict=True)
         ]
 
-    return min(map(at, np.geomspace(0.01, 1, 41)), key=lambda r: float(np.concatenate(r)[:, 1].mean()))
+    return min(
+        map(at, np.geomspace(0.01, 1, 41)), key=lambda r: float(np.concatenate(r)[:, 1].mean())
+    )
 
 
 def evaluate(
@@ -238,7 +242,7 @@ def show(title: str, reports: dict[str, dict[str, dict[str, Any]]], console: Con
     first = next(iter(reports.values()))
     table = Table(title=title, title_justify="left")
     table.add_column("")
-    for name in MOMENTS:
+    for name in first:
         table.add_column(f"{name} (n={first[name]['dialogues']})", justify="right")
     for method, report in reports.items():
         for figure, label, form in (("top1", "top-1", "{:.0%}"), ("nll", "NLL", "{:.2f}")):
@@ -247,7 +251,7 @@ def show(title: str, reports: dict[str, dict[str, dict[str, Any]]], console: Con
                 + " ["
                 + ", ".join(map(form.format, report[name][f"{figure}_interval"]))
                 + "]"
-                for name in MOMENTS
+                for name in report
             ]
             table.add_row(f"{method}, {label}", *cells)
     console.print(table)
@@ -265,6 +269,7 @@ def main() -> None:
     add("--limit", type=int, default=100, help="dialogues of each set")
     add("--export", type=Path, help="write the dialogues as JSONL for `goalscope infer`, and stop")
     add("--model", type=Path, help="GGUF file; default: the embedded model")
+    add("--threads", type=int, help="1 is fastest where other programs keep the cores busy")
     add("--layout", choices=["goal-first", "goal-last"])
     add("--end-of-turn", action=argparse.BooleanOptionalAction)
     add("--temperature", type=float)
@@ -274,7 +279,10 @@ def main() -> None:
     if args.data is None or not Path(args.data).is_dir():
         parser.error("name the folder of the datasets with --data or in GOALSCOPE_DATA")
 
-    sets = {"teach": lambda: teach(Path(args.data), args.split), "multiwoz": lambda: multiwoz(Path(args.data))}
+    sets = {
+        "teach": lambda: teach(Path(args.data), args.split),
+        "multiwoz": lambda: multiwoz(Path(args.data)),
+    }
     chosen = {
         name: list(load())[args.skip : args.skip + args.limit]
         for name, load in sets.items()
@@ -282,12 +290,12 @@ def main() -> None:
     }
     if args.export:
         with args.export.open("w", encoding="utf-8") as file:
-            for dialogue in sum(chosen.values(), []):
+            for dialogue in (d for dialogues in chosen.values() for d in dialogues):
                 file.write(json.dumps(dialogue.record(), ensure_ascii=False) + "\n")
         return
 
     options = {"layout": args.layout, "end_of_turn": args.end_of_turn}
-    model = open_model(args.model)
+    model = LlamaCpp(args.model, threads=args.threads)
     roleplay = RolePlay(model, **{k: v for k, v in options.items() if v is not None})
     temperature = 1.0 if args.temperature is None else args.temperature
     reports: dict[str, dict[str, Any]] = {}

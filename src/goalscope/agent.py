@@ -12,7 +12,7 @@ from goalscope.envs import Environment
 from goalscope.episode import Round
 from goalscope.likelihood import Layout, Likelihood, PromptedRanking, RolePlay
 from goalscope.models import LikelihoodModel, open_model
-from goalscope.policy import Planner, Want, undo
+from goalscope.policy import Outcome, Planner, Want, undo
 from goalscope.types import (
     UNSPECIFIED,
     Goal,
@@ -170,11 +170,10 @@ class Agent:
         history = [result for round in self.rounds for result in round.results]
         try:
             changes = self._update(tracker, turn) if tracker else ()
-            outcome = self.planner.act(
-                self.env,
-                self._wants(turn),
-                [*(past.utterance for past in self.turns), turn.utterance],
-                history,
+            wants = self._wants(turn)
+            said = [*(past.utterance for past in self.turns), turn.utterance]
+            outcome = (
+                self.planner.act(self.env, wants, said, history) if wants else Outcome((), 0)
             )
             results = outcome.results
             complete = self.env.is_completion(turn.utterance)

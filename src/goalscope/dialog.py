@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from goalscope.envs import Environment
-from goalscope.likelihood import contrast
 from goalscope.models import Generator, LikelihoodModel
 from goalscope.prompts import render
 from goalscope.types import InvalidInputError, Profile, Turn, checked_text
@@ -39,25 +38,24 @@ def ask(
 ) -> str:
     """The agent's next query; it answers first, where the person asked something.
 
-    Of several questions that the model writes, the one is taken that this conversation, rather
-    than the task alone, makes likely; a question is never asked twice.
+    Of several questions that the model writes, the one is taken whose words it finds likeliest;
+    a question is never asked twice.
     """
     if not turns:
         return OPENING
     asked = {question_of(turn.query) for turn in turns}
-    values = {"task": env.task, "status": env.status()}
-    prompt = render("query", turns=turns[-6:], **values)
+    prompt = render("query", task=env.task, status=env.status(), turns=turns[-4:])
     questions: list[str] = []
     for draw in range(draws):
         reply = model.generate(
-            prompt, max_tokens=48, temperature=0.8 if draw else 0.0, seed=seed + draw
+            prompt, max_tokens=48, temperature=0.6 if draw else 0.0, seed=seed + draw
         )
         question = question_of(reply.text)
         if question.endswith("?") and question not in asked and question not in questions:
             questions.append(question)
     if questions:
-        gains = contrast(model, questions, prompt, render("query", turns=(), **values))
-        question = questions[int(gains.argmax())]
+        scores = model.token_logprobs([prompt] * len(questions), questions)
+        question = questions[max(range(len(questions)), key=lambda i: scores[i].mean())]
     else:
         question = FALLBACK
     answer = env.answer(turns[-1].utterance)

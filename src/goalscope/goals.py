@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from goalscope.belief import Belief
-from goalscope.likelihood import Likelihood, contrast
+from goalscope.likelihood import Likelihood
 from goalscope.models import Generator, LikelihoodModel
 from goalscope.prompts import render
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, Turn

@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from goalscope.belief import Belief
 from goalscope.likelihood import Likelihood
@@ -141,16 +141,14 @@ def infer(
         yield dialogue
 
 
-def _dialogue(line: int, row: object) -> Dialogue:
+def _dialogue(line: int, row: Any) -> Dialogue:
     if not isinstance(row, dict):
         raise ValueError("a row must be a JSON object")
-    id, turns, goals = (_need(row, key) for key in ("id", "turns", "goals"))
+    id = _need(row, "id")
     if isinstance(id, bool) or not isinstance(id, str | int):
         raise ValueError('"id" must be a text or a whole number')
-    if not isinstance(turns, list) or not turns:
-        raise ValueError('"turns" must be a list of at least one {"query", "utterance"}')
-    if not isinstance(goals, list) or not goals:
-        raise ValueError('"goals" must be a list of at least one text')
+    turns = _list(row, "turns", 'of at least one {"query", "utterance"}')
+    goals = _list(row, "goals", "of at least one text")
     read: list[Turn] = []
     for number, turn in enumerate(turns, 1):
         if not isinstance(turn, dict):
@@ -162,7 +160,14 @@ def _dialogue(line: int, row: object) -> Dialogue:
     return Dialogue(line, id, task, tuple(read), tuple(dict.fromkeys(support)))
 
 
-def _need(row: Mapping[str, Any], key: str) -> Any:
+def _list(row: Any, key: str, of: str) -> list[Any]:
+    values = _need(row, key)
+    if not isinstance(values, list) or not values:
+        raise ValueError(f'"{key}" must be a list {of}')
+    return cast("list[Any]", values)
+
+
+def _need(row: Any, key: str) -> Any:
     if key not in row:
         raise ValueError(f'the key "{key}" is missing')
     return row[key]

@@ -19,7 +19,7 @@ from goalscope.types import (
     Turn,
 )
 
-__all__ = ["Layout", "Likelihood", "PromptedRanking", "RolePlay", "contrast"]
+__all__ = ["Layout", "Likelihood", "PromptedRanking", "RolePlay"]
 
 Array = npt.NDArray[np.float64]
 Layout = Literal["goal-first", "goal-last"]
@@ -153,19 +153,3 @@ class PromptedRanking:
         reply = self.generator.generate(prompt, max_tokens=8, schema={"enum": numbers})
         return numbers.index(reply.text.strip().strip('"'))
 
-
-def contrast(
-    model: LikelihoodModel,
-    continuations: Sequence[str],
-    given: Sequence[Message],
-    without: Sequence[Message],
-) -> Array:
-    """How much more likely each text is in one context than in another.
-
-    Returns:
-        [len(continuations)] in nats: log P(text | given) - log P(text | without).
-    """
-    n = len(continuations)
-    scores = model.token_logprobs([given] * n + [without] * n, [*continuations, *continuations])
-    sums = np.array([float(score.sum()) for score in scores])
-    return sums[:n] - sums[n:]

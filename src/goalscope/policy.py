@@ -11,11 +11,13 @@ import numpy.typing as npt
 from goalscope.dialog import Model
 from goalscope.envs import Environment
 from goalscope.goals import drawn_lines
-from goalscope.likelihood import contrast
 from goalscope.prompts import render
 from goalscope.types import Action, StepResult
 
 __all__ = ["Outcome", "Planner", "Want", "undo"]
+
+OTHER_GOALS = ("get through the week", "clean the bathroom", "have breakfast")
+"""Everyday goals that stand for having no particular one."""
 
 Array = npt.NDArray[np.float64]
 
@@ -37,18 +39,20 @@ class Outcome:
 
 
 class Planner:
-    """Chooses actions by how much more likely they are under what is wanted than without it.
+    """Chooses what to act on by how much more likely it is under a goal than without it.
 
     A model that writes badly still scores well, so it only proposes: search terms come from
-    several drawn lists and from the kinds of things that the environment has, actions from
-    what the environment says is possible, and log-probability chooses among them.
+    several drawn lists and from the kinds of things that the environment has, and
+    log-probability chooses among them. What is possible, the environment says.
 
     Args:
         model: Writes and scores.
         draws: Lists of search terms to draw for each want.
         kinds: Kinds of things that the environment may add for each want.
         limit: Most search terms that one round acts on.
-        margin: Gain in nats that a term needs, as a share of the best term's.
+        discount: Weight of a term's log-probability without the goal. At 1 rare things are
+            favoured, at 0 things that people need for anything.
+        gain: Least gain in nats over no goal that a term needs.
         replans: Most plans to make in one round after the first.
         seed: Seed of the draws.
     """
@@ -57,10 +61,11 @@ class Planner:
         self,
         model: Model,
         *,
-        draws: int = 3,
-        kinds: int = 60,
+        draws: int = 2,
+        kinds: int = 120,
         limit: int = 8,
-        margin: float = 0.4,
+        discount: float = 0.75,
+        gain: float = 1.0,
         replans: int = 2,
         seed: int = 0,
     ) -> None:
@@ -68,9 +73,12 @@ class Planner:
         self.draws = draws
         self.kinds = kinds
         self.limit = limit
-        self.margin = margin
+        self.discount = discount
+        self.gain = gain
         self.replans = replans
         self.seed = seed
+        self._candidates: dict[str, list[str]] = {}
+        self._log_probability: dict[tuple[str, str], float] = {}
 
     def act(
         self,
@@ -83,20 +91,17 @@ class Planner:
 
         Args:
             env: Where to act.
-            wants: What to act for; none means that only direct requests are met.
+            wants: What to act for.
             utterances: All that the person has said, the last utterance last.
             history: Every action that stands so far, for undoing.
         """
         impossible: set[Action] = set()
         terms = self.search_terms(env, wants)
         for replans in range(self.replans + 1):
-            plan = [
-                action
-                for action in self.plan(env, wants, terms, utterances)
-                if action not in impossible
-            ]
             results: list[StepResult] = []
-            for action in plan:
+            for action in self.plan(env, terms, utterances):
+                if action in impossible:
+                    continue
                 result = env.step(action)
                 if not result.ok:
                     impossible.add(action)
@@ -109,55 +114,56 @@ class Planner:
 
     def search_terms(self, env: Environment, wants: Sequence[Want]) -> list[str]:
         """The terms that gain most from what is wanted, best first."""
-        terms: dict[str, None] = {}
         for want in wants:
-            drawn = drawn_lines(
-                self.model, "relevant", draws=self.draws, seed=self.seed, goal=want.text
-            )
-            for term in (*drawn, *env.kinds(want.text, self.kinds)):
-                if len(term.split()) <= 4:
-                    terms.setdefault(term.casefold())
-        names = list(terms)
-        if not names:
+            if want.text not in self._candidates:
+                self._candidates[want.text] = drawn_lines(
+                    self.model,
+                    "relevant",
+                    draws=self.draws,
+                    seed=self.seed,
+                    max_tokens=48,
+                    goal=want.text,
+                ) + env.kinds(want.text, self.kinds)
+        pool = {term.casefold(): None for want in wants for term in self._candidates[want.text]}
+        terms = [term for term in pool if len(term.split()) <= 4]
+        if not terms:
             return []
-        gains = self.gains(names, wants)
-        order = np.argsort(-gains, kind="stable")
-        floor = max(0.0, self.margin * gains[order[0]])
-        return [names[i] for i in order[: self.limit] if gains[i] > floor]
+        weights = np.array([want.probability for want in wants])
+        given = np.array([self.log_probability(terms, want.text) for want in wants])
+        wanted = weights @ given / weights.sum()
+        without = np.mean([self.log_probability(terms, goal) for goal in OTHER_GOALS], axis=0)
+        value = wanted - self.discount * without
+        order = np.argsort(-value, kind="stable")
+        return [terms[i] for i in order if wanted[i] - without[i] > self.gain][: self.limit]
 
-    def plan(
-        self,
-        env: Environment,
-        wants: Sequence[Want],
-        terms: Sequence[str],
-        utterances: Sequence[str],
-    ) -> list[Action]:
-        """Direct requests first, then for each term the action that gains most."""
+    def plan(self, env: Environment, terms: Sequence[str], utterances: Sequence[str]) -> list[Action]:
+        """What the person asked for outright, then for each term a search and its best find."""
         plan = env.requests(utterances)
         served = {action.target for action in plan}
         for term in terms:
             actions = env.actions([term], utterances)
-            if not actions or any(action.target in served for action in actions):
-                continue
-            gains = self.gains([action.target for action in actions], wants)
-            best = actions[int(gains.argmax())]
-            served.add(best.target)
-            plan += [Action("search inventory", term), best]
+            if actions and not any(action.target in served for action in actions):
+                served.add(actions[0].target)
+                plan += [Action("search inventory", term), actions[0]]
         return plan
 
-    def gains(self, texts: Sequence[str], wants: Sequence[Want]) -> Array:
-        """[len(texts)] expected gain in nats over the wants, averaged over two wordings."""
-        total = np.zeros(len(texts))
-        for want in wants:
+    def log_probability(self, terms: Sequence[str], goal: str) -> Array:
+        """[len(terms)] in nats: how likely a person with this goal names each term.
+
+        The mean over two wordings; each term and goal is scored once.
+        """
+        new = [term for term in terms if (goal, term) not in self._log_probability]
+        if new:
+            total = np.zeros(len(new))
             for prompt, prefix in (("relevant", "- "), ("need", "I need ")):
-                lines = [prefix + text for text in texts]
-                total += 0.5 * want.probability * contrast(
-                    self.model,
-                    lines,
-                    render(prompt, goal=want.text),
-                    render(prompt, goal=""),
+                context = render(prompt, goal=goal)
+                scores = self.model.token_logprobs(
+                    [context] * len(new), [prefix + term for term in new]
                 )
-        return total
+                total += np.array([float(score.sum()) for score in scores]) / 2
+            for term, value in zip(new, total, strict=True):
+                self._log_probability[goal, term] = float(value)
+        return np.array([self._log_probability[goal, term] for term in terms])
 
 
 def undo(env: Environment, history: Sequence[StepResult]) -> None:

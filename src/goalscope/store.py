@@ -7,7 +7,7 @@ import json
 import os
 import secrets
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
@@ -244,7 +244,12 @@ class Store:
                 " (SELECT count(*) FROM rounds WHERE episode = id)"
                 " FROM episodes ORDER BY created, rowid"
             ).fetchall()
-        return [EpisodeInfo(*row[:7], json.loads(row[7]), *row[8:]) for row in rows]
+        return [
+            EpisodeInfo(
+                *head, settings=json.loads(settings), ended=ended, score=score, rounds=rounds
+            )
+            for *head, settings, ended, score, rounds in rows
+        ]
 
 
 def round_to_json(round: Round) -> str:
@@ -299,7 +304,12 @@ def round_from_json(text: str) -> Round:
             for change in data["changes"]
         ),
         results=tuple(
-            StepResult(**{**result, "action": Action(**result["action"])})
+            StepResult(
+                Action(**result["action"]),
+                result["ok"],
+                result["observation"],
+                result["terminated"],
+            )
             for result in data["results"]
         ),
         replans=data["replans"],
@@ -359,7 +369,7 @@ def _version(connection: sqlite3.Connection) -> int:
 
 
 @contextmanager
-def _explained(file: Path) -> Iterator[None]:
+def _explained(file: Path) -> Generator[None]:
     """Turn SQLite's errors into one line that says what to do."""
     try:
         yield

@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import codecs
-import ctypes
 import importlib.metadata
-import json
 import os
 import re
 import weakref
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from goalscope.models import Array, Completion
 from goalscope.models.chat import ChatTemplate
 from goalscope.models.native import MAX_PATHS, KVCache, Weights
+from goalscope.models.sampling import Grammar, Logits, choose, log_prob
 from goalscope.models.trie import Trie
 from goalscope.models.tune import faster_weights, prompt_seconds
 from goalscope.types import InvalidInputError, Message, ModelError
@@ -29,9 +28,6 @@ __all__ = ["LlamaCpp", "SelfTest"]
 
 _CACHES = 3  # a belief update, a scoring of items and a prompt can alternate and all stay cached
 _KV_BUDGET = 1 << 30  # bytes of one cache; longer calls are cut into several
-_MIN_P = 0.05
-
-Logits = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,13 +51,14 @@ class SelfTest:
 class LlamaCpp:
     """A GGUF model that tells how likely words are, and writes.
 
-    Prompts follow the model's own chat template; some templates (SmolLM2's, Qwen2.5's) put a default
-    system message before a chat that does not begin with one. Text never becomes a control token,
-    whatever it says. One object serves one thread at a time.
+    Prompts follow the model's own chat template; some templates (SmolLM2's, Qwen2.5's) put a
+    default system message before a chat that does not begin with one. Text never becomes a control
+    token, whatever it says. One object serves one thread at a time.
 
     Attributes:
         name: The model's name, from the file.
         path: The GGUF file that was loaded.
+        end_of_turn: Token that ends the assistant's turn.
         tuned: Whether that file is a faster copy that goalscope made of the given one.
     """
 
@@ -107,7 +104,9 @@ class LlamaCpp:
             for token, attribute in enumerate(attributes)
             if attribute & lib.LLAMA_TOKEN_ATTR_CONTROL or lib.llama_vocab_is_eog(vocab, token)
         )
-        names = [self._token_text(i) for i, attribute in enumerate(attributes) if attribute & markup]
+        names = [
+            self._token_text(i) for i, attribute in enumerate(attributes) if attribute & markup
+        ]
         self._markers = re.compile(
             "(?=" + "|".join(re.escape(n) for n in names if len(n) > 1 and n.strip()) + ")"
         )
@@ -115,7 +114,7 @@ class LlamaCpp:
             lambda text: self._weights.tokenize(text, markup=True)
         )
         self._text_ids = lru_cache(maxsize=8192)(self._tokenize)
-        self._end_of_turn = self._markup_ids(self._template.after_assistant())[0]
+        self.end_of_turn: int = self._markup_ids(self._template.after_assistant())[0]
 
     @property
     def context_size(self) -> int:
@@ -166,6 +165,10 @@ class LlamaCpp:
                 ids += self._markup_ids(piece)
         return ids if ids[:1] == self._bos else self._bos + ids
 
+    def is_control(self, token: int) -> bool:
+        """Whether a token is markup rather than text."""
+        return token in self._ends
+
     def count_tokens(self, messages: Sequence[Message]) -> int:
         """Number of tokens of the rendered chat, up to where the assistant's words begin."""
         return len(self.render(messages))
@@ -196,7 +199,7 @@ class LlamaCpp:
         for messages, words in zip(contexts, continuations, strict=True):
             prompt, answer = self.render(messages), self.tokenize(words)
             if end_of_turn:
-                answer.append(self._end_of_turn)
+                answer.append(self.end_of_turn)
             self._check_length(len(prompt) + len(answer))
             pairs.append((prompt, answer))
         return self._score(pairs)
@@ -230,12 +233,12 @@ class LlamaCpp:
         self._check_length(len(prompt) + 1)
         room = min(max_tokens, self._context_size - len(prompt))
         random = np.random.default_rng(seed)
-        grammar = _Grammar(self._weights, schema) if schema is not None else None
+        grammar = Grammar(self._weights, schema) if schema is not None else None
         decoder = codecs.getincrementaldecoder("utf-8")("replace")
         text, written, finish = "", 0, "length"
         cache, logits = self._prompt(prompt)
         while written < room:
-            token = _choose(logits, temperature, random, grammar)
+            token = choose(logits, temperature, random, grammar)
             if token in self._ends:
                 finish = "stop"
                 break
@@ -256,11 +259,18 @@ class LlamaCpp:
             )
         return Completion(text, finish, len(prompt), written)
 
+    def next_logprobs(self, prompt: Sequence[int]) -> Array:
+        """Log-probability in nats of every token [vocabulary] after a prompt's token ids."""
+        self._check_length(len(prompt) + 1)
+        logits = self._prompt(prompt)[1].astype(np.float64)
+        logits -= logits.max()
+        return logits - np.log(np.exp(logits).sum())
+
     def self_test(self) -> SelfTest:
         """Compare generation with scoring, and a warm cache with an empty one."""
         prompt = self.render([Message("user", "Which fruit is yellow and long?")])
-        _, logits = self._prompt(prompt)
-        token = int(np.argmax(logits))
+        logprobs = self.next_logprobs(prompt)
+        token = int(np.argmax(logprobs))
         (scored,) = self._score([(prompt, [token])])
         answer = self.tokenize("The fruit is a ripe banana.")
         pairs = [(prompt, answer), (prompt, [*answer[:3], *answer])]
@@ -268,8 +278,10 @@ class LlamaCpp:
         self.clear_cache()
         fresh = [self._score([pair])[0] for pair in pairs]
         return SelfTest(
-            generation_error=abs(float(scored[0]) - _log_prob(logits, token)),
-            cache_error=max(abs(float(a.sum() - b.sum())) for a, b in zip(warm, fresh, strict=True)),
+            generation_error=abs(float(scored[0] - logprobs[token])),
+            cache_error=max(
+                abs(float(a.sum() - b.sum())) for a, b in zip(warm, fresh, strict=True)
+            ),
         )
 
     def prompt_speed(self, tokens: int = 512) -> float:
@@ -299,7 +311,7 @@ class LlamaCpp:
 
             def read(node: int, row: Logits, wanted: dict[int, dict[int, float]] = wanted) -> None:
                 for token in wanted[node]:
-                    wanted[node][token] = _log_prob(row, token)
+                    wanted[node][token] = log_prob(row, token)
 
             self._cache_for(trie).load(trie, set(wanted), read)
             for index, spot in spots.items():
@@ -333,7 +345,7 @@ class LlamaCpp:
             )
 
     def _tokenize(self, text: str) -> tuple[int, ...]:
-        """Ids of content. Names of control tokens are cut after one character, to stay plain text."""
+        """Ids of content; names of control tokens are cut in two, so that they stay plain text."""
         try:
             text.encode()
         except UnicodeEncodeError as error:
@@ -341,7 +353,7 @@ class LlamaCpp:
                 f"The text holds a broken character (a lone surrogate) at position {error.start}."
             ) from None
         cuts = [0, *(match.start() + 1 for match in self._markers.finditer(text)), len(text)]
-        pieces = [text[a:b] for a, b in zip(cuts, cuts[1:], strict=False) if a < b]
+        pieces = [text[a:b] for a, b in pairwise(cuts) if a < b]
         return tuple(i for p in pieces for i in self._weights.tokenize(p, markup=False))
 
     def _token_text(self, token: int) -> str:
@@ -350,62 +362,6 @@ class LlamaCpp:
         return self._weights.lib.llama_vocab_get_text(self._weights.vocab, token).decode(
             errors="replace"
         )
-
-
-class _Grammar:
-    """A JSON schema as a filter of next tokens."""
-
-    def __init__(self, weights: Weights, schema: Mapping[str, Any]) -> None:
-        from llama_cpp.llama_grammar import json_schema_to_gbnf
-
-        self._lib = weights.lib
-        rules = json_schema_to_gbnf(json.dumps(schema)).encode()
-        self._sampler = self._lib.llama_sampler_init_grammar(weights.vocab, rules, b"root")
-        if not self._sampler:
-            raise ModelError("This JSON schema cannot be turned into a grammar. Simplify it.")
-        weakref.finalize(self, self._lib.llama_sampler_free, self._sampler)
-        dtype = [("id", np.int32), ("logit", np.float32), ("p", np.float32)]
-        self._candidates = np.zeros(weights.vocab_size, dtype)
-
-    def filter(self, logits: Logits, tokens: npt.NDArray[np.int32]) -> Logits:
-        """The `logits` of `tokens`, with -inf for tokens that cannot come next."""
-        data = self._candidates[: len(tokens)]
-        data["id"], data["logit"] = tokens, logits[tokens]
-        pointer = ctypes.cast(data.ctypes.data, self._lib.llama_token_data_p)
-        array = self._lib.llama_token_data_array(pointer, len(tokens), -1, False)
-        self._lib.llama_sampler_apply(self._sampler, ctypes.byref(array))
-        return np.array(data["logit"])
-
-    def accept(self, token: int) -> None:
-        """Move on past `token`."""
-        self._lib.llama_sampler_accept(self._sampler, token)
-
-
-def _choose(
-    logits: Logits, temperature: float, random: np.random.Generator, grammar: _Grammar | None
-) -> int:
-    """Sample a token; the whole vocabulary meets the grammar only if the first choice fails it."""
-    token = _sample(logits, temperature, random)
-    if grammar is not None:
-        if np.isneginf(grammar.filter(logits, np.array([token], np.int32))[0]):
-            everything = np.arange(len(logits), dtype=np.int32)
-            token = _sample(grammar.filter(logits, everything), temperature, random)
-        grammar.accept(token)
-    return token
-
-
-def _sample(logits: Logits, temperature: float, random: np.random.Generator) -> int:
-    if temperature <= 0:
-        return int(np.argmax(logits))
-    ratios = np.exp((logits - logits.max()).astype(np.float64))
-    weights = np.where(ratios >= _MIN_P, ratios, 0.0) ** (1 / temperature)
-    return int(random.choice(len(weights), p=weights / weights.sum()))
-
-
-def _log_prob(logits: Logits, token: int) -> float:
-    top = logits.max()
-    total = np.exp(logits - top).sum(dtype=np.float64)
-    return float(logits[token]) - float(top) - float(np.log(total))
 
 
 def _single(tokens: Sequence[int]) -> Trie:

@@ -87,9 +87,7 @@ class Weights:
     @property
     def exact(self) -> bool:
         """Whether the weights are F32, so that the rest is to be computed in F32 too."""
-        return bool(
-            self.lib.llama_model_ftype(self.model) == self.lib.LLAMA_FTYPE_ALL_F32
-        )
+        return bool(self.lib.llama_model_ftype(self.model) == self.lib.LLAMA_FTYPE_ALL_F32)
 
     @property
     def kv_bytes(self) -> int:
@@ -110,7 +108,7 @@ class Weights:
             size = length + 1
 
     def tokenize(self, text: str, *, markup: bool) -> list[int]:
-        """Token ids of `text`; only with `markup` do control tokens' names become control tokens."""
+        """Token ids of `text`; names of control tokens become those only with `markup`."""
         data = text.encode()
         size = len(data) + 8
         ids = (ctypes.c_int32 * size)()
@@ -144,6 +142,7 @@ class KVCache:
     """
 
     def __init__(self, weights: Weights, threads: int) -> None:
+        """Begin with nothing; memory is taken when the first tree comes."""
         self.trie = Trie()
         self.tokens_decoded = 0
         self._weights = weights
@@ -243,9 +242,7 @@ class KVCache:
                 "Close other programs, use a smaller model or a smaller context size."
             )
 
-    def _decode(
-        self, nodes: list[int], wanted: set[int], read: Callable[[int, Any], None]
-    ) -> None:
+    def _decode(self, nodes: list[int], wanted: set[int], read: Callable[[int, Any], None]) -> None:
         trie = self.trie
         tokens = np.array([trie.tokens[node] for node in nodes], np.int32)
         positions = np.array([trie.depths[node] for node in nodes], np.int32)

@@ -21,6 +21,7 @@ class Trie:
     """
 
     def __init__(self) -> None:
+        """Begin with no path."""
         self.tokens: list[int] = []
         self.depths: list[int] = []
         self.through: list[list[int]] = []

@@ -182,7 +182,7 @@ def _is_named(entry: Diet, text: str) -> bool:
             return True
     return bool(entry.refused) and bool(
         re.search(
-            rf"\b{_REFUSING} (?:any |the )?(?:[\w-]+(?:, | or | and )(?:any )?)*"
+            rf"\b{_REFUSING} (?:any |the )?(?:[\w-]+(?:,? or |,? and |, )(?:any )?)*"
             rf"(?:{entry.refused})\b(?![- ]free)",
             text,
         )

@@ -36,10 +36,10 @@ _SMALL = re.compile(
     r"|those|these|that|this|as well as|both|either|well|oh|yes|yeah|ok|okay|no|hi|hello)\b[\s,]*)+"
 )
 _TAIL = re.compile(
-    r"(?:^|\s+)(?:please|too|as well|thanks|thank you|also|for (?:me|us|him|her|them|now|today"
-    r"|sure|everyone|everybody|the \w+|my \w+|our \w+|it|that|this|\w+ing\b.*)|if (?:you|possible)\b.*"
+    r"(?:^|\s+)(?:please|too|as well|thanks|thank you|also|for (?:the|my|our) \w+ who\b.*"
+    r"|for (?:me|us|him|her|them|now|today|sure|everyone|everybody|the \w+|my \w+|our \w+|it|that|this|\w+ing\b.*)|if (?:you|possible)\b.*"
     r"|to (?:the|my) (?:basket|cart)|in (?:the|my) (?:basket|cart)|on (?:top|it)|to go with\b.*"
-    r"|tonight|tomorrow|or so|and so on|etc|instead|so that\b.*|because\b.*|since\b.*|which\b.*"
+    r"|tonight|tomorrow|of course|obviously|or so|and so on|etc|instead|so that\b.*|because\b.*|since\b.*|which\b.*"
     r"|that (?:is|are|can|will)\b.*|to (?:make|bake|cook|serve|put|go|eat|drink|decorate|share)\b.*"
     r"|in stock|available|there|at all|would be (?:nice|great|good|lovely))$"
 )
@@ -51,7 +51,7 @@ _ASKING = re.compile(
     r"|buy(?: me| us)?|grab|pick up|throw in|put in|include|give me|bring(?: me)?|order"
     r"|(?:do|don't|do not) (?:you )?(?:have|forget|miss)|need|how about|what about|go for|let's"
     r" (?:have|get|add|do|take|go with)|there should be|make sure (?:there is|there are|to (?:get|add))"
-    r"|with|some)\b(?! to (?!get|buy|have|order|add))"
+    r"|use)\b(?! to (?!get|buy|have|order|add))"
 )
 _SPEAKING = re.compile(
     r"\b(?:i|i'm|we|we're|you|he|she|they|it|it's|its|that's|is|are|was|were|be|been|has|have|had|do"
@@ -75,7 +75,6 @@ _REFUSAL = re.compile(
     r"|dislikes?|not (?:the|any)|anything (?:with|but)|cut out|lose)\s+(?P<what>[^.;!?]+)"
     r"|\b(?:take|put|leave)\s+(?P<apart>[^.;!?,]{1,60}?)\s+(?:out|back|off|away)\b"
 )
-_FREE = re.compile(r"^[- ]?(?:added|extra)\b")
 _STOP = re.compile(
     r"\s(?:but|please|because|since|so|though|although|unless|if|when|for (?:me|us|him|her|them|now)"
     r"|from|in|on|at|to|that|which|either|anymore|any more|again|with|use|and then|then|thanks"
@@ -124,7 +123,7 @@ def wanted(utterance: str) -> list[Request]:
         start = 0
         if asking := list(_ASKING.finditer(sentence)):
             start = asking[0].end()
-        elif _SPEAKING.search(sentence):
+        elif _SPEAKING.search(_TAIL.sub("", sentence)):
             continue
         for chunk in re.split(r",|\band\b|\bplus\b|\bor\b|&|\bwith\b|\balong\b", sentence[start:]):
             if (request := _request(chunk)) and request.phrase not in found:
@@ -142,7 +141,9 @@ def unwanted(utterance: str) -> list[str]:
 
 def _plain(utterance: str) -> str:
     text = " ".join(utterance[:2000].casefold().replace("\u2019", "'").split())
-    return re.sub(r"\b(?:don't|do not|never) (?:forget|miss)\b", "add", text)
+    text = re.sub(r"\b(?:don't|do not|never) (?:forget|miss)\b", "add", text)
+    text = re.sub(r"(?:^|(?<=[.;!?,]))([^.;!?,]+?) (?:is|are) (?:a must|essential|needed)\b", r". need \1.", text)
+    return re.sub(r",? (?:so|but|and|also) (?=(?:no|without|don't|nothing|i|we|let's)\b)", ". ", text)
 
 
 def _refused(match: re.Match[str]) -> Iterator[str]:

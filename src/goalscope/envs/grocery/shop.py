@@ -9,8 +9,11 @@ from decimal import Decimal
 from goalscope.envs.grocery.answers import answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.consent import consents
+from goalscope.envs.grocery.hearing import Hearing, hear
 from goalscope.envs.grocery.profiles import share_met
+from goalscope.envs.grocery.requests import packages
 from goalscope.envs.grocery.search import Search
+from goalscope.envs.grocery.words import contains, singulars, words
 from goalscope.types import Action, Profile, StepResult
 
 __all__ = ["GroceryShop"]
@@ -97,20 +100,43 @@ class GroceryShop:
         state = repr((self._bought, sorted(self._basket.items())))
         return hashlib.sha256(state.encode("utf-8", "backslashreplace")).hexdigest()
 
-    def actions(self, relevant: Sequence[str]) -> list[Action]:
-        """Additions for what each search term finds, then removals, then the purchase."""
+    def actions(self, relevant: Sequence[str], utterances: Sequence[str] = ()) -> list[Action]:
+        """Additions for each search term that the basket does not serve yet.
+
+        What the person ruled out in `utterances` is not offered. Removals and the purchase follow
+        from the person's words alone: see `requests` and `completion_actions`.
+        """
+        hearing = hear(utterances)
+        found = (item for term in relevant for item in self._offers(term, hearing))
+        return [] if self._bought else [Action("add item", i.name) for i in dict.fromkeys(found)]
+
+    def requests(self, utterances: Sequence[str]) -> list[Action]:
+        """Removals of what the person ruled out, then additions of what they asked for outright.
+
+        A request counts where the shop has a thing of that name; it is met once.
+        """
         if self._bought:
             return []
-        found = {i.name: i for term in relevant for i in self.search(term, _PER_TERM)}
-        possible = [
-            Action("add item", name)
-            for name in found
-            if self._basket.get(name, 0) < MOST_OF_ONE
+        hearing = hear(utterances)
+        plan = [
+            Action("remove item", item.name, number)
+            for item, number in self._contents()
+            if not hearing.permits(item)
         ]
-        possible += [Action("remove item", name, n) for name, n in self._basket.items()]
-        if self._basket:
-            possible.append(Action("buy basket"))
-        return possible
+        for request in hearing.wanted:
+            named = [i for i in self._found(request.phrase, hearing) if _is_a(i, request.phrase)]
+            held = next((i for i in named if i.name in self._basket), None)
+            if not named:
+                continue
+            item = held or named[0]
+            missing = packages(request, item) - self._basket.get(item.name, 0)
+            if missing > 0 and not any(action.target == item.name for action in plan):
+                plan.append(Action("add item", item.name, missing))
+        return plan
+
+    def completion_actions(self) -> list[Action]:
+        """The purchase, if there is something to buy."""
+        return [Action("buy basket")] if self._basket and not self._bought else []
 
     def step(self, action: Action) -> StepResult:
         """Take one action. An impossible one changes nothing and says why."""
@@ -142,6 +168,21 @@ class GroceryShop:
     def score(self, profile: Profile) -> float:
         """Share of the profile's checks that the basket meets, 0 to 1; 0 for an empty one."""
         return share_met(profile.checks, self._contents(), bought=self._bought)
+
+    def _found(self, term: str, hearing: Hearing) -> list[Item]:
+        """What the search finds that is not ruled out; a diet is searched for by its name, too."""
+        texts = [*(f"{name} {term}" for name in sorted(hearing.diets)), term]
+        found = dict.fromkeys(item for text in texts for item in self.search(text, _SHOWN))
+        return [item for item in found if hearing.permits(item)]
+
+    def _offers(self, term: str, hearing: Hearing) -> list[Item]:
+        """The best permitted items that are what the term's last word says.
+
+        None where the basket holds one of them: it serves the term already.
+        """
+        head = " ".join(words(term)[-1:])
+        offers = [i for i in self._found(term, hearing) if _is_a(i, head)][:_PER_TERM]
+        return [] if any(item.name in self._basket for item in offers) else offers
 
     def _contents(self) -> list[tuple[Item, int]]:
         pairs = ((self.catalogue.get(name), n) for name, n in self._basket.items())
@@ -184,3 +225,8 @@ class GroceryShop:
             return StepResult(action, False, "The basket is empty; add something first.")
         self._bought = True
         return StepResult(action, True, f"{self.status()}\nThe basket is now purchased.", True)
+
+
+def _is_a(item: Item, phrase: str) -> bool:
+    """Whether the item's name has every word of the phrase."""
+    return contains(singulars(item.name), singulars(phrase))

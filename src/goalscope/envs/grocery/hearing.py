@@ -1,0 +1,54 @@
+"""What stands after all that a person has said: what they ask for, and what they rule out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from goalscope.envs.grocery.catalogue import Item
+from goalscope.envs.grocery.diets import diet, violates
+from goalscope.envs.grocery.requests import Request, unwanted, wanted
+from goalscope.envs.grocery.words import contains, singulars
+
+__all__ = ["Hearing", "hear"]
+
+
+@dataclass(frozen=True, slots=True)
+class Hearing:
+    """What a person's words come to, later words before earlier ones.
+
+    Attributes:
+        wanted: Things asked for outright and not refused since, in their order.
+        refused: Things refused and not asked for since.
+        diets: Restrictions named, of `diets.DIETS`.
+    """
+
+    wanted: tuple[Request, ...]
+    refused: tuple[str, ...]
+    diets: frozenset[str]
+
+    def permits(self, item: Item) -> bool:
+        """Whether nothing that was said speaks against `item`."""
+        name = singulars(item.name)
+        return not any(violates(item, restriction) for restriction in self.diets) and not any(
+            contains(name, singulars(thing)) for thing in self.refused
+        )
+
+
+def hear(utterances: Sequence[str]) -> Hearing:
+    """Read utterances in their order; a word taken back counts no more."""
+    asked: dict[str, Request] = {}
+    refused: dict[str, None] = {}
+    diets: set[str] = set()
+    for utterance in utterances:
+        diets |= diet(utterance)
+        for thing in unwanted(utterance):
+            if not diet(f"no {thing}"):
+                refused[thing] = None
+            for phrase in [p for p in asked if contains(singulars(p), singulars(thing))]:
+                del asked[phrase]
+        for request in wanted(utterance):
+            asked[request.phrase] = request
+            for thing in [r for r in refused if contains(singulars(request.phrase), singulars(r))]:
+                del refused[thing]
+    return Hearing(tuple(asked.values()), tuple(refused), frozenset(diets))

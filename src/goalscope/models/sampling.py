@@ -1,0 +1,88 @@
+"""From logits to tokens: log-probabilities, sampling, and JSON schemas as a filter."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import weakref
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.models.native import Weights
+from goalscope.types import ModelError
+
+__all__ = ["MIN_P", "Grammar", "Logits", "choose", "log_prob"]
+
+MIN_P = 0.05
+"""Tokens less likely than this share of the likeliest are never sampled."""
+
+Logits = npt.NDArray[np.float32]
+
+
+class Grammar:
+    """A JSON schema as a filter of next tokens."""
+
+    def __init__(self, weights: Weights, schema: Mapping[str, Any]) -> None:
+        """Compile `schema`.
+
+        Raises:
+            ModelError: llama.cpp cannot turn it into a grammar.
+        """
+        from llama_cpp.llama_grammar import json_schema_to_gbnf
+
+        self._lib = weights.lib
+        rules = json_schema_to_gbnf(json.dumps(schema)).encode()
+        self._sampler = self._lib.llama_sampler_init_grammar(weights.vocab, rules, b"root")
+        if not self._sampler:
+            raise ModelError("This JSON schema cannot be turned into a grammar. Simplify it.")
+        weakref.finalize(self, self._lib.llama_sampler_free, self._sampler)
+        dtype = [("id", np.int32), ("logit", np.float32), ("p", np.float32)]
+        self._candidates = np.zeros(weights.vocab_size, dtype)
+
+    def filter(self, logits: Logits, tokens: npt.NDArray[np.int32]) -> Logits:
+        """The `logits` of `tokens`, with -inf for tokens that cannot come next."""
+        data = self._candidates[: len(tokens)]
+        data["id"], data["logit"] = tokens, logits[tokens]
+        pointer = ctypes.cast(data.ctypes.data, self._lib.llama_token_data_p)
+        array = self._lib.llama_token_data_array(pointer, len(tokens), -1, False)
+        self._lib.llama_sampler_apply(self._sampler, ctypes.byref(array))
+        return np.array(data["logit"])
+
+    def accept(self, token: int) -> None:
+        """Move on past `token`."""
+        self._lib.llama_sampler_accept(self._sampler, token)
+
+
+def choose(
+    logits: Logits, temperature: float, random: np.random.Generator, grammar: Grammar | None
+) -> int:
+    """Sample the next token from its logits [vocabulary]; at temperature 0, take the likeliest.
+
+    The whole vocabulary meets the grammar, which is slow, only if the first choice fails it.
+    """
+    token = _sample(logits, temperature, random)
+    if grammar is not None:
+        if np.isneginf(grammar.filter(logits, np.array([token], np.int32))[0]):
+            everything = np.arange(len(logits), dtype=np.int32)
+            token = _sample(grammar.filter(logits, everything), temperature, random)
+        grammar.accept(token)
+    return token
+
+
+def _sample(logits: Logits, temperature: float, random: np.random.Generator) -> int:
+    if temperature <= 0:
+        return int(np.argmax(logits))
+    ratios = np.exp(logits - logits.max())
+    kept = np.flatnonzero(ratios >= MIN_P)
+    weights = ratios[kept].astype(np.float64) ** (1 / temperature)
+    return int(random.choice(kept, p=weights / weights.sum()))
+
+
+def log_prob(logits: Logits, token: int) -> float:
+    """Log-probability of a token in nats, from the logits [vocabulary] before it."""
+    top = logits.max()
+    total = np.exp(logits - top).sum(dtype=np.float64)
+    return float(logits[token]) - float(top) - float(np.log(total))

@@ -1,0 +1,269 @@
+"""The command line: what is said, what is kept, and with which exit code."""
+
+import json
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from goalscope.cli import app
+from goalscope.store import Store
+from test_store import a_round
+
+SOURCE = str(Path(__file__).parents[1] / "src")
+MAIN = [sys.executable, "-c", "from goalscope.cli import main; main()"]
+
+CATALOGUE = """name,category,unit,price
+Whole Milk,dairy,1 L,1.20
+Green Tea,drinks,20 bags,3.00
+Plain Flour,baking,1 kg,1.10
+Cocoa Powder,baking,250 g,2.40
+Free Range Eggs,dairy,6 ct,2.20
+"""
+PROFILES = """
+[[profile]]
+name = "baker"
+description = "You want to bake a chocolate cake."
+replies = ["I need cocoa powder to bake a cake.", "Flour and eggs, please.", "And milk."]
+checks = [{must_have = ["cocoa"]}, {bought = true}]
+"""
+ROW = {
+    "id": "a",
+    "task": "You sell groceries.",
+    "turns": [
+        {"query": "What can I do?", "utterance": "I need flour and cocoa."},
+        {"query": "", "utterance": "And candles for the cake."},
+    ],
+    "goals": ["bake a chocolate cake", "wash the car"],
+    "ignored": 1,
+}
+
+
+@pytest.fixture(autouse=True)
+def store_file(tmp_path, monkeypatch):
+    monkeypatch.setenv("GOALSCOPE_STORE", str(tmp_path / "episodes.db"))
+    return tmp_path / "episodes.db"
+
+
+@pytest.fixture
+def shop(tmp_path):
+    (tmp_path / "shop.csv").write_text(CATALOGUE)
+    (tmp_path / "people.toml").write_text(PROFILES)
+    return ["--catalogue", str(tmp_path / "shop.csv"), "--profiles", str(tmp_path / "people.toml")]
+
+
+def invoke(*args, **options):
+    return CliRunner().invoke(app, [str(arg) for arg in args], **options)
+
+
+def fails(code, *args):
+    """The one line that a command which must fail says on standard error."""
+    result = invoke(*args)
+    assert result.exit_code == code, result.output
+    assert result.stdout == ""
+    assert "Traceback" not in result.stderr
+    (line,) = result.stderr.strip().splitlines()
+    return line
+
+
+def rows_file(tmp_path, *rows):
+    file = tmp_path / "rows.jsonl"
+    file.write_text("".join((r if isinstance(r, str) else json.dumps(r)) + "\n" for r in rows))
+    return file
+
+
+@pytest.mark.parametrize(
+    "command", [(), *[(c,) for c in ["chat", "run", "infer", "replay", "episodes", "doctor"]]]
+)
+def test_help_of_every_command(command):
+    result = invoke(*command, "--help")
+    assert result.exit_code == 0
+    assert "Usage" in result.stdout
+
+
+def test_the_command_loads_nothing_heavy_before_it_is_needed():
+    heavy = {"numpy", "rich", "llama_cpp", "jinja2", "wordllama"}
+    code = f"import sys, goalscope.cli; print([m for m in sys.modules if m in {heavy}])"
+    env = os.environ | {"PYTHONPATH": SOURCE}
+    loaded = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, check=True)
+    assert loaded.stdout.strip() == b"[]"
+
+
+def test_what_cannot_be_found_is_said_in_one_line(shop, tmp_path):
+    assert "baker" in fails(2, "run", "--profile", "nobody", *shop)
+    missing = tmp_path / "no.gguf"
+    assert "no.gguf" in fails(1, "run", "--profile", "baker", *shop, "--model", missing)
+    assert "no.csv" in fails(2, "chat", "--catalogue", tmp_path / "no.csv")
+    assert "NAME=TITLE" in fails(2, "run", "--profile", "baker", *shop, "--column", "name")
+    assert "--temperature" in fails(2, "run", "--profile", "baker", *shop, "--temperature", "nan")
+    assert "goalscope episodes" in fails(2, "replay", "nothing")
+    assert "goalscope episodes" in fails(2, "chat", "--resume", "nothing")
+
+
+def test_an_unknown_option_is_a_usage_error():
+    assert invoke("run", "--profile", "x", "--speed", "9").exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("broken", "cause"),
+    [
+        ("{not json", "line 2"),
+        ("[]", "JSON object"),
+        ({**ROW, "id": "a"}, "line 1"),
+        ({**ROW, "id": True}, '"id"'),
+        ({k: v for k, v in ROW.items() if k != "task"}, '"task" is missing'),
+        ({**ROW, "id": "b", "turns": []}, '"turns"'),
+        ({**ROW, "id": "b", "turns": [{"query": "Hi"}]}, '"utterance" is missing'),
+        ({**ROW, "id": "b", "turns": [{"query": "Hi", "utterance": " "}]}, "empty"),
+        ({**ROW, "id": "b", "goals": []}, '"goals"'),
+        ({**ROW, "id": "b", "goals": ["x", 7]}, "goal 2"),
+        ({**ROW, "id": "b", "goals": ["\ud800"]}, "surrogate"),
+    ],
+)
+def test_a_broken_row_is_named_before_anything_is_written(tmp_path, broken, cause):
+    file = rows_file(tmp_path, ROW, broken)
+    line = fails(2, "infer", file, "--out", tmp_path / "out.jsonl")
+    assert "line 2" in line
+    assert cause in line
+    assert not (tmp_path / "out.jsonl").exists()
+
+
+def test_infer_writes_a_belief_per_turn_and_continues_after_a_crash(tmp_path):
+    out = tmp_path / "out.jsonl"
+    file = rows_file(tmp_path, ROW, "", {**ROW, "id": 2, "goals": ["cook soup", "cook soup"]})
+    assert invoke("infer", file, "--out", out).exit_code == 0
+    whole = out.read_text()
+    lines = [json.loads(line) for line in whole.splitlines()]
+    assert [(line["id"], line["turn"]) for line in lines] == [("a", 1), ("a", 2), (2, 1), (2, 2)]
+    assert lines[2]["goals"] == ["cook soup"]
+    first, second = lines[:2]
+    total = [x + y for x, y in zip(first["log_likelihood"], second["log_likelihood"], strict=True)]
+    assert total[0] - total[1] == pytest.approx(
+        second["log_posterior"][0] - second["log_posterior"][1]
+    )
+    assert sum(second["probability"]) == pytest.approx(1)
+    assert second["probability"][0] > 0.5
+    assert first["unspecified_log_likelihood"] < 0
+
+    for cut in (len(whole) - 9, whole.index('{"id": 2') + 3, whole.index('{"id": "a", "turn": 2')):
+        out.write_text(whole[:cut])
+        assert invoke("infer", file, "--out", out).exit_code == 0
+        again = [json.loads(line) for line in out.read_text().splitlines()]
+        assert [(line["id"], line["turn"]) for line in again] == [
+            (line["id"], line["turn"]) for line in lines
+        ]
+        for new, old in zip(again, lines, strict=True):
+            assert new["log_likelihood"] == pytest.approx(old["log_likelihood"], abs=0.05)
+
+
+def test_infer_leaves_foreign_files_alone(tmp_path):
+    file = rows_file(tmp_path, ROW)
+    for foreign in ("my notes", "my notes\n", '{"id": "other", "turn": 1}\n'):
+        (tmp_path / "out.jsonl").write_text(foreign)
+        assert "Name another file" in fails(2, "infer", file, "--out", tmp_path / "out.jsonl")
+        assert (tmp_path / "out.jsonl").read_text() == foreign
+
+
+def test_infer_does_not_mix_settings(tmp_path):
+    out, file = tmp_path / "out.jsonl", rows_file(tmp_path, ROW)
+    assert invoke("infer", file, "--out", out).exit_code == 0
+    assert "goal-last" in fails(2, "infer", file, "--out", out, "--layout", "goal-last")
+
+
+def test_replay_and_episodes_need_no_model(store_file, monkeypatch):
+    monkeypatch.setattr("goalscope.models.open_model", None)
+    with Store.open(store_file) as store:
+        id = store.begin(domain="grocery", method="good", model="m", task="Sell.")
+        store.append(id, a_round(1))
+    shown = invoke("replay", id[:6])
+    assert shown.exit_code == 0
+    assert "make tea" in shown.stdout
+    assert "Milk" in shown.stdout
+    listed = invoke("episodes", "--json")
+    assert json.loads(listed.stdout)["id"] == id
+    assert id in invoke("episodes").stdout
+
+
+def test_run_prints_one_json_line_an_episode_and_replays(shop, store_file):
+    result = invoke("run", "grocery", "--profile", "all", "--json", *shop)
+    assert result.exit_code == 0, result.output
+    (line,) = result.stdout.splitlines()
+    outcome = json.loads(line)
+    assert set(outcome) == {"profile", "method", "score", "rounds", "terminated", "episode"}
+    assert (outcome["profile"], outcome["method"]) == ("baker", "good")
+    assert outcome["terminated"] is True
+    assert outcome["rounds"] == 4
+    assert 0 <= outcome["score"] <= 1
+    assert "complete" in fails(2, "chat", "--resume", outcome["episode"])
+    assert "cocoa" in invoke("replay", outcome["episode"]).stdout
+
+
+def test_a_chat_that_ends_early_is_kept_and_goes_on(shop, store_file):
+    first = invoke("chat", *shop[:2], input="I need cocoa powder for a cake.\n")
+    assert first.exit_code == 0, first.output
+    with Store.open(store_file) as store:
+        (info,) = store.episodes()
+    assert info.rounds == 1
+    assert f"--resume {info.id}" in first.stderr
+    second = invoke("chat", "--resume", info.id, "--rounds", "2", input="\nAnd milk.\n")
+    assert second.exit_code == 0, second.output
+    assert "empty" in second.stdout  # the blank line was asked again
+    with Store.open(store_file) as store:
+        assert store.episode(info.id).ended == "truncated"
+        assert [round.turn.utterance for round in store.rounds(info.id)] == [
+            "I need cocoa powder for a cake.",
+            "And milk.",
+        ]
+    assert "--rounds" in fails(2, "chat", "--resume", info.id)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the system has no POSIX signals")
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
+def test_an_interrupted_run_keeps_every_finished_round(shop, store_file, how):
+    env = os.environ | {"PYTHONPATH": SOURCE}
+    with subprocess.Popen(
+        [*MAIN, "run", "--profile", "baker", *shop],
+        env=env,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        seen = 0
+        deadline = time.monotonic() + 300
+        while seen == 0 and process.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.02)
+            if store_file.exists():
+                with Store.open(store_file) as store:
+                    seen = sum(info.rounds for info in store.episodes())
+        process.send_signal(how)
+        _, said = process.communicate()
+    with Store.open(store_file) as store:
+        (info,) = store.episodes()
+        assert seen >= 1
+        assert info.ended is None, "the run was over before the signal"
+        assert len(store.rounds(info.id)) == info.rounds >= seen
+    connection = sqlite3.connect(store_file)
+    assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+    connection.close()
+    if how == signal.SIGINT:
+        assert process.returncode == 130
+        assert f"goalscope chat --resume {info.id}" in said
+        assert "Traceback" not in said
+        resumed = invoke("chat", "--resume", info.id)
+        assert resumed.exit_code == 0, resumed.output
+        with Store.open(store_file) as store:
+            assert store.episode(info.id).ended == "terminated"
+
+
+def test_doctor_reports_and_fails_on_a_missing_model(tmp_path):
+    result = invoke("doctor", "--json", "--model", tmp_path / "no.gguf")
+    assert result.exit_code == 1
+    report = json.loads(result.stdout)
+    assert any("no.gguf" in problem for problem in report["problems"])
+    assert report["store"].endswith("episodes.db")

@@ -1,0 +1,156 @@
+"""What a person sees of a round: facts in order, and never another's escape sequences."""
+
+import io
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.console import Console
+
+from goalscope.belief import Belief
+from goalscope.display import plain, show_header, show_round, show_scores, show_summary
+from goalscope.episode import Round
+from goalscope.store import EpisodeInfo
+from goalscope.types import UNSPECIFIED, Action, Goal, GoalChange, StepResult, Turn
+
+CAKE, TEA = Goal("bake a cake"), Goal("make tea")
+HOSTILE = "[red]x[/red][/] \x1b[31m\x1b]0;title\x07\u202e\r\ud800 :smile:"
+
+
+def a_round(**changes):
+    belief = Belief.uniform([CAKE, UNSPECIFIED, TEA]).observe(np.log([0.2, 0.1, 0.7]))
+    values = {
+        "number": 2,
+        "turn": Turn("What else?", "Tea, please"),
+        "belief": belief,
+        "changes": (
+            GoalChange("added", TEA, "explains tea"),
+            GoalChange("removed", Goal("wash"), "least likely for 4 rounds"),
+        ),
+        "results": (
+            StepResult(Action("add item", "Green Tea", 2), True, "2 x Green Tea at $3.00"),
+            StepResult(Action("add item", "Moon"), False, "not sold here"),
+        ),
+        "replans": 1,
+        "status": "2 x Green Tea  $6.00\nTotal  $6.00",
+        "notes": ("The first 4 turns are no longer read.",),
+        "terminated": False,
+    }
+    return Round(**(values | changes))
+
+
+def drawn(show, *args, width=80, encoding="utf-8", **options):
+    raw = io.BytesIO()
+    file = io.TextIOWrapper(raw, encoding=encoding, errors="replace", newline="\n")
+    show(
+        Console(file=file, width=width, markup=False, emoji=False, highlight=False),
+        *args,
+        **options,
+    )
+    file.flush()
+    return raw.getvalue().decode(encoding)
+
+
+def test_a_round_tells_everything_in_order():
+    text = drawn(show_round, a_round())
+    parts = [
+        "Round 2",
+        "What else?",
+        "Tea, please",
+        " 70.0%",
+        "make tea",
+        " 20.0%",
+        "bake a cake",
+        " 10.0%",
+        "Unspecified",
+        "+ make tea  explains tea",
+        "- wash  least likely for 4 rounds",
+        "planned anew 1x",
+        "✓ add item: Green Tea x2  2 x Green Tea at $3.00",
+        "✗ add item: Moon  not sold here",
+        "Total  $6.00",
+        "no longer read",
+    ]
+    places = [text.find(part) for part in parts]
+    assert -1 not in places, parts[places.index(-1)]
+    assert places == sorted(places)
+
+
+def test_the_bar_is_as_long_as_the_probability():
+    line = next(line for line in drawn(show_round, a_round()).splitlines() if "70.0%" in line)
+    assert line.count("█") == 14
+    assert line.count("░") == 6
+
+
+def test_arrows_show_the_change_of_the_same_goal():
+    before = Belief.uniform([UNSPECIFIED, CAKE]).observe(np.log([0.1, 0.9]))
+    lines = drawn(show_round, a_round(), before).splitlines()
+    (cake,) = (line for line in lines if "bake a cake" in line)
+    (unspecified,) = (line for line in lines if "Unspecified" in line)
+    assert "▼" in cake
+    assert "▲" not in unspecified + cake
+    assert "▼" not in unspecified  # unchanged
+
+
+def test_beliefs_without_goals_and_without_explanations_are_said():
+    impossible = Belief.uniform([CAKE]).observe([-np.inf])
+    assert "No goal explains" in drawn(show_round, a_round(belief=impossible))
+    assert "Belief" not in drawn(show_round, a_round(belief=None))
+
+
+def test_many_goals_are_summed_up():
+    many = Belief.uniform([Goal(f"goal {i}") for i in range(20)])
+    assert "60.0%" in drawn(show_round, a_round(belief=many))
+    assert "12 more goals" in drawn(show_round, a_round(belief=many))
+
+
+@pytest.mark.parametrize("width", [40, 80])
+def test_nothing_is_wider_than_the_terminal(width):
+    wide = "a very long goal that goes on and on " * 5
+    round = a_round(belief=Belief.uniform([Goal(wide)]), status=wide, turn=Turn(wide, wide))
+    assert max(map(len, drawn(show_round, round, width=width).splitlines())) <= width
+
+
+def test_an_ascii_terminal_gets_ascii():
+    text = drawn(show_round, a_round(), encoding="ascii")
+    assert "##############......" in text
+    assert "?" not in text.replace("What else?", "")
+
+
+def test_hostile_text_is_shown_and_not_obeyed():
+    text = drawn(
+        show_round,
+        a_round(
+            turn=Turn(HOSTILE, HOSTILE),
+            belief=Belief.uniform([Goal(HOSTILE)]),
+            changes=(GoalChange("added", Goal(HOSTILE), HOSTILE),),
+            results=(StepResult(Action(HOSTILE, HOSTILE), True, HOSTILE),),
+            status=HOSTILE,
+            notes=(HOSTILE,),
+        ),
+        width=200,
+    )
+    assert text.count("[red]x[/red][/]") == 10
+    assert ":smile:" in text
+    assert not set(text) & set("\x1b\x07\r\u202e")
+
+
+@given(st.text(st.characters(), max_size=50))
+def test_plain_text_holds_no_control_characters(text):
+    shown = plain(text).plain
+    controls = {chr(i) for i in (*range(32), *range(127, 160), *range(0x202A, 0x202F))} - {"\n"}
+    assert not set(shown) & controls
+    shown.encode()
+
+
+def test_the_frame_of_an_episode():
+    info = EpisodeInfo(
+        "ab12", "2020-01-01T00:00:00+00:00", "grocery", "baker", "good", "m", "Sell.", {},
+        "terminated", 0.75, 4,
+    )  # fmt: skip
+    assert "ab12" in drawn(show_header, info)
+    assert "terminated after 4 rounds, score 0.75, 1.5 s" in drawn(show_summary, info, 1.5)
+    table = drawn(show_scores, [info, info])
+    assert table.count("baker") == 2
+    assert "mean" in table
