@@ -1,0 +1,51 @@
+"""Infer a person's goals from open dialogue, as an explicit belief, and act on it."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from goalscope.agent import Agent, GoalTracker, run_episode
+    from goalscope.belief import Belief
+    from goalscope.episode import Round
+    from goalscope.models import open_model
+    from goalscope.types import (
+        UNSPECIFIED,
+        Goal,
+        GoalscopeError,
+        InvalidInputError,
+        ModelError,
+        Turn,
+    )
+
+__all__ = [
+    "UNSPECIFIED",
+    "Agent",
+    "Belief",
+    "Goal",
+    "GoalTracker",
+    "GoalscopeError",
+    "InvalidInputError",
+    "ModelError",
+    "Round",
+    "Turn",
+    "open_model",
+    "run_episode",
+]
+
+_HOME = {
+    "Agent": "agent",
+    "Belief": "belief",
+    "GoalTracker": "agent",
+    "Round": "episode",
+    "open_model": "models",
+    "run_episode": "agent",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used, so that `goalscope --help` stays quick."""
+    if name not in __all__:
+        raise AttributeError(f"module 'goalscope' has no attribute {name!r}")
+    return getattr(import_module(f"goalscope.{_HOME.get(name, 'types')}"), name)

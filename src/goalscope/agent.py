@@ -235,9 +235,7 @@ class Agent:
             change.goal: change
             for change in (
                 *goal_management.overdue([*past, belief], self.patience),
-                *goal_management.objectionable(
-                    self.model, self.env.task, tracker.turns, belief.goals
-                ),
+                *goal_management.objectionable(self.model, self.env.task, belief.goals),
             )
         }
         if set(belief.goals) - {UNSPECIFIED} <= removed.keys():

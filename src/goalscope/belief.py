@@ -82,7 +82,7 @@ class Belief:
         peak = joint.max(initial=-np.inf)
         if np.isneginf(peak):
             return joint
-        return joint - (peak + np.log(np.exp(joint - peak).sum()))
+        return (joint - peak) - np.log(np.exp(joint - peak).sum())
 
     @property
     def probability(self) -> Array:

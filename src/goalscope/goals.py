@@ -15,6 +15,9 @@ from goalscope.types import UNSPECIFIED, Goal, GoalChange, Turn
 
 __all__ = ["drawn_lines", "objectionable", "overdue", "propose"]
 
+CONSENT = "Sure, I can help you with that."
+REFUSAL = "I'm sorry, but I can't help you with that."
+
 _BULLET = re.compile(r"^\s*(?:[-*•]|\d+[.)])\s*")
 
 
@@ -91,34 +94,28 @@ def propose(
 
 
 def objectionable(
-    model: LikelihoodModel,
-    task: str,
-    turns: Sequence[Turn],
-    goals: Sequence[Goal],
-    *,
-    margin: float = 0.0,
+    model: LikelihoodModel, task: str, goals: Sequence[Goal], *, margin: float = 1.0
 ) -> list[GoalChange]:
-    """Goals that the model would rather drop as unsafe or irrelevant, than keep.
+    """Goals that the model, asked to help with them, would rather refuse as unsafe.
 
-    Each goal is put to the model by itself, and "yes" weighed against "no" by log-probability.
+    Each goal is put to the model by itself, and a refusal weighed against a yes.
 
     Args:
         model: Weighs the answers.
         task: The agent's task.
-        turns: The transcript.
         goals: Goals to check; `UNSPECIFIED` is never removed.
-        margin: Log-odds in nats above which a goal goes.
+        margin: Log-odds in nats of the refusal above which a goal goes.
     """
     asked = [goal for goal in goals if goal != UNSPECIFIED]
-    contexts = [render("remove", task=task, turns=turns[-6:], goal=goal) for goal in asked]
+    contexts = [render("remove", task=task, goal=goal) for goal in asked]
     scores = model.token_logprobs(
-        [context for context in contexts for _ in range(2)], ["yes", "no"] * len(asked)
+        [context for context in contexts for _ in range(2)], [REFUSAL, CONSENT] * len(asked)
     )
-    odds = np.array([float(score.sum()) for score in scores]).reshape(-1, 2)
+    odds = [float(no.sum() - yes.sum()) for no, yes in zip(scores[::2], scores[1::2], strict=True)]
     return [
-        GoalChange("removed", goal, f"unsafe or irrelevant, the model says ({yes - no:+.1f} nats)")
-        for goal, (yes, no) in zip(asked, odds, strict=True)
-        if yes - no > margin
+        GoalChange("removed", goal, f"unsafe: the model refuses it ({value:+.1f} nats)")
+        for goal, value in zip(asked, odds, strict=True)
+        if value > margin
     ]
 
 

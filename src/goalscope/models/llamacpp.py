@@ -10,7 +10,7 @@ import weakref
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +26,12 @@ from goalscope.types import InvalidInputError, Message, ModelError
 
 __all__ = ["LlamaCpp", "SelfTest"]
 
-_CACHES = 3  # a belief update, a scoring of items and a prompt can alternate and all stay cached
+_CACHES = 32  # trees kept at once: one for each goal, and some for other calls in between
+_ONE_TREE = 4096  # tokens; attention looks over the whole tree, so larger ones cost more than save
 _KV_BUDGET = 1 << 30  # bytes of one cache; longer calls are cut into several
+
+Pair = tuple[list[int], list[int]]
+"""Token ids of a prompt, and of the answer to score after it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,14 +199,19 @@ class LlamaCpp:
         Raises:
             ModelError: A pair does not fit the context window (`count_tokens` tells beforehand).
         """
-        pairs: list[tuple[list[int], list[int]]] = []
+        pairs: list[Pair] = []
         for messages, words in zip(contexts, continuations, strict=True):
             prompt, answer = self.render(messages), self.tokenize(words)
             if end_of_turn:
                 answer.append(self.end_of_turn)
             self._check_length(len(prompt) + len(answer))
             pairs.append((prompt, answer))
-        return self._score(pairs)
+        families: dict[Message | None, list[int]] = {}
+        large = sum(len(prompt) + len(answer) for prompt, answer in pairs) > _ONE_TREE
+        for index, messages in enumerate(contexts):
+            families.setdefault(messages[0] if large and messages else None, []).append(index)
+        groups = list(families.values())
+        return self._score(pairs, groups if len(groups) < _CACHES else [[*range(len(pairs))]])
 
     def generate(
         self,
@@ -271,12 +280,12 @@ class LlamaCpp:
         prompt = self.render([Message("user", "Which fruit is yellow and long?")])
         logprobs = self.next_logprobs(prompt)
         token = int(np.argmax(logprobs))
-        (scored,) = self._score([(prompt, [token])])
+        (scored,) = self._score([(prompt, [token])], [[0]])
         answer = self.tokenize("The fruit is a ripe banana.")
         pairs = [(prompt, answer), (prompt, [*answer[:3], *answer])]
-        warm = self._score(pairs)
+        warm = self._score(pairs, [[0, 1]])
         self.clear_cache()
-        fresh = [self._score([pair])[0] for pair in pairs]
+        fresh = [self._score([pair], [[0]])[0] for pair in pairs]
         return SelfTest(
             generation_error=abs(float(scored[0] - logprobs[token])),
             cache_error=max(
@@ -288,36 +297,48 @@ class LlamaCpp:
         """Speed of reading a prompt of so many tokens with an empty cache, tokens a second."""
         return tokens / prompt_seconds(self._weights, self._caches[0].threads, tokens)
 
-    def _score(self, pairs: Sequence[tuple[list[int], list[int]]]) -> list[Array]:
+    def _score(self, pairs: Sequence[Pair], groups: Sequence[Sequence[int]]) -> list[Array]:
+        """Score pairs; each group of their numbers shares a tree, or several if it is too large."""
         results: list[Array] = [np.zeros(0)] * len(pairs)
-        limit = max(self._context_size, _KV_BUDGET // self._weights.kv_bytes)
-        waiting = [index for index, (_, answer) in enumerate(pairs) if answer]
-        while waiting:
-            trie, taken, spots = Trie(), 0, {}
-            wanted: dict[int, dict[int, float]] = {}
-            for index in waiting:
-                prompt, answer = pairs[index]
-                path = [*prompt, *answer[:-1]]
-                if taken and (
-                    len(trie.paths) == MAX_PATHS
-                    or len(trie) + len(path) - len(trie.match(path)) > limit
-                ):
-                    break
-                nodes = trie.paths[trie.add(path)][len(prompt) - 1 :]
-                spots[index] = list(zip(nodes, answer, strict=True))
-                for node, token in spots[index]:
+        used: list[KVCache] = []
+        for group in groups:
+            waiting = [index for index in group if pairs[index][1]]
+            while waiting:
+                trie, spots = self._plant(pairs, waiting)
+                wanted: dict[int, dict[int, float]] = {}
+                for node, token in chain.from_iterable(spots):
                     wanted.setdefault(node, {})[token] = np.nan
-                taken += 1
 
-            def read(node: int, row: Logits, wanted: dict[int, dict[int, float]] = wanted) -> None:
-                for token in wanted[node]:
-                    wanted[node][token] = log_prob(row, token)
+                def read(
+                    node: int, row: Logits, wanted: dict[int, dict[int, float]] = wanted
+                ) -> None:
+                    for token in wanted[node]:
+                        wanted[node][token] = log_prob(row, token)
 
-            self._cache_for(trie).load(trie, set(wanted), read)
-            for index, spot in spots.items():
-                results[index] = np.array([wanted[node][token] for node, token in spot])
-            waiting = waiting[taken:]
+                cache = self._cache_for(trie, used)
+                cache.load(trie, set(wanted), read)
+                used.append(cache)
+                for index, spot in zip(waiting, spots, strict=False):
+                    results[index] = np.array([wanted[node][token] for node, token in spot])
+                waiting = waiting[len(spots) :]
         return results
+
+    def _plant(
+        self, pairs: Sequence[Pair], indices: Sequence[int]
+    ) -> tuple[Trie, list[list[tuple[int, int]]]]:
+        """A tree of as many pairs as fit, and for each the nodes with the token to score after."""
+        limit = max(self._context_size, _KV_BUDGET // self._weights.kv_bytes)
+        trie, spots = Trie(), []
+        for prompt, answer in (pairs[index] for index in indices):
+            path = [*prompt, *answer[:-1]]
+            if spots and (
+                len(trie.paths) == MAX_PATHS
+                or len(trie) + len(path) - len(trie.match(path)) > limit
+            ):
+                break
+            nodes = trie.paths[trie.add(path)][len(prompt) - 1 :]
+            spots.append(list(zip(nodes, answer, strict=True)))
+        return trie, spots
 
     def _prompt(self, prompt: Sequence[int]) -> tuple[KVCache, Logits]:
         """Read a prompt; return the cache that holds it and the logits [vocabulary] after it."""
@@ -327,12 +348,16 @@ class LlamaCpp:
         cache.load(trie, {trie.paths[0][-1]}, lambda _, row: np.copyto(logits, row))
         return cache, logits
 
-    def _cache_for(self, trie: Trie) -> KVCache:
-        """The cache that holds most of the paths, or the least recently used if none holds half."""
+    def _cache_for(self, trie: Trie, used: Sequence[KVCache] = ()) -> KVCache:
+        """The cache that holds most of the paths, or the least recently used if none holds half.
+
+        One in `used`, by an earlier tree of the same call, is not taken while there are others.
+        """
         paths = [[trie.tokens[node] for node in nodes] for nodes in trie.paths]
-        best = max(self._caches, key=lambda cache: cache.overlap(paths))
+        free = [cache for cache in self._caches if cache not in used] or self._caches
+        best = max(free, key=lambda cache: cache.overlap(paths))
         if best.overlap(paths) < 0.5:
-            best = self._caches[0]
+            best = free[0]
         self._caches.remove(best)
         self._caches.append(best)
         return best

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
@@ -21,7 +21,8 @@ __all__ = ["MAX_PATHS", "KVCache", "Weights", "bindings"]
 MAX_PATHS = 128
 """Most paths of one tree: half of llama.cpp's 256 sequence ids, the other half being the last's."""
 
-_BATCH = 512
+_BATCH = 512  # tokens
+_OUTPUTS = 256  # logits rows of one batch, which bound its memory; at least the sequence ids
 _F32, _F16 = 0, 1  # ggml types
 _FLASH_AUTO, _FLASH_OFF = -1, 0
 _SEQUENCE = ctypes.POINTER(ctypes.c_int32)
@@ -199,8 +200,8 @@ class KVCache:
             for path in range(len(old.paths)):
                 self._lib.llama_memory_seq_rm(self._memory, old_bank + path, -1, -1)
             missing = [node for node in range(len(trie)) if node not in held]
-            for start in range(0, len(missing), _BATCH):
-                self._decode(missing[start : start + _BATCH], wanted, read)
+            for nodes in _batches(missing, wanted):
+                self._decode(nodes, wanted, read)
         except BaseException:
             self.clear()
             raise
@@ -224,8 +225,9 @@ class KVCache:
             return
         self.free()
         params = self._lib.llama_context_default_params()
-        params.n_ctx = self._cells = max(2048, 1 << (cells - 1).bit_length())
+        params.n_ctx = self._cells = max(1024, 1 << (cells - 1).bit_length())
         params.n_batch = params.n_ubatch = _BATCH
+        params.n_outputs_max = _OUTPUTS
         params.n_seq_max = 2 * MAX_PATHS
         params.kv_unified = True
         # llama.cpp's flash attention rounds keys and values to F16 whatever their type.
@@ -272,6 +274,20 @@ class KVCache:
         logits = np.ctypeslib.as_array(self._lib.llama_get_logits(self._context), shape)
         for row, index in zip(logits, outputs, strict=True):
             read(nodes[index], row)
+
+
+def _batches(nodes: Sequence[int], wanted: set[int]) -> Iterator[list[int]]:
+    """Cut nodes into batches, in order."""
+    batch: list[int] = []
+    outputs = 0
+    for node in nodes:
+        if len(batch) == _BATCH or outputs == _OUTPUTS:
+            yield batch
+            batch, outputs = [], 0
+        batch.append(node)
+        outputs += node in wanted
+    if batch:
+        yield batch
 
 
 def _pointer(array: npt.NDArray[Any], kind: Any) -> Any:

@@ -17,14 +17,17 @@ import platformdirs
 import wordllama
 
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.words import head_words, singular, singulars, words
+from goalscope.envs.grocery.words import head_nouns, head_words, singular, singulars, words
 
 __all__ = ["Search"]
 
 _Vectors = npt.NDArray[np.float32]
 
-_FORMAT = 1
+_FORMAT = 2
 """Part of the cache's file name; raise it when what is kept changes."""
+
+_WIDTH = 128
+"""Dimensions kept of the 256 of the model, which was trained to be cut; it halves the time."""
 
 _DEPTH = 100
 """How many items each ranking contributes to the fusion."""
@@ -113,11 +116,11 @@ class Search:
 
     @cached_property
     def _heads(self) -> dict[str, list[int]]:
-        """For each head noun, the places of its items."""
+        """For each head noun, the places of the items that may be it."""
         heads: defaultdict[str, list[int]] = defaultdict(list)
         for index, item in enumerate(self._catalogue.items):
-            if found := head_words(item.name):
-                heads[singular(found[-1])].append(index)
+            for part in dict.fromkeys(singular(w) for w in head_nouns(item.name)):
+                heads[part].append(index)
         return dict(heads)
 
     @cached_property
@@ -143,7 +146,7 @@ class Search:
 
     @cached_property
     def _vectors(self) -> _Vectors:
-        """float32, items x 256, each row of length one."""
+        """float32, items x `_WIDTH`, each row of length one."""
         blob = self._index.execute("SELECT data FROM vectors").fetchone()[0]
         return np.frombuffer(blob, dtype=np.float32).reshape(len(self._catalogue), -1)
 
@@ -173,8 +176,9 @@ def _model() -> wordllama.WordLlama:
 
 
 def _embedded(texts: Sequence[str]) -> _Vectors:
-    """Vectors of `texts`, float32, texts x 256, of length one (zero for no known word)."""
-    vectors = np.asarray(_model().embed([t.lower() or "?" for t in texts]), dtype=np.float32)
+    """Vectors of `texts`, float32, texts x `_WIDTH`, of length one (zero for no known word)."""
+    whole = np.asarray(_model().embed([t.lower() or "?" for t in texts]), dtype=np.float32)
+    vectors = whole[:, :_WIDTH]
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     return vectors / np.where(lengths > 0, lengths, 1)
 

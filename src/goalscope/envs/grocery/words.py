@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Collection
 
-__all__ = ["contains", "head_words", "singular", "singulars", "words"]
+__all__ = ["contains", "head_nouns", "head_words", "singular", "singulars", "words"]
 
 _WORD = re.compile(r"[^\W_]+(?:['\u2019][^\W_]+)?")
 _ASIDE = re.compile(r",|\(|:|;|\s[-\u2013\u2014|]\s|\s(?:with|in|for|of|from)\s", re.IGNORECASE)
 _MEASURE = re.compile(
     r"\d.*|x|g|kg|mg|lb|lbs|oz|fl|ml|cl|l|ct|count|pk|pack|packs|pc|pcs|piece|pieces|inch|gallon"
-    r"|each|assorted|each"
+    r"|each|assorted"
 )
 _IRREGULAR = {
     "leaves": "leaf",
@@ -76,3 +76,12 @@ def head_words(name: str) -> list[str]:
         if found:
             return found
     return words(name)
+
+
+def head_nouns(name: str) -> list[str]:
+    """The last words of a name's first two parts; shops put a brand or the thing itself first.
+
+    `head_nouns("Clabber Girl, Baking Powder, 4 lbs")` is `["girl", "powder"]`.
+    """
+    parts = (head_words(part) for part in _ASIDE.split(name)[:2] if words(part))
+    return [found[-1] for found in parts if found]

@@ -1,0 +1,104 @@
+"""Small honest stand-ins: a normalised model of words, and a room with a lamp."""
+
+import hashlib
+import math
+import re
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from goalscope.models import Completion
+from goalscope.types import Action, Message, Profile, StepResult
+
+
+class WordModel:
+    """Words are drawn independently; a word that the context holds is `boost` times as likely.
+
+    Over its vocabulary the probabilities sum to one, so posteriors have closed forms. It writes
+    the scripted replies, whichever prompt's words they are listed under.
+    """
+
+    vocabulary = 1000
+    boost = 50.0
+
+    def __init__(self, replies: Mapping[str, str] | None = None, context_size: int = 4096) -> None:
+        self.replies = dict(replies or {})
+        self.context_size = context_size
+        self.calls = 0
+
+    def token_logprobs(
+        self,
+        contexts: Sequence[Sequence[Message]],
+        continuations: Sequence[str],
+        *,
+        end_of_turn: bool = False,
+    ) -> list[np.ndarray]:
+        self.calls += 1
+        rows = []
+        for context, text in zip(contexts, continuations, strict=True):
+            seen = {word for message in context for word in words(message.content)}
+            total = self.vocabulary + len(seen) * (self.boost - 1)
+            row = [math.log((self.boost if w in seen else 1) / total) for w in words(text)]
+            rows.append(np.array(row + [math.log(0.5)] * end_of_turn))
+        return rows
+
+    def count_tokens(self, messages: Sequence[Message]) -> int:
+        return sum(len(words(message.content)) + 2 for message in messages)
+
+    def generate(self, messages: Sequence[Message], **settings) -> Completion:
+        prompt = " ".join(message.content for message in messages)
+        text = next((reply for mark, reply in self.replies.items() if mark in prompt), "")
+        return Completion(text, "stop", len(words(prompt)), len(words(text)))
+
+
+class LampRoom:
+    """An environment with one lamp; the switch `broken` always fails."""
+
+    task = "The agent looks after a lamp."
+    completion_phrase = "Good night"
+
+    def __init__(self, offers: Sequence[str] = ("lamp",)) -> None:
+        self.offers = list(offers)
+        self.on: list[str] = []
+
+    def reset(self) -> None:
+        self.on.clear()
+
+    def status(self) -> str:
+        return f"On: {', '.join(self.on) or 'nothing'}."
+
+    def state_hash(self) -> str:
+        return hashlib.sha256(repr(self.on).encode()).hexdigest()
+
+    def kinds(self, text: str, limit: int) -> list[str]:
+        return self.offers[:limit]
+
+    def actions(self, relevant: Sequence[str], utterances: Sequence[str] = ()) -> list[Action]:
+        return [Action("switch on", term) for term in relevant if term in self.offers]
+
+    def requests(self, utterances: Sequence[str]) -> list[Action]:
+        return []
+
+    def completion_actions(self) -> list[Action]:
+        return []
+
+    def step(self, action: Action) -> StepResult:
+        if action.name == "search inventory":
+            return StepResult(action, True, action.target)
+        if action.target == "broken" or action.target in self.on:
+            return StepResult(action, False, "The switch does not move.")
+        self.on.append(action.target)
+        return StepResult(action, True, "It is on.")
+
+    def answer(self, question: str) -> str | None:
+        return self.status() if question.endswith("on?") else None
+
+    def is_completion(self, utterance: str) -> bool:
+        return utterance == self.completion_phrase
+
+    def score(self, profile: Profile) -> float:
+        return float(bool(self.on))
+
+
+def words(text: str) -> list[str]:
+    return re.findall(r"\w+", text.lower())

@@ -1,0 +1,203 @@
+"""Algorithm 1, round by round, on a room with a lamp; and goal management."""
+
+import numpy as np
+import pytest
+from fakes import LampRoom, WordModel
+
+from goalscope.agent import Agent, run_episode
+from goalscope.belief import Belief
+from goalscope.dialog import ConsoleHuman, ScriptedHuman, ask, question_of
+from goalscope.goals import drawn_lines, objectionable, overdue, propose
+from goalscope.policy import Planner, Want
+from goalscope.types import (
+    UNSPECIFIED,
+    Action,
+    Goal,
+    InvalidInputError,
+    Profile,
+    StepResult,
+    Turn,
+)
+
+REPLIES = {
+    "name what the human may want": "- have lamp light\n- have lamp light\n- sleep in peace",
+    "lists of what is needed": "- lamp\n- book",
+    "short question": "Is it bright enough?",
+}
+SLEEPER = Profile("sleeper", "likes light", ("lamp light please",))
+
+
+def test_golden_episode() -> None:
+    env = LampRoom()
+    agent = Agent(env, WordModel(REPLIES))
+    rounds = list(run_episode(agent, ScriptedHuman(SLEEPER, env)))
+    assert [round.turn.utterance for round in rounds] == ["lamp light please", "Good night"]
+    assert [(c.kind, c.goal.text) for c in rounds[0].changes] == [
+        ("added", "have lamp light"),
+        ("added", "sleep in peace"),
+    ]
+    first = rounds[0].belief
+    assert first is not None
+    assert first.top(1)[0][0] == Goal("have lamp light")
+    assert [result.action for result in rounds[0].results] == [
+        Action("search inventory", "lamp"),
+        Action("switch on", "lamp"),
+    ]
+    assert rounds[-1].terminated
+    assert rounds[-1].status == "On: lamp."
+
+
+def test_nothing_is_done_while_unspecified_leads() -> None:
+    env = LampRoom()
+    agent = Agent(env, WordModel({**REPLIES, "name what the human may want": ""}))
+    round = agent.step("What now?", "lamp light please")
+    assert round.belief is not None
+    assert round.belief.goals == (UNSPECIFIED,)
+    assert round.results == ()
+    assert env.on == []
+
+
+@pytest.mark.parametrize("method", ["good", "no-goals", "no-inference"])
+def test_resumed_agent_goes_on_where_it_was(method) -> None:
+    replies = {**REPLIES, "the most likely": '"2"', "the least likely": '"1"'}
+    env = LampRoom()
+    first = Agent(env, WordModel(replies), method=method)
+    rounds = [first.step("What now?", "lamp light please")]
+    second = Agent(other := LampRoom(), WordModel(replies), method=method)
+    second.resume(rounds)
+    assert other.state_hash() == env.state_hash()
+    a, b = (agent.step("And now?", "more light please") for agent in (first, second))
+    assert a.results == b.results
+    if a.belief is not None and b.belief is not None:
+        assert a.belief.probability == pytest.approx(b.belief.probability)
+
+
+def test_error_in_a_round_leaves_everything_as_it_was() -> None:
+    env = LampRoom()
+    agent = Agent(env, WordModel(REPLIES))
+    agent.step("What now?", "lamp light please")
+    state, belief = env.state_hash(), agent.tracker and agent.tracker.belief
+    with pytest.raises(InvalidInputError):
+        agent.step("And?", "word " * 5000)
+    assert env.state_hash() == state
+    assert agent.tracker is not None
+    assert agent.tracker.belief is belief
+    assert len(agent.rounds) == 1
+
+
+def test_no_goals_acts_on_the_words_alone() -> None:
+    env = LampRoom()
+    round = Agent(env, WordModel(REPLIES), method="no-goals").step("What?", "lamp light please")
+    assert round.belief is None
+    assert env.on == ["lamp"]
+
+
+def test_episode_is_truncated_at_the_cap() -> None:
+    env = LampRoom()
+    human = ConsoleHuman(lambda query: "more lamp light")
+    rounds = list(run_episode(Agent(env, WordModel(REPLIES)), human, max_rounds=3))
+    assert len(rounds) == 3
+    assert not rounds[-1].terminated
+
+
+def test_unknown_method_is_refused() -> None:
+    with pytest.raises(InvalidInputError, match="no-goals"):
+        Agent(LampRoom(), WordModel(), method="best")  # pyright: ignore[reportArgumentType]
+
+
+def test_failed_plan_is_undone_and_made_anew_without_the_failed_action() -> None:
+    env = LampRoom(["lamp", "broken"])
+    env.on.append("candle")
+    history = [StepResult(Action("switch on", "candle"), True, "It is on.")]
+    planner = Planner(WordModel(), gain=-100)
+    outcome = planner.act(env, [Want("lamp broken", 1.0)], ["hello"], history)
+    assert outcome.replans == 1
+    assert env.on == ["candle", "lamp"]
+
+
+def test_plan_that_stays_impossible_ends_in_the_state_before_it() -> None:
+    env = LampRoom(["broken"])
+    planner = Planner(WordModel(), gain=-100, replans=0)
+    outcome = planner.act(env, [Want("broken", 1.0)], ["hello"], [])
+    assert outcome.results == ()
+    assert env.on == []
+
+
+def test_proposals_are_ranked_by_how_well_they_explain_the_words() -> None:
+    from goalscope.likelihood import RolePlay
+
+    model = WordModel({"name what the human may want": "- walk the dog\n- eat the soup"})
+    turns = [Turn("Yes?", "soup soup")]
+    changes = propose(model, RolePlay(model), "t", turns, [UNSPECIFIED], keep=1)
+    assert [change.goal for change in changes] == [Goal("eat the soup")]
+    assert propose(model, None, "t", turns, [], keep=1)[0].goal == Goal("walk the dog")
+
+
+def test_drawn_lines_are_distinct_and_clean() -> None:
+    model = WordModel({"lists of what is needed": "1. Lamp.\n- lamp\nHere you are:\n* 'a book'"})
+    assert drawn_lines(model, "relevant", draws=2, seed=0, goal="read") == ["Lamp", "a book"]
+
+
+def test_least_likely_goal_goes_after_patience_and_unspecified_never() -> None:
+    goals = (UNSPECIFIED, Goal("a"), Goal("b"))
+    belief = Belief(goals, np.zeros(3), np.array([[-9.0, -1.0, -2.0]]))
+    assert overdue([belief] * 3, 3) == []
+    assert [change.goal for change in overdue([belief] * 4, 3)] == [Goal("b")]
+    assert overdue([belief.drop([Goal("b")])] * 9, 3) == []
+
+
+def test_not_all_goals_are_removed() -> None:
+    agent = Agent(LampRoom(), RefusesAll(REPLIES))
+    round = agent.step("What now?", "lamp light please")
+    assert round.belief is not None
+    assert [goal.text for goal in round.belief.goals] == ["Unspecified", "have lamp light"]
+    assert [c.goal.text for c in round.changes if c.kind == "removed"] == ["sleep in peace"]
+
+
+class RefusesAll(WordModel):
+    """Finds every refusal likelier than any consent."""
+
+    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+        rows = super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+        return [
+            np.zeros(1) if text.startswith("I'm sorry") else row
+            for row, text in zip(rows, continuations, strict=True)
+        ]
+
+
+def test_refused_goals_are_named_with_the_odds() -> None:
+    (change,) = objectionable(RefusesAll(), "t", [UNSPECIFIED, Goal("a")])
+    assert change.goal == Goal("a")
+    assert "unsafe" in change.reason
+
+
+def test_question_is_answered_before_the_next_is_asked() -> None:
+    env = LampRoom()
+    query = ask(WordModel(REPLIES), env, [Turn("Yes?", "Which lamps are on?")])
+    assert query == "On: nothing. Is it bright enough?"
+
+
+def test_question_is_never_asked_twice() -> None:
+    turns = [Turn("Fine. Is it bright enough?", "no")]
+    assert ask(WordModel(REPLIES), LampRoom(), turns) == "What else would you like?"
+
+
+@pytest.mark.parametrize(
+    ("text", "question"),
+    [
+        ('"Is it on?" she said.', "Is it on?"),
+        ("Good. Which one?", "Which one?"),
+        ("no question", "no question"),
+    ],
+)
+def test_question_of(text: str, question: str) -> None:
+    assert question_of(text) == question
+
+
+def test_console_asks_again_until_the_words_can_be_used() -> None:
+    said = iter(["", "\ud83c", "soup"])
+    shown: list[str] = []
+    human = ConsoleHuman(lambda query: (shown.append(query), next(said))[1])
+    assert human.reply("Yes?", [], "") == "soup"
+    assert "empty" in shown[1]
+    assert "surrogate" in shown[2]

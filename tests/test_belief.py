@@ -1,0 +1,133 @@
+"""Laws of the belief: what Bayes' rule promises, whatever the numbers."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from goalscope.belief import Belief
+from goalscope.types import UNSPECIFIED, Goal
+
+nats = st.one_of(st.floats(-1e6, 0), st.just(-math.inf))
+finite = st.floats(-1e4, 0)
+
+
+def goals(n: int) -> list[Goal]:
+    return [Goal(f"goal {i}") for i in range(n)]
+
+
+@st.composite
+def beliefs(draw: st.DrawFn, values: st.SearchStrategy[float] = nats) -> Belief:
+    g = draw(st.integers(1, 6))
+    t = draw(st.integers(0, 5))
+    row = st.lists(values, min_size=g, max_size=g)
+    belief = Belief(tuple(goals(g)), np.array(draw(row)), np.zeros((0, g)))
+    for _ in range(t):
+        belief = belief.observe(draw(row))
+    return belief
+
+
+@given(beliefs())
+def test_posterior_is_normalised_or_explicitly_degenerate(belief: Belief) -> None:
+    assert not np.isnan(belief.log_posterior).any()
+    total = belief.probability.sum()
+    assert total == (0 if belief.is_degenerate else pytest.approx(1, abs=1e-12))
+
+
+@given(beliefs(finite))
+def test_posterior_agrees_with_bayes_in_long_arithmetic(belief: Belief) -> None:
+    from decimal import Decimal, localcontext
+
+    with localcontext() as context:
+        context.prec = 60
+        context.Emin = -(10**9)
+        joint = [
+            (Decimal(float(prior)) + sum(map(Decimal, map(float, column)))).exp()
+            for prior, column in zip(belief.log_prior, belief.log_likelihood.T, strict=True)
+        ]
+        exact = [float(value / sum(joint)) for value in joint]
+    assert belief.probability == pytest.approx(exact, abs=1e-9)
+
+
+@given(beliefs(finite), st.randoms())
+def test_order_of_goals_does_not_matter(belief: Belief, random) -> None:
+    order = list(range(len(belief.goals)))
+    random.shuffle(order)
+    shuffled = Belief(
+        tuple(belief.goals[i] for i in order),
+        belief.log_prior[order],
+        belief.log_likelihood[:, order],
+    )
+    assert shuffled.probability == pytest.approx(belief.probability[order], abs=1e-12)
+
+
+@given(beliefs(finite), st.integers(0, 5))
+def test_drop_is_conditioning(belief: Belief, which: int) -> None:
+    gone = belief.goals[which % len(belief.goals)]
+    rest = belief.drop([gone])
+    assert gone not in rest.goals
+    p = np.array([belief.probability[belief.goals.index(goal)] for goal in rest.goals])
+    if p.sum() > 1e-9:
+        assert rest.probability == pytest.approx(p / p.sum(), abs=1e-6)
+
+
+@given(beliefs(finite))
+def test_late_goal_equals_early_goal(belief: Belief) -> None:
+    flat = Belief(belief.goals, np.zeros(len(belief.goals)), belief.log_likelihood)
+    late, rest = flat.goals[-1], flat.drop([flat.goals[-1]])
+    back = rest.add([late], lambda new: flat.log_likelihood[:, -1:])
+    assert back.goals == flat.goals
+    assert back.probability == pytest.approx(flat.probability, abs=1e-12)
+
+
+def test_exact_duplicates_merge() -> None:
+    belief = Belief.uniform([Goal("a"), Goal("a"), UNSPECIFIED]).observe([-1.0, -2.0])
+    again = belief.add([Goal("a"), Goal("b"), Goal("b")], lambda new: [[-3.0] * len(new)])
+    assert again.goals == (Goal("a"), UNSPECIFIED, Goal("b"))
+
+
+def test_impossible_everywhere_is_a_state_and_no_nan() -> None:
+    belief = Belief.uniform(goals(3)).observe([-math.inf] * 3)
+    assert belief.is_degenerate
+    assert belief.probability.tolist() == [0, 0, 0]
+    assert belief.entropy == 0
+
+
+def test_last_evidence_forgets_and_sum_does_not() -> None:
+    rows = [[0.0, -5.0], [-1.0, 0.0]]
+    total, last = (Belief.uniform(goals(2), evidence=e) for e in ("sum", "last"))
+    for row in rows:
+        total, last = total.observe(row), last.observe(row)
+    assert total.top(1)[0][0] == Goal("goal 0")
+    assert last.top(1)[0][0] == Goal("goal 1")
+
+
+@given(st.floats(0.1, 10))
+def test_temperature_divides_log_odds(temperature: float) -> None:
+    belief = Belief.uniform(goals(2), temperature=temperature).observe([0.0, -3.0])
+    odds = belief.log_posterior[0] - belief.log_posterior[1]
+    assert odds == pytest.approx(3 / temperature)
+
+
+def test_effective_goals_counts_equal_goals() -> None:
+    assert Belief.uniform(goals(7)).effective_goals == pytest.approx(7)
+    assert Belief.uniform(goals(2)).observe([0.0, -math.inf]).effective_goals == 1
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_broken_numbers_are_refused(bad: float) -> None:
+    with pytest.raises(ValueError, match=r"NaN or \+inf"):
+        Belief.uniform(goals(2)).observe([0.0, bad])
+
+
+def test_wrong_shape_is_refused() -> None:
+    with pytest.raises(ValueError, match="expected 2"):
+        Belief.uniform(goals(2)).observe([0.0])
+
+
+@pytest.mark.parametrize("temperature", [0.0, -1.0, math.nan, math.inf])
+def test_temperature_must_be_positive(temperature: float) -> None:
+    with pytest.raises(ValueError, match="temperature"):
+        Belief.uniform(goals(2), temperature=temperature)

@@ -1,0 +1,101 @@
+"""The role-play likelihood, against a model whose probabilities can be written down."""
+
+import math
+
+import numpy as np
+import pytest
+from fakes import WordModel
+
+from goalscope.agent import GoalTracker
+from goalscope.likelihood import GOAL_TOKENS, PromptedRanking, RolePlay
+from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn
+
+CAKE, SOUP = Goal("bake cake"), Goal("cook soup")
+TURNS = [Turn("What now?", "cake cake"), Turn("And then?", "soup")]
+LAYOUTS = ("goal-first", "goal-last")
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_word_of_the_goal_gains_what_the_model_says(layout) -> None:
+    (row,) = RolePlay(WordModel(), layout=layout).log_likelihood("t", [CAKE, SOUP], TURNS[:1])
+    assert row[0] - row[1] == pytest.approx(2 * math.log(WordModel.boost))
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_rows_since_are_the_last_rows_of_the_table(layout) -> None:
+    roleplay = RolePlay(WordModel(), layout=layout)
+    whole = roleplay.log_likelihood("t", [CAKE, SOUP, UNSPECIFIED], TURNS)
+    assert whole.shape == (2, 3)
+    assert roleplay.log_likelihood("t", [CAKE, SOUP, UNSPECIFIED], TURNS, since=1) == (
+        pytest.approx(whole[1:])
+    )
+
+
+def test_normalising_over_goals_cancels() -> None:
+    """Eq. 2 divides by a sum over goals; Eq. 1 gives the same posterior without it."""
+    row = RolePlay(WordModel()).log_likelihood("t", [CAKE, SOUP], TURNS[:1])[0]
+    divided = row - np.log(np.exp(row).sum())
+    tracker = GoalTracker(WordModel(), task="t", goals=["bake cake", "cook soup"])
+    plain = tracker.belief.drop([UNSPECIFIED])
+    assert plain.observe(divided).probability == pytest.approx(plain.observe(row).probability)
+
+
+def test_end_of_turn_is_one_more_token_for_every_goal() -> None:
+    without = RolePlay(WordModel()).log_likelihood("t", [CAKE, SOUP], TURNS)
+    with_end = RolePlay(WordModel(), end_of_turn=True).log_likelihood("t", [CAKE, SOUP], TURNS)
+    assert with_end == pytest.approx(without + math.log(0.5))
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_full_context_drops_old_turns_for_all_goals_alike(layout) -> None:
+    model = WordModel(context_size=GOAL_TOKENS + 200)
+    roleplay = RolePlay(model, layout=layout)
+    turns = [Turn("what else", f"word{i} " * 20) for i in range(25)]
+    assert 0 < roleplay.window("t", turns) < 25
+    few = roleplay.log_likelihood("t", [CAKE], turns)
+    many = roleplay.log_likelihood("t", [CAKE, Goal("a much longer goal " * 10)], turns)
+    assert many[:, 0] == pytest.approx(few[:, 0])
+
+
+def test_utterance_longer_than_the_context_is_refused_and_changes_nothing() -> None:
+    tracker = GoalTracker(WordModel(context_size=500), goals=["bake cake"])
+    tracker.observe("Hello?", "cake")
+    before = tracker.belief.log_posterior
+    with pytest.raises(InvalidInputError, match="fewer words"):
+        tracker.observe("And?", "blah " * 1000)
+    assert (tracker.belief.log_posterior == before).all()
+    assert len(tracker.turns) == 1
+
+
+def test_too_long_goal_is_refused() -> None:
+    with pytest.raises(InvalidInputError, match="goal"):
+        RolePlay(WordModel()).log_likelihood("t", [Goal("x " * 300)], TURNS)
+
+
+@pytest.mark.parametrize("words", ["", "  \n", "half \ud83c of"])
+def test_unusable_utterance_is_refused_and_changes_nothing(words) -> None:
+    tracker = GoalTracker(WordModel(), goals=["bake cake"])
+    with pytest.raises(InvalidInputError):
+        tracker.observe("Hello?", words)
+    assert tracker.belief.log_likelihood.shape == (0, 2)
+
+
+def test_late_goal_stands_where_it_would_from_the_start() -> None:
+    early = GoalTracker(WordModel(), goals=["bake cake", "cook soup"])
+    late = GoalTracker(WordModel(), goals=["bake cake"])
+    for turn in TURNS:
+        early.observe(turn.query, turn.utterance)
+        late.observe(turn.query, turn.utterance)
+    late.add(["cook soup"])
+    assert late.belief.probability == pytest.approx(early.belief.probability)
+
+
+def test_prompted_ranking_is_what_the_model_answers() -> None:
+    ranking = PromptedRanking(WordModel({"the most likely": '"2"', "the least likely": '"1"'}))
+    row = ranking.log_likelihood("t", [CAKE, SOUP, UNSPECIFIED], TURNS[:1])
+    assert row.tolist() == [[-2.0, 0.0, -1.0]]
+
+
+def test_unknown_layout_is_refused() -> None:
+    with pytest.raises(InvalidInputError, match="goal-first"):
+        RolePlay(WordModel(), layout="sideways")  # pyright: ignore[reportArgumentType]
