@@ -73,6 +73,9 @@ class LampRoom:
     def kinds(self, text: str, limit: int) -> list[str]:
         return self.offers[:limit]
 
+    def mentioned(self, utterances: Sequence[str]) -> list[str]:
+        return [word for word in words(" ".join(utterances)) if word in self.offers]
+
     def actions(self, relevant: Sequence[str], utterances: Sequence[str] = ()) -> list[Action]:
         return [Action("switch on", term) for term in relevant if term in self.offers]
 

@@ -220,7 +220,7 @@ def test_a_chat_that_ends_early_is_kept_and_goes_on(shop, store_file):
             "I need cocoa powder for a cake.",
             "And milk.",
         ]
-    assert "--rounds" in fails(2, "chat", "--resume", info.id)
+    assert "--rounds 4" in fails(2, "chat", "--resume", info.id, "--rounds", "2")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="the system has no POSIX signals")

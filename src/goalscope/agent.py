@@ -10,7 +10,7 @@ from goalscope.belief import Belief
 from goalscope.dialog import Human, Model, ask
 from goalscope.envs import Environment
 from goalscope.episode import Round
-from goalscope.likelihood import Layout, Likelihood, PromptedRanking, RolePlay
+from goalscope.likelihood import DEFAULT_LAYOUT, Layout, Likelihood, PromptedRanking, RolePlay
 from goalscope.models import LikelihoodModel, open_model
 from goalscope.policy import Outcome, Planner, Want, undo
 from goalscope.types import (
@@ -135,7 +135,7 @@ class Agent:
         self.tracker: GoalTracker | None = None
         if method == "good":
             roleplay = RolePlay(
-                scorer or model, layout=layout or "goal-first", end_of_turn=end_of_turn
+                scorer or model, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn
             )
             self.tracker = GoalTracker(
                 task=env.task, likelihood=roleplay, temperature=temperature, evidence=evidence

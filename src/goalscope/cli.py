@@ -231,12 +231,12 @@ def infer(
     """
     from goalscope.infer import infer as infer_dialogues
     from goalscope.infer import read_dialogues, trim_output
-    from goalscope.likelihood import RolePlay
+    from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
 
     _positive(temperature)
     dialogues = read_dialogues(file)
     with _open_model(_absolute(model)) as engine:
-        likelihood = RolePlay(engine, layout=layout or "goal-first", end_of_turn=end_of_turn)
+        likelihood = RolePlay(engine, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
         settings = {
             "model": model.name if model else engine.name,
             "layout": likelihood.layout,

@@ -77,7 +77,9 @@ def show_round(
         [
             (
                 Text(good, "green") if result.ok else Text(bad, "red"),
-                plain(str(result.action)).append_text(plain(f"  {result.observation}", "dim")),
+                plain(str(result.action)).append_text(
+                    plain(f"  {_first_line(result.observation)}", "dim")
+                ),
             )
             for result in round.results
         ],
@@ -157,6 +159,11 @@ def _show_belief(console: Console, belief: Belief, previous: Belief | None) -> N
         console.print("  No goal explains what was said.")
     else:
         console.print(Padding(table, (0, 0, 0, 2)))
+
+
+def _first_line(text: str) -> str:
+    head, more, _ = text.partition("\n")
+    return f"{head} ..." if more else head
 
 
 def _rows(console: Console, rows: Sequence[tuple[Text, Text]], title: str = "") -> None:

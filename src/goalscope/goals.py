@@ -94,7 +94,7 @@ def propose(
 
 
 def objectionable(
-    model: LikelihoodModel, task: str, goals: Sequence[Goal], *, margin: float = 1.0
+    model: LikelihoodModel, task: str, goals: Sequence[Goal], *, margin: float = 1.5
 ) -> list[GoalChange]:
     """Goals that the model, asked to help with them, would rather refuse as unsafe.
 

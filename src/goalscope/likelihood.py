@@ -19,10 +19,13 @@ from goalscope.types import (
     Turn,
 )
 
-__all__ = ["Layout", "Likelihood", "PromptedRanking", "RolePlay"]
+__all__ = ["DEFAULT_LAYOUT", "Layout", "Likelihood", "PromptedRanking", "RolePlay"]
 
 Array = npt.NDArray[np.float64]
 Layout = Literal["goal-first", "goal-last"]
+
+DEFAULT_LAYOUT: Layout = "goal-last"
+"""The layout that told goals apart better on development dialogues (LOG.md)."""
 
 GOAL_TOKENS = 256
 """Room that every context keeps for the goal, so that all goals see the same turns."""
@@ -63,7 +66,7 @@ class RolePlay:
         self,
         model: LikelihoodModel,
         *,
-        layout: Layout = "goal-first",
+        layout: Layout = DEFAULT_LAYOUT,
         end_of_turn: bool = False,
     ) -> None:
         if layout not in ("goal-first", "goal-last"):

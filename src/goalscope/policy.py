@@ -96,7 +96,7 @@ class Planner:
             history: Every action that stands so far, for undoing.
         """
         impossible: set[Action] = set()
-        terms = self.search_terms(env, wants)
+        terms = self.search_terms(env, wants, env.mentioned(utterances))
         for replans in range(self.replans + 1):
             results: list[StepResult] = []
             for action in self.plan(env, terms, utterances):
@@ -112,8 +112,14 @@ class Planner:
             undo(env, history)
         return Outcome((), self.replans + 1)
 
-    def search_terms(self, env: Environment, wants: Sequence[Want]) -> list[str]:
-        """The terms that gain most from what is wanted, best first."""
+    def search_terms(
+        self, env: Environment, wants: Sequence[Want], mentioned: Sequence[str] = ()
+    ) -> list[str]:
+        """What to look for, best first.
+
+        Things that the person mentioned need only be likelier with what is wanted than without
+        it; those that nobody mentioned need `gain`, and there are at most `limit` of them.
+        """
         for want in wants:
             if want.text not in self._candidates:
                 self._candidates[want.text] = drawn_lines(
@@ -124,17 +130,20 @@ class Planner:
                     max_tokens=48,
                     goal=want.text,
                 ) + env.kinds(want.text, self.kinds)
-        pool = {term.casefold(): None for want in wants for term in self._candidates[want.text]}
-        terms = [term for term in pool if len(term.split()) <= 4]
+        pool = [*mentioned, *(term for want in wants for term in self._candidates[want.text])]
+        terms = [t for t in dict.fromkeys(map(str.casefold, pool)) if len(t.split()) <= 4]
         if not terms:
             return []
         weights = np.array([want.probability for want in wants])
         given = np.array([self.log_probability(terms, want.text) for want in wants])
         wanted = weights @ given / weights.sum()
         without = np.mean([self.log_probability(terms, goal) for goal in OTHER_GOALS], axis=0)
-        value = wanted - self.discount * without
-        order = np.argsort(-value, kind="stable")
-        return [terms[i] for i in order if wanted[i] - without[i] > self.gain][: self.limit]
+        gains = dict(zip(terms, wanted - without, strict=True))
+        values = dict(zip(terms, wanted - self.discount * without, strict=True))
+        said = [term for term in map(str.casefold, mentioned) if gains.get(term, 0) > 0]
+        best = sorted(terms, key=lambda term: -values[term])
+        unsaid = [term for term in best if gains[term] > self.gain and term not in said]
+        return said + unsaid[: self.limit]
 
     def plan(self, env: Environment, terms: Sequence[str], utterances: Sequence[str]) -> list[Action]:
         """What the person asked for outright, then for each term a search and its best find."""

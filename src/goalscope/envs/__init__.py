@@ -39,6 +39,10 @@ class Environment(Protocol):
         """Generic names of things here that may serve `text`, nearest first."""
         ...
 
+    def mentioned(self, utterances: Sequence[str]) -> list[str]:
+        """Generic names of things here that the person spoke of, and did not refuse."""
+        ...
+
     def actions(self, relevant: Sequence[str], utterances: Sequence[str] = ()) -> list[Action]:
         """The actions that are possible now, given search terms or object names.
 

@@ -18,11 +18,11 @@ from goalscope.types import ModelError
 
 __all__ = ["MAX_PATHS", "KVCache", "Weights", "bindings"]
 
-MAX_PATHS = 128
-"""Most paths of one tree: half of llama.cpp's 256 sequence ids, the other half being the last's."""
+MAX_PATHS = 64
+"""Most paths of one tree; its memory grows with it, and llama.cpp allows no more than 128."""
 
 _BATCH = 512  # tokens
-_OUTPUTS = 256  # logits rows of one batch, which bound its memory; at least the sequence ids
+_OUTPUTS = 2 * MAX_PATHS  # logits rows of one batch, which bound its memory; llama.cpp's least
 _F32, _F16 = 0, 1  # ggml types
 _FLASH_AUTO, _FLASH_OFF = -1, 0
 _SEQUENCE = ctypes.POINTER(ctypes.c_int32)

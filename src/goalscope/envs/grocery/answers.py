@@ -37,7 +37,8 @@ _PRICE = re.compile(
 _HELD = re.compile(rf"{_LEAD}(?:is|are) (?:there )?{_THE}(.+?) (?:already )?{_IN_BASKET}")
 _STOCK = re.compile(
     rf"{_LEAD}(?:(?:what|which)(?: (?:kinds?|sorts?|types?|brands?|varieties) of)? (.+?) "
-    r"(?:do|have|can|are) (?:you|there)(?: (?:have|got|sell|offer|carry|stock|recommend|guys have))*"
+    r"(?:do|have|can|are) (?:you|there)(?: (?:have|got|sell|offer|carry|stock|recommend"
+    r"|guys have))*"
     rf"|(?:do|can) you (?:(?:also |even |still )?(?:have|sell|carry|stock|offer)) {_THE}(.+?)"
     rf"|have you(?: got)? {_THE}(.+?)|(?:is|are) there {_THE}(.+?)"
     r"|what do you have (?:in|for|by way of|in the way of) (.+?))"
@@ -49,17 +50,27 @@ class Stock(Protocol):
     """What the answers are read from."""
 
     @property
-    def catalogue(self) -> Catalogue: ...
+    def catalogue(self) -> Catalogue:
+        """What is sold."""
+        ...
 
     @property
-    def basket(self) -> dict[str, int]: ...
+    def basket(self) -> dict[str, int]:
+        """Item name to quantity."""
+        ...
 
     @property
-    def total(self) -> Decimal: ...
+    def total(self) -> Decimal:
+        """Price of the basket."""
+        ...
 
-    def status(self) -> str: ...
+    def status(self) -> str:
+        """The basket, for people."""
+        ...
 
-    def search(self, text: str, limit: int) -> list[Item]: ...
+    def search(self, text: str, limit: int) -> list[Item]:
+        """The items nearest in meaning to `text`."""
+        ...
 
 
 def answered(question: str, shop: Stock) -> str | None:
@@ -85,8 +96,11 @@ def _offered(term: str, shop: Stock) -> str:
     exact = [item for item in found if contains(singulars(item.name), asked)]
     if not found:
         return "The shop has nothing of that name."
-    listed = "; ".join(f"{i.name}, {shop.catalogue.money(i.price)}" for i in (exact or found)[:_NAMED])
-    return f"The shop has {listed}." if exact else f"The shop has nothing called that. Near it: {listed}."
+    money = shop.catalogue.money
+    listed = "; ".join(f"{i.name}, {money(i.price)}" for i in (exact or found)[:_NAMED])
+    if exact:
+        return f"The shop has {listed}."
+    return f"The shop has nothing called that. Near it: {listed}."
 
 
 def _held(term: str, shop: Stock) -> str:

@@ -32,11 +32,13 @@ _COLUMNS: Mapping[str, tuple[str, ...]] = {
 }
 """For each of our columns the headings that it usually goes by, likeliest first."""
 
-_NUMBER = r"(\d+(?:[.,]\d+)*)"
+_NUMBER = r"(\.\d+|\d+(?:[.,]\d+)*)"
 _RANGE = re.compile(
     _NUMBER + r"(?:\s*(?:through|to|[-\u2013\u2014]))+\s*[^\d\s]{0,3}\s*" + _NUMBER, re.IGNORECASE
 )
-_SINGLE = re.compile(r"^[^\d.,\-\u2212]*\.?" + _NUMBER + r"(?![\d.,]*e[+-]?\d)", re.IGNORECASE)
+_SINGLE = re.compile(
+    r"^[^\d.,\-\u2212]*(?:(?<=[a-z])\.\s*)?" + _NUMBER + r"(?![\d.,]*e[+-]?\d)", re.IGNORECASE
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +89,7 @@ class Catalogue:
             raise InvalidInputError("Two items of the catalogue have the same name.")
 
     def __len__(self) -> int:
+        """How many items there are."""
         return len(self.items)
 
     def get(self, name: str) -> Item | None:
@@ -125,7 +128,11 @@ class Catalogue:
         Raises:
             InvalidInputError: The file cannot be read, or has no heading for the names.
         """
-        source = files(__package__) / "data" / "catalogue.csv" if path is None else Path(path)
+        source = (
+            files("goalscope.envs.grocery") / "data" / "catalogue.csv"
+            if path is None
+            else Path(path)
+        )
         label = Path(str(source)).name
         try:
             raw = source.read_bytes()
@@ -135,7 +142,8 @@ class Catalogue:
                 "Give the path of a CSV file."
             ) from None
         rows = _rows(_decoded(raw, label), label)
-        where = _placed(next(rows, []), columns or {}, label)
+        headings = next(rows, list[str]())
+        where = _placed(headings, columns or {}, label)
         return _collected(rows, where, currency, label)
 
 
@@ -157,9 +165,7 @@ def _decoded(raw: bytes, label: str) -> str:
 
 def _rows(text: str, label: str) -> Iterator[list[str]]:
     heading = text.partition("\n")[0]
-    reader = csv.reader(
-        io.StringIO(text, newline=""), delimiter=max(",;\t", key=heading.count)
-    )
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=heading.count))
     try:
         yield from reader
     except csv.Error as error:
@@ -190,7 +196,9 @@ def _placed(headings: list[str], columns: Mapping[str, str], label: str) -> dict
                 )
             where[column] = exact[0]
         else:
-            where |= {column: plain.index(h) for h in reversed(usual) if h in plain}
+            known = [plain.index(h) for h in usual if h in plain]
+            if known:
+                where[column] = known[0]
     if "name" not in where:
         raise InvalidInputError(
             f"The catalogue {label} has no column for the names. Its columns are: {found}. "
@@ -262,7 +270,7 @@ def _price(cell: str) -> tuple[Decimal | None, bool]:
 def _decimal(digits: str) -> Decimal:
     """A number with either decimal sign: 1,299.00 or 1.299,00 or 2,49."""
     head, mark, tail = digits.rpartition("," if digits.rfind(",") > digits.rfind(".") else ".")
-    is_decimal = mark == "." and digits.count(".") == 1 or mark == "," and len(tail) < 3
-    if mark and is_decimal and head.replace(",", "").replace(".", "").isdigit():
-        return Decimal(f"{re.sub(r'[.,]', '', head)}.{tail}")
+    is_decimal = digits.count(".") == 1 if mark == "." else len(tail) < 3
+    if mark and is_decimal:
+        return Decimal(f"{re.sub(r'[.,]', '', head) or 0}.{tail}")
     return Decimal(re.sub(r"[.,]", "", digits))

@@ -18,7 +18,8 @@ _FILLER = (
     r"|i have everything(?: i need)?|i'?ve got everything(?: i need)?|nothing else|no,? that'?s"
     r" (?:all|it|everything)|done|for me|today|for now|as it is|as is|go ahead|go on|let'?s do it"
     r"|let'?s go|right away|immediately|right now|at once|it'?s (?:perfect|great|fine|good)"
-    r"|no,? thanks|no thank you|all good|all set|everything is (?:here|there|in there)|i love it|i like it)"
+    r"|no,? thanks|no thank you|all good|all set|everything is (?:here|there|in there)|i love it"
+    r"|i like it)"
 )
 _THING = (
     r"(?:(?:the|my|this|that|our) (?:whole |entire |current )?"
@@ -56,9 +57,9 @@ def consents(utterance: str) -> bool:
     quotation, a question) makes it a no; the person is then simply asked again.
     """
     text = utterance.casefold().replace("\u2019", "'").replace("\u2018", "'").strip()
-    if _QUOTES.search(text.strip("\"\u201c\u201d")) or len(text) > 200:
+    if _QUOTES.search(text.strip('"\u201c\u201d')) or len(text) > 200:
         return False
-    text = _DASH.sub(", ", text.strip("\"\u201c\u201d"))
+    text = _DASH.sub(", ", text.strip('"\u201c\u201d'))
     ordered = False
     start = 0
     for end in [*_SENTENCE_END.finditer(text), None]:

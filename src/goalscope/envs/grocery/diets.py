@@ -70,16 +70,22 @@ DIETS: Mapping[str, Diet] = {
         refused=r"gluten|wheat",
         harmless="gluten free, wheat free",
         violating=(
-            "flour, bread, baguette, ciabatta, focaccia, loaf, sourdough, bun, roll, bagel, muffin, "
-            "croissant, naan, pita, wrap, flour tortilla, wheat tortilla, crumpet, brioche, danish, "
-            "donut, cake, cupcake, pie, brownie, cookie, biscuit, biscotti, shortbread, gingersnap, "
+            "flour, bread, baguette, ciabatta, focaccia, loaf, sourdough, bun, roll, bagel, "
+            "muffin, "
+            "croissant, naan, pita, wrap, flour tortilla, wheat tortilla, crumpet, brioche, "
+            "danish, "
+            "donut, cake, cupcake, pie, brownie, cookie, biscuit, biscotti, shortbread, "
+            "gingersnap, "
             "wafer, ladyfinger, panettone, tiramisu, cheesecake, cracker, pretzel, crouton, "
             "breadcrumb, crumb, pasta, spaghetti, penne, fusilli, rigatoni, linguine, farfalle, "
-            "orecchiette, macaroni, lasagne, lasagna, fettuccine, tagliatelle, tortellini, ravioli, "
-            "gnocchi, orzo, noodle, ramen, udon, couscous, bulgur, barley, wheat, rye, spelt, farro, "
+            "orecchiette, macaroni, lasagne, lasagna, fettuccine, tagliatelle, tortellini, "
+            "ravioli, "
+            "gnocchi, orzo, noodle, ramen, udon, couscous, bulgur, barley, wheat, rye, spelt, "
+            "farro, "
             "semolina, farina, seitan, malt, beer, ale, lager, stout, soy sauce, teriyaki, hoisin, "
             "pizza, pastry, pie crust, phyllo, strudel, waffle, pancake, cake mix, brownie mix, "
-            "muffin mix, pancake mix, cornbread, granola, muesli, bran, nugget, breaded, fish finger, "
+            "muffin mix, pancake mix, cornbread, granola, muesli, bran, nugget, breaded, "
+            "fish finger, "
             "burrito, spring roll, stuffing, licorice"
         ),
         saving=(
@@ -133,7 +139,7 @@ DIETS: Mapping[str, Diet] = {
     "organic": Diet(said=r"organic(?:ally)?", refused="", harmless="organic", violating=""),
     "halal": Diet(
         said=r"halal",
-        refused=r"pork",
+        refused="",
         harmless="halal",
         violating=(
             "pork, bacon, ham, prosciutto, pancetta, salami, pepperoni, chorizo, mortadella, lard, "
@@ -141,6 +147,16 @@ DIETS: Mapping[str, Diet] = {
             "sausage, hot dog, liver, brisket, rib"
         ),
         saving=f"turkey baster, wine vinegar, root beer, ginger beer, non alcoholic, {_NO_MEAT}",
+    ),
+    "pork-free": Diet(
+        said=r"pork[- ]free",
+        refused=r"pork",
+        harmless="pork free, halal, vegetarian, vegan",
+        violating=(
+            "pork, bacon, ham, prosciutto, pancetta, salami, pepperoni, chorizo, mortadella, lard, "
+            "gelatin, bratwurst, guanciale"
+        ),
+        saving=f"turkey bacon, beef salami, {_NO_MEAT}",
     ),
     "sugar-free": Diet(
         said=r"sugar[- ]?free|(?:no|without) added sugar|diabetic|unsweetened",

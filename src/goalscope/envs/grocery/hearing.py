@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -12,6 +13,8 @@ from goalscope.envs.grocery.words import contains, singulars
 
 __all__ = ["Hearing", "hear"]
 
+_MAKING = r"(?:bak|mak|cook|prepar|brew)(?:e|es|ing|s)?"
+
 
 @dataclass(frozen=True, slots=True)
 class Hearing:
@@ -21,11 +24,17 @@ class Hearing:
         wanted: Things asked for outright and not refused since, in their order.
         refused: Things refused and not asked for since.
         diets: Restrictions named, of `diets.DIETS`.
+        words: All that was said, in lower case.
     """
 
     wanted: tuple[Request, ...]
     refused: tuple[str, ...]
     diets: frozenset[str]
+    words: str
+
+    def makes(self, thing: str) -> bool:
+        """Whether the person wants to make `thing` themselves, so that it is not to be bought."""
+        return bool(re.search(rf"\b{_MAKING} (?:[\w'-]+ ){{0,4}}{re.escape(thing)}\b", self.words))
 
     def permits(self, item: Item) -> bool:
         """Whether nothing that was said speaks against `item`."""
@@ -51,4 +60,5 @@ def hear(utterances: Sequence[str]) -> Hearing:
             asked[request.phrase] = request
             for thing in [r for r in refused if contains(singulars(request.phrase), singulars(r))]:
                 del refused[thing]
-    return Hearing(tuple(asked.values()), tuple(refused), frozenset(diets))
+    said = ". ".join(utterances).casefold()
+    return Hearing(tuple(asked.values()), tuple(refused), frozenset(diets), said)

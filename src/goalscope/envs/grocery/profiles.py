@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from decimal import Decimal
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.words import contains, singulars
@@ -50,7 +50,9 @@ def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
         InvalidInputError: The file cannot be read, or a profile is not of this form; the message
             names the file, the profile, the key, and the nearest key that is known.
     """
-    source = files(__package__) / "data" / "profiles.toml" if path is None else Path(path)
+    source = (
+        files("goalscope.envs.grocery") / "data" / "profiles.toml" if path is None else Path(path)
+    )
     label = Path(str(source)).name
     try:
         tables = tomllib.loads(source.read_bytes().decode("utf-8-sig"))
@@ -84,9 +86,7 @@ def share_met(
     return sum(_is_met(check, basket, bought) for check in checks) / len(checks)
 
 
-def _is_met(
-    check: Mapping[str, Any], basket: Sequence[tuple[Item, int]], bought: bool
-) -> bool:
+def _is_met(check: Mapping[str, Any], basket: Sequence[tuple[Item, int]], bought: bool) -> bool:
     match check:
         case {"must_have": terms, **limits}:
             tag = limits.get("tag")
@@ -167,4 +167,6 @@ def _refuse_unknown(table: Mapping[str, Any], known: Sequence[str], label: str) 
 
 
 def _is_list(value: object, kind: type) -> bool:
-    return isinstance(value, list) and all(isinstance(entry, kind) for entry in value)
+    return isinstance(value, list) and all(
+        isinstance(entry, kind) for entry in cast("list[object]", value)
+    )

@@ -13,11 +13,18 @@ from goalscope.envs.grocery.catalogue import Item
 __all__ = ["Request", "packages", "unwanted", "wanted"]
 
 _NUMBERS = {
-    word: number
-    for number, word in enumerate(
-        "one two three four five six seven eight nine ten eleven twelve".split(), start=1
-    )
-} | {"a couple of": 2, "a couple": 2, "couple of": 2, "a pair of": 2, "a few": 3, "a": 1, "an": 1}
+    **{
+        "a couple of": 2,
+        "a couple": 2,
+        "couple of": 2,
+        "a pair of": 2,
+        "a few": 3,
+        "a": 1,
+        "an": 1,
+    },
+    **{"one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8},
+    **{"nine": 9, "ten": 10, "eleven": 11, "twelve": 12},
+}
 _NUMBER = "|".join(sorted((re.escape(word) for word in _NUMBERS), key=len, reverse=True))
 _CONTAINER = (
     r"(?:packages?|packs?|packets?|bags?|boxes|box|bottles?|cans?|tins?|jars?|cartons?|loaves|loaf"
@@ -30,37 +37,48 @@ _COUNT = re.compile(
     r"\s+(?:of|worth of)\s+)?"
 )
 _SMALL = re.compile(
-    r"^(?:(?:the|some|any|my|our|your|a (?:bit|little|lot) of|lots of|plenty of|enough|also|just"
+    r"^(?:(?:in|on|the|some|any|my|our|your|a (?:bit|little|lot) of|lots of|plenty of|enough|also"
+    r"|just"
     r"|maybe|perhaps|really|of|more|extra|too|then|please|definitely|with|only|another|good|nice"
     r"|for sure|a kind of|something like|things like|stuff like|like|such as|all the|all of the"
     r"|those|these|that|this|as well as|both|either|well|oh|yes|yeah|ok|okay|no|hi|hello)\b[\s,]*)+"
 )
 _TAIL = re.compile(
     r"(?:^|\s+)(?:please|too|as well|thanks|thank you|also|for (?:the|my|our) \w+ who\b.*"
-    r"|for (?:me|us|him|her|them|now|today|sure|everyone|everybody|the \w+|my \w+|our \w+|it|that|this|\w+ing\b.*)|if (?:you|possible)\b.*"
+    r"|for (?:me|us|him|her|them|now|today|sure|everyone|everybody|the \w+|my \w+|our \w+|it|that"
+    r"|this|\w+ing\b.*)|if (?:you|possible)\b.*"
     r"|to (?:the|my) (?:basket|cart)|in (?:the|my) (?:basket|cart)|on (?:top|it)|to go with\b.*"
-    r"|tonight|tomorrow|of course|obviously|or so|and so on|etc|instead|so that\b.*|because\b.*|since\b.*|which\b.*"
-    r"|that (?:is|are|can|will)\b.*|to (?:make|bake|cook|serve|put|go|eat|drink|decorate|share)\b.*"
+    r"|tonight|tomorrow|of course|obviously|maybe|perhaps|to start(?: with)?|or so|and so on|etc"
+    r"|instead|so that\b.*|because\b.*|since\b.*|which\b.*"
+    r"|that (?:is|are|can|will)\b.*|to (?:sell|make|bake|cook|serve|put|go|eat|drink|decorate"
+    r"|share)\b.*"
     r"|in stock|available|there|at all|would be (?:nice|great|good|lovely))$"
 )
 _ASKING = re.compile(
     r"\b(?:(?:i|we|you|they|he|she)(?:'d| would|'ll| will| also| really| just| definitely)*"
     r" (?:need|want|like|love|take|have|prefer|require|wish for)s?(?: to (?:get|buy|have|order|add"
     r"|include|use))?|looking for|(?:can|could|may|might) (?:i|we|you)(?: also| please| just)*"
-    r" (?:get|have|add|include|find|order|put in|throw in|buy|give me|get me)|add(?: in)?|get(?: me| us)?"
+    r" (?:get|have|add|include|find|order|put in|throw in|buy|give me|get me)|add(?: in)?"
+    r"|get(?: me| us)?"
     r"|buy(?: me| us)?|grab|pick up|throw in|put in|include|give me|bring(?: me)?|order"
     r"|(?:do|don't|do not) (?:you )?(?:have|forget|miss)|need|how about|what about|go for|let's"
-    r" (?:have|get|add|do|take|go with)|there should be|make sure (?:there is|there are|to (?:get|add))"
+    r" (?:have|get|add|do|take|go with)|there should be|make sure (?:there is|there are|to (?:get"
+    r"|add))"
     r"|use)\b(?! to (?!get|buy|have|order|add))"
 )
 _SPEAKING = re.compile(
-    r"\b(?:i|i'm|we|we're|you|he|she|they|it|it's|its|that's|is|are|was|were|be|been|has|have|had|do"
-    r"|does|did|will|would|should|could|can|there's|who|what|when|why|how|not|don't|doesn't|isn't)\b"
+    r"\b(?:i|i'm|we|we're|you|he|she|they|it|it's|its|that's|is|are|was|were|be|been|has|have|had"
+    r"|do"
+    r"|does|did|will|would|should|could|can|there's|who|what|when|why|how|not|don't|doesn't"
+    r"|isn't)\b"
 )
 _SERVINGS = re.compile(
-    rf"\b(?:for|serves?|serving|feeds?|feeding)\s+(?:about |around |up to |roughly )?(?:\d+|{_NUMBER}"
-    r"|(?:twenty|thirty|forty|fifty)(?:[- ]\w+)?|a dozen)(?: (?:\w+ )?(?:people|persons?|guests|kids"
-    r"|children|adults|friends|of us|servings|portions|customers))?\b|\b\d+ (?:people|guests|servings"
+    rf"\b(?:for|serves?|serving|feeds?|feeding)\s+(?:about |around |up to |roughly )?(?:\d+"
+    rf"|{_NUMBER}"
+    r"|(?:twenty|thirty|forty|fifty)(?:[- ]\w+)?|a dozen)(?: (?:\w+ )?(?:people|persons?|guests"
+    r"|kids"
+    r"|children|adults|friends|of us|servings|portions|customers))?\b|\b\d+ (?:people|guests"
+    r"|servings"
     r"|portions|kids|adults|friends|years?(?: old)?)\b"
 )
 _REFUSAL = re.compile(
@@ -76,7 +94,8 @@ _REFUSAL = re.compile(
     r"|\b(?:take|put|leave)\s+(?P<apart>[^.;!?,]{1,60}?)\s+(?:out|back|off|away)\b"
 )
 _STOP = re.compile(
-    r"\s(?:but|please|because|since|so|though|although|unless|if|when|for (?:me|us|him|her|them|now)"
+    r"\s(?:but|please|because|since|so|though|although|unless|if|when|for (?:me|us|him|her|them"
+    r"|now)"
     r"|from|in|on|at|to|that|which|either|anymore|any more|again|with|use|and then|then|thanks"
     r"|and (?:i|we|add|get|can|could|please|he|she|they|it|also|the rest|some|a|an|lots|plenty|keep"
     r"|make|put|instead|buy|\d+))\b.*|[,\s]*(?:\u2013|\u2014|\s-\s).*"
@@ -142,8 +161,14 @@ def unwanted(utterance: str) -> list[str]:
 def _plain(utterance: str) -> str:
     text = " ".join(utterance[:2000].casefold().replace("\u2019", "'").split())
     text = re.sub(r"\b(?:don't|do not|never) (?:forget|miss)\b", "add", text)
-    text = re.sub(r"(?:^|(?<=[.;!?,]))([^.;!?,]+?) (?:is|are) (?:a must|essential|needed)\b", r". need \1.", text)
-    return re.sub(r",? (?:so|but|and|also) (?=(?:no|without|don't|nothing|i|we|let's)\b)", ". ", text)
+    text = re.sub(
+        r"(?:^|(?<=[.;!?,]))([^.;!?,]+?) (?:is|are) (?:a must|essential|needed)\b",
+        r". need \1.",
+        text,
+    )
+    return re.sub(
+        r",? (?:so|but|and|also) (?=(?:no|without|don't|nothing|i|we|let's)\b)", ". ", text
+    )
 
 
 def _refused(match: re.Match[str]) -> Iterator[str]:
@@ -164,8 +189,7 @@ def _without_refused(match: re.Match[str]) -> str:
     listed = match["what"]
     if listed is None:
         return " "
-    named = [phrase for phrase in _refused(match)]
-    end = max((listed.find(phrase) + len(phrase) for phrase in named), default=0)
+    end = max((listed.find(phrase) + len(phrase) for phrase in _refused(match)), default=0)
     return f" . {listed[end:]}"
 
 

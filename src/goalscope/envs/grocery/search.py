@@ -6,15 +6,17 @@ import os
 import sqlite3
 import tempfile
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
 from functools import cache, cached_property
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
 import platformdirs
-import wordllama
+import wordllama  # pyright: ignore[reportMissingTypeStubs]
+from wordllama.inference import WordLlamaInference  # pyright: ignore[reportMissingTypeStubs]
 
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.words import head_nouns, head_words, singular, singulars, words
@@ -23,11 +25,8 @@ __all__ = ["Search"]
 
 _Vectors = npt.NDArray[np.float32]
 
-_FORMAT = 2
+_FORMAT = 1
 """Part of the cache's file name; raise it when what is kept changes."""
-
-_WIDTH = 128
-"""Dimensions kept of the 256 of the model, which was trained to be cut; it halves the time."""
 
 _DEPTH = 100
 """How many items each ranking contributes to the fusion."""
@@ -38,14 +37,62 @@ _RANK_OFFSET = 20.0
 _CATEGORY_WEIGHT = 0.06
 """Weight of an item's category among the best items, against 1 / k for a first place."""
 
+_CATEGORY_NEARNESS = 0.5
+"""Weight of the nearness of a generic name's category, against that of the name itself."""
+
 _MOST_KINDS = 800
 """Generic names kept, the most frequent first."""
 
 _QUALITIES = frozenset(
-    "organic fresh large medium small extra pure natural classic original premium mini light low "
-    "free fat reduced sodium unsalted salted whole mixed plain fine gluten dairy sugar and & the "
-    "ready raw frozen dried value family size style big no added vegan real best new a".split()
-)
+    {
+        "organic",
+        "fresh",
+        "large",
+        "medium",
+        "small",
+        "extra",
+        "pure",
+        "natural",
+        "classic",
+        "original",
+        "premium",
+        "mini",
+        "light",
+        "low",
+        "free",
+        "fat",
+        "reduced",
+        "sodium",
+        "unsalted",
+        "salted",
+        "whole",
+        "mixed",
+        "plain",
+        "fine",
+        "gluten",
+        "dairy",
+        "sugar",
+        "and",
+        "&",
+        "the",
+        "ready",
+        "raw",
+        "frozen",
+        "dried",
+        "value",
+        "family",
+        "size",
+        "style",
+        "big",
+        "no",
+        "added",
+        "vegan",
+        "real",
+        "best",
+        "new",
+        "a",
+    }
+)  # fmt: skip
 """Words that say which one but not what it is, so that no generic name begins with them."""
 
 
@@ -65,7 +112,7 @@ class Search:
         query = singulars(text)
         if not query or limit < 1:
             return []
-        nearness = self._vectors @ _embedded([text])[0]
+        nearness = _nearness(self._vectors, _embedded([text])[0])
         near = _top(nearness, _DEPTH)
         scores: defaultdict[int, float] = defaultdict(float)
         for ranking in (self._by_words(text), near, self._by_head(query, nearness)):
@@ -73,9 +120,10 @@ class Search:
                 scores[index] += 1 / (_RANK_OFFSET + place)
         items = self._catalogue.items
         best = sorted(scores, key=lambda i: (-scores[i], i))[:20]
-        shares = Counter[str]()
+        shares: defaultdict[str, float] = defaultdict(float)
+        whole = sum(scores[i] for i in best)
         for index in best:
-            shares[items[index].category] += scores[index] / sum(scores[i] for i in best)
+            shares[items[index].category] += scores[index] / whole
         for index in scores:
             scores[index] += _CATEGORY_WEIGHT * shares[items[index].category]
         return [items[i] for i in sorted(scores, key=lambda i: (-scores[i], i))[:limit]]
@@ -85,18 +133,33 @@ class Search:
 
         They are the endings of the catalogue's own names, so that each leads to items.
         """
-        names, vectors, aisles = self._kinds
+        names, vectors = self._kinds
         if not names or not words(text) or limit < 1:
             return []
         meant = _embedded([text])[0]
-        nearness = vectors @ meant + 0.5 * (aisles @ meant)
+        nearness = _nearness(vectors, meant)
         return [names[i] for i in _top(nearness, limit)]
+
+    def mentioned(self, text: str) -> list[str]:
+        """Generic names that `text` mentions, in its order; "tomato sauce" rather than "sauce"."""
+        known = {" ".join(singulars(name)): name for name in self._kinds[0]}
+        said = singulars(text)
+        found: dict[str, None] = {}
+        i = 0
+        while i < len(said):
+            for length in (2, 1):
+                if name := known.get(" ".join(said[i : i + length])):
+                    found[name] = None
+                    i += length - 1
+                    break
+            i += 1
+        return list(found)
 
     def _by_words(self, text: str) -> list[int]:
         terms = " OR ".join(f'"{word}"' for word in dict.fromkeys(words(text)[:32]))
         rows = self._index.execute(
-            "SELECT rowid FROM names WHERE names MATCH ? ORDER BY bm25(names, 1.0, 0.3), rowid "
-            "LIMIT ?",
+            "SELECT rowid FROM names WHERE names MATCH ? AND rank MATCH 'bm25(1.0, 0.3)' "
+            "ORDER BY rank LIMIT ?",
             (terms, _DEPTH),
         )
         return [row[0] for row in rows]
@@ -124,8 +187,8 @@ class Search:
         return dict(heads)
 
     @cached_property
-    def _kinds(self) -> tuple[list[str], _Vectors, _Vectors]:
-        """The generic names, their vectors, and the vectors of their usual categories."""
+    def _kinds(self) -> tuple[list[str], _Vectors]:
+        """The generic names, and their vectors drawn towards those of their categories."""
         counts: Counter[str] = Counter()
         spelled: defaultdict[str, Counter[str]] = defaultdict(Counter)
         categories: defaultdict[str, Counter[str]] = defaultdict(Counter)
@@ -138,7 +201,8 @@ class Search:
         kept = sorted(counts, key=lambda kind: (-counts[kind], kind))[:_MOST_KINDS]
         names = [spelled[kind].most_common(1)[0][0] for kind in kept]
         usual = [categories[kind].most_common(1)[0][0] or "groceries" for kind in kept]
-        return names, _embedded(names), _embedded(usual)
+        drawn = _embedded(names) + _CATEGORY_NEARNESS * _embedded(usual)
+        return names, drawn.astype(np.float32)
 
     @cached_property
     def _index(self) -> sqlite3.Connection:
@@ -146,7 +210,7 @@ class Search:
 
     @cached_property
     def _vectors(self) -> _Vectors:
-        """float32, items x `_WIDTH`, each row of length one."""
+        """float32, items x 256, each row of length one."""
         blob = self._index.execute("SELECT data FROM vectors").fetchone()[0]
         return np.frombuffer(blob, dtype=np.float32).reshape(len(self._catalogue), -1)
 
@@ -160,6 +224,11 @@ def _endings(name: str) -> Iterable[str]:
             yield f"{head[-2]} {head[-1]}"
 
 
+def _nearness(vectors: _Vectors, vector: _Vectors) -> _Vectors:
+    """Cosines; without BLAS, whose threads cost more than they save where cores are busy."""
+    return np.einsum("ij,j->i", vectors, vector)
+
+
 def _top(values: _Vectors, limit: int) -> list[int]:
     """Places of the largest values, largest first; equal values in their order."""
     limit = min(limit, len(values))
@@ -169,18 +238,18 @@ def _top(values: _Vectors, limit: int) -> list[int]:
 
 
 @cache
-def _model() -> wordllama.WordLlama:
+def _model() -> WordLlamaInference:
     return wordllama.WordLlama.load(
         cache_dir=Path(wordllama.__file__).parent, disable_download=True
     )
 
 
 def _embedded(texts: Sequence[str]) -> _Vectors:
-    """Vectors of `texts`, float32, texts x `_WIDTH`, of length one (zero for no known word)."""
-    whole = np.asarray(_model().embed([t.lower() or "?" for t in texts]), dtype=np.float32)
-    vectors = whole[:, :_WIDTH]
+    """Vectors of `texts`, float32, texts x 256, of length one (zero for no known word)."""
+    embed = cast("Callable[[list[str]], _Vectors]", _model().embed)  # pyright: ignore
+    vectors = embed([text.lower() or "?" for text in texts]).astype(np.float32)
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return vectors / np.where(lengths > 0, lengths, 1)
+    return (vectors / np.where(lengths > 0, lengths, 1)).astype(np.float32)
 
 
 def _opened(folder: Path, catalogue: Catalogue) -> sqlite3.Connection:

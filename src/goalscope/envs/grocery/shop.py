@@ -24,6 +24,12 @@ MOST_OF_ONE = 99
 _PER_TERM = 5
 """Items offered for each search term."""
 
+_VAGUE = frozenset({
+    "food", "foods", "meal", "dinner", "lunch", "drink", "drinks", "item", "items", "thing",
+    "things", "set",
+})  # fmt: skip
+"""Words too general to choose an item by."""
+
 _SHOWN = 10
 """Items that the action `search inventory` lists."""
 
@@ -84,6 +90,12 @@ class GroceryShop:
         """Generic names such as "flour" that may serve `text`, nearest first."""
         return self._search.kinds(text, limit)
 
+    def mentioned(self, utterances: Sequence[str]) -> list[str]:
+        """Generic names of things here that the person spoke of, and did not refuse."""
+        refused = [singulars(thing) for thing in hear(utterances).refused]
+        names = self._search.mentioned(". ".join(utterances))
+        return [n for n in names if not any(contains(singulars(n), thing) for thing in refused)]
+
     def status(self) -> str:
         """The basket with quantities, prices and the total, one item a line."""
         if not self._basket:
@@ -125,6 +137,7 @@ class GroceryShop:
         ]
         for request in hearing.wanted:
             named = [i for i in self._found(request.phrase, hearing) if _is_a(i, request.phrase)]
+            named.sort(key=lambda item: len(words(item.name)))
             held = next((i for i in named if i.name in self._basket), None)
             if not named:
                 continue
@@ -178,9 +191,12 @@ class GroceryShop:
     def _offers(self, term: str, hearing: Hearing) -> list[Item]:
         """The best permitted items that are what the term's last word says.
 
-        None where the basket holds one of them: it serves the term already.
+        None where the basket holds one of them, as it serves the term already, and none for what
+        the person wants to make.
         """
         head = " ".join(words(term)[-1:])
+        if head in _VAGUE or hearing.makes(term):
+            return []
         offers = [i for i in self._found(term, hearing) if _is_a(i, head)][:_PER_TERM]
         return [] if any(item.name in self._basket for item in offers) else offers
 

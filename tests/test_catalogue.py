@@ -1,0 +1,159 @@
+"""Any shop's CSV loads, or is refused with its cause and the remedy."""
+
+from __future__ import annotations
+
+import os
+from decimal import Decimal
+from pathlib import Path
+
+import pytest
+
+from goalscope.envs.grocery import Catalogue
+from goalscope.types import InvalidInputError
+
+DATA = os.environ.get("GOALSCOPE_DATA")
+real = pytest.mark.skipif(not DATA, reason="GOALSCOPE_DATA (a folder of shops' CSVs) is unset")
+
+
+def load(folder: Path, content: str | bytes, **options: object) -> Catalogue:
+    path = folder / "shop.csv"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return Catalogue.load(path, **options)  # type: ignore[arg-type]
+
+
+def test_the_shipped_catalogue_is_a_supermarket_with_prices() -> None:
+    ours = Catalogue.load()
+    assert len(ours) > 1000
+    assert ours.notes == ()
+    assert all(item.price and item.price > 0 and item.unit and item.category for item in ours.items)
+
+
+@pytest.mark.parametrize(
+    ("name", "tag", "has"),
+    [
+        ("Almond Flour", "gluten-free", True),
+        ("All-Purpose Wheat Flour", "gluten-free", False),
+        ("Unsweetened Cocoa Powder", "gluten-free", True),
+        ("Large Eggs", "gluten-free", True),
+        ("Baby Spinach", "source of iron", True),
+        ("Beef Liver", "source of iron", True),
+        ("Whole Milk", "vegan", False),
+        ("Ground Beef", "vegetarian", False),
+        ("Lager Beer", "gluten-free", False),
+    ],
+)
+def test_tags_state_facts(name: str, tag: str, *, has: bool) -> None:
+    item = Catalogue.load().get(name)
+    assert item is not None
+    assert (tag in item.tags) is has
+
+
+@pytest.mark.parametrize(
+    ("cell", "price"),
+    [
+        ("4.99", "4.99"),
+        ("$56.99 ", "56.99"),
+        ("$32.99through-$83.99", "32.99"),
+        ("$83.99 - $32.99", "32.99"),
+        ("1,299.00", "1299.00"),
+        ("1.299,00", "1299.00"),
+        ("2,49 \u20ac", "2.49"),
+        ("1,299", "1299"),
+        ("$.99", "0.99"),
+        ("Rs. 20", "20"),
+        ("Rs.20", "20"),
+        ("", None),
+        ("free", None),
+        ("-5.00", None),
+        ("NaN", None),
+        ("1e9", None),
+        ("9" * 5000, None),
+        ('=HYPERLINK("x")', None),
+    ],
+)
+def test_prices_are_read_as_printed_or_not_at_all(
+    tmp_path: Path, cell: str, price: str | None
+) -> None:
+    quoted = cell.replace('"', '""')
+    item = load(tmp_path, f'name,price\nTea,"{quoted}"\n').items[0]
+    assert item.price == (None if price is None else Decimal(price))
+
+
+def test_columns_are_found_by_usual_headings_or_given(tmp_path: Path) -> None:
+    text = "Sub Category,Price,Title,Other\nBakery,$3,Bread,Loaf\n"
+    item = load(tmp_path, text).items[0]
+    assert (item.name, item.category, item.price) == ("Bread", "Bakery", Decimal(3))
+    assert load(tmp_path, text, columns={"name": "Other"}).items[0].name == "Loaf"
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_separator_and_byte_order_mark_do_not_matter(tmp_path: Path, separator: str) -> None:
+    text = separator.join(["name", "price"]) + "\n" + separator.join(["Tea", "2"]) + "\n"
+    assert load(tmp_path, b"\xef\xbb\xbf" + text.encode()).items[0].price == Decimal(2)
+
+
+def test_currency_comes_from_the_file_or_the_person(tmp_path: Path) -> None:
+    text = "name,price,currency\nTea,2,\u20ac\n"
+    assert load(tmp_path, text).money(Decimal("1234.5")) == "\u20ac1,234.50"
+    assert load(tmp_path, text, currency="\u20b9").money(None) == "no price"
+
+
+def test_names_lose_control_and_invisible_characters(tmp_path: Path) -> None:
+    text = 'name\n"Dark\n \x1b[31mRye\u202e\u200b Bread"\n' + "x" * 5000 + "\n"
+    first, second = load(tmp_path, text).items
+    assert first.name == "Dark [31mRye Bread"
+    assert len(second.name) == 120
+
+
+def test_repeated_names_are_told_apart(tmp_path: Path) -> None:
+    text = "name,unit,brand\nTea,20 ct,A\nTea,40 ct,A\nTea,40 ct,B\nTea,40 ct,B\n\n,1,2\n"
+    shop = load(tmp_path, text)
+    assert [i.name for i in shop.items] == ["Tea", "Tea (40 ct)", "Tea (B)", "Tea (2)"]
+    assert "1 rows without a name were left out." in shop.notes
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (b"", "no column for the names"),
+        (b"name\n", "no named rows"),
+        (b"colour,weight\nred,2\n", "'colour', 'weight'"),
+        (b"name\nTea\0\n", "NUL"),
+        ("name\nTea\n".encode("utf-16"), "UTF-16|UTF-8"),
+        ("name\nCaf\u00e9\n".encode("latin-1"), "0xe9 in line 2"),
+        (b'name\n"' + b"x" * 10_000_000 + b'"\n', "far too long"),
+    ],
+)
+def test_what_cannot_load_is_refused_with_its_cause(
+    tmp_path: Path, content: bytes, told: str
+) -> None:
+    with pytest.raises(InvalidInputError, match=told):
+        load(tmp_path, content)
+
+
+def test_a_wrong_column_option_is_refused_naming_the_right_ones(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInputError, match="Its columns are: 'name'"):
+        load(tmp_path, "name\nTea\n", columns={"name": "Title"})
+    with pytest.raises(InvalidInputError, match="no catalogue column 'titel'"):
+        load(tmp_path, "name\nTea\n", columns={"titel": "name"})
+
+
+def test_a_missing_file_and_a_folder_are_refused(tmp_path: Path) -> None:
+    for path in (tmp_path / "none.csv", tmp_path):
+        with pytest.raises(InvalidInputError, match="cannot be read"):
+            Catalogue.load(path)
+
+
+@real
+@pytest.mark.parametrize(
+    ("file", "count"),
+    [
+        ("costco_grocery_dataset.csv", 1757),
+        ("BigBasket_Products_27555.csv", 27554),
+        ("instacart_products_aisles_departments.csv", 39115),
+    ],
+)
+def test_real_catalogues_load_with_unique_names(file: str, count: int) -> None:
+    shop = Catalogue.load(Path(DATA or "") / "grocery" / file)
+    assert len({item.name for item in shop.items}) == len(shop) == count
+    assert not any("\n" in item.name for item in shop.items)

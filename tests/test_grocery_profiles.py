@@ -1,0 +1,86 @@
+"""A profile file is understood as documented, or refused with the place and the remedy."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from pathlib import Path
+
+import pytest
+
+from goalscope.envs.grocery import Item, load_profiles
+from goalscope.envs.grocery.profiles import share_met
+from goalscope.types import InvalidInputError
+
+GOOD = """[[profile]]
+name = "a"
+description = "d"
+replies = ["r"]
+checks = [{must_have = ["eggs"]}]
+"""
+EGGS = Item(1, "Large Brown Eggs", price=Decimal("3.50"), tags=frozenset({"organic"}))
+FLOUR = Item(2, "Wheat Flour", price=None)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", r"no \[\[profile\]\] table"),
+        ("x = ", "not valid TOML"),
+        (GOOD + GOOD, "two profiles are named 'a'"),
+        (GOOD.replace("replies", "replys"), "'a': the key 'replys' .* 'replies'"),
+        (GOOD.replace('description = "d"\n', ""), "'description' is missing"),
+        (GOOD.replace('"d"', "3"), "'description' must be a text"),
+        (GOOD.replace('["r"]', '"r"'), "'replies' must be a list of texts"),
+        (GOOD.replace("must_have", "must_hav"), "check 1: .* did you mean 'must_have'"),
+        (GOOD.replace('["eggs"]', '"eggs"'), "'must_have' must be a list of terms"),
+        (GOOD.replace('{must_have = ["eggs"]}', "{}"), "exactly one of the keys"),
+        (GOOD.replace('must_have = ["eggs"]', "max_total = true"), "a number above 0"),
+        (GOOD.replace('["eggs"]', '["eggs"], min_quantity = 0'), "whole number"),
+        (GOOD.replace('must_have = ["eggs"]', "bought = true, tag = 'x'"), "'tag' is unknown"),
+        (GOOD.replace("[[profile]]", "[[profil]]"), "did you mean 'profile'"),
+    ],
+)
+def test_a_wrong_file_is_refused_with_place_and_remedy(
+    tmp_path: Path, text: str, told: str
+) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    with pytest.raises(InvalidInputError, match=told) as refusal:
+        load_profiles(path)
+    assert "mine.toml" in str(refusal.value)
+
+
+def test_a_right_file_is_read(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text("\ufeff" + GOOD, encoding="utf-8")
+    (profile,) = load_profiles(tmp_path / "mine.toml")
+    assert (profile.name, profile.replies) == ("a", ("r",))
+
+
+@pytest.mark.parametrize(
+    ("check", "met"),
+    [
+        ({"must_have": ["egg"]}, True),
+        ({"must_have": ["milk", "brown egg"]}, True),
+        ({"must_have": ["brown milk"]}, False),
+        ({"must_have": ["gg"]}, False),
+        ({"must_have": ["egg"], "tag": "organic"}, True),
+        ({"must_have": ["flour"], "tag": "organic"}, False),
+        ({"must_have": ["egg"], "min_quantity": 3}, False),
+        ({"must_have": ["egg"], "max_quantity": 1}, False),
+        ({"must_have": ["egg"], "min_quantity": 2, "max_quantity": 2}, True),
+        ({"must_not_have": ["wheat"]}, False),
+        ({"must_not_have": ["nut"]}, True),
+        ({"must_not_have_tag": "organic"}, False),
+        ({"all_have_tag": "organic"}, False),
+        ({"max_total": 7}, True),
+        ({"max_total": 6.99}, False),
+        ({"bought": True}, False),
+        ({"bought": False}, True),
+    ],
+)
+def test_checks_mean_what_the_documentation_says(check: dict[str, object], *, met: bool) -> None:
+    assert share_met([check], [(EGGS, 2), (FLOUR, 1)], bought=False) == float(met)
+
+
+def test_an_empty_basket_meets_nothing() -> None:
+    assert share_met([{"must_not_have": ["nut"]}, {"max_total": 9}], [], bought=False) == 0
