@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from fakes import LampRoom, WordModel
 
+from fakes import LampRoom, WordModel
 from goalscope.agent import Agent, run_episode
 from goalscope.belief import Belief
 from goalscope.dialog import ConsoleHuman, ScriptedHuman, ask, question_of

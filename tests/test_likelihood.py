@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from fakes import WordModel
 
+from fakes import WordModel
 from goalscope.agent import GoalTracker
 from goalscope.likelihood import GOAL_TOKENS, PromptedRanking, RolePlay
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn

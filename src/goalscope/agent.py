@@ -172,9 +172,7 @@ class Agent:
             changes = self._update(tracker, turn) if tracker else ()
             wants = self._wants(turn)
             said = [*(past.utterance for past in self.turns), turn.utterance]
-            outcome = (
-                self.planner.act(self.env, wants, said, history) if wants else Outcome((), 0)
-            )
+            outcome = self.planner.act(self.env, wants, said, history) if wants else Outcome((), 0)
             results = outcome.results
             complete = self.env.is_completion(turn.utterance)
             if complete:
@@ -216,10 +214,15 @@ class Agent:
             self.tracker.turns = self.turns
 
     def _update(self, tracker: GoalTracker, turn: Turn) -> Sequence[GoalChange]:
-        """Update, propose if no goal explains the words, remove, and update again."""
+        """Update, propose if no goal explains the words, remove, and update again.
+
+        Goals are proposed when `UNSPECIFIED` explains the newest words best, or all of them: a
+        person who has named one goal may go on to say what none of the goals foresees.
+        """
         belief = tracker.observe(turn.query, turn.utterance)
         added: list[GoalChange] = []
-        if belief.top(1)[0][0] == UNSPECIFIED:
+        newest = belief.goals[int(belief.log_likelihood[-1].argmax())]
+        if UNSPECIFIED in (newest, belief.top(1)[0][0]):
             prompted = isinstance(tracker.likelihood, PromptedRanking)
             added = goal_management.propose(
                 self.model,

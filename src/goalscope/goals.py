@@ -88,7 +88,9 @@ def propose(
     table = likelihood.log_likelihood(task, [*candidates, UNSPECIFIED], turns)
     gain = table[:, :-1].sum(axis=0) - table[:, -1].sum()
     return [
-        GoalChange("added", candidates[i], f"explains the words {gain[i]:+.1f} nats against no goal")
+        GoalChange(
+            "added", candidates[i], f"explains the words {gain[i]:+.1f} nats against no goal"
+        )
         for i in np.argsort(-gain, kind="stable")[:keep]
     ]
 

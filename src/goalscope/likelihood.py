@@ -155,4 +155,3 @@ class PromptedRanking:
         numbers = [str(i + 1) for i in range(len(goals))]
         reply = self.generator.generate(prompt, max_tokens=8, schema={"enum": numbers})
         return numbers.index(reply.text.strip().strip('"'))
-

@@ -145,7 +145,9 @@ class Planner:
         unsaid = [term for term in best if gains[term] > self.gain and term not in said]
         return said + unsaid[: self.limit]
 
-    def plan(self, env: Environment, terms: Sequence[str], utterances: Sequence[str]) -> list[Action]:
+    def plan(
+        self, env: Environment, terms: Sequence[str], utterances: Sequence[str]
+    ) -> list[Action]:
         """What the person asked for outright, then for each term a search and its best find."""
         plan = env.requests(utterances)
         served = {action.target for action in plan}
