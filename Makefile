@@ -18,8 +18,8 @@ check: $(READY)  ## format, lint, types
 	$(BIN)/ruff check src tests benchmarks
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
-bench: $(READY)  ## the figures that the README reports
-	$(BIN)/python benchmarks/run.py
+bench: $(READY)  ## speed of a belief update, as ratios in one run
+	$(BIN)/python benchmarks/belief_update.py
 
 # The first set-up compiles the inference engine, which takes some minutes.
 $(READY): requirements.lock pyproject.toml
