@@ -35,6 +35,8 @@ def bindings() -> ModuleType:
     Raises:
         ModelError: It is not installed, or its library cannot be loaded.
     """
+    # Busy waiting makes two processes on the same cores lock each other out.
+    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     try:
         import llama_cpp
     except (ImportError, OSError, RuntimeError) as error:
