@@ -96,7 +96,7 @@ class Planner:
             history: Every action that stands so far, for undoing.
         """
         impossible: set[Action] = set()
-        terms = self.search_terms(env, wants, env.mentioned(utterances))
+        terms = self.search_terms(env, wants, utterances)
         for replans in range(self.replans + 1):
             results: list[StepResult] = []
             for action in self.plan(env, terms, utterances):
@@ -113,9 +113,9 @@ class Planner:
         return Outcome((), self.replans + 1)
 
     def search_terms(
-        self, env: Environment, wants: Sequence[Want], mentioned: Sequence[str] = ()
+        self, env: Environment, wants: Sequence[Want], utterances: Sequence[str]
     ) -> list[str]:
-        """What to look for, best first.
+        """What to look for, best first: given the likely goals, and given the person's words.
 
         Things that the person mentioned need only be likelier with what is wanted than without
         it; those that nobody mentioned need `gain`, and there are at most `limit` of them.
@@ -130,20 +130,22 @@ class Planner:
                     max_tokens=48,
                     goal=want.text,
                 ) + env.kinds(want.text, self.kinds)
+        mentioned = [term.casefold() for term in env.mentioned(utterances)]
         pool = [*mentioned, *(term for want in wants for term in self._candidates[want.text])]
         terms = [t for t in dict.fromkeys(map(str.casefold, pool)) if len(t.split()) <= 4]
         if not terms:
             return []
         weights = np.array([want.probability for want in wants])
         given = np.array([self.log_probability(terms, want.text) for want in wants])
-        wanted = weights @ given / weights.sum()
+        said = self.log_probability(terms, " ".join(utterances[-6:]))
+        wanted = (weights @ given / weights.sum() + said) / 2
         without = np.mean([self.log_probability(terms, goal) for goal in OTHER_GOALS], axis=0)
         gains = dict(zip(terms, wanted - without, strict=True))
         values = dict(zip(terms, wanted - self.discount * without, strict=True))
-        said = [term for term in map(str.casefold, mentioned) if gains.get(term, 0) > 0]
         best = sorted(terms, key=lambda term: -values[term])
-        unsaid = [term for term in best if gains[term] > self.gain and term not in said]
-        return said + unsaid[: self.limit]
+        named = [term for term in mentioned if gains.get(term, 0) > 0]
+        unnamed = [term for term in best if gains[term] > self.gain and term not in mentioned]
+        return named + unnamed[: self.limit]
 
     def plan(
         self, env: Environment, terms: Sequence[str], utterances: Sequence[str]
