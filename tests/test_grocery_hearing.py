@@ -1,0 +1,73 @@
+"""What stands after several utterances, and what the shop does about it."""
+
+import pytest
+
+from goalscope.envs.grocery import Catalogue, GroceryShop
+from goalscope.envs.grocery.hearing import hear
+from goalscope.types import Action
+
+
+@pytest.fixture(scope="module")
+def catalogue() -> Catalogue:
+    return Catalogue.load(None)
+
+
+@pytest.fixture
+def shop(catalogue: Catalogue) -> GroceryShop:
+    return GroceryShop(catalogue)
+
+
+def test_later_words_count_more_than_earlier_ones() -> None:
+    assert [r.phrase for r in hear(["I need butter and eggs", "no butter"]).wanted] == ["eggs"]
+    back = hear(["no butter", "Oh, I do need butter"])
+    assert [r.phrase for r in back.wanted] == ["butter"]
+    assert back.refused == ()
+
+
+def test_request_is_met_once_with_its_quantity(shop: GroceryShop) -> None:
+    said = ["Please add 3 bags of tortilla chips."]
+    (action,) = shop.requests(said)
+    assert action.quantity == 3
+    assert shop.step(action).ok
+    assert shop.requests([*said, "Thanks."]) == []
+
+
+def test_what_is_ruled_out_later_leaves_the_basket(shop: GroceryShop) -> None:
+    wheat = shop.actions(["wheat flour"])[0].target
+    assert shop.step(Action("add item", wheat, 2)).ok
+    (action,) = shop.requests(["My sister can't eat gluten."])
+    assert action == Action("remove item", wheat, 2)
+
+
+def test_ruled_out_items_are_never_offered(shop: GroceryShop, catalogue: Catalogue) -> None:
+    offers = shop.actions(["flour"], ["It has to be gluten-free."])
+    assert offers
+    for action in offers:
+        item = catalogue.get(action.target)
+        assert item is not None
+        assert "gluten-free" in item.tags
+
+
+def test_what_the_person_makes_is_not_bought(shop: GroceryShop) -> None:
+    assert shop.actions(["chocolate cake"], ["I want to bake a chocolate cake."]) == []
+    assert shop.actions(["chocolate cake"], ["Just a chocolate cake, please."])
+
+
+def test_term_that_the_basket_serves_offers_nothing(shop: GroceryShop) -> None:
+    first = shop.actions(["eggs"])[0]
+    shop.step(first)
+    assert shop.actions(["eggs"]) == []
+
+
+def test_mentions_are_things_of_the_shop_and_not_refused(shop: GroceryShop) -> None:
+    said = ["Spaghetti with tomato sauce, but no basil."]
+    found = shop.mentioned(said)
+    assert "spaghetti" in found
+    assert "basil" not in found
+
+
+def test_purchase_follows_from_the_persons_word_alone(shop: GroceryShop) -> None:
+    assert shop.completion_actions() == []
+    shop.step(shop.actions(["eggs"])[0])
+    assert shop.completion_actions() == [Action("buy basket")]
+    assert all(a.name != "buy basket" for a in shop.actions(["eggs", "milk", "bread"]))
