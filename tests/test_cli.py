@@ -233,6 +233,8 @@ def test_an_interrupted_run_keeps_every_finished_round(shop, store_file, how):
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
+        # A test run in the background may have SIGINT ignored, and a child inherits that.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     ) as process:
         seen = 0
         deadline = time.monotonic() + 300
