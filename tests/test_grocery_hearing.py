@@ -53,6 +53,11 @@ def test_what_the_person_makes_is_not_bought(shop: GroceryShop) -> None:
     assert shop.actions(["chocolate cake"], ["Just a chocolate cake, please."])
 
 
+def test_refused_term_is_not_served_by_something_like_it(shop: GroceryShop) -> None:
+    assert shop.actions(["cake mix"])
+    assert shop.actions(["cake mix"], ["From scratch, please, no cake mix."]) == []
+
+
 def test_term_that_the_basket_serves_offers_nothing(shop: GroceryShop) -> None:
     first = shop.actions(["eggs"])[0]
     shop.step(first)

@@ -38,10 +38,12 @@ class Hearing:
 
     def permits(self, item: Item) -> bool:
         """Whether nothing that was said speaks against `item`."""
-        name = singulars(item.name)
-        return not any(violates(item, restriction) for restriction in self.diets) and not any(
-            contains(name, singulars(thing)) for thing in self.refused
-        )
+        diets = self.diets
+        return not self.refuses(item.name) and not any(violates(item, diet) for diet in diets)
+
+    def refuses(self, thing: str) -> bool:
+        """Whether `thing` is, or is a kind of, something that the person refused."""
+        return any(contains(singulars(thing), singulars(refused)) for refused in self.refused)
 
 
 def hear(utterances: Sequence[str]) -> Hearing:

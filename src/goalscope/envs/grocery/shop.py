@@ -92,9 +92,9 @@ class GroceryShop:
 
     def mentioned(self, utterances: Sequence[str]) -> list[str]:
         """Generic names of things here that the person spoke of, and did not refuse."""
-        refused = [singulars(thing) for thing in hear(utterances).refused]
+        hearing = hear(utterances)
         names = self._search.mentioned(". ".join(utterances))
-        return [n for n in names if not any(contains(singulars(n), thing) for thing in refused)]
+        return [name for name in names if not hearing.refuses(name)]
 
     def status(self) -> str:
         """The basket with quantities, prices and the total, one item a line."""
@@ -195,7 +195,7 @@ class GroceryShop:
         the person wants to make.
         """
         head = " ".join(words(term)[-1:])
-        if head in _VAGUE or hearing.makes(term):
+        if head in _VAGUE or hearing.makes(term) or hearing.refuses(term):
             return []
         offers = [i for i in self._found(term, hearing) if _is_a(i, head)][:_PER_TERM]
         return [] if any(item.name in self._basket for item in offers) else offers
