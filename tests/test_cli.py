@@ -32,6 +32,15 @@ name = "baker"
 description = "You want to bake a chocolate cake."
 replies = ["I need cocoa powder to bake a cake.", "Flour and eggs, please.", "And milk."]
 checks = [{must_have = ["cocoa"]}, {bought = true}]
+
+[[profile]]
+name = "talker"
+description = "You want to bake a chocolate cake."
+replies = [
+    "I need cocoa powder to bake a cake.", "It is for Sunday.", "My sister comes.", "She is ten.",
+    "We have an oven.", "It is a small one.", "Flour, please.", "The plain kind.", "And milk.",
+]
+checks = [{must_have = ["cocoa"]}]
 """
 ROW = {
     "id": "a",
@@ -228,7 +237,7 @@ def test_a_chat_that_ends_early_is_kept_and_goes_on(shop, store_file):
 def test_an_interrupted_run_keeps_every_finished_round(shop, store_file, how):
     env = os.environ | {"PYTHONPATH": SOURCE}
     with subprocess.Popen(
-        [*MAIN, "run", "--profile", "baker", *shop],
+        [*MAIN, "run", "--profile", "talker", *shop],
         env=env,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,

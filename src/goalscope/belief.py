@@ -51,8 +51,10 @@ class Belief:
                 f"{g} goals need log_prior [{g}] and log_likelihood [T, {g}], "
                 f"not {self.log_prior.shape} and {self.log_likelihood.shape}"
             )
-        for name in ("log_prior", "log_likelihood"):
-            values = getattr(self, name)
+        for name, values in (
+            ("log_prior", self.log_prior),
+            ("log_likelihood", self.log_likelihood),
+        ):
             if np.isnan(values).any() or np.isposinf(values).any():
                 raise ValueError(f"{name} must not hold NaN or +inf; -inf means impossible")
         if not (np.isfinite(self.temperature) and self.temperature > 0):

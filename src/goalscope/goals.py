@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-import numpy as np
-
 from goalscope.belief import Belief
 from goalscope.likelihood import Likelihood
 from goalscope.models import Generator, LikelihoodModel
@@ -86,12 +84,11 @@ def propose(
     if not candidates:
         return []
     table = likelihood.log_likelihood(task, [*candidates, UNSPECIFIED], turns)
-    gain = table[:, :-1].sum(axis=0) - table[:, -1].sum()
+    gains: list[float] = (table[:, :-1].sum(axis=0) - table[:, -1].sum()).tolist()
+    best = sorted(zip(candidates, gains, strict=True), key=lambda each: -each[1])[:keep]
     return [
-        GoalChange(
-            "added", candidates[i], f"explains the words {gain[i]:+.1f} nats against no goal"
-        )
-        for i in np.argsort(-gain, kind="stable")[:keep]
+        GoalChange("added", goal, f"explains the words {gain:+.1f} nats against no goal")
+        for goal, gain in best
     ]
 
 

