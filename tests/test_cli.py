@@ -37,8 +37,8 @@ checks = [{must_have = ["cocoa"]}, {bought = true}]
 name = "talker"
 description = "You want to bake a chocolate cake."
 replies = [
-    "I need cocoa powder to bake a cake.", "It is for Sunday.", "My sister comes.", "She is ten.",
-    "We have an oven.", "It is a small one.", "Flour, please.", "The plain kind.", "And milk.",
+    "I need cocoa powder to bake a cake.", "It is for Sunday.", "Flour, please.", "The plain kind.",
+    "And milk.",
 ]
 checks = [{must_have = ["cocoa"]}]
 """
