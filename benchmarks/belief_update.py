@@ -5,7 +5,7 @@ last (last user message), and for the embedded model as used and at F32:
 
 * warm: this round's scores, with the cache left by round 9;
 * scratch: each goal on its own from an empty cache;
-* plain: as many tokens as warm had to compute, as one prompt;
+* plain: as many tokens as warm had to compute, as one prompt with as many of them scored;
 * the largest difference between warm and scratch log-probabilities of an utterance, in nats.
 """
 
@@ -91,7 +91,8 @@ def report(model: LlamaCpp) -> None:
             seconds, warm = timed(lambda: score(model, layout, ROUNDS))  # noqa: B023
             warm_times.append(seconds)
             tokens = model.tokens_decoded - before
-            plain_times.append(tokens / model.prompt_speed(tokens))
+            scored = len(GOALS) * (len(model.tokenize(REPLIES[-1])) + 1)
+            plain_times.append(model.prompt_seconds(tokens, scored=scored))
         slow, scratch = timed(lambda: from_scratch(model, layout))  # noqa: B023
         gap = max(abs(a - b) for a, b in zip(warm, scratch, strict=True))
         fast, flat = min(warm_times), min(plain_times)

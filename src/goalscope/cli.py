@@ -309,7 +309,7 @@ def doctor(model: Model = None, store: StoreFile = None, as_json: Json = False) 
         with _open_model(_absolute(model)) as engine:
             test = engine.self_test()
             report["model"] = engine.describe()
-            report["prompt speed (tokens/s)"] = round(engine.prompt_speed())
+            report["prompt speed (tokens/s)"] = round(512 / engine.prompt_seconds(512))
             report["self-test error (nats)"] = max(test.generation_error, test.cache_error)
             if not test.passed:
                 problems.append("The model's log-probabilities do not agree with each other.")

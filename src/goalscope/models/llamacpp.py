@@ -293,9 +293,9 @@ class LlamaCpp:
             ),
         )
 
-    def prompt_speed(self, tokens: int = 512) -> float:
-        """Speed of reading a prompt of so many tokens with an empty cache, tokens a second."""
-        return tokens / prompt_seconds(self._weights, self._caches[0].threads, tokens)
+    def prompt_seconds(self, tokens: int = 512, *, scored: int = 0) -> float:
+        """Time to read one prompt with an empty cache, and to score its last `scored` tokens."""
+        return prompt_seconds(self._weights, self._caches[0].threads, tokens, scored=scored)
 
     def _score(self, pairs: Sequence[Pair], groups: Sequence[Sequence[int]]) -> list[Array]:
         """Score pairs; each group of their numbers shares a cache, for one tree after another."""

@@ -11,6 +11,7 @@ from pathlib import Path
 import platformdirs
 
 from goalscope.models.native import KVCache, Weights, bindings
+from goalscope.models.sampling import log_prob
 from goalscope.models.trie import Trie
 from goalscope.types import ModelError
 
@@ -86,8 +87,11 @@ def _try_copy(original: Weights, copy: Path, kept: Path, threads: int) -> Weight
     return original
 
 
-def prompt_seconds(weights: Weights, threads: int, tokens: int = 256) -> float:
-    """Shortest of two times to read a prompt of so many tokens, after one to warm up."""
+def prompt_seconds(weights: Weights, threads: int, tokens: int = 256, *, scored: int = 0) -> float:
+    """Shortest of two times to read a prompt of so many tokens, after one to warm up.
+
+    The next-token logits of the last `scored` tokens are computed, and looked at.
+    """
     cache, trie = KVCache(weights, threads), Trie()
     times: list[float] = []
     trie.add([1000 + i % 1000 for i in range(tokens)])
@@ -95,7 +99,9 @@ def prompt_seconds(weights: Weights, threads: int, tokens: int = 256) -> float:
         for _ in range(3):
             cache.clear()
             start = time.perf_counter()
-            cache.load(trie, set(), lambda node, row: None)
+            cache.load(
+                trie, set(range(tokens - scored, tokens)), lambda node, row: log_prob(row, 0)
+            )
             times.append(time.perf_counter() - start)
     finally:
         cache.free()
