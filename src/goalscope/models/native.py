@@ -177,7 +177,7 @@ class KVCache:
         shares = [len(self.trie.match(path)) / len(path) for path in paths]
         return sum(shares) / len(shares)
 
-    def load(self, trie: Trie, wanted: set[int], read: Callable[[int, Any], None]) -> None:
+    def load(self, trie: Trie, wanted: set[int], read: Callable[[int, Any], object]) -> None:
         """Make the cache hold `trie`, decoding what it does not share with the tree held before.
 
         Args:
@@ -213,7 +213,7 @@ class KVCache:
             self.clear()
             raise
 
-    def push(self, token: int, read: Callable[[int, Any], None]) -> None:
+    def push(self, token: int, read: Callable[[int, Any], object]) -> None:
         """Lengthen the only path held by one token and read its next-token logits, as in `load`."""
         self._reserve(len(self.trie) + 1)
         try:
@@ -251,7 +251,7 @@ class KVCache:
                 "Close other programs, use a smaller model or a smaller context size."
             )
 
-    def _decode(self, nodes: list[int], wanted: set[int], read: Callable[[int, Any], None]) -> None:
+    def _decode(self, nodes: list[int], wanted: set[int], read: Callable[[int, Any], object]) -> None:
         trie = self.trie
         tokens = np.array([trie.tokens[node] for node in nodes], np.int32)
         positions = np.array([trie.depths[node] for node in nodes], np.int32)
