@@ -99,8 +99,8 @@ class LampRoom:
     def is_completion(self, utterance: str) -> bool:
         return utterance == self.completion_phrase
 
-    def score(self, profile: Profile) -> float:
-        return float(bool(self.on))
+    def checks_met(self, profile: Profile) -> list[bool]:
+        return [bool(self.on)]
 
 
 def words(text: str) -> list[str]:

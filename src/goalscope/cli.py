@@ -401,7 +401,7 @@ def _run_one(session: Session, *, quiet: bool, brief: bool) -> EpisodeInfo:
     """Run a simulated episode, drawing each round unless it is one of many."""
     import time
 
-    from goalscope.display import show_header, show_round, show_summary
+    from goalscope.display import show_checks, show_header, show_round, show_summary
 
     out, start, before = _console(), time.monotonic(), None
     if not (quiet or brief):
@@ -414,6 +414,8 @@ def _run_one(session: Session, *, quiet: bool, brief: bool) -> EpisodeInfo:
                 show_round(out, round, before)
             before = round.belief
     info = session.info
+    if session.profile and not (quiet or brief):
+        show_checks(out, session.profile.checks, session.checks_met())
     if not quiet:
         show_summary(out, info, time.monotonic() - start)
     return info

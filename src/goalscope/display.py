@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
 
 from rich.console import Console
 from rich.padding import Padding
@@ -16,7 +17,15 @@ from goalscope.episode import Round
 from goalscope.store import EpisodeInfo
 from goalscope.types import UNSPECIFIED
 
-__all__ = ["plain", "show_episodes", "show_header", "show_round", "show_scores", "show_summary"]
+__all__ = [
+    "plain",
+    "show_checks",
+    "show_episodes",
+    "show_header",
+    "show_round",
+    "show_scores",
+    "show_summary",
+]
 
 BAR = 20
 SHOWN = 8
@@ -58,8 +67,6 @@ def show_round(
         _rows(console, [(Text("Human", "magenta"), plain(round.turn.utterance))])
     if round.belief is not None:
         _show_belief(console, round.belief, previous)
-    ascii_only = console.options.ascii_only
-    good, bad = ("ok", "no") if ascii_only else ("✓", "✗")
     signs = {"added": Text("+", "green"), "removed": Text("-", "red")}
     _rows(
         console,
@@ -76,7 +83,7 @@ def show_round(
         console,
         [
             (
-                Text(good, "green") if result.ok else Text(bad, "red"),
+                _mark(console, result.ok),
                 plain(str(result.action)).append_text(
                     plain(f"  {_first_line(result.observation)}", "dim")
                 ),
@@ -99,6 +106,18 @@ def show_summary(console: Console, info: EpisodeInfo, seconds: float | None = No
     console.print(
         Text(f"Episode {info.id}: {ended} after {info.rounds} {noun}{score}{took}", "bold")
     )
+
+
+def show_checks(console: Console, checks: Sequence[Mapping[str, Any]], met: Sequence[bool]) -> None:
+    """Which of a profile's checks are met."""
+    rows = [
+        (
+            _mark(console, ok),
+            plain("; ".join(f"{key}: {_listed(value)}" for key, value in check.items())),
+        )
+        for check, ok in zip(checks, met, strict=True)
+    ]
+    _rows(console, rows, "Checks")
 
 
 def show_scores(console: Console, infos: Sequence[EpisodeInfo]) -> None:
@@ -159,6 +178,17 @@ def _show_belief(console: Console, belief: Belief, previous: Belief | None) -> N
         console.print("  No goal explains what was said.")
     else:
         console.print(Padding(table, (0, 0, 0, 2)))
+
+
+def _mark(console: Console, ok: bool) -> Text:
+    good, bad = ("ok", "no") if console.options.ascii_only else ("✓", "✗")
+    return Text(good, "green") if ok else Text(bad, "red")
+
+
+def _listed(value: object) -> str:
+    return (
+        ", ".join(map(str, cast("list[object]", value))) if isinstance(value, list) else str(value)
+    )
 
 
 def _first_line(text: str) -> str:

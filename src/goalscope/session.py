@@ -154,8 +154,13 @@ class Session:
             self._store.append(self.id, round)
             terminated = round.terminated
             yield round
-        score = self._env.score(self.profile) if self.profile else None
+        met = self.checks_met()
+        score = sum(met) / len(met) if met else None
         self._store.finish(self.id, ended="terminated" if terminated else "truncated", score=score)
+
+    def checks_met(self) -> list[bool]:
+        """Which of the profile's checks the present state meets; none without a profile."""
+        return self._env.checks_met(self.profile) if self.profile else []
 
     def _make_human(self, model: Model, read: Callable[[str], str] | None) -> Human:
         if self._settings.human == "you":

@@ -70,6 +70,6 @@ class Environment(Protocol):
         """What to do when the person says that the task is complete."""
         ...
 
-    def score(self, profile: Profile) -> float:
-        """Share of the profile's checks that the present state meets, 0 to 1."""
+    def checks_met(self, profile: Profile) -> list[bool]:
+        """Which of the profile's checks the present state meets, in their order."""
         ...

@@ -251,7 +251,9 @@ class KVCache:
                 "Close other programs, use a smaller model or a smaller context size."
             )
 
-    def _decode(self, nodes: list[int], wanted: set[int], read: Callable[[int, Any], object]) -> None:
+    def _decode(
+        self, nodes: list[int], wanted: set[int], read: Callable[[int, Any], object]
+    ) -> None:
         trie = self.trie
         tokens = np.array([trie.tokens[node] for node in nodes], np.int32)
         positions = np.array([trie.depths[node] for node in nodes], np.int32)

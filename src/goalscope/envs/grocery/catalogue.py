@@ -202,7 +202,7 @@ def _placed(headings: list[str], columns: Mapping[str, str], label: str) -> dict
     if "name" not in where:
         raise InvalidInputError(
             f"The catalogue {label} has no column for the names. Its columns are: {found}. "
-            'Say which one it is, such as columns={"name": "Title"}.'
+            'Say which one it is, such as --column name=Title, or columns={"name": "Title"}.'
         )
     return where
 

@@ -14,7 +14,7 @@ from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.words import contains, singulars
 from goalscope.types import InvalidInputError, Profile
 
-__all__ = ["load_profiles", "share_met"]
+__all__ = ["checks_met", "load_profiles"]
 
 _KEYS = ("name", "description", "replies", "checks")
 
@@ -77,13 +77,11 @@ def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
     return profiles
 
 
-def share_met(
+def checks_met(
     checks: Sequence[Mapping[str, Any]], basket: Sequence[tuple[Item, int]], *, bought: bool
-) -> float:
-    """Share of `checks` that the basket meets, 0 to 1; 0 for an empty basket or no checks."""
-    if not basket or not checks:
-        return 0.0
-    return sum(_is_met(check, basket, bought) for check in checks) / len(checks)
+) -> list[bool]:
+    """Which of the `checks` the basket meets; an empty basket meets none."""
+    return [bool(basket) and _is_met(check, basket, bought) for check in checks]
 
 
 def _is_met(check: Mapping[str, Any], basket: Sequence[tuple[Item, int]], bought: bool) -> bool:

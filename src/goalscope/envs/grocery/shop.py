@@ -10,7 +10,7 @@ from goalscope.envs.grocery.answers import answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.consent import consents
 from goalscope.envs.grocery.hearing import Hearing, hear
-from goalscope.envs.grocery.profiles import share_met
+from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.requests import packages
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.words import contains, singulars, words
@@ -178,9 +178,9 @@ class GroceryShop:
         """Whether the person, in these words, orders the purchase here and now."""
         return consents(utterance)
 
-    def score(self, profile: Profile) -> float:
-        """Share of the profile's checks that the basket meets, 0 to 1; 0 for an empty one."""
-        return share_met(profile.checks, self._contents(), bought=self._bought)
+    def checks_met(self, profile: Profile) -> list[bool]:
+        """Which of the profile's checks the basket meets; an empty basket meets none."""
+        return checks_met(profile.checks, self._contents(), bought=self._bought)
 
     def _found(self, term: str, hearing: Hearing) -> list[Item]:
         """What the search finds that is not ruled out; a diet is searched for by its name, too."""
