@@ -92,6 +92,15 @@ def test_no_goals_acts_on_the_words_alone() -> None:
     assert env.on == ["lamp"]
 
 
+def test_nothing_unasked_is_done_when_the_person_ends_the_task() -> None:
+    env = LampRoom(["lamp", "night"])
+    agent = Agent(env, WordModel(REPLIES), method="no-goals")
+    assert agent.step("What?", "lamp light and a night please").results
+    env.reset()
+    assert agent.step("What?", "Good night").terminated
+    assert env.on == []
+
+
 def test_episode_is_truncated_at_the_cap() -> None:
     env = LampRoom()
     human = ConsoleHuman(lambda query: "more lamp light")

@@ -161,6 +161,9 @@ class Agent:
     def step(self, query: str, utterance: str) -> Round:
         """Take in one turn, and act; on an error agent and environment stay as they were.
 
+        Once the person says that the task is complete, only what they ask for in the same breath
+        is done before it ends: they could not see, and refuse, anything else.
+
         Raises:
             InvalidInputError: The utterance is empty, broken, or too long for the model.
         """
@@ -170,11 +173,12 @@ class Agent:
         history = [result for round in self.rounds for result in round.results]
         try:
             changes = self._update(tracker, turn) if tracker else ()
-            wants = self._wants(turn)
-            said = [*(past.utterance for past in self.turns), turn.utterance]
-            outcome = self.planner.act(self.env, wants, said, history) if wants else Outcome((), 0)
-            results = outcome.results
             complete = self.env.is_completion(turn.utterance)
+            wants = [] if complete else self._wants(turn)
+            said = [*(past.utterance for past in self.turns), turn.utterance]
+            acts = wants or complete
+            outcome = self.planner.act(self.env, wants, said, history) if acts else Outcome((), 0)
+            results = outcome.results
             if complete:
                 results += tuple(self.env.step(action) for action in self.env.completion_actions())
         except BaseException:

@@ -91,7 +91,7 @@ class Planner:
 
         Args:
             env: Where to act.
-            wants: What to act for.
+            wants: What to act for; with none, only what the person asked for outright is done.
             utterances: All that the person has said, the last utterance last.
             history: Every action that stands so far, for undoing.
         """
@@ -120,6 +120,8 @@ class Planner:
         Things that the person mentioned need only be likelier with what is wanted than without
         it; those that nobody mentioned need `gain`, and there are at most `limit` of them.
         """
+        if not wants:
+            return []
         for want in wants:
             if want.text not in self._candidates:
                 self._candidates[want.text] = drawn_lines(
