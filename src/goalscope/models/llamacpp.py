@@ -28,7 +28,7 @@ __all__ = ["LlamaCpp", "SelfTest"]
 
 _CACHES = 32  # trees kept at once: one for each goal, and some for other calls in between
 _ONE_TREE = 4096  # tokens; attention looks over the whole tree, so larger ones cost more than save
-_KV_BUDGET = 2 << 30  # bytes of all caches
+_CACHE_BYTES = 3 << 29  # of all caches
 
 Pair = tuple[list[int], list[int]]
 """Token ids of a prompt, and of the answer to score after it."""
@@ -364,7 +364,7 @@ class LlamaCpp:
         self._caches.remove(best)
         self._caches.append(best)
         for cache in self._caches[:-1]:
-            if sum(cache.bytes for cache in self._caches) <= _KV_BUDGET:
+            if sum(cache.bytes for cache in self._caches) <= _CACHE_BYTES:
                 break
             cache.free()
         return best

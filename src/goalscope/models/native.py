@@ -157,8 +157,9 @@ class KVCache:
 
     @property
     def bytes(self) -> int:
-        """Memory that the keys and values take."""
-        return self._cells * self._weights.kv_bytes
+        """Memory taken: keys and values, and the logits with the buffer they come from."""
+        logits = 2 * _OUTPUTS * self._weights.vocab_size * 4
+        return self._cells * self._weights.kv_bytes + logits if self._cells else 0
 
     def free(self) -> None:
         """Give the memory back; the cache is then empty."""
