@@ -1,6 +1,5 @@
 """Small honest stand-ins: a normalised model of words, and a room with a lamp."""
 
-import hashlib
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -8,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from goalscope.models import Completion
-from goalscope.types import Action, Message, Profile, StepResult
+from goalscope.types import Action, Message, Profile, StepResult, Turn
 
 
 class WordModel:
@@ -55,6 +54,7 @@ class LampRoom:
     """An environment with one lamp; the switch `broken` always fails."""
 
     task = "The agent looks after a lamp."
+    notes = ()
     completion_phrase = "Good night"
 
     def __init__(self, offers: Sequence[str] = ("lamp",)) -> None:
@@ -66,9 +66,6 @@ class LampRoom:
 
     def status(self) -> str:
         return f"On: {', '.join(self.on) or 'nothing'}."
-
-    def state_hash(self) -> str:
-        return hashlib.sha256(repr(self.on).encode()).hexdigest()
 
     def kinds(self, text: str, limit: int) -> list[str]:
         return self.offers[:limit]
@@ -96,8 +93,8 @@ class LampRoom:
     def answer(self, question: str) -> str | None:
         return self.status() if question.endswith("on?") else None
 
-    def is_completion(self, utterance: str) -> bool:
-        return utterance == self.completion_phrase
+    def is_completion(self, turn: Turn) -> bool:
+        return turn.utterance == self.completion_phrase
 
     def checks_met(self, profile: Profile) -> list[bool]:
         return [bool(self.on)]

@@ -1,5 +1,7 @@
 """Algorithm 1, round by round, on a room with a lamp; and goal management."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,10 +11,13 @@ from goalscope.belief import Belief
 from goalscope.dialog import ConsoleHuman, ScriptedHuman, ask, question_of
 from goalscope.goals import drawn_lines, objectionable, overdue, propose
 from goalscope.policy import Planner, Want
+from goalscope.prompts import recent
 from goalscope.types import (
     UNSPECIFIED,
     Action,
     Goal,
+    GoalChange,
+    GoalscopeError,
     InvalidInputError,
     Profile,
     StepResult,
@@ -65,7 +70,7 @@ def test_resumed_agent_goes_on_where_it_was(method) -> None:
     rounds = [first.step("What now?", "lamp light please")]
     second = Agent(other := LampRoom(), WordModel(replies), method=method)
     second.resume(rounds)
-    assert other.state_hash() == env.state_hash()
+    assert other.status() == env.status()
     a, b = (agent.step("And now?", "more light please") for agent in (first, second))
     assert a.results == b.results
     if a.belief is not None and b.belief is not None:
@@ -76,10 +81,10 @@ def test_error_in_a_round_leaves_everything_as_it_was() -> None:
     env = LampRoom()
     agent = Agent(env, WordModel(REPLIES))
     agent.step("What now?", "lamp light please")
-    state, belief = env.state_hash(), agent.tracker and agent.tracker.belief
+    state, belief = env.status(), agent.tracker and agent.tracker.belief
     with pytest.raises(InvalidInputError):
         agent.step("And?", "word " * 5000)
-    assert env.state_hash() == state
+    assert env.status() == state
     assert agent.tracker is not None
     assert agent.tracker.belief is belief
     assert len(agent.rounds) == 1
@@ -107,6 +112,47 @@ def test_episode_is_truncated_at_the_cap() -> None:
     rounds = list(run_episode(Agent(env, WordModel(REPLIES)), human, max_rounds=3))
     assert len(rounds) == 3
     assert not rounds[-1].terminated
+
+
+def test_ended_episode_has_no_further_round() -> None:
+    env = LampRoom()
+    rounds = list(run_episode(Agent(env, WordModel(REPLIES)), ScriptedHuman(SLEEPER, env)))
+    other = Agent(LampRoom(), WordModel(REPLIES))
+    other.resume(rounds)
+    assert list(run_episode(other, ScriptedHuman(SLEEPER, env))) == []
+
+
+def test_changed_world_cannot_be_resumed() -> None:
+    env = LampRoom()
+    agent = Agent(env, WordModel(REPLIES))
+    round = agent.step("What?", "lamp light please")
+    other = LampRoom()
+    other.step = lambda action: StepResult(action, False, "The lamp is gone.")
+    with pytest.raises(GoalscopeError, match="cannot be done again"):
+        Agent(other, WordModel(REPLIES)).resume([round])
+
+
+def test_removed_goals_are_not_proposed_again() -> None:
+    agent = Agent(LampRoom(), WordModel(REPLIES))
+    lamp = Goal("have lamp light")
+    agent.step("What?", "lamp light please")
+    assert agent.tracker is not None
+    agent.tracker.drop([lamp])
+    agent.rounds[0] = replace(agent.rounds[0], changes=(GoalChange("removed", lamp, "no"),))
+    agent.step("What?", "lamp light please, have lamp light")
+    assert lamp not in agent.tracker.belief.goals
+
+
+def test_long_turns_leave_room_in_every_prompt() -> None:
+    model = WordModel(REPLIES, context_size=900)
+    agent = Agent(LampRoom(), model)
+    for _ in range(3):
+        agent.step(agent.ask(), "lamp light " * 150)
+    assert agent.ask()
+    turns = [Turn("a b", f"{n} " * 100) for n in range(9)]
+    assert recent(model, turns, 8) == turns[-4:]
+    (cut,) = recent(model, [Turn("", "word " * 5000)], 8)
+    assert 300 < len(cut.utterance.split()) < 450
 
 
 def test_unknown_method_is_refused() -> None:

@@ -200,7 +200,7 @@ def test_replay_and_episodes_need_no_model(store_file, monkeypatch):
 
 
 def test_run_prints_one_json_line_an_episode_and_replays(shop, store_file):
-    result = invoke("run", "grocery", "--profile", "all", "--json", *shop)
+    result = invoke("run", "grocery", "--profile", "baker", "--json", *shop)
     assert result.exit_code == 0, result.output
     (line,) = result.stdout.splitlines()
     outcome = json.loads(line)
@@ -211,6 +211,28 @@ def test_run_prints_one_json_line_an_episode_and_replays(shop, store_file):
     assert 0 <= outcome["score"] <= 1
     assert "complete" in fails(2, "chat", "--resume", outcome["episode"])
     assert "cocoa" in invoke("replay", outcome["episode"]).stdout
+
+
+def test_a_crash_before_the_end_is_noted_loses_nothing(shop, store_file, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(Store, "finish", lambda *args, **options: os.abort)
+        assert invoke("run", "--profile", "baker", *shop).exit_code == 0
+    with Store.open(store_file) as store:
+        (info,) = store.episodes()
+    assert info.ended is None
+    assert invoke("chat", "--resume", info.id).exit_code == 0
+    with Store.open(store_file) as store:
+        after = store.episode(info.id)
+    assert (after.ended, after.rounds) == ("terminated", info.rounds)
+    assert after.score > 0
+
+
+def test_a_profile_may_have_any_name(shop, tmp_path):
+    name = "a [/b] \x1b[31m"
+    text = PROFILES.replace('"baker"', json.dumps(name)).replace("checks", "checks", 1)
+    (tmp_path / "people.toml").write_text(text)
+    assert invoke("run", "--profile", name, *shop, "--rounds", "1").exit_code == 0
+    assert "\x1b" not in fails(2, "run", "--profile", "nobody", *shop)
 
 
 def test_a_chat_that_ends_early_is_kept_and_goes_on(shop, store_file):

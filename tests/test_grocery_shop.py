@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop, Item, load_profiles
 from goalscope.envs.grocery.search import Search
-from goalscope.types import Action, Profile
+from goalscope.types import Action, Profile, Turn
 
 CATALOGUE = Catalogue.load()
 SEARCH = Search(CATALOGUE)
@@ -29,7 +29,7 @@ def shop(*bought: tuple[str, int]) -> GroceryShop:
 
 def test_the_shop_is_an_environment() -> None:
     environment: Environment = shop()
-    assert environment.is_completion(environment.completion_phrase)
+    assert environment.is_completion(Turn("", environment.completion_phrase))
 
 
 @settings(deadline=None, max_examples=60)
@@ -45,22 +45,22 @@ def test_adding_then_removing_changes_nothing(
     added: list[tuple[str, int]], name: str, number: int
 ) -> None:
     opened = shop(*added)
-    before = opened.state_hash()
+    before = opened.status()
     assert opened.step(Action("add item", name, number)).ok
-    assert opened.state_hash() != before
+    assert opened.status() != before
     assert opened.step(Action("remove item", name, number)).ok
-    assert opened.state_hash() == before
+    assert opened.status() == before
 
 
 @pytest.mark.parametrize("quantity", [0, -1, 10**9, 100, float("nan"), 1.5, 1.0, True, "2", None])
 @pytest.mark.parametrize("act", ["add item", "remove item"])
 def test_an_impossible_quantity_changes_nothing(act: str, quantity: object) -> None:
     opened = shop(("Large Eggs", 2))
-    before = opened.state_hash()
+    before = opened.status()
     result = opened.step(Action(act, "Large Eggs", quantity))  # type: ignore[arg-type]
     assert not result.ok
     assert "quantity" in result.observation
-    assert opened.state_hash() == before
+    assert opened.status() == before
 
 
 @pytest.mark.parametrize(
@@ -77,11 +77,11 @@ def test_an_impossible_quantity_changes_nothing(act: str, quantity: object) -> N
 )
 def test_an_impossible_action_changes_nothing_and_says_why(action: Action, told: str) -> None:
     opened = shop(("Large Eggs", 2))
-    before = opened.state_hash()
+    before = opened.status()
     result = opened.step(action)
     assert (result.ok, result.terminated) == (False, False)
     assert told in result.observation
-    assert opened.state_hash() == before
+    assert opened.status() == before
 
 
 def test_the_purchase_ends_the_task_once_and_prints_the_total() -> None:
@@ -97,12 +97,15 @@ def test_the_purchase_ends_the_task_once_and_prints_the_total() -> None:
         assert not opened.step(late).ok
     opened.reset()
     assert opened.status() == "The basket is empty."
-    assert opened.state_hash() == shop().state_hash()
+    assert opened.status() == shop().status()
 
 
-def test_equal_baskets_have_equal_hashes_in_any_order() -> None:
-    eggs, milk = ("Large Eggs", 1), ("Whole Milk", 2)
-    assert shop(eggs, milk).state_hash() == shop(milk, eggs).state_hash()
+def test_buy_it_means_the_basket_only_where_it_can_mean_nothing_else() -> None:
+    opened = shop(("Whole Milk", 1))
+    assert opened.is_completion(Turn("Anything else?", "Great, buy it."))
+    assert not opened.is_completion(Turn("The shop has Large Eggs, $3. Any?", "Great, buy it."))
+    assert opened.is_completion(Turn("Which eggs do you like?", "That's all, buy it."))
+    assert opened.is_completion(Turn("Which eggs do you like?", "Buy the basket."))
 
 
 def test_every_offered_action_is_possible() -> None:

@@ -12,7 +12,10 @@ import pytest
 from goalscope.models.chat import ChatTemplate
 from goalscope.models.llamacpp import LlamaCpp
 from goalscope.models.native import MAX_PATHS
+from goalscope.models.tune import requantize
 from goalscope.types import InvalidInputError, Message, ModelError
+
+F32 = 0  # LLAMA_FTYPE_ALL_F32
 
 TOLERANCE = 0.25
 """Nats a sequence: BF16 rounding makes one order of summation differ from another by about 0.1."""
@@ -268,3 +271,20 @@ def test_a_template_that_drops_a_message_is_an_error() -> None:
     template = ChatTemplate("{{ messages[-1].content }}", "", "")
     with pytest.raises(ModelError, match="leaves a message out"):
         template.layout([Message("user", "Hi"), Message("user", "Hello?")])
+
+
+def test_writing_goes_on_where_the_cache_has_to_grow(model: LlamaCpp) -> None:
+    text = {"type": "string", "minLength": 60, "maxLength": 80}
+    prompt = [Message("user", "banana " * 990)]
+    assert model.count_tokens(prompt) < 1024
+    reply = model.generate(prompt, max_tokens=120, schema=text)
+    assert reply.prompt_tokens + reply.completion_tokens > 1024
+
+
+def test_exact_weights_give_exact_log_probabilities(model: LlamaCpp, tmp_path: Path) -> None:
+    exact = tmp_path / "exact.gguf"
+    requantize(model.path, exact, F32)
+    engine = LlamaCpp(exact)
+    together = sums(engine, CONTEXTS, REPLIES)
+    np.testing.assert_allclose(together, one_at_a_time(engine), atol=1e-3)
+    engine.close()

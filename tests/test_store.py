@@ -181,9 +181,10 @@ def test_a_newer_version_is_refused(tmp_path):
 
 def test_another_programs_file_is_left_alone(tmp_path):
     with_connection(tmp_path / "s.db", "CREATE TABLE theirs (x)")
+    before = (tmp_path / "s.db").read_bytes()
     with pytest.raises(GoalscopeError, match="another program's"):
         Store.open(tmp_path / "s.db")
-    with_connection(tmp_path / "s.db", "INSERT INTO theirs VALUES (1)")
+    assert (tmp_path / "s.db").read_bytes() == before
 
 
 def test_a_full_disk_keeps_the_earlier_rounds(tmp_path):

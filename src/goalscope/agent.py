@@ -80,10 +80,21 @@ class GoalTracker:
 
     def add(self, goals: Iterable[str | Goal]) -> Belief:
         """Add goals; each is scored on all past turns, as if it had been there from the start."""
-        self.belief = self.belief.add(
-            map(_as_goal, goals),
-            lambda new: self.likelihood.log_likelihood(self.task, new, self.turns),
-        )
+        added = [_as_goal(goal) for goal in goals]
+        if not self.turns or not isinstance(self.likelihood, PromptedRanking):
+            self.belief = self.belief.add(
+                added, lambda new: self.likelihood.log_likelihood(self.task, new, self.turns)
+            )
+        elif added:  # an order is one of all goals together
+            everything = tuple(dict.fromkeys([*self.belief.goals, *added]))
+            row = self.likelihood.log_likelihood(
+                self.task, everything, self.turns, since=len(self.turns) - 1
+            )[0]
+            self.belief = Belief.uniform(
+                everything,
+                temperature=self.belief.temperature,
+                evidence=self.belief.evidence,
+            ).observe(row)
         return self.belief
 
     def drop(self, goals: Iterable[str | Goal]) -> Belief:
@@ -98,7 +109,6 @@ class Agent:
     Args:
         env: Where it acts.
         model: Writes and scores.
-        scorer: Scores the person's words, if another model than `model` does.
         method: "good"; or an ablation of Sec. 4.3: "no-goals" acts on the transcript alone,
             "no-inference" asks the model which goal is likeliest.
         k: Goals to act on.
@@ -115,7 +125,6 @@ class Agent:
         env: Environment,
         model: Model,
         *,
-        scorer: LikelihoodModel | None = None,
         method: Method = "good",
         k: int = 3,
         patience: int = 3,
@@ -134,9 +143,7 @@ class Agent:
         self.rounds: list[Round] = []
         self.tracker: GoalTracker | None = None
         if method == "good":
-            roleplay = RolePlay(
-                scorer or model, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn
-            )
+            roleplay = RolePlay(model, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
             self.tracker = GoalTracker(
                 task=env.task, likelihood=roleplay, temperature=temperature, evidence=evidence
             )
@@ -173,9 +180,9 @@ class Agent:
         history = [result for round in self.rounds for result in round.results]
         try:
             changes = self._update(tracker, turn) if tracker else ()
-            complete = self.env.is_completion(turn.utterance)
-            wants = [] if complete else self._wants(turn)
+            complete = self.env.is_completion(turn)
             said = [*(past.utterance for past in self.turns), turn.utterance]
+            wants = [] if complete else self._wants(said)
             acts = wants or complete
             outcome = self.planner.act(self.env, wants, said, history) if acts else Outcome((), 0)
             results = outcome.results
@@ -233,7 +240,7 @@ class Agent:
                 None if prompted else tracker.likelihood,
                 self.env.task,
                 tracker.turns,
-                belief.goals,
+                [*belief.goals, *self._removed()],
                 seed=self.seed + 100 * len(tracker.turns),
             )
             belief = tracker.add(change.goal for change in added)
@@ -252,11 +259,15 @@ class Agent:
         tracker.drop(removed)
         return [*added, *removed.values()]
 
-    def _wants(self, turn: Turn) -> list[Want]:
+    def _removed(self) -> list[Goal]:
+        """Goals that were removed before, and so are not proposed again."""
+        changes = (change for round in self.rounds for change in round.changes)
+        return [change.goal for change in changes if change.kind == "removed"]
+
+    def _wants(self, said: Sequence[str]) -> list[Want]:
         """What to act for: the top k goals; nothing while `UNSPECIFIED` leads."""
         if self.tracker is None:
-            said = [past.utterance for past in self.turns] + [turn.utterance]
-            return [Want(" ".join(said[-6:]), 1.0)]
+            return [Want(self.planner.newest(said), 1.0)]
         top = self.tracker.belief.top(self.k)
         if not top or top[0][0] == UNSPECIFIED:
             return []
@@ -277,13 +288,11 @@ def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator
 
     Each round is yielded as soon as it is done; the caller stores it before the next begins.
     """
-    while len(agent.rounds) < max_rounds:
+    while len(agent.rounds) < max_rounds and not (agent.rounds and agent.rounds[-1].terminated):
         query = agent.ask()
         utterance = human.reply(query, agent.turns, agent.env.status())
         round = agent.step(query, utterance)
         yield round
-        if round.terminated:
-            return
 
 
 def _as_goal(goal: str | Goal) -> Goal:

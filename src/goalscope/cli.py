@@ -33,8 +33,9 @@ class _Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except GoalscopeError as error:
-            line = " ".join(str(error).split())
-            typer.echo("Error: " + line.encode("utf-8", "replace").decode(), err=True)
+            from goalscope.display import plain
+
+            typer.echo(plain("Error: " + " ".join(str(error).split())).plain, err=True)
             raise typer.Exit(2 if isinstance(error, InvalidInputError) else 1) from None
         except KeyboardInterrupt:
             raise typer.Exit(130) from None
@@ -368,6 +369,8 @@ def _opened(settings: Settings) -> Generator[tuple[Any, LlamaCpp]]:
     from goalscope.session import open_environment
 
     env = open_environment(settings)
+    for note in env.notes:
+        _console(stderr=True).print(note, style="dim")
     with _open_model(settings.model) as engine:
         yield env, engine
 
@@ -401,15 +404,15 @@ def _run_one(session: Session, *, quiet: bool, brief: bool) -> EpisodeInfo:
     """Run a simulated episode, drawing each round unless it is one of many."""
     import time
 
-    from goalscope.display import show_checks, show_header, show_round, show_summary
+    from goalscope.display import plain, show_checks, show_header, show_round, show_summary
 
     out, start, before = _console(), time.monotonic(), None
     if not (quiet or brief):
         show_header(out, session.info)
     with _resumable(session), _console(stderr=True).status("") as busy:
-        busy.update(f"{session.info.profile}: round 1")
+        busy.update(plain(f"{session.info.profile}: round 1"))
         for round in session.run():
-            busy.update(f"{session.info.profile}: round {round.number + 1}")
+            busy.update(plain(f"{session.info.profile}: round {round.number + 1}"))
             if not (quiet or brief):
                 show_round(out, round, before)
             before = round.belief

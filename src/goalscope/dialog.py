@@ -6,14 +6,17 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from goalscope.envs import Environment
-from goalscope.models import Generator, LikelihoodModel
-from goalscope.prompts import render
-from goalscope.types import InvalidInputError, Profile, Turn, checked_text
+from goalscope.models import Generator, LanguageModel, LikelihoodModel
+from goalscope.prompts import recent, render
+from goalscope.types import InvalidInputError, Message, Profile, Turn, checked_text
 
 __all__ = ["ConsoleHuman", "Human", "Model", "ScriptedHuman", "SimulatedHuman", "ask"]
 
 OPENING = "What can I help you with?"
 FALLBACK = "What else would you like?"
+
+_REPLY = 80
+"""Most tokens of what is written in the conversation."""
 
 
 class Model(Generator, LikelihoodModel, Protocol):
@@ -44,11 +47,13 @@ def ask(
     if not turns:
         return OPENING
     asked = {question_of(turn.query) for turn in turns}
-    prompt = render("query", task=env.task, status=env.status(), turns=turns[-4:])
+    prompt = _with_status(
+        model, "query", env.status(), task=env.task, turns=recent(model, turns, 4)
+    )
     questions: list[str] = []
     for draw in range(draws):
         reply = model.generate(
-            prompt, max_tokens=48, temperature=0.6 if draw else 0.0, seed=seed + draw
+            prompt, max_tokens=_REPLY // 2, temperature=0.6 if draw else 0.0, seed=seed + draw
         )
         question = question_of(reply.text)
         if question.endswith("?") and question not in asked and question not in questions:
@@ -71,6 +76,14 @@ def question_of(text: str) -> str:
     for end in (". ", "! ", ": "):
         head = head.rpartition(end)[2]
     return head.strip('" ') + "?"
+
+
+def _with_status(model: LanguageModel, name: str, status: str, **values: object) -> list[Message]:
+    """The prompt with the state; without it where that is too long to leave room for a reply."""
+    prompt = render(name, status=status, **values)
+    if model.count_tokens(prompt) + _REPLY <= model.context_size:
+        return prompt
+    return render(name, status="", **values)
 
 
 class ConsoleHuman:
@@ -113,16 +126,17 @@ class SimulatedHuman:
 
     def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
         """What the model says as this person; the completion phrase if it falls silent."""
-        prompt = render(
+        prompt = _with_status(
+            self.model,
             "human",
+            status,
             task=self.env.task,
             description=self.profile.description,
             completion_phrase=self.env.completion_phrase,
-            turns=turns[-8:],
-            status=status,
+            turns=recent(self.model, turns, 8),
             query=query,
         )
         reply = self.model.generate(
-            prompt, max_tokens=80, stop=("\n", "Assistant:"), seed=self.seed + len(turns)
+            prompt, max_tokens=_REPLY, stop=("\n", "Assistant:"), seed=self.seed + len(turns)
         )
         return " ".join(reply.text.split()).strip('" ') or self.env.completion_phrase

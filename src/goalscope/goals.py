@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from goalscope.belief import Belief
 from goalscope.likelihood import Likelihood
 from goalscope.models import Generator, LikelihoodModel
-from goalscope.prompts import render
+from goalscope.prompts import recent, render
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, Turn
 
 __all__ = ["drawn_lines", "objectionable", "overdue", "propose"]
@@ -74,7 +74,7 @@ def propose(
             draws=draws,
             seed=seed,
             task=task,
-            turns=turns[-6:],
+            turns=recent(generator, turns, 6),
             goals=[goal for goal in goals if goal != UNSPECIFIED],
         )
         if text.casefold() not in known

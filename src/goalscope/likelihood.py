@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from goalscope.models import Generator, LikelihoodModel
-from goalscope.prompts import render
+from goalscope.prompts import recent, render
 from goalscope.types import (
     UNSPECIFIED,
     Goal,
@@ -142,16 +142,17 @@ class PromptedRanking:
     def log_likelihood(
         self, task: str, goals: Sequence[Goal], turns: Sequence[Turn], *, since: int = 0
     ) -> Array:
-        """See `Likelihood.log_likelihood`; each row is one pair of questions to the model."""
-        table = np.full((len(turns) - since, len(goals)), -1.0)
-        if len(goals) > 1:
-            for row, t in zip(table, range(since, len(turns)), strict=True):
-                row[self._ask("least", task, goals, turns[: t + 1])] = -2.0
-                row[self._ask("most", task, goals, turns[: t + 1])] = 0.0
+        """See `Likelihood.log_likelihood`; the model is asked for the last row, others are 0."""
+        table = np.zeros((len(turns) - since, len(goals)))
+        if len(goals) > 1 and len(table):
+            table[-1] = -1.0
+            table[-1, self._ask("least", task, goals, turns)] = -2.0
+            table[-1, self._ask("most", task, goals, turns)] = 0.0
         return table
 
     def _ask(self, which: str, task: str, goals: Sequence[Goal], turns: Sequence[Turn]) -> int:
-        prompt = render("rank", task=task, goals=goals, turns=turns[-8:], which=which)
+        past = recent(self.generator, turns, 8)
+        prompt = render("rank", task=task, goals=goals, turns=past, which=which)
         numbers = [str(i + 1) for i in range(len(goals))]
         reply = self.generator.generate(prompt, max_tokens=8, schema={"enum": numbers})
         return numbers.index(reply.text.strip().strip('"'))

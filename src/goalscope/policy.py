@@ -11,8 +11,8 @@ import numpy.typing as npt
 from goalscope.dialog import Model
 from goalscope.envs import Environment
 from goalscope.goals import drawn_lines
-from goalscope.prompts import render
-from goalscope.types import Action, StepResult
+from goalscope.prompts import recent, render
+from goalscope.types import Action, GoalscopeError, StepResult, Turn
 
 __all__ = ["Outcome", "Planner", "Want", "undo"]
 
@@ -139,7 +139,7 @@ class Planner:
             return []
         weights = np.array([want.probability for want in wants])
         given = np.array([self.log_probability(terms, want.text) for want in wants])
-        said = self.log_probability(terms, " ".join(utterances[-6:]))
+        said = self.log_probability(terms, self.newest(utterances))
         wanted = (weights @ given / weights.sum() + said) / 2
         without = np.mean([self.log_probability(terms, goal) for goal in OTHER_GOALS], axis=0)
         gains = dict(zip(terms, wanted - without, strict=True))
@@ -148,6 +148,11 @@ class Planner:
         named = [term for term in mentioned if gains.get(term, 0) > 0]
         unnamed = [term for term in best if gains[term] > self.gain and term not in mentioned]
         return named + unnamed[: self.limit]
+
+    def newest(self, utterances: Sequence[str]) -> str:
+        """The newest of the person's words, as many as a prompt can hold."""
+        turns = recent(self.model, [Turn("", utterance) for utterance in utterances], 6)
+        return " ".join(turn.utterance for turn in turns)
 
     def plan(
         self, env: Environment, terms: Sequence[str], utterances: Sequence[str]
@@ -185,9 +190,12 @@ def undo(env: Environment, history: Sequence[StepResult]) -> None:
     """Take `env` back to where `history` left it: reset, and replay what succeeded.
 
     Raises:
-        RuntimeError: An action that once succeeded now fails.
+        GoalscopeError: An action that once succeeded now fails.
     """
     env.reset()
     for result in history:
         if not env.step(result.action).ok:
-            raise RuntimeError(f"cannot replay {result.action}: {result.observation}")
+            raise GoalscopeError(
+                f"The action {result.action} cannot be done again: {result.observation} "
+                "Has the catalogue or scene changed since? Start a new episode."
+            )

@@ -149,14 +149,20 @@ class Session:
 
     def run(self) -> Iterator[Round]:
         """Yield each new round as soon as it is on disk; afterwards the episode has its end."""
-        terminated = False
-        for round in run_episode(self._agent, self._human, max_rounds=self._settings.rounds):
+        most = self._settings.rounds
+        for round in run_episode(self._agent, self._human, max_rounds=most):
             self._store.append(self.id, round)
-            terminated = round.terminated
+            if round.terminated or round.number >= most:
+                self._finish()
             yield round
+        if self.info.ended is None:
+            self._finish()
+
+    def _finish(self) -> None:
+        rounds = self._agent.rounds
+        ended = "terminated" if rounds and rounds[-1].terminated else "truncated"
         met = self.checks_met()
-        score = sum(met) / len(met) if met else None
-        self._store.finish(self.id, ended="terminated" if terminated else "truncated", score=score)
+        self._store.finish(self.id, ended=ended, score=sum(met) / len(met) if met else None)
 
     def checks_met(self) -> list[bool]:
         """Which of the profile's checks the present state meets; none without a profile."""

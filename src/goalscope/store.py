@@ -35,6 +35,7 @@ __all__ = ["EpisodeInfo", "Store", "default_store_path", "round_from_json", "rou
 Ended = Literal["terminated", "truncated"]
 
 VERSION = 1
+APPLICATION = 0x474F4144  # "GOAD": marks the file as an episode store
 SCHEMA = """
 CREATE TABLE episodes (
     id TEXT PRIMARY KEY,
@@ -338,7 +339,8 @@ def _utf8(text: str | None) -> str | None:
 
 
 def _prepare(connection: sqlite3.Connection, file: Path) -> None:
-    """Make every commit durable, then check or create the tables."""
+    """Refuse another program's file as it is; else make every commit durable, and the tables."""
+    _check_ours(connection, file)
     (journal,) = connection.execute("PRAGMA journal_mode = WAL").fetchone()
     connection.execute("PRAGMA synchronous = FULL")
     connection.execute("PRAGMA foreign_keys = ON")
@@ -348,24 +350,36 @@ def _prepare(connection: sqlite3.Connection, file: Path) -> None:
             f"The episode store {file} would not survive a crash (journal {journal}, synchronous "
             f"{synchronous}). Name a file on a local disk with --store."
         )
-    if _version(connection) == 0:
+    if not _check_ours(connection, file):
         connection.execute("BEGIN IMMEDIATE")  # of two processes that get here, one creates
-        if _version(connection) == 0:
-            if connection.execute("SELECT 1 FROM sqlite_master").fetchone():
-                raise GoalscopeError(f"{file} is another program's file. Name one with --store.")
+        if not _check_ours(connection, file):
             for statement in SCHEMA.split(";"):
                 connection.execute(statement)
+            connection.execute(f"PRAGMA application_id = {APPLICATION}")
             connection.execute(f"PRAGMA user_version = {VERSION}")
         connection.execute("COMMIT")
-    if (version := _version(connection)) > VERSION:
+
+
+def _check_ours(connection: sqlite3.Connection, file: Path) -> bool:
+    """Whether the file holds goalscope's tables; it is refused if it holds anything else."""
+    application, version, tables = (
+        connection.execute(statement).fetchone()[0]
+        for statement in (
+            "PRAGMA application_id",
+            "PRAGMA user_version",
+            "SELECT count(*) FROM sqlite_master",
+        )
+    )
+    if not tables:
+        return False
+    if application != APPLICATION:
+        raise GoalscopeError(f"{file} is another program's file. Name one with --store.")
+    if version > VERSION:
         raise GoalscopeError(
             f"The episode store {file} is of version {version}, and this goalscope reads up to "
             f"{VERSION}. Update goalscope, or name another file with --store."
         )
-
-
-def _version(connection: sqlite3.Connection) -> int:
-    return connection.execute("PRAGMA user_version").fetchone()[0]
+    return True
 
 
 @contextmanager

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-from goalscope.types import Action, Profile, StepResult
+from goalscope.types import Action, Profile, StepResult, Turn
 
 __all__ = ["Environment"]
 
@@ -19,6 +19,11 @@ class Environment(Protocol):
         ...
 
     @property
+    def notes(self) -> Sequence[str]:
+        """What a person should know about what was loaded, one sentence each."""
+        ...
+
+    @property
     def completion_phrase(self) -> str:
         """What a person says to end the task."""
         ...
@@ -29,10 +34,6 @@ class Environment(Protocol):
 
     def status(self) -> str:
         """The present state, for people and prompts."""
-        ...
-
-    def state_hash(self) -> str:
-        """Equal for equal states, for checking a replay."""
         ...
 
     def kinds(self, text: str, limit: int) -> list[str]:
@@ -62,8 +63,8 @@ class Environment(Protocol):
         """Answer a person's question from the state; None where it is no such question."""
         ...
 
-    def is_completion(self, utterance: str) -> bool:
-        """Whether the person, in these words, says that the task is complete."""
+    def is_completion(self, turn: Turn) -> bool:
+        """Whether the person, in this context, says that the task is complete."""
         ...
 
     def completion_actions(self) -> list[Action]:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from goalscope.models.llamacpp import LlamaCpp
 
-__all__ = ["Completion", "Generator", "LikelihoodModel", "open_model"]
+__all__ = ["Completion", "Generator", "LanguageModel", "LikelihoodModel", "open_model"]
 
 Array = npt.NDArray[np.float64]
 
@@ -38,7 +38,20 @@ class Completion:
     completion_tokens: int
 
 
-class Generator(Protocol):
+class LanguageModel(Protocol):
+    """What is common to a model that writes and one that scores."""
+
+    @property
+    def context_size(self) -> int:
+        """Most tokens of a prompt with what is written or scored after it."""
+        ...
+
+    def count_tokens(self, messages: Sequence[Message]) -> int:
+        """Number of tokens of the rendered chat, up to where the assistant's words begin."""
+        ...
+
+
+class Generator(LanguageModel, Protocol):
     """A model that writes."""
 
     def generate(
@@ -67,7 +80,7 @@ class Generator(Protocol):
         ...
 
 
-class LikelihoodModel(Protocol):
+class LikelihoodModel(LanguageModel, Protocol):
     """A model that tells how likely given words are."""
 
     def token_logprobs(
@@ -90,15 +103,6 @@ class LikelihoodModel(Protocol):
         Raises:
             ModelError: A pair does not fit the context window (`count_tokens` tells beforehand).
         """
-        ...
-
-    def count_tokens(self, messages: Sequence[Message]) -> int:
-        """Number of tokens of the rendered chat, up to where the assistant's words begin."""
-        ...
-
-    @property
-    def context_size(self) -> int:
-        """Most tokens that one pair (context and continuation) may have."""
         ...
 
 

@@ -245,7 +245,7 @@ class LlamaCpp:
         grammar = Grammar(self._weights, schema) if schema is not None else None
         decoder = codecs.getincrementaldecoder("utf-8")("replace")
         text, written, finish = "", 0, "length"
-        cache, logits = self._prompt(prompt)
+        cache, logits = self._prompt(prompt, room)
         while written < room:
             token = choose(logits, temperature, random, grammar)
             if token in self._ends:
@@ -342,12 +342,15 @@ class LlamaCpp:
             spots.append(list(zip(nodes, answer, strict=True)))
         return trie, spots
 
-    def _prompt(self, prompt: Sequence[int]) -> tuple[KVCache, Logits]:
-        """Read a prompt; return the cache that holds it and the logits [vocabulary] after it."""
+    def _prompt(self, prompt: Sequence[int], room: int = 0) -> tuple[KVCache, Logits]:
+        """Read a prompt; return the cache that holds it and the logits [vocabulary] after it.
+
+        The cache has room for so many tokens more.
+        """
         trie = _single(prompt)
         cache = self._cache_for(trie)
         logits = np.empty(self._weights.vocab_size, np.float32)
-        cache.load(trie, {trie.paths[0][-1]}, lambda _, row: np.copyto(logits, row))
+        cache.load(trie, {trie.paths[0][-1]}, lambda _, row: np.copyto(logits, row), room=room)
         return cache, logits
 
     def _cache_for(self, trie: Trie, used: Sequence[KVCache] = ()) -> KVCache:

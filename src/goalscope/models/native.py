@@ -178,7 +178,9 @@ class KVCache:
         shares = [len(self.trie.match(path)) / len(path) for path in paths]
         return sum(shares) / len(shares)
 
-    def load(self, trie: Trie, wanted: set[int], read: Callable[[int, Any], object]) -> None:
+    def load(
+        self, trie: Trie, wanted: set[int], read: Callable[[int, Any], object], *, room: int = 0
+    ) -> None:
         """Make the cache hold `trie`, decoding what it does not share with the tree held before.
 
         Args:
@@ -186,11 +188,12 @@ class KVCache:
             wanted: Nodes whose next-token logits are to be read; these are decoded in any case.
             read: Called with each wanted node and its logits, float32 [vocabulary], which are valid
                 during the call only.
+            room: How many tokens will be pushed afterwards.
 
         Raises:
             ModelError: llama.cpp could not decode.
         """
-        self._reserve(len(trie))
+        self._reserve(len(trie) + room)
         old, self.trie = self.trie, trie
         old_bank, self._bank = self._bank, MAX_PATHS - self._bank
         try:
@@ -215,8 +218,10 @@ class KVCache:
             raise
 
     def push(self, token: int, read: Callable[[int, Any], object]) -> None:
-        """Lengthen the only path held by one token and read its next-token logits, as in `load`."""
-        self._reserve(len(self.trie) + 1)
+        """Lengthen the only path held by one token and read its next-token logits, as in `load`.
+
+        `load` must have been given the room.
+        """
         try:
             node = self.trie.extend(0, token)
             self._decode([node], {node}, read)

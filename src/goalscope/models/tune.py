@@ -56,7 +56,7 @@ def requantize(source: Path, target: Path, ftype: int) -> None:
 
     Args:
         source: A GGUF file.
-        target: The GGUF file to write; it appears only once it is complete.
+        target: The GGUF file to write.
         ftype: A `LLAMA_FTYPE_...` number of llama.cpp.
 
     Raises:
@@ -68,23 +68,24 @@ def requantize(source: Path, target: Path, ftype: int) -> None:
     params.ftype = ftype
     params.allow_requantize = True
     params.pure = True
-    with tempfile.TemporaryDirectory(dir=target.parent, prefix=".requantize-") as folder:
-        part = Path(folder, "model.gguf")
-        if lib.llama_model_quantize(os.fsencode(source), os.fsencode(part), params) != 0:
-            raise ModelError(f"{source} could not be converted.")
-        os.replace(part, target)
+    if lib.llama_model_quantize(os.fsencode(source), os.fsencode(target), params) != 0:
+        raise ModelError(f"{source} could not be converted.")
 
 
 def _try_copy(original: Weights, copy: Path, kept: Path, threads: int) -> Weights:
-    requantize(original.path, copy, bindings().LLAMA_FTYPE_MOSTLY_BF16)
-    faster = Weights(copy)
-    if prompt_seconds(faster, threads) < prompt_seconds(original, threads):
-        original.free()
-        return faster
-    faster.free()
-    copy.unlink()
-    kept.touch()
-    return original
+    """The copy only gets its name once it has proved faster."""
+    with tempfile.TemporaryDirectory(dir=copy.parent, prefix=".requantize-") as folder:
+        part = Path(folder, "model.gguf")
+        requantize(original.path, part, bindings().LLAMA_FTYPE_MOSTLY_BF16)
+        trial = Weights(part)
+        is_faster = prompt_seconds(trial, threads) < prompt_seconds(original, threads)
+        trial.free()
+        if not is_faster:
+            kept.touch()
+            return original
+        os.replace(part, copy)
+    original.free()
+    return Weights(copy)
 
 
 def prompt_seconds(weights: Weights, threads: int, tokens: int = 256, *, scored: int = 0) -> float:

@@ -8,6 +8,7 @@ sections before anything is filled in, so text from people or models cannot star
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
 from typing import Any, cast
@@ -15,9 +16,10 @@ from typing import Any, cast
 from jinja2 import StrictUndefined, Template
 from jinja2.sandbox import SandboxedEnvironment
 
-from goalscope.types import Message
+from goalscope.models import LanguageModel
+from goalscope.types import Message, Turn
 
-__all__ = ["render"]
+__all__ = ["recent", "render"]
 
 _JINJA = SandboxedEnvironment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
 _HEADING = re.compile(r"^--- (system|user|assistant)\n", re.MULTILINE)
@@ -37,6 +39,27 @@ def render(name: str, **values: Any) -> list[Message]:
         Message(cast(Any, role), template.render(values).strip())
         for role, template in _sections(name)
     ]
+
+
+def recent(model: LanguageModel, turns: Sequence[Turn], most: int) -> list[Turn]:
+    """The newest turns, up to `most`, that together fill at most half of the model's context.
+
+    The newest is always there; one that is too long by itself is cut short.
+    """
+    room = model.context_size // 2
+
+    def size(turn: Turn) -> int:
+        return model.count_tokens([Message("user", turn.query), Message("user", turn.utterance)])
+
+    kept: list[Turn] = []
+    for turn in reversed(turns[-most:]):
+        if kept and size(turn) > room:
+            break
+        while size(turn) > room:
+            turn = Turn(*(text[: len(text) * 3 // 4] for text in (turn.query, turn.utterance)))
+        room -= size(turn)
+        kept.insert(0, turn)
+    return kept
 
 
 @cache

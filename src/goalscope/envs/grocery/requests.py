@@ -9,97 +9,149 @@ from dataclasses import dataclass
 from typing import Literal
 
 from goalscope.envs.grocery.catalogue import Item
+from goalscope.envs.grocery.words import asks, sentences
 
-__all__ = ["Request", "packages", "unwanted", "wanted"]
+__all__ = ["Request", "harmful", "packages", "unwanted", "wanted"]
 
 _NUMBERS = {
-    **{
-        "a couple of": 2,
-        "a couple": 2,
-        "couple of": 2,
-        "a pair of": 2,
-        "a few": 3,
-        "a": 1,
-        "an": 1,
-    },
-    **{"one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8},
-    **{"nine": 9, "ten": 10, "eleven": 11, "twelve": 12},
+    **{"a": 0, "an": 0, "of": 0, "and": 0, "half": 0.5, "couple": 2, "pair": 2, "few": 3},
+    **dict(
+        zip(
+            "one two three four five six seven eight nine ten eleven twelve thirteen fourteen "
+            "fifteen sixteen seventeen eighteen nineteen several".split(),
+            [*range(1, 20), 3],
+            strict=True,
+        )
+    ),
+    **{"twenty": 20, "thirty": 30, "forty": 40, "fifty": 50, "sixty": 60, "eighty": 80},
 }
-_NUMBER = "|".join(sorted((re.escape(word) for word in _NUMBERS), key=len, reverse=True))
+_WORD = f"(?:{'|'.join(_NUMBERS)})"
+_GRAMS = {
+    **dict.fromkeys(("kg", "kilo", "kilos", "kilogram", "kilograms"), 1000.0),
+    **dict.fromkeys(("g", "gram", "grams"), 1.0),
+    **dict.fromkeys(("lb", "lbs", "pound", "pounds"), 454.0),
+    **dict.fromkeys(("oz", "ounce", "ounces"), 28.35),
+}
+_MILLILITRES = {
+    **dict.fromkeys(("l", "litre", "litres", "liter", "liters"), 1000.0),
+    **dict.fromkeys(("ml", "millilitre", "millilitres", "milliliter", "milliliters"), 1.0),
+    **dict.fromkeys(("pint", "pints"), 473.0),
+    **dict.fromkeys(("quart", "quarts"), 946.0),
+    **dict.fromkeys(("gal", "gallon", "gallons"), 3785.0),
+}
+_MEASURE = f"(?:{'|'.join([*_GRAMS, *_MILLILITRES])})"
 _CONTAINER = (
     r"(?:packages?|packs?|packets?|bags?|boxes|box|bottles?|cans?|tins?|jars?|cartons?|loaves|loaf"
-    r"|bunch(?:es)?|kilos?|kg|kilograms?|pounds?|lbs?|lit(?:er|re)s?|l|blocks?|bars?|tubs?|trays?"
-    r"|heads?|containers?|cases?|rolls?|sticks?|gallons?|bulbs?|slices?|pieces?|sets?)"
+    r"|bunch(?:es)?|blocks?|bars?|tubs?|trays?|heads?|containers?|cases?|rolls?|sticks?|bulbs?"
+    r"|slices?|pieces?|sets?)"
 )
 _COUNT = re.compile(
-    rf"(?:(?P<number>\d{{1,3}}|{_NUMBER})\b\s*(?:x\b\s*)?)?(?P<more>more\s+)?"
-    rf"(?P<dozen>dozens?\b\s*(?:of\s+)?)?(?P<container>(?:(?:big|small|large)\s+)?{_CONTAINER}"
-    r"\s+(?:of|worth of)\s+)?"
+    rf"(?:(?P<number>\d{{1,6}}(?:\.\d+)?(?=\D)|{_WORD}(?:[ -]{_WORD})*(?=[ -]))[ -]?(?:x\s)?\s*"
+    rf"(?:(?P<dozen>dozens?)\b\s*|(?P<measure>{_MEASURE})\s+(?:of\s+)?)?|(?P<alone>dozens?)\s+)?"
+    rf"(?:of\s+|more\s+)*(?P<container>(?:\w+\s+)?{_CONTAINER}\s+(?:of|worth of)\s+)?"
 )
 _SMALL = re.compile(
-    r"^(?:(?:in|on|the|some|any|my|our|your|a (?:bit|little|lot) of|lots of|plenty of|enough|also"
-    r"|just"
-    r"|maybe|perhaps|really|of|more|extra|too|then|please|definitely|with|only|another|good|nice"
-    r"|for sure|a kind of|something like|things like|stuff like|like|such as|all the|all of the"
-    r"|those|these|that|this|as well as|both|either|well|oh|yes|yeah|ok|okay|no|hi|hello)\b[\s,]*)+"
+    r"^(?:(?:in|on|the|some|any(?: kinds? of)?|my|our|your|a (?:bit|little|lot) of|lots of"
+    r"|plenty of|enough|also|just|maybe|perhaps|really|of|more|extra|too|much|many|then|please"
+    r"|definitely|with|only|another|good|nice|like|such as|all(?: kinds)? of|all|those|these|that"
+    r"|this|as well as|both|either|well|oh|yes|yeah|ok|okay|no|hi|hello|so|about)\b[\s,]*)+"
 )
 _TAIL = re.compile(
-    r"(?:^|\s+)(?:please|too|as well|thanks|thank you|also|for (?:the|my|our) \w+ who\b.*"
-    r"|for (?:me|us|him|her|them|now|today|sure|everyone|everybody|the \w+|my \w+|our \w+|it|that"
-    r"|this|\w+ing\b.*)|if (?:you|possible)\b.*"
-    r"|to (?:the|my) (?:basket|cart)|in (?:the|my) (?:basket|cart)|on (?:top|it)|to go with\b.*"
-    r"|tonight|tomorrow|of course|obviously|maybe|perhaps|to start(?: with)?|or so|and so on|etc"
-    r"|instead|so that\b.*|because\b.*|since\b.*|which\b.*"
-    r"|that (?:is|are|can|will)\b.*|to (?:sell|make|bake|cook|serve|put|go|eat|drink|decorate"
-    r"|share)\b.*"
-    r"|in stock|available|there|at all|would be (?:nice|great|good|lovely))$"
+    r"(?:^|\s+)(?:please|too|as well|thanks|thank you|also|for\b.*|if (?:you|possible)\b.*"
+    r"|to (?:the|my) (?:basket|cart)|in (?:the|my) (?:basket|cart)|on top|to go with\b.*"
+    r"|tonight|tomorrow|today|now|of course|maybe|perhaps|to start(?: with)?|or so|etc|instead"
+    r"|so that\b.*|because\b.*|since\b.*|which\b.*|that (?:is|are|can|will)\b.*|to \w+ (?:it|with)"
+    r"\b.*|left|at home|on hand|in the (?:house|fridge|pantry|cupboard)|in stock|available|there"
+    r"|at all|anymore|any more|of any kind)$"
 )
 _ASKING = re.compile(
     r"\b(?:(?:i|we|you|they|he|she)(?:'d| would|'ll| will| also| really| just| definitely)*"
-    r" (?:need|want|like|love|take|have|prefer|require|wish for)s?(?: to (?:get|buy|have|order|add"
-    r"|include|use))?|looking for|(?:can|could|may|might) (?:i|we|you)(?: also| please| just)*"
-    r" (?:get|have|add|include|find|order|put in|throw in|buy|give me|get me)|add(?: in)?"
-    r"|get(?: me| us)?"
-    r"|buy(?: me| us)?|grab|pick up|throw in|put in|include|give me|bring(?: me)?|order"
-    r"|(?:do|don't|do not) (?:you )?(?:have|forget|miss)|need|how about|what about|go for|let's"
-    r" (?:have|get|add|do|take|go with)|there should be|make sure (?:there is|there are|to (?:get"
-    r"|add))"
-    r"|use)\b(?! to (?!get|buy|have|order|add))"
+    r" (?:need|want|like|love|take|prefer|require|fancy|crave|wish for)s?(?: to (?:get|buy|have"
+    r"|order|add|include|use))?|(?:i|we|you|he|she)(?:'d| would|'ll| will)(?: also| just)* have"
+    r"|looking for|(?:i'm|we're) after|could (?:do with|use)|in the mood for"
+    r"|(?:can|could|may|might) (?:i|we|you)(?: also| please| just)*"
+    r" (?:get|have|add|include|find|order|put in|throw in|buy|give me|get me)"
+    r"|add(?: in)?|get(?: me| us)?|buy(?: me| us)?|grab|pick up|throw in|put in|include"
+    r"|give (?:me|us)|bring(?: me| us)?|order|need|how about|what about|go for"
+    r"|let's (?:have|get|add|do|take|go with)|there should be"
+    r"|make sure (?:there is|there are|(?:we|i) have|to (?:get|add))|use)\b"
+    r"(?! to (?!get|buy|have|order|add))"
 )
 _SPEAKING = re.compile(
     r"\b(?:i|i'm|we|we're|you|he|she|they|it|it's|its|that's|is|are|was|were|be|been|has|have|had"
-    r"|do"
-    r"|does|did|will|would|should|could|can|there's|who|what|when|why|how|not|don't|doesn't"
+    r"|do|does|did|will|would|should|could|can|there's|who|what|when|why|how|not|don't|doesn't"
     r"|isn't)\b"
 )
 _SERVINGS = re.compile(
-    rf"\b(?:for|serves?|serving|feeds?|feeding)\s+(?:about |around |up to |roughly )?(?:\d+"
-    rf"|{_NUMBER}"
-    r"|(?:twenty|thirty|forty|fifty)(?:[- ]\w+)?|a dozen)(?: (?:\w+ )?(?:people|persons?|guests"
-    r"|kids"
-    r"|children|adults|friends|of us|servings|portions|customers))?\b|\b\d+ (?:people|guests"
-    r"|servings"
-    r"|portions|kids|adults|friends|years?(?: old)?)\b"
+    rf"\b(?:for|serves?|serving|feeds?|feeding)\s+(?:about |around |up to |roughly )?"
+    rf"(?:\d+|{_WORD}(?:[ -]{_WORD})*|a dozen)\b(?: (?:\w+ )?(?:people|guests|kids|children|adults"
+    r"|friends|of us|servings|portions))?|\b\d+ (?:people|guests|servings|portions|kids|adults"
+    r"|friends|years?(?: old)?)\b"
+)
+_HARMS = (
+    r"(?:(?<!not )(?<!n't )allerg(?:ic|y|ies) to|(?<!not )(?<!n't )intolerant (?:to|of)"
+    r"|(?:can'?t|cannot|can not|mustn't|must not) (?:eat|have|tolerate|digest|be around))"
+)
+_REFUSES = (
+    r"(?:no(?! (?:problem|thanks|thank|need|idea|one|preference|rush|worries|matter|doubt|i\b"
+    r"|\w* ?allerg))|(?:can'?t|cannot|can not) (?:stand|do|drink|use)"
+    r"|(?:don'?t|doesn'?t|do not|does not|didn'?t|did not|won'?t|never|shouldn'?t)"
+    r" (?:(?:really|actually|even|ever|want to|need to) )*(?:want|need|like|eat|have|add|use"
+    r"|include|buy|get|put|drink|care for)"
+    r"|without|instead of|rather than|other than|except(?: for)?|apart from|avoid(?:ing)?|skip"
+    r"|leave (?:out|off)|hold|free of|free from|remove|take (?:out|off|away)|get rid of|drop|omit"
+    r"|put back|nothing (?:with|containing)|hates?|dislikes?|not (?:the|any)|anything (?:with|but)"
+    r"|cut out|lose|ditch|scratch|never mind|(?<!i )(?<!we )(?<!you )(?<!to )forget(?: about)?)"
 )
 _REFUSAL = re.compile(
-    r"\b(?:no(?! (?:problem|thanks|thank|need|idea|one|preference|rush|worries|matter|doubt|i\b))"
-    r"|(?:can'?t|cannot|can not) (?:eat|have|stand|do|tolerate|drink|use|be around)"
-    r"|(?:don'?t|doesn'?t|do not|does not|didn'?t|did not|won'?t|never|shouldn'?t|must not)"
-    r" (?:(?:really|actually|even|want to|need to) )*(?:want|need|like|eat|have|add|use|include"
-    r"|buy|get|put|drink|care for)"
-    r"|without|instead of|rather than|other than|except(?: for)?|apart from|avoid(?:ing)?|skip"
-    r"|leave out|leave off|hold|free of|free from|allerg(?:ic|y) to|intolerant (?:to|of)"
-    r"|remove|take (?:out|off|away)|get rid of|drop|put back|nothing (?:with|containing)|hates?"
-    r"|dislikes?|not (?:the|any)|anything (?:with|but)|cut out|lose)\s+(?P<what>[^.;!?]+)"
+    rf"\b(?:(?P<harms>{_HARMS})|{_REFUSES})\s+(?P<what>[^;!?]+?)(?=\.(?:\s|$)|[;!?]|$)"
+    r"|(?<!no )(?<!not )\b(?P<allergen>(?!(?:an?|any|food|known|severe|bad|my|his|her|the|of)\b)"
+    r"[\w-]+) (?:allergy|allergies)\b"
     r"|\b(?:take|put|leave)\s+(?P<apart>[^.;!?,]{1,60}?)\s+(?:out|back|off|away)\b"
 )
 _STOP = re.compile(
-    r"\s(?:but|please|because|since|so|though|although|unless|if|when|for (?:me|us|him|her|them"
-    r"|now)"
+    r"\s(?:but|please|because|since|so|though|although|unless|if|when|for"
     r"|from|in|on|at|to|that|which|either|anymore|any more|again|with|use|and then|then|thanks"
     r"|and (?:i|we|add|get|can|could|please|he|she|they|it|also|the rest|some|a|an|lots|plenty|keep"
     r"|make|put|instead|buy|\d+))\b.*|[,\s]*(?:\u2013|\u2014|\s-\s).*"
 )
+_REWORDED = [
+    (re.compile(pattern), plain)
+    for pattern, plain in (
+        (r"\ballerg(?:y|ies|ens?)\s?:", "allergic to"),
+        (r"(?<=\d),(?=\d{3}\b)", ""),
+        (
+            r"\b(?:\w+n't|not|never)(?: let (?:me|us))?(?: ever)? (?:forget|miss)\b"
+            r"(?: (?:about|to (?:add|get|buy|include))\b)?",
+            "add",
+        ),
+        (r"\bhalf(?: an?)? dozen\b", "6"),
+        (
+            r"\b(?:(?:i|we)(?: do not|(?: do)?n't|(?:'ve| have) not|(?: have)n't) (?:have|got)"
+            r"|(?:do not|don't|does not|doesn't) have (?:any|enough))\b"
+            r"(?! (?:any )?(?:dairy|gluten|lactose|meat|alcohol)\b)",
+            ". need",
+        ),
+        (r"\b(?:i|we|i've|we've)(?: have)?(?: got)? no(?= (?!.{0,20}allerg))", ". need"),
+        (r"\bthere(?:'s| is| are) no(?= [^.;!?,]{1,40} (?:left|at home|in the))", ". need"),
+        (
+            r"\b(?:(?:i|we)(?:'m|'re|'ve| am| are| have)? )?(?:all |just |nearly |almost )?"
+            r"(?:(?:(?<='m )|(?<='re )|(?<=am )|(?<=are )|ran |run |running )(?:all )?out of"
+            r"|(?:running |run )?(?:low|short) (?:on|of)|running out of|lack)\b",
+            ". need",
+        ),
+        (
+            r"\b(?:i|we)(?:'ve| have)(?! to\b)(?: got)?\b|\b(?:i|we) (?:already|still) have\b",
+            ". there is",
+        ),
+        (
+            r",? (?:so|but|and|also|,) (?=(?:no|without|don't|nothing|i|we|let's|i'm|we're)\b)"
+            r"|, (?=(?:i|we|i'm|we're|i'd|i'll|we'd|we'll|can you|could you|please)\b)",
+            ". ",
+        ),
+    )
+]
+"""Patterns, and the plainer words that stand for what they match: lacking a thing is needing it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,77 +160,91 @@ class Request:
 
     Attributes:
         phrase: What, in the person's words and lower case, such as "brown eggs".
-        quantity: How many, at least 1; for "two dozen" it is 24.
+        quantity: How many, at least 1; for "two dozen" it is 24, for "1.5 kg" 1500.
         counted: What the quantity counts: packages ("3 bags of chips"), single pieces ("6
-            bagels"), or pieces by the dozen.
+            bagels"), pieces by the dozen, or a weight or volume.
     """
 
     phrase: str
     quantity: int = 1
-    counted: Literal["packages", "pieces", "dozens"] = "pieces"
+    counted: Literal["packages", "pieces", "dozens", "grams", "millilitres"] = "pieces"
 
 
 def packages(request: Request, item: Item) -> int:
     """How many units of `item` the request comes to, 1 to 99.
 
-    Two dozen eggs are two of a unit "12 ct" and six bagels one of "6 ct". Where the unit does not
-    say how many pieces it holds, a dozen is taken for one unit, and a piece for one unit.
+    Two dozen eggs are two of a unit "12 ct", six bagels one of "6 ct", and 1.5 kg two of "1 kg".
+    Where the unit does not say how many pieces it holds, a dozen is taken for one unit, and a
+    piece for one unit; so is any weight or volume that the unit cannot be compared with.
     """
-    pieces = re.match(r"(\d+)\s*(?:ct|count|pack|pk|pcs|pieces)\b", item.unit.lower())
+    unit = item.unit.lower()
     number = request.quantity
-    if request.counted != "packages" and pieces and int(pieces[1]) > 0:
-        number = math.ceil(number / int(pieces[1]))
-    elif request.counted == "dozens":
-        number = math.ceil(number / 12)
+    if request.counted in ("grams", "millilitres"):
+        size = re.match(rf"(\d+(?:\.\d+)?)\s*({_MEASURE})\b", unit)
+        measures = _GRAMS if request.counted == "grams" else _MILLILITRES
+        one = float(size[1]) * measures.get(size[2], 0) if size else 0
+        number = math.ceil(number / one - 0.01) if one else 1
+    elif request.counted != "packages":
+        pieces = re.match(r"(\d+)\s*(?:ct|count|pack|pk|pcs|pieces)\b", unit)
+        if pieces and int(pieces[1]) > 0:
+            number = math.ceil(number / int(pieces[1]))
+        elif request.counted == "dozens" and unit != "each":
+            number = math.ceil(number / 12)
     return min(max(number, 1), 99)
 
 
 def wanted(utterance: str) -> list[Request]:
-    """What `utterance` may ask for, in its order; refused things are left out."""
-    text = _plain(utterance)
-    text = _SERVINGS.sub(" ", _REFUSAL.sub(_without_refused, text))
+    """What `utterance` may ask for, in its order; refused things and questions are left out."""
+    text = _REFUSAL.sub(_without_refused, _plain(utterance))
     found: dict[str, Request] = {}
-    for sentence in re.split(r"[.;!?\n]+|\bbut\b|\s-\s|:", text):
-        start = 0
-        if asking := list(_ASKING.finditer(sentence)):
-            start = asking[0].end()
-        elif _SPEAKING.search(_TAIL.sub("", sentence)):
-            continue
-        for chunk in re.split(r",|\band\b|\bplus\b|\bor\b|&|\bwith\b|\balong\b", sentence[start:]):
-            if (request := _request(chunk)) and request.phrase not in found:
-                found[request.phrase] = request
+    for sentence in sentences(_SERVINGS.sub(" ", text)):
+        for part in re.split(r"\bbut\b|\s-\s", sentence.strip(" .;!?")):
+            start = 0
+            if asks(sentence):
+                continue
+            if asking := _ASKING.search(part):
+                start = asking.end()
+            elif _SPEAKING.search(_TAIL.sub("", part)):
+                continue
+            for chunk in re.split(r",|\band\b|\bplus\b|\bor\b|&|\bwith\b|\balong\b", part[start:]):
+                if (request := _request(chunk)) and request.phrase not in found:
+                    found[request.phrase] = request
     return list(found.values())
 
 
 def unwanted(utterance: str) -> list[str]:
     """What `utterance` refuses or wants taken out, in lower case and in its order."""
-    found: dict[str, None] = {}
-    for match in _REFUSAL.finditer(_plain(utterance)):
-        found |= dict.fromkeys(_refused(match))
-    return list(found)
+    matches = _REFUSAL.finditer(_plain(utterance))
+    return list(dict.fromkeys(thing for match in matches for thing in _refused(match)))
+
+
+def harmful(utterance: str) -> list[str]:
+    """What of `unwanted` somebody cannot eat, as by an allergy."""
+    matches = [m for m in _REFUSAL.finditer(_plain(utterance)) if m["harms"] or m["allergen"]]
+    return list(dict.fromkeys(thing for match in matches for thing in _refused(match)))
 
 
 def _plain(utterance: str) -> str:
-    text = " ".join(utterance[:2000].casefold().replace("\u2019", "'").split())
-    text = re.sub(r"\b(?:don't|do not|never) (?:forget|miss)\b", "add", text)
+    text = re.sub(r"\s*\n\s*", ". ", utterance[:2000].casefold().replace("\u2019", "'").strip())
+    text = " ".join(text.split())
     text = re.sub(
         r"(?:^|(?<=[.;!?,]))([^.;!?,]+?) (?:is|are) (?:a must|essential|needed)\b",
         r". need \1.",
         text,
     )
-    return re.sub(
-        r",? (?:so|but|and|also) (?=(?:no|without|don't|nothing|i|we|let's)\b)", ". ", text
-    )
+    for pattern, plain in _REWORDED:
+        text = pattern.sub(plain, text)
+    return text
 
 
 def _refused(match: re.Match[str]) -> Iterator[str]:
     """The things that one refusal names."""
-    listed = match["what"] or match["apart"]
+    listed = match["what"] or match["apart"] or match["allergen"]
     listed = _STOP.sub("", f" {listed}").strip()
     parts = listed.split(",")
-    if not re.search(r"\b(?:or|nor)\b", listed):
+    if not match["harms"] and not re.search(r"\b(?:or|nor)\b", listed):
         parts = [p for p in parts if p is parts[0] or p.strip().startswith(("no ", "or "))]
-    for part in re.split(r"\band\b|\bor\b|\bnor\b", ",".join(parts).replace(",", " or ")):
+    for part in re.split(r"\band\b|\bor\b|\bnor\b|[,/]", ",".join(parts)):
         phrase = _TAIL.sub("", _SMALL.sub("", part.strip()))
         if phrase and len(phrase.split()) <= 4 and not _SPEAKING.search(phrase):
             yield phrase
@@ -194,16 +260,18 @@ def _without_refused(match: re.Match[str]) -> str:
 
 
 def _request(chunk: str) -> Request | None:
-    chunk = chunk.strip(" ,'\"()")
+    chunk = chunk.strip(" ,-'\"()")
     for _ in range(3):
         chunk = _ASKING.sub("", chunk, count=1).strip() if _ASKING.match(chunk) else chunk
         chunk = _TAIL.sub("", _SMALL.sub("", chunk)).strip(" ,")
-    match = _COUNT.match(chunk)
-    quantity, counted = 1, "pieces"
-    if match:
-        number = match["number"] or "1"
-        quantity = int(number) if number.isdigit() else _NUMBERS[number]
-        if match["dozen"]:
+    quantity, counted = 1.0, "pieces"
+    if match := _COUNT.match(chunk):
+        quantity = _number(match["number"] or "1")
+        if match["measure"] in _GRAMS:
+            quantity, counted = quantity * _GRAMS[match["measure"]], "grams"
+        elif match["measure"]:
+            quantity, counted = quantity * _MILLILITRES[match["measure"]], "millilitres"
+        elif match["dozen"] or match["alone"]:
             quantity, counted = quantity * 12, "dozens"
         elif match["container"]:
             counted = "packages"
@@ -211,4 +279,11 @@ def _request(chunk: str) -> Request | None:
     is_thing = chunk and not chunk.isdigit() and len(chunk.split()) <= 5
     if not is_thing or _SPEAKING.search(chunk):
         return None
-    return Request(chunk, max(1, min(quantity, 999)), counted)
+    return Request(chunk, max(1, min(math.ceil(quantity), 99_999)), counted)
+
+
+def _number(said: str) -> float:
+    """The value of digits or of number words: "a" is 1, "twenty-four" 24, "half a" 0.5."""
+    if said[0].isdigit():
+        return float(said)
+    return sum(_NUMBERS[word] for word in re.split(r"[ -]", said)) or 1

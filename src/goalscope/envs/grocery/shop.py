@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from decimal import Decimal
 
@@ -14,7 +13,7 @@ from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.requests import packages
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.words import contains, singulars, words
-from goalscope.types import Action, Profile, StepResult
+from goalscope.types import Action, Profile, StepResult, Turn
 
 __all__ = ["GroceryShop"]
 
@@ -56,6 +55,11 @@ class GroceryShop:
             "The agent is a shopping agent that is supposed to make purchases for the human. "
             "Its task is to identify a basket of groceries that matches the human's preferences."
         )
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What reading the catalogue had to adapt."""
+        return self.catalogue.notes
 
     @property
     def completion_phrase(self) -> str:
@@ -106,11 +110,6 @@ class GroceryShop:
             lines.append(f"- {number} x {item.name}: {self.catalogue.money(price)}")
         lines.append(f"Total: {self.catalogue.money(self.total)}")
         return "\n".join(lines)
-
-    def state_hash(self) -> str:
-        """Equal for equal baskets, in whatever order they were filled."""
-        state = repr((self._bought, sorted(self._basket.items())))
-        return hashlib.sha256(state.encode("utf-8", "backslashreplace")).hexdigest()
 
     def actions(self, relevant: Sequence[str], utterances: Sequence[str] = ()) -> list[Action]:
         """Additions for each search term that the basket does not serve yet.
@@ -174,9 +173,12 @@ class GroceryShop:
         """Answer a question about stock, prices or the basket; None for anything else."""
         return answered(question, self)
 
-    def is_completion(self, utterance: str) -> bool:
-        """Whether the person, in these words, orders the purchase here and now."""
-        return consents(utterance)
+    def is_completion(self, turn: Turn) -> bool:
+        """Whether the person orders the purchase of the basket here and now.
+
+        After a query that names a thing of the shop, "buy it" may mean that thing.
+        """
+        return consents(turn.utterance, about_one=bool(self._search.mentioned(turn.query)))
 
     def checks_met(self, profile: Profile) -> list[bool]:
         """Which of the profile's checks the basket meets; an empty basket meets none."""

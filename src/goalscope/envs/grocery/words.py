@@ -1,11 +1,21 @@
-"""Words of item names and of what people say: splitting, singulars, and head nouns."""
+"""Words of item names and of what people say: splitting, singulars, head nouns, questions."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Collection
 
-__all__ = ["contains", "head_nouns", "head_words", "singular", "singulars", "words"]
+__all__ = [
+    "asks",
+    "contains",
+    "head_nouns",
+    "head_words",
+    "made",
+    "sentences",
+    "singular",
+    "singulars",
+    "words",
+]
 
 _WORD = re.compile(r"[^\W_]+(?:['\u2019][^\W_]+)?")
 _ASIDE = re.compile(r",|\(|:|;|\s[-\u2013\u2014|]\s|\s(?:with|in|for|of|from)\s", re.IGNORECASE)
@@ -32,7 +42,23 @@ _IRREGULAR = {
     "chili": "chilli",
     "yoghurt": "yogurt",
     "wholewheat": "wheat",
+    "quiches": "quiche",
+    "brioches": "brioche",
+    "ceviches": "ceviche",
 }
+_MADE = re.compile(
+    r"\b(?!(?:baking|cooking) (?:powder|soda|oil|spray|chocolate|fat|wine|paper|parchment|sheet"
+    r"|tray|tin|pan|dish|cup))(?:bak|mak|cook|prepar)(?:e|es|ing|s)?(?! sure\b)"
+    r"((?: (?!(?:with|without|using|and|or|from|out|for|of|in|on|at|to|by|as|but|so|because|that"
+    r"|this|which|who|when|while|tonight|today|tomorrow|now|soon|later|please|together|myself"
+    r"|ourselves)\b)[\w'-]+){1,7})"
+)
+_QUESTION = re.compile(
+    r"^\W*(?:(?:and|so|but|oh|ok|okay|hi|hello|also|well|then)\W+)*(?:(?:do|does|did|is|are|was"
+    r"|were|has|have|should|shall|would) (?:you|i|we|they|there|he|she|it|the|these|those|this"
+    r"|that|any)\b(?! (?:please |also |kindly )?(?:add|get|buy|put|include|order|find|bring|give"
+    r"|like|mind)\b)|(?:what|how)(?! about\b)\b.*\?|(?:which|where|who|when|why)\b.*\?)"
+)
 
 
 def words(text: str) -> list[str]:
@@ -48,7 +74,7 @@ def singular(word: str) -> str:
         return word
     if word.endswith("ies"):
         return word[:-3] + "y"
-    if word.endswith(("sses", "shes", "ches", "xes", "zes")):
+    if word.endswith(("sses", "shes", "ches", "xes", "zzes", "tzes")):
         return word[:-2]
     return _IRREGULAR.get(word[:-1], word[:-1])
 
@@ -61,6 +87,21 @@ def singulars(text: str) -> list[str]:
 def contains(text: Collection[str], term: Collection[str]) -> bool:
     """Whether every word of `term` is among the words of `text` (both from `singulars`)."""
     return bool(term) and all(word in text for word in term)
+
+
+def sentences(text: str) -> list[str]:
+    """The sentences of `text` with their marks; a point within a number ends none."""
+    return [s for s in re.split(r"(?<=[;!?])|(?<=\.)(?=\s)|[\n:]", text) if s.strip()]
+
+
+def asks(sentence: str) -> bool:
+    """Whether a sentence, in lower case, is a question, as about stock or prices, and no order."""
+    return bool(_QUESTION.match(sentence))
+
+
+def made(text: str) -> list[str]:
+    """What a person says, in lower case, that they make: "bake a cake with nuts" gives "a cake"."""
+    return [found.strip() for found in _MADE.findall(text)]
 
 
 def head_words(name: str) -> list[str]:
