@@ -9,7 +9,7 @@ from fakes import LampRoom, WordModel
 from goalscope.agent import Agent, run_episode
 from goalscope.belief import Belief
 from goalscope.dialog import ConsoleHuman, ScriptedHuman, ask, question_of
-from goalscope.goals import drawn_lines, objectionable, overdue, propose
+from goalscope.goals import drawn_lines, irrelevant, objectionable, overdue, propose
 from goalscope.policy import Planner, Want
 from goalscope.prompts import recent
 from goalscope.types import (
@@ -224,6 +224,13 @@ def test_refused_goals_are_named_with_the_odds() -> None:
     (change,) = objectionable(RefusesAll(), "t", [UNSPECIFIED, Goal("a")])
     assert change.goal == Goal("a")
     assert "unsafe" in change.reason
+
+
+def test_goal_that_the_task_makes_less_likely_is_irrelevant() -> None:
+    goals = [UNSPECIFIED, Goal("lamp light"), Goal("sleep"), Goal("helps")]
+    (change,) = irrelevant(WordModel(), LampRoom.task, goals)
+    assert change.goal == Goal("helps")
+    assert "irrelevant" in change.reason
 
 
 def test_question_is_answered_before_the_next_is_asked() -> None:

@@ -249,6 +249,7 @@ class Agent:
             change.goal: change
             for change in (
                 *goal_management.overdue([*past, belief], self.patience),
+                *goal_management.irrelevant(self.model, self.env.task, belief.goals),
                 *goal_management.objectionable(self.model, self.env.task, belief.goals),
             )
         }

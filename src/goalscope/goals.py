@@ -5,16 +5,19 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+import numpy as np
+
 from goalscope.belief import Belief
 from goalscope.likelihood import Likelihood
 from goalscope.models import Generator, LikelihoodModel
 from goalscope.prompts import recent, render
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, Turn
 
-__all__ = ["drawn_lines", "objectionable", "overdue", "propose"]
+__all__ = ["drawn_lines", "irrelevant", "objectionable", "overdue", "propose"]
 
 CONSENT = "Sure, I can help you with that."
 REFUSAL = "I'm sorry, but I can't help you with that."
+ANY_TASK = "The agent helps the human."
 
 _BULLET = re.compile(r"^\s*(?:[-*•]|\d+[.)])\s*")
 
@@ -115,6 +118,31 @@ def objectionable(
         GoalChange("removed", goal, f"unsafe: the model refuses it ({value:+.1f} nats)")
         for goal, value in zip(asked, odds, strict=True)
         if value > margin
+    ]
+
+
+def irrelevant(
+    model: LikelihoodModel, task: str, goals: Sequence[Goal], *, margin: float = 0.5
+) -> list[GoalChange]:
+    """Goals that people have less often under the agent's task than under any.
+
+    Args:
+        model: Tells how likely a goal is, given a task.
+        task: The agent's task.
+        goals: Goals to check; `UNSPECIFIED` is never removed.
+        margin: Loss in nats a token above which a goal goes.
+    """
+    asked = [goal for goal in goals if goal != UNSPECIFIED]
+    contexts = [render("relevance", task=each) for each in (ANY_TASK, task)]
+    scores = model.token_logprobs(
+        [context for context in contexts for _ in asked], [goal.text for goal in asked] * 2
+    )
+    means = np.array([float(score.mean()) for score in scores]).reshape(2, -1)
+    losses: list[float] = (means[0] - means[1]).tolist()
+    return [
+        GoalChange("removed", goal, f"irrelevant: the task makes it less likely (-{loss:.1f} nats)")
+        for goal, loss in zip(asked, losses, strict=True)
+        if loss > margin
     ]
 
 

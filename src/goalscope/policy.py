@@ -41,8 +41,8 @@ class Outcome:
 class Planner:
     """Chooses what to act on by how much more likely it is under a goal than without it.
 
-    A model that writes badly still scores well, so it only proposes: search terms come from
-    several drawn lists and from the kinds of things that the environment has, and
+    A model that writes badly still scores well, so it only proposes: search terms are the kinds
+    of things here that several drawn lists name, and those whose names are near the goal's;
     log-probability chooses among them. What is possible, the environment says.
 
     Args:
@@ -64,7 +64,7 @@ class Planner:
         draws: int = 2,
         kinds: int = 120,
         limit: int = 8,
-        discount: float = 0.75,
+        discount: float = 0.6,
         gain: float = 1.0,
         replans: int = 2,
         seed: int = 0,
@@ -124,17 +124,19 @@ class Planner:
             return []
         for want in wants:
             if want.text not in self._candidates:
-                self._candidates[want.text] = drawn_lines(
+                drawn = drawn_lines(
                     self.model,
                     "relevant",
                     draws=self.draws,
                     seed=self.seed,
                     max_tokens=48,
                     goal=want.text,
-                ) + env.kinds(want.text, self.kinds)
-        mentioned = [term.casefold() for term in env.mentioned(utterances)]
+                )
+                stocked = env.mentioned(drawn) + env.kinds(want.text, self.kinds)
+                self._candidates[want.text] = stocked
+        mentioned = env.mentioned(utterances)
         pool = [*mentioned, *(term for want in wants for term in self._candidates[want.text])]
-        terms = [t for t in dict.fromkeys(map(str.casefold, pool)) if len(t.split()) <= 4]
+        terms = list(dict.fromkeys(pool))
         if not terms:
             return []
         weights = np.array([want.probability for want in wants])
