@@ -164,7 +164,7 @@ def test_failed_plan_is_undone_and_made_anew_without_the_failed_action() -> None
     env = LampRoom(["lamp", "broken"])
     env.on.append("candle")
     history = [StepResult(Action("switch on", "candle"), True, "It is on.")]
-    planner = Planner(WordModel(), gain=-100)
+    planner = Planner(WordModel())
     outcome = planner.act(env, [Want("lamp broken", 1.0)], ["hello"], history)
     assert outcome.replans == 1
     assert env.on == ["candle", "lamp"]
@@ -172,7 +172,7 @@ def test_failed_plan_is_undone_and_made_anew_without_the_failed_action() -> None
 
 def test_plan_that_stays_impossible_ends_in_the_state_before_it() -> None:
     env = LampRoom(["broken"])
-    planner = Planner(WordModel(), gain=-100, replans=0)
+    planner = Planner(WordModel(), replans=0)
     outcome = planner.act(env, [Want("broken", 1.0)], ["hello"], [])
     assert outcome.results == ()
     assert env.on == []
@@ -237,6 +237,18 @@ def test_question_is_answered_before_the_next_is_asked() -> None:
     env = LampRoom()
     query = ask(WordModel(REPLIES), env, [Turn("Yes?", "Which lamps are on?")])
     assert query == "On: nothing. Is it bright enough?"
+
+
+def test_question_among_other_words_is_answered() -> None:
+    turn = Turn("Yes?", "It is dark. Which lamps are on? I am tired.")
+    assert ask(WordModel(REPLIES), LampRoom(), [turn]).startswith("On: nothing.")
+
+
+def test_nothing_is_done_for_a_mere_question() -> None:
+    env = LampRoom()
+    agent = Agent(env, WordModel(REPLIES))
+    assert agent.step("What?", "lamp light: which lamps are on?").results == ()
+    assert agent.step("What?", "lamp light please").results != ()
 
 
 def test_question_is_never_asked_twice() -> None:

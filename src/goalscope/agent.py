@@ -168,8 +168,9 @@ class Agent:
     def step(self, query: str, utterance: str) -> Round:
         """Take in one turn, and act; on an error agent and environment stay as they were.
 
-        Once the person says that the task is complete, only what they ask for in the same breath
-        is done before it ends: they could not see, and refuse, anything else.
+        Nothing is done for words that only ask a question. Once the person says that the task is
+        complete, only what they ask for in the same breath is done before it ends: they could not
+        see, and refuse, anything else.
 
         Raises:
             InvalidInputError: The utterance is empty, broken, or too long for the model.
@@ -182,7 +183,8 @@ class Agent:
             changes = self._update(tracker, turn) if tracker else ()
             complete = self.env.is_completion(turn)
             said = [*(past.utterance for past in self.turns), turn.utterance]
-            wants = [] if complete else self._wants(said)
+            asks = self.env.answer(turn.utterance) is not None
+            wants = [] if complete or asks else self._wants(said)
             acts = wants or complete
             outcome = self.planner.act(self.env, wants, said, history) if acts else Outcome((), 0)
             results = outcome.results

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
@@ -15,6 +16,7 @@ __all__ = ["ConsoleHuman", "Human", "Model", "ScriptedHuman", "SimulatedHuman", 
 OPENING = "What can I help you with?"
 FALLBACK = "What else would you like?"
 
+_QUESTION = re.compile(r"[^.!?\n]+(?:\?|$)")  # a sentence with its mark, or without any at the end
 _REPLY = 80
 """Most tokens of what is written in the conversation."""
 
@@ -63,7 +65,8 @@ def ask(
         question = questions[max(range(len(questions)), key=lambda i: scores[i].mean())]
     else:
         question = FALLBACK
-    answer = env.answer(turns[-1].utterance)
+    asked_back = _QUESTION.findall(turns[-1].utterance)
+    answer = next(filter(None, map(env.answer, asked_back)), None)
     return f"{answer} {question}" if answer else question
 
 

@@ -52,7 +52,6 @@ class Planner:
         limit: Most search terms that one round acts on.
         discount: Weight of a term's log-probability without the goal. At 1 rare things are
             favoured, at 0 things that people need for anything.
-        gain: Least gain in nats over no goal that a term needs.
         replans: Most plans to make in one round after the first.
         seed: Seed of the draws.
     """
@@ -65,7 +64,6 @@ class Planner:
         kinds: int = 120,
         limit: int = 8,
         discount: float = 0.6,
-        gain: float = 1.0,
         replans: int = 2,
         seed: int = 0,
     ) -> None:
@@ -74,7 +72,6 @@ class Planner:
         self.kinds = kinds
         self.limit = limit
         self.discount = discount
-        self.gain = gain
         self.replans = replans
         self.seed = seed
         self._candidates: dict[str, list[str]] = {}
@@ -117,8 +114,8 @@ class Planner:
     ) -> list[str]:
         """What to look for, best first: given the likely goals, and given the person's words.
 
-        Things that the person mentioned need only be likelier with what is wanted than without
-        it; those that nobody mentioned need `gain`, and there are at most `limit` of them.
+        All must be likelier with what is wanted than without it. Things that the person mentioned
+        come first; of those that nobody mentioned there are at most `limit`.
         """
         if not wants:
             return []
@@ -147,8 +144,8 @@ class Planner:
         gains = dict(zip(terms, wanted - without, strict=True))
         values = dict(zip(terms, wanted - self.discount * without, strict=True))
         best = sorted(terms, key=lambda term: -values[term])
-        named = [term for term in mentioned if gains.get(term, 0) > 0]
-        unnamed = [term for term in best if gains[term] > self.gain and term not in mentioned]
+        named = [term for term in mentioned if gains[term] > 0]
+        unnamed = [term for term in best if gains[term] > 0 and term not in mentioned]
         return named + unnamed[: self.limit]
 
     def newest(self, utterances: Sequence[str]) -> str:
