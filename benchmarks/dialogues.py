@@ -40,7 +40,7 @@ from rich.table import Table
 from goalscope.belief import Belief
 from goalscope.likelihood import Likelihood, RolePlay
 from goalscope.models.llamacpp import LlamaCpp
-from goalscope.types import Goal, Turn
+from goalscope.types import DEFAULT_TEMPERATURE, Goal, Turn
 
 Array = npt.NDArray[np.float64]
 
@@ -272,7 +272,7 @@ def main() -> None:
     add("--threads", type=int, help="1 is fastest where other programs keep the cores busy")
     add("--layout", choices=["goal-first", "goal-last"])
     add("--end-of-turn", action=argparse.BooleanOptionalAction)
-    add("--temperature", type=float)
+    add("--temperature", type=float, default=DEFAULT_TEMPERATURE)
     add("--evidence", choices=["sum", "last"], default="sum")
     add("--json", action="store_true", help="print JSON")
     args = parser.parse_args()
@@ -297,12 +297,11 @@ def main() -> None:
     options = {"layout": args.layout, "end_of_turn": args.end_of_turn}
     model = LlamaCpp(args.model, threads=args.threads)
     roleplay = RolePlay(model, **{k: v for k, v in options.items() if v is not None})
-    temperature = 1.0 if args.temperature is None else args.temperature
     reports: dict[str, dict[str, Any]] = {}
     for name, dialogues in chosen.items():
         reports[name] = {
             "goalscope": summary(
-                evaluate(dialogues, roleplay, temperature=temperature, evidence=args.evidence)
+                evaluate(dialogues, roleplay, temperature=args.temperature, evidence=args.evidence)
             ),
             "TF-IDF": summary(baseline(dialogues, queries=False)),
             "TF-IDF with queries": summary(baseline(dialogues, queries=True)),
@@ -314,7 +313,7 @@ def main() -> None:
             "model": model.name,
             "layout": roleplay.layout,
             "end_of_turn": roleplay.end_of_turn,
-            "temperature": temperature,
+            "temperature": args.temperature,
             "evidence": args.evidence,
         }
         json.dump({"setup": setup, "sets": reports}, sys.stdout, indent=2)

@@ -1,5 +1,7 @@
 """What stands after several utterances, and what the shop does about it."""
 
+import time
+
 import pytest
 
 from goalscope.envs.grocery import Catalogue, GroceryShop
@@ -22,6 +24,46 @@ def test_later_words_count_more_than_earlier_ones() -> None:
     back = hear(["no butter", "Oh, I do need butter"])
     assert [r.phrase for r in back.wanted] == ["butter"]
     assert back.refused == ()
+
+
+def test_request_takes_back_a_refusal_but_no_allergy() -> None:
+    assert hear(["no eggs", "Oh, I do need eggs"]).diets == set()
+    assert hear(["I'm allergic to eggs", "I need eggs"]).diets == {"egg-free"}
+
+
+def test_diet_is_neither_asked_for_nor_refused() -> None:
+    heard = hear(["Everything organic, please. Organic pears."])
+    assert [request.phrase for request in heard.wanted] == ["organic pears"]
+    later = hear(["Everything organic, please. Organic pears.", "Forget organic."])
+    assert (later.diets, later.refused, later.wanted) == (set(), (), heard.wanted)
+
+
+@pytest.mark.parametrize(
+    ("said", "thing", "makes"),
+    [
+        ("We bake a carrot cake with walnuts and butter", "carrot cake", True),
+        ("We bake a carrot cake with walnuts and butter", "cake", True),
+        ("We bake a carrot cake with walnuts and butter", "carrot", False),
+        ("We bake a carrot cake with walnuts and butter", "butter", False),
+        ("I'm making soup from lentils tonight", "soup", True),
+        ("I'm making soup from lentils tonight", "lentils", False),
+        ("Please make sure there is enough rice", "rice", False),
+        ("I need baking powder and cooking oil", "oil", False),
+    ],
+)
+def test_what_is_made_is_the_head_of_its_phrase(said: str, thing: str, *, makes: bool) -> None:
+    assert hear([said]).makes(thing) is makes
+
+
+@pytest.mark.parametrize(
+    "part",
+    ["a ", "no ", "?", "1.", "vegan ", "gluten-free and ", "all ", "no a or ", "non-", "make a ",
+     "allergic to nuts, ", "I have ", "there is no ", "not everything has to be ", "\n", "'"],
+)  # fmt: skip
+def test_long_input_is_heard_at_once(part: str) -> None:
+    start = time.perf_counter()
+    hear([part * (10_000 // len(part))]).makes("cake")
+    assert time.perf_counter() - start < 1
 
 
 def test_request_is_met_once_with_its_quantity(shop: GroceryShop) -> None:

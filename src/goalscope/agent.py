@@ -14,6 +14,7 @@ from goalscope.likelihood import DEFAULT_LAYOUT, Layout, Likelihood, PromptedRan
 from goalscope.models import LikelihoodModel, open_model
 from goalscope.policy import Outcome, Planner, Want, undo
 from goalscope.types import (
+    DEFAULT_TEMPERATURE,
     UNSPECIFIED,
     Goal,
     GoalChange,
@@ -53,7 +54,7 @@ class GoalTracker:
         goals: Iterable[str | Goal] = (),
         include_unspecified: bool = True,
         likelihood: Likelihood | None = None,
-        temperature: float = 1.0,
+        temperature: float = DEFAULT_TEMPERATURE,
         evidence: str = "sum",
     ) -> None:
         self.likelihood = likelihood or RolePlay(model or open_model())
@@ -130,7 +131,7 @@ class Agent:
         patience: int = 3,
         layout: Layout | None = None,
         end_of_turn: bool = False,
-        temperature: float = 1.0,
+        temperature: float = DEFAULT_TEMPERATURE,
         evidence: str = "sum",
         seed: int = 0,
     ) -> None:

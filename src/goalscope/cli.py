@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 from typer.core import TyperGroup
 
-from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.types import DEFAULT_TEMPERATURE, GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -66,7 +66,7 @@ LayoutName = Annotated[
 ]
 Evidence = Annotated[Literal["sum", "last"], typer.Option(help="All turns count, or the last.")]
 EndOfTurn = Annotated[bool, typer.Option(help="Score the end of the utterance, too.")]
-Temperature = Annotated[float, typer.Option(help="Divides the evidence.")]
+Temperature = Annotated[float, typer.Option(help="Divides the evidence; 1 is Eq. 1 as it stands.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything that is drawn.")]
 StoreFile = Annotated[
     Path | None, typer.Option("--store", help="File of episodes.  [default: $GOALSCOPE_STORE]")
@@ -97,7 +97,7 @@ def chat(
     layout: LayoutName = None,
     evidence: Evidence = "sum",
     end_of_turn: EndOfTurn = False,
-    temperature: Temperature = 1.0,
+    temperature: Temperature = DEFAULT_TEMPERATURE,
     seed: Seed = 0,
     rounds: Annotated[int | None, typer.Option(min=1, help="Most rounds.  [default: 20]")] = None,
     store: StoreFile = None,
@@ -171,7 +171,7 @@ def run(
     layout: LayoutName = None,
     evidence: Evidence = "sum",
     end_of_turn: EndOfTurn = False,
-    temperature: Temperature = 1.0,
+    temperature: Temperature = DEFAULT_TEMPERATURE,
     seed: Seed = 0,
     rounds: Annotated[int, typer.Option(min=1, help="Most rounds.")] = 20,
     store: StoreFile = None,
@@ -222,7 +222,7 @@ def infer(
     layout: LayoutName = None,
     evidence: Evidence = "sum",
     end_of_turn: EndOfTurn = False,
-    temperature: Temperature = 1.0,
+    temperature: Temperature = DEFAULT_TEMPERATURE,
 ) -> None:
     """Infer goals in a file of dialogues.
 

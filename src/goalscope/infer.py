@@ -12,6 +12,7 @@ from typing import Any, cast
 from goalscope.belief import Belief
 from goalscope.likelihood import Likelihood
 from goalscope.types import (
+    DEFAULT_TEMPERATURE,
     UNSPECIFIED,
     Goal,
     GoalscopeError,
@@ -103,7 +104,7 @@ def infer(
     likelihood: Likelihood,
     settings: Mapping[str, Any],
     *,
-    temperature: float = 1.0,
+    temperature: float = DEFAULT_TEMPERATURE,
     evidence: str = "sum",
 ) -> Iterator[Dialogue]:
     """Append one line per turn to `out`, and yield each dialogue when it is on disk.

@@ -13,7 +13,7 @@ from goalscope.envs.grocery import Catalogue, GroceryShop, load_profiles
 from goalscope.episode import Round
 from goalscope.likelihood import Layout
 from goalscope.store import EpisodeInfo, Store
-from goalscope.types import InvalidInputError, Profile
+from goalscope.types import DEFAULT_TEMPERATURE, InvalidInputError, Profile
 
 __all__ = ["Session", "Settings", "open_environment", "saved_settings"]
 
@@ -46,7 +46,7 @@ class Settings:
     layout: Layout | None = None
     evidence: str = "sum"
     end_of_turn: bool = False
-    temperature: float = 1.0
+    temperature: float = DEFAULT_TEMPERATURE
     seed: int = 0
     rounds: int = 20
 

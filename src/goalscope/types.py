@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 __all__ = [
+    "DEFAULT_TEMPERATURE",
     "UNSPECIFIED",
     "Action",
     "Goal",
@@ -65,6 +66,11 @@ class Goal:
 
 UNSPECIFIED = Goal("Unspecified")
 """The person with no stated goal. If it is the likeliest, the true goal is missing (Sec. 3.2)."""
+
+DEFAULT_TEMPERATURE = 2.0
+"""What the evidence of the role-play likelihood is divided by: the words of one person are not
+independent given a goal, so that Eq. 1 as it stands (1.0) is too sure. Chosen on development
+dialogues (LOG.md)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,208 +1,331 @@
-"""Dietary restrictions: which ones a person names, and which items violate them."""
+"""Dietary restrictions: which ones a person states, and which items violate them."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.words import contains, singulars
+from goalscope.envs.grocery.requests import Refusal, unwanted
+from goalscope.envs.grocery.words import asks, made, sentences, singulars
 
-__all__ = ["DIETS", "diet", "violates"]
+__all__ = ["DIETS", "diet", "implied", "is_diet", "violates"]
 
 
 @dataclass(frozen=True, slots=True)
 class Diet:
-    """One restriction.
+    """One restriction; its phrases stand in the singular, with commas between.
 
     Attributes:
-        said: Words by which a person names it, a regular expression.
-        refused: What a person refuses who follows it ("no wheat", "allergic to wheat"), a
-            regular expression; empty where refusing says nothing about a diet.
-        harmless: Phrases that make any item fit, in the item's name.
         violating: Phrases that make an item violate it; every item does where this is empty.
+        harmless: Phrases that make any item fit, in the item's name.
+        refused: What a person refuses who follows it, as in "no wheat".
+        allergens: What else an allergy calls for it by, as in "allergic to almonds".
+        ill: What a person is who needs it.
+        said: Other words by which a person names it, a regular expression.
         saving: Phrases to pass over before looking for violating ones.
     """
 
-    said: str
-    refused: str
-    harmless: str
     violating: str
+    harmless: str
+    refused: str = ""
+    allergens: str = ""
+    ill: str = ""
+    said: str = ""
     saving: str = ""
 
 
+_FISH = (
+    "fish, seafood, salmon, tuna, cod, tilapia, haddock, halibut, trout, sardine, anchovy, "
+    "mackerel, herring, caviar, roe, surimi, sushi, worcestershire, caesar"
+)
+_NO_FISH = "sushi rice, swedish fish, fish tank, fish flake"
+_SHELLFISH = (
+    "shellfish, seafood, shrimp, prawn, crab, lobster, crayfish, crawfish, langoustine, krill, "
+    "scampi, clam, mussel, oyster, scallop, cockle, squid, calamari, octopus, surimi, paella"
+)
+_NO_SHELLFISH = "oyster mushroom, crab apple"
 _MEAT = (
     "beef, pork, chicken, turkey, lamb, veal, duck, bacon, ham, sausage, bratwurst, salami, "
     "pepperoni, chorizo, prosciutto, pancetta, mortadella, steak, meatball, hot dog, liver, "
-    "brisket, rib, jerky, fish, salmon, tuna, cod, tilapia, haddock, trout, sardine, anchovy, "
-    "mackerel, shrimp, prawn, crab, lobster, clam, mussel, oyster, scallop, squid, gelatin, "
-    "bolognese, worcestershire, gummy, marshmallow, lard, caesar dressing"
+    f"brisket, rib, jerky, gelatin, bolognese, gummy, marshmallow, lard, {_FISH}, {_SHELLFISH}"
 )
-_NO_MEAT = (
-    "plant based, vegan, vegetarian, veggie, meatless, meat free, dog food, cat food, "
-    "oyster mushroom, fish tank, fish flake"
-)
+_NO_MEAT = f"dog food, cat food, {_NO_FISH}, {_NO_SHELLFISH}"
 _DAIRY = (
-    "milk, butter, buttermilk, cream, cheese, yogurt, kefir, ghee, whey, ice cream, custard, "
-    "pudding, mozzarella, parmigiano, parmesan, pecorino, grana padano, ricotta, mascarpone, "
-    "burrata, halloumi, feta, brie, camembert, queso, half and half, alfredo, pesto, tiramisu, "
-    "cheesecake, croissant, brioche, milk chocolate, truffle, caramel, frosting, quiche"
+    "milk, butter, buttermilk, cream, cheese, yogurt, kefir, ghee, whey, casein, custard, "
+    "pudding, mozzarella, cheddar, parmigiano, parmesan, pecorino, grana padano, ricotta, "
+    "mascarpone, burrata, halloumi, feta, brie, camembert, queso, half and half, alfredo, pesto, "
+    "tiramisu, cheesecake, croissant, brioche, truffle, caramel, frosting, quiche"
 )
 _PLANT_DAIRY = (
-    "oat milk, almond milk, unsweetened almond milk, soy milk, coconut milk, rice milk, "
-    "cashew milk, peanut butter, almond butter, cashew butter, seed butter, nut butter, "
-    "cocoa butter, apple butter, butter bean, butter lettuce, coconut cream, coconut yogurt, "
-    "soy yogurt, cream of tartar, cream of wheat, shaving cream, cream cracker"
+    "oat milk, almond milk, soy milk, coconut milk, rice milk, cashew milk, peanut butter, "
+    "almond butter, cashew butter, seed butter, nut butter, cocoa butter, apple butter, "
+    "butter bean, butter lettuce, coconut cream, coconut yogurt, soy yogurt, cream of tartar, "
+    "cream of wheat, shaving cream, cream cracker"
 )
-_EGG = (
-    "egg, mayonnaise, meringue, cake, muffin, brownie, cookie, waffle, pancake, donut, custard, "
-    "quiche, cheesecake, tiramisu, ladyfinger, brioche, ranch, caesar"
-)
-_NO_EGG = (
-    "eggplant, egg replacer, cake topper, cake pan, cake board, cake box, muffin tin, rice cake, "
-    "cake flour"
+_PORK = (
+    "pork, bacon, ham, prosciutto, pancetta, salami, pepperoni, chorizo, mortadella, lard, "
+    "gelatin, bratwurst, guanciale"
 )
 
 DIETS: Mapping[str, Diet] = {
     "gluten-free": Diet(
-        said=r"gluten[- ]?free|(?:o?eliac|celiac)|gluten (?:allergy|intoleran\w+)|wheat[- ]free",
-        refused=r"gluten|wheat",
+        refused="gluten, wheat",
+        ill="coeliac, celiac",
         harmless="gluten free, wheat free",
         violating=(
             "flour, bread, baguette, ciabatta, focaccia, loaf, sourdough, bun, roll, bagel, "
-            "muffin, "
-            "croissant, naan, pita, wrap, flour tortilla, wheat tortilla, crumpet, brioche, "
-            "danish, "
-            "donut, cake, cupcake, pie, brownie, cookie, biscuit, biscotti, shortbread, "
-            "gingersnap, "
-            "wafer, ladyfinger, panettone, tiramisu, cheesecake, cracker, pretzel, crouton, "
-            "breadcrumb, crumb, pasta, spaghetti, penne, fusilli, rigatoni, linguine, farfalle, "
-            "orecchiette, macaroni, lasagne, lasagna, fettuccine, tagliatelle, tortellini, "
-            "ravioli, "
-            "gnocchi, orzo, noodle, ramen, udon, couscous, bulgur, barley, wheat, rye, spelt, "
-            "farro, "
-            "semolina, farina, seitan, malt, beer, ale, lager, stout, soy sauce, teriyaki, hoisin, "
-            "pizza, pastry, pie crust, phyllo, strudel, waffle, pancake, cake mix, brownie mix, "
-            "muffin mix, pancake mix, cornbread, granola, muesli, bran, nugget, breaded, "
-            "fish finger, "
-            "burrito, spring roll, stuffing, licorice"
+            "muffin, croissant, naan, pita, wrap, tortilla, crumpet, brioche, quiche, danish, "
+            "donut, doughnut, dough, cake, cupcake, pie, brownie, cookie, biscuit, biscotti, "
+            "shortbread, gingersnap, wafer, ladyfinger, panettone, tiramisu, cheesecake, cracker, "
+            "pretzel, crouton, breadcrumb, crumb, pasta, spaghetti, penne, fusilli, rigatoni, "
+            "linguine, farfalle, orecchiette, macaroni, lasagne, lasagna, fettuccine, tagliatelle, "
+            "tortellini, ravioli, gnocchi, orzo, noodle, ramen, udon, couscous, bulgur, barley, "
+            "wheat, rye, spelt, farro, semolina, farina, seitan, malt, beer, ale, lager, stout, "
+            "soy sauce, teriyaki, hoisin, pizza, pastry, phyllo, strudel, waffle, pancake, "
+            "cornbread, granola, muesli, bran, nugget, breaded, fish finger, burrito, stuffing, "
+            "licorice"
         ),
         saving=(
             "almond flour, coconut flour, rice flour, buckwheat flour, chickpea flour, corn flour, "
-            "tapioca flour, potato flour, cassava flour, oat flour, rice noodle, glass noodle, "
-            "rice cracker, rice cake, rice paper wrapper, pasta sauce, pizza sauce, ginger ale, "
-            "root beer, ginger beer, cake topper, cake pan, cake board, cake box, cupcake liner, "
-            "muffin tin, pie pan, pancake syrup, lentil pasta, chickpea pasta, toilet roll, "
-            "loaf pan, bread knife, plastic wrap, cookie sheet"
+            "tapioca flour, potato flour, cassava flour, oat flour, corn tortilla, tortilla chip, "
+            "rice noodle, glass noodle, rice cracker, rice cake, rice paper wrapper, pasta sauce, "
+            "pizza sauce, ginger ale, root beer, ginger beer, cake topper, cake pan, cake board, "
+            "cake box, cupcake liner, muffin tin, pie pan, pancake syrup, lentil pasta, "
+            "chickpea pasta, toilet roll, loaf pan, bread knife, plastic wrap, cookie sheet"
         ),
     ),
     "vegan": Diet(
-        said=r"vegan|plant[- ]based",
-        refused=r"animal products",
+        refused="animal product",
+        said=r"vegans?|plant[- ]based",
         harmless="vegan, plant based",
         violating=f"{_MEAT}, {_DAIRY}, egg, mayonnaise, honey, meringue",
-        saving=f"{_PLANT_DAIRY}, eggplant, egg replacer, {_NO_MEAT}",
+        saving=f"{_PLANT_DAIRY}, egg replacer, {_NO_MEAT}",
     ),
     "vegetarian": Diet(
-        said=r"vegetarians?|veggie (?:night|meal|dinner|option|version)|meat[- ]?(?:less|free)",
-        refused=r"meat|meat or fish|fish or meat",
+        refused="meat",
+        said=r"vegetarians?|veggie|meatless",
         harmless="vegetarian, vegan, plant based, meatless, meat free, veggie",
         violating=_MEAT,
         saving=_NO_MEAT,
     ),
     "dairy-free": Diet(
-        said=r"(?:dairy|lactose|milk)[- ]?free|(?:lactose|dairy)[- ]intoleran\w+"
-        r"|(?:dairy|milk) allergy",
-        refused=r"dairy|lactose|milk products",
-        harmless="dairy free, vegan, plant based, non dairy, lactaid free",
+        refused="dairy, dairy product, lactose, milk product",
+        allergens="milk, cheese, casein, whey",
+        harmless="dairy free, vegan, plant based, non dairy",
         violating=_DAIRY,
         saving=_PLANT_DAIRY,
     ),
     "nut-free": Diet(
-        said=r"(?:pea)?nut[- ]?free|(?:tree |pea)?[- ]?nuts? allerg\w+",
-        refused=r"(?:any )?(?:tree )?nuts|peanuts|peanuts and tree nuts",
+        refused="nut, tree nut, peanut",
+        allergens="almond, walnut, pecan, cashew, pistachio, hazelnut, macadamia",
         harmless="nut free, peanut free",
         violating=(
             "nut, peanut, almond, walnut, pecan, cashew, pistachio, hazelnut, macadamia, marzipan, "
-            "praline, nougat, nutella, granola, trail mix, pesto"
+            "praline, nougat, nutella, granola, trail mix, pesto, satay, baklava, amaretti"
         ),
-        saving="nutmeg, coconut, donut, butternut",
     ),
     "egg-free": Diet(
-        said=r"egg[- ]?free|egg allergy",
-        refused=r"eggs?",
+        refused="egg",
         harmless="egg free, vegan",
-        violating=_EGG,
-        saving=_NO_EGG,
+        violating=(
+            "egg, omelette, mayonnaise, meringue, cake, muffin, brownie, cookie, waffle, pancake, "
+            "donut, doughnut, custard, quiche, cheesecake, tiramisu, ladyfinger, brioche, ranch, "
+            "caesar"
+        ),
+        saving=(
+            "egg replacer, cake topper, cake pan, cake board, cake box, muffin tin, rice cake, "
+            "cake flour"
+        ),
     ),
-    "organic": Diet(said=r"organic(?:ally)?", refused="", harmless="organic", violating=""),
+    "fish-free": Diet(
+        refused="fish, seafood",
+        allergens="salmon, tuna, cod, anchovy",
+        harmless="fish free, vegan, vegetarian",
+        violating=_FISH,
+        saving=_NO_FISH,
+    ),
+    "shellfish-free": Diet(
+        refused="shellfish, seafood",
+        allergens="shrimp, prawn, crab, lobster, crustacean, mollusc, clam, mussel, oyster",
+        harmless="shellfish free, vegan, vegetarian",
+        violating=_SHELLFISH,
+        saving=_NO_SHELLFISH,
+    ),
+    "soy-free": Diet(
+        refused="soy, soya",
+        allergens="soybean, tofu, edamame",
+        harmless="soy free, soya free",
+        violating=(
+            "soy, soya, soybean, edamame, tofu, tempeh, miso, natto, tamari, teriyaki, hoisin, "
+            "ponzu, worcestershire"
+        ),
+    ),
+    "sesame-free": Diet(
+        refused="sesame",
+        allergens="tahini",
+        harmless="sesame free",
+        violating="sesame, tahini, halva, hummus, falafel, baba ghanoush, everything bagel",
+    ),
+    "organic": Diet(said=r"organic(?:ally)?", harmless="organic", violating=""),
     "halal": Diet(
         said=r"halal",
-        refused="",
         harmless="halal",
         violating=(
-            "pork, bacon, ham, prosciutto, pancetta, salami, pepperoni, chorizo, mortadella, lard, "
-            "gelatin, gummy, marshmallow, beer, wine, beef, chicken, turkey, lamb, veal, steak, "
+            f"{_PORK}, gummy, marshmallow, beer, wine, beef, chicken, turkey, lamb, veal, steak, "
             "sausage, hot dog, liver, brisket, rib"
         ),
         saving=f"turkey baster, wine vinegar, root beer, ginger beer, non alcoholic, {_NO_MEAT}",
     ),
     "pork-free": Diet(
-        said=r"pork[- ]free",
-        refused=r"pork",
+        refused="pork",
         harmless="pork free, halal, vegetarian, vegan",
-        violating=(
-            "pork, bacon, ham, prosciutto, pancetta, salami, pepperoni, chorizo, mortadella, lard, "
-            "gelatin, bratwurst, guanciale"
-        ),
+        violating=_PORK,
         saving=f"turkey bacon, beef salami, {_NO_MEAT}",
     ),
     "sugar-free": Diet(
-        said=r"sugar[- ]?free|(?:no|without) added sugar|diabetic|unsweetened",
-        refused=r"(?:added |any )?sugars?",
+        refused="sugar, added sugar",
+        said=r"(?:no|without) added sugar|diabetics?|unsweetened",
         harmless="sugar free, unsweetened, no sugar added, zero sugar, diet",
         violating=(
             "sugar, honey, syrup, molasses, jam, jelly, marmalade, candy, cake, cookie, brownie, "
-            "donut, muffin, pie, ice cream, frosting, icing, fondant, sprinkle, soda, cola, juice, "
-            "lemonade, punch, chocolate, marshmallow, gummy, caramel, pudding, sorbet, ketchup"
+            "donut, doughnut, muffin, pie, ice cream, frosting, icing, fondant, sprinkle, soda, "
+            "cola, juice, lemonade, punch, chocolate, marshmallow, gummy, caramel, pudding, "
+            "sorbet, ketchup"
         ),
         saving="sugar snap, cake pan, cake board, cake topper, rice cake, muffin tin, baking soda",
     ),
 }
 """The restrictions by name; an item that carries the name as a tag fits."""
 
-_REFUSING = (
-    r"(?:no|without|avoid\w*|free of|free from|allerg\w+ to|intolerant to|skip|hates?"
-    r"|(?:can'?t|cannot|can not|don'?t|doesn'?t|do not|does not|won'?t|shouldn'?t|must ?n[o']t)"
-    r" (?:eat|have|tolerate|do|want|like|drink|use|touch|stand))"
-)
-_NOT = re.compile(
-    r"(?:\bnot\b|n't\b|\bno longer\b|\bnobody\b|\bno one\b|\bwithout\b|\bno\b)(?:\s[\w-]+){0,4}\s*$"
-)
+
+def _either(listed: str) -> str:
+    phrases = [" ".join(singulars(p)) for p in listed.split(",") if p.strip()]
+    return "|".join(sorted(phrases, key=len, reverse=True)) or "(?!)"
 
 
-def diet(utterance: str) -> frozenset[str]:
-    """The restrictions of `DIETS` that a person names in `utterance`.
-
-    "My son is allergic to peanuts" gives nut-free; "it need not be organic" gives nothing.
-    """
-    text = utterance.casefold().replace("\u2019", "'")
-    return frozenset(name for name, entry in DIETS.items() if _is_named(entry, text))
+def _named(name: str, entry: Diet) -> str:
+    harm = _either(f"{entry.refused}, {entry.allergens}")
+    return rf"{name}|(?:{harm})s?[- ]free{'|' * bool(entry.said)}{entry.said}"
 
 
-def _is_named(entry: Diet, text: str) -> bool:
-    for match in re.finditer(rf"\b(?:{entry.said})\b", text):
-        clause = re.split(r"[.,;!?]|\bbut\b", text[: match.start()])[-1]
-        if not _NOT.search(clause):
-            return True
-    return bool(entry.refused) and bool(
-        re.search(
-            rf"\b{_REFUSING} (?:any |the )?(?:[\w-]+(?:,? or |,? and |, )(?:any )?)*"
-            rf"(?:{entry.refused})\b(?![- ]free)",
-            text,
-        )
+_NAMED = {
+    name: re.compile(rf"(?<!\w)(?:{_named(name, entry)})(?![\w-])") for name, entry in DIETS.items()
+}
+_ANY = "(?:" + "|".join(_named(name, entry) for name, entry in DIETS.items()) + ")"
+_ILL = {
+    name: re.compile(
+        rf"\b(?:(?:{_either(entry.ill)})s?|(?:{_either(f'{entry.refused}, {entry.allergens}')})s?"
+        r"(?:(?:,? and |,? or |/|, )[\w-]+(?: nuts?)?){0,3}[- ](?:allerg|intoleran|sensitiv)\w*)\b"
     )
+    for name, entry in DIETS.items()
+    if entry.refused
+}
+_GOODS = frozenset({"egg", "fish", "peanut", "pork", "sugar"})
+"""Things that a basket holds, so that who drops one of them need not follow a diet."""
+
+_ALL = "(?:foods?|stuff|things?|products?|items?|ingredients?|options?|groceries|shopping|basket)"
+_PERSON = (
+    "(?:friend|guest|visitor|colleague|coworker|neighbou?r|roommate|flatmate|partner|wife|husband"
+    "|girlfriend|boyfriend|fiance|son|daughter|child|children|kid|boy|girl|baby|toddler|sister"
+    "|brother|mother|mom|mum|father|dad|parent|grandma|grandpa|aunt|uncle|cousin|niece|nephew"
+    "|boss|family|household|team|group|school|class|office|person|people|man|men|woman|women"
+    "|crowd|customer)"
+)
+_MEAL = (
+    "(?:cake|dinner|lunch|breakfast|brunch|supper|meal|dish|dessert|menu|recipe|party|buffet"
+    "|picnic|barbecue|bbq|feast|diet|lifestyle|night|evening|weekend|week)"
+)
+_SUBJECT = (
+    r"(?:i|we|he|she|it|that|this|everything(?: (?:i|we|you) \w+)?|every\w+|all|nothing|who"
+    r"|there|of (?:us|them)|they(?=(?:'re| are)\b)|(?<=^)\w+(?= is\b)"
+    rf"|{_PERSON}s?|{_MEAL}s?|{_ALL})"
+)
+_CHAIN = (
+    r"(?:am|is|are|was|were|be|been|being|have|has|had|got|gotta|to|must|should|needs?|shall|will"
+    r"|would|ought|can|could|does|do|did|\w+n't|cannot|not|no longer|always|strictly|also|just|now"
+    r"|completely|fully|entirely|totally|100%|exclusively|mostly|all|both|a|an|the|very|actually"
+    r"|really|stays?|go|goes|gone|going|went|become|became|turned|eats?|prefers?|keeps?|live"
+    r"|try|rather|one|two|three|few|some|\d+"
+    r"|cooks? only|cooks?|bakes?|only (?:buy|use|cook|want|shop)|(?:buy|use|want|shop) only|only"
+    r"|and|or|&|as|necessarily"
+    rf"|{_ANY})"
+)
+_STATED = re.compile(
+    rf"(?:\bnot |n't (?:need|want|expect) )?\b(?P<subject>{_SUBJECT})(?:'\w+)?"
+    rf"(?>[\s,]+{_CHAIN}(?!\w))*+[\s,]+$"
+)
+_WHOLE = re.compile(
+    rf"\W*+(?>(?:{_CHAIN}|{_SUBJECT}|make|please|yes|thanks|ok|okay|well|oh|then|so|too|if"
+    r"|possible|instead)(?!\w)\W*+)++"
+)
+_ONLY = re.compile(
+    r"\bnothing (?:but |non-?|not |(?:that|which)(?:'s| is)? not |(?:that|which) isn't )"
+)
+_NOUN = re.compile(
+    r"(?:[\s-]+(?!(?:last|please|and|or|but|for|because|as|too|if|so|only|when|where|now|this|today"
+    r"|tonight|at|in|on|with|to|any|since|though|also|instead|here|by|is|are|was|has|have|would"
+    r"|will|can|must|should|need|needs|want|wants|like|likes|who|that|which|not|isn't|i|we|then"
+    r"|thanks|except|than|from|again|anymore|yet|all|myself|ourselves|doesn't|does|of)\b)"
+    r"[\w'&-]+){1,5}"
+)
+_NOT = re.compile(r"\b(?:not?|\w+n't|no longer|nobody|no one|none|without)(?:\s[\w-]+){0,4}\s*$")
+_DROPPED = re.compile(
+    r"\b(?:forget|never mind|drop|skip|scratch)(?: about)?(?: the| it being| being)? $"
+    r"|(?:n't|not) (?:matter|care|mind)\b.*$"
+)
+_OTHERWISE = re.compile(r"\s(?:\w+ )?(?:also )?(?:fine|ok|okay|good|will do)\b")
+_WAIVED = re.compile(
+    r"\s(?:is|are)(?:n't| not) (?:a must|necessary|needed|required|important)|\s(?:does|need)n't\b"
+)
+
+
+def diet(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[str]:
+    """The restrictions of `DIETS` that stand after `utterance`, given those that stood `before`.
+
+    A restriction stands when it is stated of a person, of everything, or of what is made: an
+    allergy, intolerance or refusal ("no gluten"), "I'm vegan", "we only eat organic", "it must be
+    halal", "keep it vegetarian", a word on its own ("Organic, please."), "a gluten-free dinner".
+    A word before any other noun, or said of one thing, is about that thing only: "two organic
+    apples", "oat milk for a vegan colleague". "It need not be organic" takes it back.
+    """
+    standing = set(before)
+    text = utterance.casefold().replace("\u2019", "'")
+    for sentence in sentences(_ONLY.sub("everything is ", text)):
+        for name, pattern in _NAMED.items():
+            for match in pattern.finditer(sentence):
+                stated = _stated(sentence, match)
+                if stated is not None:
+                    (standing.add if stated else standing.discard)(name)
+        for name, pattern in _ILL.items():
+            if any(
+                not _NOT.search(_clause(sentence, m.start())) for m in pattern.finditer(sentence)
+            ):
+                standing.add(name)
+    for thing, how in unwanted(utterance).items():
+        standing |= implied(thing, how)
+    return frozenset(standing)
+
+
+def implied(thing: str, how: Refusal = Refusal.SHUNNED) -> frozenset[str]:
+    """The restrictions of a person who refuses `thing`, such as "eggs"."""
+    phrase = " ".join(singulars(thing))
+    if how is Refusal.DROPPED and phrase in _GOODS:
+        return frozenset()
+    if how is Refusal.HARMED:
+        found = [
+            n for n, d in DIETS.items() if _phrase(f"{d.refused}, {d.allergens}").search(phrase)
+        ]
+    else:
+        found = [n for n, d in DIETS.items() if _phrase(d.refused).fullmatch(phrase)]
+    return frozenset(found)
+
+
+def is_diet(phrase: str) -> bool:
+    """Whether `phrase`, in lower case, is but the name of a restriction, such as "organic"."""
+    return bool(re.fullmatch(rf"(?:only |all |everything )*{_ANY}(?: {_ALL}| only)?", phrase))
 
 
 def violates(item: Item, restriction: str) -> bool:
@@ -216,14 +339,50 @@ def violates(item: Item, restriction: str) -> bool:
     entry = DIETS[restriction]
     if restriction in item.tags:
         return False
-    name = set(singulars(item.name))
-    if any(contains(name, phrase) for phrase in _phrases(entry.harmless)):
+    name = " ".join(singulars(item.name))
+    if _phrase(entry.harmless).search(name):
         return False
     if not entry.violating:
         return True
-    saved = {w for p in _phrases(entry.saving) if contains(name, p) for w in p}
-    return any(contains(name - saved, phrase) for phrase in _phrases(entry.violating))
+    return bool(_phrase(entry.violating).search(_phrase(entry.saving).sub("|", name)))
 
 
-def _phrases(listed: str) -> list[list[str]]:
-    return [singulars(phrase) for phrase in listed.split(",") if phrase.strip()]
+@cache
+def _phrase(listed: str) -> re.Pattern[str]:
+    """Finds any of the listed phrases as adjacent words."""
+    return re.compile(rf"(?<!\S)(?:{_either(listed)})(?!\S)")
+
+
+def _clause(sentence: str, end: int) -> str:
+    """What comes before `end` in its clause; a person's words that matter are close by."""
+    return re.split(r"[,;]|\bbut\b", sentence[max(0, end - 100) : end])[-1]
+
+
+def _stated(sentence: str, match: re.Match[str]) -> bool | None:
+    """Whether a restriction's name is stated (True), taken back (False), or about one thing."""
+    before = sentence[max(0, match.start() - 100) : match.start()]
+    after = sentence[match.end() : match.end() + 80]
+    waived = _WAIVED.match(after)
+    after = re.sub(rf"^(?:(?:,|\s|\band\b|\bor\b|&)+{_ANY}\b)+", "", after)
+    found = _NOUN.match(after)
+    noun = found[0].lstrip(" -") if found else ""
+    people = re.search(rf"\b{_PERSON}s?$", noun)
+    whole = people or re.search(rf"\b{_MEAL}$|^{_ALL}$", noun)
+    if waived or (_DROPPED.search(before) and (whole or not noun)):
+        return False
+    if re.search(r"\bnon[- ]$", before):
+        return False if _OTHERWISE.match(after) else None
+    if asks(sentence):
+        return None
+    if re.search(r"\bfor (?:[\w']+ )?$", before) and (people or not noun):
+        return bool(re.search(rf"\b(?:{_MEAL}|mak\w+|cook\w*|bak\w+|host\w*)\b", before)) or None
+    if noun:
+        whole = whole or any(match[0] in thing for thing in made(before + match[0]))
+        return True if whole and not _NOT.search(_clause(sentence, match.start())) else None
+    stated = _STATED.search(before)
+    if not stated:
+        return True if len(sentence) < 100 and _WHOLE.fullmatch(sentence) else None
+    if not re.search(r"\bnot\b|n't\b|\bno longer\b|\bnothing\b", stated[0]):
+        return True
+    waiving = re.search(r"\bhave to|need|necessarily|no longer|not (?:every|all)", stated[0])
+    return False if waiving or stated["subject"] in ("i", "we", "it", "everything") else None

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.diets import diet, violates
-from goalscope.envs.grocery.requests import Request, unwanted, wanted
-from goalscope.envs.grocery.words import contains, singulars
+from goalscope.envs.grocery.diets import diet, implied, is_diet, violates
+from goalscope.envs.grocery.requests import Refusal, Request, unwanted, wanted
+from goalscope.envs.grocery.words import contains, made, singulars
 
 __all__ = ["Hearing", "hear"]
-
-_MAKING = r"(?:bak|mak|cook|prepar|brew)(?:e|es|ing|s)?"
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +30,12 @@ class Hearing:
     words: str
 
     def makes(self, thing: str) -> bool:
-        """Whether the person wants to make `thing` themselves, so that it is not to be bought."""
-        return bool(re.search(rf"\b{_MAKING} (?:[\w'-]+ ){{0,4}}{re.escape(thing)}\b", self.words))
+        """Whether the person wants to make `thing` themselves, so that it is not to be bought.
+
+        Who says "bake a chocolate cake with nuts" makes a cake, and neither chocolate nor nuts.
+        """
+        last = singulars(thing)
+        return bool(last) and any(singulars(m)[-len(last) :] == last for m in made(self.words))
 
     def permits(self, item: Item) -> bool:
         """Whether nothing that was said speaks against `item`."""
@@ -50,17 +51,26 @@ def hear(utterances: Sequence[str]) -> Hearing:
     """Read utterances in their order; a word taken back counts no more."""
     asked: dict[str, Request] = {}
     refused: dict[str, None] = {}
-    diets: set[str] = set()
+    diets: frozenset[str] = frozenset()
+    mild: set[str] = set()  # diets that rest on a refusal alone, which a request takes back
     for utterance in utterances:
-        diets |= diet(utterance)
-        for thing in unwanted(utterance):
-            if not diet(f"no {thing}"):
+        earlier, diets = diets, diet(utterance, diets)
+        for thing, how in unwanted(utterance).items():
+            if is_diet(thing):
+                continue
+            restrictions = implied(thing, how)
+            if not restrictions:
                 refused[thing] = None
+            elif how is not Refusal.HARMED:
+                mild |= restrictions - earlier
             for phrase in [p for p in asked if contains(singulars(p), singulars(thing))]:
                 del asked[phrase]
         for request in wanted(utterance):
+            if is_diet(request.phrase):
+                continue
             asked[request.phrase] = request
+            diets -= mild & implied(request.phrase)
             for thing in [r for r in refused if contains(singulars(request.phrase), singulars(r))]:
                 del refused[thing]
     said = ". ".join(utterances).casefold()
-    return Hearing(tuple(asked.values()), tuple(refused), frozenset(diets), said)
+    return Hearing(tuple(asked.values()), tuple(refused), diets, said)

@@ -6,23 +6,29 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Literal
 
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.words import asks, sentences
 
-__all__ = ["Request", "harmful", "packages", "unwanted", "wanted"]
+__all__ = ["Refusal", "Request", "packages", "unwanted", "wanted"]
 
 _NUMBERS = {
-    **{"a": 0, "an": 0, "of": 0, "and": 0, "half": 0.5, "couple": 2, "pair": 2, "few": 3},
-    **dict(
-        zip(
-            "one two three four five six seven eight nine ten eleven twelve thirteen fourteen "
-            "fifteen sixteen seventeen eighteen nineteen several".split(),
-            [*range(1, 20), 3],
-            strict=True,
-        )
-    ),
+    **{
+        "a": 0,
+        "an": 0,
+        "of": 0,
+        "and": 0,
+        "half": 0.5,
+        "hundred": 0,
+        "couple": 2,
+        "pair": 2,
+        "few": 3,
+    },
+    **{"one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8},
+    **{"nine": 9, "ten": 10, "eleven": 11, "twelve": 12, "thirteen": 13, "fourteen": 14},
+    **{"fifteen": 15, "sixteen": 16, "seventeen": 17, "eighteen": 18, "nineteen": 19, "several": 3},
     **{"twenty": 20, "thirty": 30, "forty": 40, "fifty": 50, "sixty": 60, "eighty": 80},
 }
 _WORD = f"(?:{'|'.join(_NUMBERS)})"
@@ -46,23 +52,23 @@ _CONTAINER = (
     r"|slices?|pieces?|sets?)"
 )
 _COUNT = re.compile(
-    rf"(?:(?P<number>\d{{1,6}}(?:\.\d+)?(?=\D)|{_WORD}(?:[ -]{_WORD})*(?=[ -]))[ -]?(?:x\s)?\s*"
-    rf"(?:(?P<dozen>dozens?)\b\s*|(?P<measure>{_MEASURE})\s+(?:of\s+)?)?|(?P<alone>dozens?)\s+)?"
-    rf"(?:of\s+|more\s+)*(?P<container>(?:\w+\s+)?{_CONTAINER}\s+(?:of|worth of)\s+)?"
+    rf"(?:(?P<number>(?P<digits>\d{{1,6}}(?:\.\d+)?(?=[ a-z]))|{_WORD}(?:[ -]{_WORD})*(?= ))"
+    rf" ?(?:x )?(?:(?P<dozen>dozens?) |(?P<measure>{_MEASURE}) (?(digits)(?:of )?|of ))?"
+    rf"|(?P<alone>dozens?) )?(?:of |more )*(?P<container>(?:\w+ )?{_CONTAINER} of )?"
 )
 _SMALL = re.compile(
     r"^(?:(?:in|on|the|some|any(?: kinds? of)?|my|our|your|a (?:bit|little|lot) of|lots of"
     r"|plenty of|enough|also|just|maybe|perhaps|really|of|more|extra|too|much|many|then|please"
     r"|definitely|with|only|another|good|nice|like|such as|all(?: kinds)? of|all|those|these|that"
-    r"|this|as well as|both|either|well|oh|yes|yeah|ok|okay|no|hi|hello|so|about)\b[\s,]*)+"
+    r"|this|as well as|both|either|well|oh|yes|yeah|ok|okay|no|hi|hello|so|about"
+    r"|actually|take)\b[\s,]*)+"
 )
 _TAIL = re.compile(
     r"(?:^|\s+)(?:please|too|as well|thanks|thank you|also|for\b.*|if (?:you|possible)\b.*"
-    r"|to (?:the|my) (?:basket|cart)|in (?:the|my) (?:basket|cart)|on top|to go with\b.*"
-    r"|tonight|tomorrow|today|now|of course|maybe|perhaps|to start(?: with)?|or so|etc|instead"
-    r"|so that\b.*|because\b.*|since\b.*|which\b.*|that (?:is|are|can|will)\b.*|to \w+ (?:it|with)"
-    r"\b.*|left|at home|on hand|in the (?:house|fridge|pantry|cupboard)|in stock|available|there"
-    r"|at all|anymore|any more|of any kind)$"
+    r"|to \w+\b.*|in (?:the|my) (?:basket|cart)|on top|would be \w+|tonight|tomorrow|today|now"
+    r"|of course|maybe|perhaps|or so|etc|instead|so that\b.*|because\b.*|since\b.*|which\b.*"
+    r"|that (?:is|are|can|will)\b.*|left|at home|on hand|in the (?:house|fridge|pantry|cupboard)"
+    r"|in stock|available|there|at all|after all|anymore|any more|of any kind)$"
 )
 _ASKING = re.compile(
     r"\b(?:(?:i|we|you|they|he|she)(?:'d| would|'ll| will| also| really| just| definitely)*"
@@ -75,36 +81,42 @@ _ASKING = re.compile(
     r"|give (?:me|us)|bring(?: me| us)?|order|need|how about|what about|go for"
     r"|let's (?:have|get|add|do|take|go with)|there should be"
     r"|make sure (?:there is|there are|(?:we|i) have|to (?:get|add))|use)\b"
-    r"(?! to (?!get|buy|have|order|add))"
+    r"(?: (?:is|are)\b)?(?! to (?!get|buy|have|order|add))"
 )
 _SPEAKING = re.compile(
     r"\b(?:i|i'm|we|we're|you|he|she|they|it|it's|its|that's|is|are|was|were|be|been|has|have|had"
     r"|do|does|did|will|would|should|could|can|there's|who|what|when|why|how|not|don't|doesn't"
-    r"|isn't)\b"
+    r"|isn't|let's)\b"
 )
 _SERVINGS = re.compile(
     rf"\b(?:for|serves?|serving|feeds?|feeding)\s+(?:about |around |up to |roughly )?"
-    rf"(?:\d+|{_WORD}(?:[ -]{_WORD})*|a dozen)\b(?: (?:\w+ )?(?:people|guests|kids|children|adults"
-    r"|friends|of us|servings|portions))?|\b\d+ (?:people|guests|servings|portions|kids|adults"
-    r"|friends|years?(?: old)?)\b"
+    rf"(?:\d+|(?!an?\b){_WORD}(?:[ -]{_WORD})*|a dozen)\b(?: (?:\w+ )?(?:people|guests|kids"
+    r"|children|adults|friends|of us|servings|portions))?|\b\d+ (?:people|guests|servings|portions"
+    r"|kids|adults|friends|years?(?: old)?)\b"
 )
 _HARMS = (
-    r"(?:(?<!not )(?<!n't )allerg(?:ic|y|ies) to|(?<!not )(?<!n't )intolerant (?:to|of)"
+    r"(?:(?<!not )(?<!n't )(?:allerg(?:ic|y|ies) to|(?:intolerant|sensitive) (?:to|of))"
+    r"|reacts? (?:\w+ )?to"
     r"|(?:can'?t|cannot|can not|mustn't|must not) (?:eat|have|tolerate|digest|be around))"
 )
-_REFUSES = (
+_NEVER = r"(?:don'?t|doesn'?t|do not|does not|didn'?t|did not|won'?t|never|shouldn'?t)"
+_SHUNS = (
     r"(?:no(?! (?:problem|thanks|thank|need|idea|one|preference|rush|worries|matter|doubt|i\b"
     r"|\w* ?allerg))|(?:can'?t|cannot|can not) (?:stand|do|drink|use)"
-    r"|(?:don'?t|doesn'?t|do not|does not|didn'?t|did not|won'?t|never|shouldn'?t)"
-    r" (?:(?:really|actually|even|ever|want to|need to) )*(?:want|need|like|eat|have|add|use"
-    r"|include|buy|get|put|drink|care for)"
-    r"|without|instead of|rather than|other than|except(?: for)?|apart from|avoid(?:ing)?|skip"
-    r"|leave (?:out|off)|hold|free of|free from|remove|take (?:out|off|away)|get rid of|drop|omit"
-    r"|put back|nothing (?:with|containing)|hates?|dislikes?|not (?:the|any)|anything (?:with|but)"
-    r"|cut out|lose|ditch|scratch|never mind|(?<!i )(?<!we )(?<!you )(?<!to )forget(?: about)?)"
+    rf"|{_NEVER} (?:(?:really|actually|even|ever|want to) )*"
+    r"(?:like|eat|have|do|touch|tolerate|drink|care for)s?"
+    r"|without|avoid(?:ing)?|free of|free from|nothing (?:with|containing)|hates?|dislikes?)"
+)
+_DROPS = (
+    rf"(?:{_NEVER} (?:(?:really|actually|even|need to) )*"
+    r"(?:want|need|add|use|include|buy|get|put)s?|instead of|rather than|other than"
+    r"|except(?: for)?|apart from|skip|leave (?:out|off)|hold|remove|take (?:out|off|away)"
+    r"|get rid of|drop|omit|put back|not (?:the|any)|anything (?:with|but)|cut out|lose|ditch"
+    r"|scratch|never mind|(?<!i )(?<!we )(?<!you )(?<!to )forget(?: about)?)"
 )
 _REFUSAL = re.compile(
-    rf"\b(?:(?P<harms>{_HARMS})|{_REFUSES})\s+(?P<what>[^;!?]+?)(?=\.(?:\s|$)|[;!?]|$)"
+    rf"\b(?:(?P<harms>{_HARMS})|(?P<shuns>{_SHUNS})|{_DROPS})\s+"
+    r"(?P<what>[^;!?]+?)(?=\.(?:\s|$)|[;!?]|$)"
     r"|(?<!no )(?<!not )\b(?P<allergen>(?!(?:an?|any|food|known|severe|bad|my|his|her|the|of)\b)"
     r"[\w-]+) (?:allergy|allergies)\b"
     r"|\b(?:take|put|leave)\s+(?P<apart>[^.;!?,]{1,60}?)\s+(?:out|back|off|away)\b"
@@ -121,37 +133,58 @@ _REWORDED = [
         (r"\ballerg(?:y|ies|ens?)\s?:", "allergic to"),
         (r"(?<=\d),(?=\d{3}\b)", ""),
         (
-            r"\b(?:\w+n't|not|never)(?: let (?:me|us))?(?: ever)? (?:forget|miss)\b"
-            r"(?: (?:about|to (?:add|get|buy|include))\b)?",
+            r"\b(?:\w+n't|not|never)(?: let (?:me|us))?(?: ever)? (?:forget|miss|skip|omit|drop"
+            r"|leave out)\b(?: (?:about|to (?:add|get|buy|include))\b)?",
             "add",
         ),
-        (r"\bhalf(?: an?)? dozen\b", "6"),
+        (r"\bi (?:almost |nearly )?forgot\b(?: (?:about|to (?:add|get|buy|mention))\b)?", "add"),
+        (r"\b(?:an? )?half(?: an?)? dozen\b", "6"),
+        (rf"\b({_WORD}) and a half\b", r"\1 half"),
+        (r"\b(\d+) (?:and a half|1/2)\b", r"\1.5"),
+        (r"\b(?:nobody|no one|none)\b[^.;!?,]{0,40} allergic\b[^.;!?]*", ""),
+        (r"\b(?:don't|do not|doesn't|does not) (?:need|want)(?: any)? more [^.;!?,]+", ""),
         (
-            r"\b(?:(?:i|we)(?: do not|(?: do)?n't|(?:'ve| have) not|(?: have)n't) (?:have|got)"
+            r"\b(?:(?:i|we)(?: do not| don't|(?:'ve| have) not) (?:have|got)|haven't got"
             r"|(?:do not|don't|does not|doesn't) have (?:any|enough))\b"
             r"(?! (?:any )?(?:dairy|gluten|lactose|meat|alcohol)\b)",
             ". need",
         ),
-        (r"\b(?:i|we|i've|we've)(?: have)?(?: got)? no(?= (?!.{0,20}allerg))", ". need"),
-        (r"\bthere(?:'s| is| are) no(?= [^.;!?,]{1,40} (?:left|at home|in the))", ". need"),
         (
-            r"\b(?:(?:i|we)(?:'m|'re|'ve| am| are| have)? )?(?:all |just |nearly |almost )?"
-            r"(?:(?:(?<='m )|(?<='re )|(?<=am )|(?<=are )|ran |run |running )(?:all )?out of"
-            r"|(?:running |run )?(?:low|short) (?:on|of)|running out of|lack)\b",
+            r"\b(?:i|we|i've|we've)(?: have)?(?: got)? (?:no|hardly any)(?= (?!.{0,20}allerg))",
             ". need",
         ),
         (
-            r"\b(?:i|we)(?:'ve| have)(?! to\b)(?: got)?\b|\b(?:i|we) (?:already|still) have\b",
+            r"\bthere(?:'s| is| are) no(?= [^.;!?,]{1,40} (?:at home|in the))"
+            r"|\b(?:(?:there(?:'s| is| are)|has|have) )?no(?= [^.;!?,]{1,40} left\b)",
+            ". need",
+        ),
+        (
+            r"\b(?:(?:i|we)(?:'m|'re| am| are)|ran|run|running)"
+            r"(?: (?:all|just|nearly|almost|completely))? (?:out of|low on|short (?:of|on))\b"
+            r"|\b(?:i|we) lack\b",
+            ". need",
+        ),
+        (
+            r"(?<!can )(?<!could )(?<!may )(?<!might )(?<!do )(?<!sure )"
+            r"\b(?:i|we)(?:'ve| have| already have| still have)\b(?! to\b)(?: got\b)?",
             ". there is",
         ),
         (
-            r",? (?:so|but|and|also|,) (?=(?:no|without|don't|nothing|i|we|let's|i'm|we're)\b)"
+            r", so |,? (?:so|but|and|also) (?=(?:no|without|don't|nothing|i|we|let's|i'm|we're)\b)"
             r"|, (?=(?:i|we|i'm|we're|i'd|i'll|we'd|we'll|can you|could you|please)\b)",
             ". ",
         ),
     )
 ]
 """Patterns, and the plainer words that stand for what they match: lacking a thing is needing it."""
+
+
+class Refusal(IntEnum):
+    """How a thing is refused: left out of the basket, not eaten, or not tolerated."""
+
+    DROPPED = 1
+    SHUNNED = 2
+    HARMED = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,16 +245,15 @@ def wanted(utterance: str) -> list[Request]:
     return list(found.values())
 
 
-def unwanted(utterance: str) -> list[str]:
-    """What `utterance` refuses or wants taken out, in lower case and in its order."""
-    matches = _REFUSAL.finditer(_plain(utterance))
-    return list(dict.fromkeys(thing for match in matches for thing in _refused(match)))
-
-
-def harmful(utterance: str) -> list[str]:
-    """What of `unwanted` somebody cannot eat, as by an allergy."""
-    matches = [m for m in _REFUSAL.finditer(_plain(utterance)) if m["harms"] or m["allergen"]]
-    return list(dict.fromkeys(thing for match in matches for thing in _refused(match)))
+def unwanted(utterance: str) -> dict[str, Refusal]:
+    """What `utterance` refuses or wants taken out, in lower case and in its order, and how."""
+    found: dict[str, Refusal] = {}
+    for match in _REFUSAL.finditer(_plain(utterance)):
+        ill = match["harms"] or match["allergen"]
+        how = Refusal.HARMED if ill else Refusal.SHUNNED if match["shuns"] else Refusal.DROPPED
+        for thing in _refused(match):
+            found[thing] = max(how, found.get(thing, how))
+    return found
 
 
 def _plain(utterance: str) -> str:
@@ -245,7 +277,10 @@ def _refused(match: re.Match[str]) -> Iterator[str]:
     if not match["harms"] and not re.search(r"\b(?:or|nor)\b", listed):
         parts = [p for p in parts if p is parts[0] or p.strip().startswith(("no ", "or "))]
     for part in re.split(r"\band\b|\bor\b|\bnor\b|[,/]", ",".join(parts)):
-        phrase = _TAIL.sub("", _SMALL.sub("", part.strip()))
+        if _ASKING.search(part):
+            return
+        phrase = re.sub(rf"^(?:{_SHUNS}|{_DROPS}) ", "", part.strip())
+        phrase = _TAIL.sub("", _SMALL.sub("", phrase))
         if phrase and len(phrase.split()) <= 4 and not _SPEAKING.search(phrase):
             yield phrase
 
@@ -276,7 +311,7 @@ def _request(chunk: str) -> Request | None:
         elif match["container"]:
             counted = "packages"
         chunk = _TAIL.sub("", _SMALL.sub("", chunk[match.end() :])).strip(" ,")
-    is_thing = chunk and not chunk.isdigit() and len(chunk.split()) <= 5
+    is_thing = chunk and not chunk.isdigit() and chunk not in _NUMBERS and len(chunk.split()) <= 5
     if not is_thing or _SPEAKING.search(chunk):
         return None
     return Request(chunk, max(1, min(math.ceil(quantity), 99_999)), counted)
@@ -286,4 +321,5 @@ def _number(said: str) -> float:
     """The value of digits or of number words: "a" is 1, "twenty-four" 24, "half a" 0.5."""
     if said[0].isdigit():
         return float(said)
-    return sum(_NUMBERS[word] for word in re.split(r"[ -]", said)) or 1
+    value = sum(_NUMBERS[word] for word in re.split(r"[ -]", said)) or 1
+    return value * 100 if "hundred" in said else value

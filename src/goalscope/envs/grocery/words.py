@@ -53,11 +53,12 @@ _MADE = re.compile(
     r"|this|which|who|when|while|tonight|today|tomorrow|now|soon|later|please|together|myself"
     r"|ourselves)\b)[\w'-]+){1,7})"
 )
+_ORDER = "(?:please |also |kindly )?(?:add|get|buy|put|include|order|find|bring|give|like|mind)"
 _QUESTION = re.compile(
-    r"^\W*(?:(?:and|so|but|oh|ok|okay|hi|hello|also|well|then)\W+)*(?:(?:do|does|did|is|are|was"
-    r"|were|has|have|should|shall|would) (?:you|i|we|they|there|he|she|it|the|these|those|this"
-    r"|that|any)\b(?! (?:please |also |kindly )?(?:add|get|buy|put|include|order|find|bring|give"
-    r"|like|mind)\b)|(?:what|how)(?! about\b)\b.*\?|(?:which|where|who|when|why)\b.*\?)"
+    r"\W*(?:(?:and|so|but|oh|ok|okay|hi|hello|also|well|then)\W+)*"
+    rf"(?:(?:do|does|did|is|are|was|were|has|have|(?:should|shall|would)(?! \w+ {_ORDER}\b))"
+    r" (?:you|i|we|they|there|he|she|it|the|these|those|this|that|any|everything|all)\b"
+    r"|(?:what|how)(?! about\b)\b.*\?|(?:which|where|who|when|why)\b.*\?)"
 )
 
 
@@ -91,7 +92,7 @@ def contains(text: Collection[str], term: Collection[str]) -> bool:
 
 def sentences(text: str) -> list[str]:
     """The sentences of `text` with their marks; a point within a number ends none."""
-    return [s for s in re.split(r"(?<=[;!?])|(?<=\.)(?=\s)|[\n:]", text) if s.strip()]
+    return [s for s in re.split(r"(?<=[;!?])|(?<=\.)(?=\s)|[\n:]", text) if _WORD.search(s)]
 
 
 def asks(sentence: str) -> bool:
