@@ -8,7 +8,7 @@ from typing import Protocol
 
 from goalscope.envs import Environment
 from goalscope.models import Generator, LanguageModel, LikelihoodModel
-from goalscope.prompts import recent, render
+from goalscope.prompts import recent, render, transcript
 from goalscope.types import InvalidInputError, Message, Profile, Turn, checked_text
 
 __all__ = ["ConsoleHuman", "Human", "Model", "ScriptedHuman", "SimulatedHuman", "ask"]
@@ -129,17 +129,18 @@ class SimulatedHuman:
 
     def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
         """What the model says as this person; the completion phrase if it falls silent."""
-        prompt = _with_status(
+        past = recent(self.model, turns, 8)
+        *before, last = _with_status(
             self.model,
             "human",
             status,
-            task=self.env.task,
-            description=self.profile.description,
+            description=" ".join(self.profile.description.split()),
             completion_phrase=self.env.completion_phrase,
-            turns=recent(self.model, turns, 8),
+            turns=past,
             query=query,
         )
+        prompt = [*before, *transcript(past), last]
         reply = self.model.generate(
-            prompt, max_tokens=_REPLY, stop=("\n", "Assistant:"), seed=self.seed + len(turns)
+            prompt, max_tokens=_REPLY, stop=("\n",), seed=self.seed + len(turns)
         )
         return " ".join(reply.text.split()).strip('" ') or self.env.completion_phrase

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from goalscope.models import Generator, LikelihoodModel
-from goalscope.prompts import recent, render
+from goalscope.prompts import recent, render, transcript
 from goalscope.types import (
     UNSPECIFIED,
     Goal,
@@ -121,12 +121,7 @@ class RolePlay:
             query = Message("user", last.query)
         else:
             system, query = render("goal_last", task=task, goal=text, query=last.query)
-        transcript = [
-            message
-            for turn in past
-            for message in (Message("user", turn.query), Message("assistant", turn.utterance))
-        ]
-        return [system, *transcript, query]
+        return [system, *transcript(past), query]
 
 
 class PromptedRanking:

@@ -19,7 +19,7 @@ from jinja2.sandbox import SandboxedEnvironment
 from goalscope.models import LanguageModel
 from goalscope.types import Message, Turn
 
-__all__ = ["recent", "render"]
+__all__ = ["recent", "render", "transcript"]
 
 _JINJA = SandboxedEnvironment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
 _HEADING = re.compile(r"^--- (system|user|assistant)\n", re.MULTILINE)
@@ -60,6 +60,15 @@ def recent(model: LanguageModel, turns: Sequence[Turn], most: int) -> list[Turn]
         room -= size(turn)
         kept.insert(0, turn)
     return kept
+
+
+def transcript(turns: Sequence[Turn]) -> list[Message]:
+    """The turns as a chat in which the model is the person: agent as user, person as assistant."""
+    return [
+        message
+        for turn in turns
+        for message in (Message("user", turn.query), Message("assistant", turn.utterance))
+    ]
 
 
 @cache
