@@ -230,12 +230,14 @@ def infer(
     a line is written: id, turn (from 1), goals, log_likelihood (this turn's), log_posterior,
     probability, unspecified_log_likelihood, settings. Run again, it continues where it stopped.
     """
+    from goalscope.display import plain
     from goalscope.infer import infer as infer_dialogues
     from goalscope.infer import read_dialogues, trim_output
     from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
 
     _positive(temperature)
     dialogues = read_dialogues(file)
+    cut: list[str | int] = []
     with _open_model(_absolute(model)) as engine:
         likelihood = RolePlay(engine, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
         settings = {
@@ -247,10 +249,16 @@ def infer(
         }
         left = trim_output(out, dialogues, settings)
         with _progress("Dialogues", len(dialogues), len(dialogues) - len(left)) as advance:
-            for _ in infer_dialogues(
+            for dialogue in infer_dialogues(
                 left, out, likelihood, settings, temperature=temperature, evidence=evidence
             ):
                 advance()
+                if likelihood.window(dialogue.task, dialogue.turns):
+                    cut.append(dialogue.id)
+    if cut:
+        _console(stderr=True).print(
+            plain(f"Too long for the model, so that the oldest turns were left out: {cut}")
+        )
 
 
 @app.command()

@@ -43,56 +43,13 @@ _CATEGORY_NEARNESS = 0.5
 _MOST_KINDS = 800
 """Generic names kept, the most frequent first."""
 
-_QUALITIES = frozenset(
-    {
-        "organic",
-        "fresh",
-        "large",
-        "medium",
-        "small",
-        "extra",
-        "pure",
-        "natural",
-        "classic",
-        "original",
-        "premium",
-        "mini",
-        "light",
-        "low",
-        "free",
-        "fat",
-        "reduced",
-        "sodium",
-        "unsalted",
-        "salted",
-        "whole",
-        "mixed",
-        "plain",
-        "fine",
-        "gluten",
-        "dairy",
-        "sugar",
-        "and",
-        "&",
-        "the",
-        "ready",
-        "raw",
-        "frozen",
-        "dried",
-        "value",
-        "family",
-        "size",
-        "style",
-        "big",
-        "no",
-        "added",
-        "vegan",
-        "real",
-        "best",
-        "new",
-        "a",
-    }
-)  # fmt: skip
+_QUALITIES = frozenset({
+    "organic", "fresh", "large", "medium", "small", "extra", "pure", "natural", "classic",
+    "original", "premium", "mini", "light", "low", "free", "fat", "reduced", "sodium", "unsalted",
+    "salted", "whole", "mixed", "plain", "fine", "gluten", "dairy", "sugar", "and", "&", "the",
+    "ready", "raw", "frozen", "dried", "value", "family", "size", "style", "big", "no", "added",
+    "vegan", "real", "best", "new", "a", "can",
+})  # fmt: skip
 """Words that say which one but not what it is, so that no generic name begins with them."""
 
 
