@@ -6,7 +6,7 @@ import pytest
 
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.diets import DIETS, diet, violates
-from goalscope.envs.grocery.requests import Request, packages, unwanted, wanted
+from goalscope.envs.grocery.requests import Request, amount, packages, unwanted, wanted
 
 
 @pytest.mark.parametrize(
@@ -256,3 +256,19 @@ def test_quantities_count_packages(said: str, unit: str, number: int) -> None:
 
 def test_a_request_is_at_least_one_package() -> None:
     assert packages(Request("eggs", 1), Item(1, "x", unit="0 ct")) == 1
+
+
+@pytest.mark.parametrize(
+    ("thing", "said", "quantity", "counted"),
+    [
+        ("orange juice", "I'd say 3 bottles of orange juice, some cola.", 3, "packages"),
+        ("blueberries", "Two packs of blueberries please, fresh ones.", 2, "packages"),
+        ("lemonade", "2 lemonades. No: make it four bottles of lemonade.", 4, "packages"),
+        ("eggs", "For two people. He likes eggs with 3 slices of toast.", 1, "pieces"),
+        ("rolls", "a dozen rolls, she said", 12, "dozens"),
+        ("tea", "nothing of the kind", 1, "pieces"),
+    ],
+)
+def test_amount_of_a_thing_is_found_in_any_sentence(thing, said, quantity, counted) -> None:
+    request = amount(thing, said)
+    assert (request.quantity, request.counted) == (quantity, counted)

@@ -100,6 +100,11 @@ def test_the_purchase_ends_the_task_once_and_prints_the_total() -> None:
     assert opened.status() == shop().status()
 
 
+def test_things_are_offered_in_the_amount_that_was_said() -> None:
+    offers = shop().actions(["orange juice"], ["I'd say 3 bottles of orange juice, and ice."])
+    assert {action.quantity for action in offers} == {3}
+
+
 def test_buy_it_means_the_basket_only_where_it_can_mean_nothing_else() -> None:
     opened = shop(("Whole Milk", 1))
     assert opened.is_completion(Turn("Anything else?", "Great, buy it."))

@@ -10,9 +10,9 @@ from enum import IntEnum
 from typing import Literal
 
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.words import asks, sentences
+from goalscope.envs.grocery.words import asks, contains, sentences, singulars
 
-__all__ = ["Refusal", "Request", "packages", "unwanted", "wanted"]
+__all__ = ["Refusal", "Request", "amount", "packages", "unwanted", "wanted"]
 
 _NUMBERS = {
     **{
@@ -243,6 +243,20 @@ def wanted(utterance: str) -> list[Request]:
                 if (request := _request(chunk)) and request.phrase not in found:
                     found[request.phrase] = request
     return list(found.values())
+
+
+def amount(thing: str, said: str) -> Request:
+    """How much of `thing` a person last spoke of, in whatever sentence; else one piece of it."""
+    asked = singulars(thing)
+    for clause in reversed(re.split(r"[.;:!?,]\s|\band\b", _SERVINGS.sub(" ", said.casefold()))):
+        spoken = clause.split()
+        for start in range(len(spoken)):
+            rest = " ".join(spoken[start:])
+            if (match := _COUNT.match(rest)) and (match["number"] or match["alone"]):
+                request = _request(rest)
+                if request and contains(singulars(request.phrase), asked):
+                    return request
+    return Request(thing)
 
 
 def unwanted(utterance: str) -> dict[str, Refusal]:

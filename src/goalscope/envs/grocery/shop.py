@@ -10,7 +10,7 @@ from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.consent import consents
 from goalscope.envs.grocery.hearing import Hearing, hear
 from goalscope.envs.grocery.profiles import checks_met
-from goalscope.envs.grocery.requests import packages
+from goalscope.envs.grocery.requests import amount, packages
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.words import contains, singulars, words
 from goalscope.types import Action, Profile, StepResult, Turn
@@ -117,9 +117,14 @@ class GroceryShop:
         What the person ruled out in `utterances` is not offered. Removals and the purchase follow
         from the person's words alone: see `requests` and `completion_actions`.
         """
+        if self._bought:
+            return []
         hearing = hear(utterances)
-        found = (item for term in relevant for item in self._offers(term, hearing))
-        return [] if self._bought else [Action("add item", i.name) for i in dict.fromkeys(found)]
+        found: dict[str, int] = {}
+        for term in relevant:
+            for item in self._offers(term, hearing):
+                found.setdefault(item.name, packages(amount(term, hearing.words), item))
+        return [Action("add item", name, number) for name, number in found.items()]
 
     def requests(self, utterances: Sequence[str]) -> list[Action]:
         """Removals of what the person ruled out, then additions of what they asked for outright.
