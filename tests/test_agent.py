@@ -25,7 +25,7 @@ from goalscope.types import (
 )
 
 REPLIES = {
-    "name what the human may want": "- have lamp light\n- have lamp light\n- sleep in peace",
+    "name what the human may want": "- have lamp light\n- have lamp light\n- sleep without light",
     "lists of what is needed": "- lamp\n- book",
     "short question": "Is it bright enough?",
 }
@@ -39,7 +39,7 @@ def test_golden_episode() -> None:
     assert [round.turn.utterance for round in rounds] == ["lamp light please", "Good night"]
     assert [(c.kind, c.goal.text) for c in rounds[0].changes] == [
         ("added", "have lamp light"),
-        ("added", "sleep in peace"),
+        ("added", "sleep without light"),
     ]
     first = rounds[0].belief
     assert first is not None
@@ -206,7 +206,7 @@ def test_not_all_goals_are_removed() -> None:
     round = agent.step("What now?", "lamp light please")
     assert round.belief is not None
     assert [goal.text for goal in round.belief.goals] == ["Unspecified", "have lamp light"]
-    assert [c.goal.text for c in round.changes if c.kind == "removed"] == ["sleep in peace"]
+    assert [c.goal.text for c in round.changes if c.kind == "removed"] == ["sleep without light"]
 
 
 class RefusesAll(WordModel):
@@ -236,7 +236,7 @@ def test_goal_that_the_task_makes_less_likely_is_irrelevant() -> None:
 def test_question_is_answered_before_the_next_is_asked() -> None:
     env = LampRoom()
     query = ask(WordModel(REPLIES), env, [Turn("Yes?", "Which lamps are on?")])
-    assert query == "On: nothing. Is it bright enough?"
+    assert query == "On: nothing.\nIs it bright enough?"
 
 
 def test_question_among_other_words_is_answered() -> None:

@@ -102,7 +102,7 @@ def test_beliefs_without_goals_and_without_explanations_are_said():
 def test_many_goals_are_summed_up():
     many = Belief.uniform([Goal(f"goal {i}") for i in range(20)])
     assert "60.0%" in drawn(show_round, a_round(belief=many))
-    assert "12 more goals" in drawn(show_round, a_round(belief=many))
+    assert "and 12 more" in drawn(show_round, a_round(belief=many))
 
 
 @pytest.mark.parametrize("width", [40, 80])

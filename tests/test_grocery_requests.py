@@ -6,7 +6,7 @@ import pytest
 
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.diets import DIETS, diet, violates
-from goalscope.envs.grocery.requests import Request, amount, packages, unwanted, wanted
+from goalscope.envs.grocery.requests import Request, amount, clears, packages, unwanted, wanted
 
 
 @pytest.mark.parametrize(
@@ -272,3 +272,25 @@ def test_a_request_is_at_least_one_package() -> None:
 def test_amount_of_a_thing_is_found_in_any_sentence(thing, said, quantity, counted) -> None:
     request = amount(thing, said)
     assert (request.quantity, request.counted) == (quantity, counted)
+
+
+@pytest.mark.parametrize(
+    ("said", "whole"),
+    [
+        ("Actually forget it, take everything out.", True),
+        ("Please empty the basket.", True),
+        ("Remove everything from my basket!", True),
+        ("Don't empty the basket.", False),
+        ("Remove everything but the eggs.", False),
+        ("Everything is from scratch.", False),
+    ],
+)
+def test_whole_basket_is_emptied_on_the_persons_word(said: str, whole: bool) -> None:
+    assert clears(said) is whole
+
+
+def test_thing_whose_name_ends_like_a_verb_is_heard() -> None:
+    assert [r.phrase for r in wanted("I want to buy tulips and a watering can.")] == [
+        "tulips",
+        "watering can",
+    ]

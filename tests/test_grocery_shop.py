@@ -105,6 +105,16 @@ def test_things_are_offered_in_the_amount_that_was_said() -> None:
     assert {action.quantity for action in offers} == {3}
 
 
+def test_emptied_basket_stays_empty() -> None:
+    opened = shop(("Large Eggs", 2), ("Whole Milk", 1))
+    said = ["I need eggs and milk.", "Forget it, take everything out."]
+    for action in opened.requests(said):
+        assert opened.step(action).ok
+    assert not opened.basket
+    assert opened.actions(["eggs"], said) == []
+    assert opened.requests([*said, "Hm."]) == []
+
+
 def test_buy_it_means_the_basket_only_where_it_can_mean_nothing_else() -> None:
     opened = shop(("Whole Milk", 1))
     assert opened.is_completion(Turn("Anything else?", "Great, buy it."))

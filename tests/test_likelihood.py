@@ -96,6 +96,11 @@ def test_prompted_ranking_is_what_the_model_answers() -> None:
     assert row.tolist() == [[-2.0, 0.0, -1.0]]
 
 
+def test_one_text_is_no_list_of_goals() -> None:
+    with pytest.raises(InvalidInputError, match="must be a list"):
+        GoalTracker(WordModel(), goals="bake cake")
+
+
 def test_unknown_layout_is_refused() -> None:
     with pytest.raises(InvalidInputError, match="goal-first"):
         RolePlay(WordModel(), layout="sideways")  # pyright: ignore[reportArgumentType]

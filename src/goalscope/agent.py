@@ -62,7 +62,7 @@ class GoalTracker:
         self.turns: list[Turn] = []
         support = [UNSPECIFIED] if include_unspecified else []
         self.belief = Belief.uniform(
-            [*support, *map(_as_goal, goals)], temperature=temperature, evidence=evidence
+            [*support, *_as_goals(goals)], temperature=temperature, evidence=evidence
         )
 
     def observe(self, query: str, utterance: str) -> Belief:
@@ -81,7 +81,7 @@ class GoalTracker:
 
     def add(self, goals: Iterable[str | Goal]) -> Belief:
         """Add goals; each is scored on all past turns, as if it had been there from the start."""
-        added = [_as_goal(goal) for goal in goals]
+        added = _as_goals(goals)
         if not self.turns or not isinstance(self.likelihood, PromptedRanking):
             self.belief = self.belief.add(
                 added, lambda new: self.likelihood.log_likelihood(self.task, new, self.turns)
@@ -100,7 +100,7 @@ class GoalTracker:
 
     def drop(self, goals: Iterable[str | Goal]) -> Belief:
         """Remove goals: the belief given that none of them is the true one."""
-        self.belief = self.belief.drop(map(_as_goal, goals))
+        self.belief = self.belief.drop(_as_goals(goals))
         return self.belief
 
 
@@ -169,9 +169,9 @@ class Agent:
     def step(self, query: str, utterance: str) -> Round:
         """Take in one turn, and act; on an error agent and environment stay as they were.
 
-        Nothing is done for words that only ask a question. Once the person says that the task is
-        complete, only what they ask for in the same breath is done before it ends: they could not
-        see, and refuse, anything else.
+        Words that only ask a question give no new goal, and nothing is done for them. Once the
+        person says that the task is complete, only what they ask for in the same breath is done
+        before it ends: they could not see, and refuse, anything else.
 
         Raises:
             InvalidInputError: The utterance is empty, broken, or too long for the model.
@@ -181,10 +181,10 @@ class Agent:
         before = (tracker.belief, tracker.turns) if tracker else None
         history = [result for round in self.rounds for result in round.results]
         try:
-            changes = self._update(tracker, turn) if tracker else ()
+            asks = self.env.answer(turn.utterance) is not None
+            changes = self._update(tracker, turn, propose=not asks) if tracker else ()
             complete = self.env.is_completion(turn)
             said = [*(past.utterance for past in self.turns), turn.utterance]
-            asks = self.env.answer(turn.utterance) is not None
             wants = [] if complete or asks else self._wants(said)
             acts = wants or complete
             outcome = self.planner.act(self.env, wants, said, history) if acts else Outcome((), 0)
@@ -227,7 +227,7 @@ class Agent:
             self.tracker.belief = rounds[-1].belief
             self.tracker.turns = self.turns
 
-    def _update(self, tracker: GoalTracker, turn: Turn) -> Sequence[GoalChange]:
+    def _update(self, tracker: GoalTracker, turn: Turn, *, propose: bool) -> Sequence[GoalChange]:
         """Update, propose if no goal explains the words, remove, and update again.
 
         Goals are proposed when `UNSPECIFIED` explains the newest words best, or all of them: a
@@ -236,7 +236,7 @@ class Agent:
         belief = tracker.observe(turn.query, turn.utterance)
         added: list[GoalChange] = []
         newest = belief.goals[int(belief.log_likelihood[-1].argmax())]
-        if UNSPECIFIED in (newest, belief.top(1)[0][0]):
+        if propose and UNSPECIFIED in (newest, belief.top(1)[0][0]):
             prompted = isinstance(tracker.likelihood, PromptedRanking)
             added = goal_management.propose(
                 self.model,
@@ -297,6 +297,12 @@ def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator
         utterance = human.reply(query, agent.turns, agent.env.status())
         round = agent.step(query, utterance)
         yield round
+
+
+def _as_goals(goals: Iterable[str | Goal]) -> list[Goal]:
+    if isinstance(goals, str):
+        raise InvalidInputError(f"goals must be a list, such as [{goals!r}], not one text")
+    return [_as_goal(goal) for goal in goals]
 
 
 def _as_goal(goal: str | Goal) -> Goal:

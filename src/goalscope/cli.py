@@ -102,7 +102,10 @@ def chat(
     rounds: Annotated[int | None, typer.Option(min=1, help="Most rounds.  [default: 20]")] = None,
     store: StoreFile = None,
 ) -> None:
-    """Talk with the agent, and watch what it believes. A resumed episode keeps its options."""
+    """Talk with the agent, and watch what it believes; "quit" leaves, and --resume goes on.
+
+    A resumed episode keeps its options.
+    """
     from goalscope.display import show_header, show_round, show_summary
     from goalscope.session import Session, Settings, saved_settings
     from goalscope.store import Store
@@ -115,6 +118,10 @@ def chat(
         busy.stop()
         out.print(plain("Agent  ", "cyan").append_text(plain(query)))
         words = input("You    ")
+        if not sys.stdin.isatty():
+            out.print(plain(words))
+        if words.strip().casefold() in ("quit", "exit"):
+            raise EOFError
         busy.start()
         return words
 

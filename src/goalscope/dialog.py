@@ -52,6 +52,7 @@ def ask(
     prompt = _with_status(
         model, "query", env.status(), task=env.task, turns=recent(model, turns, 4)
     )
+    asked |= {message.content for message in prompt if message.role == "assistant"}  # examples
     questions: list[str] = []
     for draw in range(draws):
         reply = model.generate(
@@ -67,7 +68,7 @@ def ask(
         question = FALLBACK
     asked_back = _QUESTION.findall(turns[-1].utterance)
     answer = next(filter(None, map(env.answer, asked_back)), None)
-    return f"{answer} {question}" if answer else question
+    return f"{answer}\n{question}" if answer else question
 
 
 def question_of(text: str) -> str:

@@ -46,7 +46,7 @@ def plain(text: str, style: str = "") -> Text:
 def show_header(console: Console, info: EpisodeInfo) -> None:
     """What runs: the domain, the person, the method and the model."""
     person = info.profile or "you"
-    line = f"{info.domain} | {person} | {info.method} | {info.model} | episode {info.id}"
+    line = f"episode {info.id} | {info.domain} | {person} | {info.method} | {info.model}"
     console.print(Panel(plain(info.task), title=plain(line), title_align="left"))
 
 
@@ -137,7 +137,11 @@ def show_scores(console: Console, infos: Sequence[EpisodeInfo]) -> None:
 
 def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
     """A table of stored episodes."""
-    table = Table("id", "started (UTC)", "domain", "profile", "method", "ended")
+    table = Table()
+    for heading in ("id", "started (UTC)"):
+        table.add_column(heading, no_wrap=True, min_width=16 if heading != "id" else 8)
+    for heading in ("domain", "profile", "method", "ended"):
+        table.add_column(heading, overflow="fold")
     table.add_column("rounds", justify="right")
     table.add_column("score", justify="right")
     for info in infos:
@@ -172,7 +176,7 @@ def _show_belief(console: Console, belief: Belief, previous: Belief | None) -> N
         table.add_row(bar, Text(f"{probability:6.1%}"), arrow, name)
     if rest := ranked[SHOWN:]:
         share = sum(probability for _, probability in rest)
-        table.add_row("", f"{share:6.1%}", "", Text(f"{len(rest)} more goals", "dim"))
+        table.add_row("", f"{share:6.1%}", "", Text(f"and {len(rest)} more", "dim"))
     console.print(Text("Belief", "bold"))
     if belief.is_degenerate:
         console.print("  No goal explains what was said.")

@@ -66,7 +66,8 @@ def propose(
     """Goals to add, given the task, the transcript and the present goals.
 
     Several lists are drawn from the model. With a likelihood, those `keep` candidates are taken
-    that explain the person's words best; without one, the first `keep`.
+    that explain the person's words best, and better than no goal; without one, the first
+    `keep`.
     """
     known = {goal.text.casefold() for goal in goals}
     candidates = [
@@ -92,11 +93,12 @@ def propose(
     return [
         GoalChange("added", goal, f"explains the words {gain:+.1f} nats against no goal")
         for goal, gain in best
+        if gain > 0
     ]
 
 
 def objectionable(
-    model: LikelihoodModel, task: str, goals: Sequence[Goal], *, margin: float = 1.5
+    model: LikelihoodModel, task: str, goals: Sequence[Goal], *, margin: float = 2.0
 ) -> list[GoalChange]:
     """Goals that the model, asked to help with them, would rather refuse as unsafe.
 

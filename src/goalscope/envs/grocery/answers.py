@@ -28,7 +28,8 @@ _TOTAL = re.compile(
     rf"{_LEAD}(?:(?:what(?:'s| is)|how much is|how much are) (?:the|my) (?:grand )?"
     r"(?:total|sum|bill|basket|cart|order)(?: (?:price|cost|so far|now|total))*"
     r"|how much (?:is|does|do|will|would|are) (?:it|this|that|everything|all of (?:it|this|that)|i)"
-    r"(?: all)?(?: (?:cost|come to|be|owe))?(?: (?:in total|altogether|so far|now|me|all))*)"
+    r"(?: all)?(?: together)?(?: (?:cost|come to|be|owe))?"
+    r"(?: (?:in total|altogether|so far|now|me|all))*)"
 )
 _PRICE = re.compile(
     rf"{_LEAD}(?:how much (?:is|are|does|do|would|will|for) {_THE}(.+?)(?: cost| be)?"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.diets import diet, implied, is_diet, violates
-from goalscope.envs.grocery.requests import Refusal, Request, unwanted, wanted
+from goalscope.envs.grocery.requests import Refusal, Request, clears, unwanted, wanted
 from goalscope.envs.grocery.words import contains, made, singulars
 
 __all__ = ["Hearing", "hear"]
@@ -54,6 +54,8 @@ def hear(utterances: Sequence[str]) -> Hearing:
     diets: frozenset[str] = frozenset()
     mild: set[str] = set()  # diets that rest on a refusal alone, which a request takes back
     for utterance in utterances:
+        if clears(utterance):
+            asked.clear()
         earlier, diets = diets, diet(utterance, diets)
         for thing, how in unwanted(utterance).items():
             if is_diet(thing):

@@ -12,7 +12,7 @@ from typing import Literal
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.words import asks, contains, sentences, singulars
 
-__all__ = ["Refusal", "Request", "amount", "packages", "unwanted", "wanted"]
+__all__ = ["Refusal", "Request", "amount", "clears", "packages", "unwanted", "wanted"]
 
 _NUMBERS = {
     **{
@@ -85,8 +85,8 @@ _ASKING = re.compile(
 )
 _SPEAKING = re.compile(
     r"\b(?:i|i'm|we|we're|you|he|she|they|it|it's|its|that's|is|are|was|were|be|been|has|have|had"
-    r"|do|does|did|will|would|should|could|can|there's|who|what|when|why|how|not|don't|doesn't"
-    r"|isn't|let's)\b"
+    r"|do|does|did|will|would|should|could|can(?= \w)|there's|who|what|when|why|how|not|don't"
+    r"|doesn't|isn't|let's)\b"
 )
 _SERVINGS = re.compile(
     rf"\b(?:for|serves?|serving|feeds?|feeding)\s+(?:about |around |up to |roughly )?"
@@ -121,11 +121,18 @@ _REFUSAL = re.compile(
     r"[\w-]+) (?:allergy|allergies)\b"
     r"|\b(?:take|put|leave)\s+(?P<apart>[^.;!?,]{1,60}?)\s+(?:out|back|off|away)\b"
 )
+_CART = "(?:basket|cart)"
 _STOP = re.compile(
     r"\s(?:but|please|because|since|so|though|although|unless|if|when|for"
     r"|from|in|on|at|to|that|which|either|anymore|any more|again|with|use|and then|then|thanks"
     r"|and (?:i|we|add|get|can|could|please|he|she|they|it|also|the rest|some|a|an|lots|plenty|keep"
     r"|make|put|instead|buy|\d+))\b.*|[,\s]*(?:\u2013|\u2014|\s-\s).*"
+)
+_ALL = "(?:everything|it all|all of it|them all|all items)"
+_CLEARS = re.compile(
+    rf"(?<!not )(?<!n't )\b(?:(?:empty|clear) (?:out )?(?:the|my|this) (?:whole |entire )?{_CART}"
+    rf"|(?:take|throw|put) {_ALL} (?:out|back|away)|(?:remove|delete|drop) {_ALL}"
+    r"|start (?:all )?over)\b(?! (?:but|except))"
 )
 _REWORDED = [
     (re.compile(pattern), plain)
@@ -268,6 +275,11 @@ def unwanted(utterance: str) -> dict[str, Refusal]:
         for thing in _refused(match):
             found[thing] = max(how, found.get(thing, how))
     return found
+
+
+def clears(utterance: str) -> bool:
+    """Whether the person wants the whole basket emptied."""
+    return bool(_CLEARS.search(_plain(utterance)))
 
 
 def _plain(utterance: str) -> str:
