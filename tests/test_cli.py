@@ -153,9 +153,8 @@ def test_infer_writes_a_belief_per_turn_and_continues_after_a_crash(tmp_path):
     assert lines[2]["goals"] == ["cook soup"]
     first, second = lines[:2]
     total = [x + y for x, y in zip(first["log_likelihood"], second["log_likelihood"], strict=True)]
-    assert total[0] - total[1] == pytest.approx(
-        second["log_posterior"][0] - second["log_posterior"][1]
-    )
+    odds = second["log_posterior"][0] - second["log_posterior"][1]
+    assert (total[0] - total[1]) / second["settings"]["temperature"] == pytest.approx(odds)
     assert sum(second["probability"]) == pytest.approx(1)
     assert second["probability"][0] > 0.5
     assert first["unspecified_log_likelihood"] < 0
