@@ -42,13 +42,14 @@ class Planner:
     """Chooses what to act on by how much more likely it is under a goal than without it.
 
     A model that writes badly still scores well, so it only proposes: search terms are the kinds
-    of things here that several drawn lists name, and those whose names are near the goal's;
+    of things here that several drawn lists name, and those near the goal or the person's words;
     log-probability chooses among them. What is possible, the environment says.
 
     Args:
         model: Writes and scores.
         draws: Lists of search terms to draw for each want.
         kinds: Kinds of things that the environment may add for each want.
+        near: Kinds of things that it may add for the person's words.
         limit: Most search terms that one round acts on.
         discount: Weight of a term's log-probability without the goal. At 1 rare things are
             favoured, at 0 things that people need for anything.
@@ -62,6 +63,7 @@ class Planner:
         *,
         draws: int = 2,
         kinds: int = 120,
+        near: int = 20,
         limit: int = 8,
         discount: float = 0.6,
         replans: int = 2,
@@ -70,6 +72,7 @@ class Planner:
         self.model = model
         self.draws = draws
         self.kinds = kinds
+        self.near = near
         self.limit = limit
         self.discount = discount
         self.replans = replans
@@ -131,14 +134,14 @@ class Planner:
                 )
                 stocked = env.mentioned(drawn) + env.kinds(want.text, self.kinds)
                 self._candidates[want.text] = stocked
-        mentioned = env.mentioned(utterances)
-        pool = [*mentioned, *(term for want in wants for term in self._candidates[want.text])]
-        terms = list(dict.fromkeys(pool))
+        mentioned, words = env.mentioned(utterances), self.newest(utterances)
+        wanted_kinds = (term for want in wants for term in self._candidates[want.text])
+        terms = list(dict.fromkeys([*mentioned, *env.kinds(words, self.near), *wanted_kinds]))
         if not terms:
             return []
         weights = np.array([want.probability for want in wants])
         given = np.array([self.log_probability(terms, want.text) for want in wants])
-        said = self.log_probability(terms, self.newest(utterances))
+        said = self.log_probability(terms, words)
         wanted = (weights @ given / weights.sum() + said) / 2
         without = np.mean([self.log_probability(terms, goal) for goal in OTHER_GOALS], axis=0)
         gains = dict(zip(terms, wanted - without, strict=True))
