@@ -32,7 +32,8 @@ name = "baker"
 description = "You want to bake a chocolate cake."
 replies = ["I need cocoa powder to bake a cake.", "Flour and eggs, please.", "And milk."]
 checks = [{must_have = ["cocoa"]}, {bought = true}]
-
+"""
+TALKER = """
 [[profile]]
 name = "talker"
 description = "You want to bake a chocolate cake."
@@ -199,7 +200,7 @@ def test_replay_and_episodes_need_no_model(store_file, monkeypatch):
 
 
 def test_run_prints_one_json_line_an_episode_and_replays(shop, store_file):
-    result = invoke("run", "grocery", "--profile", "baker", "--json", *shop)
+    result = invoke("run", "grocery", "--profile", "all", "--json", *shop)
     assert result.exit_code == 0, result.output
     (line,) = result.stdout.splitlines()
     outcome = json.loads(line)
@@ -214,7 +215,7 @@ def test_run_prints_one_json_line_an_episode_and_replays(shop, store_file):
 
 def test_a_crash_before_the_end_is_noted_loses_nothing(shop, store_file, monkeypatch):
     with monkeypatch.context() as patch:
-        patch.setattr(Store, "finish", lambda *args, **options: os.abort)
+        patch.setattr(Store, "finish", lambda *args, **options: None)
         assert invoke("run", "--profile", "baker", *shop).exit_code == 0
     with Store.open(store_file) as store:
         (info,) = store.episodes()
@@ -228,7 +229,7 @@ def test_a_crash_before_the_end_is_noted_loses_nothing(shop, store_file, monkeyp
 
 def test_a_profile_may_have_any_name(shop, tmp_path):
     name = "a [/b] \x1b[31m"
-    text = PROFILES.replace('"baker"', json.dumps(name)).replace("checks", "checks", 1)
+    text = PROFILES.replace('"baker"', json.dumps(name))
     (tmp_path / "people.toml").write_text(text)
     assert invoke("run", "--profile", name, *shop, "--rounds", "1").exit_code == 0
     assert "\x1b" not in fails(2, "run", "--profile", "nobody", *shop)
@@ -255,7 +256,8 @@ def test_a_chat_that_ends_early_is_kept_and_goes_on(shop, store_file):
 
 @pytest.mark.skipif(os.name == "nt", reason="the system has no POSIX signals")
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
-def test_an_interrupted_run_keeps_every_finished_round(shop, store_file, how):
+def test_an_interrupted_run_keeps_every_finished_round(shop, store_file, tmp_path, how):
+    (tmp_path / "people.toml").write_text(PROFILES + TALKER)
     env = os.environ | {"PYTHONPATH": SOURCE}
     with subprocess.Popen(
         [*MAIN, "run", "--profile", "talker", *shop],

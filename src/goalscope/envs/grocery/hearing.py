@@ -22,12 +22,14 @@ class Hearing:
         refused: Things refused and not asked for since.
         diets: Restrictions named, of `diets.DIETS`.
         words: All that was said, in lower case.
+        empties: Whether the last words ask for an empty basket.
     """
 
     wanted: tuple[Request, ...]
     refused: tuple[str, ...]
     diets: frozenset[str]
     words: str
+    empties: bool
 
     def makes(self, thing: str) -> bool:
         """Whether the person wants to make `thing` themselves, so that it is not to be bought.
@@ -75,4 +77,5 @@ def hear(utterances: Sequence[str]) -> Hearing:
             for thing in [r for r in refused if contains(singulars(request.phrase), singulars(r))]:
                 del refused[thing]
     said = ". ".join(utterances).casefold()
-    return Hearing(tuple(asked.values()), tuple(refused), diets, said)
+    empties = bool(utterances) and clears(utterances[-1])
+    return Hearing(tuple(asked.values()), tuple(refused), diets, said, empties)

@@ -10,7 +10,7 @@ from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.consent import consents
 from goalscope.envs.grocery.hearing import Hearing, hear
 from goalscope.envs.grocery.profiles import checks_met
-from goalscope.envs.grocery.requests import amount, clears, packages
+from goalscope.envs.grocery.requests import amount, packages
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.words import contains, singulars, words
 from goalscope.types import Action, Profile, StepResult, Turn
@@ -117,9 +117,9 @@ class GroceryShop:
         What the person ruled out in `utterances` is not offered. Removals and the purchase follow
         from the person's words alone: see `requests` and `completion_actions`.
         """
-        if self._bought or (utterances and clears(utterances[-1])):
-            return []
         hearing = hear(utterances)
+        if self._bought or hearing.empties:
+            return []
         found: dict[str, int] = {}
         for term in relevant:
             for item in self._offers(term, hearing):
@@ -134,11 +134,10 @@ class GroceryShop:
         if self._bought:
             return []
         hearing = hear(utterances)
-        emptied = bool(utterances) and clears(utterances[-1])
         plan = [
             Action("remove item", item.name, number)
             for item, number in self._contents()
-            if emptied or not hearing.permits(item)
+            if hearing.empties or not hearing.permits(item)
         ]
         for request in hearing.wanted:
             named = [i for i in self._found(request.phrase, hearing) if _is_a(i, request.phrase)]
