@@ -96,23 +96,23 @@ def test_the_transcript_stays_cached_while_other_calls_come_between(model: Llama
 def test_a_sentence_is_the_product_of_its_tokens(model: LlamaCpp) -> None:
     context, reply = CONTEXTS[0], "Nuts."
     (scores,) = model.token_logprobs([context], [reply], end_of_turn=True)
-    prompt, steps = model.render(context), []
-    for token in [*model.tokenize(reply), model.end_of_turn]:
+    prompt, steps = model.tokenizer.render(context), []
+    for token in [*model.tokenizer.tokenize(reply), model.tokenizer.end_of_turn]:
         steps.append(model.next_logprobs(prompt)[token])
         prompt.append(token)
     np.testing.assert_allclose(scores, steps, atol=TOLERANCE / 2)
 
 
 def test_next_token_probabilities_sum_to_one(model: LlamaCpp) -> None:
-    total = np.exp(model.next_logprobs(model.render(HISTORY))).sum()
+    total = np.exp(model.next_logprobs(model.tokenizer.render(HISTORY))).sum()
     assert math.isclose(total, 1.0, abs_tol=1e-6)
 
 
 def test_end_of_turn_is_one_more_token(model: LlamaCpp) -> None:
     (without,) = model.token_logprobs([CONTEXTS[0]], ["Nuts."])
     (with_end,) = model.token_logprobs([CONTEXTS[0]], ["Nuts."], end_of_turn=True)
-    assert len(with_end) == len(without) + 1 == len(model.tokenize("Nuts.")) + 1
-    assert model.detokenize([model.end_of_turn]) == ""
+    assert len(with_end) == len(without) + 1 == len(model.tokenizer.tokenize("Nuts.")) + 1
+    assert model.tokenizer.detokenize([model.tokenizer.end_of_turn]) == ""
 
 
 def test_nothing_to_score_is_an_empty_array(model: LlamaCpp) -> None:
@@ -131,26 +131,28 @@ def test_more_pairs_than_one_tree_can_hold(model: LlamaCpp) -> None:
 
 @pytest.mark.parametrize("text", TEXTS)
 def test_content_is_plain_text_and_reads_back(model: LlamaCpp, text: str) -> None:
-    tokens = model.tokenize(text)
-    assert model.detokenize(tokens) == text
-    assert not any(map(model.is_control, tokens))
+    tokens = model.tokenizer.tokenize(text)
+    assert model.tokenizer.detokenize(tokens) == text
+    assert not any(map(model.tokenizer.is_control, tokens))
 
 
 @pytest.mark.parametrize("text", TEXTS)
 def test_content_adds_no_markup_to_a_chat(model: LlamaCpp, text: str) -> None:
     def controls(content: str) -> list[int]:
         chat = [Message("system", content), Message("user", content)]
-        return [token for token in model.render(chat) if model.is_control(token)]
+        return [
+            token for token in model.tokenizer.render(chat) if model.tokenizer.is_control(token)
+        ]
 
     assert controls(text) == controls("plain")
     (scores,) = model.token_logprobs([[Message("user", text)]], [text])
-    assert len(scores) == len(model.tokenize(text))
+    assert len(scores) == len(model.tokenizer.tokenize(text))
     assert np.isfinite(scores).all()
 
 
 def test_half_a_character_is_refused(model: LlamaCpp) -> None:
     with pytest.raises(InvalidInputError, match="position 1"):
-        model.tokenize("a\ud800")
+        model.tokenizer.tokenize("a\ud800")
 
 
 def test_the_same_seed_gives_the_same_text(model: LlamaCpp) -> None:

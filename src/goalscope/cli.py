@@ -326,9 +326,9 @@ def doctor(model: Model = None, store: StoreFile = None, as_json: Json = False) 
             test = engine.self_test()
             report["model"] = engine.describe()
             report["prompt speed (tokens/s)"] = round(512 / engine.prompt_seconds(512))
-            report["self-test error (nats)"] = max(test.generation_error, test.cache_error)
+            report["self-test error (nats)"] = max(test.generation_error, test.batch_error)
             if not test.passed:
-                problems.append("The model's log-probabilities do not agree with each other.")
+                problems.append(test.complaint)
     except GoalscopeError as error:
         problems.append(str(error))
     report["cache folder"] = str(platformdirs.user_cache_path("goalscope"))

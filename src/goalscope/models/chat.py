@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import lru_cache
-from typing import Any, NoReturn
+from itertools import pairwise
+from typing import Any, NoReturn, Protocol
 
 from jinja2 import TemplateError
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-from goalscope.types import Message, ModelError
+from goalscope.types import InvalidInputError, Message, ModelError
 
-__all__ = ["ChatTemplate"]
+__all__ = ["ChatTemplate", "ChatTokenizer", "Encode"]
 
 _SENTINEL = "\ue000{}\ue001"
 _SENTINEL_PATTERN = re.compile("\ue000([0-9]+)\ue001")
+
+
+class Encode(Protocol):
+    """A tokenizer without anything added at the ends."""
+
+    def __call__(self, text: str, *, markup: bool) -> Sequence[int]:
+        """Token ids of `text`; names of special tokens become those only with `markup`."""
+        ...
 
 
 class ChatTemplate:
@@ -33,14 +42,16 @@ class ChatTemplate:
             bos: Text of the token that begins a sequence.
             eos: Text of the token that ends a sequence.
         """
-        environment = ImmutableSandboxedEnvironment(trim_blocks=True, lstrip_blocks=True)
+        environment = ImmutableSandboxedEnvironment(
+            trim_blocks=True, lstrip_blocks=True, extensions=["jinja2.ext.loopcontrols"]
+        )
         known: dict[str, Any] = environment.globals
         known.update(raise_exception=_refuse, bos_token=bos, eos_token=eos)
         try:
             self._template = environment.from_string(source)
         except TemplateError as error:
             raise ModelError(
-                f"The model's chat template cannot be read ({error}). Use another GGUF file."
+                f"The model's chat template cannot be read ({error}). Use another model."
             ) from None
         self._pieces = lru_cache(maxsize=256)(self._render)
 
@@ -82,6 +93,95 @@ class ChatTemplate:
         if set(pieces[1::2]) != set(range(len(roles))):
             raise TemplateError("it leaves a message out")
         return pieces
+
+
+class ChatTokenizer:
+    """Turns chats into token ids, and ids back into text.
+
+    Markup and the content of each message are tokenized apart from each other, so a content's
+    tokens are the same in every context, and never merge with what stands beside them.
+
+    Attributes:
+        end_of_turn: Token that ends the assistant's turn.
+        add_bos: Whether every prompt begins with the `bos` token.
+    """
+
+    def __init__(
+        self,
+        encode: Encode,
+        decode: Callable[[Sequence[int]], str],
+        *,
+        template: str | None,
+        bos: tuple[int, str],
+        eos: tuple[int, str],
+        add_bos: bool,
+        names: Collection[str],
+        controls: Collection[int],
+    ) -> None:
+        """Put a model's tokenizer and its chat template together.
+
+        Args:
+            encode: Its tokenizer.
+            decode: The way back; special tokens stand for no text.
+            template: Jinja source of its chat template.
+            bos: Id and text of the token that begins a sequence.
+            eos: Id and text of the token that ends a sequence.
+            add_bos: Whether every prompt begins with the `bos` token.
+            names: Texts of all tokens that are markup, or that the tokenizer takes for markup.
+            controls: Ids of the tokens that are no text: they end what a model writes.
+
+        Raises:
+            ModelError: There is no template, or it cannot be read.
+        """
+        if not template:
+            raise ModelError("The model holds no chat template. Use an instruct (chat) model.")
+        self._decode, self.add_bos = decode, add_bos
+        self._bos = [bos[0]] if add_bos else []
+        self._template = ChatTemplate(template, bos[1], eos[1])
+        self._controls = frozenset(controls)
+        marks = "|".join(re.escape(name) for name in names if len(name) > 1 and name.strip())
+        self._marks = re.compile(f"(?={marks})" if marks else "(?!)")
+        self._encode = encode
+        self._markup_ids = lru_cache(maxsize=1024)(self._tokenize_markup)
+        self._text_ids = lru_cache(maxsize=8192)(self._tokenize_text)
+        self.end_of_turn = self._markup_ids(self._template.after_assistant())[0]
+
+    def render(self, messages: Sequence[Message]) -> list[int]:
+        """Token ids of a chat, up to where the assistant's words begin."""
+        ids: list[int] = []
+        for piece in self._template.layout(messages):
+            if isinstance(piece, Message):
+                ids += self._text_ids(piece.content)
+            else:
+                ids += self._markup_ids(piece)
+        return ids if ids[:1] == self._bos else self._bos + ids
+
+    def tokenize(self, text: str) -> list[int]:
+        """Token ids of plain text, as content of a message."""
+        return list(self._text_ids(text))
+
+    def detokenize(self, tokens: Sequence[int]) -> str:
+        """The text that tokens stand for; control tokens stand for none."""
+        return self._decode(tokens)
+
+    def is_control(self, token: int) -> bool:
+        """Whether a token is markup rather than text; one that is written ends the reply."""
+        return token in self._controls
+
+    def _tokenize_markup(self, text: str) -> tuple[int, ...]:
+        return tuple(self._encode(text, markup=True))
+
+    def _tokenize_text(self, text: str) -> tuple[int, ...]:
+        """Ids of content; names of special tokens are cut in two, so that they stay plain text."""
+        try:
+            text.encode()
+        except UnicodeEncodeError as error:
+            raise InvalidInputError(
+                f"The text holds a broken character (a lone surrogate) at position {error.start}."
+            ) from None
+        cuts = [0, *(match.start() + 1 for match in self._marks.finditer(text)), len(text)]
+        pieces = [text[a:b] for a, b in pairwise(cuts) if a < b]
+        return tuple(token for piece in pieces for token in self._encode(piece, markup=False))
 
 
 def _refuse(reason: str) -> NoReturn:

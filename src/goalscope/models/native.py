@@ -13,6 +13,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.models.chat import ChatTokenizer
 from goalscope.models.trie import Trie
 from goalscope.types import ModelError
 
@@ -119,6 +120,36 @@ class Weights:
         if count < 0:
             raise ModelError("The model's tokenizer failed. Choose another GGUF file.")
         return ids[:count]
+
+    def chat_tokenizer(self) -> ChatTokenizer:
+        """The file's tokenizer and chat template.
+
+        Raises:
+            ModelError: It holds no chat template.
+        """
+        lib, vocab = self.lib, self.vocab
+        bos, eos = lib.llama_vocab_bos(vocab), lib.llama_vocab_eos(vocab)
+        attributes = [lib.llama_vocab_get_attr(vocab, i) for i in range(self.vocab_size)]
+        markup = lib.LLAMA_TOKEN_ATTR_CONTROL | lib.LLAMA_TOKEN_ATTR_USER_DEFINED
+        return ChatTokenizer(
+            self.tokenize,
+            lambda tokens: b"".join(map(self.piece, tokens)).decode(errors="replace"),
+            template=self.metadata("tokenizer.chat_template"),
+            bos=(bos, self._text(bos)),
+            eos=(eos, self._text(eos)),
+            add_bos=lib.llama_vocab_get_add_bos(vocab),
+            names=[self._text(i) for i, each in enumerate(attributes) if each & markup],
+            controls=[
+                token
+                for token, attribute in enumerate(attributes)
+                if attribute & lib.LLAMA_TOKEN_ATTR_CONTROL or lib.llama_vocab_is_eog(vocab, token)
+            ],
+        )
+
+    def _text(self, token: int) -> str:
+        if token < 0:
+            return ""
+        return self.lib.llama_vocab_get_text(self.vocab, token).decode(errors="replace")
 
     def piece(self, token: int) -> bytes:
         """Bytes that a token stands for; none for a control token."""

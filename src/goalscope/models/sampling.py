@@ -6,7 +6,7 @@ import ctypes
 import json
 import weakref
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ import numpy.typing as npt
 from goalscope.models.native import Weights
 from goalscope.types import ModelError
 
-__all__ = ["MIN_P", "Grammar", "Logits", "choose", "log_prob"]
+__all__ = ["MIN_P", "Grammar", "LlamaGrammar", "Logits", "choose", "log_prob"]
 
 MIN_P = 0.05
 """Tokens less likely than this share of the likeliest are never sampled."""
@@ -22,8 +22,20 @@ MIN_P = 0.05
 Logits = npt.NDArray[np.float32]
 
 
-class Grammar:
+class Grammar(Protocol):
     """A JSON schema as a filter of next tokens."""
+
+    def filter(self, logits: Logits, tokens: npt.NDArray[np.int32]) -> Logits:
+        """The `logits` of `tokens`, with -inf for tokens that cannot come next."""
+        ...
+
+    def accept(self, token: int) -> None:
+        """Move on past `token`."""
+        ...
+
+
+class LlamaGrammar:
+    """A `Grammar` by llama.cpp."""
 
     def __init__(self, weights: Weights, schema: Mapping[str, Any]) -> None:
         """Compile `schema`.
@@ -43,7 +55,7 @@ class Grammar:
         self._candidates = np.zeros(weights.vocab_size, dtype)
 
     def filter(self, logits: Logits, tokens: npt.NDArray[np.int32]) -> Logits:
-        """The `logits` of `tokens`, with -inf for tokens that cannot come next."""
+        """See `Grammar.filter`."""
         data = self._candidates[: len(tokens)]
         data["id"], data["logit"] = tokens, logits[tokens]
         pointer = ctypes.cast(data.ctypes.data, self._lib.llama_token_data_p)
@@ -52,7 +64,7 @@ class Grammar:
         return np.array(data["logit"])
 
     def accept(self, token: int) -> None:
-        """Move on past `token`."""
+        """See `Grammar.accept`."""
         self._lib.llama_sampler_accept(self._sampler, token)
 
 

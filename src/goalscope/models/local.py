@@ -1,0 +1,97 @@
+"""What models in this process have in common: they write token by token from their own logits."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from goalscope.models import Array, Completion
+from goalscope.models.sampling import Grammar, Logits, choose
+from goalscope.models.scoring import TokenScorer
+from goalscope.types import Message, ModelError
+
+__all__ = ["LocalModel"]
+
+
+class LocalModel(TokenScorer):
+    """A model that gives the logits of the next token."""
+
+    @abstractmethod
+    def read(self, prompt: Sequence[int], room: int) -> Logits:
+        """Logits [vocabulary] after a prompt that up to `room` tokens will be added to."""
+
+    @abstractmethod
+    def push(self, token: int) -> Logits:
+        """Logits [vocabulary] after one more token than at the last `read` or `push`."""
+
+    @abstractmethod
+    def grammar(self, schema: Mapping[str, Any]) -> Grammar:
+        """A JSON schema as a filter of next tokens."""
+
+    def generate(
+        self,
+        messages: Sequence[Message],
+        *,
+        max_tokens: int = 256,
+        temperature: float = 0.0,
+        seed: int = 0,
+        stop: Sequence[str] = (),
+        schema: Mapping[str, Any] | None = None,
+    ) -> Completion:
+        """Write the assistant's next message.
+
+        Args:
+            messages: The chat so far; the last one is not the assistant's.
+            max_tokens: Most tokens to write.
+            temperature: 0 takes the likeliest token each time; above, tokens less than 0.05 times
+                as likely as the likeliest are left out, since a small model's tail is noise.
+            seed: Seed of the sampler; the same seed gives the same text.
+            stop: Strings that end the reply; they are not part of it.
+            schema: JSON schema that the reply must satisfy.
+
+        Raises:
+            ModelError: The messages do not fit the context, or the JSON was not finished within
+                `max_tokens`.
+        """
+        prompt = self.tokenizer.render(messages)
+        self.check_length(len(prompt) + 1)
+        room = min(max_tokens, self.context_size - len(prompt))
+        random = np.random.default_rng(seed)
+        grammar = self.grammar(schema) if schema is not None else None
+        text, written, finish = "", list[int](), "length"
+        logits = self.read(prompt, room)
+        while len(written) < room:
+            token = choose(logits, temperature, random, grammar)
+            if self.tokenizer.is_control(token):
+                finish = "stop"
+                break
+            written.append(token)
+            text = self.tokenizer.detokenize(written)
+            cuts = [at for at in map(text.find, stop) if at >= 0]
+            if cuts:
+                text, finish = text[: min(cuts)], "stop"
+                break
+            if len(written) < room:
+                logits = self.push(token)
+        if grammar is not None and finish == "length":
+            raise ModelError(
+                f"The model did not finish its JSON within {room} tokens. Allow more tokens, or "
+                "limit the schema's lengths (maxLength, maxItems)."
+            )
+        return Completion(text, finish, len(prompt), len(written))
+
+    def next_logprobs(self, prompt: Sequence[int]) -> Array:
+        """Log-probability in nats of every token [vocabulary] after a prompt's token ids."""
+        self.check_length(len(prompt) + 1)
+        logits = self.read(prompt, 0).astype(np.float64)
+        logits -= logits.max()
+        return logits - np.log(np.exp(logits).sum())
+
+    def likeliest(self, prompt: Sequence[int]) -> tuple[int, float]:
+        """See `TokenScorer.likeliest`."""
+        logprobs = self.next_logprobs(prompt)
+        token = int(np.argmax(logprobs))
+        return token, float(logprobs[token])

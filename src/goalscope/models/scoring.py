@@ -1,0 +1,182 @@
+"""What all scoring models have in common: from chats to token ids, and a test of themselves."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from goalscope.models import Array
+from goalscope.models.chat import ChatTokenizer
+from goalscope.types import Message, ModelError
+
+__all__ = ["Pair", "SelfTest", "TokenScorer"]
+
+TOLERANCE = 0.2
+"""Most nats by which two ways to the same number may differ; BF16 needs some."""
+
+_QUESTION = "What is the capital of France?"
+_LIKELY, _UNLIKELY = "The capital of France is Paris.", "Cheese seven the under is sings."
+
+
+class Pair(NamedTuple):
+    """A prompt, and the answer to score after it, as token ids."""
+
+    prompt: list[int]
+    answer: list[int]
+    opening: Message | None = None  # of the chat; pairs that share it have the most in common
+
+
+@dataclass(frozen=True, slots=True)
+class SelfTest:
+    """How far a model's answers agree with each other.
+
+    Attributes:
+        generation_error: The likeliest next token: its log-probability as the model generates it,
+            and as it scores it, nats.
+        batch_error: Two sentences scored together, and each alone with nothing kept, nats.
+        preference: How much likelier a true sentence is than scrambled words, nats.
+    """
+
+    generation_error: float
+    batch_error: float
+    preference: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether the answers can be log-probabilities of the prompt's tokens."""
+        return not self.complaint
+
+    @property
+    def complaint(self) -> str:
+        """What is wrong; empty if nothing is."""
+        if not self.generation_error < TOLERANCE:
+            return (
+                "The log-probability of a token as the model writes it and as it scores it differ "
+                f"by {self.generation_error:.2f} nats (at most {TOLERANCE} is sound)."
+            )
+        if not self.batch_error < TOLERANCE:
+            return (
+                "Sentences scored together and alone differ by "
+                f"{self.batch_error:.2f} nats (at most {TOLERANCE} is sound)."
+            )
+        if not self.preference > 0:
+            return (
+                "Scrambled words are found likelier than a true sentence, "
+                f"by {-self.preference:.2f} nats."
+            )
+        return ""
+
+
+class TokenScorer(ABC):
+    """A likelihood model that works on token ids.
+
+    Text never becomes a control token, whatever it says. Some chat templates (SmolLM2's, Qwen2.5's)
+    put a default system message before a chat that does not begin with one.
+
+    Attributes:
+        name: The model's name.
+        tokenizer: Turns chats into token ids.
+    """
+
+    name: str
+    tokenizer: ChatTokenizer
+
+    @property
+    @abstractmethod
+    def context_size(self) -> int:
+        """Most tokens that one pair (context and continuation) may have."""
+
+    @abstractmethod
+    def score(self, pairs: Sequence[Pair]) -> list[Array]:
+        """Log-probability [N] in nats of each token of each pair's answer, at least one token."""
+
+    @abstractmethod
+    def likeliest(self, prompt: Sequence[int]) -> tuple[int, float]:
+        """The likeliest token after a prompt, as the model would write it, and its nats."""
+
+    @abstractmethod
+    def clear_cache(self) -> None:
+        """Forget all cached prompts; results stay the same, the next calls take longer."""
+
+    @abstractmethod
+    def describe(self) -> str:
+        """One line on what is loaded."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Give back what the model holds."""
+
+    def count_tokens(self, messages: Sequence[Message]) -> int:
+        """Number of tokens of the rendered chat, up to where the assistant's words begin."""
+        return len(self.tokenizer.render(messages))
+
+    def token_logprobs(
+        self,
+        contexts: Sequence[Sequence[Message]],
+        continuations: Sequence[str],
+        *,
+        end_of_turn: bool = False,
+    ) -> list[Array]:
+        """Log-probability of each token of an assistant message, given the chat before it.
+
+        Args:
+            contexts: One chat per pair; the message after it is the assistant's.
+            continuations: The assistant's words, one per context.
+            end_of_turn: Also score the token that ends the assistant's turn.
+
+        Returns:
+            One float64 array [N] in nats per pair; N is the number of scored tokens.
+
+        Raises:
+            ModelError: A pair does not fit the context window (`count_tokens` tells beforehand),
+                or the model's answer is no log-probability.
+        """
+        pairs: list[Pair] = []
+        for messages, words in zip(contexts, continuations, strict=True):
+            answer = self.tokenizer.tokenize(words)
+            if end_of_turn:
+                answer.append(self.tokenizer.end_of_turn)
+            pair = Pair(self.tokenizer.render(messages), answer, messages[0] if messages else None)
+            self.check_length(len(pair.prompt) + len(answer))
+            pairs.append(pair)
+        scored = iter(self.score([pair for pair in pairs if pair.answer]))
+        rows = [next(scored) if pair.answer else np.zeros(0) for pair in pairs]
+        for row, pair in zip(rows, pairs, strict=True):
+            if len(row) != len(pair.answer) or not np.isfinite(row).all() or (row > 1e-3).any():
+                raise ModelError(
+                    f"{self.name} gave log-probabilities that cannot be: {row[:8].tolist()} for "
+                    f"{len(pair.answer)} tokens. `goalscope models check` tells more."
+                )
+        return rows
+
+    def check_length(self, tokens: int) -> None:
+        """Refuse a text that the context cannot hold.
+
+        Raises:
+            ModelError: It is too long.
+        """
+        if tokens > self.context_size:
+            raise ModelError(
+                f"The text takes {tokens} tokens, and the model's context holds "
+                f"{self.context_size}. Shorten it, or raise the context size."
+            )
+
+    def self_test(self) -> SelfTest:
+        """Score a known pair of texts in several ways that must agree."""
+        prompt = self.tokenizer.render([Message("user", _QUESTION)])
+        token, generated = self.likeliest(prompt)
+        answers = [self.tokenizer.tokenize(text) for text in (_LIKELY, _UNLIKELY)]
+        pairs = [Pair(prompt, answer) for answer in answers]
+        (scored,) = self.score([Pair(prompt, [token])])
+        together = [float(row.sum()) for row in self.score(pairs)]
+        self.clear_cache()
+        alone = [float(self.score([pair])[0].sum()) for pair in pairs]
+        return SelfTest(
+            generation_error=abs(float(scored[0]) - generated),
+            batch_error=max(abs(a - b) for a, b in zip(together, alone, strict=True)),
+            preference=together[0] - together[1],
+        )
