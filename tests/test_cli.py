@@ -186,7 +186,7 @@ def test_infer_does_not_mix_settings(tmp_path):
 
 
 def test_replay_and_episodes_need_no_model(store_file, monkeypatch):
-    monkeypatch.setattr("goalscope.models.open_model", None)
+    monkeypatch.setattr("goalscope.models.opening.open_model", None)
     with Store.open(store_file) as store:
         id = store.begin(domain="grocery", method="good", model="m", task="Sell.")
         store.append(id, a_round(1))

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from goalscope.agent import Agent, GoalTracker, run_episode
     from goalscope.belief import Belief
     from goalscope.episode import Round
-    from goalscope.models import open_model
+    from goalscope.models.opening import open_model
     from goalscope.types import (
         UNSPECIFIED,
         Goal,
@@ -39,7 +39,7 @@ _HOME = {
     "Belief": "belief",
     "GoalTracker": "agent",
     "Round": "episode",
-    "open_model": "models",
+    "open_model": "models.opening",
     "run_episode": "agent",
 }
 

@@ -7,11 +7,12 @@ from typing import Literal
 
 from goalscope import goals as goal_management
 from goalscope.belief import Belief
-from goalscope.dialog import Human, Model, ask
+from goalscope.dialog import Human, ask
 from goalscope.envs import Environment
 from goalscope.episode import Round
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, Likelihood, PromptedRanking, RolePlay
-from goalscope.models import LikelihoodModel, open_model
+from goalscope.models import LikelihoodModel, Model
+from goalscope.models.opening import open_model
 from goalscope.policy import Outcome, Planner, Want, undo
 from goalscope.types import (
     DEFAULT_TEMPERATURE,

@@ -368,7 +368,7 @@ def _console(*, stderr: bool = False) -> Console:
 
 @contextmanager
 def _open_model(path: str | None) -> Generator[LlamaCpp]:
-    from goalscope.models import open_model
+    from goalscope.models.opening import open_model
 
     with _console(stderr=True).status("Loading the model..."):
         engine = open_model(path)

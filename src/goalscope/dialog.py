@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from goalscope.envs import Environment
-from goalscope.models import Generator, LanguageModel, LikelihoodModel
+from goalscope.models import Generator, LanguageModel, Model
 from goalscope.prompts import recent, render, transcript
 from goalscope.types import InvalidInputError, Message, Profile, Turn, checked_text
 
-__all__ = ["ConsoleHuman", "Human", "Model", "ScriptedHuman", "SimulatedHuman", "ask"]
+__all__ = ["ConsoleHuman", "Human", "ScriptedHuman", "SimulatedHuman", "ask"]
 
 OPENING = "What can I help you with?"
 FALLBACK = "What else would you like?"
@@ -19,10 +19,6 @@ FALLBACK = "What else would you like?"
 _QUESTION = re.compile(r"[^.!?\n]+(?:\?|$)")  # a sentence with its mark, or without any at the end
 _REPLY = 80
 """Most tokens of what is written in the conversation."""
-
-
-class Model(Generator, LikelihoodModel, Protocol):
-    """A model that both writes and scores."""
 
 
 class Human(Protocol):

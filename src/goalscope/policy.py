@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.dialog import Model
 from goalscope.envs import Environment
 from goalscope.goals import drawn_lines
+from goalscope.models import Model
 from goalscope.prompts import recent, render
 from goalscope.types import Action, GoalscopeError, StepResult, Turn
 

@@ -7,11 +7,12 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Literal
 
 from goalscope.agent import Agent, Method, run_episode
-from goalscope.dialog import ConsoleHuman, Human, Model, ScriptedHuman, SimulatedHuman
+from goalscope.dialog import ConsoleHuman, Human, ScriptedHuman, SimulatedHuman
 from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop, load_profiles
 from goalscope.episode import Round
 from goalscope.likelihood import Layout
+from goalscope.models import Model
 from goalscope.store import EpisodeInfo, Store
 from goalscope.types import DEFAULT_TEMPERATURE, InvalidInputError, Profile
 

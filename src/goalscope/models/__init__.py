@@ -1,22 +1,26 @@
-"""What goalscope asks of a language model, and how to open one."""
+"""What goalscope asks of a language model."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from goalscope.types import Message
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from goalscope.models.llamacpp import LlamaCpp
-
-__all__ = ["Completion", "Generator", "LanguageModel", "LikelihoodModel", "open_model"]
+__all__ = [
+    "Completion",
+    "Generator",
+    "LanguageModel",
+    "LikelihoodModel",
+    "Model",
+    "OpenGenerator",
+    "OpenModel",
+    "OpenScorer",
+]
 
 Array = npt.NDArray[np.float64]
 
@@ -106,12 +110,34 @@ class LikelihoodModel(LanguageModel, Protocol):
         ...
 
 
-def open_model(model: str | Path | None = None) -> LlamaCpp:
-    """Open a GGUF model file; without a path, the embedded SmolLM2-135M-Instruct.
+class Model(Generator, LikelihoodModel, Protocol):
+    """A model that both writes and scores."""
 
-    Raises:
-        ModelError: The file is missing or is no GGUF model, or the engine is not installed.
-    """
-    from goalscope.models.llamacpp import LlamaCpp
 
-    return LlamaCpp(model)
+class Opened(Protocol):
+    """What `open_model` adds to a model."""
+
+    @property
+    def name(self) -> str:
+        """What the model is called."""
+        ...
+
+    def describe(self) -> str:
+        """One line on what it is, and where."""
+        ...
+
+    def close(self) -> None:
+        """Give back what it holds; nothing may be done with it afterwards."""
+        ...
+
+
+class OpenGenerator(Generator, Opened, Protocol):
+    """An opened model that writes."""
+
+
+class OpenScorer(LikelihoodModel, Opened, Protocol):
+    """An opened model that scores."""
+
+
+class OpenModel(OpenGenerator, OpenScorer, Protocol):
+    """An opened model that does both."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NoReturn, Protocol
@@ -13,7 +13,7 @@ from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from goalscope.types import InvalidInputError, Message, ModelError
 
-__all__ = ["ChatTemplate", "ChatTokenizer", "Encode"]
+__all__ = ["ChatTemplate", "ChatTokenizer", "Decode", "Encode"]
 
 _SENTINEL = "\ue000{}\ue001"
 _SENTINEL_PATTERN = re.compile("\ue000([0-9]+)\ue001")
@@ -24,6 +24,14 @@ class Encode(Protocol):
 
     def __call__(self, text: str, *, markup: bool) -> Sequence[int]:
         """Token ids of `text`; names of special tokens become those only with `markup`."""
+        ...
+
+
+class Decode(Protocol):
+    """The way back from token ids to text."""
+
+    def __call__(self, tokens: Sequence[int], *, markup: bool) -> str:
+        """The text that tokens stand for; special tokens stand for none without `markup`."""
         ...
 
 
@@ -109,7 +117,7 @@ class ChatTokenizer:
     def __init__(
         self,
         encode: Encode,
-        decode: Callable[[Sequence[int]], str],
+        decode: Decode,
         *,
         template: str | None,
         bos: tuple[int, str],
@@ -122,7 +130,7 @@ class ChatTokenizer:
 
         Args:
             encode: Its tokenizer.
-            decode: The way back; special tokens stand for no text.
+            decode: The way back.
             template: Jinja source of its chat template.
             bos: Id and text of the token that begins a sequence.
             eos: Id and text of the token that ends a sequence.
@@ -160,9 +168,9 @@ class ChatTokenizer:
         """Token ids of plain text, as content of a message."""
         return list(self._text_ids(text))
 
-    def detokenize(self, tokens: Sequence[int]) -> str:
-        """The text that tokens stand for; control tokens stand for none."""
-        return self._decode(tokens)
+    def detokenize(self, tokens: Sequence[int], *, markup: bool = False) -> str:
+        """The text that tokens stand for; special tokens stand for none without `markup`."""
+        return self._decode(tokens, markup=markup)
 
     def is_control(self, token: int) -> bool:
         """Whether a token is markup rather than text; one that is written ends the reply."""

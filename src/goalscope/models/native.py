@@ -55,8 +55,8 @@ def bindings() -> Any:
 class Weights:
     """A GGUF file in memory."""
 
-    def __init__(self, path: Path) -> None:
-        """Load `path`.
+    def __init__(self, path: Path, *, vocabulary_only: bool = False) -> None:
+        """Load `path`, or but its tokenizer.
 
         Raises:
             ModelError: The file is missing, or is not a complete GGUF model.
@@ -68,6 +68,7 @@ class Weights:
         with path.open("rb") as file:
             is_gguf = file.read(4) == b"GGUF"
         params = self.lib.llama_model_default_params()
+        params.vocab_only = vocabulary_only
         self.model: Any = (
             self.lib.llama_model_load_from_file(os.fsencode(path), params) if is_gguf else None
         )
@@ -133,7 +134,7 @@ class Weights:
         markup = lib.LLAMA_TOKEN_ATTR_CONTROL | lib.LLAMA_TOKEN_ATTR_USER_DEFINED
         return ChatTokenizer(
             self.tokenize,
-            lambda tokens: b"".join(map(self.piece, tokens)).decode(errors="replace"),
+            self.detokenize,
             template=self.metadata("tokenizer.chat_template"),
             bos=(bos, self._text(bos)),
             eos=(eos, self._text(eos)),
@@ -151,12 +152,16 @@ class Weights:
             return ""
         return self.lib.llama_vocab_get_text(self.vocab, token).decode(errors="replace")
 
-    def piece(self, token: int) -> bytes:
-        """Bytes that a token stands for; none for a control token."""
+    def detokenize(self, tokens: Sequence[int], *, markup: bool) -> str:
+        """The text of tokens; those that are markup have none without `markup`."""
+        pieces = [self._piece(token, markup) for token in tokens]
+        return b"".join(pieces).decode(errors="replace")
+
+    def _piece(self, token: int, markup: bool) -> bytes:
         size = 64
         while True:
             buffer = ctypes.create_string_buffer(size)
-            length = self.lib.llama_token_to_piece(self.vocab, token, buffer, size, 0, False)
+            length = self.lib.llama_token_to_piece(self.vocab, token, buffer, size, 0, markup)
             if length >= 0:
                 return buffer.raw[:length]
             size = -length

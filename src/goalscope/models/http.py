@@ -1,0 +1,330 @@
+"""A model server over HTTP: JSON in, JSON out, bounded in retries and in time."""
+
+from __future__ import annotations
+
+import email.utils
+import json
+import os
+import time
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, cast
+from urllib.parse import urlsplit
+
+from goalscope.types import InvalidInputError, ModelError
+
+if TYPE_CHECKING:
+    import httpx2
+    import tenacity
+
+__all__ = ["Refusal", "Server", "Usage", "understood"]
+
+ATTEMPTS = 5
+_LARGEST = 1 << 28  # bytes of one answer
+_BUSY = {408, 409, 425, 429, 500, 502, 503, 504, 529}
+_QUOTA = {"insufficient_quota", "billing_hard_limit_reached", "billing_not_active"}
+
+
+@dataclass(slots=True)
+class Usage:
+    """What a server was asked so far."""
+
+    requests: int = 0
+    retries: int = 0
+    prompt_tokens: int = 0
+    completion_tokens: int = 0
+
+    def __str__(self) -> str:
+        return (
+            f"{self.requests} requests ({self.retries} of them again), "
+            f"{self.prompt_tokens:,} tokens read, {self.completion_tokens:,} written"
+        )
+
+
+class Refusal(ModelError):
+    """The server answered, and refused the request: asking again would not help.
+
+    Attributes:
+        status: HTTP status.
+    """
+
+    def __init__(self, message: str, status: int) -> None:
+        super().__init__(message)
+        self.status = status
+
+
+class _Trouble(ModelError):
+    """What may pass if one waits; `wait` is what the server asked for, in seconds."""
+
+    def __init__(self, message: str, wait: float | None = None) -> None:
+        super().__init__(message)
+        self.wait = wait
+
+
+class Server:
+    """One OpenAI-compatible server and one of its models.
+
+    Trouble that may pass (no connection, an answer that is cut or no JSON, 429, 5xx) is met with up
+    to four more attempts, after as long as the server says, or 0.5 to 8 s; a spent quota is not.
+
+    Attributes:
+        url: Where it is, without any name or password.
+        usage: What it was asked.
+    """
+
+    def __init__(
+        self,
+        address: str,
+        *,
+        timeout: float = 60.0,
+        patience: float = 120.0,
+        transport: httpx2.BaseTransport | None = None,
+    ) -> None:
+        """Prepare to ask; nothing is sent yet.
+
+        The key is `GOALSCOPE_API_KEY`, or `OPENAI_API_KEY` for OpenAI's own address.
+
+        Args:
+            address: Such as "http://localhost:8000/v1#model-name"; a server that has but one model
+                needs no name.
+            timeout: Most seconds of silence.
+            patience: Most seconds that a call may take, with all its attempts.
+            transport: What carries the requests, if not the network.
+
+        Raises:
+            InvalidInputError: The address is none.
+            ModelError: The package that speaks HTTP is missing.
+        """
+        try:
+            import httpx2
+        except ImportError:
+            raise ModelError(
+                'Models behind a server need more packages. Run `pip install "goalscope[remote]"`.'
+            ) from None
+        base, _, model = address.partition("#")
+        parts = urlsplit(base)
+        if parts.scheme not in ("http", "https") or not parts.hostname:
+            raise InvalidInputError(
+                f"{base} is no address of a model server. "
+                "Write it like http://localhost:8000/v1#model-name."
+            )
+        host = parts.netloc.rpartition("@")[2]
+        self.url = f"{parts.scheme}://{host}{parts.path.rstrip('/')}"
+        self.usage = Usage()
+        self._model = model
+        self._facts: dict[str, Any] = {}
+        self._timeout, self._patience = timeout, patience
+        official = parts.hostname == "api.openai.com"
+        key = os.environ.get("GOALSCOPE_API_KEY") or (
+            os.environ.get("OPENAI_API_KEY") if official else None
+        )
+        self._client = httpx2.Client(
+            base_url=base.rstrip("/") + "/",
+            headers={"Authorization": f"Bearer {key}"} if key else {},
+            timeout=timeout,
+            transport=transport,
+        )
+
+    @property
+    def model(self) -> str:
+        """Name of the model: as given, or the only one that the server has.
+
+        Raises:
+            ModelError: The server does not answer, or has several.
+        """
+        return self._model or str(self.facts["id"])
+
+    @property
+    def facts(self) -> Mapping[str, Any]:
+        """What the server lists about the model, such as `max_model_len`; asked for once."""
+        if not self._facts:
+            models: Any = {}
+            try:
+                models = self.get("models")
+            except Refusal:
+                if not self._model:
+                    raise
+            with understood(self.url):
+                listed: list[dict[str, Any]] = models.get("data") or []
+                mine = [m for m in listed if m.get("id") and self._model in ("", m["id"])]
+            if not self._model and len(mine) != 1:
+                names = ", ".join(str(m["id"]) for m in mine[:20]) or "none"
+                raise ModelError(
+                    f"{self.url} has these models: {names}. Name one: {self.url}#MODEL."
+                )
+            self._facts = mine[0] if mine else {"id": self._model}
+        return self._facts
+
+    def get(self, path: str) -> Any:
+        """The JSON at a path.
+
+        Raises:
+            ModelError: There is none.
+        """
+        return self._call("GET", path, None, ATTEMPTS)
+
+    def post(self, path: str, body: Mapping[str, Any], *, attempts: int = ATTEMPTS) -> Any:
+        """Send JSON to a path; one that begins with "/" is the server's, not the API's.
+
+        Raises:
+            Refusal: The server refused it.
+            ModelError: There was no usable answer.
+        """
+        return self._call("POST", path, body, attempts)
+
+    def close(self) -> None:
+        """Close the connections."""
+        self._client.close()
+
+    def _call(self, method: str, path: str, body: Mapping[str, Any] | None, attempts: int) -> Any:
+        import tenacity
+
+        deadline = time.monotonic() + self._patience
+        retrying = tenacity.Retrying(
+            retry=tenacity.retry_if_exception_type(_Trouble),
+            stop=tenacity.stop_after_attempt(attempts) | tenacity.stop_before_delay(self._patience),
+            wait=_wait,
+            reraise=True,
+        )
+        tried = 0
+        try:
+            for attempt in retrying:
+                with attempt:
+                    self.usage.retries += tried > 0
+                    tried += 1
+                    return self._once(method, path, body, deadline)
+        except _Trouble as trouble:
+            wait = f" It asks to wait {trouble.wait:.0f} s." if trouble.wait else ""
+            times = f" Tried {tried} times." if tried > 1 else ""
+            raise ModelError(f"{trouble}{wait}{times}") from None
+        raise AssertionError("tenacity ends by a return or an error")
+
+    def _once(self, method: str, path: str, body: Mapping[str, Any] | None, deadline: float) -> Any:
+        import httpx2
+
+        url = f"{urlsplit(self.url).scheme}://{urlsplit(self.url).netloc}{path}"
+        self.usage.requests += 1
+        try:
+            with self._client.stream(
+                method,
+                url if path.startswith("/") else path,
+                json=body,
+                timeout=max(0.1, min(self._timeout, deadline - time.monotonic())),
+            ) as response:
+                data = bytearray()
+                for chunk in response.iter_bytes():
+                    data += chunk
+                    if len(data) > _LARGEST:
+                        raise ModelError(f"{self.url} sent more than {_LARGEST >> 20} MB.")
+                    if time.monotonic() > deadline:
+                        raise httpx2.ReadTimeout("the answer came too slowly")
+        except httpx2.TimeoutException:
+            raise _Trouble(
+                f"{self.url} did not answer in time ({self._timeout:.0f} s of silence, "
+                f"{self._patience:.0f} s in all). Is it overloaded? Try a smaller model."
+            ) from None
+        except httpx2.ConnectError as error:
+            raise _Trouble(
+                f"No server answers at {self.url} ({error}). Start it, or check the address."
+            ) from None
+        except httpx2.TransportError as error:
+            raise _Trouble(f"{self.url} broke off in mid-answer ({error}).") from None
+        except httpx2.InvalidURL as error:
+            raise InvalidInputError(f"{self.url} is no address ({error}).") from None
+        return self._read(path, response, bytes(data))
+
+    def _read(self, path: str, response: httpx2.Response, data: bytes) -> Any:
+        status = response.status_code
+        try:
+            answer: Any = json.loads(data)
+        except (ValueError, RecursionError):
+            answer = None
+        if status == 200:
+            if answer is None:
+                raise _Trouble(f"{self.url} sent no JSON: {_excerpt(data)}")
+            self._count(answer)
+            return answer
+        said = _excerpt(_message(answer) or data)
+        if _code(answer) & _QUOTA:
+            raise Refusal(f"The quota at {self.url} is used up: {said}", status)
+        if status in _BUSY and "validation error" not in said:  # llama-cpp-python: 500 for a 422
+            raise _Trouble(f"{self.url} is in trouble (HTTP {status}): {said}", _asked(response))
+        remedy = {
+            401: "Set GOALSCOPE_API_KEY to a key of this server.",
+            403: "Set GOALSCOPE_API_KEY to a key that may use this model.",
+            404: "Check the address (most end in /v1) and the name of the model.",
+        }.get(status, "")
+        raise Refusal(f"{self.url} refused {path} (HTTP {status}): {said} {remedy}".strip(), status)
+
+    def _count(self, answer: object) -> None:
+        usage = cast("dict[str, Any]", answer).get("usage") if isinstance(answer, dict) else None
+        if isinstance(usage, dict):
+            numbers = cast("dict[str, Any]", usage)
+            for key in ("prompt_tokens", "completion_tokens"):
+                if isinstance(numbers.get(key), int):
+                    setattr(self.usage, key, getattr(self.usage, key) + numbers[key])
+
+
+@contextmanager
+def understood(url: str) -> Generator[None]:
+    """Turn the errors of reading an answer of unknown form into a `ModelError`."""
+    try:
+        yield
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+        raise ModelError(
+            f"{url} sent an answer in a form that is not known ({type(error).__name__}: {error}). "
+            "Is it an OpenAI-compatible server?"
+        ) from None
+
+
+def _wait(state: tenacity.RetryCallState) -> float:
+    """Seconds to wait: what the server asked for, or 0.5, 1, 2, 4, ..., up to 8."""
+    error = state.outcome.exception() if state.outcome else None
+    asked = error.wait if isinstance(error, _Trouble) else None
+    return min(8.0, 0.5 * 2 ** (state.attempt_number - 1)) if asked is None else asked
+
+
+def _asked(response: httpx2.Response) -> float | None:
+    """Seconds that a Retry-After header asks for: a number, or a date."""
+    headers = response.headers
+    try:
+        if "retry-after-ms" in headers:
+            return max(0.0, float(headers["retry-after-ms"]) / 1000)
+        return max(0.0, float(headers["retry-after"]))
+    except KeyError:
+        return None
+    except ValueError:
+        try:
+            return max(
+                0.0,
+                email.utils.parsedate_to_datetime(headers["retry-after"]).timestamp() - time.time(),
+            )
+        except (KeyError, ValueError):
+            return None
+
+
+def _error(answer: object) -> dict[str, Any]:
+    """The error object of an answer, wherever servers put it; empty if there is none."""
+    found: object = answer
+    if isinstance(answer, dict):
+        rows = cast("dict[str, Any]", answer)
+        found = rows.get("error", rows)
+    if isinstance(found, str):
+        return {"message": found}
+    return cast("dict[str, Any]", found) if isinstance(found, dict) else {}
+
+
+def _message(answer: object) -> str:
+    error = _error(answer)
+    return str(error.get("message") or error.get("detail") or "")
+
+
+def _code(answer: object) -> set[str]:
+    return {str(_error(answer).get(key)) for key in ("code", "type")}
+
+
+def _excerpt(said: str | bytes) -> str:
+    """What a server said, as one short line."""
+    text = said.decode(errors="replace") if isinstance(said, bytes) else said
+    return " ".join(text.split())[:300] or "(nothing)"

@@ -1,0 +1,164 @@
+"""Open the model that a text names: a file, a folder, a hub's name, or a server's address."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from goalscope.models import Array, Completion, OpenGenerator, OpenModel, OpenScorer
+from goalscope.models.chat import ChatTokenizer
+from goalscope.types import Message, ModelError
+
+__all__ = ["TwoModels", "open_model"]
+
+
+class TwoModels:
+    """One model that writes and another that scores, as one (the paper's GPT-4o-mini and Llama 3).
+
+    A text fits if it fits both.
+    """
+
+    def __init__(self, generator: OpenGenerator, scorer: OpenScorer) -> None:
+        self.generator, self.scorer = generator, scorer
+
+    @property
+    def name(self) -> str:
+        """Both names, or the one of both."""
+        names = dict.fromkeys((self.generator.name, self.scorer.name))
+        return " and ".join(names)
+
+    @property
+    def context_size(self) -> int:
+        """The smaller of both."""
+        return min(self.generator.context_size, self.scorer.context_size)
+
+    def count_tokens(self, messages: Sequence[Message]) -> int:
+        """The larger of both counts."""
+        return max(self.generator.count_tokens(messages), self.scorer.count_tokens(messages))
+
+    def generate(
+        self,
+        messages: Sequence[Message],
+        *,
+        max_tokens: int = 256,
+        temperature: float = 0.0,
+        seed: int = 0,
+        stop: Sequence[str] = (),
+        schema: Mapping[str, Any] | None = None,
+    ) -> Completion:
+        """See `Generator.generate`."""
+        return self.generator.generate(
+            messages,
+            max_tokens=max_tokens,
+            temperature=temperature,
+            seed=seed,
+            stop=stop,
+            schema=schema,
+        )
+
+    def token_logprobs(
+        self,
+        contexts: Sequence[Sequence[Message]],
+        continuations: Sequence[str],
+        *,
+        end_of_turn: bool = False,
+    ) -> list[Array]:
+        """See `LikelihoodModel.token_logprobs`."""
+        return self.scorer.token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+
+    def describe(self) -> str:
+        """One line on both."""
+        return f"writes: {self.generator.describe()}; scores: {self.scorer.describe()}"
+
+    def close(self) -> None:
+        """Close both."""
+        self.generator.close()
+        self.scorer.close()
+
+
+def open_model(
+    model: str | Path | None = None,
+    *,
+    generator: str | Path | None = None,
+    scorer: str | Path | None = None,
+    tokenizer: str | Path | None = None,
+) -> OpenModel:
+    """Open one model that writes and scores, or one for each.
+
+    A model is named by
+
+    * nothing: the embedded SmolLM2-135M-Instruct;
+    * a GGUF file, run by llama.cpp;
+    * a folder, or `hf:NAME` from the Hugging Face hub, run by Transformers;
+    * an address such as `http://localhost:8000/v1#MODEL`, of an OpenAI-compatible server.
+
+    Args:
+        model: Writes and scores.
+        generator: Writes, if not `model`.
+        scorer: Scores, if not `model`.
+        tokenizer: GGUF file, folder or hub name of a served model's tokenizer; by default, where
+            the server says that its model is.
+
+    Raises:
+        ModelError: A model is missing or broken, or a package that it needs.
+    """
+    writes, scores = generator or model, scorer or model
+    if writes == scores and not _is_address(writes):
+        return _local(writes)
+    first = _served_generator(str(writes), tokenizer) if _is_address(writes) else _local(writes)
+    try:
+        second = _served_scorer(str(scores), tokenizer) if _is_address(scores) else _local(scores)
+    except BaseException:
+        first.close()
+        raise
+    return TwoModels(first, second)
+
+
+def _is_address(name: str | Path | None) -> bool:
+    return str(name).startswith(("http://", "https://"))
+
+
+def _local(name: str | Path | None) -> OpenModel:
+    text = str(name or "")
+    if text.startswith("hf:") or Path(text, "config.json").is_file():
+        from goalscope.models.transformers import Transformers
+
+        return Transformers(text.removeprefix("hf:"))
+    from goalscope.models.llamacpp import LlamaCpp
+
+    return LlamaCpp(name)
+
+
+def _served_generator(address: str, tokenizer: str | Path | None) -> OpenGenerator:
+    from goalscope.models.http import Server
+    from goalscope.models.served import ServedGenerator
+
+    return ServedGenerator(Server(address), _tokenizer(str(tokenizer)) if tokenizer else None)
+
+
+def _served_scorer(address: str, tokenizer: str | Path | None) -> OpenScorer:
+    from goalscope.models.http import Server
+    from goalscope.models.served import ServedScorer
+
+    server = Server(address)
+    home = str(tokenizer or server.facts.get("root") or server.model)
+    try:
+        return ServedScorer(server, _tokenizer(home))
+    except ModelError as error:
+        if tokenizer:
+            raise
+        raise ModelError(
+            f"To score, goalscope needs the tokenizer of the model at {server.url}, and has looked "
+            f"for it at {home!r} ({error}) Name it: --tokenizer FOLDER, hub name or GGUF file."
+        ) from None
+
+
+def _tokenizer(name: str) -> ChatTokenizer:
+    if name.endswith(".gguf"):
+        from goalscope.models.native import Weights
+
+        return Weights(Path(name), vocabulary_only=True).chat_tokenizer()
+    from goalscope.models.hf_tokenizer import chat_tokenizer
+
+    return chat_tokenizer(name.removeprefix("hf:"))
