@@ -23,7 +23,19 @@ __all__ = ["Refusal", "Server", "Usage", "understood"]
 ATTEMPTS = 5
 _LARGEST = 1 << 28  # bytes of one answer
 _BUSY = {408, 409, 425, 429, 500, 502, 503, 504, 529}
-_QUOTA = {"insufficient_quota", "billing_hard_limit_reached", "billing_not_active"}
+_QUOTA = {
+    "insufficient_quota",
+    "billing_hard_limit_reached",
+    "billing_not_active",
+    "credit_balance_exhausted",
+    "organization_spend_limit_exceeded",
+    "organization_usage_limit_exceeded",
+    "project_spend_limit_exceeded",
+}
+_LASTING = (
+    "validation error",
+    "Request too large",
+)  # of an HTTP 500 or 429 that waiting won't mend
 
 
 @dataclass(slots=True)
@@ -248,7 +260,7 @@ class Server:
         said = _excerpt(_message(answer) or data)
         if _code(answer) & _QUOTA:
             raise Refusal(f"The quota at {self.url} is used up: {said}", status)
-        if status in _BUSY and "validation error" not in said:  # llama-cpp-python: 500 for a 422
+        if status in _BUSY and not any(mark in said for mark in _LASTING):
             raise _Trouble(f"{self.url} is in trouble (HTTP {status}): {said}", _asked(response))
         remedy = {
             401: "Set GOALSCOPE_API_KEY to a key of this server.",

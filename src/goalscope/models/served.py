@@ -175,10 +175,11 @@ class ServedGenerator:
 class ServedScorer(TokenScorer):
     """A model behind a server that tells the log-probabilities of a prompt's tokens.
 
-    Three protocols are known: vLLM's `prompt_logprobs`, SGLang's input log-probabilities, and
-    `echo` with `logprobs` (llama-cpp-python, and others in OpenAI's older form). At the first use
-    each is put to the self-test, and the first that passes is kept. A server of the last kind reads
-    text and not tokens, so there, words that hold the model's own markup are refused.
+    Four protocols are known: vLLM's `prompt_logprobs`; SGLang's input log-probabilities; `echo`
+    with `logprobs` (llama-cpp-python, and others in OpenAI's older form), which reads text and not
+    tokens, so that words which hold the model's own markup are refused; and one request a token
+    that makes the server write just that token (llama.cpp's own server). At the first use each is
+    put to the self-test, and the first that passes is kept.
 
     Attributes:
         server: Where it is.
@@ -244,7 +245,7 @@ class ServedScorer(TokenScorer):
         if self._protocol is None:
             self.server.facts  # a server that is down is not asked in three ways  # noqa: B018
             complaints: list[str] = []
-            for kind in (_VLLM, _SGLang, _Echo):
+            for kind in (_VLLM, _SGLang, _Echo, _Forced):
                 self._protocol = kind(self.server, self.tokenizer)
                 try:
                     complaint = self.self_test().complaint
@@ -258,8 +259,8 @@ class ServedScorer(TokenScorer):
             raise ModelError(
                 f"{self.server.url} cannot tell how likely given words are. "
                 + " ".join(complaints)
-                + " Use vLLM, SGLang, or llama-cpp-python with --logits_all true; or score with a "
-                "model in this process, and let the server only write (--generator)."
+                + " Use vLLM, SGLang or a server of llama.cpp; or score with a model in this "
+                "process, and let the server only write (--generator)."
             )
         return self._protocol
 
@@ -386,6 +387,41 @@ class _Echo(_Protocol):
         if len(tokens) != len(values):
             raise ValueError(f"{len(tokens)} tokens have {len(values)} log-probabilities")
         return tokens, values
+
+
+class _Forced(_Protocol):
+    name = "forced tokens (llama.cpp)"
+
+    def _score(self, pairs: Sequence[Pair]) -> list[Array]:
+        return [
+            _array(
+                self._next([*pair.prompt, *pair.answer[:done]], token)
+                for done, token in enumerate(pair.answer)
+            )
+            for pair in pairs
+        ]
+
+    def _next(self, prompt: Sequence[int], token: int) -> float:
+        """The model's own log-probability of a token that a large bias makes it write."""
+        written = self._complete_one(prompt, logit_bias=[[token, 1000.0]])
+        if written["id"] != token:
+            raise ValueError(f"token {written['id']} was written instead of {token}")
+        return written["logprob"]
+
+    def _likeliest(self, prompt: Sequence[int]) -> tuple[int, float]:
+        written = self._complete_one(prompt)
+        return int(written["id"]), float(written["logprob"])
+
+    def _complete_one(self, prompt: Sequence[int], **options: Any) -> dict[str, Any]:
+        body = {
+            "prompt": prompt,
+            "n_predict": 1,
+            "temperature": 0,
+            "n_probs": 1,
+            "cache_prompt": True,
+        }
+        answer = self.server.post("/completion", {**body, **options}, attempts=self.attempts)
+        return answer["completion_probabilities"][0]
 
 
 def _array(values: Iterable[Any]) -> Array:
