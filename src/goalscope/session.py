@@ -26,7 +26,10 @@ class Settings:
     Attributes:
         human: Who answers: "you" at the terminal, or the profile's "scripted" or "simulated" one.
         method: See `Agent`.
-        model: GGUF file; None for the embedded model.
+        model: See `open_model`, as for the next three; None for the embedded model.
+        generator: Writes, if not `model`.
+        scorer: Scores, if not `model`.
+        tokenizer: Of a served model.
         profiles: TOML file of profiles; None for those of the domain.
         catalogue: CSV file of the shop; None for the one of the domain.
         columns: Which heading of that file holds what.
@@ -41,6 +44,9 @@ class Settings:
     human: Literal["you", "scripted", "simulated"] = "you"
     method: Method = "good"
     model: str | None = None
+    generator: str | None = None
+    scorer: str | None = None
+    tokenizer: str | None = None
     profiles: str | None = None
     catalogue: str | None = None
     columns: Mapping[str, str] = field(default_factory=dict[str, str])

@@ -122,6 +122,11 @@ class Opened(Protocol):
         """What the model is called."""
         ...
 
+    @property
+    def fingerprint(self) -> str:
+        """Differs where answers may differ: other weights, another type of them, another engine."""
+        ...
+
     def describe(self) -> str:
         """One line on what it is, and where."""
         ...

@@ -7,8 +7,10 @@ import json
 import os
 import time
 from collections.abc import Generator, Mapping
+from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass
+from threading import Thread
 from typing import TYPE_CHECKING, Any, cast
 from urllib.parse import urlsplit
 
@@ -32,10 +34,12 @@ _QUOTA = {
     "organization_usage_limit_exceeded",
     "project_spend_limit_exceeded",
 }
-_LASTING = (
-    "validation error",
-    "Request too large",
-)  # of an HTTP 500 or 429 that waiting won't mend
+_LASTING = ("validation error", "is not supported", "Request too large")  # in HTTP 500 and 429
+_REMEDIES = {
+    401: "Set GOALSCOPE_API_KEY to a key of this server.",
+    403: "Set GOALSCOPE_API_KEY to a key that may use this model.",
+    404: "Check the address (most end in /v1) and the name of the model.",
+}
 
 
 @dataclass(slots=True)
@@ -114,29 +118,25 @@ class Server:
             raise ModelError(
                 'Models behind a server need more packages. Run `pip install "goalscope[remote]"`.'
             ) from None
-        base, _, model = address.partition("#")
-        parts = urlsplit(base)
-        if parts.scheme not in ("http", "https") or not parts.hostname:
+        base, _, self._model = address.partition("#")
+        try:
+            parts = urlsplit(base)
+            if parts.scheme not in ("http", "https") or not parts.hostname or parts.query:
+                raise ValueError("it takes http or https, a host and a path")
+            self._client = httpx2.Client(base_url=base.rstrip("/") + "/", transport=transport)
+        except (ValueError, httpx2.InvalidURL) as error:
             raise InvalidInputError(
-                f"{base} is no address of a model server. "
+                f"{base.rpartition('@')[2]} is no address of a model server ({error}). "
                 "Write it like http://localhost:8000/v1#model-name."
-            )
+            ) from None
         host = parts.netloc.rpartition("@")[2]
         self.url = f"{parts.scheme}://{host}{parts.path.rstrip('/')}"
         self.usage = Usage()
-        self._model = model
+        self._origin = f"{parts.scheme}://{parts.netloc}"
         self._facts: dict[str, Any] = {}
         self._timeout, self._patience = timeout, patience
-        official = parts.hostname == "api.openai.com"
-        key = os.environ.get("GOALSCOPE_API_KEY") or (
-            os.environ.get("OPENAI_API_KEY") if official else None
-        )
-        self._client = httpx2.Client(
-            base_url=base.rstrip("/") + "/",
-            headers={"Authorization": f"Bearer {key}"} if key else {},
-            timeout=timeout,
-            transport=transport,
-        )
+        if key := _key(official=base.startswith("https://api.openai.com/")):
+            self._client.headers["Authorization"] = f"Bearer {key}"
 
     @property
     def model(self) -> str:
@@ -167,6 +167,12 @@ class Server:
                 )
             self._facts = mine[0] if mine else {"id": self._model}
         return self._facts
+
+    @property
+    def fingerprint(self) -> str:
+        """Address, name, and what the server lists of the model, but for what changes by itself."""
+        lasting = {k: v for k, v in self.facts.items() if k not in ("created", "permission")}
+        return f"{self.url} {self.model} {json.dumps(lasting, sort_keys=True)}"
 
     def get(self, path: str) -> Any:
         """The JSON at a path.
@@ -208,43 +214,68 @@ class Server:
                     return self._once(method, path, body, deadline)
         except _Trouble as trouble:
             wait = f" It asks to wait {trouble.wait:.0f} s." if trouble.wait else ""
-            times = f" Tried {tried} times." if tried > 1 else ""
-            raise ModelError(f"{trouble}{wait}{times}") from None
+            times = "once" if tried == 1 else f"{tried} times"
+            raise ModelError(f"{trouble}{wait} Asked {times}; try again later.") from None
         raise AssertionError("tenacity ends by a return or an error")
 
     def _once(self, method: str, path: str, body: Mapping[str, Any] | None, deadline: float) -> Any:
         import httpx2
 
-        url = f"{urlsplit(self.url).scheme}://{urlsplit(self.url).netloc}{path}"
         self.usage.requests += 1
         try:
-            with self._client.stream(
-                method,
-                url if path.startswith("/") else path,
-                json=body,
-                timeout=max(0.1, min(self._timeout, deadline - time.monotonic())),
-            ) as response:
-                data = bytearray()
-                for chunk in response.iter_bytes():
-                    data += chunk
-                    if len(data) > _LARGEST:
-                        raise ModelError(f"{self.url} sent more than {_LARGEST >> 20} MB.")
-                    if time.monotonic() > deadline:
-                        raise httpx2.ReadTimeout("the answer came too slowly")
-        except httpx2.TimeoutException:
+            return self._read(path, *self._in_time(method, path, body, deadline))
+        except (TimeoutError, httpx2.TimeoutException):
             raise _Trouble(
                 f"{self.url} did not answer in time ({self._timeout:.0f} s of silence, "
                 f"{self._patience:.0f} s in all). Is it overloaded? Try a smaller model."
             ) from None
         except httpx2.ConnectError as error:
             raise _Trouble(
-                f"No server answers at {self.url} ({error}). Start it, or check the address."
+                f"No server answers at {self.url} ({self._excerpt(str(error))}). "
+                "Start it, or check the address."
             ) from None
-        except httpx2.TransportError as error:
-            raise _Trouble(f"{self.url} broke off in mid-answer ({error}).") from None
-        except httpx2.InvalidURL as error:
-            raise InvalidInputError(f"{self.url} is no address ({error}).") from None
-        return self._read(path, response, bytes(data))
+        except httpx2.RequestError as error:
+            raise _Trouble(
+                f"{self.url} broke off in mid-answer ({self._excerpt(str(error))}). "
+                "Does it still run?"
+            ) from None
+
+    def _in_time(
+        self, method: str, path: str, body: Mapping[str, Any] | None, deadline: float
+    ) -> tuple[httpx2.Response, bytes]:
+        """The answer, in a thread that is left alone at the deadline: HTTPX bounds but silences."""
+        seconds = max(0.1, deadline - time.monotonic())
+        future: Future[tuple[httpx2.Response, bytes]] = Future()
+
+        def work() -> None:
+            try:
+                future.set_result(self._fetch(method, path, body, seconds))
+            except BaseException as error:
+                future.set_exception(error)
+
+        Thread(target=work, daemon=True).start()
+        return future.result(seconds)
+
+    def _fetch(
+        self, method: str, path: str, body: Mapping[str, Any] | None, seconds: float
+    ) -> tuple[httpx2.Response, bytes]:
+        end = time.monotonic() + seconds
+        with self._client.stream(
+            method,
+            self._origin + path if path.startswith("/") else path,
+            json=body,
+            timeout=min(self._timeout, seconds),
+        ) as response:
+            data = bytearray()
+            for chunk in response.iter_bytes():
+                data += chunk
+                if len(data) > _LARGEST:
+                    raise ModelError(
+                        f"{self.url} sent more than {_LARGEST >> 20} MB. Is it a model server?"
+                    )
+                if time.monotonic() > end:
+                    raise TimeoutError
+            return response, bytes(data)
 
     def _read(self, path: str, response: httpx2.Response, data: bytes) -> Any:
         status = response.status_code
@@ -252,22 +283,26 @@ class Server:
             answer: Any = json.loads(data)
         except (ValueError, RecursionError):
             answer = None
-        if status == 200:
-            if answer is None:
-                raise _Trouble(f"{self.url} sent no JSON: {_excerpt(data)}")
+        said = self._excerpt(_message(answer) or data)
+        if status == 200 and answer is None:
+            raise _Trouble(f"{self.url} sent no JSON: {said}. Is it a model server?")
+        if status == 200 and not _failed(answer):
             self._count(answer)
             return answer
-        said = _excerpt(_message(answer) or data)
         if _code(answer) & _QUOTA:
-            raise Refusal(f"The quota at {self.url} is used up: {said}", status)
+            raise Refusal(
+                f"The quota at {self.url} is used up: {said} Raise it there, or use another model.",
+                status,
+            )
         if status in _BUSY and not any(mark in said for mark in _LASTING):
             raise _Trouble(f"{self.url} is in trouble (HTTP {status}): {said}", _asked(response))
-        remedy = {
-            401: "Set GOALSCOPE_API_KEY to a key of this server.",
-            403: "Set GOALSCOPE_API_KEY to a key that may use this model.",
-            404: "Check the address (most end in /v1) and the name of the model.",
-        }.get(status, "")
-        raise Refusal(f"{self.url} refused {path} (HTTP {status}): {said} {remedy}".strip(), status)
+        if status == 401:  # what is said of a wrong key may quote it
+            said = "it wants a valid key."
+        if response.has_redirect_location:
+            said = f"it points to {self._excerpt(response.headers['location'])} instead."
+        other = "Shorten the text." if "context" in said else "Use another address or model."
+        remedy = _REMEDIES.get(status, other)
+        raise Refusal(f"{self.url} refused {path} (HTTP {status}): {said} {remedy}", status)
 
     def _count(self, answer: object) -> None:
         usage = cast("dict[str, Any]", answer).get("usage") if isinstance(answer, dict) else None
@@ -277,15 +312,35 @@ class Server:
                 if isinstance(numbers.get(key), int):
                     setattr(self.usage, key, getattr(self.usage, key) + numbers[key])
 
+    def _excerpt(self, said: str | bytes) -> str:
+        """What a server said, as one short line, without the key."""
+        text = said[:65536].decode(errors="replace") if isinstance(said, bytes) else said[:65536]
+        if key := self._client.headers.get("Authorization", "").removeprefix("Bearer "):
+            text = text.replace(key, "[key]")
+        text = "".join(letter if letter.isprintable() else " " for letter in text)
+        return " ".join(text.split())[:300] or "(nothing)"
+
+
+def _key(*, official: bool) -> str:
+    """The key to send, empty if there is none."""
+    names = ["GOALSCOPE_API_KEY", *(["OPENAI_API_KEY"] if official else [])]
+    key = next(filter(None, (os.environ.get(name, "").strip() for name in names)), "")
+    if not (key.isascii() and key.isprintable()):
+        raise InvalidInputError(
+            "The key in GOALSCOPE_API_KEY is none: set it again, as plain ASCII."
+        )
+    return key
+
 
 @contextmanager
 def understood(url: str) -> Generator[None]:
     """Turn the errors of reading an answer of unknown form into a `ModelError`."""
     try:
         yield
-    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+    except (AttributeError, LookupError, OverflowError, TypeError, ValueError) as error:
+        what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise ModelError(
-            f"{url} sent an answer in a form that is not known ({type(error).__name__}: {error}). "
+            f"{url} sent an answer in a form that is not known ({what}). "
             "Is it an OpenAI-compatible server?"
         ) from None
 
@@ -298,22 +353,18 @@ def _wait(state: tenacity.RetryCallState) -> float:
 
 
 def _asked(response: httpx2.Response) -> float | None:
-    """Seconds that a Retry-After header asks for: a number, or a date."""
-    headers = response.headers
-    try:
-        if "retry-after-ms" in headers:
-            return max(0.0, float(headers["retry-after-ms"]) / 1000)
-        return max(0.0, float(headers["retry-after"]))
-    except KeyError:
-        return None
-    except ValueError:
+    """Seconds that the headers ask to wait: a number, or up to a date; None if they do not."""
+    for name, unit in (("retry-after-ms", 1000), ("retry-after", 1)):
+        said = response.headers.get(name, "")
         try:
-            return max(
-                0.0,
-                email.utils.parsedate_to_datetime(headers["retry-after"]).timestamp() - time.time(),
-            )
-        except (KeyError, ValueError):
-            return None
+            return max(0.0, float(said) / unit)
+        except ValueError:
+            pass
+        try:
+            return max(0.0, email.utils.parsedate_to_datetime(said).timestamp() - time.time())
+        except (ValueError, OverflowError):
+            pass
+    return None
 
 
 def _error(answer: object) -> dict[str, Any]:
@@ -327,6 +378,11 @@ def _error(answer: object) -> dict[str, Any]:
     return cast("dict[str, Any]", found) if isinstance(found, dict) else {}
 
 
+def _failed(answer: object) -> bool:
+    """Whether an answer holds an error, as some proxies' do that come with HTTP 200."""
+    return isinstance(answer, dict) and bool(cast("dict[str, Any]", answer).get("error"))
+
+
 def _message(answer: object) -> str:
     error = _error(answer)
     return str(error.get("message") or error.get("detail") or "")
@@ -334,9 +390,3 @@ def _message(answer: object) -> str:
 
 def _code(answer: object) -> set[str]:
     return {str(_error(answer).get(key)) for key in ("code", "type")}
-
-
-def _excerpt(said: str | bytes) -> str:
-    """What a server said, as one short line."""
-    text = said.decode(errors="replace") if isinstance(said, bytes) else said
-    return " ".join(text.split())[:300] or "(nothing)"

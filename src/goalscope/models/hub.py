@@ -1,0 +1,106 @@
+"""GGUF files from the Hugging Face hub, in the cache that all its tools share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from goalscope.types import InvalidInputError, ModelError
+
+__all__ = ["PulledFile", "pull", "pulled_files"]
+
+
+@dataclass(frozen=True, slots=True)
+class PulledFile:
+    """A GGUF file of the hub that is on this machine.
+
+    Attributes:
+        repository: Its home, such as "owner/name".
+        path: Where it is.
+        size: Bytes.
+    """
+
+    repository: str
+    path: Path
+    size: int
+
+
+def pull(repository: str, file: str | None = None) -> Path:
+    """Fetch a GGUF file, or find it where it was fetched before; a broken download goes on.
+
+    Args:
+        repository: Such as "owner/name".
+        file: Its name there; not needed if it is the only one.
+
+    Raises:
+        InvalidInputError: There is no such repository or file, or there are several files.
+        ModelError: The hub cannot be reached, or a package is missing.
+    """
+    hub = _hub()
+    from httpx2 import HTTPError
+    from huggingface_hub.errors import (
+        EntryNotFoundError,
+        HfHubHTTPError,
+        HFValidationError,
+        LocalEntryNotFoundError,
+    )
+
+    failed = (
+        f"{repository} could not be fetched ({{}}). Check the connection and the free space, and "
+        "run it again: it goes on where it stopped."
+    )
+    try:
+        if file is None:
+            names: list[str] = hub.list_repo_files(repository)
+            found = [name for name in names if name.endswith(".gguf")]
+            if len(found) != 1:
+                shown = ", ".join(found[:40]) or "none"
+                raise InvalidInputError(f"{repository} has these GGUF files: {shown}. Name one.")
+            file = found[0]
+        return Path(hub.hf_hub_download(repository, file))
+    except LocalEntryNotFoundError as error:
+        raise ModelError(failed.format(error)) from None
+    except EntryNotFoundError:
+        raise InvalidInputError(f"{repository} has no file {file}.") from None
+    except HFValidationError as error:
+        raise InvalidInputError(f"{repository} is no name of a repository ({error}).") from None
+    except HfHubHTTPError as error:
+        status = getattr(error.response, "status_code", None)
+        if status in (401, 403, 404):
+            raise InvalidInputError(
+                f"The hub has no {repository} for you (HTTP {status}). Check the name; a gated "
+                "model needs `hf auth login` first."
+            ) from None
+        raise ModelError(f"The hub is in trouble (HTTP {status}). Try again later.") from None
+    except (HTTPError, OSError) as error:
+        raise ModelError(failed.format(error)) from None
+
+
+def pulled_files() -> list[PulledFile]:
+    """All GGUF files of the hub's cache; none without the package."""
+    try:
+        hub = _hub()
+    except ModelError:
+        return []
+    try:
+        cached: Any = hub.scan_cache_dir()
+    except hub.errors.CacheNotFound:
+        return []
+    return [
+        PulledFile(repo.repo_id, Path(file.file_path), int(file.size_on_disk))
+        for repo in cached.repos
+        for revision in repo.revisions
+        for file in revision.files
+        if file.file_name.endswith(".gguf")
+    ]
+
+
+def _hub() -> Any:
+    try:
+        import huggingface_hub
+    except ImportError:
+        raise ModelError(
+            'The hub needs more packages. Run `pip install "goalscope[remote]"`.'
+        ) from None
+    return huggingface_hub

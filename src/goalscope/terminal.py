@@ -1,0 +1,87 @@
+"""What all commands share at the terminal: consoles, progress, and the model they open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from goalscope.models import OpenModel
+
+__all__ = ["console", "named", "opened_model", "progress"]
+
+
+def console(*, stderr: bool = False) -> Console:
+    """A console that takes text as it is."""
+    from rich.console import Console
+
+    return Console(stderr=stderr, highlight=False, markup=False, emoji=False)
+
+
+@contextmanager
+def progress(what: str, total: int, done: int) -> Generator[Callable[[], None]]:
+    """A bar on standard error; yields the function that moves it on by one."""
+    from rich.progress import Progress
+
+    with Progress(console=console(stderr=True)) as bar:
+        task = bar.add_task(what, total=total, completed=done)
+        yield lambda: bar.advance(task)
+
+
+@contextmanager
+def measuring(what: str) -> Generator[Callable[[str, float], None]]:
+    """A bar on standard error that appears with the first report of what is done."""
+    from rich.progress import Progress, SpinnerColumn
+
+    with Progress(
+        SpinnerColumn(), *Progress.get_default_columns(), console=console(stderr=True),
+        transient=True,
+    ) as bar:  # fmt: skip
+        task = bar.add_task(what, total=None)
+
+        def report(step: str, share: float) -> None:
+            text = f"Measuring how the model runs fastest here: {step}"
+            bar.update(task, description=text, total=1.0, completed=share)
+
+        yield report
+
+
+@contextmanager
+def opened_model(
+    model: str | None,
+    generator: str | None = None,
+    scorer: str | None = None,
+    tokenizer: str | None = None,
+    calls: Path | None = None,
+) -> Generator[OpenModel]:
+    """The model that options name, closed in the end; says what servers were asked."""
+    from goalscope.models.opening import open_model, parts
+
+    with measuring("Loading the model") as report:
+        engine = open_model(
+            model,
+            generator=generator,
+            scorer=scorer,
+            tokenizer=tokenizer,
+            calls=calls,
+            report=report,
+        )
+    try:
+        yield engine
+    finally:
+        for part in dict.fromkeys(parts(engine)):
+            usage = getattr(getattr(part, "server", None), "usage", None)
+            if usage:
+                console(stderr=True).print(f"{part.describe()}: {usage}", style="dim")
+        engine.close()
+
+
+def named(model: str | None) -> str | None:
+    """A model's name as it is found again from any folder: files and folders by their full path."""
+    if model is None or model.startswith(("http://", "https://", "hf:")):
+        return model
+    return str(Path(model).absolute())
