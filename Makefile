@@ -1,17 +1,23 @@
-# make demo | make test | make check | make bench      (needs Python 3.11, a C++ compiler, make)
+# make demo | make test | make check | make torch | make bench
+# (needs Python 3.11, a C++ compiler, make)
 
 PYTHON ?= python3
 PROFILE ?= chocolate-cake
 BIN := .venv/bin
 READY := .venv/ready
 
-.PHONY: demo test check bench lock
+TORCH ?= torch==2.13.0
+
+.PHONY: demo test check bench lock torch
 
 demo: $(READY)  ## one grocery episode with a scripted human, on the built-in model
 	$(BIN)/goalscope run grocery --profile $(PROFILE)
 
 test: $(READY)  ## the whole test suite
 	$(BIN)/python -m pytest
+
+torch: $(READY)  ## the backend that runs models by Transformers, which `make test` then tests too
+	$(BIN)/python -m pip install --quiet "$(TORCH)" --editable ".[torch]"
 
 check: $(READY)  ## format, lint, types
 	$(BIN)/ruff format --check src tests benchmarks
@@ -29,6 +35,6 @@ $(READY): requirements.lock pyproject.toml
 	touch $@
 
 lock:  ## pin the newest versions that pyproject.toml allows
-	uv pip compile pyproject.toml --group dev --universal --python-version 3.11 --upgrade \
+	uv pip compile pyproject.toml --extra remote --group dev --universal --python-version 3.11 --upgrade \
 		--generate-hashes --no-emit-index-url --no-emit-find-links --no-header \
 		--output-file requirements.lock

@@ -195,14 +195,14 @@ def _try_types(
     source: Path, folder: Path, running: Running, report: Report
 ) -> tuple[dict[str, Path], list[Trial]]:
     """A file for each type of weights, and its trial; the source's own comes first."""
+    with _loaded(source) as weights:
+        own = weights.type_name
     report("exact arithmetic", 0.0)
     exact = folder / "exact.gguf"
     requantize(source, exact, _F32)
     with _loaded(exact) as weights:
         reference = _token_logprobs(weights, running)
     exact.unlink()
-    with _loaded(source) as weights:
-        own = weights.type_name
     files, trials = {own: source}, list[Trial]()
     files |= {name: folder / f"{name}.gguf" for name in _TYPES if name != own}
     for number, (name, file) in enumerate(files.items(), 1):

@@ -1,0 +1,121 @@
+"""The embedded engine beyond the contract: its cache, its files, exact weights."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from goalscope.models.llamacpp import LlamaCpp
+from goalscope.models.native import MAX_PATHS
+from goalscope.models.tune import requantize
+from goalscope.types import Message, ModelError
+from test_model_contract import CONTEXTS, HISTORY, REPLIES, TOLERANCE, one_at_a_time, sums
+
+F32 = 0  # LLAMA_FTYPE_ALL_F32
+
+
+def test_a_warm_cache_changes_nothing_but_the_work(model: LlamaCpp) -> None:
+    model.clear_cache()
+    start = model.tokens_decoded
+    first = sums(model, CONTEXTS, REPLIES)
+    cold = model.tokens_decoded - start
+    second = sums(model, CONTEXTS, REPLIES)
+    warm = model.tokens_decoded - start - cold
+    np.testing.assert_allclose(second, first, atol=TOLERANCE)
+    assert warm < cold / 4
+
+
+def test_the_transcript_stays_cached_while_other_calls_come_between(model: LlamaCpp) -> None:
+    model.clear_cache()
+    sums(model, CONTEXTS, REPLIES)
+    model.generate([Message("user", "Name a colour.")], max_tokens=3)
+    sums(model, [[Message("user", "Pick an item.")]] * 2, ["Bread", "Butter"])
+    longer = [
+        [*context, Message("assistant", reply), Message("user", "How much?")]
+        for context, reply in zip(CONTEXTS, REPLIES, strict=True)
+    ]
+    start = model.tokens_decoded
+    warm = sums(model, longer, ["A lot."] * 4)
+    new = model.tokens_decoded - start
+    assert new < sum(map(model.count_tokens, longer)) / 2
+    model.clear_cache()
+    np.testing.assert_allclose(warm, sums(model, longer, ["A lot."] * 4), atol=TOLERANCE)
+
+
+def test_more_pairs_than_one_tree_can_hold(model: LlamaCpp) -> None:
+    replies = [f"{number} eggs" for number in range(MAX_PATHS + 5)]
+    results = sums(model, [HISTORY] * len(replies), replies)
+    assert np.isfinite(results).all()
+    np.testing.assert_allclose(results[-1], sums(model, [HISTORY], replies[-1:])[0], atol=TOLERANCE)
+
+
+def test_an_interrupted_call_leaves_a_sound_cache(
+    model: LlamaCpp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    expected = sums(model, CONTEXTS, REPLIES)
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("goalscope.models.llamacpp.log_prob", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            sums(model, CONTEXTS, REPLIES)
+    np.testing.assert_allclose(sums(model, CONTEXTS, REPLIES), expected, atol=TOLERANCE)
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match="no model file"):
+        LlamaCpp(tmp_path / "none.gguf")
+
+
+@pytest.mark.parametrize("kept", [0, 3, 4, 100_000, 10_000_000])
+def test_a_broken_file_is_one_clear_line(
+    model: LlamaCpp, tmp_path: Path, capfd: pytest.CaptureFixture[str], kept: int
+) -> None:
+    broken = tmp_path / "broken.gguf"
+    with model.path.open("rb") as file:
+        broken.write_bytes(file.read(kept))
+    with pytest.raises(ModelError, match="not a complete GGUF model") as caught:
+        LlamaCpp(broken)
+    assert "\n" not in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_writing_goes_on_where_the_cache_has_to_grow(model: LlamaCpp) -> None:
+    text = {"type": "string", "minLength": 60, "maxLength": 80}
+    prompt = [Message("user", "banana " * 990)]
+    assert model.count_tokens(prompt) < 1024
+    reply = model.generate(prompt, max_tokens=120, schema=text)
+    assert reply.prompt_tokens + reply.completion_tokens > 1024
+
+
+def test_exact_weights_give_exact_log_probabilities(model: LlamaCpp, tmp_path: Path) -> None:
+    exact = tmp_path / "exact.gguf"
+    requantize(model.path, exact, F32)
+    engine = LlamaCpp(exact)
+    together = sums(engine, CONTEXTS, REPLIES)
+    np.testing.assert_allclose(together, one_at_a_time(engine), atol=1e-3)
+    engine.close()
+
+
+def test_next_token_probabilities_sum_to_one(model: LlamaCpp) -> None:
+    total = np.exp(model.next_logprobs(model.tokenizer.render(HISTORY))).sum()
+    assert math.isclose(total, 1.0, abs_tol=1e-6)
+
+
+def test_a_sentence_is_the_product_of_its_tokens(model: LlamaCpp) -> None:
+    context, reply = CONTEXTS[0], "Nuts."
+    (scores,) = model.token_logprobs([context], [reply], end_of_turn=True)
+    prompt, steps = model.tokenizer.render(context), []
+    for token in [*model.tokenizer.tokenize(reply), model.tokenizer.end_of_turn]:
+        steps.append(model.next_logprobs(prompt)[token])
+        prompt.append(token)
+    np.testing.assert_allclose(scores, steps, atol=TOLERANCE / 2)
+
+
+def test_a_prompt_takes_time(model: LlamaCpp) -> None:
+    assert model.prompt_seconds(64, scored=8) > 0
