@@ -14,7 +14,7 @@ from goalscope.types import ModelError
 
 __all__ = ["chat_tokenizer", "tokenizer_file"]
 
-_REPOSITORY = re.compile(r"[\w.-]+(/[\w.-]+)?")
+_REPOSITORY = re.compile(r"\w[\w.-]*(/\w[\w.-]*)?")
 
 
 def chat_tokenizer(model: str | Path) -> ChatTokenizer:
@@ -54,11 +54,14 @@ def chat_tokenizer(model: str | Path) -> ChatTokenizer:
         tokenizer.encode_special_tokens = not markup
         return tokenizer.encode(text, add_special_tokens=False).ids
 
+    def decode(tokens: Sequence[int], *, markup: bool) -> str:
+        return tokenizer.decode(list(tokens), skip_special_tokens=not markup)
+
     added: dict[int, Any] = tokenizer.get_added_tokens_decoder()
     bos_id = tokenizer.token_to_id(bos)
     return ChatTokenizer(
         encode,
-        lambda tokens: tokenizer.decode(list(tokens), skip_special_tokens=True),
+        decode,
         template=_template(model, config),
         bos=(-1 if bos_id is None else bos_id, bos),
         eos=(ends[0] if ends else -1, eos),
@@ -140,7 +143,7 @@ def _template(model: str | Path, config: dict[str, Any]) -> str | None:
 def _token_text(config: dict[str, Any], further: dict[str, Any], name: str) -> str:
     """Text of a token that may be given as text, as an object, or not at all."""
     token: Any = config.get(name) or further.get(name) or ""
-    return token["content"] if isinstance(token, dict) else token
+    return cast("dict[str, str]", token)["content"] if isinstance(token, dict) else token
 
 
 def _package(name: str) -> Any:
@@ -149,5 +152,5 @@ def _package(name: str) -> Any:
     except ImportError as error:
         raise ModelError(
             f"Hugging Face models need more packages ({error}). "
-            "Run `pip install tokenizers huggingface_hub`."
+            'Run `pip install "goalscope[remote]"`.'
         ) from None

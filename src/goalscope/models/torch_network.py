@@ -1,0 +1,244 @@
+"""The thin layer over PyTorch and Transformers: a model that runs on rows of tokens."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from functools import lru_cache
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.types import ModelError
+
+__all__ = ["Network", "package"]
+
+_VOCABULARY_PART = 1 << 14  # entries of the output layer that are widened at once
+
+Ints = npt.NDArray[np.int64]
+Flags = npt.NDArray[np.bool_]
+
+
+def package(name: str) -> Any:
+    """A package that only this backend needs.
+
+    Raises:
+        ModelError: It is missing.
+    """
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        raise ModelError(
+            f"Hugging Face models need more packages ({error}). "
+            'Run `pip install "goalscope[torch]"`.'
+        ) from None
+
+
+class Network:
+    """A Hugging Face causal language model in memory.
+
+    Attributes:
+        model: The model.
+        device: Where it is.
+        window: How many tokens back its sliding layers look, None if all its layers see all.
+        token_numbers: How many numbers the keys and values of one token are; 0 before any ran.
+    """
+
+    def __init__(self, source: str | Path, device: str | None, dtype: str | None) -> None:
+        """Load a model from a folder, a GGUF file or the Hugging Face hub.
+
+        Raises:
+            ModelError: It is missing or broken, or cannot be put there, or PyTorch is missing.
+        """
+        torch = self._torch = package("torch")
+        self.device: Any = torch.device(device or _best_device(torch))
+        dtype = dtype or ("float32" if self.device.type == "cpu" else "bfloat16")
+        self.model = _load(source, self.device, getattr(torch, dtype))
+        config = self.model.config.get_text_config()
+        self.vocab_size: int = config.vocab_size
+        self.trained_on: int | None = getattr(config, "max_position_embeddings", None)
+        self._layers, self.window = _attention(config)
+        self._shapes: list[tuple[int, int]] = []
+        self.token_numbers = 0
+
+    @property
+    def dtype(self) -> Any:
+        """Type of the weights and of all that is computed, a `torch.dtype`."""
+        return self.model.dtype
+
+    @property
+    def takes_trees(self) -> bool:
+        """Whether all layers are such that an attention mask could say what each token sees."""
+        return set(self._layers) <= {"full_attention", "sliding_attention"}
+
+    def read(self, tokens: Sequence[int], places: Sequence[int]) -> Any:
+        """Next-token logits [places, vocabulary] at places of a text, by nothing but the model."""
+        with self._torch.inference_mode():
+            ids = self._torch.tensor([tokens], device=self.device)
+            return self._logits(places, input_ids=ids, use_cache=False)
+
+    def run(
+        self, ids: Ints, depths: Ints, sees: Flags, known: Any, places: Sequence[int]
+    ) -> tuple[Any, Any]:
+        """Run rows of tokens, each of which sees what it is told to.
+
+        Args:
+            ids: The tokens [rows, tokens].
+            depths: The position of each in its text [rows, tokens].
+            sees: Which known and which new tokens each looks at [rows, tokens, known + tokens].
+            known: Keys and values [rows, known, numbers] of the tokens from position 0 on, or None.
+            places: Row * tokens + column of the tokens whose next-token logits are computed.
+
+        Returns:
+            Logits [places, vocabulary]; keys and values [rows, tokens, numbers] of the tokens.
+        """
+        torch = self._torch
+        with torch.inference_mode():
+            cache = _extension()(known, self._shapes)
+            logits = self._logits(
+                places,
+                input_ids=torch.from_numpy(ids).to(self.device),
+                position_ids=torch.from_numpy(depths).to(self.device),
+                attention_mask=self._masks(depths, sees),
+                past_key_values=cache,
+                use_cache=True,
+            )
+            self._shapes, values = cache.flat()
+        self.token_numbers = values.shape[-1]
+        return logits, values
+
+    def is_out_of_memory(self, error: BaseException) -> bool:
+        """Whether an error says that the memory is too small."""
+        if isinstance(error, (MemoryError, self._torch.OutOfMemoryError)):
+            return True
+        phrases = ("out of memory", "not enough memory", "can't allocate memory")
+        return isinstance(error, RuntimeError) and any(each in str(error) for each in phrases)
+
+    def free_unused(self) -> None:
+        """Give back what PyTorch holds in reserve."""
+        if self.device.type == "cuda":
+            self._torch.cuda.empty_cache()
+
+    def _masks(self, depths: Ints, sees: Flags) -> Any:
+        """What attention adds [rows, 1, tokens, known + tokens]; one for each kind of layer."""
+        rows, width = depths.shape
+        known = sees.shape[2] - width
+        kinds = {"full_attention": sees}
+        if self.window is not None:
+            before = np.tile(np.arange(known, dtype=np.int64), (rows, 1))
+            away = depths[:, :, None] - np.concatenate([before, depths], axis=1)[:, None]
+            kinds["sliding_attention"] = sees & (away < self.window)
+        masks = [self._mask(kinds[layer]) for layer in self._layers]
+        return masks[0] if len(masks) == 1 else dict(zip(self._layers, masks, strict=True))
+
+    def _mask(self, sees: Flags) -> Any:
+        hidden = self._torch.from_numpy(~sees[:, None]).to(self.device)
+        mask = self._torch.zeros(hidden.shape, dtype=self.dtype, device=self.device)
+        return mask.masked_fill_(hidden, self._torch.finfo(self.dtype).min)
+
+    def _logits(self, places: Sequence[int], **inputs: Any) -> Any:
+        """Next-token logits [places, vocabulary]; the output layer meets no other token."""
+        head = self.model.get_output_embeddings()
+
+        def select(_: Any, hidden: tuple[Any]) -> Any:
+            return hidden[0].flatten(0, -2)[list(places)][None]
+
+        hooks = [head.register_forward_pre_hook(select)]
+        if type(head) is self._torch.nn.Linear and self.dtype != self._torch.float32:
+            hooks.append(head.register_forward_hook(self._in_float32))
+        try:
+            return self.model(**inputs).logits[0]
+        finally:
+            for hook in hooks:
+                hook.remove()
+
+    def _in_float32(self, head: Any, hidden: tuple[Any], _: Any) -> Any:
+        """An output layer's logits, not rounded to a type in which they are an eighth apart."""
+        torch = self._torch
+        precision = torch.get_float32_matmul_precision()
+        torch.set_float32_matmul_precision("high")  # exact: TF32 holds all 16-bit numbers
+        try:
+            states = hidden[0].float()
+            parts = [states @ part.float().T for part in head.weight.split(_VOCABULARY_PART)]
+        finally:
+            torch.set_float32_matmul_precision(precision)
+        logits = torch.cat(parts, -1)
+        return logits if head.bias is None else logits + head.bias
+
+
+@lru_cache(maxsize=1)
+def _extension() -> Any:
+    torch = package("torch")
+
+    class Extension(package("transformers").DynamicCache):
+        """Known keys and values, which stay as they are, and those of the tokens being run."""
+
+        def __init__(self, known: Any, shapes: Sequence[tuple[int, int]]) -> None:
+            """Begin with `known` [rows, tokens, numbers], flat; shapes are heads, head size."""
+            super().__init__()  # pyright: ignore[reportUnknownMemberType]
+            self._length: int = 0 if known is None else known.shape[1]
+            self._new: dict[int, tuple[Any, Any]] = {}
+            self._known: list[Any] = []
+            if known is not None:
+                parts = known.split([heads * size for heads, size in shapes], -1)
+                self._known = [
+                    part.unflatten(-1, shape).transpose(1, 2)
+                    for part, shape in zip(parts, shapes, strict=True)
+                ]
+
+        def update(self, keys: Any, values: Any, layer: int, *_: Any, **__: Any) -> Any:
+            at = 2 * len(self._new)
+            self._new[layer] = keys, values
+            if not self._known:
+                return keys, values
+            before = self._known[at : at + 2]
+            return tuple(torch.cat(pair, -2) for pair in zip(before, (keys, values), strict=True))
+
+        def get_seq_length(self, *_: Any) -> int:
+            return self._length
+
+        def flat(self) -> tuple[list[tuple[int, int]], Any]:
+            """The shapes, and the new keys and values [rows, tokens, numbers], flat."""
+            parts = list(chain.from_iterable(self._new.values()))
+            shapes = [(part.shape[1], part.shape[3]) for part in parts]
+            return shapes, torch.cat([part.transpose(1, 2).flatten(2) for part in parts], -1)
+
+    return Extension
+
+
+def _best_device(torch: Any) -> str:
+    if torch.cuda.is_available():
+        return "cuda"
+    return "mps" if torch.backends.mps.is_available() else "cpu"
+
+
+def _load(source: str | Path, device: Any, dtype: Any) -> Any:
+    transformers = package("transformers")
+    path = Path(source).expanduser()
+    options: dict[str, Any] = {"dtype": dtype}
+    name = str(path) if path.exists() else str(source)
+    if path.suffix == ".gguf":
+        name, options["gguf_file"] = str(path.parent), path.name
+    transformers.utils.logging.disable_progress_bar()
+    try:
+        model = transformers.AutoModelForCausalLM.from_pretrained(name, **options)
+        return model.to(device).eval()
+    except (OSError, ValueError, KeyError, ImportError, RuntimeError) as error:
+        reason = str(error).strip().partition("\n")[0]
+        raise ModelError(
+            f"{source} cannot be loaded on {device} ({reason}). Check that it is a complete causal "
+            "language model, and that the memory is large enough."
+        ) from None
+
+
+def _attention(config: Any) -> tuple[list[str], int | None]:
+    """The kinds of layers that a model has, and how far back those look that slide."""
+    window: int | None = getattr(config, "sliding_window", None)
+    kinds: list[str] | None = getattr(config, "layer_types", None)
+    if kinds is None:
+        slides = window is not None and getattr(config, "use_sliding_window", True)
+        kinds = ["sliding_attention" if slides else "full_attention"]
+    return sorted(set(kinds)), window if "sliding_attention" in kinds else None

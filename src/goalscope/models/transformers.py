@@ -1,0 +1,428 @@
+"""Any Hugging Face model, by PyTorch, on a processor or a GPU."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import json
+import weakref
+from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.models import Array
+from goalscope.models.hf_tokenizer import chat_tokenizer, tokenizer_file
+from goalscope.models.local import LocalModel
+from goalscope.models.native import Weights
+from goalscope.models.packing import ROOT, PrefixStore, Row, batches, pack, parents
+from goalscope.models.sampling import Grammar, LlamaGrammar, Logits
+from goalscope.models.scoring import Pair
+from goalscope.models.torch_network import Network, package
+from goalscope.models.trie import Trie
+from goalscope.types import Message, ModelError
+
+__all__ = ["LLGuidanceGrammar", "Transformers"]
+
+Read = Callable[[list[int], Any], object]
+"""Takes nodes of a tree and their next-token logits, a tensor [nodes, vocabulary]."""
+
+_BATCH = {"cpu": 512, "mps": 1024, "cuda": 4096}  # tokens computed at once
+_WIDTH = {"cpu": 512, "mps": 512, "cuda": 1024}  # of a row; attention looks over all of it
+_LEAST_BATCH = 32
+_KNOWN = 8  # tokens of trunks in a batch, for each token that is computed
+_CACHE_BYTES = 3 << 29  # on a processor
+_CACHE_SHARE = 0.5  # of a GPU's free memory
+_LOGITS = 64  # rows turned into probabilities at once
+_PROBE = 24  # tokens of a text that shows whether a model follows its mask
+_ENGINE = ("torch", "transformers")
+_MISMATCH = {"float32": 0.005}  # of the probe's logits, as a share of their spread
+_MISMATCH_ROUNDED = 0.1
+
+
+class Transformers(LocalModel):
+    """A Hugging Face causal language model that tells how likely words are, and writes.
+
+    All texts of a call form a tree of tokens. Each node is computed once, many side by side in a
+    row, by an attention mask that lets it see its own ancestors alone; what was computed is kept
+    for the next call. A model that does not follow such a mask (with recurrent layers, or ALiBi)
+    is found out, and reads one whole text after another instead.
+
+    One object serves one thread at a time.
+
+    Attributes:
+        tokens_decoded: Tokens run through the model so far.
+    """
+
+    def __init__(
+        self,
+        model: str | Path,
+        *,
+        context_size: int = 4096,
+        device: str | None = None,
+        dtype: Literal["bfloat16", "float16", "float32"] | None = None,
+        cache_bytes: int | None = None,
+    ) -> None:
+        """Load a model.
+
+        Args:
+            model: Its folder, its name on the Hugging Face hub, or a GGUF file.
+            context_size: Most tokens of one prompt with its answer; at most what the model was
+                trained on.
+            device: Where it runs, such as "cpu" or "cuda:1"; on a GPU if there is one if None.
+            dtype: Type of the weights; "float32" on a processor and "bfloat16" on a GPU if None.
+            cache_bytes: Most memory for keys and values; 1.6 GB on a processor and half of the
+                free memory on a GPU if None.
+
+        Raises:
+            ModelError: The model is missing or broken or no chat model, or PyTorch is missing.
+        """
+        package("torch")
+        self._source = Path(model).expanduser()
+        self._vocabulary: Weights | None = None
+        if self._source.suffix == ".gguf":
+            self._vocabulary = Weights(self._source, vocabulary_only=True)
+            weakref.finalize(self, self._vocabulary.free)
+            self.tokenizer = self._vocabulary.chat_tokenizer()
+        else:
+            self.tokenizer = chat_tokenizer(model)
+        self._model = model
+        self._network = Network(model, device, dtype)
+        self.name = self._source.stem if self._vocabulary else self._source.name
+        self._context_size = min(context_size, self._network.trained_on or context_size)
+        kind = self._network.device.type
+        self._batch, self._width = _BATCH.get(kind, 512), _WIDTH.get(kind, 512)
+        if cache_bytes is None:
+            cache_bytes = _CACHE_BYTES
+            if kind == "cuda":
+                free, _ = package("torch").cuda.mem_get_info(self._network.device)
+                cache_bytes = int(free * _CACHE_SHARE)
+        # One half is for what is kept, the other for the tree at work.
+        self._store = PrefixStore(cache_bytes // 2)
+        self._follows_mask: dict[int, bool] = {}
+        self._written: list[int] = []
+        self._past: Any = None
+        self._guide: Any = None
+        self.tokens_decoded = 0
+
+    @property
+    def context_size(self) -> int:
+        """Most tokens that one pair (context and continuation) may have."""
+        return self._context_size
+
+    @property
+    def parameters(self) -> int:
+        """Number of the model's weights."""
+        return sum(weight.numel() for weight in self._network.model.parameters())
+
+    @property
+    def fingerprint(self) -> str:
+        """The weights, how they are computed with, and how a chat becomes tokens."""
+        torch, digest = package("torch"), hashlib.sha256()
+        for name, weight in self._network.model.state_dict().items():
+            digest.update(name.encode())
+            digest.update(weight.detach().cpu().contiguous().view(-1).view(torch.uint8).numpy())
+        chat = self.tokenizer.render([Message("system", "A"), Message("user", "B")])
+        versions = [f"{name} {importlib.metadata.version(name)}" for name in _ENGINE]
+        how = f"{self._dtype} {self._network.device.type}"
+        return f"{digest.hexdigest()} {how} {' '.join(versions)} {chat}"
+
+    def describe(self) -> str:
+        """One line on what is loaded."""
+        size = f"{self.parameters / 1e6:.0f}M weights, {self._dtype}, on {self._network.device}"
+        return f"{self.name} ({size}) from {self._model}"
+
+    def clear_cache(self) -> None:
+        """Forget all cached prompts; results stay the same, the next calls take longer."""
+        self._store.clear()
+        self._past = None
+
+    def close(self) -> None:
+        """Give the memory back; nothing may be done with the model afterwards."""
+        self.clear_cache()
+        self._network.model = None
+        self._network.free_unused()
+
+    def grammar(self, schema: Mapping[str, Any]) -> Grammar:
+        """See `LocalModel.grammar`."""
+        if self._vocabulary is not None:
+            return LlamaGrammar(self._vocabulary, schema)
+        if self._guide is None:
+            size = self._network.vocab_size
+            ends = [token for token in range(size) if self.tokenizer.is_control(token)]
+            text = tokenizer_file(self._model).read_text(encoding="utf-8")
+            self._guide = package("llguidance").LLTokenizer(text, n_vocab=size, eos_token=ends)
+        return LLGuidanceGrammar(self._guide, schema)
+
+    def read(self, prompt: Sequence[int], room: int) -> Logits:
+        """See `LocalModel.read`."""
+        trie = Trie()
+        last = trie.paths[trie.add(prompt)][-1]
+        found: list[Logits] = []
+        self._store.tick()
+        self._compute(trie, {last}, lambda _, logits: found.append(_to_numpy(logits[0])))
+        keys = self._store.path(prompt)
+        self._written, self._past = list(prompt), None
+        if len(keys) == len(prompt):
+            known = self._store.gather(keys)
+            self._past = known.new_empty(len(keys) + room, known.shape[1])
+            self._past[: len(keys)] = known
+        self._store.trim()
+        return found[0]
+
+    def push(self, token: int) -> Logits:
+        """See `LocalModel.push`."""
+        at = len(self._written)
+        self._written.append(token)
+        self.tokens_decoded += 1
+        if self._past is None:
+            return _to_numpy(self._network.read(self._written, [at])[0])
+        sees = np.ones((1, 1, at + 1), np.bool_)
+        past = self._past[None, :at] if at else None
+        logits, values = self._network.run(np.array([[token]]), np.array([[at]]), sees, past, [0])
+        self._past[at] = values[0, 0]
+        return _to_numpy(logits[0])
+
+    def score(self, pairs: Sequence[Pair]) -> list[Array]:
+        """See `TokenScorer.score`. Beginnings that pairs share, also with recent calls, are cached.
+
+        A tree holds as many pairs as the memory for it.
+        """
+        self._store.tick()
+        results: list[Array] = []
+        while len(results) < len(pairs):
+            trie, spots = self._plant(pairs[len(results) :])
+            if len(spots) < len(pairs) and not results:
+                for pair in pairs:
+                    self._store.path(pair.prompt)  # used now, so not forgotten for one another
+            logprobs = self._logprobs(trie, set(chain.from_iterable(spots)))
+            results += [np.array([logprobs[spot] for spot in spots_]) for spots_ in spots]
+            self._store.trim()
+        return results
+
+    def _plant(self, pairs: Sequence[Pair]) -> tuple[Trie, list[list[tuple[int, int]]]]:
+        """A tree of as many pairs as fit, and for each the nodes with the token to score after."""
+        size = self._network.token_numbers * self._network.dtype.itemsize
+        most = self._store.limit // size if size else self._batch
+        trie = Trie()
+        spots: list[list[tuple[int, int]]] = []
+        for prompt, answer, _ in pairs:
+            path = [*prompt, *answer[:-1]]
+            excess = len(trie) + len(path) - most
+            if spots and excess > 0 and len(trie.match(path)) < excess:
+                break
+            nodes = trie.paths[trie.add(path)][len(prompt) - 1 :]
+            spots.append(list(zip(nodes, answer, strict=True)))
+        return trie, spots
+
+    def _logprobs(self, trie: Trie, spots: set[tuple[int, int]]) -> dict[tuple[int, int], float]:
+        """Log-probability in nats of each token after its node."""
+        tokens: dict[int, list[int]] = {}
+        for node, token in spots:
+            tokens.setdefault(node, []).append(token)
+        order: list[tuple[int, int]] = []
+        found: list[Any] = []
+
+        def read(nodes: list[int], logits: Any) -> None:
+            for at in range(0, len(nodes), _LOGITS):
+                some = nodes[at : at + _LOGITS]
+                rows = [row for row, node in enumerate(some) for _ in tokens[node]]
+                asked = [(node, token) for node in some for token in tokens[node]]
+                logprobs = logits[at : at + _LOGITS].float().log_softmax(-1)
+                found.append(logprobs[rows, [token for _, token in asked]])
+                order.extend(asked)
+
+        self._compute(trie, set(tokens), read)
+        return dict(zip(order, package("torch").cat(found).tolist(), strict=True))
+
+    def _compute(self, trie: Trie, wanted: set[int], read: Read) -> None:
+        """Read the wanted nodes' logits; where the memory is too small, in smaller batches.
+
+        What is read is taken out of `wanted`.
+        """
+        while wanted:
+            try:
+                if self._reads_trees(max(trie.depths) + 1):
+                    self._compute_tree(trie, wanted, read)
+                else:
+                    self._compute_texts(trie, wanted, read)
+                return
+            except BaseException as error:
+                self.clear_cache()
+                if not self._network.is_out_of_memory(error):
+                    raise
+            self._network.free_unused()
+            if self._batch <= _LEAST_BATCH:
+                raise ModelError(
+                    f"The memory of {self._network.device} is too small to run {self.name}. Close "
+                    "other programs, or take a smaller model, dtype or context size."
+                )
+            self._batch //= 2
+            self._width = min(self._width, self._batch)
+
+    def _compute_tree(self, trie: Trie, wanted: set[int], read: Read) -> None:
+        above = parents(trie)
+        keys: list[int | None] = []
+        fresh: list[bool] = []
+        for node, (token, parent) in enumerate(zip(trie.tokens, above, strict=True)):
+            before = keys[parent] if parent >= 0 else ROOT
+            keys.append(None if before is None else self._store.find(before, token))
+            fresh.append(keys[node] is None or node in wanted)
+        while any(fresh):
+            rows = pack(trie, above, fresh, width=self._width, limit=self._batch)
+            for batch in batches(rows, tokens=self._batch, known=_KNOWN * self._batch):
+                self._compute_rows(trie, above, keys, batch, wanted, read)
+                for node in chain.from_iterable(row.nodes for row in batch):
+                    fresh[node] = False
+
+    def _compute_rows(
+        self,
+        trie: Trie,
+        above: Sequence[int],
+        keys: list[int | None],
+        rows: Sequence[Row],
+        wanted: set[int],
+        read: Read,
+    ) -> None:
+        """Compute a batch of rows; `keys` holds each node's key in the store, if it is there."""
+        width = max(len(row.nodes) for row in rows)
+        known = max(len(row.trunk) for row in rows)
+        ids, depths = np.zeros((2, len(rows), width), np.int64)
+        sees = np.zeros((len(rows), width, known + width), np.bool_)
+        sees[:, range(width), range(known, known + width)] = True
+        places: dict[int, int] = {}
+        for number, row in enumerate(rows):
+            column = {node: at for at, node in enumerate(row.nodes)}
+            ids[number, : len(column)] = [trie.tokens[node] for node in row.nodes]
+            depths[number, : len(column)] = [trie.depths[node] for node in row.nodes]
+            for node, at in column.items():
+                places[node] = number * width + at
+                if above[node] in column:
+                    sees[number, at] |= sees[number, column[above[node]]]
+                else:
+                    sees[number, at, : len(row.trunk)] = True
+        nodes = [node for node in places if node in wanted]
+        trunks = self._trunks(keys, rows, known) if known else None
+        logits, values = self._network.run(
+            ids, depths, sees, trunks, [places[node] for node in nodes]
+        )
+        self.tokens_decoded += len(places)
+        new = [node for node in places if keys[node] is None]
+        if new:
+            block = self._store.add(values.flatten(0, 1)[[places[node] for node in new]])
+            for row, node in enumerate(new):
+                before = keys[above[node]] if above[node] >= 0 else ROOT
+                assert before is not None
+                keys[node] = self._store.put(block, row, before, trie.tokens[node])
+        if nodes:
+            read(nodes, logits)
+            wanted.difference_update(nodes)
+
+    def _trunks(self, keys: Sequence[int | None], rows: Sequence[Row], known: int) -> Any:
+        """Keys and values [rows, known, numbers] of the rows' trunks, which may end before."""
+        paths = [[key for node in row.trunk if (key := keys[node])] for row in rows]
+        if all(path == paths[0] for path in paths):
+            return self._store.gather(paths[0]).expand(len(rows), -1, -1)
+        network = self._network
+        shape = (len(rows), known, network.token_numbers)
+        trunks = package("torch").zeros(shape, dtype=network.dtype, device=network.device)
+        for trunk, path in zip(trunks, paths, strict=True):
+            if path:
+                trunk[: len(path)] = self._store.gather(path)
+        return trunks
+
+    def _compute_texts(self, trie: Trie, wanted: set[int], read: Read) -> None:
+        for path in trie.paths:
+            nodes = [node for node in path if node in wanted]
+            if nodes:
+                tokens = [trie.tokens[node] for node in path]
+                read(nodes, self._network.read(tokens, [trie.depths[node] for node in nodes]))
+                self.tokens_decoded += len(path)
+                wanted.difference_update(nodes)
+
+    def _reads_trees(self, length: int) -> bool:
+        """Whether the model computes trees of such a depth as it would each text alone."""
+        window = self._network.window
+        probe = _PROBE if window is None or length <= window else window + _PROBE
+        if probe not in self._follows_mask:
+            self._follows_mask[probe] = self._network.takes_trees and self._probe(probe)
+        return self._follows_mask[probe]
+
+    def _probe(self, length: int) -> bool:
+        """Whether two random texts, most of which they share, get the same logits either way."""
+        random, trie = np.random.default_rng(0), Trie()
+        start, *ends = (
+            random.integers(0, self._network.vocab_size, size).tolist()
+            for size in (length - _PROBE // 2, _PROBE // 2, _PROBE // 2)
+        )
+        for end in ends:
+            trie.add([*start, *end])
+        wanted = {node for node, depth in enumerate(trie.depths) if depth >= len(start)}
+
+        def logits(compute: Callable[[Trie, set[int], Read], None]) -> Any:
+            found: dict[int, Any] = {}
+
+            def read(nodes: list[int], logits: Any) -> None:
+                found.update(zip(nodes, logits, strict=True))
+
+            compute(trie, set(wanted), read)
+            return package("torch").stack([found[node] for node in sorted(wanted)]).float()
+
+        plain = logits(self._compute_texts)
+        try:  # first all at once, then with the shared part known
+            trees = [logits(self._compute_tree) for _ in range(2)]
+        except Exception as error:
+            if self._network.is_out_of_memory(error):
+                raise
+            return False
+        mismatch = max(float((tree - plain).norm()) for tree in trees)
+        spread = float((plain - plain.mean(0)).norm())
+        return mismatch < _MISMATCH.get(self._dtype, _MISMATCH_ROUNDED) * spread
+
+    @property
+    def _dtype(self) -> str:
+        return str(self._network.dtype).removeprefix("torch.")
+
+
+class LLGuidanceGrammar:
+    """A `Grammar` by llguidance."""
+
+    def __init__(self, tokenizer: Any, schema: Mapping[str, Any]) -> None:
+        """Compile a schema.
+
+        Args:
+            tokenizer: An `llguidance.LLTokenizer`.
+            schema: A JSON schema.
+
+        Raises:
+            ModelError: llguidance cannot turn it into a grammar.
+        """
+        matcher = package("llguidance").LLMatcher
+        layout = {"whitespace_flexible": False, "item_separator": ", ", "key_separator": ": "}
+        rules = matcher.grammar_from_json_schema(json.dumps(schema), overrides=layout)
+        self._matcher = matcher(tokenizer, rules, log_level=0)
+        if self._matcher.is_error():
+            reason = self._matcher.get_error().partition("\n")[0]
+            raise ModelError(
+                f"This JSON schema cannot be turned into a grammar ({reason}). Simplify it."
+            )
+        self._allowed: npt.NDArray[np.uint8] | None = None
+
+    def filter(self, logits: Logits, tokens: npt.NDArray[np.int32]) -> Logits:
+        """See `Grammar.filter`."""
+        if self._allowed is None:
+            bits = np.frombuffer(self._matcher.compute_bitmask(), np.uint8)
+            self._allowed = np.unpackbits(bits, bitorder="little")
+        return np.where(self._allowed[tokens], logits[tokens], np.float32(-np.inf))
+
+    def accept(self, token: int) -> None:
+        """See `Grammar.accept`."""
+        self._matcher.consume_token(token)
+        self._allowed = None
+
+
+def _to_numpy(logits: Any) -> Logits:
+    return logits.float().cpu().numpy()
