@@ -87,7 +87,7 @@ TURNS = [
         ),
         (
             "Ground coffee or whole beans? And which kind of milk do you use?",
-            "Ground, for a filter machine, and oat milk, since I get a stomach ache from the other.",
+            "Ground, for a filter machine, and oat milk, since the other upsets my stomach.",
         ),
         (
             "All of that is in the basket now. When should we bring it to your door?",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import logging
 import sys
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -325,6 +326,7 @@ app.add_typer(models, name="models")
 
 def main() -> None:
     """Run the command line."""
+    logging.basicConfig(level=logging.WARNING)  # before a library sets one that tells everything
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # an ASCII terminal shows ? and goes on

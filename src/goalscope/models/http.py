@@ -121,7 +121,8 @@ class Server:
         base, _, self._model = address.partition("#")
         try:
             parts = urlsplit(base)
-            if parts.scheme not in ("http", "https") or not parts.hostname or parts.query:
+            wanted = parts.scheme in ("http", "https") and parts.hostname and parts.port != 0
+            if not wanted or parts.query:
                 raise ValueError("it takes http or https, a host and a path")
             self._client = httpx2.Client(base_url=base.rstrip("/") + "/", transport=transport)
         except (ValueError, httpx2.InvalidURL) as error:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import islice
+from collections.abc import Callable, Mapping, Sequence
+from textwrap import shorten
 from typing import Any
-
-import numpy as np
 
 from goalscope.models import Array, Completion
 from goalscope.models.chat import ChatTokenizer
 from goalscope.models.http import ATTEMPTS, Refusal, Server, understood
+from goalscope.models.protocols import PROTOCOLS, Protocol
 from goalscope.models.scoring import Pair, TokenScorer
 from goalscope.types import Message, ModelError
 
@@ -20,7 +19,6 @@ __all__ = ["ServedGenerator", "ServedScorer"]
 CONTEXT_SIZE = 8192
 """Tokens that a served model is taken to read, where the server does not tell."""
 
-_BATCH = 32  # prompts of one request
 _BYTES_A_TOKEN = 2.0  # a cautious guess, for models whose tokenizer is not at hand
 
 
@@ -113,7 +111,7 @@ class ServedGenerator:
             message: dict[str, Any] = choice["message"]
             reason = choice.get("finish_reason")
             text, refusal = message.get("content"), message.get("refusal")
-            read, written = usage.get("prompt_tokens", 0), usage.get("completion_tokens", 0)
+            read, written = usage.get("prompt_tokens") or 0, usage.get("completion_tokens") or 0
         if not isinstance(text, str) or reason == "content_filter":
             raise ModelError(
                 f"{self.name} wrote no reply ({reason}: {refusal or 'no content'}). "
@@ -178,13 +176,9 @@ class ServedGenerator:
 
 
 class ServedScorer(TokenScorer):
-    """A model behind a server that tells the log-probabilities of a prompt's tokens.
+    """A model behind a server that tells the log-probabilities of given tokens.
 
-    Four protocols are known: vLLM's `prompt_logprobs`; SGLang's input log-probabilities; `echo`
-    with `logprobs` (llama-cpp-python, and others in OpenAI's older form), which reads text and not
-    tokens, so that words which hold the model's own markup are refused; and one request a token
-    that makes the server write just that token (llama.cpp's own server). At the first use each is
-    put to the self-test, and the first that passes is kept.
+    At the first use each of `PROTOCOLS` is put to the self-test, and the first that passes is kept.
 
     Attributes:
         server: Where it is.
@@ -202,7 +196,7 @@ class ServedScorer(TokenScorer):
         """
         self.server, self.tokenizer = server, tokenizer
         self._context_size = context_size
-        self._protocol: _Protocol | None = None
+        self._protocol: Protocol | None = None
 
     @property
     def name(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -226,10 +220,7 @@ class ServedScorer(TokenScorer):
 
     def score(self, pairs: Sequence[Pair]) -> list[Array]:
         """See `TokenScorer.score`."""
-        protocol, rows, rest = self._found(), list[Array](), iter(pairs)
-        while batch := list(islice(rest, _BATCH)):
-            rows += protocol.score(batch)
-        return rows
+        return self._found().score(pairs)
 
     def likeliest(self, prompt: Sequence[int]) -> tuple[int, float]:
         """See `TokenScorer.likeliest`."""
@@ -254,21 +245,16 @@ class ServedScorer(TokenScorer):
         """Close the connections."""
         self.server.close()
 
-    def _found(self) -> _Protocol:
+    def _found(self) -> Protocol:
         if self._protocol is None:
-            self.server.facts  # a server that is down is not asked in three ways  # noqa: B018
+            self.server.facts  # a server that is down is not asked in many ways  # noqa: B018
             complaints: list[str] = []
-            for kind in (_VLLM, _SGLang, _Echo, _Forced):
-                self._protocol = kind(self.server, self.tokenizer)
-                try:
-                    complaint = self.self_test().complaint
-                except ModelError as error:
-                    complaint = str(error)
-                if not complaint:
-                    self._protocol.attempts = ATTEMPTS
+            for kind in PROTOCOLS:
+                complaint = self._complaint(kind(self.server, self.tokenizer))
+                if self._protocol is not None:
                     return self._protocol
-                complaints.append(f"{kind.name}: {complaint}")
-            self._protocol = None
+                complaint = complaint.removeprefix(f"{self.server.url} ")
+                complaints.append(f"{kind.name}: {shorten(complaint, 200, placeholder='...')}")
             raise ModelError(
                 f"{self.server.url} cannot tell how likely given words are. "
                 + " ".join(complaints)
@@ -277,169 +263,18 @@ class ServedScorer(TokenScorer):
             )
         return self._protocol
 
-
-class _Protocol:
-    """One way to ask a server for the log-probabilities of a prompt's tokens."""
-
-    name: str
-
-    def __init__(self, server: Server, tokenizer: ChatTokenizer) -> None:
-        self.server, self.tokenizer = server, tokenizer
-        self.attempts = 2  # until it has proved to be the server's
-
-    def score(self, pairs: Sequence[Pair]) -> list[Array]:
-        """See `TokenScorer.score`."""
-        with understood(self.server.url):
-            return self._score(pairs)
-
-    def likeliest(self, prompt: Sequence[int]) -> tuple[int, float]:
-        """See `TokenScorer.likeliest`."""
-        with understood(self.server.url):
-            return self._likeliest(prompt)
-
-    def _score(self, pairs: Sequence[Pair]) -> list[Array]:
-        raise NotImplementedError
-
-    def _likeliest(self, prompt: Sequence[int]) -> tuple[int, float]:
-        raise NotImplementedError
-
-    def _complete(self, prompts: object, count: int, **options: Any) -> list[Any]:
-        """The choices of `/completions` with one greedy token, in the order of the prompts."""
-        body = {"model": self.server.model, "prompt": prompts, "max_tokens": 1, "temperature": 0}
-        answer = self.server.post("completions", {**body, **options}, attempts=self.attempts)
-        choices: list[Any] = sorted(answer["choices"], key=lambda choice: choice.get("index") or 0)
-        if len(choices) != count:
-            raise ValueError(f"{count} prompts have {len(choices)} answers")
-        return choices
-
-
-class _VLLM(_Protocol):
-    name = "prompt_logprobs (vLLM)"
-
-    def _score(self, pairs: Sequence[Pair]) -> list[Array]:
-        prompts = [[*pair.prompt, *pair.answer] for pair in pairs]
-        rows: list[Array] = []
-        choices = self._complete(prompts, len(prompts), prompt_logprobs=0)
-        for pair, prompt, choice in zip(pairs, prompts, choices, strict=True):
-            given: list[Any] = choice.get("prompt_logprobs") or []
-            if len(given) != len(prompt):
-                raise ValueError(f"{len(prompt)} tokens have {len(given)} prompt_logprobs")
-            tail = zip(given[len(pair.prompt) :], pair.answer, strict=True)
-            rows.append(_array(entry[str(token)]["logprob"] for entry, token in tail))
-        return rows
-
-    def _likeliest(self, prompt: Sequence[int]) -> tuple[int, float]:
-        (choice,) = self._complete([prompt], 1, logprobs=1, return_tokens_as_token_ids=True)
-        logprobs = choice["logprobs"]
-        token = logprobs["tokens"][0].removeprefix("token_id:")
-        return int(token), float(logprobs["token_logprobs"][0])
-
-
-class _SGLang(_Protocol):
-    name = "input_token_logprobs (SGLang)"
-
-    def _score(self, pairs: Sequence[Pair]) -> list[Array]:
-        prompts = [[*pair.prompt, *pair.answer] for pair in pairs]
-        starts = [len(pair.prompt) - 1 for pair in pairs]  # what is before stays in its cache
-        rows: list[Array] = []
-        for pair, given in zip(pairs, self._generate(prompts, starts), strict=True):
-            tail = given["input_token_logprobs"][-len(pair.answer) :]
-            if [entry[1] for entry in tail] != pair.answer:
-                raise ValueError("the log-probabilities are those of other tokens")
-            rows.append(_array(entry[0] for entry in tail))
-        return rows
-
-    def _likeliest(self, prompt: Sequence[int]) -> tuple[int, float]:
-        (given,) = self._generate([prompt], [len(prompt) - 1])
-        logprob, token, *_ = given["output_token_logprobs"][0]
-        return int(token), float(logprob)
-
-    def _generate(self, prompts: object, starts: object) -> list[Any]:
-        body = {
-            "input_ids": prompts,
-            "sampling_params": {"max_new_tokens": 1, "temperature": 0},
-            "return_logprob": True,
-            "logprob_start_len": starts,
-        }
-        answer = self.server.post("/generate", body, attempts=self.attempts)
-        return [each["meta_info"] for each in answer]
-
-
-class _Echo(_Protocol):
-    name = "echo and logprobs"
-
-    def _score(self, pairs: Sequence[Pair]) -> list[Array]:
-        return [self._score_one(pair) for pair in pairs]
-
-    def _score_one(self, pair: Pair) -> Array:
-        tokens, logprobs = self._ask([*pair.prompt, *pair.answer], echo=True)
-        size = len(pair.answer)
-        ours = [self.tokenizer.detokenize([token]).strip("\ufffd") for token in pair.answer]
-        for start in (len(tokens) - size - 1, len(tokens) - size):  # one more token, or its end
-            theirs = tokens[start : start + size] if start >= 0 else []
-            if [token.strip("\ufffd") for token in theirs] == ours:
-                return _array(logprobs[start : start + size])
-        raise ModelError(
-            f"{self.server.url} answered for other tokens than it was sent: "
-            f"{tokens[-size - 1 :]} instead of {ours}. It reads text, and cannot score words that "
-            "hold the model's own markup."
-        )
-
-    def _likeliest(self, prompt: Sequence[int]) -> tuple[int, float]:
-        tokens, logprobs = self._ask(prompt, echo=False)
-        ids = self.tokenizer.tokenize(tokens[0])
-        if len(ids) != 1:
-            raise ValueError(f"{tokens[0]!r} is no token of the tokenizer")
-        return ids[0], float(logprobs[0])
-
-    def _ask(self, ids: Sequence[int], *, echo: bool) -> tuple[list[str], list[Any]]:
-        text = self.tokenizer.detokenize(ids, markup=True)
-        (choice,) = self._complete(text, 1, echo=echo, logprobs=1)
-        logprobs = choice["logprobs"]
-        tokens, values = logprobs["tokens"], logprobs["token_logprobs"]
-        if len(tokens) != len(values):
-            raise ValueError(f"{len(tokens)} tokens have {len(values)} log-probabilities")
-        return tokens, values
-
-
-class _Forced(_Protocol):
-    name = "forced tokens (llama.cpp)"
-
-    def _score(self, pairs: Sequence[Pair]) -> list[Array]:
-        return [
-            _array(
-                self._next([*pair.prompt, *pair.answer[:done]], token)
-                for done, token in enumerate(pair.answer)
-            )
-            for pair in pairs
-        ]
-
-    def _next(self, prompt: Sequence[int], token: int) -> float:
-        """The model's own log-probability of a token that a large bias makes it write."""
-        written = self._complete_one(prompt, logit_bias=[[token, 1000.0]])
-        if written["id"] != token:
-            raise ValueError(f"token {written['id']} was written instead of {token}")
-        return written["logprob"]
-
-    def _likeliest(self, prompt: Sequence[int]) -> tuple[int, float]:
-        written = self._complete_one(prompt)
-        return int(written["id"]), float(written["logprob"])
-
-    def _complete_one(self, prompt: Sequence[int], **options: Any) -> dict[str, Any]:
-        body = {
-            "prompt": prompt,
-            "n_predict": 1,
-            "temperature": 0,
-            "n_probs": 1,
-            "cache_prompt": True,
-        }
-        answer = self.server.post("/completion", {**body, **options}, attempts=self.attempts)
-        return answer["completion_probabilities"][0]
-
-
-def _array(values: Iterable[Any]) -> Array:
-    """Log-probabilities as an array; what is null becomes NaN, which no caller takes."""
-    return np.array([np.nan if value is None else float(value) for value in values])
+    def _complaint(self, protocol: Protocol) -> str:
+        """What is wrong with a protocol, which is kept if nothing is."""
+        self._protocol, complaint = protocol, "It was not tested to the end."
+        try:
+            complaint = self.self_test().complaint
+        except ModelError as error:
+            complaint = str(error)
+        finally:
+            if complaint:
+                self._protocol = None
+        protocol.attempts = ATTEMPTS
+        return complaint
 
 
 def _object(schema: Mapping[str, Any]) -> Mapping[str, Any]:
