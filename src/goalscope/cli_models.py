@@ -197,7 +197,7 @@ def _report(report: dict[str, Any], as_json: bool) -> None:
             else:
                 lines = [f"{value:.3g}" if isinstance(value, float) else str(value)]
             for line in lines:
-                _say(f"{key:28}{line}")
+                _say(f"{key:36}{line}")
                 key = ""
     if report["problems"]:
         raise typer.Exit(1)

@@ -45,7 +45,7 @@ def _try_scoring(model: Any, found: dict[str, Any], problems: list[str]) -> None
         return
     test = model.self_test()
     found["self-test error (nats)"] = max(test.generation_error, test.batch_error)
-    found["true over scrambled (nats)"] = test.preference
+    found["true over scrambled (nats a token)"] = test.preference
     if not test.passed:
         problems.append(test.complaint)
     model.clear_cache()

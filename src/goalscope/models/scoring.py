@@ -18,6 +18,9 @@ __all__ = ["Pair", "SelfTest", "TokenScorer"]
 TOLERANCE = 0.2
 """Most nats by which two ways to the same number may differ; BF16 needs some."""
 
+PREFERENCE = 0.5
+"""Least nats a token by which a true sentence is likelier than scrambled words; 10 is usual."""
+
 _QUESTION = "What is the capital of France?"
 _LIKELY, _UNLIKELY = "The capital of France is Paris.", "Cheese seven the under is sings."
 
@@ -38,7 +41,7 @@ class SelfTest:
         generation_error: The likeliest next token: its log-probability as the model generates it,
             and as it scores it, nats.
         batch_error: Two sentences scored together, and each alone with nothing kept, nats.
-        preference: How much likelier a true sentence is than scrambled words, nats.
+        preference: How much likelier a true sentence is than scrambled words, nats a token.
     """
 
     generation_error: float
@@ -63,10 +66,10 @@ class SelfTest:
                 "Sentences scored together and alone differ by "
                 f"{self.batch_error:.2f} nats (at most {TOLERANCE} is sound)."
             )
-        if not self.preference > 0:
+        if not self.preference > PREFERENCE:
             return (
-                "Scrambled words are found likelier than a true sentence, "
-                f"by {-self.preference:.2f} nats."
+                "A true sentence is hardly likelier than scrambled words: by "
+                f"{self.preference:.2f} nats a token (at least {PREFERENCE} is sound)."
             )
         return ""
 
@@ -177,11 +180,13 @@ class TokenScorer(ABC):
         answers = [self.tokenizer.tokenize(text) for text in (_LIKELY, _UNLIKELY)]
         pairs = [Pair(prompt, answer) for answer in answers]
         (scored,) = self.score([Pair(prompt, [token])])
-        together = [float(row.sum()) for row in self.score(pairs)]
+        together = self.score(pairs)
         self.clear_cache()
-        alone = [float(self.score([pair])[0].sum()) for pair in pairs]
+        alone = [self.score([pair])[0] for pair in pairs]
         return SelfTest(
             generation_error=abs(float(scored[0]) - generated),
-            batch_error=max(abs(a - b) for a, b in zip(together, alone, strict=True)),
-            preference=together[0] - together[1],
+            batch_error=max(
+                abs(float(a.sum() - b.sum())) for a, b in zip(together, alone, strict=True)
+            ),
+            preference=float(together[0].mean() - together[1].mean()),
         )
