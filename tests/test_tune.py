@@ -84,8 +84,8 @@ def test_the_file_itself_is_used_where_nothing_is_faster(
 def test_no_more_threads_are_used_than_now_allowed(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    keep(monkeypatch, Running(2, 256, "F32"), [Trial("Q4_1", 400, 0.06)])
-    assert tuned(embedded_path(), 1, never).running == Running(1, 256, "F32")
+    keep(monkeypatch, Running(2, 256), [Trial("Q4_1", 400, 0.06)])
+    assert tuned(embedded_path(), 1, never).running == Running(1, 256)
 
 
 def test_a_lost_copy_or_a_broken_record_is_measured_again(

@@ -118,7 +118,7 @@ def tune(
     for line in _trials(tuning):
         _say(line)
     how = tuning.running
-    _say(f"{how.threads} threads, batches of {how.batch}, {how.cache_type} cache; {tuning.path}")
+    _say(f"{how.threads} threads, batches of {how.batch}; {tuning.path}")
 
 
 @models.command()

@@ -26,6 +26,7 @@ __all__ = ["LlamaCpp", "embedded_path", "processors"]
 
 _CACHES = 32  # trees kept at once: one for each goal, and some for other calls in between
 _ONE_TREE = 4096  # tokens; attention looks over the whole tree, so larger ones cost more than save
+_BRANCHES = 1024  # tokens of a tree beside its trunk, where the next tree needs only the trunk
 _CACHE_BYTES = 3 << 29  # of all caches
 
 
@@ -99,11 +100,11 @@ class LlamaCpp(LocalModel):
 
     @property
     def fingerprint(self) -> str:
-        """The file's content, the engine's version, and the type of the KV cache."""
+        """The file's content, and the engine's version."""
         with self.path.open("rb") as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
         version = importlib.metadata.version("llama-cpp-python")
-        return f"{digest} llama-cpp-python {version} {self.tuning.running.cache_type}"
+        return f"{digest} llama-cpp-python {version}"
 
     def describe(self) -> str:
         """One line on what is loaded."""
@@ -111,7 +112,7 @@ class LlamaCpp(LocalModel):
         tuned = ", tuned for this machine" if self.tuning.trials else ""
         return (
             f"{self.name} ({self.parameters / 1e6:.0f}M weights, {self.weight_type}, "
-            f"{how.threads} threads, batches of {how.batch}, {how.cache_type} cache{tuned}) "
+            f"{how.threads} threads, batches of {how.batch}{tuned}) "
             f"from {self.path}"
         )
 
@@ -158,11 +159,14 @@ class LlamaCpp(LocalModel):
         for index, pair in enumerate(pairs):
             families.setdefault(pair.opening if large else None, []).append(index)
         each = -(-len(families) // (_CACHES - 1)) or 1  # families of one cache
-        lists = list(families.values())
+        lists = [_in_tree_order(pairs, family) for family in families.values()]
         groups = [[*chain(*lists[i : i + each])] for i in range(0, len(lists), each)]
-        return self._score(pairs, groups)
+        limit = _BRANCHES if large and each == 1 else self._context_size
+        return self._score(pairs, groups, limit)
 
-    def _score(self, pairs: Sequence[Pair], groups: Sequence[Sequence[int]]) -> list[Array]:
+    def _score(
+        self, pairs: Sequence[Pair], groups: Sequence[Sequence[int]], limit: int
+    ) -> list[Array]:
         """Score pairs; each group of their numbers shares a cache, for one tree after another."""
         results: list[Array] = [np.zeros(0)] * len(pairs)
         used: list[KVCache] = []
@@ -170,7 +174,7 @@ class LlamaCpp(LocalModel):
             waiting = list(group)
             cache: KVCache | None = None
             while waiting:
-                trie, spots = self._plant(pairs, waiting)
+                trie, spots = self._plant(pairs, waiting, limit)
                 wanted: dict[int, dict[int, float]] = {}
                 for node, token in chain.from_iterable(spots):
                     wanted.setdefault(node, {})[token] = np.nan
@@ -190,10 +194,14 @@ class LlamaCpp(LocalModel):
         return results
 
     def _plant(
-        self, pairs: Sequence[Pair], indices: Sequence[int]
+        self, pairs: Sequence[Pair], indices: Sequence[int], branches: int
     ) -> tuple[Trie, list[list[tuple[int, int]]]]:
-        """A tree of as many pairs as fit, and for each the nodes with the token to score after."""
-        limit = max(self._context_size, _ONE_TREE)
+        """A tree of as many pairs as fit, and for each the nodes with the token to score after.
+
+        It has at most `branches` nodes beside those of the first pair's prompt.
+        """
+        first = pairs[indices[0]].prompt
+        limit = min(max(self._context_size, _ONE_TREE), len(first) + branches)
         trie = Trie()
         spots: list[list[tuple[int, int]]] = []
         for prompt, answer, _ in (pairs[index] for index in indices):
@@ -225,6 +233,14 @@ class LlamaCpp(LocalModel):
                 break
             cache.free()
         return best
+
+
+def _in_tree_order(pairs: Sequence[Pair], numbers: Sequence[int]) -> list[int]:
+    """Numbers of pairs in an order that brings like beginnings together, a longest prompt last."""
+    order = sorted(numbers, key=lambda number: (pairs[number].prompt, pairs[number].answer))
+    if len(pairs[order[0]].prompt) > len(pairs[order[-1]].prompt):
+        order.reverse()
+    return order
 
 
 def processors() -> int:

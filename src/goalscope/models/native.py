@@ -23,8 +23,8 @@ __all__ = ["MAX_PATHS", "KVCache", "Running", "Weights", "bindings"]
 MAX_PATHS = 64
 """Most paths of one tree; its memory grows with it, and llama.cpp allows no more than 128."""
 
-_OUTPUTS = 2 * MAX_PATHS  # logits rows of one batch, which bound its memory; llama.cpp's least
-_KV_TYPES = {"F32": 0, "F16": 1}  # of ggml
+_OUTPUTS = 256  # most logits rows of one batch; at least 2 * MAX_PATHS, as llama.cpp demands
+_F32, _F16 = 0, 1  # ggml types
 _FLASH_AUTO, _FLASH_OFF = -1, 0
 _SEQUENCE = ctypes.POINTER(ctypes.c_int32)
 
@@ -36,12 +36,10 @@ class Running:
     Attributes:
         threads: Processor threads.
         batch: Most tokens that are decoded at once.
-        cache_type: Type of the keys and values, "F16" or "F32"; exact (F32) weights always use F32.
     """
 
     threads: int
     batch: int = 512
-    cache_type: str = "F16"
 
 
 @lru_cache(maxsize=1)
@@ -110,11 +108,12 @@ class Weights:
         return bool(self.lib.llama_model_ftype(self.model) == self.lib.LLAMA_FTYPE_ALL_F32)
 
     @property
-    def kv_values(self) -> int:
-        """Numbers that the keys and values of one token are."""
+    def kv_bytes(self) -> int:
+        """Bytes of keys and values that one cached token takes."""
         lib, model = self.lib, self.model
         head = lib.llama_model_n_embd(model) // lib.llama_model_n_head(model)
-        return 2 * lib.llama_model_n_layer(model) * head * lib.llama_model_n_head_kv(model)
+        width = head * lib.llama_model_n_head_kv(model)
+        return 2 * lib.llama_model_n_layer(model) * width * (4 if self.exact else 2)
 
     def metadata(self, key: str) -> str | None:
         """Value of a key of the GGUF file, as text; None if it has no such key."""
@@ -202,27 +201,23 @@ class KVCache:
         self._running = running
         self._context: Any = None
         self._cells = 0
+        self._most_outputs = 0
         self._bank = 0
 
     @property
     def bytes(self) -> int:
-        """Memory taken: keys and values, and the logits with the buffer they come from."""
-        logits = 2 * _OUTPUTS * self._weights.vocab_size * 4
-        return self._cells * self._cell_bytes + logits if self._cells else 0
+        """Memory taken: keys and values, and the logits with the buffer they come from.
 
-    @property
-    def _cell_bytes(self) -> int:
-        return self._weights.kv_values * (4 if self._kv_type == _KV_TYPES["F32"] else 2)
-
-    @property
-    def _kv_type(self) -> int:
-        return _KV_TYPES["F32" if self._weights.exact else self._running.cache_type]
+        Room for logits is resident as far as it was used.
+        """
+        logits = 2 * self._most_outputs * self._weights.vocab_size * 4
+        return self._cells * self._weights.kv_bytes + logits if self._cells else 0
 
     def free(self) -> None:
         """Give the memory back; the cache is then empty."""
         if self._context:
             self._lib.llama_free(self._context)
-        self._context, self._cells, self.trie = None, 0, Trie()
+        self._context, self._cells, self._most_outputs, self.trie = None, 0, 0, Trie()
 
     def clear(self) -> None:
         """Forget everything held."""
@@ -302,12 +297,12 @@ class KVCache:
         params.kv_unified = True
         # llama.cpp's flash attention rounds keys and values to F16 whatever their type.
         params.flash_attn_type = _FLASH_OFF if self._weights.exact else _FLASH_AUTO
-        params.type_k = params.type_v = self._kv_type
+        params.type_k = params.type_v = _F32 if self._weights.exact else _F16
         params.n_threads = params.n_threads_batch = self._running.threads
         self._context = self._lib.llama_init_from_model(self._weights.model, params)
         if not self._context:
             self._cells = 0
-            size = params.n_ctx * self._cell_bytes / 1e9
+            size = params.n_ctx * self._weights.kv_bytes / 1e9
             raise ModelError(
                 f"The model's working memory ({size:.1f} GB) could not be set up. "
                 "Close other programs, use a smaller model or a smaller context size."
@@ -341,6 +336,7 @@ class KVCache:
         outputs = np.flatnonzero(flags)
         if not len(outputs):
             return
+        self._most_outputs = max(self._most_outputs, len(outputs))
         shape = (len(outputs), self._weights.vocab_size)
         logits = np.ctypeslib.as_array(self._lib.llama_get_logits(self._context), shape)
         for row, index in zip(logits, outputs, strict=True):

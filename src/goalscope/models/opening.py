@@ -178,6 +178,7 @@ def _served_scorer(address: str, tokenizer: str | Path | None) -> OpenScorer:
     try:
         return ServedScorer(server, _tokenizer(home))
     except ModelError as error:
+        server.close()
         if tokenizer:
             raise
         raise ModelError(

@@ -65,7 +65,7 @@ class Tuning:
     Attributes:
         source: The model file.
         path: The file to load: `source`, or a copy with its weights in another type.
-        running: Threads, batch size and the type of the KV cache.
+        running: Threads and batch size.
         trials: What was measured; empty if nothing was.
     """
 
@@ -108,8 +108,9 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
     """Measure how `source` runs fastest, and keep the answer in the user's cache folder.
 
     The weights are tried as they are and as BF16, F16 and Q8_0; a type that is farther from exact
-    arithmetic (F32) than the file itself is left out. Then fewer threads, other batch sizes and
-    another type of KV cache are tried, each kept where it is faster.
+    arithmetic (F32) than the file itself is left out. Then fewer threads and other batch
+    sizes are tried, each kept where it is faster. (The KV cache is always F16: llama.cpp computes
+    F32 keys and values as F16, and smaller types are slower and less exact, see LOG.md.)
 
     Raises:
         ModelError: `source` is no complete GGUF model.
@@ -218,16 +219,15 @@ def _try_types(
 
 
 def _try_settings(file: Path, running: Running, report: Report) -> Running:
-    """Fewer threads, other batches, another KV cache: each only if clearly faster, twice."""
+    """Fewer threads, other batches: each only if clearly faster, twice."""
     trials: Sequence[tuple[str, Any]] = (
         ("threads", max(1, running.threads // 2)),
         ("batch", 256),
         ("batch", 1024),
-        ("cache_type", "F32"),
     )
     with _loaded(file) as weights:
         for number, (name, value) in enumerate(trials):
-            report(f"{name.replace('_', ' ')} {value}", 0.75 + 0.06 * number)
+            report(f"{name.replace('_', ' ')} {value}", 0.75 + 0.08 * number)
             other = replace(running, **{name: value})
             if other != running and all(_is_faster(weights, other, running) for _ in range(2)):
                 running = other

@@ -1,0 +1,111 @@
+"""Which model a text names, and two models as one."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from fakes import WordModel
+from goalscope.cli import app
+from goalscope.models.llamacpp import LlamaCpp, embedded_path
+from goalscope.models.opening import TwoModels, open_model, parts
+from goalscope.session import Settings
+from goalscope.types import InvalidInputError, Message, ModelError
+
+CHAT = [Message("user", "milk and eggs")]
+
+
+class Named(WordModel):
+    """A word model with a name; `closed` tells whether it was closed."""
+
+    def __init__(self, name: str, context_size: int = 4096) -> None:
+        super().__init__({"milk": f"by {name}"}, context_size)
+        self.name = self.fingerprint = name
+        self.closed = False
+
+    def describe(self) -> str:
+        return f"the {self.name}"
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def test_one_writes_and_the_other_scores() -> None:
+    writer, scorer = Named("writer", 100), Named("scorer", 50)
+    both = TwoModels(writer, scorer)
+    assert both.generate(CHAT).text == "by writer"
+    both.token_logprobs([CHAT], ["milk"])
+    assert (writer.calls, scorer.calls) == (0, 1)
+    assert both.context_size == 50
+    assert both.name == "writer and scorer"
+    assert parts(both) == (writer, scorer)
+    both.close()
+    assert (writer.closed, scorer.closed) == (True, True)
+
+
+def test_nothing_names_the_embedded_model_and_one_for_both_is_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("GOALSCOPE_TUNE", "0")
+    model = open_model(generator=embedded_path(), scorer=embedded_path())
+    assert isinstance(model, LlamaCpp)
+    assert parts(model) == (model, model)
+    model.close()
+
+
+def test_a_server_of_no_address_is_refused() -> None:
+    with pytest.raises(InvalidInputError, match="no address"):
+        open_model(generator="http://")
+
+
+def test_a_folder_that_holds_no_model_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match="no model file"):
+        open_model(tmp_path)
+
+
+def test_a_writer_is_closed_where_its_scorer_cannot_be_opened(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    writer = Named("writer")
+    monkeypatch.setattr("goalscope.models.opening._served_generator", lambda *_: writer)
+    with pytest.raises(ModelError, match="no model file"):
+        open_model(generator="http://127.0.0.1:9/v1", scorer=tmp_path / "none.gguf")
+    assert writer.closed
+
+
+def test_settings_of_older_episodes_still_open() -> None:
+    assert Settings(model=None).generator is None
+
+
+def test_a_real_server_without_its_tokenizer_asks_for_one(llama_server_address: str) -> None:
+    with pytest.raises(ModelError, match="--tokenizer"):
+        open_model(f"{llama_server_address}#/nowhere/model.gguf")
+
+
+def test_a_real_server_is_checked_from_the_command_line(llama_server_address: str) -> None:
+    arguments = ["models", "check", llama_server_address, "--tokenizer", str(embedded_path())]
+    result = CliRunner().invoke(app, [*arguments, "--json"])
+    assert result.exit_code == 0, result.output
+    report = json.loads(result.stdout)
+    assert "forced tokens" in report["scores"]
+    assert report["self-test error (nats)"] < 0.01
+    assert report["keeps to a JSON schema"] == "yes"
+    assert report["problems"] == []
+
+
+def test_a_server_may_write_for_the_embedded_scorer(
+    llama_server_address: str, tmp_path: Path
+) -> None:
+    arguments = ["run", "--profile", "cafe", "--rounds", "1", "--seed", "1"]
+    arguments += ["--generator", llama_server_address, "--store", str(tmp_path / "episodes.db")]
+    calls = ["--calls", str(tmp_path / "calls.db")]
+    result = CliRunner().invoke(app, [*arguments, *calls, "--json"])
+    assert result.exit_code == 0, result.output
+    first = json.loads(result.stdout.splitlines()[-1])
+    assert first["rounds"] == 1
+    again = CliRunner().invoke(app, [*arguments, *calls, "--json"])
+    second = json.loads(again.stdout.splitlines()[-1])
+    assert {**second, "episode": ""} == {**first, "episode": ""}
