@@ -6,6 +6,7 @@ import sqlite3
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -133,6 +134,35 @@ print(model.pairs)
 
     assert sweep(6).returncode == 9
     assert sweep(-1).stdout.strip() == "4"
+
+
+def test_an_interrupted_answer_leaves_the_file_usable(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cached = CachedModel(Weighed(), file)
+    with monkeypatch.context() as patch:
+        patch.setattr(cached, "_db", Interrupted(cached._db))
+        with pytest.raises(KeyboardInterrupt):
+            cached.generate(CHAT)
+    CachedModel(Weighed(), file).token_logprobs([CHAT], ["milk"])
+    cached.generate(CHAT)
+
+
+class Interrupted:
+    """A database whose writer is interrupted."""
+
+    def __init__(self, database: sqlite3.Connection) -> None:
+        self.execute = database.execute
+        self.database = database
+
+    def __enter__(self) -> object:
+        return self.database.__enter__()
+
+    def __exit__(self, *error: Any) -> object:
+        return self.database.__exit__(*error)
+
+    def executemany(self, *_: object) -> None:
+        raise KeyboardInterrupt
 
 
 def test_something_else_is_left_alone(file: Path) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -12,7 +14,6 @@ from fakes import WordModel
 from goalscope.cli import app
 from goalscope.models.llamacpp import LlamaCpp, embedded_path
 from goalscope.models.opening import TwoModels, open_model, parts
-from goalscope.session import Settings
 from goalscope.types import InvalidInputError, Message, ModelError
 
 CHAT = [Message("user", "milk and eggs")]
@@ -76,10 +77,6 @@ def test_a_writer_is_closed_where_its_scorer_cannot_be_opened(
     assert writer.closed
 
 
-def test_settings_of_older_episodes_still_open() -> None:
-    assert Settings(model=None).generator is None
-
-
 def test_a_real_server_without_its_tokenizer_asks_for_one(llama_server_address: str) -> None:
     with pytest.raises(ModelError, match="--tokenizer"):
         open_model(f"{llama_server_address}#/nowhere/model.gguf")
@@ -106,6 +103,17 @@ def test_a_server_may_write_for_the_embedded_scorer(
     assert result.exit_code == 0, result.output
     first = json.loads(result.stdout.splitlines()[-1])
     assert first["rounds"] == 1
+    kept = calls_in(tmp_path)
+    assert kept > 10
     again = CliRunner().invoke(app, [*arguments, *calls, "--json"])
     second = json.loads(again.stdout.splitlines()[-1])
     assert {**second, "episode": ""} == {**first, "episode": ""}
+    assert calls_in(tmp_path) == kept
+    assert ": 1 requests" in again.stderr  # for the list of models, and for no words
+
+
+def calls_in(folder: Path) -> int:
+    """How many calls the file of a folder keeps."""
+    with closing(sqlite3.connect(folder / "calls.db")) as database:
+        (count,) = database.execute("SELECT count(*) FROM calls").fetchone()
+    return count

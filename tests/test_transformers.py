@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -272,6 +273,12 @@ def test_the_fingerprint_tells_weights_and_types_apart(llama: Transformers, tmp_
     rounded = Transformers(llama._model, device="cpu", dtype="bfloat16")
     other = Transformers(tiny(tmp_path, "llama", rope_theta=1e3, initializer_range=0.2))
     assert len({llama.fingerprint, rounded.fingerprint, other.fingerprint}) == 3
+    turned = tmp_path / "turned"
+    shutil.copytree(llama._model, turned)
+    config = json.loads((turned / "config.json").read_text())
+    config["rope_parameters"] = {"rope_type": "default", "rope_theta": 123.0}
+    (turned / "config.json").write_text(json.dumps(config))
+    assert Transformers(turned, device="cpu").fingerprint != llama.fingerprint
 
 
 def test_the_embedded_engine_gives_the_same_log_probabilities(tmp_path: Path) -> None:

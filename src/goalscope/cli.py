@@ -26,7 +26,7 @@ from goalscope.cli_models import (
     doctor,
     models,
 )
-from goalscope.terminal import console, named, opened_model, progress
+from goalscope.terminal import console, named, opened_model, progress, tokenizer_named
 from goalscope.types import DEFAULT_TEMPERATURE, GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -140,7 +140,7 @@ def chat(
                 model=named(model),
                 generator=named(generator),
                 scorer=named(scorer),
-                tokenizer=tokenizer,
+                tokenizer=tokenizer_named(tokenizer),
                 catalogue=_absolute(catalogue),
                 columns=_columns(column),
                 layout=layout,
@@ -208,7 +208,7 @@ def run(
         model=named(model),
         generator=named(generator),
         scorer=named(scorer),
-        tokenizer=tokenizer,
+        tokenizer=tokenizer_named(tokenizer),
         profiles=_absolute(profiles),
         catalogue=_absolute(catalogue),
         columns=_columns(column),
@@ -254,10 +254,13 @@ def infer(
     a line is written: id, turn (from 1), goals, log_likelihood (this turn's), log_posterior,
     probability, unspecified_log_likelihood, settings. Run again, it continues where it stopped.
     """
+    from hashlib import sha256
+
     from goalscope.display import plain
     from goalscope.infer import infer as infer_dialogues
     from goalscope.infer import read_dialogues, trim_output
     from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
+    from goalscope.models.opening import parts
 
     _positive(temperature)
     dialogues = read_dialogues(file)
@@ -266,6 +269,7 @@ def infer(
         likelihood = RolePlay(engine, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
         settings = {
             "model": engine.name,
+            "weights": sha256(parts(engine)[1].fingerprint.encode()).hexdigest()[:12],
             "layout": likelihood.layout,
             "end_of_turn": end_of_turn,
             "temperature": temperature,

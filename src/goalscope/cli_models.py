@@ -66,7 +66,8 @@ def list_models(as_json: Json = False) -> None:
 
     tunings = {each.source: each for each in kept_tunings()}
     paths = [embedded_path(), *(file.path for file in pulled_files()), *tunings]
-    rows = [_row(path, tunings.get(path)) for path in dict.fromkeys(paths) if path.is_file()]
+    known = {path.resolve(): path for path in reversed(paths) if path.is_file()}
+    rows = [_row(path, tunings.get(source)) for source, path in reversed(known.items())]
     if as_json:
         print(json.dumps(rows))
         return
@@ -111,7 +112,7 @@ def tune(
         with measuring("Measuring") as report:
             tuning = tune_file(source, processors(), report)
     except OSError as error:
-        raise GoalscopeError(f"The faster copy could not be kept: {error}") from error
+        raise GoalscopeError(f"The tuning could not be made or kept: {error}") from error
     if as_json:
         print(json.dumps(asdict(tuning), default=str))
         return

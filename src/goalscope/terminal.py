@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from goalscope.models import OpenModel
 
-__all__ = ["console", "named", "opened_model", "progress"]
+__all__ = ["console", "measuring", "named", "opened_model", "progress", "tokenizer_named"]
 
 
 def console(*, stderr: bool = False) -> Console:
@@ -34,7 +34,7 @@ def progress(what: str, total: int, done: int) -> Generator[Callable[[], None]]:
 
 @contextmanager
 def measuring(what: str) -> Generator[Callable[[str, float], None]]:
-    """A bar on standard error that appears with the first report of what is done."""
+    """A spinner on standard error, which becomes a bar with the first report of what is done."""
     from rich.progress import Progress, SpinnerColumn
 
     with Progress(
@@ -73,15 +73,22 @@ def opened_model(
     try:
         yield engine
     finally:
-        for part in dict.fromkeys(parts(engine)):
-            usage = getattr(getattr(part, "server", None), "usage", None)
-            if usage:
-                console(stderr=True).print(f"{part.describe()}: {usage}", style="dim")
         engine.close()
+        servers = [getattr(part, "server", None) for part in parts(engine)]
+        for server in dict.fromkeys(filter(None, servers)):
+            if server.usage.requests:
+                console(stderr=True).print(f"{server.url}: {server.usage}", style="dim")
 
 
 def named(model: str | None) -> str | None:
     """A model's name as it is found again from any folder: files and folders by their full path."""
-    if model is None or model.startswith(("http://", "https://", "hf:")):
+    if model is None or model.startswith(("http://", "https://")):
         return model
+    if model.startswith("hf:"):
+        return "hf:" + (tokenizer_named(model.removeprefix("hf:")) or "")
     return str(Path(model).absolute())
+
+
+def tokenizer_named(tokenizer: str | None) -> str | None:
+    """The same for a tokenizer, or another name that the hub may know if there is no such file."""
+    return str(Path(tokenizer).absolute()) if tokenizer and Path(tokenizer).exists() else tokenizer

@@ -148,10 +148,9 @@ class CachedModel:
     def _keep(self, answers: Mapping[str, Any]) -> None:
         self.misses += len(answers)
         rows = [(key, json.dumps(answer, allow_nan=False)) for key, answer in answers.items()]
-        with self._guarded():
+        with self._guarded(), self._db:
             self._db.execute("BEGIN IMMEDIATE")
             self._db.executemany("INSERT OR REPLACE INTO calls VALUES (?, ?)", rows)
-            self._db.execute("COMMIT")
 
     @contextmanager
     def _guarded(self) -> Generator[None]:

@@ -85,8 +85,17 @@ class ChatTemplate:
         return [messages[piece] if isinstance(piece, int) else piece for piece in pieces]
 
     def after_assistant(self) -> str:
-        """The markup that follows an assistant's message."""
-        pieces = self._pieces(("user", "assistant"))
+        """The markup that follows an assistant's message.
+
+        Raises:
+            ModelError: The template cannot be used at all.
+        """
+        try:
+            pieces = self._pieces(("user", "assistant"))
+        except TemplateError as error:
+            raise ModelError(
+                f"The model's chat template cannot be used ({error}). Use another model."
+            ) from None
         after = pieces[pieces.index(1) + 1]
         assert isinstance(after, str)
         return after
@@ -95,7 +104,12 @@ class ChatTemplate:
         messages = [
             {"role": role, "content": _SENTINEL.format(index)} for index, role in enumerate(roles)
         ]
-        text = self._template.render(messages=messages, add_generation_prompt=True)
+        try:
+            text = self._template.render(messages=messages, add_generation_prompt=True)
+        except TemplateError:
+            raise
+        except Exception as error:  # a template is a program, which may fail in any way
+            raise TemplateError(f"{type(error).__name__}: {error}") from None
         parts = _SENTINEL_PATTERN.split(text)
         pieces = tuple(int(part) if i % 2 else part for i, part in enumerate(parts))
         if set(pieces[1::2]) != set(range(len(roles))):
@@ -152,7 +166,10 @@ class ChatTokenizer:
         self._encode = encode
         self._markup_ids = lru_cache(maxsize=1024)(self._tokenize_markup)
         self._text_ids = lru_cache(maxsize=8192)(self._tokenize_text)
-        self.end_of_turn = self._markup_ids(self._template.after_assistant())[0]
+        ends = [i for i in self._markup_ids(self._template.after_assistant()) if i in controls]
+        if not ends:
+            raise ModelError("No token ends the assistant's turn in the model's chat template.")
+        self.end_of_turn: int = ends[0]
 
     def render(self, messages: Sequence[Message]) -> list[int]:
         """Token ids of a chat, up to where the assistant's words begin."""

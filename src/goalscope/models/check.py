@@ -40,10 +40,10 @@ def check(model: OpenModel) -> tuple[dict[str, Any], list[str]]:
 
 
 def _try_scoring(model: Any, found: dict[str, Any], problems: list[str]) -> None:
+    test = model.self_test() if isinstance(model, TokenScorer) else None
     found["scores"] = model.describe()
-    if not isinstance(model, TokenScorer):
+    if test is None:
         return
-    test = model.self_test()
     found["self-test error (nats)"] = max(test.generation_error, test.batch_error)
     found["true over scrambled (nats a token)"] = test.preference
     if not test.passed:

@@ -110,7 +110,7 @@ def _file(model: str | Path, name: str) -> Path | None:
             f"There is no folder {model}, and no model of this name on the Hugging Face hub that "
             "you may read. Check the name; for a gated model, run `hf auth login` first."
         ) from None
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, _package("httpx2").HTTPError) as error:
         reason = str(error).partition("\n")[0]
         raise ModelError(
             f"{name} of {model} could not be downloaded ({reason}). Try again, or give a folder."

@@ -85,7 +85,7 @@ class Server:
     to four more attempts, after as long as the server says, or 0.5 to 8 s; a spent quota is not.
 
     Attributes:
-        url: Where it is, without any name or password.
+        url: Where it is.
         usage: What it was asked.
     """
 
@@ -93,19 +93,20 @@ class Server:
         self,
         address: str,
         *,
-        timeout: float = 60.0,
-        patience: float = 120.0,
+        timeout: float | None = None,
+        patience: float | None = None,
         transport: httpx2.BaseTransport | None = None,
     ) -> None:
         """Prepare to ask; nothing is sent yet.
 
-        The key is `GOALSCOPE_API_KEY`, or `OPENAI_API_KEY` for OpenAI's own address.
+        The key is `GOALSCOPE_API_KEY`; for OpenAI's own address `OPENAI_API_KEY`, if there is one.
 
         Args:
             address: Such as "http://localhost:8000/v1#model-name"; a server that has but one model
                 needs no name.
-            timeout: Most seconds of silence.
-            patience: Most seconds that a call may take, with all its attempts.
+            timeout: Most seconds of silence; as many as `patience` if None.
+            patience: Most seconds that a call may take, with all its attempts;
+                `GOALSCOPE_PATIENCE`, or 120, if None.
             transport: What carries the requests, if not the network.
 
         Raises:
@@ -124,18 +125,20 @@ class Server:
             wanted = parts.scheme in ("http", "https") and parts.hostname and parts.port != 0
             if not wanted or parts.query:
                 raise ValueError("it takes http or https, a host and a path")
+            if "@" in parts.netloc:
+                raise ValueError("a key belongs into GOALSCOPE_API_KEY, not into the address")
             self._client = httpx2.Client(base_url=base.rstrip("/") + "/", transport=transport)
         except (ValueError, httpx2.InvalidURL) as error:
             raise InvalidInputError(
                 f"{base.rpartition('@')[2]} is no address of a model server ({error}). "
                 "Write it like http://localhost:8000/v1#model-name."
             ) from None
-        host = parts.netloc.rpartition("@")[2]
-        self.url = f"{parts.scheme}://{host}{parts.path.rstrip('/')}"
+        self.url = f"{parts.scheme}://{parts.netloc}{parts.path.rstrip('/')}"
         self.usage = Usage()
         self._origin = f"{parts.scheme}://{parts.netloc}"
         self._facts: dict[str, Any] = {}
-        self._timeout, self._patience = timeout, patience
+        self._patience = patience or _patience()
+        self._timeout = timeout or self._patience
         if key := _key(official=base.startswith("https://api.openai.com/")):
             self._client.headers["Authorization"] = f"Bearer {key}"
 
@@ -324,13 +327,23 @@ class Server:
 
 def _key(*, official: bool) -> str:
     """The key to send, empty if there is none."""
-    names = ["GOALSCOPE_API_KEY", *(["OPENAI_API_KEY"] if official else [])]
+    names = [*(["OPENAI_API_KEY"] if official else []), "GOALSCOPE_API_KEY"]
     key = next(filter(None, (os.environ.get(name, "").strip() for name in names)), "")
     if not (key.isascii() and key.isprintable()):
         raise InvalidInputError(
             "The key in GOALSCOPE_API_KEY is none: set it again, as plain ASCII."
         )
     return key
+
+
+def _patience() -> float:
+    said = os.environ.get("GOALSCOPE_PATIENCE", "120")
+    try:
+        if 0 < float(said) < 1e6:
+            return float(said)
+    except ValueError:
+        pass
+    raise InvalidInputError(f"GOALSCOPE_PATIENCE must be seconds, such as 120, not {said!r}.")
 
 
 @contextmanager

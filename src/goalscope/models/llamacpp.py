@@ -19,7 +19,7 @@ from goalscope.models.native import MAX_PATHS, KVCache, Weights
 from goalscope.models.sampling import LlamaGrammar, Logits, log_prob
 from goalscope.models.scoring import Pair
 from goalscope.models.trie import Trie
-from goalscope.models.tune import prompt_seconds, tuned
+from goalscope.models.tune import prompt_seconds, split_files, tuned
 from goalscope.types import Message, ModelError
 
 __all__ = ["LlamaCpp", "embedded_path", "processors"]
@@ -64,6 +64,11 @@ class LlamaCpp(LocalModel):
         source = Path(path) if path is not None else embedded_path()
         self.tuning = tuned(source, threads or processors(), report)
         self._weights = Weights(self.tuning.path)
+        if self._weights.is_recurrent:
+            raise ModelError(
+                f"{source} has recurrent layers, whose state several goals cannot share here. "
+                "Run it by Transformers (hf:NAME), or behind a server."
+            )
         self._caches = [KVCache(self._weights, self.tuning.running) for _ in range(_CACHES)]
         self._close = weakref.finalize(self, _free, self._weights, self._caches)
         self.name = self._weights.metadata("general.name") or source.stem
@@ -100,11 +105,13 @@ class LlamaCpp(LocalModel):
 
     @property
     def fingerprint(self) -> str:
-        """The file's content, and the engine's version."""
-        with self.path.open("rb") as file:
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
+        """The content of the file, all its parts if it is split, and the engine's version."""
+        digests: list[str] = []
+        for part in split_files(self.path):
+            with part.open("rb") as file:
+                digests.append(hashlib.file_digest(file, "sha256").hexdigest())
         version = importlib.metadata.version("llama-cpp-python")
-        return f"{digest} llama-cpp-python {version}"
+        return f"{' '.join(digests)} llama-cpp-python {version}"
 
     def describe(self) -> str:
         """One line on what is loaded."""

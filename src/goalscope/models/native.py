@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import importlib
 import os
+import weakref
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -89,12 +90,19 @@ class Weights:
             raise ModelError(
                 f"{path} is not a complete GGUF model. Download it again, or choose another file."
             )
+        self._free = weakref.finalize(self, self.lib.llama_model_free, self.model)
         self.vocab = self.lib.llama_model_get_vocab(self.model)
         self.vocab_size: int = self.lib.llama_vocab_n_tokens(self.vocab)
 
     def free(self) -> None:
         """Give the memory back; nothing may be done with these weights afterwards."""
-        self.lib.llama_model_free(self.model)
+        self._free()
+
+    @property
+    def is_recurrent(self) -> bool:
+        """Whether some layers keep a state of all they read, which no two paths could share."""
+        lib, model = self.lib, self.model
+        return bool(lib.llama_model_is_recurrent(model) or lib.llama_model_is_hybrid(model))
 
     @property
     def type_name(self) -> str:
@@ -215,9 +223,10 @@ class KVCache:
 
     def free(self) -> None:
         """Give the memory back; the cache is then empty."""
-        if self._context:
-            self._lib.llama_free(self._context)
-        self._context, self._cells, self._most_outputs, self.trie = None, 0, 0, Trie()
+        context, self._context = self._context, None
+        self._cells, self._most_outputs, self.trie = 0, 0, Trie()
+        if context:
+            self._lib.llama_free(context)
 
     def clear(self) -> None:
         """Forget everything held."""
@@ -290,7 +299,7 @@ class KVCache:
             return
         self.free()
         params = self._lib.llama_context_default_params()
-        params.n_ctx = self._cells = max(1024, 1 << (cells - 1).bit_length())
+        params.n_ctx = max(1024, 1 << (cells - 1).bit_length())
         params.n_batch = params.n_ubatch = self._running.batch
         params.n_outputs_max = _OUTPUTS
         params.n_seq_max = 2 * MAX_PATHS
@@ -301,12 +310,12 @@ class KVCache:
         params.n_threads = params.n_threads_batch = self._running.threads
         self._context = self._lib.llama_init_from_model(self._weights.model, params)
         if not self._context:
-            self._cells = 0
             size = params.n_ctx * self._weights.kv_bytes / 1e9
             raise ModelError(
                 f"The model's working memory ({size:.1f} GB) could not be set up. "
                 "Close other programs, use a smaller model or a smaller context size."
             )
+        self._cells = params.n_ctx
 
     def _decode(
         self, nodes: list[int], wanted: set[int], read: Callable[[int, Any], object]

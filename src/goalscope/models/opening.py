@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, cast
 
@@ -125,30 +126,34 @@ def open_model(
         ModelError: A model is missing or broken, or a package that it needs.
     """
     writes, scores = generator or model, scorer or model
-    if writes == scores and not _is_address(writes):
-        return _kept(_local(writes, report), calls)
-    first = (
-        _served_generator(str(writes), tokenizer) if _is_address(writes) else _local(writes, report)
-    )
-    try:
-        second = (
-            _served_scorer(str(scores), tokenizer)
-            if _is_address(scores)
-            else _local(scores, report)
-        )
-        return TwoModels(_kept(first, calls), _kept(second, calls))
-    except BaseException:
-        first.close()
-        raise
+    with ExitStack() as opened:
+
+        def kept(part: OpenGenerator | OpenScorer) -> OpenModel:
+            """With its calls kept, where they are; it then still has only its own methods."""
+            opened.callback(part.close)
+            return cast("OpenModel", CachedModel(part, calls) if calls else part)
+
+        if writes == scores and not _is_address(writes):
+            result = kept(_local(writes, report))
+        else:
+            result = TwoModels(
+                kept(
+                    _served_generator(str(writes), tokenizer)
+                    if _is_address(writes)
+                    else _local(writes, report)
+                ),
+                kept(
+                    _served_scorer(str(scores), tokenizer)
+                    if _is_address(scores)
+                    else _local(scores, report)
+                ),
+            )
+        opened.pop_all()
+    return result
 
 
 def _is_address(name: str | Path | None) -> bool:
     return str(name).startswith(("http://", "https://"))
-
-
-def _kept(model: OpenGenerator | OpenScorer, calls: str | Path | None) -> OpenModel:
-    """The model with its calls kept; it then has the methods that the model has."""
-    return cast("OpenModel", CachedModel(model, calls) if calls else model)
 
 
 def _local(name: str | Path | None, report: Callable[[str, float], object] | None) -> OpenModel:
@@ -174,7 +179,11 @@ def _served_scorer(address: str, tokenizer: str | Path | None) -> OpenScorer:
     from goalscope.models.served import ServedScorer
 
     server = Server(address)
-    home = str(tokenizer or server.facts.get("root") or server.model)
+    try:
+        home = str(tokenizer or server.facts.get("root") or server.model)
+    except ModelError:
+        server.close()
+        raise
     try:
         return ServedScorer(server, _tokenizer(home))
     except ModelError as error:

@@ -181,8 +181,10 @@ class TokenScorer(ABC):
         pairs = [Pair(prompt, answer) for answer in answers]
         (scored,) = self.score([Pair(prompt, [token])])
         together = self.score(pairs)
-        self.clear_cache()
-        alone = [self.score([pair])[0] for pair in pairs]
+        alone: list[Array] = []
+        for pair in pairs:
+            self.clear_cache()
+            alone += self.score([pair])
         return SelfTest(
             generation_error=abs(float(scored[0]) - generated),
             batch_error=max(

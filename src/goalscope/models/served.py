@@ -39,6 +39,9 @@ _OPENAI: _Dialect = ("max_tokens", _strict)
 class ServedGenerator:
     """A chat model behind `/chat/completions`.
 
+    The server turns the chat into tokens: whether text that looks like its markup acts as markup is
+    up to the server.
+
     Attributes:
         server: Where it is.
         name: Its name there.
@@ -239,7 +242,8 @@ class ServedScorer(TokenScorer):
 
     def describe(self) -> str:
         """One line on what is asked."""
-        return f"{self.name} at {self.server.url}, by {self.protocol}"
+        how = self._protocol.name if self._protocol else "not yet tested"
+        return f"{self.name} at {self.server.url}, by {how}"
 
     def close(self) -> None:
         """Close the connections."""

@@ -218,7 +218,7 @@ def _best_device(torch: Any) -> str:
 def _load(source: str | Path, device: Any, dtype: Any) -> Any:
     transformers = package("transformers")
     path = Path(source).expanduser()
-    options: dict[str, Any] = {"dtype": dtype}
+    options: dict[str, Any] = {"dtype": dtype, "trust_remote_code": False}
     name = str(path) if path.exists() else str(source)
     if path.suffix == ".gguf":
         name, options["gguf_file"] = str(path.parent), path.name
@@ -226,7 +226,7 @@ def _load(source: str | Path, device: Any, dtype: Any) -> Any:
     try:
         model = transformers.AutoModelForCausalLM.from_pretrained(name, **options)
         return model.to(device).eval()
-    except (OSError, ValueError, KeyError, ImportError, RuntimeError) as error:
+    except Exception as error:  # each file format has errors of its own
         reason = str(error).strip().partition("\n")[0]
         raise ModelError(
             f"{source} cannot be loaded on {device} ({reason}). Check that it is a complete causal "

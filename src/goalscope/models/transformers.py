@@ -6,7 +6,8 @@ import hashlib
 import importlib.metadata
 import json
 import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager
 from itertools import chain
 from pathlib import Path
 from typing import Any, Literal
@@ -125,6 +126,11 @@ class Transformers(LocalModel):
         for name, weight in self._network.model.state_dict().items():
             digest.update(name.encode())
             digest.update(weight.detach().cpu().contiguous().view(-1).view(torch.uint8).numpy())
+        config = self._network.model.config.to_dict()
+        config.pop("_name_or_path", None)
+        digest.update(json.dumps(config, sort_keys=True, default=str).encode())
+        if self._vocabulary is None:
+            digest.update(tokenizer_file(self._model).read_bytes())
         chat = self.tokenizer.render([Message("system", "A"), Message("user", "B")])
         versions = [f"{name} {importlib.metadata.version(name)}" for name in _ENGINE]
         how = f"{self._dtype} {self._network.device.type}"
@@ -167,9 +173,10 @@ class Transformers(LocalModel):
         keys = self._store.path(prompt)
         self._written, self._past = list(prompt), None
         if len(keys) == len(prompt):
-            known = self._store.gather(keys)
-            self._past = known.new_empty(len(keys) + room, known.shape[1])
-            self._past[: len(keys)] = known
+            with self._enough_memory():
+                known = self._store.gather(keys)
+                self._past = known.new_empty(len(keys) + room, known.shape[1])
+                self._past[: len(keys)] = known
         self._store.trim()
         return found[0]
 
@@ -182,7 +189,10 @@ class Transformers(LocalModel):
             return _to_numpy(self._network.read(self._written, [at])[0])
         sees = np.ones((1, 1, at + 1), np.bool_)
         past = self._past[None, :at] if at else None
-        logits, values = self._network.run(np.array([[token]]), np.array([[at]]), sees, past, [0])
+        with self._enough_memory():
+            logits, values = self._network.run(
+                np.array([[token]]), np.array([[at]]), sees, past, [0]
+            )
         self._past[at] = values[0, 0]
         return _to_numpy(logits[0])
 
@@ -202,6 +212,23 @@ class Transformers(LocalModel):
             results += [np.array([logprobs[spot] for spot in spots_]) for spots_ in spots]
             self._store.trim()
         return results
+
+    @contextmanager
+    def _enough_memory(self) -> Generator[None]:
+        """Say so where the memory is too small for what cannot be done in smaller batches."""
+        try:
+            yield
+        except Exception as error:
+            self.clear_cache()
+            if not self._network.is_out_of_memory(error):
+                raise
+            raise self._too_large() from None
+
+    def _too_large(self) -> ModelError:
+        return ModelError(
+            f"The memory of {self._network.device} is too small to run {self.name}. Close other "
+            "programs, or take a smaller model, dtype or context size."
+        )
 
     def _plant(self, pairs: Sequence[Pair]) -> tuple[Trie, list[list[tuple[int, int]]]]:
         """A tree of as many pairs as fit, and for each the nodes with the token to score after."""
@@ -256,10 +283,7 @@ class Transformers(LocalModel):
                     raise
             self._network.free_unused()
             if self._batch <= _LEAST_BATCH:
-                raise ModelError(
-                    f"The memory of {self._network.device} is too small to run {self.name}. Close "
-                    "other programs, or take a smaller model, dtype or context size."
-                )
+                raise self._too_large()
             self._batch //= 2
             self._width = min(self._width, self._batch)
 

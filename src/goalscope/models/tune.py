@@ -8,6 +8,7 @@ import json
 import math
 import os
 import platform
+import re
 import shutil
 import tempfile
 import time
@@ -18,6 +19,7 @@ from typing import Any
 
 import numpy as np
 import platformdirs
+from filelock import FileLock
 
 from goalscope.models import Array
 from goalscope.models.native import KVCache, Running, Weights, bindings
@@ -65,12 +67,14 @@ class Tuning:
     Attributes:
         source: The model file.
         path: The file to load: `source`, or a copy with its weights in another type.
+        threads: Most threads that were allowed.
         running: Threads and batch size.
         trials: What was measured; empty if nothing was.
     """
 
     source: Path
     path: Path
+    threads: int
     running: Running
     trials: tuple[Trial, ...] = ()
 
@@ -86,21 +90,19 @@ def tuned(source: Path, threads: int, report: Report | None = None) -> Tuning:
 
     `GOALSCOPE_TUNE=0` turns all of it off.
 
-    Raises:
-        ModelError: `source` is no complete GGUF model.
+    A file that cannot be tuned, or that another process tunes just now, is run as it is.
     """
-    plain = Tuning(source, source, Running(threads))
+    plain = Tuning(source, source, threads, Running(threads))
     if os.environ.get("GOALSCOPE_TUNE") == "0" or not source.is_file():
         return plain
-    kept = _kept(source)
+    kept = _kept(source, threads)
     if kept is not None:
-        running = replace(kept.running, threads=min(kept.running.threads, threads))
-        return replace(kept, running=running)
-    if source.stat().st_size >= _LARGEST:
+        return kept
+    if sum(part.stat().st_size for part in split_files(source)) >= _LARGEST:
         return plain
     try:
         return tune(source, threads, report)
-    except OSError:
+    except (OSError, ModelError):
         return plain
 
 
@@ -113,13 +115,19 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
     F32 keys and values as F16, and smaller types are slower and less exact, see LOG.md.)
 
     Raises:
-        ModelError: `source` is no complete GGUF model.
-        OSError: The cache folder cannot be written, or the disk is full.
+        ModelError: `source` is no complete GGUF model, or cannot be converted.
+        OSError: The cache folder cannot be written, the disk is full, or another process tunes.
     """
     report = report or (lambda _, __: None)
-    record = _record(source)
+    record = _record(source, threads)
+    source = source.resolve()
     record.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=record.parent, prefix=".tune-") as folder:
+    with (
+        FileLock(record.parent / ".lock", blocking=False),
+        tempfile.TemporaryDirectory(dir=record.parent, prefix=".tune-") as folder,
+    ):
+        for left in set(record.parent.glob(".tune-*")) - {Path(folder)}:  # by a killed process
+            shutil.rmtree(left, ignore_errors=True)
         files, trials = _try_types(source, Path(folder), Running(threads), report)
         bound = trials[0].error + _LOSS
         best = max((t for t in trials if t.error <= bound), key=lambda trial: trial.speed)
@@ -128,7 +136,7 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
         if files[best.weights] != source:
             path = record.with_name(f"{record.stem}-{best.weights}.gguf")
             os.replace(files[best.weights], path)
-        result = Tuning(source, path, running, tuple(trials))
+        result = Tuning(source, path, threads, running, tuple(trials))
         part = Path(folder, "record.json")
         part.write_text(json.dumps(asdict(result), default=str), encoding="utf-8")
         os.replace(part, record)
@@ -137,8 +145,21 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
 
 def kept_tunings() -> list[Tuning]:
     """All that were kept for this machine."""
-    found = [_read(file) for file in sorted(_folder().glob("*.json"))]
-    return [each for each in found if each is not None and _record(each.source).is_file()]
+    found = [(file, _read(file)) for file in sorted(_folder().glob("*.json"))]
+    return [
+        each
+        for file, each in found
+        if each is not None and file == _record(each.source, each.threads)
+    ]
+
+
+def split_files(path: Path) -> list[Path]:
+    """The files of a model: one, or all of NAME-00001-of-00009.gguf and so on."""
+    match = re.fullmatch(r"(.*)-\d{5}-of-(\d{5})\.gguf", path.name)
+    if not match:
+        return [path]
+    name, count = match.groups()
+    return [path.with_name(f"{name}-{i:05}-of-{count}.gguf") for i in range(1, int(count) + 1)]
 
 
 def requantize(source: Path, target: Path, ftype: int) -> None:
@@ -179,7 +200,7 @@ def prompt_seconds(
     """
     cache, trie = KVCache(weights, running), Trie()
     times: list[float] = []
-    trie.add([1000 + i % 1000 for i in range(tokens)])
+    trie.add([(1000 + i % 1000) % weights.vocab_size for i in range(tokens)])
     wanted = set(range(tokens - scored, tokens))
     try:
         while len(times) < 3 and (not times or times[0] < hopeless):
@@ -276,22 +297,23 @@ def _folder() -> Path:
     return platformdirs.user_cache_path("goalscope") / "tuned"
 
 
-def _record(source: Path) -> Path:
-    """Where the tuning of a file is kept: for this file, processor and engine only."""
+def _record(source: Path, threads: int) -> Path:
+    """Where the tuning of a file is kept: for it, these threads, this processor and engine."""
+    source = source.resolve()
     status = source.stat() if source.is_file() else None
     identity = [
-        str(source.resolve()),
+        str(source),
         f"{status.st_size} {status.st_mtime_ns}" if status else "",
         processor(),
-        str(os.cpu_count()),
+        f"{threads} threads",
         importlib.metadata.version("llama-cpp-python"),
     ]
     digest = hashlib.sha256("\n".join(identity).encode()).hexdigest()[:12]
     return _folder() / f"{source.stem}-{digest}.json"
 
 
-def _kept(source: Path) -> Tuning | None:
-    found = _read(_record(source))
+def _kept(source: Path, threads: int) -> Tuning | None:
+    found = _read(_record(source, threads))
     return found if found and found.path.is_file() else None
 
 
@@ -302,6 +324,7 @@ def _read(file: Path) -> Tuning | None:
         return Tuning(
             Path(row["source"]),
             Path(row["path"]),
+            row["threads"],
             Running(**row["running"]),
             tuple(Trial(**trial) for trial in row["trials"]),
         )
