@@ -24,8 +24,9 @@ check: $(READY)  ## format, lint, types
 	$(BIN)/ruff check src tests benchmarks
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
-bench: $(READY)  ## speed of a belief update, as ratios in one run
-	$(BIN)/python benchmarks/belief_update.py
+bench: torch  ## speed of a belief update beside other ways, as ratios in one run
+	$(BIN)/python -m pip install --quiet "$(TORCH)" lm-eval matplotlib minicons
+	$(BIN)/python -W ignore benchmarks/speed.py
 
 # The first set-up compiles the inference engine, which takes some minutes.
 $(READY): requirements.lock pyproject.toml
