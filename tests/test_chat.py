@@ -34,13 +34,13 @@ def test_a_turn_ends_at_its_token_and_not_at_the_space_before_it() -> None:
         found = re.findall("</s>|<s>|." if markup else ".", text)
         return [words.index(each) if each in words else 4 for each in found]
 
-    def tokenizer(template: str) -> ChatTokenizer:
+    def tokenizer(template: str, eos: int = 0) -> ChatTokenizer:
         return ChatTokenizer(
             encode,
             lambda tokens, markup: "".join(words[token] for token in tokens),
             template=template,
             bos=(1, "<s>"),
-            eos=(0, "</s>"),
+            eos=(eos, "</s>"),
             add_bos=True,
             names=["<s>", "</s>"],
             controls={0, 1},
@@ -51,8 +51,10 @@ def test_a_turn_ends_at_its_token_and_not_at_the_space_before_it() -> None:
         "{% else %} {{ m.content }} {{ eos_token }}{% endif %}{% endfor %}"
     )
     assert tokenizer(llama2).end_of_turn == 0
+    no_end = "{% for m in messages %}[{{ m.content }}]{% endfor %}"
+    assert tokenizer(no_end, eos=1).end_of_turn == 1
     with pytest.raises(ModelError, match="No token ends"):
-        tokenizer("{% for m in messages %}[{{ m.content }}]{% endfor %}")
+        tokenizer(no_end, eos=-1)
 
 
 @pytest.mark.parametrize("content", ["{{ m.content[0].text }}", "{{ m.content / 2 }}", ""])

@@ -124,7 +124,7 @@ class ChatTokenizer:
     tokens are the same in every context, and never merge with what stands beside them.
 
     Attributes:
-        end_of_turn: Token that ends the assistant's turn.
+        end_of_turn: Token that ends the assistant's turn, by the template or else `eos`.
         add_bos: Whether every prompt begins with the `bos` token.
     """
 
@@ -166,10 +166,10 @@ class ChatTokenizer:
         self._encode = encode
         self._markup_ids = lru_cache(maxsize=1024)(self._tokenize_markup)
         self._text_ids = lru_cache(maxsize=8192)(self._tokenize_text)
-        ends = [i for i in self._markup_ids(self._template.after_assistant()) if i in controls]
-        if not ends:
-            raise ModelError("No token ends the assistant's turn in the model's chat template.")
-        self.end_of_turn: int = ends[0]
+        after = self._markup_ids(self._template.after_assistant())
+        self.end_of_turn: int = next((i for i in after if i in self._controls), eos[0])
+        if self.end_of_turn < 0:
+            raise ModelError("No token ends the assistant's turn. Use an instruct (chat) model.")
 
     def render(self, messages: Sequence[Message]) -> list[int]:
         """Token ids of a chat, up to where the assistant's words begin."""
