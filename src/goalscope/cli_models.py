@@ -84,7 +84,10 @@ def check(
     tokenizer: Tokenizer = None,
     as_json: Json = False,
 ) -> None:
-    """Let a model write and score, and test its log-probabilities; exit code 1 if it is unfit."""
+    """Test whether a model writes and scores as it must.
+
+    The exit code is 1 if it does not.
+    """
     from goalscope.models.check import check as check_model
 
     with opened_model(named(model), named(generator), named(scorer), tokenizer) as engine:
@@ -99,9 +102,9 @@ def tune(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Find out by measuring how a model file runs fastest here, and keep the answer.
+    """Measure how a model file runs fastest here.
 
-    A faster copy of the file may be kept in the cache folder. Small files are tuned at their first
+    The answer is kept, perhaps with a faster copy of the file, in the cache folder. Small files are tuned at their first
     use; GOALSCOPE_TUNE=0 in the environment prevents that, and the use of what was found.
     """
     from goalscope.models.llamacpp import embedded_path, processors
@@ -127,7 +130,10 @@ def pull(
     repository: Annotated[str, typer.Argument(help="Such as owner/name, on the hub.")],
     file: Annotated[str | None, typer.Argument(help="One of its GGUF files.")] = None,
 ) -> None:
-    """Fetch a GGUF file from the Hugging Face hub; HF_ENDPOINT names another hub."""
+    """Fetch a GGUF file from the Hugging Face hub.
+
+    HF_ENDPOINT in the environment names another hub.
+    """
     from goalscope.models.hub import pull as pull_file
 
     if repository.count("/") != 1:
