@@ -104,8 +104,9 @@ def tune(
 ) -> None:
     """Measure how a model file runs fastest here.
 
-    The answer is kept, perhaps with a faster copy of the file, in the cache folder. Small files are tuned at their first
-    use; GOALSCOPE_TUNE=0 in the environment prevents that, and the use of what was found.
+    The answer is kept, perhaps with a faster copy of the file, in the cache folder. Small files are
+    tuned at their first use; GOALSCOPE_TUNE=0 in the environment prevents that, and the use of what
+    was found.
     """
     from goalscope.models.llamacpp import embedded_path, processors
     from goalscope.models.tune import tune as tune_file
