@@ -25,7 +25,7 @@ import tokenizers
 import torch
 import transformers
 
-from goalscope.models import network
+from goalscope.models import torch_network
 from goalscope.models.scoring import Pair
 from goalscope.models.transformers import Transformers
 
@@ -173,7 +173,7 @@ def random_model(shape: dict[str, Any], device: str | None) -> Transformers:
             config = transformers.LlamaConfig(**shape)
             return transformers.AutoModelForCausalLM.from_config(config, dtype=dtype).eval()
 
-    network._load = load
+    torch_network._load = load
     with tempfile.TemporaryDirectory(suffix="-random-llama") as folder:
         words = tokenizers.Tokenizer(tokenizers.models.WordLevel({"<s>": 0, "</s>": 1}, "<s>"))
         words.save(str(Path(folder, "tokenizer.json")))

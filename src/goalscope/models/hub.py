@@ -2,28 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from goalscope.models.extras import package
 from goalscope.types import InvalidInputError, ModelError
 
-__all__ = ["PulledFile", "pull", "pulled_files"]
-
-
-@dataclass(frozen=True, slots=True)
-class PulledFile:
-    """A GGUF file of the hub that is on this machine.
-
-    Attributes:
-        repository: Its home, such as "owner/name".
-        path: Where it is.
-        size: Bytes.
-    """
-
-    repository: str
-    path: Path
-    size: int
+__all__ = ["pull", "pulled_files"]
 
 
 def pull(repository: str, file: str | None = None) -> Path:
@@ -37,7 +22,7 @@ def pull(repository: str, file: str | None = None) -> Path:
         InvalidInputError: There is no such repository or file, or there are several files.
         ModelError: The hub cannot be reached, or a package is missing.
     """
-    hub = _hub()
+    hub = package("huggingface_hub")
     from httpx2 import HTTPError
     from huggingface_hub.errors import (
         EntryNotFoundError,
@@ -77,10 +62,10 @@ def pull(repository: str, file: str | None = None) -> Path:
         raise ModelError(failed.format(error)) from None
 
 
-def pulled_files() -> list[PulledFile]:
+def pulled_files() -> list[Path]:
     """All GGUF files of the hub's cache; none without the package."""
     try:
-        hub = _hub()
+        hub = package("huggingface_hub")
     except ModelError:
         return []
     try:
@@ -88,19 +73,9 @@ def pulled_files() -> list[PulledFile]:
     except hub.errors.CacheNotFound:
         return []
     return [
-        PulledFile(repo.repo_id, Path(file.file_path), int(file.size_on_disk))
+        Path(file.file_path)
         for repo in cached.repos
         for revision in repo.revisions
         for file in revision.files
         if file.file_name.endswith(".gguf")
     ]
-
-
-def _hub() -> Any:
-    try:
-        import huggingface_hub
-    except ImportError:
-        raise ModelError(
-            'The hub needs more packages. Run `pip install "goalscope[remote]"`.'
-        ) from None
-    return huggingface_hub

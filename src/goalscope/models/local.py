@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from goalscope.models import Array, Completion
+from goalscope.models import Array, Completion, unfinished_json
 from goalscope.models.sampling import Grammar, Logits, choose
 from goalscope.models.scoring import TokenScorer
-from goalscope.types import Message, ModelError
+from goalscope.types import Message
 
 __all__ = ["LocalModel"]
 
@@ -41,16 +41,10 @@ class LocalModel(TokenScorer):
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
     ) -> Completion:
-        """Write the assistant's next message.
+        """Write the assistant's next message; see `Generator.generate`.
 
-        Args:
-            messages: The chat so far; the last one is not the assistant's.
-            max_tokens: Most tokens to write.
-            temperature: 0 takes the likeliest token each time; above, tokens less than 0.05 times
-                as likely as the likeliest are left out, since a small model's tail is noise.
-            seed: Seed of the sampler; the same seed gives the same text.
-            stop: Strings that end the reply; they are not part of it.
-            schema: JSON schema that the reply must satisfy.
+        At a temperature above 0, tokens less than 0.05 times as likely as the likeliest are left
+        out, since a small model's tail is noise.
 
         Raises:
             ModelError: The messages do not fit the context, or the JSON was not finished within
@@ -77,10 +71,7 @@ class LocalModel(TokenScorer):
             if len(written) < room:
                 logits = self.push(token)
         if grammar is not None and finish == "length":
-            raise ModelError(
-                f"The model did not finish its JSON within {room} tokens. Allow more tokens, or "
-                "limit the schema's lengths (maxLength, maxItems)."
-            )
+            raise unfinished_json(room)
         return Completion(text, finish, len(prompt), len(written))
 
     def next_logprobs(self, prompt: Sequence[int]) -> Array:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from goalscope.models.extras import package
 from goalscope.models.trie import Trie
 
 __all__ = ["ROOT", "PrefixStore", "Row", "batches", "pack", "parents"]
@@ -191,7 +191,7 @@ class PrefixStore:
 
     def gather(self, keys: Sequence[int]) -> Any:
         """Keys and values [tokens, numbers] at keys; at least one."""
-        torch: Any = importlib.import_module("torch")
+        torch = package("torch")
         runs: list[tuple[_Block, int, int]] = []
         for key in keys:
             block, row = self._places[key]

@@ -129,15 +129,7 @@ class TokenScorer(ABC):
         *,
         end_of_turn: bool = False,
     ) -> list[Array]:
-        """Log-probability of each token of an assistant message, given the chat before it.
-
-        Args:
-            contexts: One chat per pair; the message after it is the assistant's.
-            continuations: The assistant's words, one per context.
-            end_of_turn: Also score the token that ends the assistant's turn.
-
-        Returns:
-            One float64 array [N] in nats per pair; N is the number of scored tokens.
+        """See `LikelihoodModel.token_logprobs`.
 
         Raises:
             ModelError: A pair does not fit the context window (`count_tokens` tells beforehand),

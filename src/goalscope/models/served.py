@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from textwrap import shorten
 from typing import Any
 
-from goalscope.models import Array, Completion
+from goalscope.models import Array, Completion, unfinished_json
 from goalscope.models.chat import ChatTokenizer
 from goalscope.models.http import ATTEMPTS, Refusal, Server, understood
 from goalscope.models.protocols import PROTOCOLS, Protocol
@@ -162,10 +162,7 @@ class ServedGenerator:
         import jsonschema
 
         if finish == "length":
-            raise ModelError(
-                f"The model did not finish its JSON within {room} tokens. Allow more tokens, or "
-                "limit the schema's lengths (maxLength, maxItems)."
-            )
+            raise unfinished_json(room)
         try:
             value: Any = json.loads(text)
             jsonschema.validate(value, _object(schema))

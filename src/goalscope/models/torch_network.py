@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Sequence
 from functools import lru_cache
 from itertools import chain
@@ -12,29 +11,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.models.extras import package
 from goalscope.types import ModelError
 
-__all__ = ["Network", "package"]
+__all__ = ["Network"]
 
 _VOCABULARY_PART = 1 << 14  # entries of the output layer that are widened at once
 
 Ints = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
-
-
-def package(name: str) -> Any:
-    """A package that only this backend needs.
-
-    Raises:
-        ModelError: It is missing.
-    """
-    try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        raise ModelError(
-            f"Hugging Face models need more packages ({error}). "
-            'Run `pip install "goalscope[torch]"`.'
-        ) from None
 
 
 class Network:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import json
-import weakref
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import chain
@@ -16,13 +15,14 @@ import numpy as np
 import numpy.typing as npt
 
 from goalscope.models import Array
+from goalscope.models.extras import package
 from goalscope.models.hf_tokenizer import chat_tokenizer, tokenizer_file
 from goalscope.models.local import LocalModel
 from goalscope.models.native import Weights
 from goalscope.models.packing import ROOT, PrefixStore, Row, batches, pack, parents
 from goalscope.models.sampling import Grammar, LlamaGrammar, Logits
 from goalscope.models.scoring import Pair
-from goalscope.models.torch_network import Network, package
+from goalscope.models.torch_network import Network
 from goalscope.models.trie import Trie
 from goalscope.types import Message, ModelError
 
@@ -86,7 +86,6 @@ class Transformers(LocalModel):
         self._vocabulary: Weights | None = None
         if self._source.suffix == ".gguf":
             self._vocabulary = Weights(self._source, vocabulary_only=True)
-            weakref.finalize(self, self._vocabulary.free)
             self.tokenizer = self._vocabulary.chat_tokenizer()
         else:
             self.tokenizer = chat_tokenizer(model)

@@ -12,7 +12,8 @@ import re
 import shutil
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,17 @@ from goalscope.models.sampling import log_prob
 from goalscope.models.trie import Trie
 from goalscope.types import ModelError
 
-__all__ = ["Trial", "Tuning", "kept_tunings", "prompt_seconds", "requantize", "tune", "tuned"]
+__all__ = [
+    "Trial",
+    "Tuning",
+    "kept_tunings",
+    "processor",
+    "prompt_seconds",
+    "requantize",
+    "split_files",
+    "tune",
+    "tuned",
+]
 
 Report = Callable[[str, float], object]
 """Told what is measured now, and the share of the work that is done, from 0 to 1."""
@@ -248,7 +259,7 @@ def _try_settings(file: Path, running: Running, report: Report) -> Running:
     )
     with _loaded(file) as weights:
         for number, (name, value) in enumerate(trials):
-            report(f"{name.replace('_', ' ')} {value}", 0.75 + 0.08 * number)
+            report(f"{name} {value}", 0.75 + 0.08 * number)
             other = replace(running, **{name: value})
             if other != running and all(_is_faster(weights, other, running) for _ in range(2)):
                 running = other
@@ -263,18 +274,14 @@ def _is_faster(weights: Weights, other: Running, running: Running) -> bool:
     return prompt_seconds(weights, other, 512, scored=64, hopeless=1.2 * seconds) < limit
 
 
-class _loaded:
+@contextmanager
+def _loaded(path: Path) -> Generator[Weights]:
     """Weights for the length of a `with` block."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-
-    def __enter__(self) -> Weights:
-        self._weights = Weights(self._path)
-        return self._weights
-
-    def __exit__(self, *_: object) -> None:
-        self._weights.free()
+    weights = Weights(path)
+    try:
+        yield weights
+    finally:
+        weights.free()
 
 
 def _token_logprobs(weights: Weights, running: Running) -> Array:
