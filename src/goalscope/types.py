@@ -130,9 +130,11 @@ class Profile:
         description: What the person wants, given to a simulated human and never to the agent.
         replies: What the scripted human says, in order; afterwards the completion phrase.
         checks: Conditions on the final state, in the form that the environment documents.
+        scene: Name of the place where it happens, in environments that have several.
     """
 
     name: str
     description: str
     replies: tuple[str, ...]
     checks: tuple[Mapping[str, Any], ...] = field(default=())
+    scene: str = ""

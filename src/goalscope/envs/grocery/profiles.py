@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import difflib
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from decimal import Decimal
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.words import contains, singulars
+from goalscope.envs.tables import is_list, read_profiles, refuse_unknown, shown
 from goalscope.types import InvalidInputError, Profile
 
 __all__ = ["checks_met", "load_profiles"]
-
-_KEYS = ("name", "description", "replies", "checks")
 
 _FORMS: Mapping[str, tuple[str, ...]] = {
     "must_have": ("tag", "min_quantity", "max_quantity"),
@@ -53,28 +50,7 @@ def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
     source = (
         files("goalscope.envs.grocery") / "data" / "profiles.toml" if path is None else Path(path)
     )
-    label = Path(str(source)).name
-    try:
-        tables = tomllib.loads(source.read_bytes().decode("utf-8-sig"))
-    except OSError as error:
-        raise InvalidInputError(
-            f"The profiles {label} cannot be read: {error.strerror or error}. "
-            "Give the path of a TOML file."
-        ) from None
-    except UnicodeDecodeError:
-        raise InvalidInputError(f"The profiles {label} are not UTF-8. Save them so.") from None
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InvalidInputError(f"The profiles {label} are not valid TOML: {error}.") from None
-    _refuse_unknown(tables, ("profile",), label)
-    rows = tables.get("profile")
-    if not _is_list(rows, dict) or not rows:
-        raise InvalidInputError(f"{label}: there is no [[profile]] table. Add at least one.")
-    profiles = tuple(_profile(row, f"{label}, profile {n}") for n, row in enumerate(rows, 1))
-    names = [profile.name for profile in profiles]
-    for name in names:
-        if names.count(name) > 1:
-            raise InvalidInputError(f"{label}: two profiles are named {name!r}. Rename one.")
-    return profiles
+    return read_profiles(source, _examine)
 
 
 def checks_met(
@@ -111,37 +87,16 @@ def _matches(item: Item, terms: Iterable[str]) -> bool:
     return any(contains(name, singulars(term)) for term in terms)
 
 
-def _profile(row: Mapping[str, Any], label: str) -> Profile:
-    name = row.get("name")
-    if isinstance(name, str):
-        label = f"{label} {name!r}"
-    _refuse_unknown(row, _KEYS, label)
-    for key in _KEYS:
-        if key not in row:
-            raise InvalidInputError(f"{label}: the key {key!r} is missing.")
-    for key in ("name", "description"):
-        if not isinstance(row[key], str) or not row[key].strip():
-            raise InvalidInputError(f"{label}: {key!r} must be a text that is not empty.")
-    replies, checks = row["replies"], row["checks"]
-    if not _is_list(replies, str) or not replies or not all(r.strip() for r in replies):
-        raise InvalidInputError(f"{label}: 'replies' must be a list of texts, none empty.")
-    if not _is_list(checks, dict) or not checks:
-        raise InvalidInputError(f"{label}: 'checks' must be a list of tables.")
-    for number, check in enumerate(checks, 1):
-        _examine(check, f"{label}, check {number}")
-    return Profile(row["name"], row["description"], tuple(replies), tuple(checks))
-
-
 def _examine(check: Mapping[str, Any], label: str) -> None:
     """Refuse a check that is of no known form."""
     leading = [key for key in _FORMS if key in check]
     beside = [key for form in leading or _FORMS for key in _FORMS[form]]
-    _refuse_unknown(check, (*_FORMS, *beside), label)
+    refuse_unknown(check, (*_FORMS, *beside), label)
     if len(leading) != 1:
         raise InvalidInputError(f"{label}: give exactly one of the keys {', '.join(_FORMS)}.")
     for key, value in check.items():
         if key in ("must_have", "must_not_have"):
-            right = _is_list(value, str) and value and all(singulars(term) for term in value)
+            right = is_list(value, str) and value and all(singulars(term) for term in value)
             kind = "a list of terms"
         elif key in ("min_quantity", "max_quantity"):
             right, kind = type(value) is int and value >= 1, "a whole number from 1"
@@ -153,18 +108,4 @@ def _examine(check: Mapping[str, Any], label: str) -> None:
         else:
             right, kind = isinstance(value, str) and bool(value.strip()), "a tag"
         if not right:
-            raise InvalidInputError(f"{label}: {key!r} must be {kind}, not {value!r}.")
-
-
-def _refuse_unknown(table: Mapping[str, Any], known: Sequence[str], label: str) -> None:
-    for key in table:
-        if key not in known:
-            nearest = difflib.get_close_matches(key, known, 1)
-            hint = f"did you mean {nearest[0]!r}?" if nearest else f"known are {', '.join(known)}."
-            raise InvalidInputError(f"{label}: the key {key!r} is unknown; {hint}")
-
-
-def _is_list(value: object, kind: type) -> bool:
-    return isinstance(value, list) and all(
-        isinstance(entry, kind) for entry in cast("list[object]", value)
-    )
+            raise InvalidInputError(f"{label}: {key!r} must be {kind}, not {shown(value)}.")

@@ -1,0 +1,144 @@
+"""Simulated people at home: the profiles' file, and what their checks ask of the objects."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, cast
+
+from goalscope.envs.house.object_types import object_types
+from goalscope.envs.house.properties import STATES, unfit_state
+from goalscope.envs.tables import is_list, nearest, read_profiles, refuse_unknown, shown
+from goalscope.types import InvalidInputError, Profile
+
+__all__ = ["conditions_met", "load_profiles"]
+
+_FORMS: Mapping[str, tuple[str, ...]] = {"object": ("count",), "every": (), "no": ()}
+"""The forms of a check by their leading key, with the keys that may stand beside it."""
+
+
+def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
+    """Read profiles from a TOML file; None reads the five that come with goalscope (Sec. 4.2).
+
+    Each is a table `[[profile]]` with `name`, `scene` (such as "Kitchen1"), `description` (given
+    to a simulated human), `replies` (what the scripted human says, in order) and `checks`, a list
+    of these forms:
+
+    * `{object = "Apple", in = "Fridge"}`: at least one apple is in a fridge, or with
+      `count = 2` at least two are.
+    * `{every = "Mug", isDirty = false}`: there are mugs, and all of them are clean.
+    * `{no = "Safe", isOpen = true}`: no safe is open.
+
+    Objects are named by AI2-THOR's types, one or a list of which any will do. Beside them may
+    stand `in` or `on` (both mean the same: types of receptacles, of which one must hold the
+    object) and any of `STATES` with its value; all of them must hold of the same object. An egg on
+    a plate on a table is on the table too; on the floor is only what nothing else holds. What was
+    sliced, or an egg that was broken, counts only where the check says isSliced or isBroken.
+
+    Raises:
+        InvalidInputError: The file cannot be read, or a profile is not of this form; the message
+            names the file, the profile, the key, and the nearest key or type that is known.
+    """
+    source = (
+        files("goalscope.envs.house") / "data" / "profiles.toml" if path is None else Path(path)
+    )
+    return read_profiles(source, _examine, scenes=True)
+
+
+def conditions_met(
+    checks: Sequence[Mapping[str, Any]], objects: Iterable[Mapping[str, Any]]
+) -> list[bool]:
+    """Which of the `checks` (see `load_profiles`) hold of the `objects`, AI2-THOR's metadata."""
+    by_id = {thing["objectId"]: thing for thing in objects}
+    return [_is_met(check, by_id) for check in checks]
+
+
+def _is_met(check: Mapping[str, Any], by_id: Mapping[str, Mapping[str, Any]]) -> bool:
+    (form,) = (key for key in _FORMS if key in check)
+    places = [kind for key in ("in", "on") for kind in _types(check.get(key, []))]
+    states = {key: check[key] for key in STATES if key in check}
+    meant = [
+        thing
+        for thing in by_id.values()
+        if thing["objectType"] in _types(check[form]) and not _is_gone(thing, states)
+    ]
+    fitting = [
+        thing
+        for thing in meant
+        if all(thing[key] == value for key, value in states.items())
+        and (not places or not set(places).isdisjoint(_holders(thing, by_id)))
+    ]
+    if form == "every":
+        return bool(meant) and len(fitting) == len(meant)
+    return not fitting if form == "no" else len(fitting) >= check.get("count", 1)
+
+
+def _is_gone(thing: Mapping[str, Any], states: Mapping[str, Any]) -> bool:
+    """Whether only pieces are left of the thing, and nobody asks."""
+    sliced = thing["isSliced"] and "isSliced" not in states
+    cracked = thing["objectType"] == "Egg" and thing["isBroken"] and "isBroken" not in states
+    return sliced or cracked
+
+
+def _holders(thing: Mapping[str, Any], by_id: Mapping[str, Mapping[str, Any]]) -> set[str]:
+    """The types of the receptacles that hold `thing`, with those that hold them."""
+    waiting: list[str] = list(thing["parentReceptacles"] or ())
+    seen: set[str] = set()
+    while waiting:
+        holder = waiting.pop()
+        if holder not in seen and holder in by_id:
+            seen.add(holder)
+            waiting += by_id[holder]["parentReceptacles"] or ()
+    kinds = {by_id[holder]["objectType"] for holder in seen}
+    others = any(
+        by_id[holder]["objectType"] != "Floor"
+        for holder in thing["parentReceptacles"] or ()
+        if holder in by_id
+    )
+    return kinds - {"Floor"} if others else kinds
+
+
+def _types(value: str | list[str]) -> list[str]:
+    return [value] if isinstance(value, str) else value
+
+
+def _examine(check: Mapping[str, Any], label: str) -> None:
+    """Refuse a check that is of no known form, or that nothing could ever meet."""
+    leading = [key for key in _FORMS if key in check]
+    beside = [key for form in leading or _FORMS for key in _FORMS[form]]
+    refuse_unknown(check, (*_FORMS, *beside, "in", "on", *STATES), label)
+    if len(leading) != 1:
+        raise InvalidInputError(f"{label}: give exactly one of the keys {', '.join(_FORMS)}.")
+    if "in" in check and "on" in check:
+        raise InvalidInputError(f"{label}: 'in' and 'on' mean the same; give one of them.")
+    for key in (*leading, "in", "on"):
+        if key in check:
+            _examine_types(key, check[key], label)
+    for key in STATES:
+        if key in check and (told := unfit_state(key, check[key], _types(check[leading[0]]))):
+            raise InvalidInputError(f"{label}: {told}")
+    count = check.get("count", 1)
+    if type(count) is not int or not 1 <= count <= 1000:
+        raise InvalidInputError(
+            f"{label}: 'count' must be a whole number from 1 to 1000, not {shown(count)}."
+        )
+    if leading == ["every"] and len(check) == 1:
+        raise InvalidInputError(
+            f"{label}: 'every' alone says nothing. Add 'in', 'on', or a state such as isOpen."
+        )
+
+
+def _examine_types(key: str, value: object, label: str) -> None:
+    if not (isinstance(value, str) or (is_list(value, str) and value)):
+        raise InvalidInputError(
+            f"{label}: {key!r} must be an object type or a list of them, not {shown(value)}."
+        )
+    known = object_types()
+    for name in _types(cast("str | list[str]", value)):
+        if name not in known:
+            raise InvalidInputError(
+                f"{label}: {shown(name)} in {key!r} is no object type; {nearest(name, known)}"
+            )
+        if key in ("in", "on") and "receptacle" not in known[name].flags:
+            raise InvalidInputError(f"{label}: {name} in {key!r} cannot hold anything.")

@@ -1,0 +1,44 @@
+"""The states that objects can be in, for scenes and conditions that people write."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from goalscope.envs.house.object_types import object_types
+from goalscope.envs.tables import shown
+
+__all__ = ["STATES", "unfit_state"]
+
+STATES = {
+    "isOpen": "openable",
+    "isToggled": "toggleable",
+    "isBroken": "breakable",
+    "isFilledWithLiquid": "canFillWithLiquid",
+    "fillLiquid": "canFillWithLiquid",
+    "isDirty": "dirtyable",
+    "isUsedUp": "canBeUsedUp",
+    "isCooked": "cookable",
+    "isSliced": "sliceable",
+    "isPickedUp": "pickupable",
+    "temperature": "",
+}
+"""The states of an object in AI2-THOR's metadata, and the affordance that each one needs."""
+
+_WORDS = {
+    "temperature": ("Cold", "RoomTemp", "Hot"),
+    "fillLiquid": ("water", "coffee", "wine"),
+}
+
+
+def unfit_state(name: str, value: object, types: Iterable[str]) -> str:
+    """Why none of the object `types` can be in this state of `STATES`; empty where one can."""
+    words = _WORDS.get(name)
+    if words and value not in words:
+        return f"{name!r} must be one of {', '.join(words)}, not {shown(value)}."
+    if not words and type(value) is not bool:
+        return f"{name!r} must be true or false, not {shown(value)}."
+    flag = STATES[name]
+    types = list(types)
+    if flag and not any(flag in object_types()[kind].flags for kind in types):
+        return f"{name!r} makes no sense here; {' and '.join(types)} are not {flag}."
+    return ""

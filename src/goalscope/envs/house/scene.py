@@ -1,0 +1,214 @@
+"""A scene: what stands where at the start, read from the metadata that AI2-THOR prints."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+from goalscope.types import InvalidInputError
+
+__all__ = ["Scene"]
+
+MOST_OBJECTS = 2000
+MOST_TEXT = 200
+"""Limits of a scene: 2,000 objects, names of 200 characters."""
+
+_TEXTS = ("objectId", "objectType", "name")
+_FLAGS = (
+    "receptacle", "toggleable", "isToggled", "breakable", "isBroken", "canFillWithLiquid",
+    "isFilledWithLiquid", "dirtyable", "isDirty", "canBeUsedUp", "isUsedUp", "cookable",
+    "isCooked", "isHeatSource", "isColdSource", "sliceable", "isSliced", "openable", "isOpen",
+    "pickupable", "isPickedUp", "moveable",
+)  # fmt: skip
+_ODD = re.compile(r"[\x00-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff]|<\|")
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """One room at its start.
+
+    Attributes:
+        name: As in AI2-THOR, such as "FloorPlan1_physics".
+        objects: AI2-THOR's metadata of each object.
+        agent: AI2-THOR's metadata of the agent; None lets the house choose a free place.
+        notes: What a person should know about what was read, one sentence each.
+    """
+
+    name: str
+    objects: tuple[Mapping[str, Any], ...]
+    agent: Mapping[str, Any] | None = None
+    notes: tuple[str, ...] = field(default=())
+
+    @classmethod
+    def from_metadata(cls, metadata: Any, *, label: str, name: str | None = None) -> Scene:
+        """A scene of what AI2-THOR's `event.metadata` holds, or of {objectId: object metadata}.
+
+        Args:
+            metadata: As parsed from JSON; nothing in it is trusted.
+            label: What to call it in errors.
+            name: Name of the scene, where the metadata gives none.
+
+        Raises:
+            InvalidInputError: It is no such metadata; the message names the object and the key.
+        """
+        if not isinstance(metadata, dict):
+            raise InvalidInputError(
+                f"{label}: expected a JSON object with AI2-THOR's metadata, "
+                f"not {type(metadata).__name__}. Save `event.metadata` with json.dump."
+            )
+        table = cast("dict[str, Any]", metadata)
+        listed: object = table["objects"] if "objects" in table else list(table.values())
+        if not isinstance(listed, list) or not listed:
+            raise InvalidInputError(f"{label}: there are no objects in it.")
+        rows = cast("list[Any]", listed)
+        if len(rows) > MOST_OBJECTS:
+            raise InvalidInputError(
+                f"{label}: {len(rows):,} objects; a scene may have {MOST_OBJECTS:,}."
+            )
+        objects = tuple(_object(row, f"{label}, object {n}") for n, row in enumerate(rows, 1))
+        ids = [each["objectId"] for each in objects]
+        for each in ids:
+            if ids.count(each) > 1:
+                raise InvalidInputError(f"{label}: two objects have the id {each!r}.")
+        agent = table.get("agent")
+        if agent is not None:
+            agent = _agent(agent, f"{label}, agent")
+        title = table.get("sceneName") or name or "Imported"
+        if not isinstance(title, str) or len(title) > MOST_TEXT or _ODD.search(title):
+            raise InvalidInputError(f"{label}: 'sceneName' must be a short text.")
+        return cls(title, objects, agent)
+
+
+def _object(row: Any, label: str) -> dict[str, Any]:
+    """The object's metadata with every key that the house needs, checked."""
+    if not isinstance(row, dict):
+        raise InvalidInputError(f"{label}: expected a JSON object, not {type(row).__name__}.")
+    given = cast("dict[str, Any]", row)
+    for key in _TEXTS:
+        text = given.get(key, given.get("objectId") if key == "name" else None)
+        if not isinstance(text, str) or not text or len(text) > MOST_TEXT or _ODD.search(text):
+            raise InvalidInputError(
+                f"{label}: {key!r} must be a text of 1 to {MOST_TEXT} characters without control "
+                "characters. Is this the metadata of AI2-THOR 5?"
+            )
+    label = f"{label} {given['objectId']!r}"
+    flags = {key: _flag(given.get(key, False), label, key) for key in _FLAGS}
+    position = _vector(given.get("position"), f"{label}, 'position'")
+    lists = {
+        key: _ids(given.get(key), f"{label}, {key!r}")
+        for key in ("parentReceptacles", "receptacleObjectIds", "controlledObjects")
+    }
+    if flags["receptacle"] and lists["receptacleObjectIds"] is None:
+        lists["receptacleObjectIds"] = []
+    temperature = given.get("temperature", "RoomTemp")
+    if temperature not in ("RoomTemp", "Hot", "Cold"):
+        raise InvalidInputError(f"{label}: 'temperature' must be RoomTemp, Hot or Cold.")
+    liquid = given.get("fillLiquid")
+    if liquid is not None and (not isinstance(liquid, str) or len(liquid) > 20):
+        raise InvalidInputError(f"{label}: 'fillLiquid' must be a short text or null.")
+    materials = given.get("salientMaterials")
+    return {
+        **{key: given.get(key, "") for key in _TEXTS},
+        "name": given.get("name") or given["objectId"],
+        "assetId": str(given.get("assetId") or "")[:MOST_TEXT],
+        "position": position,
+        "rotation": _vector(given.get("rotation", {"x": 0, "y": 0, "z": 0}), f"{label}, rotation"),
+        "visible": False,
+        "isInteractable": False,
+        "distance": 0.0,
+        **flags,
+        "fillLiquid": liquid,
+        "temperature": temperature,
+        "openness": float(flags["isOpen"]) if "openness" not in given else _share(given, label),
+        "mass": _number(given.get("mass", 0.0), f"{label}, 'mass'"),
+        "salientMaterials": [str(each)[:40] for each in cast("list[Any]", materials)[:20]]
+        if isinstance(materials, list)
+        else None,
+        **lists,
+        "isMoving": False,
+        "axisAlignedBoundingBox": _bounds(given.get("axisAlignedBoundingBox"), position, label),
+        "objectOrientedBoundingBox": _oriented(given.get("objectOrientedBoundingBox")),
+    }
+
+
+def _agent(given: Any, label: str) -> dict[str, Any]:
+    if not isinstance(given, dict):
+        raise InvalidInputError(f"{label}: expected a JSON object.")
+    agent = cast("dict[str, Any]", given)
+    return {
+        "name": "agent",
+        "position": _vector(agent.get("position"), f"{label}, 'position'"),
+        "rotation": _vector(agent.get("rotation"), f"{label}, 'rotation'"),
+        "cameraHorizon": _number(agent.get("cameraHorizon", 0.0), f"{label}, 'cameraHorizon'"),
+        "isStanding": bool(agent.get("isStanding", True)),
+        "inHighFrictionArea": False,
+    }
+
+
+def _flag(value: Any, label: str, key: str) -> bool:
+    if not isinstance(value, bool):
+        raise InvalidInputError(f"{label}: {key!r} must be true or false, not {value!r:.40}.")
+    return value
+
+
+def _number(value: Any, label: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
+        raise InvalidInputError(f"{label} must be a number, not {value!r:.40}.")
+    return float(value)
+
+
+def _share(given: Mapping[str, Any], label: str) -> float:
+    openness = _number(given["openness"], f"{label}, 'openness'")
+    if not 0 <= openness <= 1:
+        raise InvalidInputError(f"{label}: 'openness' must lie between 0 and 1.")
+    return openness
+
+
+def _vector(value: Any, label: str) -> dict[str, float]:
+    if not isinstance(value, dict) or not {"x", "y", "z"} <= cast("dict[str, Any]", value).keys():
+        raise InvalidInputError(f"{label} must be {{x, y, z}}, not {value!r:.40}.")
+    return {axis: _number(cast("dict[str, Any]", value)[axis], label) for axis in "xyz"}
+
+
+def _ids(value: Any, label: str) -> list[str] | None:
+    if value is None:
+        return None
+    if not isinstance(value, list):
+        raise InvalidInputError(f"{label} must be a list of ids or null.")
+    ids = cast("list[Any]", value)
+    if not all(isinstance(each, str) and len(each) <= MOST_TEXT for each in ids):
+        raise InvalidInputError(f"{label} must be a list of ids or null.")
+    return list(ids)
+
+
+def _bounds(value: Any, position: Mapping[str, float], label: str) -> dict[str, Any]:
+    """The axis-aligned box; a small one around the position where there is none."""
+    box = cast("dict[str, Any]", value) if isinstance(value, dict) else {}
+    center = _vector(box.get("center", dict(position)), f"{label}, box center")
+    size = _vector(box.get("size", {"x": 0.1, "y": 0.1, "z": 0.1}), f"{label}, box size")
+    if any(each < 0 or math.isnan(each) for each in size.values()):
+        raise InvalidInputError(f"{label}: the size of its box must not be below 0.")
+    signs = [(x, y, z) for x in (1, -1) for y in (1, -1) for z in (1, -1)]
+    corners = [
+        [center[a] + sign * size[a] / 2 for a, sign in zip("xyz", each, strict=True)]
+        for each in signs
+    ]
+    return {"cornerPoints": corners, "center": center, "size": size}
+
+
+def _oriented(value: Any) -> dict[str, Any] | None:
+    corners: Any = (
+        cast("dict[str, Any]", value).get("cornerPoints") if isinstance(value, dict) else 0
+    )
+    if not isinstance(corners, Sequence) or len(cast("Sequence[Any]", corners)) != 8:
+        return None
+    try:
+        points = [[float(each) for each in cast("Any", corner)] for corner in cast("Any", corners)]
+    except (TypeError, ValueError):
+        return None
+    if any(len(point) != 3 or not all(map(math.isfinite, point)) for point in points):
+        return None
+    return {"cornerPoints": points}
