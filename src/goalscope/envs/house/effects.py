@@ -30,6 +30,8 @@ def settle(state: State, seconds: float) -> None:
                 for each in _inside(state, thing):
                     if each["cookable"]:
                         each["isCooked"] = True
+            case "StoveBurner":
+                kept.update(each["objectId"] for each in _inside(state, thing))
             case "CoffeeMachine" if thing["isToggled"]:
                 _brew(state, thing, kept)
             case "Faucet" | "ShowerHead" if thing["isToggled"]:

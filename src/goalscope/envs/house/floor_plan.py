@@ -341,8 +341,10 @@ def _room(metadata: Mapping[str, Any], objects: Sequence[Mapping[str, Any]]) -> 
 
 
 def _counter(outline: tuple[Point, ...], fixed: Iterable[Point]) -> tuple[tuple[Point, ...], ...]:
-    """A counter's parts. One with a deep box runs around a corner, along the sides that sinks,
-    burners and cabinets stand at."""
+    """A counter's parts: a deep box is that of a counter that runs around a corner.
+
+    It has the sides that sinks, burners and cabinets stand at.
+    """
     x0, z0, x1, z1 = _around(outline)
     if min(x1 - x0, z1 - z0) < 1.4 * COUNTER_DEPTH:
         return (outline,)
@@ -358,7 +360,7 @@ def _counter(outline: tuple[Point, ...], fixed: Iterable[Point]) -> tuple[tuple[
         best = max(strips, key=lambda strip: sum(_holds(strip, at) for at in rest))
         left = [at for at in rest if not _holds(best, at)]
         if len(left) == len(rest):
-            return (outline,)
+            break
         rest = left
         chosen.append(_rectangle(best))
     return tuple(chosen) if len(chosen) > 1 else (outline,)

@@ -127,7 +127,9 @@ GROUPS = {
         ("cleaning supplies", "cleaning product", "cleaning thing"),
         "Cloth DishSponge PaperTowelRoll ScrubBrush SoapBar SoapBottle SprayBottle",
     ),
-    **dict.fromkeys(("toiletries", "bathroom supplies"), "SoapBar SoapBottle TissueBox ToiletPaper"),
+    **dict.fromkeys(
+        ("toiletries", "bathroom supplies"), "SoapBar SoapBottle TissueBox ToiletPaper"
+    ),
     **dict.fromkeys(
         ("sports equipment", "sporting goods", "sports gear"),
         "BaseballBat BasketBall Dumbbell TennisRacket",

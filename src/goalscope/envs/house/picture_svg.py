@@ -46,7 +46,7 @@ stroke:var(--floor);stroke-width:3px;stroke-linejoin:round}
 .thing.open{fill:var(--open)}.thing.on{fill:var(--on)}.thing.hot{fill:var(--hot)}
 .thing.cold{fill:var(--cold)}.thing.dirty{fill:var(--dirty)}.thing.filled{fill:var(--filled)}
 .thing.other{fill:var(--other)}
-polygon.changed,circle.changed{stroke:var(--changed);stroke-width:3}
+.furniture.changed,.fitted.changed,.wall.changed,.thing.changed{stroke:var(--changed);stroke-width:3}
 text.changed{fill:var(--changed);font-weight:700}
 """
 

@@ -24,9 +24,9 @@ _PLACES = ("at", "in", "on")
 _STATES = [key for key in STATES if key not in ("isFilledWithLiquid", "isSliced", "isPickedUp")]
 _KEYS = ("type", "label", *_PLACES, "size", "rotation", "controls", *_STATES)
 
-MOST_OBJECTS = 500
+MOST_OBJECTS = 200
 CEILING = 3.0
-"""Limits of a room: 500 objects, 3 m high."""
+"""Limits of a room: 200 objects, 3 m high."""
 
 _BASINS = {"SinkBasin": "Sink", "BathtubBasin": "Bathtub"}
 _HOOKS = {"HandTowelHolder", "TowelHolder", "ToiletPaperHanger"}
@@ -189,6 +189,8 @@ class _Room:
         refuse_unknown(row, _KEYS, label)
         if len([key for key in _PLACES if key in row]) != 1:
             raise InvalidInputError(f"{label}: give exactly one of the keys {', '.join(_PLACES)}.")
+        if name in _BASINS and "at" in row:
+            raise InvalidInputError(f"{label}: it must be in a {_BASINS[name]}, not 'at' a place.")
         if "controls" in row and (name != "StoveKnob" or not isinstance(row["controls"], str)):
             raise InvalidInputError(f"{label}: 'controls' is for a StoveKnob, and names a burner.")
         return known[name], label
@@ -200,7 +202,7 @@ class _Room:
         if ids:
             told = f"there are {len(ids)} of it. Give each a 'label', and name that one."
         else:
-            told = nearest(str(called)[:80], self.called) + " It must be written further up."
+            told = f"{nearest(shown(called), self.called)} It must be written further up."
         raise InvalidInputError(f"{label}: {key} {shown(called)} is not clear; {told}")
 
     def _spot(self, kind: ObjectType, size: Vec, host: dict[str, Any], label: str) -> Vec:
@@ -228,7 +230,8 @@ class _Room:
             y += area.size[1] * _SEATS.get(name, 1.0)
             others = [each for each in self.objects.values() if each is not host]
         if not closes or y + size[1] <= area.high(1):
-            taken = [box_of(each) for each in others]
+            level = Box((x, y + size[1] / 2, z), (area.size[0], size[1], area.size[2]))
+            taken = [box for each in others if _touch(box := box_of(each), level, 0.1)]
             rim = _WALL if closes else 0.0
             for gap in (0.1, 0.03, 0.0):
                 for at_x in _steps(area, 0, size[0], rim):
@@ -315,10 +318,10 @@ def _box(center: Vec, size: Vec) -> dict[str, Any]:
 
 
 def _steps(area: Box, axis: int, length: float, rim: float) -> list[float]:
-    """Where the middle of something of this length may be along an axis, every 5 cm."""
+    """Where the middle of something of this length may be along an axis: every 5 cm or more."""
     low, high = area.low(axis) + rim + length / 2, area.high(axis) - rim - length / 2
-    count = math.floor((high - low) / 0.05 + 1e-6)
-    return [low + 0.05 * step for step in range(count + 1)]
+    step = max(0.05, (high - low) / 60)
+    return [low + step * each for each in range(math.floor((high - low) / step + 1e-6) + 1)]
 
 
 def _touch(one: Box, other: Box, gap: float) -> bool:

@@ -166,6 +166,8 @@ def _linked(objects: dict[str, dict[str, Any]]) -> tuple[dict[str, Any], ...]:
         if thing["objectType"] == "StoveKnob":
             burners = [each for each in thing["controlledObjects"] or () if each in objects]
             thing["controlledObjects"] = burners
+            for burner in burners:
+                objects[burner]["isToggled"] = thing["isToggled"]
         if thing["isPickedUp"]:
             thing["isPickedUp"] = False
     return tuple(objects.values())

@@ -3,7 +3,7 @@
     Controller(local_executable_path=shutil.which("goalscope-unity"), scene=..., x_display=":0")
 
 It speaks both of the Controller's languages, FIFO and WSGI (HTTP). It makes no images, so that
-`event.frame` is None.
+`event.frame` is None. `Initialize` begins the scene anew.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ import uuid
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import Any, cast
 
+from goalscope.envs.house.scene import Scene
+from goalscope.envs.house.scenes import known_scenes
+from goalscope.envs.house.world import House
 from goalscope.types import GoalscopeError, InvalidInputError
 
-if TYPE_CHECKING:
-    from goalscope.envs.house.scene import Scene
-
-__all__ = ["Houses", "Steps", "main", "serve"]
+__all__ = ["Scenes", "main", "serve"]
 
 _USAGE = (
     "AI2-THOR's Controller starts this program: "
@@ -41,6 +41,8 @@ _LARGEST = 1 << 28  # bytes of one action
 _HEADER = struct.Struct("!BI")  # of a field in a pipe: its type, and the length of its body
 _METADATA, _ACTION, _END = 1, 2, 255
 _CAMERA = {"cameraNearPlane": 0.01, "cameraFarPlane": 20.0}  # metres, AI2-THOR's defaults
+_ONLY = {"agentCount": 1, "agentMode": "default", "fieldOfView": 90, "rotateStepDegrees": 90}
+_RANGES = {"gridSize": ("grid", 0.05, 5.0), "visibilityDistance": ("reach", 0.1, 100.0)}  # metres
 _OF_THE_WIRE = ("sequenceId", "render")  # how the names begin of what no house needs to know
 _BLANK: dict[str, Any] = {
     "objects": [],
@@ -56,22 +58,14 @@ _BLANK: dict[str, Any] = {
 }
 
 
-class Steps(Protocol):
-    """A house, as far as the Controller is concerned."""
-
-    def step(self, action: Mapping[str, Any]) -> dict[str, Any]:
-        """Take one action; return the metadata after it."""
-        ...
-
-
-Houses = Mapping[str, Callable[[], Steps]]
-"""How to build each house anew, by the name of its scene."""
+Scenes = Mapping[str, Callable[[], Scene]]
+"""How to load each scene, by the name that the Controller gives to `reset`."""
 
 
 def main() -> None:
     """Serve the known scenes to the Controller that started this program."""
     try:
-        serve(os.environ, sys.argv[1:], _known_houses)
+        serve(os.environ, sys.argv[1:], _scenes)
     except GoalscopeError as error:
         print(f"goalscope-unity: {error}", file=sys.stderr)
         sys.exit(2)
@@ -80,21 +74,21 @@ def main() -> None:
 
 
 def serve(
-    environment: Mapping[str, str], arguments: Sequence[str], houses: Callable[[], Houses]
+    environment: Mapping[str, str], arguments: Sequence[str], scenes: Callable[[], Scenes]
 ) -> None:
     """Take the Controller's actions until it stops.
 
     Args:
         environment: Holds the variables AI2THOR_... that the Controller sets.
         arguments: Of Unity's command line; all but the screen's size are ignored.
-        houses: Called when the Controller listens, so that it learns of an error at once.
+        scenes: Called when the Controller listens, so that it learns of an error at once.
 
     Raises:
         InvalidInputError: No Controller is there, or it says what cannot be understood.
     """
     screen = _screen(arguments)
     with _link(environment) as link:
-        stage = _Stage(houses(), *screen)
+        stage = _Stage(scenes(), *screen)
         message = _message(stage.metadata, 0)
         while action := link.exchange(message):
             message = _message(stage.answer(action), action.get("sequenceId", 0))
@@ -103,10 +97,11 @@ def serve(
 class _Stage:
     """What is not of one house: the scenes, the screen, and errors."""
 
-    def __init__(self, houses: Houses, width: int, height: int) -> None:
-        self._houses = houses
-        self._house: Steps | None = None
-        self._why_none = "No scene is loaded. Send Reset with a sceneName first."
+    def __init__(self, scenes: Scenes, width: int, height: int) -> None:
+        self._scenes = scenes
+        self._scene: Scene | None = None
+        self._house: House | None = None
+        self._missing = "No scene is loaded. Send Reset with a sceneName first."
         self._screen = {"screenWidth": width, "screenHeight": height}
         self.metadata = _BLANK | self._screen
 
@@ -117,39 +112,54 @@ class _Stage:
         except Exception as error:
             traceback.print_exc()
             news = _failure(f"{type(error).__name__}: {error}")
-        self.metadata |= {"lastAction": action.get("action")} | news | self._screen
+        self.metadata |= {"lastAction": str(action.get("action"))} | news | self._screen
         return self.metadata
 
     def _news(self, action: Mapping[str, Any]) -> dict[str, Any]:
         match action.get("action"):
             case "GetScenesInBuild":
-                return _success(sorted(self._houses))
-            case "Reset":
-                return self._reset(action.get("sceneName"))
+                return _success(sorted(self._scenes))
             case "ChangeResolution":
                 return self._resize(action.get("x"), action.get("y"))
+            case "Reset":
+                return self._reset(action.get("sceneName"))
+            case "Initialize" if self._scene:
+                return self._initialize(self._scene, action)
             case _ if self._house is None:
-                return _failure(self._why_none)
-            case "Initialize":
-                return _success(_CAMERA)
+                return _failure(self._missing)
             case _:
-                known = {k: v for k, v in action.items() if not k.startswith(_OF_THE_WIRE)}
-                return _success() | self._house.step(known)
+                return self._house.step(
+                    {k: v for k, v in action.items() if not k.startswith(_OF_THE_WIRE)}
+                )
 
-    def _reset(self, scene: object) -> dict[str, Any]:
-        self._house, self.metadata = None, _BLANK | self._screen
-        if scene not in self._houses:
-            known = ", ".join(sorted(self._houses)) or "none"
-            self._why_none = f"There is no scene {scene!r}. The scenes: {known}."
-            return _failure(self._why_none)
+    def _reset(self, name: object) -> dict[str, Any]:
+        self._scene = self._house = None
+        if name not in self._scenes:
+            known = ", ".join(sorted(self._scenes)) or "none"
+            self._missing = f"There is no scene {name!r:.60}. The scenes: {known}."
+            return _failure(self._missing)
         try:
-            house = self._houses[cast(str, scene)]()
-            news = house.step({"action": "Pass"})
+            self._scene = self._scenes[str(name)]()
         except Exception as error:
-            self._why_none = f"The scene {scene!r} cannot be loaded: {error}"
+            self._missing = f"The scene {name!r} cannot be loaded: {error}"
             raise
-        self._house = house
-        return _success() | news | {"lastAction": "Reset"}
+        self._missing = "The house is not built. Send Initialize first."
+        return _BLANK | {"sceneName": self._scene.name}
+
+    def _initialize(self, scene: Scene, action: Mapping[str, Any]) -> dict[str, Any]:
+        for name, only in _ONLY.items():
+            if action.get(name, only) != only:
+                return _failure(f"This house has no {name} but {only!r}.", "InvalidArgument")
+        given: dict[str, float] = {}
+        for name, (key, least, most) in _RANGES.items():
+            value = action.get(name)
+            if value is None:
+                continue
+            if type(value) not in (int, float) or not least <= value <= most:
+                return _failure(f"{name} must lie between {least} and {most}.", "InvalidArgument")
+            given[key] = float(value)
+        self._house = House(scene, **given)
+        return self._house.metadata("Initialize", returned=_CAMERA)
 
     def _resize(self, width: object, height: object) -> dict[str, Any]:
         if not (isinstance(width, int) and isinstance(height, int) and min(width, height) > 0):
@@ -357,14 +367,8 @@ def _parsed(action: bytes) -> dict[str, Any]:
     return cast(dict[str, Any], value)
 
 
-def _known_houses() -> Houses:
-    from goalscope.envs.house.scenes import known_scenes
-    from goalscope.envs.house.world import House
-
-    def builder(scene: Callable[[], Scene]) -> Callable[[], Steps]:
-        return lambda: House(scene())
-
+def _scenes() -> Scenes:
     return {  # the Controller asks for FloorPlan1_physics when it is told FloorPlan1
-        re.sub(r"^(FloorPlan[0-9]+)$", r"\1_physics", name): builder(scene)
+        re.sub(r"^(FloorPlan[0-9]+)$", r"\1_physics", name): scene
         for name, scene in known_scenes().items()
     }
