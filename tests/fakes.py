@@ -51,7 +51,7 @@ class WordModel:
 
 
 class LampRoom:
-    """An environment with one lamp; the switch `broken` always fails."""
+    """An environment with lamps; the switch `broken` always fails, and `smash` needs leave."""
 
     task = "The agent looks after a lamp."
     notes = ()
@@ -60,9 +60,11 @@ class LampRoom:
     def __init__(self, offers: Sequence[str] = ("lamp",)) -> None:
         self.offers = list(offers)
         self.on: list[str] = []
+        self.smashed: list[str] = []
 
     def reset(self) -> None:
         self.on.clear()
+        self.smashed.clear()
 
     def status(self) -> str:
         return f"On: {', '.join(self.on) or 'nothing'}."
@@ -73,11 +75,20 @@ class LampRoom:
     def mentioned(self, utterances: Sequence[str]) -> list[str]:
         return [word for word in words(" ".join(utterances)) if word in self.offers]
 
-    def actions(self, relevant: Sequence[str], utterances: Sequence[str] = ()) -> list[Action]:
+    def actions(self, relevant: Sequence[str], turns: Sequence[Turn] = ()) -> list[Action]:
         return [Action("switch on", term) for term in relevant if term in self.offers]
 
-    def requests(self, utterances: Sequence[str]) -> list[Action]:
+    def requests(self, turns: Sequence[Turn]) -> list[Action]:
         return []
+
+    def permission(self, action: Action, turns: Sequence[Turn]) -> str:
+        asked = [turn for turn in turns if turn.query == f"May I smash the {action.target}?"]
+        if action.name != "smash" or any(turn.utterance == "yes" for turn in asked):
+            return ""
+        return f"May I smash the {action.target}?"
+
+    def fingerprint(self) -> str:
+        return f"{self.on} {self.smashed}"
 
     def completion_actions(self) -> list[Action]:
         return []
@@ -87,6 +98,9 @@ class LampRoom:
             return StepResult(action, True, action.target)
         if action.target == "broken" or action.target in self.on:
             return StepResult(action, False, "The switch does not move.")
+        if action.name == "smash":
+            self.smashed.append(action.target)
+            return StepResult(action, True, "It is in pieces.", irreversible=True)
         self.on.append(action.target)
         return StepResult(action, True, "It is on.")
 
@@ -98,6 +112,10 @@ class LampRoom:
 
     def checks_met(self, profile: Profile) -> list[bool]:
         return [bool(self.on)]
+
+
+def said(*utterances: str) -> list[Turn]:
+    return [Turn("", utterance) for utterance in utterances]
 
 
 def words(text: str) -> list[str]:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fakes import LampRoom, WordModel
+from fakes import LampRoom, WordModel, said
 from goalscope.agent import Agent, run_episode
 from goalscope.belief import Belief
 from goalscope.dialog import ConsoleHuman, ScriptedHuman, ask, question_of
@@ -165,7 +165,7 @@ def test_failed_plan_is_undone_and_made_anew_without_the_failed_action() -> None
     env.on.append("candle")
     history = [StepResult(Action("switch on", "candle"), True, "It is on.")]
     planner = Planner(WordModel())
-    outcome = planner.act(env, [Want("lamp broken", 1.0)], ["hello"], history)
+    outcome = planner.act(env, [Want("lamp broken", 1.0)], said("hello"), history)
     assert outcome.replans == 1
     assert env.on == ["candle", "lamp"]
 
@@ -173,7 +173,7 @@ def test_failed_plan_is_undone_and_made_anew_without_the_failed_action() -> None
 def test_plan_that_stays_impossible_ends_in_the_state_before_it() -> None:
     env = LampRoom(["broken"])
     planner = Planner(WordModel(), replans=0)
-    outcome = planner.act(env, [Want("broken", 1.0)], ["hello"], [])
+    outcome = planner.act(env, [Want("broken", 1.0)], said("hello"), [])
     assert outcome.results == ()
     assert env.on == []
 

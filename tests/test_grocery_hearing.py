@@ -4,6 +4,7 @@ import time
 
 import pytest
 
+from fakes import said
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.hearing import hear
 from goalscope.types import Action
@@ -67,22 +68,22 @@ def test_long_input_is_heard_at_once(part: str) -> None:
 
 
 def test_request_is_met_once_with_its_quantity(shop: GroceryShop) -> None:
-    said = ["Please add 3 bags of tortilla chips."]
-    (action,) = shop.requests(said)
+    turns = said("Please add 3 bags of tortilla chips.")
+    (action,) = shop.requests(turns)
     assert action.quantity == 3
     assert shop.step(action).ok
-    assert shop.requests([*said, "Thanks."]) == []
+    assert shop.requests([*turns, *said("Thanks.")]) == []
 
 
 def test_what_is_ruled_out_later_leaves_the_basket(shop: GroceryShop) -> None:
     wheat = shop.actions(["wheat flour"])[0].target
     assert shop.step(Action("add item", wheat, 2)).ok
-    (action,) = shop.requests(["My sister can't eat gluten."])
+    (action,) = shop.requests(said("My sister can't eat gluten."))
     assert action == Action("remove item", wheat, 2)
 
 
 def test_ruled_out_items_are_never_offered(shop: GroceryShop, catalogue: Catalogue) -> None:
-    offers = shop.actions(["flour"], ["It has to be gluten-free."])
+    offers = shop.actions(["flour"], said("It has to be gluten-free."))
     assert offers
     for action in offers:
         item = catalogue.get(action.target)
@@ -91,13 +92,13 @@ def test_ruled_out_items_are_never_offered(shop: GroceryShop, catalogue: Catalog
 
 
 def test_what_the_person_makes_is_not_bought(shop: GroceryShop) -> None:
-    assert shop.actions(["chocolate cake"], ["I want to bake a chocolate cake."]) == []
-    assert shop.actions(["chocolate cake"], ["Just a chocolate cake, please."])
+    assert shop.actions(["chocolate cake"], said("I want to bake a chocolate cake.")) == []
+    assert shop.actions(["chocolate cake"], said("Just a chocolate cake, please."))
 
 
 def test_refused_term_is_not_served_by_something_like_it(shop: GroceryShop) -> None:
     assert shop.actions(["cake mix"])
-    assert shop.actions(["cake mix"], ["From scratch, please, no cake mix."]) == []
+    assert shop.actions(["cake mix"], said("From scratch, please, no cake mix.")) == []
 
 
 def test_term_that_the_basket_serves_offers_nothing(shop: GroceryShop) -> None:
@@ -107,8 +108,7 @@ def test_term_that_the_basket_serves_offers_nothing(shop: GroceryShop) -> None:
 
 
 def test_mentions_are_things_of_the_shop_and_not_refused(shop: GroceryShop) -> None:
-    said = ["Spaghetti with tomato sauce, but no basil."]
-    found = shop.mentioned(said)
+    found = shop.mentioned(["Spaghetti with tomato sauce, but no basil."])
     assert "spaghetti" in found
     assert "basil" not in found
 

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fakes import said
 from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop, Item, load_profiles
 from goalscope.envs.grocery.search import Search
@@ -101,18 +102,18 @@ def test_the_purchase_ends_the_task_once_and_prints_the_total() -> None:
 
 
 def test_things_are_offered_in_the_amount_that_was_said() -> None:
-    offers = shop().actions(["orange juice"], ["I'd say 3 bottles of orange juice, and ice."])
+    offers = shop().actions(["orange juice"], said("I'd say 3 bottles of orange juice, and ice."))
     assert {action.quantity for action in offers} == {3}
 
 
 def test_emptied_basket_stays_empty() -> None:
     opened = shop(("Large Eggs", 2), ("Whole Milk", 1))
-    said = ["I need eggs and milk.", "Forget it, take everything out."]
-    for action in opened.requests(said):
+    turns = said("I need eggs and milk.", "Forget it, take everything out.")
+    for action in opened.requests(turns):
         assert opened.step(action).ok
     assert not opened.basket
-    assert opened.actions(["eggs"], said) == []
-    assert opened.requests([*said, "Hm."]) == []
+    assert opened.actions(["eggs"], turns) == []
+    assert opened.requests([*turns, *said("Hm.")]) == []
 
 
 def test_buy_it_means_the_basket_only_where_it_can_mean_nothing_else() -> None:
@@ -125,7 +126,7 @@ def test_buy_it_means_the_basket_only_where_it_can_mean_nothing_else() -> None:
 
 def test_every_offered_action_is_possible() -> None:
     opened = shop(("Large Eggs", 2))
-    offered = opened.actions(["flour", "milk"]) + opened.requests(["no eggs, but add butter"])
+    offered = opened.actions(["flour", "milk"]) + opened.requests(said("no eggs, but add butter"))
     offered += opened.completion_actions()
     assert {action.name for action in offered} == {"add item", "remove item", "buy basket"}
     for action in offered:

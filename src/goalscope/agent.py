@@ -119,6 +119,7 @@ class Agent:
         end_of_turn: Whether the end of the utterance is scored too.
         temperature: Divides the evidence.
         evidence: "sum" or "last".
+        planner: Chooses what to do; None for the one that fills a basket.
         seed: Seed of everything that is drawn.
     """
 
@@ -134,6 +135,7 @@ class Agent:
         end_of_turn: bool = False,
         temperature: float = DEFAULT_TEMPERATURE,
         evidence: str = "sum",
+        planner: Planner | None = None,
         seed: int = 0,
     ) -> None:
         self.env = env
@@ -141,7 +143,7 @@ class Agent:
         self.k = k
         self.patience = patience
         self.seed = seed
-        self.planner = Planner(model, seed=seed)
+        self.planner = planner or Planner(model, seed=seed)
         self.rounds: list[Round] = []
         self.tracker: GoalTracker | None = None
         if method == "good":
@@ -165,6 +167,8 @@ class Agent:
 
     def ask(self) -> str:
         """The next query (and before it the answer to what the person asked)."""
+        if self.rounds and self.rounds[-1].question:
+            return self.rounds[-1].question
         return ask(self.model, self.env, self.turns, seed=self.seed + len(self.rounds))
 
     def step(self, query: str, utterance: str) -> Round:
@@ -185,10 +189,10 @@ class Agent:
             asks = self.env.answer(turn.utterance) is not None
             changes = self._update(tracker, turn, propose=not asks) if tracker else ()
             complete = self.env.is_completion(turn)
-            said = [*(past.utterance for past in self.turns), turn.utterance]
-            wants = [] if complete or asks else self._wants(said)
+            turns = [*self.turns, turn]
+            wants = [] if complete or asks else self._wants(turns)
             acts = wants or complete
-            outcome = self.planner.act(self.env, wants, said, history) if acts else Outcome((), 0)
+            outcome = self.planner.act(self.env, wants, turns, history) if acts else Outcome((), 0)
             results = outcome.results
             if complete:
                 results += tuple(self.env.step(action) for action in self.env.completion_actions())
@@ -207,6 +211,7 @@ class Agent:
             status=self.env.status(),
             notes=self._notes(turn),
             terminated=complete or any(result.terminated for result in results),
+            question=outcome.question,
         )
         self.rounds.append(round)
         return round
@@ -269,10 +274,10 @@ class Agent:
         changes = (change for round in self.rounds for change in round.changes)
         return [change.goal for change in changes if change.kind == "removed"]
 
-    def _wants(self, said: Sequence[str]) -> list[Want]:
+    def _wants(self, turns: Sequence[Turn]) -> list[Want]:
         """What to act for: the top k goals; nothing while `UNSPECIFIED` leads."""
         if self.tracker is None:
-            return [Want(self.planner.newest(said), 1.0)]
+            return [Want(self.planner.newest([turn.utterance for turn in turns]), 1.0)]
         top = self.tracker.belief.top(self.k)
         if not top or top[0][0] == UNSPECIFIED:
             return []

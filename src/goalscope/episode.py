@@ -23,6 +23,7 @@ class Round:
         replans: How often a plan was impossible and made anew.
         status: The environment's status after the actions.
         notes: What the person should be told, such as turns dropped from a full context.
+        question: What the agent has to ask next: leave for an act that cannot be undone.
         terminated: Whether the task is complete.
     """
 
@@ -35,3 +36,4 @@ class Round:
     status: str
     notes: tuple[str, ...]
     terminated: bool
+    question: str = ""

@@ -32,10 +32,17 @@ class Want:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """The actions that stand, in order, and how many plans were impossible before them."""
+    """What came of planning.
+
+    Attributes:
+        results: The actions that stand, in order.
+        replans: How many plans were impossible before them.
+        question: Leave to ask for, before what the plan holds besides may be done.
+    """
 
     results: tuple[StepResult, ...]
     replans: int
+    question: str = ""
 
 
 class Planner:
@@ -84,33 +91,47 @@ class Planner:
         self,
         env: Environment,
         wants: Sequence[Want],
-        utterances: Sequence[str],
+        turns: Sequence[Turn],
         history: Sequence[StepResult],
     ) -> Outcome:
         """Plan and act; a plan that fails is undone and made anew without the failed action.
 
+        What nobody can undo stays, with what was done before it. What needs the person's leave is
+        not done; the first such act becomes the question.
+
         Args:
             env: Where to act.
             wants: What to act for; with none, only what the person asked for outright is done.
-            utterances: All that the person has said, the last utterance last.
+            turns: The conversation, the newest turn last.
             history: Every action that stands so far, for undoing.
+
+        Raises:
+            GoalscopeError: After undoing a plan, the environment is not as it was before it.
         """
         impossible: set[Action] = set()
-        terms = self.search_terms(env, wants, utterances)
+        standing: list[StepResult] = []
+        terms = self.search_terms(env, wants, [turn.utterance for turn in turns])
         for replans in range(self.replans + 1):
-            results: list[StepResult] = []
-            for action in self.plan(env, terms, utterances):
+            question, results = "", list[StepResult]()
+            states = [env.fingerprint()]
+            for action in self.plan(env, wants, terms, turns, [*history, *standing]):
                 if action in impossible:
+                    continue
+                if leave := env.permission(action, turns):
+                    question = question or leave
                     continue
                 result = env.step(action)
                 if not result.ok:
                     impossible.add(action)
                     break
                 results.append(result)
+                states.append(env.fingerprint())
             else:
-                return Outcome(tuple(results), replans)
-            undo(env, history)
-        return Outcome((), self.replans + 1)
+                return Outcome((*standing, *results), replans, question)
+            kept = max((n for n, each in enumerate(results, 1) if each.irreversible), default=0)
+            standing += results[:kept]
+            undo(env, [*history, *standing], states[kept])
+        return Outcome(tuple(standing), self.replans + 1)
 
     def search_terms(
         self, env: Environment, wants: Sequence[Want], utterances: Sequence[str]
@@ -157,13 +178,18 @@ class Planner:
         return " ".join(turn.utterance for turn in turns)
 
     def plan(
-        self, env: Environment, terms: Sequence[str], utterances: Sequence[str]
+        self,
+        env: Environment,
+        wants: Sequence[Want],
+        terms: Sequence[str],
+        turns: Sequence[Turn],
+        history: Sequence[StepResult],
     ) -> list[Action]:
         """What the person asked for outright, then for each term a search and its best find."""
-        plan = env.requests(utterances)
+        plan = env.requests(turns)
         served = {action.target for action in plan}
         for term in terms:
-            actions = env.actions([term], utterances)
+            actions = env.actions([term], turns)
             if actions and not any(action.target in served for action in actions):
                 served.add(actions[0].target)
                 plan += [Action("search inventory", term), actions[0]]
@@ -188,16 +214,27 @@ class Planner:
         return np.array([self._log_probability[goal, term] for term in terms])
 
 
-def undo(env: Environment, history: Sequence[StepResult]) -> None:
+def undo(env: Environment, history: Sequence[StepResult], expected: str | None = None) -> None:
     """Take `env` back to where `history` left it: reset, and replay what succeeded.
 
+    Args:
+        env: Where the actions were taken.
+        history: What stands.
+        expected: The fingerprint that the environment then must have, where it is known.
+
     Raises:
-        GoalscopeError: An action that once succeeded now fails.
+        GoalscopeError: An action that once succeeded now fails, or the state is another one.
     """
     env.reset()
     for result in history:
-        if not env.step(result.action).ok:
+        again = env.step(result.action)
+        if not again.ok:
             raise GoalscopeError(
-                f"The action {result.action} cannot be done again: {result.observation} "
+                f"The action {result.action} cannot be done again: {again.observation} "
                 "Has the catalogue or scene changed since? Start a new episode."
             )
+    if expected is not None and env.fingerprint() != expected:
+        raise GoalscopeError(
+            "Doing the earlier actions again led to another state than before, so that the agent "
+            "stops. Look at what has changed, and start a new episode."
+        )

@@ -278,6 +278,7 @@ def round_to_json(round: Round) -> str:
             "status": round.status,
             "notes": list(round.notes),
             "terminated": round.terminated,
+            "question": round.question,
         }
     )
 
@@ -310,6 +311,7 @@ def round_from_json(text: str) -> Round:
                 result["ok"],
                 result["observation"],
                 result["terminated"],
+                result.get("irreversible", False),
             )
             for result in data["results"]
         ),
@@ -317,6 +319,7 @@ def round_from_json(text: str) -> Round:
         status=data["status"],
         notes=tuple(data["notes"]),
         terminated=data["terminated"],
+        question=data.get("question", ""),
     )
 
 

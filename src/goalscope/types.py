@@ -91,25 +91,43 @@ class Message:
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """One act that an environment can take, such as `Action("add item", "Whole Milk, 1 L", 2)`."""
+    """One act that an environment can take, such as `Action("add item", "Whole Milk, 1 L", 2)`.
+
+    Attributes:
+        name: What is done.
+        target: To what.
+        quantity: How many of it.
+        destination: Where it goes, for an act that moves it.
+    """
 
     name: str
     target: str = ""
     quantity: int = 1
+    destination: str = ""
 
     def __str__(self) -> str:
         times = f" x{self.quantity}" if self.quantity != 1 else ""
-        return f"{self.name}: {self.target}{times}" if self.target else self.name
+        to = f" -> {self.destination}" if self.destination else ""
+        return f"{self.name}: {self.target}{times}{to}" if self.target else self.name
 
 
 @dataclass(frozen=True, slots=True)
 class StepResult:
-    """What came of one action. `terminated` is True when it completed the task."""
+    """What came of one action.
+
+    Attributes:
+        action: What was tried.
+        ok: Whether it was done; if not, nothing has changed.
+        observation: What happened, or why it could not be done.
+        terminated: Whether it completed the task.
+        irreversible: Whether it was done and nobody can undo it: a slice, a purchase.
+    """
 
     action: Action
     ok: bool
     observation: str
     terminated: bool = False
+    irreversible: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,6 +32,10 @@ class Environment(Protocol):
         """Go back to the start."""
         ...
 
+    def fingerprint(self) -> str:
+        """A text that is the same for the same state, and for no other."""
+        ...
+
     def status(self) -> str:
         """The present state, for people and prompts."""
         ...
@@ -44,15 +48,22 @@ class Environment(Protocol):
         """Generic names of things here that the person spoke of, and did not refuse."""
         ...
 
-    def actions(self, relevant: Sequence[str], utterances: Sequence[str] = ()) -> list[Action]:
+    def actions(self, relevant: Sequence[str], turns: Sequence[Turn] = ()) -> list[Action]:
         """The actions that are possible now, given search terms or object names.
 
-        What the person ruled out in `utterances` is not possible.
+        What the person ruled out in `turns` is not possible.
         """
         ...
 
-    def requests(self, utterances: Sequence[str]) -> list[Action]:
-        """What the last utterance asks for outright, and the mending of what it rules out."""
+    def requests(self, turns: Sequence[Turn]) -> list[Action]:
+        """What the person asks for outright and has not got, and the mending of what they refuse."""
+        ...
+
+    def permission(self, action: Action, turns: Sequence[Turn]) -> str:
+        """What to ask before the action may be taken; empty where it may be taken now.
+
+        An act that nobody can undo needs the person's word in `turns`.
+        """
         ...
 
     def step(self, action: Action) -> StepResult:

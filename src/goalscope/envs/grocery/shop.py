@@ -86,6 +86,10 @@ class GroceryShop:
         self._basket.clear()
         self._bought = False
 
+    def fingerprint(self) -> str:
+        """The basket's contents, and whether it was bought."""
+        return f"{sorted(self._basket.items())} {self._bought}"
+
     def search(self, text: str, limit: int) -> list[Item]:
         """The items nearest in meaning to `text`, best first, at most `limit`."""
         return self._search.search(text, limit)
@@ -111,13 +115,13 @@ class GroceryShop:
         lines.append(f"Total: {self.catalogue.money(self.total)}")
         return "\n".join(lines)
 
-    def actions(self, relevant: Sequence[str], utterances: Sequence[str] = ()) -> list[Action]:
+    def actions(self, relevant: Sequence[str], turns: Sequence[Turn] = ()) -> list[Action]:
         """Additions for each search term that the basket does not serve yet.
 
-        What the person ruled out in `utterances` is not offered. Removals and the purchase follow
+        What the person ruled out in `turns` is not offered. Removals and the purchase follow
         from the person's words alone: see `requests` and `completion_actions`.
         """
-        hearing = hear(utterances)
+        hearing = hear([turn.utterance for turn in turns])
         if self._bought or hearing.empties:
             return []
         found: dict[str, int] = {}
@@ -126,14 +130,14 @@ class GroceryShop:
                 found.setdefault(item.name, packages(amount(term, hearing.words), item))
         return [Action("add item", name, number) for name, number in found.items()]
 
-    def requests(self, utterances: Sequence[str]) -> list[Action]:
+    def requests(self, turns: Sequence[Turn]) -> list[Action]:
         """Removals of what the person ruled out, then additions of what they asked for outright.
 
         A request counts where the shop has a thing of that name; it is met once.
         """
         if self._bought:
             return []
-        hearing = hear(utterances)
+        hearing = hear([turn.utterance for turn in turns])
         plan = [
             Action("remove item", item.name, number)
             for item, number in self._contents()
@@ -150,6 +154,10 @@ class GroceryShop:
             if missing > 0 and not any(action.target == item.name for action in plan):
                 plan.append(Action("add item", item.name, missing))
         return plan
+
+    def permission(self, action: Action, turns: Sequence[Turn]) -> str:
+        """Empty: the one irreversible act, the purchase, follows from the person's order alone."""
+        return ""
 
     def completion_actions(self) -> list[Action]:
         """The purchase, if there is something to buy."""
@@ -247,7 +255,8 @@ class GroceryShop:
         if not self._basket:
             return StepResult(action, False, "The basket is empty; add something first.")
         self._bought = True
-        return StepResult(action, True, f"{self.status()}\nThe basket is now purchased.", True)
+        told = f"{self.status()}\nThe basket is now purchased."
+        return StepResult(action, True, told, terminated=True, irreversible=True)
 
 
 def _is_a(item: Item, phrase: str) -> bool:
