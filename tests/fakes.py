@@ -87,6 +87,9 @@ class LampRoom:
             return ""
         return f"May I smash the {action.target}?"
 
+    def close(self) -> None:
+        pass
+
     def fingerprint(self) -> str:
         return f"{self.on} {self.smashed}"
 

@@ -6,7 +6,7 @@ import io
 import json
 import logging
 import sys
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -30,9 +30,14 @@ from goalscope.terminal import console, named, opened_model, progress, tokenizer
 from goalscope.types import DEFAULT_TEMPERATURE, GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
+    from goalscope.domains import Settings
+    from goalscope.envs import Environment
     from goalscope.models import OpenModel
-    from goalscope.session import Session, Settings
+    from goalscope.session import Session
     from goalscope.store import EpisodeInfo
+    from goalscope.types import Profile
 
 
 class _Commands(TyperGroup):
@@ -59,7 +64,20 @@ app = typer.Typer(
     help="Agents that infer a person's goals from dialogue, and show what they believe.",
 )
 
-Domain = Annotated[Literal["grocery"], typer.Argument(help="Where the agent acts.")]
+Domain = Annotated[Literal["grocery", "house"], typer.Argument(help="Where the agent acts.")]
+SceneName = Annotated[
+    str | None,
+    typer.Option(metavar="NAME|FILE", help="The house's room; `house scenes` lists them."),
+]
+Simulator = Annotated[
+    Literal["house", "thor"], typer.Option(help="The embedded house, or AI2-THOR.")
+]
+Unity = Annotated[
+    Path | None, typer.Option(help="Program that AI2-THOR starts, if not its own build.")
+]
+Picture = Annotated[
+    Path | None, typer.Option(metavar="FILE.svg", help="Draw the house's room into it each round.")
+]
 MethodName = Annotated[Literal["good", "no-goals", "no-inference"], typer.Option()]
 Catalogue = Annotated[Path | None, typer.Option(help="CSV file of your own shop.")]
 Columns = Annotated[
@@ -99,6 +117,10 @@ def chat(
     tokenizer: Tokenizer = None,
     catalogue: Catalogue = None,
     column: Columns = None,
+    scene: SceneName = None,
+    simulator: Simulator = "house",
+    unity: Unity = None,
+    picture: Picture = None,
     layout: LayoutName = None,
     evidence: Evidence = "sum",
     end_of_turn: EndOfTurn = False,
@@ -112,7 +134,8 @@ def chat(
     A resumed episode keeps its options.
     """
     from goalscope.display import show_header, show_round, show_summary
-    from goalscope.session import Session, Settings, saved_settings
+    from goalscope.domains import Settings, profile_named
+    from goalscope.session import Session, saved_settings
     from goalscope.store import Store
 
     out, busy = console(), console(stderr=True).status("Thinking...")
@@ -136,6 +159,7 @@ def chat(
             saved_settings(info, rounds=rounds)
             if info
             else Settings(
+                domain=domain,
                 method=method,
                 model=named(model),
                 generator=named(generator),
@@ -143,6 +167,9 @@ def chat(
                 tokenizer=tokenizer_named(tokenizer),
                 catalogue=_absolute(catalogue),
                 columns=_columns(column),
+                scene=_scene(scene),
+                simulator=simulator,
+                unity=_absolute(unity),
                 layout=layout,
                 evidence=evidence,
                 end_of_turn=end_of_turn,
@@ -151,8 +178,9 @@ def chat(
                 rounds=rounds or 20,
             )
         )
-        with _opened(settings) as (env, engine):
-            profile = info.profile if info else None
+        profile = info.profile if info else None
+        person = profile_named(settings, profile) if profile else None
+        with _engine(settings) as engine, _environment(settings, person) as env:
             session = Session(
                 episodes, settings, env, engine, profile=profile, read=read, resume=info
             )
@@ -161,10 +189,12 @@ def chat(
             for round in session.earlier:
                 show_round(out, round, before)
                 before = round.belief
+            draw = _drawing(out, env, picture)
             try:
                 with _resumable(session), busy:
                     for round in session.run():
                         show_round(out, round, before, transcript=settings.human != "you")
+                        draw()
                         before = round.belief
             except EOFError:
                 raise typer.Exit from None
@@ -186,6 +216,10 @@ def run(
     profiles: Annotated[Path | None, typer.Option(help="TOML file of your own people.")] = None,
     catalogue: Catalogue = None,
     column: Columns = None,
+    scene: SceneName = None,
+    simulator: Simulator = "house",
+    unity: Unity = None,
+    picture: Picture = None,
     layout: LayoutName = None,
     evidence: Evidence = "sum",
     end_of_turn: EndOfTurn = False,
@@ -198,11 +232,12 @@ def run(
 ) -> None:
     """Run episodes with a simulated person, and score the outcome."""
     from goalscope.display import show_scores
-    from goalscope.envs.grocery import load_profiles
-    from goalscope.session import Session, Settings
+    from goalscope.domains import Settings, profile_named, profiles_of
+    from goalscope.session import Session
     from goalscope.store import Store
 
     settings = Settings(
+        domain=domain,
         human=human,
         method=method,
         model=named(model),
@@ -212,6 +247,9 @@ def run(
         profiles=_absolute(profiles),
         catalogue=_absolute(catalogue),
         columns=_columns(column),
+        scene=_scene(scene),
+        simulator=simulator,
+        unity=_absolute(unity),
         layout=layout,
         evidence=evidence,
         end_of_turn=end_of_turn,
@@ -219,20 +257,18 @@ def run(
         seed=seed,
         rounds=rounds,
     )
-    known = [each.name for each in load_profiles(settings.profiles)]
-    names = known if profile == "all" else [profile]
-    if profile != "all" and profile not in known:
-        raise InvalidInputError(
-            f'There is no profile "{profile}". There are: {", ".join(known)}; or say "all".'
-        )
+    everyone = profile == "all"
+    people = profiles_of(settings) if everyone else (profile_named(settings, profile),)
     infos: list[EpisodeInfo] = []
-    with Store.open(store) as episodes, _opened(settings, calls) as (env, engine):
-        for name in names:
-            session = Session(episodes, settings, env, engine, profile=name)
-            infos.append(_run_one(session, quiet=as_json, brief=len(names) > 1))
+    with Store.open(store) as episodes, _engine(settings, calls) as engine:
+        for person in people:
+            with _environment(settings, person) as env:
+                session = Session(episodes, settings, env, engine, profile=person.name)
+                draw = _drawing(console(), env, picture, quiet=as_json or len(people) > 1)
+                infos.append(_run_one(session, draw, quiet=as_json, brief=len(people) > 1))
             if as_json:
                 print(json.dumps(_outcome(infos[-1])), flush=True)
-    if len(names) > 1 and not as_json:
+    if len(people) > 1 and not as_json:
         show_scores(console(), infos)
 
 
@@ -341,17 +377,49 @@ def main() -> None:
 
 
 @contextmanager
-def _opened(settings: Settings, calls: Path | None = None) -> Generator[tuple[Any, OpenModel]]:
-    """The environment and the model of an episode."""
-    from goalscope.session import open_environment
-
-    env = open_environment(settings)
-    for note in env.notes:
-        console(stderr=True).print(note, style="dim")
+def _engine(settings: Settings, calls: Path | None = None) -> Generator[OpenModel]:
+    """The model of an episode."""
     with opened_model(
         settings.model, settings.generator, settings.scorer, settings.tokenizer, calls
     ) as engine:
-        yield env, engine
+        yield engine
+
+
+@contextmanager
+def _environment(settings: Settings, person: Profile | None) -> Generator[Environment]:
+    """The environment of an episode; what is to be known of it is said."""
+    from goalscope.domains import open_environment
+
+    env = open_environment(settings, person)
+    try:
+        for note in env.notes:
+            console(stderr=True).print(note, style="dim")
+        yield env
+    finally:
+        env.close()
+
+
+def _drawing(
+    out: Console, env: Environment, file: Path | None, *, quiet: bool = False
+) -> Callable[[], None]:
+    """A function that draws the house's room as it now is; for another domain it does nothing."""
+    from goalscope.envs.house import HomeRobot
+
+    if not isinstance(env, HomeRobot):
+        return lambda: None
+    from goalscope.envs.house.picture import terminal_picture
+    from goalscope.envs.house.picture_svg import svg_picture
+
+    seen = [env.metadata]
+
+    def draw() -> None:
+        if not quiet:
+            out.print(terminal_picture(env.metadata, seen[0]))
+        if file is not None:
+            file.write_text(svg_picture(env.metadata, seen[0]), encoding="utf-8")
+        seen[0] = env.metadata
+
+    return draw
 
 
 @contextmanager
@@ -369,7 +437,9 @@ def _resumable(session: Session) -> Generator[None]:
         raise
 
 
-def _run_one(session: Session, *, quiet: bool, brief: bool) -> EpisodeInfo:
+def _run_one(
+    session: Session, draw: Callable[[], None], *, quiet: bool, brief: bool
+) -> EpisodeInfo:
     """Run a simulated episode, drawing each round unless it is one of many."""
     import time
 
@@ -384,6 +454,7 @@ def _run_one(session: Session, *, quiet: bool, brief: bool) -> EpisodeInfo:
             busy.update(plain(f"{session.info.profile}: round {round.number + 1}"))
             if not (quiet or brief):
                 show_round(out, round, before)
+            draw()
             before = round.belief
     info = session.info
     if session.profile and not (quiet or brief):
@@ -402,6 +473,11 @@ def _outcome(info: EpisodeInfo) -> dict[str, Any]:
         "terminated": info.ended == "terminated",
         "episode": info.id,
     }
+
+
+def _scene(given: str | None) -> str | None:
+    """A scene's name, or its file as a resumed episode finds it again from any folder."""
+    return _absolute(Path(given)) if given and Path(given).is_file() else given
 
 
 def _absolute(path: Path | None) -> str | None:

@@ -2,65 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass, field, replace
-from typing import Literal
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, replace
 
-from goalscope.agent import Agent, Method, run_episode
+from goalscope.agent import Agent, run_episode
 from goalscope.dialog import ConsoleHuman, Human, ScriptedHuman, SimulatedHuman
+from goalscope.domains import Settings, planner_of, profile_named
 from goalscope.envs import Environment
-from goalscope.envs.grocery import Catalogue, GroceryShop, load_profiles
 from goalscope.episode import Round
-from goalscope.likelihood import Layout
 from goalscope.models import Model
 from goalscope.store import EpisodeInfo, Store
-from goalscope.types import DEFAULT_TEMPERATURE, InvalidInputError, Profile
+from goalscope.types import InvalidInputError
 
-__all__ = ["Session", "Settings", "open_environment", "saved_settings"]
-
-
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """Everything that makes an episode what it is; stored with it.
-
-    Attributes:
-        human: Who answers: "you" at the terminal, or the profile's "scripted" or "simulated" one.
-        method: See `Agent`.
-        model: See `open_model`, as for the next three; None for the embedded model.
-        generator: Writes, if not `model`.
-        scorer: Scores, if not `model`.
-        tokenizer: Of a served model.
-        profiles: TOML file of profiles; None for those of the domain.
-        catalogue: CSV file of the shop; None for the one of the domain.
-        columns: Which heading of that file holds what.
-        layout: See `Agent`, as for the next four.
-        evidence: "sum" or "last".
-        end_of_turn: Whether the end of the utterance is scored.
-        temperature: Divides the evidence.
-        seed: Seed of everything that is drawn.
-        rounds: Most rounds.
-    """
-
-    human: Literal["you", "scripted", "simulated"] = "you"
-    method: Method = "good"
-    model: str | None = None
-    generator: str | None = None
-    scorer: str | None = None
-    tokenizer: str | None = None
-    profiles: str | None = None
-    catalogue: str | None = None
-    columns: Mapping[str, str] = field(default_factory=dict[str, str])
-    layout: Layout | None = None
-    evidence: str = "sum"
-    end_of_turn: bool = False
-    temperature: float = DEFAULT_TEMPERATURE
-    seed: int = 0
-    rounds: int = 20
-
-
-def open_environment(settings: Settings) -> Environment:
-    """The grocery shop with the catalogue that the settings name."""
-    return GroceryShop(Catalogue.load(settings.catalogue, columns=settings.columns))
+__all__ = ["Session", "saved_settings"]
 
 
 def saved_settings(info: EpisodeInfo, *, rounds: int | None = None) -> Settings:
@@ -121,7 +75,7 @@ class Session:
         Raises:
             InvalidInputError: There is no such profile.
         """
-        self.profile = _find_profile(settings.profiles, profile) if profile else None
+        self.profile = profile_named(settings, profile) if profile else None
         self._store, self._settings, self._env = store, settings, env
         self._agent = Agent(
             env,
@@ -131,6 +85,7 @@ class Session:
             end_of_turn=settings.end_of_turn,
             temperature=settings.temperature,
             evidence=settings.evidence,
+            planner=planner_of(settings, model),
             seed=settings.seed,
         )
         self._human = self._make_human(model, read)
@@ -140,7 +95,7 @@ class Session:
             resume.id
             if resume
             else store.begin(
-                domain="grocery",
+                domain=settings.domain,
                 profile=profile,
                 method=settings.method,
                 model=getattr(model, "name", type(model).__name__),
@@ -185,12 +140,3 @@ class Session:
         if self._settings.human == "scripted":
             return ScriptedHuman(self.profile, self._env)
         return SimulatedHuman(model, self.profile, self._env, seed=self._settings.seed)
-
-
-def _find_profile(file: str | None, name: str) -> Profile:
-    profiles = {profile.name: profile for profile in load_profiles(file)}
-    if name not in profiles:
-        raise InvalidInputError(
-            f'There is no profile "{name}". There are: {", ".join(profiles)}; or say "all".'
-        )
-    return profiles[name]

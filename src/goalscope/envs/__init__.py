@@ -32,6 +32,10 @@ class Environment(Protocol):
         """Go back to the start."""
         ...
 
+    def close(self) -> None:
+        """Let go of whatever runs behind it."""
+        ...
+
     def fingerprint(self) -> str:
         """A text that is the same for the same state, and for no other."""
         ...

@@ -178,9 +178,7 @@ def clean_object(state: State, objectId: str, forceAction: bool = False) -> None
     _soil(state, objectId, forceAction, dirty=False)
 
 
-def fill_object(
-    state: State, objectId: str, fillLiquid: str, forceAction: bool = False
-) -> None:
+def fill_object(state: State, objectId: str, fillLiquid: str, forceAction: bool = False) -> None:
     thing = state.target(objectId, force=forceAction)
     if not thing["canFillWithLiquid"]:
         raise Failure(f"{objectId} does not have CanBeFilled property!")
@@ -279,9 +277,7 @@ def _soil(state: State, object_id: str, force: bool, *, dirty: bool) -> None:
     thing["isDirty"] = dirty
 
 
-def _slide(
-    state: State, object_id: str, magnitude: str | float, force: bool, sign: int
-) -> None:
+def _slide(state: State, object_id: str, magnitude: str | float, force: bool, sign: int) -> None:
     """Push or pull along the agent's gaze: a heavy thing moves less, and none leaves the room."""
     thing = state.target(object_id, force=force)
     if not (thing["moveable"] or thing["pickupable"]):

@@ -141,4 +141,4 @@ def _examine_types(key: str, value: object, label: str) -> None:
                 f"{label}: {shown(name)} in {key!r} is no object type; {nearest(name, known)}"
             )
         if key in ("in", "on") and "receptacle" not in known[name].flags:
-            raise InvalidInputError(f"{label}: {name} in {key!r} cannot hold anything.")
+            raise InvalidInputError(f"{label}: {name} in {key!r} is no receptacle.")

@@ -6,105 +6,13 @@ import re
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 
+from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.names import naming
 from goalscope.envs.house.object_types import object_types
 
-__all__ = ["Clause", "Phrase", "normal", "parse", "parse_plain"]
-
-_VERBS = {
-    "put": "put|put away|place|move|set|store|stow|drop|carry|transfer|arrange|stack|hang|return"
-    "|serve|lay|relocate|deposit|insert|throw|throw away|toss|keep|leave|dispose of|plate|add",
-    "pick up": "pick up|pick|grab|take|get|bring|bring back|fetch|retrieve|hold|give|hand|collect"
-    "|gather|find|remove|lift|lift up",
-    "open": "open|open up",
-    "close": "close|shut",
-    "turn on": "turn on|switch on|power on|start|light",
-    "turn off": "turn off|switch off|power off|shut off|turn down|blow out|put out|extinguish",
-    "turn": "turn|switch",
-    "slice": "slice|slice up|cut|cut up|chop|chop up|dice",
-    "cook": "cook|boil|fry|bake|roast|toast|grill",
-    "break": "break|smash|shatter|crack",
-    "fill": "fill|fill up|refill|water",
-    "pour": "pour",
-    "empty": "empty|empty out|drain|pour out|dump|dump out",
-    "clean": "clean|clean up|rinse|wash|scrub|wipe|rinse off|wash off|wipe off",
-    "dirty": "dirty|soil",
-    "push": "push",
-    "pull": "pull",
-    "use up": "use up|finish up",
-    "use": "use|touch|disturb|bother|mess with|go near",
-    "make": "make|prepare|brew",
-    "ignore": "ignore|skip|forget about|forget|never mind|stay away from|keep away from|hands off"
-    "|keep your hands off",
-}
-_IRREGULAR = {
-    **{"take": "taken", "get": "gotten", "bring": "brought", "hold": "held", "give": "given"},
-    **{"find": "found", "break": "broken", "throw": "thrown", "keep": "kept", "hang": "hung"},
-    **{"leave": "left", "make": "made", "light": "lit", "lay": "laid", "blow": "blown"},
-}
+__all__ = ["Clause", "Phrase", "first_named", "parse", "parse_plain"]
 
 
-def _forms() -> tuple[dict[str, str], dict[str, str], dict[str, str]]:
-    """Verbs by their base forms, their -ing forms and their participles."""
-    base: dict[str, str] = {}
-    ing: dict[str, str] = {}
-    done: dict[str, str] = {}
-    for verb, listed in _VERBS.items():
-        for form in listed.split("|"):
-            head, space, rest = form.partition(" ")
-            base[form] = verb
-            stem = head.removesuffix("e")
-            for start in (stem, head + head[-1]):
-                ing[f"{start}ing{space}{rest}"] = verb
-                done[f"{start}ed{space}{rest}"] = verb
-            done[f"{_IRREGULAR.get(head, head)}{space}{rest}"] = verb
-    return base, ing, done
-
-
-_BASE, _ING, _DONE = _forms()
-_NEGATIONS = frozenset(
-    "don't not never no without avoid stop shouldn't mustn't can't won't needn't wouldn't nor"
-    " didn't doesn't isn't aren't neither nobody".split()
-)
-_LEAD = frozenset(
-    "please kindly can could would will you we i i'd i'll we'll you'll need needs want like love to"
-    " now then and so ok okay yes yeah sure hi hello hey first next also just let's let us me try"
-    " have should must shall go ahead finally lastly again good great nice perfect job work thanks"
-    " thank alright there start by be do help remember make sure today your task is the going it"
-    " says that all after this would've got but or well awesome more one robot and-then had better"
-    " either only".split()
-) | (_NEGATIONS - {"no", "nobody", "neither"})
-_LIKED = frozenset("need want like love needs".split())
-_DETERMINERS = frozenset(
-    "the a an my our your his her their any some all every each both another other same single of"
-    " these those that this whole more just only".split()
-)
-_FILLERS = frozenset(
-    "clean dirty small big large little red blue green white black brown yellow grey gray left"
-    " right cooked boiled toasted empty full open closed top bottom upper lower round wooden first"
-    " second third last next remaining rest lone fresh hot cold used nearest closest smaller larger"
-    " smallest largest two-thirds edible".split()
-)
-_EACH = frozenset("all every each both".split())
-_NUMBERS = {
-    **{"a": 1, "an": 1, "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6},
-    **{"seven": 7, "eight": 8, "nine": 9, "ten": 10, "another": 1, "both": 2, "couple": 2},
-}
-_PRONOUNS = frozenset("it them they those these that this one ones ones' both all".split())
-_VAGUE = frozenset("items item things thing objects object everything anything nothing".split())
-_INTO = (
-    *("on top of", "in to", "on to", "back in", "back on", "back to", "back into", "over to"),
-    *("inside of", "into", "onto", "inside", "in", "on", "to", "upon", "at"),
-)
-_ASIDE = (
-    *("next to", "in front of", "out of", "close to", "to the left of", "to the right of"),
-    *("left of", "right of", "on the left of", "on the right of", "beside", "by", "near"),
-    *("under", "underneath", "above", "below", "behind", "from", "off", "with", "using", "of"),
-)
-_EXCEPT = (
-    *("except for", "except", "but not", "apart from", "other than", "besides", "and not", "not"),
-    *("rather than", "instead of"),
-)
 _MODAL = re.compile(
     r"(?:all |both |also |still |just |only )*(?P<modal>(?:needs?|ha(?:s|ve)) to(?: be)?"
     r"|should(?:n't| not)?(?: all)?(?: be| go)?|must(?:n't| not)?(?: be| go)?|(?:is|are) to be"
@@ -118,8 +26,8 @@ _ASKED = re.compile(
     r" (?:you|we)\b|why (?:don't|not|do not) (?:you|we)\b|would you mind)"
 )
 _QUESTION = re.compile(
-    r"(?:(?:and|so|but|ok|okay|oh|well)[ ,]+)*(?:what|which|who|whose|when|why|how|where|do|does|did"
-    r"|is|are|was|were|has|have you|should|shall|may i|can i|could i|would it|will it)\b"
+    r"(?:(?:and|so|but|ok|okay|oh|well)[ ,]+)*(?:what|which|who|whose|when|why|how|where|do|does"
+    r"|did|is|are|was|were|has|have you|should|shall|may i|can i|could i|would it|will it)\b"
 )
 _PLAIN_LEAD = re.compile(
     r"(?:(?:ok|okay|yes|yeah|sure|hi|hello|hey|thanks|robot|now|then|next|first|also|and|please"
@@ -130,38 +38,10 @@ _PLEASANT = re.compile(
     r"(?:(?:ok|okay|yes|yeah|yep|sure|great|good|perfect|nice|thanks|thank you|hi|hello|hey|there"
     r"|robot|please|now|very much|so much|awesome|job|work|again)[ ,]*)+"
 )
-_TAIL = frozenset("please now up too also thanks carefully there back away down over in on".split())
-
-
-_STATES = {
-    **{"on": "turn on", "off": "turn off", "open": "open", "closed": "close", "shut": "close"},
-    **{"clean": "clean", "empty": "empty", "full": "fill", "dirty": "dirty"},
-}
-_LIQUIDS = frozenset(("water", "coffee", "wine"))
-_SLICES = frozenset(("slice", "slices", "piece", "pieces"))
-_NOUNS = frozenset("toast plate water light hand empty open dirty add set".split())
-"""Verbs that are as often something else; alone, or before "and", they are no orders."""
-_BREAKS = frozenset((",", "and", "then", "but", "also", "so", "or", "without", "not", "avoid"))
-_REWORDED = [
-    (re.compile(pattern), plain)
-    for pattern, plain in (
-        (r"[\u2018\u2019\u00b4`]", "'"),
-        (r"\b(do|does|did|is|are|was|should|would|could|must|need)nt\b", r"\1n't"),
-        (r"\b(?:cannot|cant)\b", "can't"),
-        (r"\bwont\b", "won't"),
-        (r"\blets\b", "let's"),
-        (r"\b(?:pls|plz|pleas)\b", "please"),
-        (r"\bu\b", "you"),
-        (r"\bcoffe+\b", "coffee"),
-        (r"\b(?:don't|do not|never) (?:forget|hesitate)(?: about)?(?: to)?\b", "please"),
-        (r"\bdo not\b", "don't"),
-        (r"\b(?:there(?:'s| is) )?no need (?:to|for)\b", "don't"),
-        (r"^(?:no|nope|nah)(?:,| (?=please\b))", ""),
-        (r"\b(?:instead of|rather than) (?=\w+ing\b)", ", not "),
-        (r"\b(?:after|before|once|when|while|as soon as)\b(?! (?:that|this)\b)[^,]*(?:, ?|$)", ""),
-        (r"\b(?:if (?:you (?:can|could|please|don't mind)|possible))\b", ""),
-    )
-]
+_HEDGED = re.compile(
+    r"n't\b|\b(?:not|no|never|nor|or|but|if|unless|until|without|except|instead|after|before"
+    r"|once|when|while|as soon as|can't|dont|cant|wont)\b"
+)
 _CONDITION = re.compile(r"\b(?:if|unless|until|whether|in case|suppos\w+|imagine|pretend)\b")
 
 
@@ -211,19 +91,12 @@ class Clause:
     plain: bool = False
 
 
-def normal(text: str) -> str:
-    """`text` in lower case, on one line, with plain quotation marks and contractions."""
-    text = " ".join(text[:2000].casefold().split())
-    for pattern, plain in _REWORDED:
-        text = pattern.sub(plain, text)
-    return text
-
-
 def parse(text: str, here: Collection[str] = ()) -> list[Clause]:
     """The orders, wishes, refusals and statements in `text`; questions and conditions are none."""
     found: list[Clause] = []
-    for sentence in re.split(r"(?<=[.!?;:])\s+|\n", text[:2000]):
-        found += _sentence(normal(sentence), here)
+    text = re.sub(r"[\"\u201c][^\"\u201d]*[\"\u201d]", " , ", text[:2000].strip('"\u201c\u201d '))
+    for sentence in re.split(r"(?<=[.!?;:])\s+|\n", text):
+        found += _sentence(v.normal(sentence), here)
     return found
 
 
@@ -240,7 +113,7 @@ def parse_plain(text: str, here: Collection[str] = ()) -> list[Clause]:
         or re.search(r"[^a-z0-9 ,.;!?']|(?<![a-z])'|'(?![a-z])", said)
     ):
         return []
-    if re.search(r"\b(?:\w+n't|not|no|never|nor|or|but|if|without|except)\b", said):
+    if _HEDGED.search(said):
         return []
     found: list[Clause] = []
     for sentence in re.split(r"(?<=[.!?;])\s*", said):
@@ -256,26 +129,43 @@ def parse_plain(text: str, here: Collection[str] = ()) -> list[Clause]:
     return found
 
 
+def first_named(text: str, here: Collection[str] = ()) -> Phrase | None:
+    """The first thing that `text` names, such as what a question is about."""
+    words = re.findall(r"[a-z0-9']+", v.normal(text))
+    named = next(filter(None, (naming(words, i, here) for i in range(len(words)))), None)
+    return Phrase(named.types, every=named.plural, group=named.group) if named else None
+
+
+def _whole(thing: Phrase) -> Phrase:
+    """What is to be sliced where "two slices of tomato" are to be cut."""
+    if not thing.types or not all(kind.endswith("Sliced") for kind in thing.types):
+        return thing
+    types = tuple(kind.removesuffix("Sliced") for kind in thing.types)
+    return replace(thing, types=types, every=False, number=1)
+
+
 def _sentence(text: str, here: Collection[str]) -> list[Clause]:
     question = (text.endswith("?") or _QUESTION.match(text)) and not _ASKED.match(text)
     if question or _CONDITION.search(text):
         return []
     words = re.findall(r"[a-z0-9]+(?:'[a-z]+)?|,", text)
     reader = _Reader(words, here)
-    cuts = [i for i, word in enumerate(words) if word in _BREAKS and reader.begins(i + 1)]
+    cuts = [i for i, word in enumerate(words) if word in v.BREAKS and reader.begins(i + 1)]
     found: list[Clause] = []
     for start, end in zip([0, *cuts], [*cuts, len(words)], strict=True):
         clause = _Reader(
             words[start:end], here, bool(re.search(r"\bplease\b|\bfor me\b", text))
         ).clause()
         if clause is None:
-            if re.search(r"[a-z]", " ".join(words[start:end])):
+            rest = " ".join(words[start:end]).strip(" ,")
+            if rest and not _PLEASANT.fullmatch(rest):
                 found.append(Clause(""))
             continue
         before = found[-1] if found else None
         if before and before.verb and not before.things and not before.place and start:
             found[-1] = replace(before, things=clause.things)
-            clause = replace(clause, negated=clause.negated or before.negated)
+            negated = clause.negated or before.negated
+            clause = replace(clause, negated=negated, plain=clause.plain and not negated)
         found.append(clause)
     return found
 
@@ -298,7 +188,7 @@ class _Reader:
             said = " ".join(self.words[i : i + length])
             if i + length <= len(self.words) and said in forms:
                 after = self.at(i + length)
-                alone = said in _NOUNS and after in ("", ",", "and", "of", "is", "or")
+                alone = said in v.NOUNS and after in ("", ",", "and", "of", "is", "or")
                 if alone or (said == "slice" and after == "of"):
                     return None
                 if (said, after) in (("start", "by"), ("start", "with"), ("make", "sure")):
@@ -307,7 +197,7 @@ class _Reader:
         return None
 
     def lead(self, i: int) -> int:
-        while self.at(i) in _LEAD and not self.verb(i, _BASE):
+        while self.at(i) in v.LEAD and not self.verb(i, v.BASE):
             i += 1
         while self.at(i) == ",":
             i = self.lead(i + 1)
@@ -316,23 +206,25 @@ class _Reader:
     def begins(self, i: int) -> bool:
         """Whether a new clause begins at `i`."""
         after = self.lead(i)
-        if self.verb(after, _BASE) or (self.verb(after, _ING) and self.at(i - 1) != ","):
+        if self.verb(after, v.BASE) or (self.verb(after, v.ING) and self.at(i - 1) != ","):
             return True
-        if after > i and _LIKED & set(self.words[i:after]):
+        if after > i and v.LIKED & set(self.words[i:after]):
             return True
         _, end = self.things(i)
         return end > i and bool(_MODAL.match(" ".join(self.words[end:])))
 
     def clause(self) -> Clause | None:
-        start = next((i for i, w in enumerate(self.words) if w not in _BREAKS - _NEGATIONS), 0)
+        start = next((i for i, w in enumerate(self.words) if w not in v.BREAKS - v.NEGATIONS), 0)
         first = self.lead(start)
         lead = self.words[start:first]
-        negated = bool(_NEGATIONS & set(lead))
+        negated = bool(v.NEGATIONS & set(lead))
         text = " ".join(self.words)
         if alone := self.leave_alone(first):
             return alone
-        if verb := self.verb(first, _BASE) or (self.verb(first, _ING) if lead else None):
-            if "i" in lead and not _LIKED & {*lead} and not {"i'd", "you"} & {*lead}:
+        if verb := self.verb(first, v.BASE) or (
+            self.verb(first, v.ING) if v.GERUND & {*lead} else None
+        ):
+            if "i" in lead and not v.LIKED & {*lead} and not {"i'd", "you"} & {*lead}:
                 return None
             clause = self.order(*verb, negated=negated)
             is_polite = self.polite or not re.search(r"\b(?:can|could|would|will) you\b", text)
@@ -341,7 +233,7 @@ class _Reader:
                 and not self.leftover
                 and is_polite
                 and bool(_PLAIN_LEAD.fullmatch(" ".join(w for w in lead if w != ",")))
-                and first > 0 - 1
+                and verb[0] != "make"
             )
             return replace(clause, plain=plain) if clause else None
         refusal = negated or self.at(first) in ("no", "nothing")
@@ -356,16 +248,19 @@ class _Reader:
             negated = negated or bool(re.search(r"n't|not", modal["modal"]))
             end += len(modal[0].split())
             return self.state(things, end, "", negated)
-        if _LIKED & {*lead} or "i'd" in lead:
+        if {"make", "sure"} <= {*lead} and self.at(end) in ("is", "are"):
+            return self.state(things, end + 1, "", negated)
+        if v.LIKED & {*lead} or "i'd" in lead:
             if negated:
                 return Clause("any", things, negated=True)
             return self.state(things, end, "pick up", negated)
         if refusal:
             return Clause("any", things, negated=True)
-        return Clause("", things)
+        beside = text.startswith(tuple(f"{said} " for said in (*v.INTO, *v.ASIDE)))
+        return Clause("", () if beside else things)
 
     def leave_alone(self, first: int) -> Clause | None:
-        """ "Leave the mug where it is" and the like."""
+        """A refusal such as "leave the mug where it is"."""
         if not _LEAVE_ALONE.match(" ".join(self.words[first:])):
             return None
         things, _ = self.things(first + 1)
@@ -391,7 +286,11 @@ class _Reader:
         watery = bool(things) and things[0].word == "water"
         if watery:
             liquid = things[0].liquid
+        if said == "crack" and any(t.types != ("Egg",) for t in things):
+            verb = "open"
         if verb == "turn" or (verb == "use" and not negated):
+            return None
+        if verb == "ignore" and not things:
             return None
         if verb in ("ignore", "use") or (negated and said in ("move", "take", "remove")):
             return Clause("any", things or (Phrase(word="it"),), negated=True, excluded=excluded)
@@ -402,17 +301,24 @@ class _Reader:
             if not verb:
                 return None
         if verb == "pour" or (watery and verb in ("put", "pick up", "empty")):
-            if source and not into or verb in ("pick up", "empty"):
+            if (source and not into) or verb in ("pick up", "empty"):
                 return Clause("empty", (source,) if source else (Phrase(word="it"),), None, negated)
             return Clause("fill", (into or Phrase(word="it"),), None, negated, liquid=liquid)
         if watery:
             return None
+        if verb in ("put", "pick up") and things and things[0].liquid:
+            held = into if into and v.VESSELS & {*into.types} else None
+            if held or (said == "add" and not into):
+                return Clause("fill", (held or things[0],), None, negated, (), things[0].liquid)
+        if verb == "slice":
+            things = tuple(_whole(thing) for thing in things)
+        liquid = "water" if said == "water" else liquid if verb == "fill" else ""
         if verb == "pick up" and into and said_into in ("into", "onto", "to", "over to", "back to"):
             verb = "put"
         if verb == "put" and said in ("throw away", "dispose of"):
             into = into or Phrase(("GarbageCan",))
         if said in ("keep", "leave") and not into:
-            return None
+            return Clause("any", things, negated=True) if said == "leave" else None
         place = into if verb == "put" else None
         return Clause(verb, things, place, negated, excluded, liquid)
 
@@ -422,11 +328,13 @@ class _Reader:
         """What follows "the mug needs to be" or "I want the mug"."""
         while self.at(i) in ("to", "be", "all", "both", "get", "go", "placed", "also"):
             i += 1
-        verb = self.verb(i, _DONE) or self.verb(i, _ING)
+        verb = self.verb(i, v.DONE) or self.verb(i, v.ING)
         if verb:
             return self.passive(things, *verb, negated=negated)
-        if self.at(i) in _STATES and (i + 1 >= len(self.words) or self.at(i) not in ("on", "off")):
-            return Clause(_STATES[self.at(i)], things, negated=negated)
+        if self.at(i) in v.STATES and (
+            self.at(i) not in ("on", "off") or self.at(i + 1) in ("", "and", ",", "please", "now")
+        ):
+            return Clause(v.STATES[self.at(i)], things, negated=negated)
         if self.at(i) == "water" or (things[0].liquid and otherwise):
             return Clause("fill", things, negated=negated, liquid=things[0].liquid or "water")
         into, _, _, excluded, _ = self.tail(i)
@@ -463,7 +371,7 @@ class _Reader:
 
     def places(self, i: int) -> tuple[Phrase | None, str, int]:
         """A place with its preposition at `i`."""
-        for said in _INTO:
+        for said in v.INTO:
             size = len(said.split())
             if self.words[i : i + size] == said.split():
                 place, end = self.thing(i + size)
@@ -481,11 +389,11 @@ class _Reader:
         excluded: tuple[Phrase, ...] = ()
         while i < len(self.words):
             before = i
-            for said in (*_EXCEPT, *_ASIDE):
+            for said in (*v.EXCEPT, *v.ASIDE):
                 parts = said.split()
                 if self.words[i : i + len(parts)] != parts:
                     continue
-                if said in _EXCEPT:
+                if said in v.EXCEPT:
                     more, end = self.things(i + len(parts))
                     excluded += more
                     self.leftover = True
@@ -493,7 +401,7 @@ class _Reader:
                     aside, end = self.thing(i + len(parts))
                     if said in ("from", "out of", "off"):
                         source = aside or source
-                    if said in ("with", "of", "using") and self.at(end - 1) in _LIQUIDS:
+                    if said in ("with", "of", "using") and self.at(end - 1) in v.LIQUIDS:
                         liquid = self.at(end - 1)
                     self.leftover |= aside is None
                 i = max(end, i + len(parts))
@@ -507,7 +415,7 @@ class _Reader:
             if i == before:
                 if self.words[i : i + 2] == ["for", "me"]:
                     i += 1
-                elif self.at(i) not in _TAIL:
+                elif self.at(i) not in v.TAIL and self.at(i) != ",":
                     self.leftover = True
                 i += 1
         return into, said_into, source, excluded, liquid
@@ -536,18 +444,22 @@ class _Reader:
         while i < len(self.words):
             word = self.at(i)
             named = naming(self.words, i, self.here)
-            if named and not (word == "slice" and named is None):
+            if named:
                 which = (
                     int(self.at(named.end))
                     if re.fullmatch(r"[1-9]\d{0,2}", self.at(named.end))
                     else 0
                 )
                 liquid = self.at(named.end + 1) if self.at(named.end) == "of" else ""
-                liquid = liquid if liquid in _LIQUIDS else ""
-                every = every or named.group or (named.plural and not number)
+                liquid = liquid if liquid in v.LIQUIDS else ""
+                if self.at(named.end) == "of" and not liquid:
+                    inner, end = self.thing(named.end + 1)
+                    if inner and any(kind.endswith("Sliced") for kind in inner.types):
+                        return inner, end
+                every = every or (named.plural and not number)
                 end = named.end + (1 if which else 2 if liquid else 0)
                 return Phrase(named.types, "", every, number, named.group, which, liquid), end
-            if word in _SLICES:
+            if word in v.SLICES:
                 whole, end = self.thing(i + 2) if self.at(i + 1) == "of" else (None, i + 1)
                 if not whole or not whole.types:
                     return Phrase(word="slice", every=every, number=number), max(end, i + 1)
@@ -561,17 +473,17 @@ class _Reader:
                 return Phrase(("Mug", "Cup"), liquid="coffee"), i + 1
             if word == "water":
                 return Phrase(word="water", liquid="water"), i + 1
-            if word in _VAGUE:
+            if word in v.VAGUE:
                 vague = "everything" if word in ("everything", "anything", "nothing") else "them"
                 return Phrase(word=vague, every=every, number=number), i + 1
-            if word in _NUMBERS or word.isdigit():
-                number = _NUMBERS.get(word, 0) or min(int(word) if word.isdigit() else 0, 99)
-            elif word not in _DETERMINERS and word not in _FILLERS and word not in _PRONOUNS:
+            if word in v.NUMBERS or word.isdigit():
+                number = v.NUMBERS.get(word, 0) or min(int(word) if word.isdigit() else 0, 99)
+            elif word not in v.DETERMINERS and word not in v.FILLERS and word not in v.PRONOUNS:
                 break
-            every = every or word in _EACH
+            every = every or word in v.EACH
             i += 1
         said = self.words[start:i]
-        pronoun = next((w for w in reversed(said) if w in _PRONOUNS), "")
+        pronoun = next((w for w in reversed(said) if w in v.PRONOUNS), "")
         if pronoun:
             return Phrase(word=pronoun, every=every, number=0 if pronoun == "it" else number), i
         return None, start

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, cast
+from typing import Any
 
-from goalscope.envs.house.geometry import HALF_VIEW, Pose, Vec, as_dict, box_of, sees, vec
+from goalscope.envs.house.geometry import Pose, Vec, as_dict, box_of, sees, vec
 from goalscope.envs.house.state import Failure, State
 
 __all__ = ["MOTIONS"]

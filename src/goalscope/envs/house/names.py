@@ -11,7 +11,7 @@ from typing import Any
 from goalscope.envs.grocery.words import singular, singulars
 from goalscope.envs.house.object_types import object_types
 
-__all__ = ["GROUPS", "Naming", "mentioned", "names", "naming", "readable", "synonyms"]
+__all__ = ["GROUPS", "Naming", "mentioned", "names", "naming", "readable", "synonyms", "the"]
 
 _LONGEST = 32
 """Most characters of a name made from an unknown type."""
@@ -49,7 +49,7 @@ _WORDS = {
     "Footstool": "footstool, stool",
     "Fridge": "fridge, refrigerator, frig, ice box",
     "GarbageBag": "garbage bag, trash bag, bin bag",
-    "GarbageCan": "garbage can, garbage, trash can, trash, trash bin, bin, rubbish bin, waste basket",
+    "GarbageCan": "garbage can, garbage, trash can, trash, trash bin, bin, rubbish bin",
     "HandTowel": "hand towel, towel",
     "HandTowelHolder": "hand towel holder, towel holder",
     "HousePlant": "plant, house plant, potted plant",
@@ -61,19 +61,19 @@ _WORDS = {
     "Lettuce": "lettuce, lettuce head, head of lettuce",
     "LightSwitch": "light switch, switch, light",
     "Microwave": "microwave, microwave oven, oven",
-    "Mug": "mug, coffee mug, coffee cup, cup",
+    "Mug": "mug, coffee mug, coffee cup",
     "Newspaper": "newspaper, paper",
     "Painting": "painting, picture",
     "Pan": "pan, frying pan, skillet",
     "PaperTowelRoll": "paper towel roll, paper towel, roll of paper towel",
-    "PepperShaker": "pepper shaker, pepper",
+    "PepperShaker": "pepper shaker, pepper, shaker",
     "Pillow": "pillow, cushion",
     "Plate": "plate, dish",
     "Pot": "pot, cooking pot, saucepan",
     "Potato": "potato, potatoe",
     "RemoteControl": "remote control, remote, TV remote, control, controller",
     "RoomDecor": "room decoration, decoration",
-    "SaltShaker": "salt shaker, salt",
+    "SaltShaker": "salt shaker, salt, shaker",
     "ShelvingUnit": "shelving unit, shelf",
     "ShowerGlass": "shower glass, shower screen",
     "ShowerHead": "shower head, shower",
@@ -121,7 +121,7 @@ GROUPS = {
         "ButterKnife Fork Knife Ladle Spatula Spoon",
     ),
     "cookware": "Kettle Pan Pot",
-    **dict.fromkeys(("condiment", "spice", "shaker"), "PepperShaker SaltShaker"),
+    **dict.fromkeys(("condiment", "spice"), "PepperShaker SaltShaker"),
     **dict.fromkeys(("valuables", "valuable thing"), "CellPhone CreditCard KeyChain Laptop Watch"),
     **dict.fromkeys(
         ("cleaning supplies", "cleaning product", "cleaning thing"),
@@ -182,6 +182,11 @@ def names(objects: Iterable[Mapping[str, Any]]) -> dict[str, str]:
             name = readable(object_type)
             found[object_id] = f"{name} {number}" if len(several) > 1 else name
     return found
+
+
+def the(name: str) -> str:
+    """A name in a sentence: "the egg", but "drawer 2"."""
+    return name if name[-1:].isdigit() else f"the {name}"
 
 
 def mentioned(text: str, objects: Iterable[Mapping[str, Any]]) -> list[str]:

@@ -86,14 +86,14 @@ def _ascii(text: str, only: bool) -> str:
 
 def _heading(plan: Plan, ascii_only: bool) -> list[Text]:
     held = ", ".join(piece.described for piece in plan.held)
-    lines = [Text(_ascii(plan.name or "room", ascii_only), "bold")]
+    lines = [Text().append(_ascii(plan.name or "room", ascii_only), "bold")]
     arrow = _arrow(plan.heading, ascii_only)
     lines[0].append(f"  robot {arrow} ", "bold cyan").append(f"looks {plan.looks}, holds ")
     lines[0].append(_ascii(held or "nothing", ascii_only), "bold" if held else "")
     if plan.changes:
         more = len(plan.changes) - CHANGES
         said = "; ".join(plan.changes[:CHANGES]) + (f"; and {more} more" if more > 0 else "")
-        lines.append(Text("changed (!): ", "bold yellow").append(_ascii(said, ascii_only)))
+        lines.append(Text().append("changed (!): ", "bold yellow").append(_ascii(said, ascii_only)))
     return lines
 
 
@@ -140,7 +140,7 @@ class _Grid:
         side, along, corners = ("|", "-", "++++") if self.ascii_only else ("┃", "━", "┏┓┗┛")
         lines = [Text(corners[0] + along * self.columns + corners[1], "dim")]
         for signs, styles in zip(self.signs, self.styles, strict=True):
-            line = Text(side, "dim")
+            line = Text().append(side, "dim")
             for sign, style in zip(signs, styles, strict=True):
                 line.append(sign, style)
             lines.append(line.append(side, "dim"))
@@ -249,7 +249,7 @@ def _list_of_places(plan: Plan, keys: Mapping[str, str], ascii_only: bool) -> li
     def item(piece: Piece) -> Text:
         listed.add(piece.id)
         key = keys.get(piece.id)
-        text = Text(f"{key}=", "bold") if key else Text()
+        text = Text().append(f"{key}=" if key else "", "bold")
         text.append("!" if piece.changed else "").append(
             _ascii(piece.name, ascii_only), CHANGED if piece.changed else ""
         )
@@ -281,7 +281,7 @@ def _list_of_places(plan: Plan, keys: Mapping[str, str], ascii_only: bool) -> li
 
     def line(title: str, pieces: Iterable[Piece]) -> None:
         if text := items(pieces):
-            lines.append(Text(f"{title}: ", "dim").append_text(text))
+            lines.append(Text().append(f"{title}: ", "dim").append_text(text))
 
     lines: list[Text] = []
     places = [piece for piece in plan.pieces if piece.receptacle and not piece.pickupable]
@@ -311,7 +311,7 @@ def _list_of_places(plan: Plan, keys: Mapping[str, str], ascii_only: bool) -> li
         ]  # fmt: skip
         text = items(group)
         if text:
-            lines.append(Text(f"{len(group)} {title}: ", "dim").append_text(text))
+            lines.append(Text().append(f"{len(group)} {title}: ", "dim").append_text(text))
     line("and", [each for each in plan.pieces if each.id not in listed])
     if plan.left_out:
         lines.append(Text(f"and {plan.left_out} objects that are too many to show", "dim"))

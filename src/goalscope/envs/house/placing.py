@@ -28,20 +28,22 @@ _FLOOR_THROUGH = frozenset({"Box", "Drawer", "DogBed", "GarbageCan", "Safe", "Sh
 _NEVER_FLOOR = frozenset({"Cabinet", "Fridge", "Sink", "Bathtub", "Toilet"})
 
 
-def check_place(state: State, thing: dict[str, Any], target: dict[str, Any], *, force: bool) -> None:
+def check_place(
+    state: State, thing: dict[str, Any], target: dict[str, Any], *, force: bool
+) -> None:
     """Raise the Failure that AI2-THOR would, if the thing may not be put there."""
     kind, own = target["objectType"], target["objectId"]
     if not target["receptacle"]:
         raise Failure("This target object is NOT a receptacle!")
-    if own == thing["objectId"] or own in {each["objectId"] for each in state.carried(thing["objectId"])}:
+    if own == thing["objectId"] or own in {
+        each["objectId"] for each in state.carried(thing["objectId"])
+    }:
         raise Failure("No valid Receptacle found")
     if kind in ENCLOSING and target["openable"] and not target["isOpen"]:
         raise Failure("Target openable Receptacle is CLOSED, can't place if target is not open!")
     if kind in SINGLE:
         if SINGLE[kind] and thing["objectType"] != SINGLE[kind]:
-            raise Failure(
-                f"{thing['objectId']} is not a valid Object Type to be placed in {own}"
-            )
+            raise Failure(f"{thing['objectId']} is not a valid Object Type to be placed in {own}")
         if any(each["pickupable"] for each in state.contents(own)):
             raise Failure(f"{own} is full right now")
         if SINGLE[kind]:

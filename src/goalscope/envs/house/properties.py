@@ -40,5 +40,5 @@ def unfit_state(name: str, value: object, types: Iterable[str]) -> str:
     flag = STATES[name]
     types = list(types)
     if flag and not any(flag in object_types()[kind].flags for kind in types):
-        return f"{name!r} makes no sense here; {' and '.join(types)} are not {flag}."
+        return f"{name!r} does not fit {' or '.join(types[:5])}, which is not {flag}."
     return ""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import zlib
 from collections.abc import Mapping, Sequence
@@ -10,8 +9,9 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, cast
 
-from goalscope.envs.house.geometry import RADIUS, Box, Vec, as_dict, box_of
-from goalscope.envs.house.object_types import FLAGS, SINGLE, ObjectType, object_types
+from goalscope.envs.house.geometry import RADIUS, Box, Vec, box_of
+from goalscope.envs.house.making import free_spot, new_floor, new_object
+from goalscope.envs.house.object_types import SINGLE, ObjectType, object_types
 from goalscope.envs.house.properties import STATES, unfit_state
 from goalscope.envs.house.scene import Scene
 from goalscope.envs.house.state import ENCLOSING, EYE_HEIGHT, State
@@ -79,7 +79,7 @@ def read_room(source: Path | Traversable, *, label: str) -> Scene:
         raise InvalidInputError(f"{label}: there is no [[object]] table. Add at least one.")
     if len(rows) > MOST_OBJECTS:
         raise InvalidInputError(f"{label}: {len(rows):,} objects; a room has up to {MOST_OBJECTS}.")
-    room = _Room(name, label, width, depth)
+    room = _Room(name, width, depth)
     for standing in (True, False):
         for number, row in enumerate(rows, 1):
             if ("at" in row) == standing:
@@ -100,15 +100,11 @@ def read_room(source: Path | Traversable, *, label: str) -> Scene:
 class _Room:
     """A room while it is furnished; `objects` is their metadata by id."""
 
-    def __init__(self, name: str, label: str, width: float, depth: float) -> None:
+    def __init__(self, name: str, width: float, depth: float) -> None:
         self.name = name
-        self.label = label
         self.called: dict[str, list[str]] = {}
         self.knobs: list[tuple[str, str, str]] = []
-        flat = (width, 0.1, depth)
-        kind = ObjectType("Floor", frozenset({"receptacle"}), (), 0.0, flat, frozenset())
-        self.floor = _metadata(kind, (width / 2, 0.0, depth / 2), flat, 0.0)
-        self.floor["axisAlignedBoundingBox"] = _box((width / 2, -0.05, depth / 2), flat)
+        self.floor = new_floor(width, depth)
         self.floor["name"] = self._name(self.floor["objectId"])
         self.objects = {self.floor["objectId"]: self.floor}
         self.extent = Box((width / 2, CEILING / 2, depth / 2), (width, CEILING, depth))
@@ -118,7 +114,8 @@ class _Room:
         kind, label = self._kind(row, label)
         size, rotation = kind.size, 0.0
         if "size" in row:
-            size = _triple(_numbers(row["size"], (3,), (0.001, 50.0), f"{label}: 'size'"))
+            wide, high, deep = _numbers(row["size"], (3,), (0.001, 50.0), f"{label}: 'size'")
+            size = (wide, high, deep)
         if "rotation" in row:
             (rotation,) = _numbers([row["rotation"]], (1,), (-360.0, 360.0), f"{label}: 'rotation'")
         host = None
@@ -129,11 +126,11 @@ class _Room:
                 host = self.floor
         else:
             host = self._find(row.get("in", row.get("on")), label, "the receptacle")
-            outer = box_of(_metadata(kind, (0.0, 0.0, 0.0), size, rotation)).size
+            outer = box_of(new_object(kind, (0.0, 0.0, 0.0), size, rotation)).size
             position = self._spot(kind, outer, host, label)
-        thing = _metadata(kind, position, size, rotation)
-        if kind.name in _BASINS:
-            thing["objectId"], host = f"{(host or self.floor)['objectId']}|{kind.name}", None
+        thing = new_object(kind, position, size, rotation)
+        if kind.name in _BASINS and host is not None:
+            thing["objectId"], host = f"{host['objectId']}|{kind.name}", None
         box = box_of(thing)
         if any(
             box.low(axis) < self.extent.low(axis) - 0.01
@@ -214,7 +211,7 @@ class _Room:
                 raise InvalidInputError(f"{label}: it must be in a {_BASINS[kind.name]}.")
             return (x, area.high(1) - size[1] + 0.01, z)
         if not host["receptacle"]:
-            raise InvalidInputError(f"{label}: a {name} cannot hold anything. Choose another.")
+            raise InvalidInputError(f"{label}: {name} is no receptacle. Choose another.")
         inside = [self.objects[each] for each in host["receptacleObjectIds"]]
         if name in SINGLE:
             if inside or SINGLE[name] not in ("", kind.name):
@@ -223,26 +220,22 @@ class _Room:
             if name in _HOOKS:
                 return (x, max(area.high(1) - size[1], 0.0), z)
             return (x, y + _WALL if name in _HOLLOW else area.high(1), z)
-        closes = name in ENCLOSING
-        if closes or name in _HOLLOW:
+        if name in ENCLOSING or name in _HOLLOW:
             y, others = y + _WALL, inside
         else:
             y += area.size[1] * _SEATS.get(name, 1.0)
             others = [each for each in self.objects.values() if each is not host]
-        if not closes or y + size[1] <= area.high(1):
-            level = Box((x, y + size[1] / 2, z), (area.size[0], size[1], area.size[2]))
-            taken = [box for each in others if _touch(box := box_of(each), level, 0.1)]
-            rim = _WALL if closes else 0.0
-            for gap in (0.1, 0.03, 0.0):
-                for at_x in _steps(area, 0, size[0], rim):
-                    for at_z in _steps(area, 2, size[2], rim):
-                        spot = Box((at_x, y + size[1] / 2, at_z), size)
-                        if not any(_touch(spot, box, gap) for box in taken):
-                            return (at_x, y, at_z)
-        raise InvalidInputError(
-            f"{label}: there is no room for it in or on the {name}. Put it elsewhere, or give a "
-            "'size' or a 'rotation' with which it fits."
-        )
+        level = area._replace(center=(x, y + size[1] / 2, z))
+        if name in ENCLOSING:
+            width, height, depth = area.size
+            level = level._replace(size=(width - 2 * _WALL, height - _WALL, depth - 2 * _WALL))
+        spot = free_spot(level, size, [box_of(each) for each in others])
+        if spot is None or (name in ENCLOSING and size[1] > level.size[1]):
+            raise InvalidInputError(
+                f"{label}: there is no room for it in or on the {name}. Put it elsewhere, or give "
+                "a 'size' or a 'rotation' with which it fits."
+            )
+        return (spot[0], y, spot[1])
 
     def _set_states(
         self,
@@ -266,71 +259,6 @@ class _Room:
     def _name(self, object_id: str) -> str:
         kind = object_id.split("|")[-1] if object_id.count("|") > 3 else object_id.split("|")[0]
         return f"{kind}_{zlib.crc32(f'{self.name} {object_id}'.encode()):08x}"
-
-
-def _metadata(kind: ObjectType, position: Vec, size: Vec, rotation: float) -> dict[str, Any]:
-    """AI2-THOR's metadata of an object with its underside's middle at `position`."""
-    can = {flag: flag in kind.flags for flag in FLAGS}
-    fixed = not (can["pickupable"] or can["moveable"])
-    x, y, z = position
-    turn = math.radians(rotation)
-    cos, sin = math.cos(turn), math.sin(turn)
-    corners = [
-        [x + a * size[0] / 2 * cos + b * size[2] / 2 * sin, up,
-         z - a * size[0] / 2 * sin + b * size[2] / 2 * cos]
-        for up in (y, y + size[1])
-        for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))
-    ]  # fmt: skip
-    width = abs(size[0] * cos) + abs(size[2] * sin)
-    depth = abs(size[0] * sin) + abs(size[2] * cos)
-    return {
-        "name": "",
-        "position": as_dict(position),
-        "rotation": {"x": 0.0, "y": rotation % 360, "z": 0.0},
-        "visible": False,
-        "isInteractable": False,
-        **can,
-        **{state: False for state in STATES if state.startswith("is")},
-        "fillLiquid": None,
-        "temperature": "RoomTemp",
-        "openness": 0.0,
-        "mass": kind.mass,
-        "salientMaterials": list(kind.materials) or None,
-        "receptacleObjectIds": [] if can["receptacle"] else None,
-        "distance": 0.0,
-        "objectType": kind.name,
-        "objectId": "|".join([kind.name, *(f"{round(v, 2) + 0.0:+06.2f}" for v in position)]),
-        "assetId": "",
-        "parentReceptacles": None,
-        "controlledObjects": None,
-        "isMoving": False,
-        "axisAlignedBoundingBox": _box((x, y + size[1] / 2, z), (width, size[1], depth)),
-        "objectOrientedBoundingBox": None if fixed else {"cornerPoints": corners},
-    }
-
-
-def _box(center: Vec, size: Vec) -> dict[str, Any]:
-    corners = [
-        [at + sign * length / 2 for at, sign, length in zip(center, signs, size, strict=True)]
-        for signs in ((a, b, c) for a in (1, -1) for b in (1, -1) for c in (1, -1))
-    ]
-    return {"cornerPoints": corners, "center": as_dict(center), "size": as_dict(size)}
-
-
-def _steps(area: Box, axis: int, length: float, rim: float) -> list[float]:
-    """Where the middle of something of this length may be along an axis: every 5 cm or more."""
-    low, high = area.low(axis) + rim + length / 2, area.high(axis) - rim - length / 2
-    step = max(0.05, (high - low) / 60)
-    return [low + step * each for each in range(math.floor((high - low) / step + 1e-6) + 1)]
-
-
-def _touch(one: Box, other: Box, gap: float) -> bool:
-    """Whether two boxes overlap or, seen from above, are nearer than `gap`."""
-    return all(
-        abs(one.center[axis] - other.center[axis])
-        < (one.size[axis] + other.size[axis]) / 2 + extra - 1e-6
-        for axis, extra in ((0, gap), (1, 0.01), (2, gap))
-    )
 
 
 def _agent(row: object, label: str) -> dict[str, Any]:
@@ -364,8 +292,3 @@ def _numbers(
         what = f"a list of {many} numbers" if max(lengths) > 1 else "a number"
         raise InvalidInputError(f"{label} must be {what} from {low:g} to {high:g}.")
     return [float(each) for each in numbers]
-
-
-def _triple(numbers: Sequence[float]) -> Vec:
-    x, y, z = numbers
-    return (x, y, z)

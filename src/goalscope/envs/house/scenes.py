@@ -5,16 +5,20 @@ from __future__ import annotations
 import gzip
 import json
 import os
+import re
 from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import platformdirs
+
 from goalscope.envs.house.rooms import read_room
 from goalscope.envs.house.scene import Scene
+from goalscope.envs.house.state import State
 from goalscope.types import InvalidInputError
 
-__all__ = ["known_scenes", "load_scene", "read_scene"]
+__all__ = ["import_scene", "known_scenes", "load_scene", "read_scene", "scenes_folder"]
 
 MOST_BYTES = 64 * 2**20
 
@@ -32,7 +36,7 @@ def read_scene(path: str | Path) -> Scene:
 
 
 def known_scenes() -> dict[str, Callable[[], Scene]]:
-    """Readers of the scenes that come with goalscope, and of those in $GOALSCOPE_SCENES, by name.
+    """Readers of all scenes by name: those of goalscope, and those in `scenes_folder()`.
 
     A file's scene goes by the file's name without its endings.
     """
@@ -41,11 +45,50 @@ def known_scenes() -> dict[str, Callable[[], Scene]]:
         if entry.name.endswith(".toml"):
             stem = entry.name.removesuffix(".toml")
             found[stem] = lambda entry=entry: read_room(entry, label=entry.name)
-    if folder := os.environ.get("GOALSCOPE_SCENES"):
-        for path in sorted(Path(folder).iterdir()):
-            if path.name.endswith((".json", ".json.gz", ".toml")):
-                found[path.name.partition(".")[0]] = lambda path=path: read_scene(path)
+    folder = scenes_folder()
+    for path in folder.iterdir() if folder.is_dir() else ():
+        if path.name.endswith((".json", ".json.gz", ".toml")):
+            found[path.name.partition(".")[0]] = lambda path=path: read_scene(path)
     return dict(sorted(found.items()))
+
+
+def scenes_folder() -> Path:
+    """$GOALSCOPE_SCENES, or `scenes` in the user's data folder."""
+    given = os.environ.get("GOALSCOPE_SCENES")
+    return Path(given) if given else platformdirs.user_data_path("goalscope", False) / "scenes"
+
+
+def import_scene(path: Path, name: str | None = None) -> tuple[str, Scene]:
+    """Check a scene file and keep it in `scenes_folder()`, whole or not at all.
+
+    Args:
+        path: See `read_scene`.
+        name: What to call it; None takes the file's name without its endings.
+
+    Returns:
+        The name, by which `load_scene` now finds it, and the scene.
+
+    Raises:
+        InvalidInputError: The file is no scene, the agent could stand nowhere in it, or the name
+            has other characters than letters, digits, "_" and "-".
+    """
+    scene = read_scene(path)
+    State(scene)
+    title = name or path.name.partition(".")[0]
+    if not re.fullmatch(r"[A-Za-z0-9_-]{1,80}", title):
+        raise InvalidInputError(
+            f"{title!r} cannot be a scene's name; use letters, digits, _ and -."
+        )
+    folder = scenes_folder()
+    folder.mkdir(parents=True, exist_ok=True)
+    kept = {"sceneName": title, "agent": scene.agent, "objects": scene.objects}
+    part = folder / f".{title}.{os.getpid()}.part"
+    try:
+        part.write_bytes(gzip.compress(json.dumps(kept).encode()))
+        part.replace(folder / f"{title}.json.gz")
+    finally:
+        part.unlink(missing_ok=True)
+    return title, scene
 
 
 def load_scene(name: str) -> Scene:
@@ -62,7 +105,7 @@ def load_scene(name: str) -> Scene:
         return read_scene(name)
     raise InvalidInputError(
         f"There is no scene {name!r}. There are: {', '.join(scenes)}; or give a file, "
-        "or name a folder of them in GOALSCOPE_SCENES."
+        "`goalscope house import FILE` adds more."
     )
 
 

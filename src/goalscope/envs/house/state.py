@@ -6,15 +6,23 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from goalscope.envs.house.geometry import Box, Pose, Vec, as_dict, box_of, moved, reachable, sees, vec
+from goalscope.envs.house.geometry import (
+    Box,
+    Pose,
+    Vec,
+    as_dict,
+    box_of,
+    moved,
+    reachable,
+    sees,
+    vec,
+)
 from goalscope.envs.house.scene import Scene
 from goalscope.types import InvalidInputError
 
 __all__ = ["ENCLOSING", "Failure", "State"]
 
-ENCLOSING = frozenset(
-    {"Box", "Cabinet", "Drawer", "Fridge", "LaundryHamper", "Microwave", "Safe"}
-)
+ENCLOSING = frozenset({"Box", "Cabinet", "Drawer", "Fridge", "LaundryHamper", "Microwave", "Safe"})
 """Receptacles that hide what is in them while they are closed, and must be open for a put."""
 
 REACH = 1.5

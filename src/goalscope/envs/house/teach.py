@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from goalscope.envs.house.conformance import PREDICATES, Agreement, rows, triples
-from goalscope.envs.house.geometry import as_dict, box_of, moved, vec
+from goalscope.envs.house.geometry import as_dict, moved
 from goalscope.envs.house.object_types import FLAGS, object_type, type_of
 from goalscope.envs.house.scene import Scene
 from goalscope.envs.house.world import House

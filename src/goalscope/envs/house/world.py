@@ -77,7 +77,12 @@ class House:
         settle(self.state, seconds)
 
     def metadata(
-        self, name: Any = "Initialize", *, returned: Any = None, error: str = "", code: str | None = None
+        self,
+        name: Any = "Initialize",
+        *,
+        returned: Any = None,
+        error: str = "",
+        code: str | None = None,
     ) -> dict[str, Any]:
         """AI2-THOR's metadata now, as after the action `name`."""
         state = self.state

@@ -1,0 +1,118 @@
+"""The domains of Sec. 4.2, and what makes an episode in one of them what it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from goalscope.agent import Method
+from goalscope.envs import Environment
+from goalscope.likelihood import Layout
+from goalscope.models import Model
+from goalscope.policy import Planner
+from goalscope.types import DEFAULT_TEMPERATURE, InvalidInputError, Profile
+
+__all__ = ["Domain", "Settings", "open_environment", "planner_of", "profile_named", "profiles_of"]
+
+Domain = Literal["grocery", "house"]
+SCENE = "Kitchen1"
+"""Where the robot is when nobody says."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Everything that makes an episode what it is; stored with it.
+
+    Attributes:
+        domain: "grocery" or "house".
+        human: Who answers: "you" at the terminal, or the profile's "scripted" or "simulated" one.
+        method: See `Agent`.
+        model: See `open_model`, as for the next three; None for the embedded model.
+        generator: Writes, if not `model`.
+        scorer: Scores, if not `model`.
+        tokenizer: Of a served model.
+        profiles: TOML file of profiles; None for those of the domain.
+        catalogue: CSV file of the shop; None for the one of the domain.
+        columns: Which heading of that file holds what.
+        scene: Name or file of the house's scene; None for the profile's, or the first.
+        simulator: What the house runs in: "house", the embedded one, or AI2-THOR ("thor").
+        unity: Program that AI2-THOR is to start; None for its own build.
+        layout: See `Agent`, as for the next four.
+        evidence: "sum" or "last".
+        end_of_turn: Whether the end of the utterance is scored.
+        temperature: Divides the evidence.
+        seed: Seed of everything that is drawn.
+        rounds: Most rounds.
+    """
+
+    domain: Domain = "grocery"
+    human: Literal["you", "scripted", "simulated"] = "you"
+    method: Method = "good"
+    model: str | None = None
+    generator: str | None = None
+    scorer: str | None = None
+    tokenizer: str | None = None
+    profiles: str | None = None
+    catalogue: str | None = None
+    columns: Mapping[str, str] = field(default_factory=dict[str, str])
+    scene: str | None = None
+    simulator: Literal["house", "thor"] = "house"
+    unity: str | None = None
+    layout: Layout | None = None
+    evidence: str = "sum"
+    end_of_turn: bool = False
+    temperature: float = DEFAULT_TEMPERATURE
+    seed: int = 0
+    rounds: int = 20
+
+
+def open_environment(settings: Settings, profile: Profile | None = None) -> Environment:
+    """The shop with its catalogue, or the home robot in its scene, or in the profile's."""
+    if settings.domain == "grocery":
+        from goalscope.envs.grocery import Catalogue, GroceryShop
+
+        return GroceryShop(Catalogue.load(settings.catalogue, columns=settings.columns))
+    from goalscope.envs.house import HomeRobot, HouseController, load_scene, start_thor
+
+    scene = settings.scene or (profile.scene if profile else "") or SCENE
+    if settings.simulator == "thor":
+        return HomeRobot(start_thor(scene, settings.unity))
+    loaded = load_scene(scene)
+    return HomeRobot(HouseController(loaded), notes=loaded.notes)
+
+
+def planner_of(settings: Settings, model: Model) -> Planner:
+    """What chooses the actions in the domain."""
+    if settings.domain == "grocery":
+        return Planner(model, seed=settings.seed)
+    from goalscope.steps import StepPlanner
+
+    return StepPlanner(model, seed=settings.seed)
+
+
+def profiles_of(settings: Settings) -> tuple[Profile, ...]:
+    """The people of the domain, or of the settings' file.
+
+    Raises:
+        InvalidInputError: The file is none of this domain's profiles.
+    """
+    if settings.domain == "grocery":
+        from goalscope.envs.grocery import load_profiles
+    else:
+        from goalscope.envs.house import load_profiles
+    return load_profiles(settings.profiles)
+
+
+def profile_named(settings: Settings, name: str) -> Profile:
+    """The domain's person of this name.
+
+    Raises:
+        InvalidInputError: There is none.
+    """
+    profiles = {profile.name: profile for profile in profiles_of(settings)}
+    if name not in profiles:
+        raise InvalidInputError(
+            f'There is no profile "{name}". There are: {", ".join(profiles)}; or say "all".'
+        )
+    return profiles[name]

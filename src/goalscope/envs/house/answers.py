@@ -1,0 +1,174 @@
+"""Answers to a person's questions about the house, read off the metadata."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from goalscope.envs.house.names import names, naming, the
+
+__all__ = ["answered"]
+
+_NAMED = 5
+"""Things that an answer names at most."""
+
+_LEAD = (
+    r"(?:(?:ok(?:ay)?|hi|hello|hey|so|and|but|well|sorry|excuse me|oh|also|please|(?:can|could) you"
+    r" tell me|do you know|tell me)[ ,]+)*"
+)
+_STATES: dict[str, tuple[str, bool]] = {
+    **{"open": ("isOpen", True), "closed": ("isOpen", False), "shut": ("isOpen", False)},
+    **{"on": ("isToggled", True), "off": ("isToggled", False), "broken": ("isBroken", True)},
+    **{"sliced": ("isSliced", True), "cut": ("isSliced", True), "cooked": ("isCooked", True)},
+    **{"dirty": ("isDirty", True), "clean": ("isDirty", False), "used up": ("isUsedUp", True)},
+    **{"filled": ("isFilledWithLiquid", True), "full": ("isFilledWithLiquid", True)},
+}
+_STATE = re.compile(rf"{_LEAD}(?:is|are) (.+?) (?:already |still |now )?({'|'.join(_STATES)})")
+_WHERE = re.compile(
+    rf"{_LEAD}where(?: (?:can|do|could) (?:i|we|you) (?:find|see|keep)|'s|'re| is| are)? (.+?)"
+    r"(?: (?:is|are|now))?"
+)
+_HOLDING = re.compile(
+    rf"{_LEAD}(?:what (?:are you|do you) (?:hold|carry|have)(?:ing)?(?: (?:in your hands?|now))?"
+    r"|what(?:'s| is) in your hands?|are you (?:holding|carrying) (?:something|anything))"
+)
+_INSIDE = re.compile(
+    rf"{_LEAD}what(?:'s| is| are| do you see| do you have| can you see| things are)?"
+    r" (?:there )?(?:in|inside|on|on top of|inside of) (.+?)(?: now)?"
+)
+_PLACED = re.compile(
+    rf"{_LEAD}(?:is|are) (?:there )?(.+?) (?:already |still |now )?(?:in|inside|on|on top of) (.+)"
+)
+_COUNT = re.compile(
+    rf"{_LEAD}how many (.+?)(?: (?:are|do) (?:there|you see|you have|we have))?(?: here)?"
+)
+_HAVE = re.compile(
+    rf"{_LEAD}(?:(?:do|can) (?:you|we) (?:have|see|find)|have (?:you|we) got|is there|are there)"
+    r" (.+?)(?: (?:here|there|anywhere|in the (?:house|home|room|kitchen)))?"
+)
+_INNER = frozenset(
+    [
+        "Pot",
+        "Pan",
+        "Bowl",
+        "Cup",
+        "Mug",
+        "Box",
+        "GarbageCan",
+        "Bathtub",
+        "BathtubBasin",
+        "Sink",
+        "SinkBasin",
+    ]
+)
+
+Object = Mapping[str, Any]
+
+
+def answered(question: str, objects: Sequence[Object]) -> str | None:
+    """The answer to `question`, or None where it is no question about these objects."""
+    text = " ".join(question.casefold().replace("\u2019", "'").split())[:300].rstrip(" ?!.")
+    house = _House(objects)
+    if _HOLDING.fullmatch(text):
+        return house.holding()
+    asks: list[tuple[re.Pattern[str], Callable[..., str | None]]] = [
+        *((_STATE, house.state), (_INSIDE, house.inside), (_PLACED, house.placed)),
+        *((_COUNT, house.count), (_WHERE, house.where), (_HAVE, house.where)),
+    ]
+    for pattern, reply in asks:
+        match = pattern.fullmatch(text)
+        said = reply(*filter(None, match.groups())) if match else None
+        if said:
+            return said
+    return None
+
+
+class _House:
+    def __init__(self, objects: Sequence[Object]) -> None:
+        self.objects = {str(o["objectId"]): o for o in objects}
+        self.names = names(objects)
+
+    def called(self, term: str) -> list[Object] | None:
+        """The objects that `term` names; None where it is no name of a thing."""
+        words = re.findall(r"[a-z0-9']+", term)
+        while words and words[0] in ("the", "a", "an", "any", "some", "my", "our", "your", "all"):
+            del words[0]
+        by_name = [
+            o for i, o in self.objects.items() if self.names[i].casefold() == " ".join(words)
+        ]
+        if by_name:
+            return by_name
+        named = naming(words, 0, {str(o["objectType"]) for o in self.objects.values()})
+        if not named or named.end != len(words):
+            return None
+        return [o for o in self.objects.values() if o["objectType"] in named.types]
+
+    def place(self, thing: Object) -> str:
+        """Where a thing is, in words."""
+        if thing.get("isPickedUp"):
+            return "in my hand"
+        around = [
+            self.objects[p] for p in thing.get("parentReceptacles") or () if p in self.objects
+        ]
+        if not around:
+            return "in the room"
+        inner = next((o for o in around if _holds_inside(o)), around[0])
+        name = self.names[str(inner["objectId"])]
+        return f"{'in' if _holds_inside(inner) else 'on'} {the(name)}"
+
+    def listed(self, things: Sequence[Object]) -> str:
+        shown = sorted(self.names[str(o["objectId"])] for o in things)[:_NAMED]
+        rest = len(things) - len(shown)
+        return ", ".join(shown) + (f", and {rest} more" if rest > 0 else "")
+
+    def holding(self) -> str:
+        held = [o for o in self.objects.values() if o.get("isPickedUp")]
+        return f"I am holding: {self.listed(held)}." if held else "I am holding nothing."
+
+    def where(self, term: str) -> str | None:
+        things = self.called(term)
+        if things is None:
+            return None
+        if not things:
+            return "I see no such thing here."
+        places = {self.names[str(o["objectId"])]: self.place(o) for o in things}
+        said = [f"{the(name)} is {places[name]}" for name in sorted(places)[:_NAMED]]
+        rest = len(things) - len(said)
+        text = "; ".join(said) + (f"; and {rest} more." if rest > 0 else ".")
+        return text[0].upper() + text[1:]
+
+    def state(self, term: str, state: str) -> str | None:
+        things = self.called(term)
+        flag, value = _STATES[state]
+        things = [o for o in things or () if o.get(flag) is not None]
+        if not things:
+            return None
+        if len(things) == 1:
+            return "Yes." if bool(things[0][flag]) is value else "No."
+        met = [o for o in things if bool(o[flag]) is value]
+        return f"Yes: {self.listed(met)}." if met else "No."
+
+    def inside(self, term: str) -> str | None:
+        places = [o for o in self.called(term) or () if o.get("receptacle")]
+        if not places:
+            return None
+        ids = {str(o["objectId"]) for o in places}
+        held = [o for o in self.objects.values() if ids & {*(o.get("parentReceptacles") or ())}]
+        return f"There: {self.listed(held)}." if held else "Nothing."
+
+    def placed(self, term: str, place: str) -> str | None:
+        things, places = self.called(term), self.called(place)
+        if things is None or not places or not any(o.get("receptacle") for o in places):
+            return None
+        ids = {str(o["objectId"]) for o in places}
+        there = [o for o in things if ids & {*(o.get("parentReceptacles") or ())}]
+        return f"Yes: {self.listed(there)}." if there else "No."
+
+    def count(self, term: str) -> str | None:
+        things = self.called(term)
+        return None if things is None else f"{len(things)}."
+
+
+def _holds_inside(thing: Object) -> bool:
+    return bool(thing.get("openable")) or thing.get("objectType") in _INNER

@@ -1,0 +1,163 @@
+"""What the robot's actions are made of: going, opening, taking, putting, and taking them back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from goalscope.envs.house.controller import Controller
+from goalscope.envs.house.state import ENCLOSING
+from goalscope.types import GoalscopeError
+
+__all__ = ["Primitives", "Refusal"]
+
+_LOOKS = {30.0: 0, 0.0: 1, 60.0: 2, -30.0: 3}
+"""The horizons from which things are best seen, the best first."""
+
+
+class Refusal(Exception):
+    """The simulator did not do what it was asked; the message is its own."""
+
+
+class Primitives:
+    """Drives a controller, and keeps what succeeded, so that it can be done again (Sec. 4.2)."""
+
+    def __init__(self, controller: Controller) -> None:
+        self.controller = controller
+        self._done: list[dict[str, Any]] = []
+        self.reset()
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """AI2-THOR's metadata of the present state."""
+        return self.controller.last_event.metadata
+
+    def reset(self) -> None:
+        """Go back to the start of the scene."""
+        self._done.clear()
+        self._call(self.controller.reset)
+
+    def mark(self) -> int:
+        """How much has been done."""
+        return len(self._done)
+
+    def back_to(self, mark: int) -> None:
+        """Undo what was done after `mark`: reset, and do again what stands."""
+        standing = self._done[:mark]
+        if len(standing) == len(self._done):
+            return
+        self.reset()
+        for step in standing:
+            self._step(**step)
+
+    def act(self, action: str, object_id: str, **arguments: Any) -> None:
+        """Reach the object, opening what encloses it, and take one of AI2-THOR's actions on it."""
+        opened = self._open_parents(object_id)
+        self._approach(object_id)
+        self._step(action=action, objectId=object_id, **arguments)
+        self._close(opened)
+
+    def pick_up(self, object_id: str) -> None:
+        """Take the object in the hand, which must be empty."""
+        held = self.metadata["inventoryObjects"]
+        if held and held[0]["objectId"] == object_id:
+            return
+        self.act("PickupObject", object_id)
+
+    def put(self, object_id: str, place: str) -> None:
+        """Bring the object to the place; what is closed is opened for it, and closed again."""
+        if place in (self._object(object_id)["parentReceptacles"] or ()):
+            raise Refusal("It is there already.")
+        self.pick_up(object_id)
+        opened = self._open_parents(place)
+        if self._is_shut(place):
+            self._approach(place)
+            self._step(action="OpenObject", objectId=place)
+            opened.append(place)
+        self._approach(place)
+        self._step(action="PutObject", objectId=place, forceAction=True)
+        self._close(opened)
+
+    def toggle(self, object_id: str, *, on: bool) -> None:
+        """Turn the object on or off; a burner by its knob, and a microwave with its door shut."""
+        thing = self._object(object_id)
+        if thing["objectType"] == "StoveBurner":
+            knobs = [
+                each["objectId"]
+                for each in self.metadata["objects"]
+                if object_id in (each["controlledObjects"] or ())
+            ]
+            if not knobs:
+                raise Refusal("The burner has no knob.")
+            object_id = knobs[0]
+        elif on and thing["objectType"] == "Microwave" and thing["isOpen"]:
+            self._close([object_id])
+        self.act("ToggleObjectOn" if on else "ToggleObjectOff", object_id)
+
+    def _open_parents(self, object_id: str) -> list[str]:
+        """Open every closed receptacle around the object, from the outside in."""
+        opened: list[str] = []
+        around = list(self._object(object_id)["parentReceptacles"] or ())
+        known = {each["objectId"]: each for each in self.metadata["objects"]}
+        for parent in sorted(around, key=lambda own: known.get(own, {}).get("pickupable", False)):
+            if self._is_shut(parent):
+                opened += self._open_parents(parent)
+                self._approach(parent)
+                if known[parent]["isToggled"]:
+                    self._step(action="ToggleObjectOff", objectId=parent)
+                self._step(action="OpenObject", objectId=parent)
+                opened.append(parent)
+        return opened
+
+    def _is_shut(self, object_id: str) -> bool:
+        known = {each["objectId"]: each for each in self.metadata["objects"]}
+        thing = known.get(object_id)
+        return bool(
+            thing and thing["openable"] and not thing["isOpen"] and thing["objectType"] in ENCLOSING
+        )
+
+    def _close(self, opened: list[str]) -> None:
+        for each in reversed(opened):
+            if self._object(each)["isOpen"]:
+                self._approach(each)
+                self._step(action="CloseObject", objectId=each)
+
+    def _approach(self, object_id: str) -> None:
+        """Teleport to a pose from which the object can be reached, unless it is in the hand."""
+        if self._object(object_id)["isPickedUp"]:
+            return
+        event = self._call(self.controller.step, action="GetInteractablePoses", objectId=object_id)
+        poses: list[Mapping[str, Any]] = event.metadata["actionReturn"] or []
+        if not event.metadata["lastActionSuccess"] or not poses:
+            raise Refusal("There is no place from which the robot can reach it.")
+        pose = min(
+            poses, key=lambda each: (not each["standing"], _LOOKS.get(float(each["horizon"]), 9))
+        )
+        self._step(
+            action="Teleport",
+            position={axis: pose[axis] for axis in "xyz"},
+            rotation={"x": 0.0, "y": pose["rotation"], "z": 0.0},
+            horizon=pose["horizon"],
+            standing=pose["standing"],
+        )
+
+    def _object(self, object_id: str) -> Mapping[str, Any]:
+        return next(each for each in self.metadata["objects"] if each["objectId"] == object_id)
+
+    def _step(self, **step: Any) -> None:
+        event = self._call(self.controller.step, **step)
+        if not event.metadata["lastActionSuccess"]:
+            raise Refusal(event.metadata["errorMessage"] or f"{step['action']} failed.")
+        self._done.append(step)
+
+    def _call(self, function: Any, **arguments: Any) -> Any:
+        """Call the simulator, which may die on the way."""
+        try:
+            return function(**arguments)
+        except ValueError as error:
+            raise Refusal(str(error)) from None
+        except Exception as error:
+            raise GoalscopeError(
+                f"The simulator stopped answering ({type(error).__name__}: {error}). "
+                "The finished rounds are kept; start it again and resume the episode."
+            ) from error

@@ -1,0 +1,147 @@
+"""The words of the grammar: verbs, what leads to them, prepositions, plainer wordings."""
+
+from __future__ import annotations
+
+import re
+
+
+def _set(words: str) -> frozenset[str]:
+    return frozenset(words.split())
+
+
+_VERBS = {
+    "put": "put|put away|place|move|set|store|stow|drop|carry|transfer|arrange|stack|hang|return"
+    "|serve|lay|relocate|deposit|insert|throw|throw away|toss|keep|leave|dispose of|plate|add",
+    "pick up": "pick up|pickup|pick|grab|take|get|bring|bring back|fetch|retrieve|hold|give|hand"
+    "|collect|gather|find|remove|lift|lift up",
+    "open": "open|open up",
+    "close": "close|shut",
+    "turn on": "turn on|switch on|power on|start|light",
+    "turn off": "turn off|switch off|power off|shut off|turn down|blow out|put out|extinguish",
+    "turn": "turn|switch",
+    "slice": "slice|slice up|cut|cut up|chop|chop up|dice",
+    "cook": "cook|boil|fry|bake|roast|toast|grill",
+    "break": "break|smash|shatter|crack",
+    "fill": "fill|fill up|refill|water",
+    "pour": "pour",
+    "empty": "empty|empty out|drain|pour out|dump|dump out",
+    "clean": "clean|clean up|rinse|wash|scrub|wipe|rinse off|wash off|wipe off",
+    "dirty": "dirty|soil",
+    "push": "push",
+    "pull": "pull",
+    "use up": "use up",
+    "use": "use|touch|disturb|bother|mess with|go near",
+    "make": "make|prepare|brew",
+    "ignore": "ignore|skip|forget about|forget|never mind|stay away from|keep away from|hands off"
+    "|keep your hands off",
+}
+_IRREGULAR = {
+    **{"take": "taken", "get": "gotten", "bring": "brought", "hold": "held", "give": "given"},
+    **{"find": "found", "break": "broken", "throw": "thrown", "keep": "kept", "hang": "hung"},
+    **{"leave": "left", "make": "made", "light": "lit", "lay": "laid", "blow": "blown"},
+}
+
+
+def _forms() -> tuple[dict[str, str], dict[str, str], dict[str, str]]:
+    """Verbs by their base forms, their -ing forms and their participles."""
+    base: dict[str, str] = {}
+    ing: dict[str, str] = {}
+    done: dict[str, str] = {}
+    for verb, listed in _VERBS.items():
+        for form in listed.split("|"):
+            head, space, rest = form.partition(" ")
+            base[form] = verb
+            stem = head.removesuffix("e")
+            for start in (stem, head + head[-1]):
+                ing[f"{start}ing{space}{rest}"] = verb
+                done[f"{start}ed{space}{rest}"] = verb
+            done[f"{_IRREGULAR.get(head, head)}{space}{rest}"] = verb
+    return base, ing, done
+
+
+BASE, ING, DONE = _forms()
+NEGATIONS = _set(
+    "don't not never no without avoid stop shouldn't mustn't can't won't needn't wouldn't nor"
+    " didn't doesn't isn't aren't neither nobody"
+)
+LEAD = _set(
+    "please kindly may sorry actually instead oh um hmm quickly simply are can could would will"
+    " you we i i'd i'll we'll you'll need needs want like love to now then and so ok okay yes"
+    " yeah sure hi hello hey first next also just let's let us me try have should must shall go"
+    " ahead finally lastly again good great nice perfect job work thanks thank alright there"
+    " start by be do help remember make sure today your task is the going it says that all after"
+    " this would've got but or well awesome more one robot had better either only"
+) | (NEGATIONS - {"no", "nobody", "neither"})
+LIKED = _set("need want like love needs")
+DETERMINERS = _set(
+    "the a an my our your his her their any some all every each both another other same"
+    " single of these those that this whole more just only"
+)
+FILLERS = _set(
+    "middle clean dirty small big large little red blue green white black brown yellow grey gray"
+    " left right cooked boiled toasted empty full open closed top bottom upper lower round"
+    " wooden first second third last next remaining rest lone fresh hot cold used nearest"
+    " closest smaller larger smallest largest edible"
+)
+EACH = _set("all every each both")
+NUMBERS = {
+    **{"a": 1, "an": 1, "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6},
+    **{"seven": 7, "eight": 8, "nine": 9, "ten": 10, "another": 1, "both": 2, "couple": 2},
+}
+PRONOUNS = _set("it them they those these that this one ones both all")
+VAGUE = _set("items item things thing objects object everything anything nothing")
+INTO = (
+    *("on top of", "in to", "on to", "back in", "back on", "back to", "back into", "over to"),
+    *("inside of", "into", "onto", "inside", "in", "on", "to", "upon", "at"),
+)
+ASIDE = (
+    *("next to", "in front of", "out of", "close to", "to the left of", "to the right of"),
+    *("left of", "right of", "on the left of", "on the right of", "beside", "by", "near"),
+    *("under", "underneath", "above", "below", "behind", "from", "off", "with", "using", "of"),
+)
+EXCEPT = (
+    *("except for", "except", "but not", "apart from", "other than", "besides", "and not", "not"),
+    *("rather than", "instead of"),
+)
+TAIL = _set("please now up too also thanks carefully there back away down over in on")
+STATES = {
+    **{"on": "turn on", "off": "turn off", "open": "open", "closed": "close", "shut": "close"},
+    **{"clean": "clean", "empty": "empty", "full": "fill", "dirty": "dirty"},
+}
+LIQUIDS = frozenset(("water", "coffee", "wine"))
+VESSELS = frozenset(("Mug", "Cup", "Bowl", "Pot", "Bottle", "Kettle", "WateringCan"))
+SLICES = frozenset(("slice", "slices", "piece", "pieces"))
+NOUNS = _set("toast plate water light hand empty open dirty add set")
+"""Verbs that are as often something else; alone, or before "and", they are no orders."""
+GERUND = frozenset(("by", "start", "try", "without", "avoid", "stop", "not", "never", "mind", "we"))
+"""Words after one of which an -ing form is an order or a refusal."""
+BREAKS = frozenset((",", "and", "then", "but", "also", "so", "or", "without", "not", "avoid"))
+_REWORDED = [
+    (re.compile(pattern), plain)
+    for pattern, plain in (
+        (r"[\u2018\u2019\u00b4`]", "'"),
+        (r"\b(do|does|did|is|are|was|should|would|could|must|need)nt\b", r"\1n't"),
+        (r"\b(?:cannot|cant)\b", "can't"),
+        (r"\bwont\b", "won't"),
+        (r"\blets\b", "let's"),
+        (r"\b(?:pls|plz|pleas)\b", "please"),
+        (r"\bu\b", "you"),
+        (r"\bcoff?e+\b", "coffee"),
+        (r"\b(?:don't|do not|never) (?:forget|hesitate)(?: about)?(?: to)?\b", "please"),
+        (r"\bdo not\b", "don't"),
+        (r"\b(?:there(?:'s| is) )?no need (?:to|for)\b", "don't"),
+        (r"^(?:no|nope|nah)(?:,| (?=please\b))", ""),
+        (r"\b(?:instead of|rather than) (?=\w+ing\b)", ", not "),
+        (r"\b(?:after|before|once|when|while|as soon as)\b(?! (?:that|this)\b)[^,]*(?:, ?|$)", ""),
+        (r"\b(?:if (?:you (?:can|could|please|don't mind)|possible))\b", ""),
+    )
+]
+"""Patterns, and the plainer words that stand for what they match."""
+
+
+def normal(text: str) -> str:
+    """`text` in lower case, on one line, with plain quotation marks and contractions."""
+    text = " ".join(text[:2000].casefold().split())
+    for pattern, plain in _REWORDED:
+        text = pattern.sub(plain, text)
+    return text

@@ -1,0 +1,303 @@
+"""Profiles of people at home are understood as documented, and their goals can be told apart."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from goalscope.envs.house.conditions import conditions_met, load_profiles
+from goalscope.envs.house.object_types import object_types
+from goalscope.envs.house.scenes import load_scene
+from goalscope.envs.house.world import House
+from goalscope.types import InvalidInputError, Profile
+
+GOOD = """[[profile]]
+name = "a"
+scene = "Kitchen1"
+description = "d"
+replies = ["r"]
+checks = [{object = "Apple", in = "Fridge"}]
+"""
+CHECK = '{object = "Apple", in = "Fridge"}'
+PROFILES = load_profiles()
+BY_NAME = {profile.name: profile for profile in PROFILES}
+
+
+def thing(own: str, *parents: str, **states: Any) -> dict[str, Any]:
+    return {
+        "objectId": own,
+        "objectType": own.rstrip("0123456789"),
+        "parentReceptacles": list(parents) or None,
+        "isOpen": False,
+        "isDirty": False,
+        "isSliced": False,
+        "isBroken": False,
+        "isFilledWithLiquid": False,
+        "fillLiquid": None,
+        "temperature": "RoomTemp",
+        **states,
+    }
+
+
+HOME = [
+    thing("Floor1"),
+    thing("DiningTable1", "Floor1"),
+    thing("Plate1", "DiningTable1"),
+    thing("Egg1", "Plate1"),
+    thing("Egg2", "Fridge1", temperature="Cold"),
+    thing("Egg3", isBroken=True),
+    thing("Fridge1", "Floor1", isOpen=True),
+    thing("Mug1", "DiningTable1", isDirty=True),
+    thing("Mug2", "DiningTable1", fillLiquid="coffee", isFilledWithLiquid=True),
+    thing("Bread1", "DiningTable1", isSliced=True),
+    thing("BreadSliced1", "DiningTable1"),
+    thing("Book1", "Box1"),
+    thing("Box1", "Book1", "Nowhere1"),
+]
+
+
+@pytest.mark.parametrize(
+    ("check", "met"),
+    [
+        ({"object": "Egg", "in": "Fridge"}, True),
+        ({"object": "Egg", "on": "DiningTable"}, True),
+        ({"object": "Egg", "on": "Floor"}, False),
+        ({"object": "DiningTable", "on": "Floor"}, True),
+        ({"object": "Egg", "on": ["Bed", "Plate"]}, True),
+        ({"object": "Egg", "in": "Fridge", "count": 2}, False),
+        ({"object": "Egg", "in": ["Fridge", "Plate"], "count": 2}, True),
+        ({"object": ["Egg", "Mug"], "on": "DiningTable", "count": 3}, True),
+        ({"object": ["Egg", "Mug"], "on": "DiningTable", "count": 4}, False),
+        ({"object": "Egg", "count": 2}, True),
+        ({"object": "Egg", "count": 3}, False),
+        ({"object": "Egg", "in": "Fridge", "temperature": "Cold"}, True),
+        ({"object": "Egg", "on": "Plate", "temperature": "Cold"}, False),
+        ({"object": "Mug", "isDirty": True, "fillLiquid": "coffee"}, False),
+        ({"object": "Mug", "isDirty": False, "fillLiquid": "coffee"}, True),
+        ({"object": "Apple"}, False),
+        ({"every": "Mug", "on": "DiningTable"}, True),
+        ({"every": "Mug", "isDirty": False}, False),
+        ({"every": "Egg", "on": "DiningTable"}, False),
+        ({"every": "Apple", "in": "Fridge"}, False),
+        ({"no": "Apple", "in": "Fridge"}, True),
+        ({"no": "Fridge", "isOpen": True}, False),
+        ({"no": "Mug", "isDirty": True, "in": "Fridge"}, True),
+        ({"no": "EggCracked"}, True),
+        ({"no": "BreadSliced"}, False),
+        ({"object": "Bread", "on": "DiningTable"}, False),
+        ({"object": "Bread", "on": "DiningTable", "isSliced": True}, True),
+        ({"no": "Bread", "isSliced": True}, False),
+        ({"no": "Egg", "isBroken": True}, False),
+        ({"object": "Book", "in": "Fridge"}, False),
+    ],
+)
+def test_checks_mean_what_the_documentation_says(check: dict[str, Any], *, met: bool) -> None:
+    assert conditions_met([check], HOME) == [met]
+
+
+def test_an_object_in_the_hand_is_in_nothing() -> None:
+    objects = [thing("Apple1"), thing("Fridge1")]
+    assert conditions_met([{"object": "Apple", "in": "Fridge"}], objects) == [False]
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", r"no \[\[profile\]\] table"),
+        (GOOD + GOOD, "two profiles are named 'a'"),
+        (GOOD.replace("scene", "scenes"), "'a': the key 'scenes' .* 'scene'"),
+        (GOOD.replace('scene = "Kitchen1"\n', ""), "'scene' is missing"),
+        (GOOD.replace('"Kitchen1"', "1"), "'scene' must be a text"),
+        (GOOD.replace("object", "objec"), "check 1: .* did you mean 'object'"),
+        (GOOD.replace(CHECK, "{}"), "exactly one of the keys object, every, no"),
+        (GOOD.replace("in =", 'no = "Egg", in ='), "exactly one of the keys"),
+        (GOOD.replace("in =", 'on = "Fridge", in ='), "'in' and 'on' mean the same"),
+        (GOOD.replace('"Apple"', '"Appel"'), "'Appel' in 'object' .* did you mean 'Apple'"),
+        (GOOD.replace('"Apple"', "3"), "'object' must be an object type"),
+        (GOOD.replace('"Apple"', "[]"), "'object' must be an object type"),
+        (GOOD.replace('"Apple"', "['Egg', 3]"), "'object' must be an object type"),
+        (GOOD.replace('"Fridge"', '"fridge"'), "did you mean 'Fridge'"),
+        (GOOD.replace('"Fridge"', '"Apple"'), "Apple in 'in' is no receptacle"),
+        (GOOD.replace("in =", "count = 0, in ="), "'count' must be a whole number"),
+        (GOOD.replace("in =", "count = true, in ="), "'count' must be a whole number"),
+        (GOOD.replace("in =", "count = 1.5, in ="), "'count' must be a whole number"),
+        (GOOD.replace(CHECK, '{no = "Egg", count = 2}'), "'count' is unknown"),
+        (GOOD.replace(CHECK, '{every = "Egg"}'), "'every' alone says nothing"),
+        (GOOD.replace("in =", "isOpen = true, in ="), "Apple, which is not openable"),
+        (GOOD.replace("in =", "isSliced = 1, in ="), "'isSliced' must be true or false"),
+        (GOOD.replace("in =", "temperature = 'hot', in ="), "one of Cold, RoomTemp, Hot"),
+        (GOOD.replace(CHECK, '{object = "Mug", fillLiquid = true}'), "one of water, coffee, wine"),
+    ],
+)
+def test_a_wrong_file_is_refused_with_place_and_remedy(
+    tmp_path: Path, text: str, told: str
+) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    with pytest.raises(InvalidInputError, match=told) as refusal:
+        load_profiles(path)
+    assert "mine.toml" in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        GOOD.replace("Apple", "A" * 10_000_000),
+        GOOD.replace("Fridge", "A" * 10_000_000),
+        GOOD.replace('name = "a"', f'name = "{"A" * 10_000_000}"').replace("Apple", "x"),
+        GOOD.replace("in =", f"{'a' * 10_000_000} = 1, in ="),
+        GOOD.replace("in =", '"a\\u001b[31m\\n" = 1, in ='),
+        GOOD.replace("Apple", "\\u001b[31m\\u202e\\n"),
+        GOOD.replace('"Apple"', "[" * 5000 + "]" * 5000),
+        GOOD.replace('"Apple"', f"0x{'f' * 10_000}"),
+        GOOD.replace('"Apple"', "9" * 10_000),
+        GOOD.replace("in =", f"count = {'9' * 4000}, in ="),
+        GOOD.replace("in =", "temperature = {a = 1}, in ="),
+        GOOD + "\x00",
+    ],
+)
+def test_hostile_text_gives_a_short_clean_refusal(tmp_path: Path, text: str) -> None:
+    (tmp_path / "mine.toml").write_text(text)
+    with pytest.raises(InvalidInputError) as refusal:
+        load_profiles(tmp_path / "mine.toml")
+    told = str(refusal.value)
+    assert len(told) < 600
+    assert told.isprintable()
+
+
+def test_a_right_file_is_read(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text("\ufeff" + GOOD, encoding="utf-8")
+    (profile,) = load_profiles(tmp_path / "mine.toml")
+    assert (profile.name, profile.scene, profile.replies) == ("a", "Kitchen1", ("r",))
+
+
+def test_the_five_tasks_of_the_paper_are_there() -> None:
+    assert list(BY_NAME) == [
+        "breakfast-sandwich",
+        "put-away-food",
+        "put-away-devices",
+        "valuables-in-safe",
+        "cleaning-supplies",
+    ]
+    for profile in PROFILES:
+        assert 3 <= len(profile.replies) <= 5
+
+
+@pytest.mark.parametrize("profile", PROFILES, ids=lambda profile: profile.name)
+def test_at_the_start_only_the_donts_are_met(profile: Profile) -> None:
+    met = conditions_met(profile.checks, load_scene(profile.scene).objects)
+    assert met == ["no" in check for check in profile.checks]
+    assert not all(met)
+
+
+@pytest.mark.parametrize("profile", PROFILES, ids=lambda profile: profile.name)
+def test_the_goals_allow_what_ai2thor_allows(profile: Profile) -> None:
+    for check in profile.checks:
+        named = check.get("object", check.get("every", []))
+        places = check.get("in", check.get("on", []))
+        for kind in [named] if isinstance(named, str) else named:
+            for place in [places] if isinstance(places, str) else places:
+                assert place in object_types()[kind].places, (kind, place)
+
+
+@pytest.mark.parametrize("profile", PROFILES, ids=lambda profile: profile.name)
+def test_what_a_goal_names_is_in_its_scene(profile: Profile) -> None:
+    kinds = {each["objectType"] for each in load_scene(profile.scene).objects}
+    for check in profile.checks:
+        for key in ("object", "every", "in", "on"):
+            named = check.get(key, [])
+            missing = {named} - kinds if isinstance(named, str) else set(named) - kinds
+            assert not missing
+
+
+DONE: Mapping[str, list[tuple[str, str]]] = {
+    "breakfast-sandwich": [
+        ("Bread", "DiningTable"),
+        ("Egg", "DiningTable"),
+        ("Lettuce", "DiningTable"),
+        ("Plate", "DiningTable"),
+        ("Knife", "DiningTable"),
+    ],
+    "put-away-food": [("Tomato", "Fridge"), ("Potato", "Fridge"), ("Egg", "Fridge"),
+                      ("Apple", "Bowl")],
+    "put-away-devices": [("CellPhone", "Drawer"), ("RemoteControl", "TVStand"),
+                         ("Laptop", "Desk")],
+    "valuables-in-safe": [("Watch", "Safe"), ("KeyChain", "Safe"), ("Statue", "Safe")],
+    "cleaning-supplies": [("SprayBottle", "CounterTop"), ("Cloth", "CounterTop"),
+                          ("DishSponge", "CounterTop"), ("SoapBottle", "CounterTop")],
+}  # fmt: skip
+"""What is put where when all is done: every one of a type, but the clean ones of cloths."""
+
+
+def finished(profile: Profile) -> list[dict[str, Any]]:
+    """The final state, written by hand."""
+    objects = copy.deepcopy([dict(each) for each in load_scene(profile.scene).objects])
+    for kind, place in DONE[profile.name]:
+        target = next(each for each in objects if each["objectType"] == place)
+        for each in objects:
+            if each["objectType"] == kind and not each["isDirty"]:
+                each["parentReceptacles"] = [target["objectId"]]
+    for each in objects:
+        if each["objectType"] == "Laptop":
+            each["isOpen"] = each["isToggled"] = False
+    return objects
+
+
+@pytest.mark.parametrize("profile", PROFILES, ids=lambda profile: profile.name)
+def test_the_finished_state_meets_all(profile: Profile) -> None:
+    assert all(conditions_met(profile.checks, finished(profile)))
+
+
+@pytest.mark.parametrize("profile", PROFILES, ids=lambda profile: profile.name)
+def test_each_dont_can_be_broken(profile: Profile) -> None:
+    for number, check in enumerate(profile.checks):
+        if "no" not in check:
+            continue
+        objects = finished(profile)
+        kind = check["no"] if isinstance(check["no"], str) else check["no"][0]
+        spoilt = next((each for each in objects if each["objectType"] == kind), None)
+        if spoilt is None:
+            spoilt = thing(kind)
+            objects.append(spoilt)
+        place = check.get("in", check.get("on"))
+        if place:
+            holder = next(each for each in objects if each["objectType"] == place)
+            spoilt["parentReceptacles"] = [holder["objectId"]]
+        spoilt.update({key: check[key] for key in check if key.startswith("is")})
+        met = conditions_met(profile.checks, objects)
+        assert not met[number]
+
+
+@pytest.mark.parametrize("profile", PROFILES, ids=lambda profile: profile.name)
+def test_the_robot_of_the_house_can_reach_the_goal_without_force(profile: Profile) -> None:
+    house = House(load_scene(profile.scene))
+    objects = house.metadata()["objects"]
+    closed = [o for o in objects if o["openable"] and not o["isOpen"] and o["receptacle"]]
+
+    def take(action: str, own: str, **more: Any) -> None:
+        poses = house.step({"action": "GetInteractablePoses", "objectId": own})["actionReturn"]
+        if poses and not more.get("forceAction"):
+            house.step({"action": "TeleportFull", **poses[0]})
+        after = house.step({"action": action, "objectId": own, **more})
+        assert after["lastActionSuccess"], (action, own, after["errorMessage"])
+
+    for each in objects:
+        if each["objectType"] == "Laptop" and each["isToggled"]:
+            take("ToggleObjectOff", each["objectId"])
+            take("CloseObject", each["objectId"])
+    for each in closed:
+        take("OpenObject", each["objectId"], forceAction=True)
+    for kind, place in DONE[profile.name]:
+        target = next(each for each in objects if each["objectType"] == place)
+        for each in objects:
+            if each["objectType"] == kind and not each["isDirty"]:
+                take("PickupObject", each["objectId"])
+                take("PutObject", target["objectId"])
+    for each in closed:
+        take("CloseObject", each["objectId"], forceAction=True)
+    met = conditions_met(profile.checks, house.metadata()["objects"])
+    assert all(met), profile.checks[met.index(False)]

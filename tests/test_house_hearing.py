@@ -1,0 +1,577 @@
+"""What the home robot hears: requests, refusals, leave for what cannot be undone, completion."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from goalscope.envs.house.answers import answered
+from goalscope.envs.house.hearing import (
+    IRREVERSIBLE,
+    Hearing,
+    Request,
+    ask_permission,
+    completes,
+    hear,
+)
+from goalscope.envs.house.object_types import object_types
+from goalscope.types import Turn
+
+TYPES = [
+    "Bread",
+    "Vase",
+    "Apple",
+    "Tomato",
+    "Potato",
+    "Egg",
+    "Mug",
+    "Plate",
+    "Cup",
+    "Fridge",
+    "Knife",
+    "ButterKnife",
+    "SoapBottle",
+    "Pot",
+    "CellPhone",
+    "Window",
+    "Blinds",
+    "Microwave",
+    "CounterTop",
+    "DiningTable",
+    "Safe",
+    "WineBottle",
+    "Television",
+    "Laptop",
+    "Desk",
+    "Drawer",
+    "Cabinet",
+    "GarbageCan",
+    "LightSwitch",
+    "DeskLamp",
+    "HousePlant",
+    "Ladle",
+    "Pencil",
+]
+
+
+def scene(*types: str) -> list[dict[str, str]]:
+    return [{"objectId": f"{t}|+00.{i:02d}", "objectType": t} for i, t in enumerate(types)]
+
+
+def heard(*said: str | Turn, objects: list[dict[str, str]] | None = None) -> Hearing:
+    turns = [each if isinstance(each, Turn) else Turn("", each) for each in said]
+    return hear(turns, scene(*TYPES) if objects is None else objects)
+
+
+@pytest.mark.parametrize(
+    ("said", "wanted"),
+    [
+        (
+            "Put the apple and the tomato in the fridge.",
+            [
+                Request("put", ("Apple",), ("Fridge",)),
+                Request("put", ("Tomato",), ("Fridge",)),
+            ],
+        ),
+        (
+            "could you move all the electronics to the desk?",
+            [Request("put", ("CellPhone", "Laptop"), ("Desk",), every=True)],
+        ),
+        ("turn off the TV", [Request("turn off", ("Television",))]),
+        ("Turn the telly off please", [Request("turn off", ("Television",))]),
+        (
+            "turn on the lights",
+            [Request("turn on", ("DeskLamp", "LightSwitch"), every=True)],
+        ),
+        ("open the window blinds", [Request("open", ("Blinds",), every=True)]),
+        ("close the drawer", [Request("close", ("Drawer",))]),
+        ("bring me the mug", [Request("pick up", ("Mug",))]),
+        (
+            "There are two pencils. They all belong on the dining table",
+            [Request("put", ("Pencil",), ("DiningTable",), every=True, number=2)],
+        ),
+        ("rinse the plate", [Request("clean", ("Plate",))]),
+        ("fill the pot with water", [Request("fill", ("Pot",), liquid="water")]),
+        ("empty the cup", [Request("empty", ("Cup",))]),
+        ("pour the water out of the cup", [Request("empty", ("Cup",))]),
+        ("slice the bread", [Request("slice", ("Bread",))]),
+        ("break the vase", [Request("break", ("Vase",))]),
+        ("toast the bread", [Request("cook", ("BreadSliced",))]),
+        ("boil a potato", [Request("cook", ("Potato",), number=1)]),
+        ("use the soap bottle up", [Request("use up", ("SoapBottle",))]),
+        (
+            "Three ladles need to be in the cabinet",
+            [Request("put", ("Ladle",), ("Cabinet",), number=3)],
+        ),
+        ("the plant needs to be watered", [Request("fill", ("HousePlant",), liquid="water")]),
+        (
+            "Please clean a mug and make coffee",
+            [
+                Request("clean", ("Mug",), number=1),
+                Request("fill", ("Mug", "Cup"), liquid="coffee"),
+            ],
+        ),
+        (
+            "open the microwave, put the potato in it and close it",
+            [
+                Request("put", ("Potato",), ("Microwave",)),
+                Request("close", ("Microwave",)),
+            ],
+        ),
+        ("make sure the TV is off", [Request("turn off", ("Television",))]),
+        ("throw away the egg", [Request("put", ("Egg",), ("GarbageCan",))]),
+        (
+            "put all the food in the fridge except the bread",
+            [Request("put", ("Apple", "Egg", "Potato", "Tomato"), ("Fridge",), every=True)],
+        ),
+        ("don't forget to close the safe", [Request("close", ("Safe",))]),
+    ],
+)
+def test_what_is_asked_for_is_wanted(said: str, wanted: list[Request]) -> None:
+    assert list(heard(said).wanted) == wanted
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "where is the mug?",
+        "is the fridge open?",
+        "should I put the mug in the sink?",
+        "did you close the safe?",
+        "if the mug is dirty, clean it",
+        "my brother broke the vase",
+        "the mug is on the counter",
+        "I will close the fridge myself",
+        'she said "open the safe" yesterday',
+        "put the unicorn in the garden",
+        "",
+        "\u2603 <|im_end|>",
+    ],
+)
+def test_questions_conditions_and_statements_ask_for_nothing(said: str) -> None:
+    assert heard(said).wanted == ()
+
+
+def test_later_words_override_earlier_ones() -> None:
+    wanted = heard("put the apple in the fridge", "actually put it on the counter").wanted
+    assert wanted == (Request("put", ("Apple",), ("CounterTop",)),)
+    assert heard("turn on the TV", "turn off the TV").wanted == (
+        Request("turn off", ("Television",)),
+    )
+    assert heard("put the apple in the fridge", "never mind").wanted == ()
+
+
+def test_it_may_be_what_the_robot_asked_about() -> None:
+    wanted = heard(Turn("What about the apple?", "Put it in the fridge.")).wanted
+    assert wanted == (Request("put", ("Apple",), ("Fridge",)),)
+
+
+def test_a_numbered_name_means_that_one_thing() -> None:
+    [request] = heard("open drawer 2", objects=scene("Drawer", "Drawer")).wanted
+    assert request.name == "drawer 2"
+
+
+@pytest.mark.parametrize(
+    ("said", "verb", "kind"),
+    [
+        ("don't touch the knife", "pick up", "Knife"),
+        ("Leave the mug where it is", "put", "Mug"),
+        ("leave the mug alone", "clean", "Mug"),
+        ("Not the bread", "put", "Bread"),
+        ("put the bread away without slicing it", "slice", "Bread"),
+        ("please do not open the safe", "open", "Safe"),
+        ("the vase must not be moved", "put", "Vase"),
+        ("never slice or cook the potato", "cook", "Potato"),
+        ("put the food in the fridge but not the egg", "put", "Egg"),
+        ("don't put anything in the microwave", "put in", "Microwave"),
+        ("keep your hands off the laptop", "turn on", "Laptop"),
+        ("leave everything alone", "pick up", "Egg"),
+        ("dont move the vase", "pick up", "Vase"),
+    ],
+)
+def test_what_is_ruled_out_is_refused_and_not_wanted(said: str, verb: str, kind: str) -> None:
+    hearing = heard(said)
+    assert hearing.refuses(verb, kind)
+    assert not any(verb == r.verb and kind in r.object_types for r in hearing.wanted)
+
+
+def test_a_refusal_takes_a_request_back_and_a_request_a_refusal() -> None:
+    assert heard("put the mug in the cabinet", "don't touch the mug").wanted == ()
+    hearing = heard("don't touch the mug", "put the mug in the cabinet")
+    assert not hearing.refuses("put", "Mug")
+    assert hearing.wanted == (Request("put", ("Mug",), ("Cabinet",)),)
+
+
+def test_a_group_does_not_lift_the_refusal_of_one_thing() -> None:
+    hearing = heard("don't touch the egg", "put all the food in the fridge")
+    assert hearing.refuses("put", "Egg")
+    assert all("Egg" not in request.object_types for request in hearing.wanted)
+
+
+@pytest.mark.parametrize(
+    ("said", "verb", "kind"),
+    [
+        ("Slice the bread.", "slice", "Bread"),
+        ("could you please slice the bread?", "slice", "Bread"),
+        ("Can you cook the potato for me?", "cook", "Potato"),
+        ("ok, break the vase now please", "break", "Vase"),
+        ("You may slice the bread", "slice", "Bread"),
+        ("Take the vase off the table and break it", "break", "Vase"),
+        ("use up the soap bottle", "use up", "SoapBottle"),
+        ("cut two slices of tomato", "slice", "Tomato"),
+        ("crack the egg", "break", "Egg"),
+        ("slice the bread with the knife and put the plate on the counter", "slice", "Bread"),
+    ],
+)
+def test_a_plain_order_permits_that_act_alone(said: str, verb: str, kind: str) -> None:
+    hearing = heard(said)
+    assert hearing.permits(verb, kind)
+    others = {(v, t) for v in IRREVERSIBLE for t in TYPES} - {(verb, kind)}
+    assert not any(hearing.permits(*other) for other in others)
+
+
+NO_LEAVE = [
+    "don't slice the bread",
+    "do not slice the bread",
+    "never break the vase",
+    "put it away without slicing the bread",
+    "Slice the bread? No",
+    "should I slice the bread?",
+    "can you slice the bread?",
+    "could you break the vase",
+    "Did you slice the bread?",
+    "what if you slice the bread",
+    "if it is fresh, slice the bread",
+    "slice the bread if it is fresh",
+    "slice the bread when I am back",
+    "slice the bread after dinner",
+    "slice the bread later",
+    "slice the bread tomorrow",
+    "unless I say so, slice the bread",
+    'he said "slice the bread"',
+    "he said slice the bread",
+    "my brother wants you to break the vase",
+    '"break the vase" was what she said',
+    "'break the vase'",
+    "Say slice the bread",
+    "I would never slice the bread",
+    "imagine you slice the bread",
+    "pretend to break the vase",
+    "suppose I break the vase",
+    "maybe slice the bread",
+    "perhaps break the vase",
+    "I might slice the bread",
+    "I want to slice the bread",
+    "I will slice the bread myself",
+    "let me slice the bread",
+    "you can slice the bread, can you?",
+    "be careful, you could break the vase",
+    "careful not to break the vase",
+    "avoid breaking the vase",
+    "stop slicing the bread",
+    "instead of slicing the bread, toast it",
+    "no slicing the bread",
+    "you shouldn't slice the bread",
+    "there is no need to slice the bread",
+    "the bread is sliced",
+    "the vase is broken",
+    "someone broke the vase",
+    "I broke the vase",
+    "slice the bread, not",
+    "slice the bread... just kidding",
+    "slice the bread, haha",
+    "slice the vegetables",
+    "break everything",
+    "break it",
+    "slice it",
+    "cook something",
+    "break the bottle opener",
+    "slice the bread or the tomato",
+    "slice or break the vase",
+    "break in the door",
+    "crack the window",
+    "break the glass ceiling",
+    "how do I slice the bread?",
+    "I wonder whether to slice the bread",
+    "it would be bad to break the vase",
+    "you must not break the vase",
+    "please don't cook the potato",
+    "cook nothing",
+    "nobody should slice the bread",
+    "forget about slicing the bread",
+    "remember when you had to slice the bread",
+    "it's fun to break the vase",
+    "the knife can slice the bread",
+    "put the bread next to the knife",
+    "the recipe says: slice the bread",
+    "the recipe says to slice the bread",
+    "break the news about the vase",
+    "slice the bread on TV shows",
+    "use the soap bottle",
+    "give the vase a break",
+    "take a break",
+    "ask her to slice the bread",
+    "tell him to break the vase",
+    "why not break the vase",
+    "why don't you slice the bread",
+    "slice the bread <|im_end|>",
+    "slice the bread but leave the vase",
+    "does cooking the potato take long",
+    "slice the bread?",
+    "Slice the bread. Just kidding!",
+    "Slice the bread. Wait, no.",
+    "to slice the bread is wrong",
+    "break a leg and the vase of course lol",
+]
+
+
+@pytest.mark.parametrize("said", NO_LEAVE)
+def test_nothing_but_a_plain_order_permits(said: str) -> None:
+    hearing = heard(said)
+    assert not any(hearing.permits(verb, kind) for verb in IRREVERSIBLE for kind in object_types())
+
+
+def test_which_of_two_things_is_meant_must_be_clear() -> None:
+    two = scene("Vase", "Vase", "Bottle", "WineBottle")
+    assert not heard("break the vase", objects=two).permits("break", "Vase", "vase 1")
+    assert not heard("break the bottle", objects=two).permitted
+    numbered = heard("break vase 2", objects=two)
+    assert numbered.permits("break", "Vase", "vase 2")
+    assert not numbered.permits("break", "Vase", "vase 1")
+
+
+@pytest.mark.parametrize(
+    "later",
+    [
+        "don't slice the bread",
+        "please don't",
+        "wait, stop",
+        "never mind",
+        "I changed my mind",
+        "leave the bread alone",
+        "not the bread",
+        "just kidding",
+        "put the bread in the fridge without slicing it",
+        "cancel that",
+    ],
+)
+def test_leave_is_taken_back_by_later_words(later: str) -> None:
+    assert heard("slice the bread").permits("slice", "Bread")
+    assert not heard("slice the bread", later).permits("slice", "Bread")
+
+
+def test_leave_stands_while_other_things_are_spoken_of() -> None:
+    assert heard("slice the bread", "Don't touch the vase.").permits("slice", "Bread")
+    assert heard("slice the bread", "No, that's all.").permits("slice", "Bread")
+
+
+@pytest.mark.parametrize(
+    "reply", ["Yes", "yes please!", "Ok, go ahead.", "sure, slice it", "Of course", "do it, thanks"]
+)
+def test_a_plain_yes_permits_what_was_asked(reply: str) -> None:
+    query = f"You want sandwiches. {ask_permission('slice', 'bread')}"
+    hearing = heard(Turn(query, reply))
+    assert hearing.permits("slice", "Bread")
+    assert not hearing.permits("slice", "Tomato")
+    assert not hearing.permits("cook", "Bread")
+
+
+@pytest.mark.parametrize(
+    "reply",
+    [
+        "no",
+        "No thanks",
+        "yes?",
+        "yes, but not yet",
+        "ok if you must",
+        "why?",
+        "sure, ask me later",
+        "go ahead and wait",
+        "please",
+        "yes and no",
+        "don't",
+        "please don't",
+        "I said yes before, no more",
+        "break the vase? yes? never",
+    ],
+)
+def test_anything_but_a_plain_yes_permits_nothing(reply: str) -> None:
+    hearing = heard(Turn(ask_permission("break", "vase"), reply))
+    assert not hearing.permits("break", "Vase")
+
+
+def test_a_no_to_the_question_for_leave_is_a_refusal() -> None:
+    hearing = heard(Turn(ask_permission("break", "vase"), "No, put it on the counter."))
+    assert hearing.refuses("break", "Vase")
+    assert hearing.wanted == (Request("put", ("Vase",), ("CounterTop",)),)
+
+
+def test_a_yes_counts_for_the_last_question_only_and_for_the_one_thing_named() -> None:
+    query = f"{ask_permission('break', 'vase')} What else would you like?"
+    assert not heard(Turn(query, "yes")).permitted
+    two = scene("Vase", "Vase")
+    hearing = heard(Turn(ask_permission("break", "vase 2"), "yes"), objects=two)
+    assert hearing.permits("break", "Vase", "vase 2")
+    assert not hearing.permits("break", "Vase", "vase 1")
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "Task completed",
+        "task complete.",
+        "Great job! The task is complete.",
+        "That's all, the task is completed",
+        "You're done, thank you",
+        "Thanks, we are done!",
+        "All done. Thank you!",
+        '"Task completed."',
+        "Everything is done, thank you so much",
+        "The task has been completed",
+    ],
+)
+def test_who_says_that_the_task_is_complete_completes_it(said: str) -> None:
+    assert completes(said)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "Is the task completed?",
+        "The task is not completed yet",
+        "Say task completed when you are done",
+        'Say "task completed" when you are done',
+        "the task isn't complete",
+        "task completed?",
+        "task not completed",
+        "Are you done?",
+        "we're not done",
+        "you're almost done",
+        "When the task is complete, tell me",
+        "If you are done, the task is complete",
+        "Complete the task",
+        "please finish the task",
+        "finish the task now",
+        "the task will be complete soon",
+        "once you put the mug away the task is complete",
+        "after that we are done",
+        "I will tell you when the task is complete",
+        "the task would be complete",
+        "it says task completed",
+        "he said the task is complete",
+        "not done",
+        "never done",
+        "nothing is done",
+        "the mug is done",
+        "the coffee is done",
+        "done with the coffee",
+        "Put the mug away and we are done",
+        "put the mug away. Then the task is complete.",
+        "one more thing and the task is complete",
+        "the task is complete, but close the fridge",
+        "task completed, now close the fridge",
+        "I wish the task was complete",
+        "I don't think the task is complete",
+        "do you think the task is complete",
+        "half of the task is complete",
+        "the first task is done",
+        "the task is nearly complete",
+        "the task is complete...",
+        "the task is far from complete",
+        "is everything done?",
+        "let me know when you're done",
+        "tell me you're done",
+        "you're done when the plate is clean",
+        "no",
+        "that's all",
+        "thanks",
+        "great",
+        "nothing else",
+        "I'm done waiting",
+        "we are done for, the vase is broken",
+        "you're done cooking, now serve",
+        "the task is to be completed",
+        "what is the task?",
+        "to complete the task put the mug away",
+        "task completed is what I will say",
+        "unless you slice the bread the task is complete",
+        "suppose the task is complete",
+        "the task: completed?",
+        "'task completed' is the phrase",
+        "before we are done, wash the mug",
+        "the task can be completed",
+        "has the task been completed",
+        "we're done with the kitchen, go to the bathroom",
+        "",
+    ],
+)
+def test_negations_questions_conditions_and_quotations_complete_nothing(said: str) -> None:
+    assert not completes(said)
+
+
+HOUSE = [
+    {
+        "objectId": "Fridge|1",
+        "objectType": "Fridge",
+        "receptacle": True,
+        "openable": True,
+        "isOpen": False,
+    },
+    {"objectId": "CounterTop|1", "objectType": "CounterTop", "receptacle": True},
+    {"objectId": "Egg|1", "objectType": "Egg", "parentReceptacles": ["Fridge|1"]},
+    {
+        "objectId": "Mug|1",
+        "objectType": "Mug",
+        "parentReceptacles": ["CounterTop|1"],
+        "isDirty": True,
+    },
+    {"objectId": "Mug|2", "objectType": "Mug", "isPickedUp": True, "isDirty": False},
+]
+
+
+@pytest.mark.parametrize(
+    ("question", "answer"),
+    [
+        ("Where is the egg?", "The egg is in the fridge."),
+        ("where are the mugs", "Mug 1 is on the counter; mug 2 is in my hand."),
+        ("Is the fridge open?", "No."),
+        ("is the refrigerator closed", "Yes."),
+        ("Which is it?", None),
+        ("Are the mugs dirty?", "Yes: mug 1."),
+        ("What is in the fridge?", "There: egg."),
+        ("What's on the counter?", "There: mug 1."),
+        ("is there an egg in the fridge?", "Yes: egg."),
+        ("Is the egg on the counter?", "No."),
+        ("do you have a knife?", "I see no such thing here."),
+        ("How many mugs are there?", "2."),
+        ("what are you holding?", "I am holding: mug 2."),
+        ("Can you put the mug in the fridge?", None),
+        ("could you open the fridge?", None),
+        ("do you have a minute?", None),
+        ("what should we cook?", None),
+        ("put the mug away", None),
+        ("", None),
+    ],
+)
+def test_questions_are_answered_from_the_metadata(question: str, answer: str | None) -> None:
+    assert answered(question, HOUSE) == answer
+
+
+def test_real_instructions_are_mostly_heard_and_none_breaks_anything() -> None:
+    folder = os.environ.get("GOALSCOPE_DATA")
+    if not folder:
+        pytest.skip("GOALSCOPE_DATA is unset: it names the folder with the TEACh dialogues")
+    said: list[str] = []
+    with gzip.open(Path(folder) / "dialogue/teach/teach_valid_seen.jsonl.gz", "rt") as lines:
+        for line in lines:
+            for each in json.loads(line)["interactions"]:
+                if each["agent"] == "commander" and "Instruction" in each.get("das", ()):
+                    said.append(each["utterance"])
+    objects = scene(*object_types())
+    found = [heard(words, objects=objects) for words in said]
+    assert sum(bool(hearing.wanted) for hearing in found) / len(found) > 0.4
+    assert not any(verb in ("break", "use up") for h in found for verb, _ in h.permitted)

@@ -1,0 +1,307 @@
+import copy
+import gzip
+import io
+import json
+import os
+import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+from goalscope.envs.house.floor_plan import Plan, floor_plan
+from goalscope.envs.house.picture import terminal_picture
+from goalscope.envs.house.picture_svg import svg_picture
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def thing(kind: str, x: float, z: float, size: float = 0.1, depth: float = 0.0, **more: Any) -> Any:
+    return {
+        "objectId": f"{kind}|{x:+06.2f}|+00.90|{z:+06.2f}",
+        "objectType": kind,
+        "position": {"x": x, "y": 0.9, "z": z},
+        "pickupable": size < 0.3,
+        "axisAlignedBoundingBox": {
+            "center": {"x": x, "y": 0.5, "z": z},
+            "size": {"x": size, "y": 1.0, "z": depth or size},
+        },
+    } | more
+
+
+def room() -> dict[str, Any]:
+    table = thing("DiningTable", 1.0, 1.0, 1.0, 0.8, receptacle=True)
+    fridge = thing("Fridge", -1.5, 1.5, 0.8, receptacle=True, openable=True, isOpen=False)
+    cabinets = [
+        thing("Cabinet", 0.5 * number, -1.8, 0.4, receptacle=True, openable=True)
+        for number in range(3)
+    ]
+    mug = thing("Mug", 1.2, 1.0, parentReceptacles=[table["objectId"]])
+    egg = thing("Egg", -1.5, 1.5, parentReceptacles=[fridge["objectId"]])
+    return {
+        "sceneName": "FloorPlan1_physics",
+        "objects": [
+            thing("Floor", 0.0, 0.0, 4.0, receptacle=True), table, fridge, mug, egg, *cabinets
+        ],
+        "agent": {"position": {"x": 0.0, "y": 0.9, "z": 0.0}, "rotation": {"y": 90.0}},
+        "inventoryObjects": [],
+    }  # fmt: skip
+
+
+def find(metadata: dict[str, Any], kind: str) -> dict[str, Any]:
+    return next(each for each in metadata["objects"] if each["objectType"] == kind)
+
+
+def piece(plan: Plan, kind: str) -> Any:
+    return next(each for each in plan.pieces if each.id.startswith(kind))
+
+
+def drawn(
+    metadata: dict[str, Any],
+    previous: dict[str, Any] | None = None,
+    *,
+    encoding: str = "utf-8",
+    width: int = 76,
+) -> str:
+    raw = io.BytesIO()
+    file = io.TextIOWrapper(raw, encoding=encoding)
+    console = Console(file=file, width=width + 4, markup=False, highlight=False)
+    console.print(terminal_picture(metadata, previous, width=width))
+    file.flush()
+    return raw.getvalue().decode(encoding)
+
+
+def texts(svg: str) -> list[str]:
+    return [each.text or "" for each in ET.fromstring(svg).iter(f"{SVG}text")]
+
+
+def test_furniture_lies_where_its_box_is() -> None:
+    plan = floor_plan(room())
+    assert plan.room == (-2.0, -2.0, 2.0, 2.0)
+    assert piece(plan, "DiningTable").box == pytest.approx((0.5, 0.6, 1.5, 1.4))
+    assert piece(plan, "DiningTable").kind == "furniture"
+    assert piece(plan, "Mug").kind == "thing"
+    assert piece(plan, "Cabinet").kind == "fitted"
+    assert (plan.robot, plan.looks) == ((0.0, 0.0), "east")
+
+
+def test_turned_furniture_has_turned_corners() -> None:
+    metadata = room()
+    corners = [[1.0 + x, y, 1.0 + z] for x, z in ((0, 1), (1, 0), (0, -1), (-1, 0)) for y in (0, 1)]
+    find(metadata, "DiningTable")["objectOrientedBoundingBox"] = {"cornerPoints": corners}
+    (part,) = piece(floor_plan(metadata), "DiningTable").parts
+    assert set(part) == {(1.0, 2.0), (2.0, 1.0), (1.0, 0.0), (0.0, 1.0)}
+
+
+def test_counter_around_a_corner_leaves_the_floor_free() -> None:
+    metadata = room()
+    metadata["objects"] += [
+        thing("CounterTop", 0.0, 0.0, 3.8, receptacle=True),
+        thing("Sink", -1.6, 0.5, 0.4),
+        thing("StoveBurner", 1.0, -1.6, 0.2),
+    ]
+    boxes = piece(floor_plan(metadata), "CounterTop").parts
+    assert len(boxes) == 2
+    assert all(min(x for x, _ in box) < -1.8 and min(z for _, z in box) < -1.8 for box in boxes)
+    assert not any(max(min(map(abs, corner)) for corner in box) < 0.8 for box in boxes)
+
+
+def test_smallest_receptacle_holds_what_lies_in_several() -> None:
+    metadata = room()
+    bowl = thing("Bowl", 1.0, 1.0, 0.2, receptacle=True)
+    metadata["objects"].append(bowl)
+    floor, table = find(metadata, "Floor"), find(metadata, "DiningTable")
+    every = [floor["objectId"], table["objectId"], bowl["objectId"]]
+    find(metadata, "Mug")["parentReceptacles"] = every
+    assert piece(floor_plan(metadata), "Mug").parent == bowl["objectId"]
+
+
+@pytest.mark.parametrize("wide", [2.0, 4.0, 12.0])
+def test_map_keeps_the_shape_of_the_room(wide: float) -> None:
+    metadata = room()
+    metadata["objects"] = [thing("Floor", 0.0, 0.0, wide, 4.0)]
+    lines = drawn(metadata).splitlines()
+    walls = [line for line in lines if line.startswith("┃")]
+    columns, rows = len(walls[0]) - 2, len(walls)
+    assert columns / (2 * rows) == pytest.approx(wide / 4.0, rel=0.15)
+
+
+def test_north_is_up_and_the_robot_points_where_it_looks() -> None:
+    lines = drawn(room()).splitlines()
+    walls = [line for line in lines if line.startswith("┃")]
+    robot = next(row for row, line in enumerate(walls) if "▶" in line)
+    fridge = next(row for row, line in enumerate(walls) if "fridge" in line)
+    assert fridge < robot
+    assert walls[robot].index("▶") == pytest.approx(len(walls[robot]) / 2, abs=2)
+
+
+def test_every_object_is_listed_once() -> None:
+    listed = drawn(room()).rpartition("┛")[2]
+    for name in ("mug", "egg", "fridge", "table", "cabinet"):
+        assert len(re.findall(rf"\b{name}\b", listed)) == 1, name
+    assert "3 closed and empty: cabinet 1-3" in listed
+    assert "fridge (closed): egg" in listed
+
+
+def test_letters_on_the_map_are_those_of_the_list() -> None:
+    text = drawn(room())
+    grid, _, listed = text.rpartition("┛")
+    letters = re.findall(r"\b(\w)=", listed)
+    assert letters == ["a"]
+    assert any(re.search(r"(?<!\w)a(?!\w)", line) for line in grid.splitlines()[2:])
+
+
+def test_things_in_something_closed_are_on_the_map_when_it_opens() -> None:
+    closed, opened = room(), room()
+    find(opened, "Fridge")["isOpen"] = True
+    assert not piece(floor_plan(closed), "Egg").is_on_map
+    assert piece(floor_plan(opened), "Egg").is_on_map
+
+
+def test_states_are_shown() -> None:
+    metadata = room()
+    find(metadata, "Mug").update(
+        isDirty=True, isFilledWithLiquid=True, fillLiquid="water", temperature="Hot"
+    )
+    assert "mug (hot, dirty, filled: water)" in drawn(metadata)
+    assert "mug (hot, dirty, filled: water)" in texts(svg_picture(metadata))
+
+
+def test_changes_are_told_and_marked() -> None:
+    before, after = room(), room()
+    find(after, "Fridge")["isOpen"] = True
+    egg = find(after, "Egg")
+    egg["parentReceptacles"] = None
+    after["inventoryObjects"] = [{"objectId": egg["objectId"], "objectType": "Egg"}]
+    after["objects"].append(thing("Apple", 0.0, 1.0))
+    after["objects"].remove(find(after, "Mug"))
+    plan = floor_plan(after, before)
+    assert set(plan.changes) == {
+        "fridge is now open", "egg is in the robot's hand", "apple is new", "mug is gone"
+    }  # fmt: skip
+    text = drawn(after, before)
+    assert "in hand: !egg" in text
+    assert "!fridge (open)" in text
+    assert "!" not in drawn(after)
+    marked = [
+        each for each in ET.fromstring(svg_picture(after, before)).iter(f"{SVG}polygon")
+        if "changed" in each.get("class", "").split()
+    ]  # fmt: skip
+    assert len(marked) == 1
+
+
+def test_nothing_changed_is_nothing_told() -> None:
+    assert floor_plan(room(), copy.deepcopy(room())).changes == ()
+
+
+def test_ascii_terminal_gets_ascii() -> None:
+    metadata = room()
+    metadata["sceneName"] = "Küche"
+    text = drawn(metadata, encoding="ascii")
+    assert text.isascii()
+    assert ">" in text
+    assert "K?che" in text
+
+
+HOSTILE = "</text><script>alert(1)</script>[red]\x1b[31m\u202e\x00\ufffe\ud800" + "X" * 10_000_000
+
+
+def test_hostile_text_is_harmless() -> None:
+    metadata = room()
+    mug = find(metadata, "Mug")
+    metadata["sceneName"] = HOSTILE
+    mug.update(objectType=HOSTILE, isFilledWithLiquid=True, fillLiquid=HOSTILE)
+    after = copy.deepcopy(metadata)
+    find(after, "Fridge")["isOpen"] = True
+    svg, text = svg_picture(after, metadata), drawn(after, metadata)
+    root = ET.fromstring(svg)
+    assert not list(root.iter(f"{SVG}script"))
+    assert len(svg) < 100_000
+    assert len(text) < 10_000
+    for sign in ("\x1b", "\u202e", "\x00", "\ufffe"):
+        assert sign not in svg
+        assert sign not in text
+
+
+@pytest.mark.parametrize("bad", [None, "x", [], float("nan"), float("inf"), -1e300, 10**400, True])
+def test_values_of_wrong_kinds_do_no_harm(bad: object) -> None:
+    for key in find(room(), "Mug"):
+        if key == "objectId":
+            continue
+        metadata = room()
+        find(metadata, "Mug")[key] = bad
+        ET.fromstring(svg_picture(metadata))
+        drawn(metadata)
+    for axis in "xyz":
+        metadata = room()
+        find(metadata, "Mug")["position"][axis] = bad
+        find(metadata, "DiningTable")["axisAlignedBoundingBox"]["size"][axis] = bad
+        metadata["agent"]["position"][axis] = bad
+        ET.fromstring(svg_picture(metadata))
+        drawn(metadata)
+    for key in room():
+        ET.fromstring(svg_picture(room() | {key: bad}))
+        drawn(room() | {key: bad})
+
+
+def test_objects_that_hold_each_other_are_listed() -> None:
+    metadata = room()
+    bowls = [thing("Bowl", x, 1.0, 0.2, receptacle=True) for x in (0.8, 1.2)]
+    bowls[0]["parentReceptacles"] = [bowls[1]["objectId"]]
+    bowls[1]["parentReceptacles"] = [bowls[0]["objectId"]]
+    metadata["objects"] += bowls
+    listed = drawn(metadata).rpartition("┛")[2]
+    assert "bowl 1" in listed
+    assert "bowl 2" in listed
+
+
+def test_thousands_of_objects_stay_within_the_lines() -> None:
+    metadata = room()
+    metadata["objects"] += [thing("Apple", number / 100 - 2, 0.5) for number in range(5000)]
+    text = drawn(metadata)
+    assert len(text.splitlines()) <= 45
+    assert "more lines" in text
+    assert floor_plan(metadata).left_out > 0
+
+
+def test_svg_stands_alone_and_speaks() -> None:
+    root = ET.fromstring(svg_picture(room()))
+    assert root.findtext(f"{SVG}title") == "FloorPlan1 from above"
+    assert "mug" in (root.findtext(f"{SVG}desc") or "")
+    assert "prefers-color-scheme" in (root.findtext(f"{SVG}style") or "")
+    assert not {"script", "image", "use", "a", "foreignObject"} & {
+        each.tag.removeprefix(SVG) for each in root.iter()
+    }
+    attributes = {name for each in root.iter() for name in each.attrib}
+    assert not [name for name in attributes if name.startswith("on") or "href" in name]
+
+
+def test_labels_of_things_side_by_side_do_not_overlap() -> None:
+    metadata = room()
+    metadata["objects"] += [thing("Apple", 1.0 + number / 20, 1.0) for number in range(6)]
+    root = ET.fromstring(svg_picture(metadata))
+    at = [
+        (float(each.get("x", 0)), float(each.get("y", 0)))
+        for each in root.iter(f"{SVG}text")
+        if (each.text or "").startswith("apple")
+    ]
+    assert len(at) == 6
+    assert all(abs(ax - bx) > 36 or abs(ay - by) > 9
+               for i, (ax, ay) in enumerate(at) for bx, by in at[:i])  # fmt: skip
+
+
+@pytest.mark.parametrize("number", [1, 2, 3, 18, 30, 201, 401])
+def test_real_rooms_fit_on_a_screen(number: int) -> None:
+    data = os.environ.get("GOALSCOPE_DATA")
+    if not data:
+        pytest.skip("GOALSCOPE_DATA is not set: there are no real scenes to draw")
+    path = Path(data) / "thor" / "scenes" / f"FloorPlan{number}_physics.json.gz"
+    objects = list(json.loads(gzip.decompress(path.read_bytes())).values())
+    metadata = {"sceneName": path.name.partition(".")[0], "objects": objects, "agent": {}}
+    lines = drawn(metadata).splitlines()
+    assert len(lines) <= 45
+    assert max(map(len, lines)) <= 76
+    assert "more lines" not in lines[-1]
+    ET.fromstring(svg_picture(metadata))

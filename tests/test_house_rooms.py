@@ -1,0 +1,351 @@
+"""Rooms written by hand become scenes with AI2-THOR's metadata, or are refused with the remedy."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import math
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from goalscope.envs.house.geometry import Box, box_of, vec
+from goalscope.envs.house.object_types import object_types
+from goalscope.envs.house.rooms import read_room
+from goalscope.envs.house.scene import Scene
+from goalscope.envs.house.scenes import load_scene
+from goalscope.envs.house.state import GRID, REACH, State
+from goalscope.envs.house.world import House
+from goalscope.types import InvalidInputError
+
+ROOMS = ["Bathroom1", "Bedroom1", "Kitchen1", "LivingRoom1"]
+
+HEAD = """name = "Test"
+size = [4, 3]
+agent = {position = [2, 1.5]}
+"""
+TABLE = '[[object]]\ntype = "DiningTable"\nat = [0.7, 0.6]\n'
+APPLE = '[[object]]\ntype = "Apple"\n'
+FRIDGE = '[[object]]\ntype = "Fridge"\nat = [3.4, 2.5]\n'
+GOOD = HEAD + TABLE + APPLE + 'on = "DiningTable"\n'
+
+
+def room(folder: Path, text: str) -> Scene:
+    path = folder / "mine.toml"
+    path.write_text(text, encoding="utf-8")
+    return read_room(path, label="mine.toml")
+
+
+def by_type(scene: Scene) -> dict[str, dict[str, Any]]:
+    return {thing["objectType"]: dict(thing) for thing in scene.objects}
+
+
+def inside(inner: Box, outer: Box, slack: float = 0.001) -> bool:
+    return all(
+        outer.low(axis) - slack <= inner.low(axis) and inner.high(axis) <= outer.high(axis) + slack
+        for axis in range(3)
+    )
+
+
+def connected(state: State) -> set[tuple[int, int]]:
+    """The grid's points to which the agent can walk, in steps from its start."""
+    x, _, z = state.pose.position
+    free = {(round((p[0] - x) / GRID), round((p[2] - z) / GRID)) for p in state.reachable()}
+    seen, waiting = set[tuple[int, int]](), [(0, 0)]
+    while waiting:
+        i, k = waiting.pop()
+        if (i, k) in free - seen:
+            seen.add((i, k))
+            waiting += [(i + 1, k), (i - 1, k), (i, k + 1), (i, k - 1)]
+    return seen
+
+
+def test_an_object_has_the_metadata_of_its_type(tmp_path: Path) -> None:
+    things = by_type(room(tmp_path, GOOD))
+    apple, table, floor = things["Apple"], things["DiningTable"], things["Floor"]
+    kind = object_types()["Apple"]
+    assert (apple["pickupable"], apple["sliceable"], apple["openable"]) == (True, True, False)
+    assert (apple["mass"], apple["salientMaterials"]) == (kind.mass, ["Food"])
+    assert table["objectId"] == "DiningTable|+00.70|+00.00|+00.60"
+    assert table["receptacleObjectIds"] == [apple["objectId"]]
+    assert apple["parentReceptacles"] == [table["objectId"]]
+    assert table["parentReceptacles"] == [floor["objectId"]]
+    assert floor["axisAlignedBoundingBox"]["size"]["x"] == 4
+    assert apple["receptacleObjectIds"] is None
+    assert box_of(apple).low(1) == pytest.approx(box_of(table).high(1))
+    assert apple["temperature"] == "RoomTemp"
+
+
+@pytest.mark.skipif(
+    "GOALSCOPE_DATA" not in os.environ, reason="GOALSCOPE_DATA names no folder of datasets"
+)
+def test_objects_have_exactly_the_keys_of_real_ones() -> None:
+    scenes = Path(os.environ["GOALSCOPE_DATA"]) / "thor" / "scenes"
+    with gzip.open(scenes / "FloorPlan1_physics.json.gz") as file:
+        real = json.load(file)
+    keys = set(next(iter(real.values())))
+    for thing in load_scene("Kitchen1").objects:
+        assert set(thing) == keys
+
+
+def test_the_same_text_gives_the_same_scene_with_names_of_eight_digits(tmp_path: Path) -> None:
+    first, second = room(tmp_path, GOOD), room(tmp_path, GOOD)
+    assert first.objects == second.objects
+    for thing in first.objects:
+        kind, _, digits = thing["name"].rpartition("_")
+        assert kind == thing["objectType"]
+        assert len(digits) == 8
+        assert int(digits, 16) >= 0
+
+
+def test_a_turned_object_has_turned_boxes(tmp_path: Path) -> None:
+    sofa = '[[object]]\ntype = "Sofa"\nat = [0.6, 1.5]\nsize = [2, 1, 1]\nrotation = '
+    turned = by_type(room(tmp_path, HEAD + sofa + "90\n"))["Sofa"]
+    assert box_of(turned).size == pytest.approx((1, 1, 2))
+    corners = turned["objectOrientedBoundingBox"]["cornerPoints"]
+    assert {(round(x, 3), round(z, 3)) for x, _, z in corners} == {
+        (x, z) for x in (0.1, 1.1) for z in (0.5, 2.5)
+    }
+    askew = by_type(room(tmp_path, (HEAD + sofa + "45\n").replace("0.6, 1.5", "1.1, 1.5")
+                         .replace("[2, 1.5]", "[3.5, 1]")))["Sofa"]  # fmt: skip
+    assert box_of(askew).size == pytest.approx((math.sqrt(4.5), 1, math.sqrt(4.5)))
+
+
+def test_food_in_the_fridge_is_cold_and_inside_it(tmp_path: Path) -> None:
+    things = by_type(room(tmp_path, HEAD + FRIDGE + APPLE + 'in = "Fridge"\n'))
+    assert things["Apple"]["temperature"] == "Cold"
+    assert inside(box_of(things["Apple"]), box_of(things["Fridge"]))
+    warm = by_type(room(tmp_path, HEAD + FRIDGE + APPLE + 'in = "Fridge"\ntemperature = "Hot"\n'))
+    assert warm["Apple"]["temperature"] == "Hot"
+
+
+def test_what_stands_on_a_plate_on_a_table_is_on_both(tmp_path: Path) -> None:
+    plate = '[[object]]\ntype = "Plate"\non = "DiningTable"\n'
+    things = by_type(room(tmp_path, HEAD + TABLE + plate + APPLE + 'on = "Plate"\n'))
+    both = sorted(things[kind]["objectId"] for kind in ("Plate", "DiningTable"))
+    assert things["Apple"]["parentReceptacles"] == both
+    assert things["Apple"]["objectId"] in things["DiningTable"]["receptacleObjectIds"]
+
+
+def test_states_are_those_that_were_written(tmp_path: Path) -> None:
+    mug = '[[object]]\ntype = "Mug"\non = "DiningTable"\nisDirty = true\nfillLiquid = "coffee"\n'
+    switch = '[[object]]\ntype = "LightSwitch"\nat = [0.1, 1.2, 0.1]\n'
+    things = by_type(room(tmp_path, HEAD + TABLE + mug + switch + FRIDGE + "isOpen = true\n"))
+    assert (things["Mug"]["isDirty"], things["Mug"]["fillLiquid"]) == (True, "coffee")
+    assert things["Mug"]["isFilledWithLiquid"]
+    assert (things["Fridge"]["isOpen"], things["Fridge"]["openness"]) == (True, 1.0)
+    assert things["LightSwitch"]["isToggled"]
+    assert not things["DiningTable"]["isOpen"]
+
+
+def test_a_basin_belongs_to_its_sink_and_a_knob_to_its_burner() -> None:
+    things = {thing["objectId"]: thing for thing in load_scene("Kitchen1").objects}
+    (sink,) = (thing for thing in things.values() if thing["objectType"] == "Sink")
+    assert things[f"{sink['objectId']}|SinkBasin"]["objectType"] == "SinkBasin"
+    knobs = [thing for thing in things.values() if thing["objectType"] == "StoveKnob"]
+    burners = [burner for knob in knobs for burner in knob["controlledObjects"]]
+    assert len(set(burners)) == len(knobs) == 4
+    assert {things[burner]["objectType"] for burner in burners} == {"StoveBurner"}
+    assert not any(things[burner]["toggleable"] for burner in burners)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("x = ", "not valid TOML"),
+        ("", "'name' must be"),
+        (GOOD.replace('"Test"', '"../a b"'), "'name' must be"),
+        (GOOD.replace("[4, 3]", "[4, nan]"), "'size' must be a list of 2 numbers from 1 to 50"),
+        (GOOD.replace("[4, 3]", "[4, true]"), "'size' must be"),
+        (GOOD.replace("[4, 3]", "4"), "'size' must be"),
+        (GOOD.replace("[4, 3]", f"[4, 0x{'f' * 5000}]"), "'size' must be"),
+        (GOOD.replace("[4, 3]", f"[4, {'9' * 5000}]"), "not valid TOML"),
+        (HEAD, r"no \[\[object\]\]"),
+        (HEAD + "object = 3", r"no \[\[object\]\]"),
+        (HEAD + APPLE * 201, "201 objects; a room has up to 200"),
+        (HEAD + "sise = 3\n" + TABLE, "'sise' is unknown; did you mean 'size'"),
+        (GOOD.replace("agent = ", "agents = "), "did you mean 'agent'"),
+        (GOOD.replace("agent = {position = [2, 1.5]}", ""), r"agent: add a table \[agent\]"),
+        (GOOD.replace("[2, 1.5]", "[0.7, 0.6]"), "agent: there is no place to stand"),
+        (GOOD.replace("[2, 1.5]", "[3.9, 1.5]"), "agent: there is no place to stand"),
+        (GOOD.replace("Apple", "Appel"), "object 2: .*'Appel' .* did you mean 'Apple'"),
+        (GOOD.replace('"Apple"', "3"), "type 3 cannot be used"),
+        (GOOD.replace("Apple", "Floor"), "floor already"),
+        (GOOD.replace('on = "DiningTable"', 'on = "DinningTable"'), "did you mean 'DiningTable'"),
+        (GOOD.replace('on = "DiningTable"', "on = 3"), "receptacle 3 is not clear"),
+        (GOOD.replace('on = "DiningTable"', ""), "exactly one of the keys at, in, on"),
+        (GOOD + "at = [1, 1]\n", "exactly one of the keys"),
+        (GOOD + "isDirtyy = true\n", "object 2 Apple: .* did you mean 'isDirty'"),
+        (GOOD + "isDirty = true\n", "Apple, which is not dirtyable"),
+        (GOOD + 'temperature = "warm"\n', "one of Cold, RoomTemp, Hot"),
+        (GOOD + 'rotation = "left"\n', "'rotation' must be a number"),
+        (GOOD + "size = [1, 1]\n", "'size' must be a list of 3"),
+        (GOOD + "size = [0, 1, 1]\n", "'size' must be"),
+        (GOOD + "size = [3, 0.1, 0.1]\n", "no room for it in or on the DiningTable"),
+        (GOOD + 'label = ""\n', "'label' must be a text"),
+        (GOOD + 'label = "a\\u001bb"\n', "'label' must be a text"),
+        (GOOD + 'label = "Fridge"\n', "'Fridge': this label is taken"),
+        (GOOD + 'controls = "DiningTable"\n', "'controls' is for a StoveKnob"),
+        (GOOD + APPLE + 'on = "Apple"\n', "Apple is no receptacle"),
+        (GOOD + TABLE, "another one is at the same place"),
+        (GOOD + TABLE.replace("0.7", "1.9") + APPLE + 'on = "DiningTable"', "are 2 of it"),
+        (GOOD + TABLE.replace("0.7", "9"), "DiningTable: it reaches outside the room"),
+        (GOOD + TABLE.replace("0.7", "0.2"), "DiningTable: it reaches outside the room"),
+        (GOOD + TABLE.replace("0.7", "-1"), "'at' must be"),
+        (GOOD + TABLE.replace("0.7, 0.6", "2"), "'at' must be"),
+        (GOOD + '[[object]]\ntype = "SinkBasin"\non = "DiningTable"\n', "must be in a Sink"),
+        (GOOD + '[[object]]\ntype = "SinkBasin"\nat = [1, 1]\n', "must be in a Sink"),
+        (GOOD + '[[object]]\ntype = "StoveKnob"\nat = [1, 1, 1]\n', "label of a StoveBurner"),
+        (
+            GOOD + '[[object]]\ntype = "StoveKnob"\nat = [1, 1, 1]\ncontrols = "Apple"',
+            "label of a StoveBurner",
+        ),
+        (
+            GOOD + '[[object]]\ntype = "Toaster"\non = "DiningTable"\n' + APPLE + 'in = "Toaster"',
+            "a Toaster holds one BreadSliced",
+        ),
+        (
+            GOOD + 2 * '[[object]]\ntype = "Mug"\nlabel = "x"\non = "DiningTable"\n',
+            "'x': this label is taken",
+        ),
+        (
+            HEAD + FRIDGE + '[[object]]\ntype = "Vase"\nin = "Fridge"\nsize = [0.1, 2, 0.1]\n',
+            "no room for it in or on the Fridge",
+        ),
+    ],
+)
+def test_a_wrong_room_is_refused_with_place_and_remedy(
+    tmp_path: Path, text: str, told: str
+) -> None:
+    with pytest.raises(InvalidInputError, match=told) as refusal:
+        room(tmp_path, text)
+    assert "mine.toml" in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        HEAD + f'[[object]]\ntype = "{"A" * 10_000_000}"\n',
+        HEAD.replace("Test", "A" * 10_000_000) + TABLE,
+        HEAD + f"{'a' * 10_000_000} = 1\n" + TABLE,
+        GOOD + f'label = "{"A" * 10_000_000}"\n',
+        GOOD.replace('on = "DiningTable"', f'on = "{"A" * 10_000_000}"'),
+        GOOD + '"a\\u001b[31m\\nb" = 1\n',
+        GOOD.replace('"Apple"', '"\\u001b[31m\\u202e"'),
+        GOOD.replace('on = "DiningTable"', 'on = "\\u001b[31m"'),
+        GOOD + "temperature = [" + "[" * 5000 + "]" * 5001,
+        GOOD + "temperature = {" + "a.b.c = 1}\n",
+        GOOD + f"isDirty = 0x{'f' * 10_000}\n",
+        "name = \x00",
+    ],
+)
+def test_hostile_text_gives_a_short_clean_refusal(tmp_path: Path, text: str) -> None:
+    with pytest.raises(InvalidInputError) as refusal:
+        room(tmp_path, text)
+    told = str(refusal.value)
+    assert len(told) < 600
+    assert told.isprintable()
+
+
+def test_a_file_that_is_no_text_or_is_missing_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_bytes(b"name = '\xff'")
+    with pytest.raises(InvalidInputError, match="not UTF-8"):
+        read_room(tmp_path / "mine.toml", label="mine.toml")
+    with pytest.raises(InvalidInputError, match="not readable"):
+        read_room(tmp_path / "none.toml", label="none.toml")
+    with pytest.raises(InvalidInputError, match="not readable"):
+        read_room(tmp_path, label="folder")
+
+
+def test_a_full_receptacle_says_so(tmp_path: Path) -> None:
+    apples = 150 * (APPLE + 'on = "DiningTable"\n')
+    with pytest.raises(InvalidInputError, match=r"object \d+ Apple: there is no room"):
+        room(tmp_path, HEAD + TABLE + apples)
+
+
+@pytest.mark.parametrize("name", ROOMS)
+def test_our_rooms_are_consistent(name: str) -> None:
+    scene = load_scene(name)
+    things = {thing["objectId"]: thing for thing in scene.objects}
+    assert scene.name == name
+    assert 30 <= len(things) <= 60
+    assert len(things) == len(scene.objects) == len({thing["name"] for thing in scene.objects})
+    for own, thing in things.items():
+        for parent in thing["parentReceptacles"] or ():
+            assert own in things[parent]["receptacleObjectIds"]
+        for each in thing["receptacleObjectIds"] or ():
+            assert own in things[each]["parentReceptacles"]
+        for parent in thing["parentReceptacles"] or ():
+            if things[parent]["objectType"] in ("Fridge", "Cabinet", "Drawer", "LaundryHamper"):
+                assert inside(box_of(thing), box_of(things[parent]))
+
+
+@pytest.mark.parametrize("name", ROOMS)
+def test_nothing_that_can_be_carried_overlaps_another(name: str) -> None:
+    small = [thing for thing in load_scene(name).objects if thing["pickupable"]]
+    for number, one in enumerate(small):
+        for other in small[:number]:
+            if one["objectId"] in (other["parentReceptacles"] or ()):
+                continue
+            if other["objectId"] in (one["parentReceptacles"] or ()):
+                continue
+            a, b = box_of(one), box_of(other)
+            apart = any(
+                a.high(axis) <= b.low(axis) + 1e-6 or b.high(axis) <= a.low(axis) + 1e-6
+                for axis in range(3)
+            )
+            assert apart, (one["objectId"], other["objectId"])
+
+
+@pytest.mark.parametrize("name", ROOMS)
+def test_furniture_does_not_stand_in_furniture(name: str) -> None:
+    standing = [
+        thing
+        for thing in load_scene(name).objects
+        if box_of(thing).size[0] * box_of(thing).size[2] > 0.1
+        and box_of(thing).low(1) < 1.2
+        and not thing["pickupable"]
+        and thing["objectType"] not in ("Floor", "Drawer", "Shelf", "Sink", "SinkBasin", "Cabinet",
+                                        "BathtubBasin")
+        and next(iter(thing["parentReceptacles"] or ["Floor"])).startswith("Floor")
+    ]  # fmt: skip
+    assert len(standing) > 2
+    for number, one in enumerate(standing):
+        for other in standing[:number]:
+            a, b = box_of(one), box_of(other)
+            apart = any(
+                a.high(axis) <= b.low(axis) + 0.01 or b.high(axis) <= a.low(axis) + 0.01
+                for axis in range(3)
+            )
+            assert apart, (one["objectId"], other["objectId"])
+
+
+@pytest.mark.parametrize("name", ROOMS)
+def test_the_agent_can_walk_to_within_reach_of_everything(name: str) -> None:
+    state = State(load_scene(name))
+    x, _, z = state.pose.position
+    places = [(x + i * GRID, z + k * GRID) for i, k in connected(state)]
+    assert len(places) > 0.85 * len(state.reachable())
+    assert len(places) * GRID * GRID > 3
+    for thing in state.objects.values():
+        away = min(box_of(thing).distance(*place) for place in places)
+        assert away < REACH - 0.3, thing["objectId"]
+
+
+@pytest.mark.parametrize("name", ROOMS)
+def test_the_house_moves_things_in_our_rooms(name: str) -> None:
+    house = House(load_scene(name))
+    assert house.step({"action": "GetReachablePositions"})["actionReturn"]
+    things = by_type(load_scene(name))
+    thing = things["Cloth" if name == "Bathroom1" else "Book" if name != "Kitchen1" else "Apple"]
+    target = things[{"Bathroom1": "CounterTop", "Bedroom1": "Bed", "Kitchen1": "DiningTable",
+                     "LivingRoom1": "TVStand"}[name]]  # fmt: skip
+    for action in ("PickupObject", "PutObject"):
+        own = thing["objectId"] if action == "PickupObject" else target["objectId"]
+        after = house.step({"action": action, "objectId": own, "forceAction": True})
+        assert after["lastActionSuccess"], after["errorMessage"]
+    (moved,) = (each for each in after["objects"] if each["objectId"] == thing["objectId"])
+    assert target["objectId"] in moved["parentReceptacles"]
+    assert vec(moved["position"])[1] == pytest.approx(box_of(target).high(1), abs=0.5)
