@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 from typer.core import TyperGroup
 
+from goalscope.cli_house import house
 from goalscope.cli_models import (
     Calls,
     Json,
@@ -67,7 +68,7 @@ app = typer.Typer(
 Domain = Annotated[Literal["grocery", "house"], typer.Argument(help="Where the agent acts.")]
 SceneName = Annotated[
     str | None,
-    typer.Option(metavar="NAME|FILE", help="The house's room; `house scenes` lists them."),
+    typer.Option(metavar="NAME|FILE", help="The house's room; see `house scenes`."),
 ]
 Simulator = Annotated[
     Literal["house", "thor"], typer.Option(help="The embedded house, or AI2-THOR.")
@@ -361,6 +362,7 @@ def episodes(store: StoreFile = None, as_json: Json = False) -> None:
 
 
 app.command()(doctor)
+app.add_typer(house, name="house")
 app.add_typer(models, name="models")
 
 

@@ -60,7 +60,7 @@ class Environment(Protocol):
         ...
 
     def requests(self, turns: Sequence[Turn]) -> list[Action]:
-        """What the person asks for outright and has not got, and the mending of what they refuse."""
+        """What the person asks for outright and lacks, and the mending of what they refuse."""
         ...
 
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:

@@ -187,7 +187,7 @@ def compare_episode(path: Path, agreement: Agreement) -> None:
                 triples(start, _table(real["objects"])),
                 triples(start, _table(ours["objects"])),
             )
-        before = after
+        before = cast("dict[str, Any]", after)
 
 
 def triples(

@@ -25,6 +25,7 @@ class Primitives:
     def __init__(self, controller: Controller) -> None:
         self.controller = controller
         self._done: list[dict[str, Any]] = []
+        self._origin = ""
         self.reset()
 
     @property
@@ -35,20 +36,22 @@ class Primitives:
     def reset(self) -> None:
         """Go back to the start of the scene."""
         self._done.clear()
+        self._origin = ""
         self._call(self.controller.reset)
 
-    def mark(self) -> int:
-        """How much has been done."""
-        return len(self._done)
+    def mark(self) -> tuple[int, str]:
+        """How much has been done, and where the thing in the hand came from."""
+        return len(self._done), self._origin
 
-    def back_to(self, mark: int) -> None:
+    def back_to(self, mark: tuple[int, str]) -> None:
         """Undo what was done after `mark`: reset, and do again what stands."""
-        standing = self._done[:mark]
-        if len(standing) == len(self._done):
-            return
-        self.reset()
-        for step in standing:
-            self._step(**step)
+        count, origin = mark
+        standing = self._done[:count]
+        if len(standing) < len(self._done):
+            self.reset()
+            for step in standing:
+                self._step(**step)
+        self._origin = origin
 
     def act(self, action: str, object_id: str, **arguments: Any) -> None:
         """Reach the object, opening what encloses it, and take one of AI2-THOR's actions on it."""
@@ -58,11 +61,17 @@ class Primitives:
         self._close(opened)
 
     def pick_up(self, object_id: str) -> None:
-        """Take the object in the hand, which must be empty."""
+        """Take the object in the hand; what is in it is first put back to where it came from."""
         held = self.metadata["inventoryObjects"]
         if held and held[0]["objectId"] == object_id:
             return
+        if held:
+            if not self._origin:
+                raise Refusal("The hand is full, and what it holds came from nowhere.")
+            self.put(held[0]["objectId"], self._origin)
+        origin = next(iter(self._object(object_id)["parentReceptacles"] or ()), "")
         self.act("PickupObject", object_id)
+        self._origin = origin
 
     def put(self, object_id: str, place: str) -> None:
         """Bring the object to the place; what is closed is opened for it, and closed again."""

@@ -18,7 +18,7 @@ from goalscope.envs.house.hearing import (
     completes,
     hear,
 )
-from goalscope.envs.house.names import mentioned, names, readable
+from goalscope.envs.house.names import mentioned, names, readable, the
 from goalscope.envs.house.object_types import SINGLE, object_type
 from goalscope.envs.house.primitives import Primitives, Refusal
 from goalscope.types import Action, GoalscopeError, Profile, StepResult, Turn
@@ -50,6 +50,12 @@ _STATES = (
     ("isOpen", "open"), ("isToggled", "on"), ("isSliced", "sliced"), ("isCooked", "cooked"),
     ("isBroken", "broken"), ("isDirty", "dirty"), ("isUsedUp", "used up"),
 )  # fmt: skip
+_INSIDE = frozenset(
+    {"BathtubBasin", "Bowl", "Cup", "GarbageCan", "Mug", "Pot", "Sink", "SinkBasin"}
+)
+_LAST = frozenset({"ArmChair", "Chair", "Floor", "Stool"})
+"""Receptacles that AI2-THOR names for what stands above them, too."""
+
 _SHOWN = 30
 """Most changes that the status lists."""
 
@@ -122,11 +128,7 @@ class HomeRobot:
     def status(self) -> str:
         """What is in the hand, and what has changed since the start, one object a line."""
         held = self._held()
-        lines = [
-            f"The robot's hand holds the {self._names[held]}."
-            if held
-            else "The robot's hand is empty."
-        ]
+        lines = [f"The robot's hand {f'holds {the(self._names[held])}' if held else 'is empty'}."]
         changes = list(self._changes())
         if not changes:
             return f"{lines[0]} Nothing has been changed yet."
@@ -181,17 +183,18 @@ class HomeRobot:
             return readable(table[by_name[name]]["objectType"]) if name in by_name else name
 
         words = f"{action.name} the {kind(action.target)}"
-        if not action.destination:
-            return words
-        where = kind(action.destination)
         place = table.get(by_name.get(action.destination, ""))
-        inside = place is not None and (place["openable"] or "asin" in place["objectType"])
-        return f"{words} {'in' if inside else 'on'} the {where}"
+        if place is None:
+            return words
+        return f"{words} {'in' if _holds_inside(place) else 'on'} the {kind(action.destination)}"
 
     def requests(self, turns: Sequence[Turn]) -> list[Action]:
-        """What the person asked for outright, as far as it is not so already."""
+        """What the person asked for outright, as far as it is not so already.
+
+        What was moved and is ruled out since goes back to where it was.
+        """
         hearing = hear(turns, self.metadata["objects"])
-        plan: list[Action] = []
+        plan = list(self._returns(hearing))
         for request in hearing.wanted:
             for action in self._meet(request):
                 thing = self._table()[self._id(action.target)]
@@ -233,10 +236,8 @@ class HomeRobot:
                 ) from None
             return StepResult(action, False, str(refusal))
         self._name()
-        told = f"Done: {action.name} the {action.target}"
-        if action.destination:
-            told += f" -> {action.destination}"
         lasting = action.name in IRREVERSIBLE
+        told = self._told(own)
         told += "; this cannot be undone." if lasting else "."
         return StepResult(action, True, told, irreversible=lasting)
 
@@ -270,8 +271,6 @@ class HomeRobot:
                 robot.act("FillObjectWithLiquid", own, fillLiquid="water")
             case "push" | "pull":
                 robot.act(f"{action.name.title()}Object", own, moveMagnitude="100")
-            case "open" | "close":
-                robot.act(f"{action.name.title()}Object", own)
             case "empty":
                 robot.act("EmptyLiquidFromObject", own)
             case "use up":
@@ -329,10 +328,11 @@ class HomeRobot:
                 for own in left[: max(many - len(there), 0)]
                 if (place := next((each for each in places if each != own), None))
             ]
-        if request.verb in ("pick up", "push", "pull"):
-            held = self._held()
-            if request.verb == "pick up" and (held in things or held):
-                return []
+        if request.verb == "pick up":
+            return (
+                [] if self._held() else [Action("pick up", self._names[own]) for own in things[:1]]
+            )
+        if request.verb in ("push", "pull"):
             return [Action(request.verb, self._names[own]) for own in things[:1]]
         needs, state, value = _FLAGS[request.verb]
         table = self._table()
@@ -340,6 +340,24 @@ class HomeRobot:
         unmet = [own for own in able if table[own][state] != value]
         met = len(able) - len(unmet)
         return [Action(request.verb, self._names[own]) for own in unmet[: max(many - met, 0)]]
+
+    def _returns(self, hearing: Hearing) -> Iterator[Action]:
+        """Puts of what the robot moved, and should not have, to where it was at the start."""
+        for own, thing in self._table().items():
+            was = self._start.get(own)
+            if was is None or not thing["pickupable"] or not thing["parentReceptacles"]:
+                continue
+            home = set(was["parentReceptacles"] or ())
+            here = self._place(thing)
+            if home & set(thing["parentReceptacles"]) or not home or not here:
+                continue
+            put = Action("put", self._names[own], destination=here)
+            if self._is_refused(put, thing, hearing):
+                back = self._place(was)
+                if back and not hearing.refuses(
+                    "put in", self._table()[self._id(back)]["objectType"]
+                ):
+                    yield Action("put", self._names[own], destination=back)
 
     def _meant(self, types: Sequence[str], name: str) -> list[str]:
         """Ids of the things of these types, or the one of this name; whole ones, in their order."""
@@ -374,9 +392,8 @@ class HomeRobot:
                 parts.append(f"filled with {liquid}" if thing["isFilledWithLiquid"] else "emptied")
             if thing["isPickedUp"]:
                 parts.append("in the robot's hand")
-            elif set(thing["parentReceptacles"] or ()) != set(was["parentReceptacles"] or ()):
-                if place := self._place(thing):
-                    parts.append(f"now in or on the {place}")
+            elif self._place(thing) != self._place(was):
+                parts.append(f"now {self._where(thing)}")
             if parts:
                 yield f"{name}: {', '.join(parts)}"
 
@@ -385,9 +402,26 @@ class HomeRobot:
         table = self._table()
         listed = [own for own in thing["parentReceptacles"] or () if own in table]
         listed.sort(
-            key=lambda own: (table[own]["objectType"] == "Floor", not table[own]["pickupable"])
+            key=lambda own: (table[own]["objectType"] in _LAST, not table[own]["pickupable"])
         )
         return self._names[listed[0]] if listed else ""
+
+    def _told(self, own: str) -> str:
+        """How the object is now, in words."""
+        thing = self._table()[own]
+        states = [word for key, word in _STATES if thing[key]]
+        if thing["isFilledWithLiquid"]:
+            states.append(f"filled with {thing['fillLiquid'] or 'a liquid'}")
+        where = "in the robot's hand" if thing["isPickedUp"] else self._where(thing)
+        return f"{the(self._names[own]).capitalize()} is {', '.join([*states, where])}"
+
+    def _where(self, thing: Mapping[str, Any]) -> str:
+        """Where the thing is, in words: "in the fridge"."""
+        name = self._place(thing)
+        place = self._table().get(self._id(name))
+        if place is None:
+            return "nowhere to be seen"
+        return f"{'in' if _holds_inside(place) else 'on'} {the(name)}"
 
     def _table(self) -> dict[str, dict[str, Any]]:
         return {each["objectId"]: each for each in self.metadata["objects"]}
@@ -418,6 +452,10 @@ class HomeRobot:
                 number += 1
             taken.add(f"{kind} {number}")
             self._names[thing["objectId"]] = f"{kind} {number}"
+
+
+def _holds_inside(place: Mapping[str, Any]) -> bool:
+    return place["openable"] or place["objectType"] in _INSIDE
 
 
 def _is_whole(thing: Mapping[str, Any]) -> bool:

@@ -160,7 +160,7 @@ def _linked(objects: dict[str, dict[str, Any]]) -> tuple[dict[str, Any], ...]:
     for own, thing in objects.items():
         for parent in thing["parentReceptacles"]:
             if parent in objects:
-                inside = objects[parent]["receptacleObjectIds"] or []
+                inside: list[str] = objects[parent]["receptacleObjectIds"] or []
                 objects[parent]["receptacleObjectIds"] = sorted({*inside, own})
     for thing in objects.values():
         if thing["objectType"] == "StoveKnob":

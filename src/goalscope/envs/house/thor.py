@@ -26,8 +26,8 @@ def start(scene: str, unity: str | None = None) -> Controller:
 
     Args:
         scene: Name of the scene, as the build knows it.
-        unity: Path of a Unity build, or of `goalscope-unity`; None takes AI2-THOR's own build, which
-            it fetches at the first use. Without a display that one renders in the background.
+        unity: Path of a Unity build, or of `goalscope-unity`; None takes AI2-THOR's own build,
+            which it fetches at the first use. Without a display that one renders unseen.
 
     Raises:
         InvalidInputError: AI2-THOR is not installed, or there is no such program.
@@ -62,7 +62,8 @@ def start(scene: str, unity: str | None = None) -> Controller:
             **options,
         )
     except Exception as error:
+        reason = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
         raise GoalscopeError(
-            f"AI2-THOR does not start ({type(error).__name__}: {' '.join(str(error).split())[:300]}). "
-            "Its log is ~/.ai2thor/log/unity.log; `--simulator house` needs no Unity."
+            f"AI2-THOR does not start ({reason}). Its log is ~/.ai2thor/log/unity.log; "
+            "`--simulator house` needs no Unity."
         ) from error

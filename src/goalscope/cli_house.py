@@ -1,0 +1,165 @@
+"""`goalscope house`: scenes, their pictures, and how far the embedded house is like AI2-THOR."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from goalscope.cli_models import Json
+from goalscope.terminal import console, progress
+from goalscope.types import InvalidInputError
+
+if TYPE_CHECKING:
+    from goalscope.envs.house.conformance import Agreement
+
+__all__ = ["house"]
+
+house = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="The home robot's rooms, and the embedded house beside AI2-THOR.",
+)
+
+
+@house.command()
+def scenes(as_json: Json = False) -> None:
+    """List the rooms that `--scene` knows."""
+    from goalscope.display import plain
+    from goalscope.envs.house.scenes import known_scenes
+
+    for name, read in known_scenes().items():
+        count = len(read().objects)
+        if as_json:
+            print(json.dumps({"name": name, "objects": count}))
+        else:
+            console().print(plain(f"{name}  {count} objects"))
+
+
+@house.command()
+def show(
+    scene: Annotated[str, typer.Argument(help="Name of a room, or its file.")],
+    svg: Annotated[Path | None, typer.Option(help="Draw it into this file instead.")] = None,
+) -> None:
+    """Draw a room from above, with what is in it."""
+    from goalscope.envs.house.controller import HouseController
+    from goalscope.envs.house.picture import terminal_picture
+    from goalscope.envs.house.picture_svg import svg_picture
+
+    metadata = HouseController(scene).last_event.metadata
+    if svg is None:
+        console().print(terminal_picture(metadata))
+    else:
+        svg.write_text(svg_picture(metadata), encoding="utf-8")
+
+
+@house.command(name="import")
+def import_file(
+    file: Annotated[Path, typer.Argument(help="AI2-THOR's `event.metadata` as JSON, or a room.")],
+    name: Annotated[str | None, typer.Option(help="What to call it, if not as the file.")] = None,
+) -> None:
+    """Keep a scene that AI2-THOR printed, for `--scene`.
+
+    The file holds `event.metadata`, or {objectId: object metadata}, or a room in goalscope's own
+    form (.toml); .json.gz is read, too. A scene that is broken is refused, and nothing is kept.
+    """
+    from goalscope.display import plain
+    from goalscope.envs.house.scenes import import_scene
+
+    title, scene = import_scene(file, name)
+    console().print(plain(f"{title}: {len(scene.objects)} objects. Try: "
+                          f"goalscope chat house --scene {title}"))  # fmt: skip
+
+
+@house.command()
+def unity() -> None:
+    """Say where the program is that AI2-THOR's Controller starts in place of Unity.
+
+    In Python: Controller(local_executable_path=PATH, scene="Kitchen1", x_display=":0").
+    """
+    import shutil
+    import sys
+
+    beside = Path(sys.executable).with_name("goalscope-unity")
+    found = str(beside) if beside.exists() else shutil.which("goalscope-unity")
+    if not found:
+        raise InvalidInputError("goalscope-unity is not installed; run `pip install goalscope`.")
+    print(found)
+
+
+@house.command()
+def conformance(
+    paths: Annotated[
+        list[Path] | None,
+        typer.Argument(help="Recordings of AI2-THOR 5, or folders of them (.jsonl, .jsonl.gz)."),
+    ] = None,
+    teach: Annotated[Path | None, typer.Option(help="File of TEACh games to replay.")] = None,
+    scenes: Annotated[
+        Path | None, typer.Option(help="TEACh: AI2-THOR's scenes.  [default: $GOALSCOPE_DATA/...]")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Measure how far the embedded house does what AI2-THOR did.
+
+    A recording has one step a line: {"action": {...}, "metadata": what AI2-THOR said after it}.
+    The house is set to each real state, given the next action, and compared with the next state.
+    TEACh's games are replayed from their start by what people did with success.
+    """
+    from goalscope.envs.house.conformance import Agreement, compare_episode, recordings
+
+    if not paths and teach is None:
+        raise InvalidInputError("Name recordings, or a file of TEACh games with --teach.")
+    agreement = Agreement()
+    files = recordings(paths or [])
+    with progress("Recordings", len(files), 0) as advance:
+        for file in files:
+            compare_episode(file, agreement)
+            advance()
+    results = {"recordings": agreement} if files else {}
+    if teach is not None:
+        results["teach"] = _replayed(teach, scenes)
+    if as_json:
+        told = {name: each.as_json() for name, each in results.items()}
+        print(json.dumps(told if len(told) > 1 else next(iter(told.values()))))
+        return
+    for name, each in results.items():
+        _show(name, each)
+
+
+def _replayed(file: Path, scenes: Path | None) -> Agreement:
+    import os
+
+    from goalscope.envs.house.conformance import Agreement, rows
+    from goalscope.envs.house.teach import replay_games
+
+    data = os.environ.get("GOALSCOPE_DATA")
+    folder = scenes or (Path(data) / "thor" / "scenes" if data else None)
+    if folder is None:
+        raise InvalidInputError("Name the folder of AI2-THOR's scenes with --scenes.")
+    agreement = Agreement()
+    with progress("Games", sum(1 for _ in rows(file)), 0) as advance:
+        replay_games(file, folder, agreement, advance)
+    return agreement
+
+
+def _show(name: str, agreement: Agreement) -> None:
+    from rich.table import Table
+
+    from goalscope.display import plain
+
+    out = console()
+    out.print(plain(
+        f"{name}: {agreement.steps} actions, success agrees in "
+        f"{agreement.success_agreement:.1%}; changed states: precision {agreement.precision:.3f}, "
+        f"recall {agreement.recall:.3f}, F1 {agreement.f1:.3f}", "bold",
+    ))  # fmt: skip
+    table = Table("difference", "action", "predicate", "count")
+    for kind, counts in (("missed", agreement.missed), ("extra", agreement.extra)):
+        for (action, predicate), count in counts.most_common(12):
+            table.add_row(kind, plain(action), plain(predicate), str(count))
+    for (action, message), count in agreement.refused.most_common(12):
+        table.add_row("success", plain(action), plain(message), str(count))
+    if table.row_count:
+        out.print(table)

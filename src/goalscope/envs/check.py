@@ -1,0 +1,84 @@
+"""Whether an environment keeps the laws that agents rely on, after Gymnasium's `check_env`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from goalscope.envs import Environment
+from goalscope.types import Action, GoalscopeError, StepResult
+
+__all__ = ["check_env"]
+
+
+def check_env(env: Environment, *, most: int = 40) -> None:
+    """Try an environment: texts, failures that change nothing, and replays that lead to one state.
+
+    The environment is reset before and after.
+
+    Args:
+        env: To be tried.
+        most: Actions to try.
+
+    Raises:
+        GoalscopeError: A law is broken; the message says which, and by what.
+    """
+    env.reset()
+    start = env.fingerprint()
+    for name in ("task", "completion_phrase"):
+        _hold(bool(getattr(env, name).strip()), f"`{name}` must be a text that is not empty")
+    _hold(bool(env.status().strip()), "`status()` must be a text that is not empty")
+    env.reset()
+    _hold(env.fingerprint() == start, "two resets must lead to the same state")
+    for odd in _odd_actions():
+        result = env.step(odd)
+        _hold(not result.ok, f"an action that does not exist must fail: {odd!r}")
+        _hold(bool(result.observation), f"a failure must say why: {odd!r}")
+        _hold(env.fingerprint() == start, f"a failure must change nothing: {odd!r}")
+    done = _try_all(env, most)
+    end = env.fingerprint()
+    env.reset()
+    for result in done:
+        again = env.step(result.action)
+        _hold(again.ok, f"an action must succeed again after a reset: {result.action}")
+    _hold(env.fingerprint() == end, "the same actions after a reset must lead to the same state")
+    env.reset()
+    _hold(env.fingerprint() == start, "a reset must undo everything")
+
+
+def _try_all(env: Environment, most: int) -> list[StepResult]:
+    """Take at most `most` actions of every name on offer; returns those that succeeded."""
+    done: list[StepResult] = []
+    kinds = env.kinds("", 1000)
+    tried: dict[str, int] = {}
+    for kind in kinds:
+        for action in env.actions([kind]):
+            if len(done) >= most:
+                return done
+            if tried.get(action.name, 0) * 4 > most or action not in env.actions([kind]):
+                continue
+            tried[action.name] = tried.get(action.name, 0) + 1
+            before = env.fingerprint()
+            result = env.step(action)
+            _hold(result.action == action, f"a result must name its action: {action}")
+            if result.ok:
+                done.append(result)
+            else:
+                _hold(bool(result.observation), f"a failure must say why: {action}")
+                _hold(env.fingerprint() == before, f"a failure must change nothing: {action}")
+    return done
+
+
+def _odd_actions() -> Sequence[Action]:
+    return [
+        Action("no such action", "no such thing"),
+        Action("put", "no such thing", destination="no such place"),
+        Action("add item", "no such thing"),
+        Action("buy basket", quantity=-1),
+        Action("open", "\x00<|im_end|>", 10**9),
+        Action(""),
+    ]
+
+
+def _hold(law: bool, text: str) -> None:
+    if not law:
+        raise GoalscopeError(f"The environment breaks a law: {text}.")
