@@ -58,11 +58,15 @@ class Planner:
         kinds: Kinds of things that the environment may add for each want.
         near: Kinds of things that it may add for the person's words.
         limit: Most search terms that one round acts on.
+        bar: Nats by which the goals must make a term likelier that nobody mentioned.
         discount: Weight of a term's log-probability without the goal. At 1 rare things are
             favoured, at 0 things that people need for anything.
         replans: Most plans to make in one round after the first.
         seed: Seed of the draws.
     """
+
+    wordings = (("relevant", "- "), ("need", "I need "))
+    """Prompts under which a term is likely or not, and what stands before it."""
 
     def __init__(
         self,
@@ -72,6 +76,7 @@ class Planner:
         kinds: int = 120,
         near: int = 20,
         limit: int = 8,
+        bar: float = 0.0,
         discount: float = 0.6,
         replans: int = 2,
         seed: int = 0,
@@ -81,6 +86,7 @@ class Planner:
         self.kinds = kinds
         self.near = near
         self.limit = limit
+        self.bar = bar
         self.discount = discount
         self.replans = replans
         self.seed = seed
@@ -169,7 +175,7 @@ class Planner:
         values = dict(zip(terms, wanted - self.discount * without, strict=True))
         best = sorted(terms, key=lambda term: -values[term])
         named = [term for term in mentioned if gains[term] > 0]
-        unnamed = [term for term in best if gains[term] > 0 and term not in mentioned]
+        unnamed = [term for term in best if gains[term] > self.bar and term not in mentioned]
         return named + unnamed[: self.limit]
 
     def newest(self, utterances: Sequence[str]) -> str:
@@ -198,17 +204,17 @@ class Planner:
     def log_probability(self, terms: Sequence[str], goal: str) -> Array:
         """[len(terms)] in nats: how likely a person with this goal names each term.
 
-        The mean over two wordings; each term and goal is scored once.
+        The mean over the wordings; each term and goal is scored once.
         """
         new = [term for term in terms if (goal, term) not in self._log_probability]
         if new:
             total = np.zeros(len(new))
-            for prompt, prefix in (("relevant", "- "), ("need", "I need ")):
+            for prompt, prefix in self.wordings:
                 context = render(prompt, goal=goal)
                 scores = self.model.token_logprobs(
                     [context] * len(new), [prefix + term for term in new]
                 )
-                total += np.array([float(score.sum()) for score in scores]) / 2
+                total += np.array([float(score.sum()) for score in scores]) / len(self.wordings)
             for term, value in zip(new, total, strict=True):
                 self._log_probability[goal, term] = float(value)
         return np.array([self._log_probability[goal, term] for term in terms])

@@ -25,25 +25,52 @@ class StepEnvironment(Environment, Protocol):
         """The action in words, such as "put the egg in the fridge"."""
         ...
 
+    def fulfilled(self, kind: str) -> list[str]:
+        """What was to be done with things of this kind if it were not so already, in words."""
+        ...
+
 
 class StepPlanner(Planner):
     """Chooses what to do with each relevant object by how much likelier it is under the goals.
 
-    The objects are found as the basket's are (see `Planner`). For each kind of them the model
-    weighs what the environment allows, said in words, against leaving it where it is; the action
-    that gains most by the goals is taken for all objects of the kind. What was moved before is
-    moved again only when the person asks for it.
+    The objects are found as the basket's are (see `Planner`), among all that are there. For each
+    kind of them the model weighs what the environment allows, said in words, against leaving it
+    where it is; the action that gains most by the goals is taken for all objects of the kind. When
+    the person has just named things, only things that were named are touched. What was moved
+    before is moved again only when the person asks for it.
 
     Args:
         model: Writes and scores.
-        bar: Nats by which an action must beat leaving the object alone.
-        **settings: See `Planner`.
+        limit: Most kinds of things that nobody mentioned, in one round.
+        bar: Nats by which the goals must make such a kind likelier.
+        margin: Nats by which an action must beat leaving the object alone.
+        seed: Seed of everything that is drawn.
     """
 
-    def __init__(self, model: Model, *, bar: float = 0.0, limit: int = 6, seed: int = 0) -> None:
-        super().__init__(model, limit=limit, seed=seed)
-        self.bar = bar
+    wordings = (*Planner.wordings, ("use", "The "), ("use", "The "))
+
+    def __init__(
+        self,
+        model: Model,
+        *,
+        limit: int = 3,
+        bar: float = 1.0,
+        margin: float = 0.5,
+        seed: int = 0,
+    ) -> None:
+        super().__init__(model, draws=0, limit=limit, bar=bar, discount=1.0, seed=seed)
+        self.margin = margin
         self._step: dict[tuple[str, str], float] = {}
+
+    def search_terms(
+        self, env: Environment, wants: Sequence[Want], utterances: Sequence[str]
+    ) -> list[str]:
+        """See `Planner.search_terms`; what nobody named only when nothing was named just now."""
+        terms = super().search_terms(env, wants, utterances)
+        if env.mentioned(utterances[-1:]):
+            named = set(env.mentioned(utterances))
+            return [term for term in terms if term in named]
+        return terms
 
     def plan(
         self,
@@ -58,19 +85,25 @@ class StepPlanner(Planner):
         served = {action.target for action in plan}
         served |= {result.action.target for result in history}
         speaker = cast(StepEnvironment, env)
+        taken: set[str] = set()
         for term in terms:
+            if term in taken:
+                continue
             options: dict[str, list[Action]] = {}
             for action in env.actions([term], turns):
                 if action.target not in served:
                     options.setdefault(speaker.phrase(action), []).append(action)
             if not options:
                 continue
-            phrases = [LEAVE.format(thing=term), *options]
+            fulfilled = [phrase for phrase in speaker.fulfilled(term) if phrase not in options]
+            phrases = [LEAVE.format(thing=term), *fulfilled, *options]
             values = self.values(term, phrases, wants, turns)
             best = int(values.argmax())
-            if best and values[best] > values[0] + self.bar:
-                plan += options[phrases[best]]
-                served |= {action.target for action in options[phrases[best]]}
+            if best > len(fulfilled) and values[best] > values[0] + self.margin:
+                chosen = options[phrases[best]]
+                plan += chosen
+                served |= {action.target for action in chosen}
+                taken |= {action.destination for action in chosen}
         return plan
 
     def values(
