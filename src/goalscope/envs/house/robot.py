@@ -419,12 +419,12 @@ class HomeRobot:
 
     def _told(self, own: str) -> str:
         """How the object is now, in words."""
-        thing = self._table()[own]
+        thing, name = self._table()[own], the(self._names[own])
         states = [word for key, word in _STATES if thing[key]]
         if thing["isFilledWithLiquid"]:
             states.append(f"filled with {thing['fillLiquid'] or 'a liquid'}")
         where = "in the robot's hand" if thing["isPickedUp"] else self._where(thing)
-        return f"{the(self._names[own]).capitalize()} is {', '.join([*states, where])}"
+        return f"{name[:1].upper()}{name[1:]} is {', '.join([*states, where])}"
 
     def _where(self, thing: Mapping[str, Any]) -> str:
         """Where the thing is, in words: "in the fridge"."""

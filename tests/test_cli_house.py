@@ -1,0 +1,156 @@
+"""`goalscope house`, and episodes of the home robot on the command line."""
+
+import gzip
+import json
+import re
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+from typer.testing import CliRunner
+
+from goalscope.cli import app
+from goalscope.envs.house import HouseController, load_profiles
+from goalscope.store import Store
+
+ORDERS = """
+[[profile]]
+name = "tidy"
+scene = "Kitchen1"
+description = "You want the tomato and the apple in the fridge."
+replies = ["Put the tomato in the fridge, please.", "Could you slice the bread?", "Yes, please."]
+checks = [
+    { object = "Tomato", in = "Fridge" },
+    { object = "Bread", isSliced = true },
+    { no = "Fridge", isOpen = true },
+]
+"""
+
+
+@pytest.fixture(autouse=True)
+def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("GOALSCOPE_STORE", str(tmp_path / "episodes.db"))
+    monkeypatch.setenv("GOALSCOPE_SCENES", str(tmp_path / "scenes"))
+
+
+def invoke(*args: object, **options: Any) -> Any:
+    return CliRunner().invoke(app, [str(arg) for arg in args], **options)
+
+
+def refused(*args: object) -> str:
+    result = invoke(*args)
+    assert result.exit_code == 2, result.output
+    assert result.stdout == ""
+    assert "Traceback" not in result.stderr
+    return result.stderr.splitlines()[-1]
+
+
+def metadata() -> dict[str, Any]:
+    return HouseController("Bathroom1").last_event.metadata
+
+
+def test_scenes_are_listed_and_every_profile_has_one() -> None:
+    listed = {
+        json.loads(row)["name"]
+        for row in invoke("house", "scenes", "--json").stdout.split("\n")
+        if row
+    }
+    assert len(listed) >= 4
+    assert {profile.scene for profile in load_profiles()} <= listed
+
+
+def test_imported_scene_is_found_by_its_name(tmp_path: Path) -> None:
+    file = tmp_path / "mine.json.gz"
+    file.write_bytes(gzip.compress(json.dumps(metadata()).encode()))
+    result = invoke("house", "import", file, "--name", "Bath-2")
+    assert result.exit_code == 0, result.output
+    assert "Bath-2" in invoke("house", "scenes").stdout
+    assert "bathtub" in invoke("house", "show", "Bath-2").stdout
+    assert [each.name for each in (tmp_path / "scenes").iterdir()] == ["Bath-2.json.gz"]
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '{"objects": []}', '{"a": {"objectId": 3}}'])
+def test_broken_scene_is_refused_and_nothing_is_kept(tmp_path: Path, text: str) -> None:
+    (tmp_path / "bad.json").write_text(text)
+    assert "bad.json" in refused("house", "import", tmp_path / "bad.json") or text == "{"
+    assert not (tmp_path / "scenes").exists()
+
+
+def test_scene_name_cannot_leave_the_folder(tmp_path: Path) -> None:
+    (tmp_path / "mine.json").write_text(json.dumps(metadata()))
+    assert "name" in refused("house", "import", tmp_path / "mine.json", "--name", "../../etc")
+
+
+def test_picture_is_drawn_into_a_file(tmp_path: Path) -> None:
+    assert invoke("house", "show", "Bedroom1", "--svg", tmp_path / "room.svg").exit_code == 0
+    assert ElementTree.parse(tmp_path / "room.svg").getroot().tag.endswith("svg")
+
+
+def test_conformance_of_the_house_with_itself_is_whole(tmp_path: Path) -> None:
+    controller = HouseController("Kitchen1")
+    tomato = next(
+        o for o in controller.last_event.metadata["objects"] if o["objectType"] == "Tomato"
+    )
+    rows = [{"action": {"action": "Initialize"}, "metadata": controller.last_event.metadata}]
+    for name in ("PickupObject", "DropHandObject", "SliceObject", "SliceObject"):
+        action = {"action": name, "forceAction": True}
+        if name != "DropHandObject":
+            action["objectId"] = tomato["objectId"]
+        rows.append({"action": action, "metadata": controller.step(action).metadata})
+    file = tmp_path / "trace.jsonl"
+    file.write_text("\n".join(map(json.dumps, rows)))
+    told = json.loads(invoke("house", "conformance", file, "--json").stdout)
+    assert (told["steps"], told["success_agreement"], told["f1"]) == (4, 1.0, 1.0)
+    rows[2]["metadata"]["lastActionSuccess"] = False
+    file.write_text("\n".join(map(json.dumps, rows)))
+    told = json.loads(invoke("house", "conformance", tmp_path, "--json").stdout)
+    assert told["success_agreement"] == 0.75
+    assert "trace.jsonl, line 2" in refused("house", "conformance", _broken(file))
+    assert "Name recordings" in refused("house", "conformance")
+
+
+def _broken(file: Path) -> Path:
+    file.write_text('{"action": {}, "metadata": {}}\nnonsense')
+    return file
+
+
+def test_run_asks_before_it_slices_and_scores_the_final_state(tmp_path: Path) -> None:
+    (tmp_path / "people.toml").write_text(ORDERS)
+    args = ["run", "house", "--profile", "tidy", "--profiles", tmp_path / "people.toml"]
+    args += ["--method", "no-goals", "--picture", tmp_path / "room.svg"]
+    result = invoke(*args)
+    assert result.exit_code == 0, result.output
+    assert "May I slice the bread?" in result.stdout
+    assert "cannot be undone" in " ".join(result.stdout.split())
+    assert "score 1.00" in result.stdout
+    assert "fridge" in result.stdout
+    assert "slice" in (tmp_path / "room.svg").read_text()
+    with Store.open(None) as store:
+        (info,) = store.episodes()
+        rounds = store.rounds(info.id)
+    assert info.domain == "house"
+    asked = next(n for n, round in enumerate(rounds) if round.question)
+    assert rounds[asked + 1].turn.query == rounds[asked].question
+    assert any(result.irreversible for round in rounds for result in round.results)
+    shown = invoke("replay", info.id).stdout
+    assert re.search("slice: bread", shown)
+
+
+def test_chat_in_the_house_goes_on_where_it_stopped() -> None:
+    first = invoke("chat", "house", "--method", "no-goals", "--scene", "Kitchen1",
+                   input="Put the tomato in the fridge.\nquit\n")  # fmt: skip
+    assert first.exit_code == 0, first.output
+    id = re.search(r"--resume (\w+)", first.output)
+    assert id
+    second = invoke(
+        "chat", "house", "--resume", id[1], input="where is the tomato?\nTask completed\n"
+    )
+    assert second.exit_code == 0, second.output
+    assert "tomato: now in the fridge" in second.stdout
+
+
+def test_unknown_scene_profile_and_simulator_are_said() -> None:
+    assert "Kitchen1" in refused("house", "show", "Atlantis")
+    assert "breakfast-sandwich" in refused("run", "house", "--profile", "nobody")
+    assert "Kitchen1" in refused("chat", "house", "--scene", "Atlantis", "--method", "no-goals")

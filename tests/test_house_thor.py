@@ -1,0 +1,94 @@
+"""The same robot in AI2-THOR's own Controller, with `goalscope-unity` where Unity stands."""
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from fakes import said
+from goalscope.cli import app
+from goalscope.envs.check import check_env
+from goalscope.envs.house import HomeRobot, HouseController, start_thor
+from goalscope.types import Action, GoalscopeError, InvalidInputError
+
+UNITY = Path(sys.executable).with_name("goalscope-unity")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::ResourceWarning"),  # AI2-THOR never closes its log
+    pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
+]
+
+
+@pytest.fixture
+def unity(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    pytest.importorskip("ai2thor", reason="the extra [thor] is not installed")
+    if not UNITY.exists():
+        pytest.skip("goalscope is not installed with its commands")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    return str(UNITY)
+
+
+def test_the_laws_of_an_environment_hold_under_the_real_controller(unity: str) -> None:
+    robot = HomeRobot(start_thor("Kitchen1", unity))
+    try:
+        check_env(robot, most=12)
+    finally:
+        robot.close()
+
+
+def test_the_robot_cannot_tell_the_two_apart(unity: str) -> None:
+    turns = said("Put the tomato in the fridge, turn on the coffee machine and slice the bread.")
+    ours, theirs = HomeRobot(HouseController("Kitchen1")), HomeRobot(start_thor("Kitchen1", unity))
+    try:
+        assert ours.fingerprint() == theirs.fingerprint()
+        plan = ours.requests(turns)
+        assert plan == theirs.requests(turns)
+        for action in [*plan, Action("put", "egg 1", destination="pan"), Action("open", "pan")]:
+            assert ours.step(action) == theirs.step(action)
+            assert ours.fingerprint() == theirs.fingerprint()
+        assert ours.status() == theirs.status()
+    finally:
+        theirs.close()
+
+
+def test_a_run_in_thor_ends_as_a_run_in_the_house(
+    unity: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("GOALSCOPE_STORE", str(tmp_path / "episodes.db"))
+    (tmp_path / "people.toml").write_text(
+        '[[profile]]\nname = "cold"\nscene = "Kitchen1"\ndescription = "You want it cold."\n'
+        'replies = ["Put the tomato in the fridge."]\n'
+        'checks = [{ object = "Tomato", in = "Fridge" }, { no = "Fridge", isOpen = true }]\n'
+    )
+    common = ["run", "house", "--profile", "cold", "--method", "no-goals", "--json"]
+    common += ["--profiles", str(tmp_path / "people.toml")]
+    for extra in ([], ["--simulator", "thor", "--unity", unity]):
+        result = CliRunner().invoke(app, [*common, *extra])
+        assert result.exit_code == 0, result.output
+        assert '"score": 1.0' in result.stdout
+
+
+def test_a_unity_that_is_killed_stops_the_robot_with_a_clear_error(
+    unity: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("goalscope.envs.house.thor.PATIENCE", 2.0)
+    controller: Any = start_thor("Kitchen1", unity)
+    robot = HomeRobot(controller)
+    os.kill(controller.unity_pid, 9)
+    with pytest.raises(GoalscopeError, match="stopped answering"):
+        robot.step(Action("put", "tomato", destination="fridge"))
+
+
+def test_what_does_not_start_is_said(unity: str, tmp_path: Path) -> None:
+    with pytest.raises(InvalidInputError, match="no program"):
+        start_thor("Kitchen1", str(tmp_path / "missing"))
+    with pytest.raises(GoalscopeError, match=r"does not start.*Atlantis"):
+        start_thor("Atlantis", unity)
+
+
+def test_without_thor_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "ai2thor.controller", None)
+    with pytest.raises(InvalidInputError, match=r"goalscope\[thor\]"):
+        start_thor("Kitchen1")
