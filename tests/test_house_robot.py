@@ -86,7 +86,7 @@ def test_hand_holds_one_object_and_puts_back_the_other(robot: HomeRobot) -> None
 
 
 def test_knob_stands_for_its_burner(robot: HomeRobot) -> None:
-    burners = [name for name in robot._names.values() if name.startswith("stove burner")]
+    burners = [name for name in robot._view.names.values() if name.startswith("stove burner")]
     assert robot.step(Action("turn on", burners[0])).ok
     lit = [o for o in robot.metadata["objects"] if o["isToggled"] and "Stove" in o["objectType"]]
     assert sorted(each["objectType"] for each in lit) == ["StoveBurner", "StoveKnob"]
@@ -221,7 +221,7 @@ def test_plain_order_is_leave_and_a_refusal_is_none(robot: HomeRobot) -> None:
 
 @pytest.mark.parametrize("verb", IRREVERSIBLE)
 def test_no_irreversible_act_is_free_without_a_word(robot: HomeRobot, verb: str) -> None:
-    for name in robot._names.values():
+    for name in robot._view.names.values():
         assert robot.permission(Action(verb, name), [])
 
 
@@ -241,10 +241,10 @@ def test_what_cannot_be_undone_stays_when_its_plan_fails(robot: HomeRobot) -> No
 
 
 def test_names_stay_when_slices_appear(robot: HomeRobot) -> None:
-    before = dict(robot._names)
+    before = dict(robot._view.names)
     assert robot.step(Action("slice", "bread")).ok
-    assert before.items() <= robot._names.items()
-    assert len(set(robot._names.values())) == len(robot._names)
+    assert before.items() <= robot._view.names.items()
+    assert len(set(robot._view.names.values())) == len(robot._view.names)
 
 
 def test_what_was_moved_and_is_refused_goes_back(robot: HomeRobot) -> None:

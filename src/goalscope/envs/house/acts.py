@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from goalscope.envs.house.geometry import box_of, vec
-from goalscope.envs.house.placing import check_place, parents_at, place
+from goalscope.envs.house.placing import check_place, parents_at, place, set_down
 from goalscope.envs.house.slices import slices_of
-from goalscope.envs.house.state import Failure, State
+from goalscope.envs.house.state import Failure, State, number
 
 __all__ = ["ACTS"]
 
@@ -26,7 +26,7 @@ MOST_PUSH = 200.0
 def open_object(
     state: State, objectId: str, openness: float = 1.0, forceAction: bool = False
 ) -> None:
-    if not 0 <= _number(openness, "openness") <= 1:
+    if not 0 <= number(openness, "openness") <= 1:
         raise Failure("Please give an open percentage between 0.0f and 1.0f")
     thing = state.target(objectId, force=forceAction)
     if not thing["openable"]:
@@ -59,13 +59,9 @@ def pickup_object(
         raise Failure(f"{objectId} must have the property CanPickup to be picked up.")
     if state.is_gone(thing) or not (forceAction or thing["visible"]):
         raise Failure(f"{objectId} is not visible and can't be picked up.")
-    state.attach(thing, None)
+    set_down(state, thing, [])
     thing["isPickedUp"] = True
     state.held = objectId
-    carried = {each["objectId"] for each in state.carried(objectId)}
-    for each in state.carried(objectId):
-        kept = [own for own in each["parentReceptacles"] if own == objectId or own in carried]
-        state.attach(each, kept)
     return objectId
 
 
@@ -106,7 +102,7 @@ def drop_hand_object(state: State, forceAction: bool = False) -> dict[str, float
     state.shift(thing, (x, height, z))
     floors = [own for own, each in state.objects.items() if each["objectType"] == "Floor"][:1]
     parents = parents_at(state, top, height) if top else floors
-    state.attach(thing, parents)
+    set_down(state, thing, parents)
     _let_go(state, thing)
     return dict(thing["position"])
 
@@ -152,11 +148,11 @@ def break_object(state: State, objectId: str, forceAction: bool = False) -> None
         thing["isToggled"] = False
     if thing["isFilledWithLiquid"]:
         thing["isFilledWithLiquid"], thing["fillLiquid"] = False, None
-    for each in list(state.carried(objectId)):
-        others = [own for own in each["parentReceptacles"] if own != objectId]
-        state.attach(each, others or list(thing["parentReceptacles"] or ()))
     if objectId == state.held:
         drop_hand_object(state)
+    for each in state.contents(objectId):
+        others = [own for own in each["parentReceptacles"] or () if own != objectId]
+        state.attach(each, others or thing["parentReceptacles"])
     if thing["objectType"] == "Egg":
         _replace(state, thing)
 
@@ -241,12 +237,6 @@ def _let_go(state: State, thing: dict[str, Any]) -> None:
     state.held = None
 
 
-def _number(value: Any, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise Failure(f"{name} must be a number, not {value!r:.40}", "InvalidArgument")
-    return float(value)
-
-
 def _toggle(state: State, object_id: str, force: bool, *, on: bool) -> None:
     thing = state.target(object_id, force=force)
     if thing["objectType"] == "StoveBurner":
@@ -282,13 +272,14 @@ def _slide(state: State, object_id: str, magnitude: str | float, force: bool, si
     thing = state.target(object_id, force=force)
     if not (thing["moveable"] or thing["pickupable"]):
         raise Failure(
-            f"Target object {object_id} is not Moveable or Pickupable, it can't be pushed or pulled."
+            f"Target object {object_id} is not Moveable or Pickupable, "
+            "it can't be pushed or pulled."
         )
     if object_id == state.held:
         raise Failure("Target object is in the agent's hand, it can't be pushed or pulled.")
     try:
         newtons = float(magnitude)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         newtons = math.nan
     if not 0 <= newtons <= MOST_PUSH:
         raise Failure("Please give a moveMagnitude between 0 and 200", "InvalidArgument")
@@ -305,6 +296,8 @@ def _slide(state: State, object_id: str, magnitude: str | float, force: bool, si
         low, high = area.center[axis] - room - middle, area.center[axis] + room - middle
         place[i] = min(max(place[i], low), high)
     state.shift(thing, (place[0], y, place[1]))
+    if not thing["pickupable"]:
+        state.survey()
 
 
 def _replace(state: State, thing: dict[str, Any]) -> None:

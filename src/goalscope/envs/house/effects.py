@@ -1,9 +1,8 @@
-"""What happens by itself: cold, heat, running water, coffee (AI2-THOR's contextual interactions)."""
+"""What happens by itself: cold, heat, water, coffee (AI2-THOR's contextual interactions)."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Any
 
 from goalscope.envs.house.geometry import vec
@@ -15,6 +14,7 @@ ROOM_TEMPERATURE_AFTER = 10.0
 """Seconds after which what is away from heat and cold has the temperature of the room."""
 
 _BASINS = ("SinkBasin", "BathtubBasin")
+_SINKS = ("Sink", "Bathtub")
 
 
 def settle(state: State, seconds: float) -> None:
@@ -27,11 +27,11 @@ def settle(state: State, seconds: float) -> None:
                 _reach(state, thing, "Cold", kept)
             case "StoveBurner" | "Microwave" | "Toaster" if thing["isToggled"]:
                 _reach(state, thing, "Hot", kept)
-                for each in _inside(state, thing):
+                for each in state.carried(thing["objectId"]):
                     if each["cookable"]:
                         each["isCooked"] = True
             case "StoveBurner":
-                kept.update(each["objectId"] for each in _inside(state, thing))
+                kept.update(each["objectId"] for each in state.carried(thing["objectId"]))
             case "CoffeeMachine" if thing["isToggled"]:
                 _brew(state, thing, kept)
             case "Faucet" | "ShowerHead" if thing["isToggled"]:
@@ -41,20 +41,8 @@ def settle(state: State, seconds: float) -> None:
     _cool(state, kept)
 
 
-def _inside(state: State, source: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """What is on or in the source, at any depth, and can be moved."""
-    seen = {source["objectId"]}
-    queue = [source["objectId"]]
-    while queue:
-        for each in state.contents(queue.pop()):
-            if each["objectId"] not in seen and each["pickupable"]:
-                seen.add(each["objectId"])
-                queue.append(each["objectId"])
-                yield each
-
-
 def _reach(state: State, source: dict[str, Any], temperature: str, kept: set[str]) -> None:
-    for each in _inside(state, source):
+    for each in state.carried(source["objectId"]):
         each["temperature"] = temperature
         kept.add(each["objectId"])
 
@@ -75,8 +63,8 @@ def _rinse(state: State, tap: dict[str, Any]) -> None:
     if not basins:
         return
     nearest = min(basins, key=lambda each: math.dist(vec(each["position"]), here))
-    above = next((each for each in state.parents(nearest) if each["receptacle"]), None)
-    sink = state.objects.get(nearest["objectId"].rpartition("|")[0], above)
+    sinks = [each for each in state.parents(nearest) if each["objectType"] in _SINKS]
+    sink = state.objects.get(nearest["objectId"].rpartition("|")[0], *sinks[:1])
     for basin in filter(None, (nearest, sink)):
         for each in state.contents(basin["objectId"]):
             if each["dirtyable"]:

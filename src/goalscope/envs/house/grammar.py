@@ -1,29 +1,31 @@
-"""A small grammar of what people say to a robot in a house: clauses, verbs, things, places."""
+"""A small grammar of what people say to a robot in a house: orders, wishes, refusals."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 
 from goalscope.envs.house import vocabulary as v
-from goalscope.envs.house.names import naming
-from goalscope.envs.house.object_types import object_types
+from goalscope.envs.house.object_types import object_type
+from goalscope.envs.house.phrases import Phrase, PhraseReader
 
-__all__ = ["Clause", "Phrase", "first_named", "parse", "parse_plain"]
+__all__ = ["Clause", "parse", "parse_plain"]
 
 
 _MODAL = re.compile(
     r"(?:all |both |also |still |just |only )*(?P<modal>(?:needs?|ha(?:s|ve)) to(?: be)?"
     r"|should(?:n't| not)?(?: all)?(?: be| go)?|must(?:n't| not)?(?: be| go)?|(?:is|are) to be"
-    r"|(?:do not|don't|doesn't|does not) (?:belong|go)|belongs?|goes?|to be|can be|needs?)\b ?"
+    r"|(?:do not|don't|doesn't|does not) (?:belong|go|live)|belongs?|go(?:es)?|lives?|to be|can be"
+    r"|needs?)\b ?"
 )
 _LEAVE_ALONE = re.compile(
     r"\b(?:leave|keep)\b.*\b(?:alone|where|as (?:it|they)|in place|be|untouched|there|out)\b"
 )
 _ASKED = re.compile(
     r"(?:(?:and|so|but|ok|okay|oh|well|hey|hi|hello)[ ,]+)*(?:please )?(?:(?:can|could|would|will)"
-    r" (?:you|we)\b|why (?:don't|not|do not) (?:you|we)\b|would you mind)"
+    r" (?:you|we)\b|why (?:don't|not|do not) (?:you|we)\b|would you mind"
+    r"|(?:can|could|may) (?:i|we) (?:please )?have\b)"
 )
 _QUESTION = re.compile(
     r"(?:(?:and|so|but|ok|okay|oh|well)[ ,]+)*(?:what|which|who|whose|when|why|how|where|do|does"
@@ -46,40 +48,19 @@ _CONDITION = re.compile(r"\b(?:if|unless|until|whether|in case|suppos\w+|imagine
 
 
 @dataclass(frozen=True, slots=True)
-class Phrase:
-    """A thing as it was said.
-
-    Attributes:
-        types: The object types that it may be; none for a pronoun.
-        word: The pronoun: "it", "them", "one", "slice", "everything", "water" ...
-        every: Whether all such things are meant.
-        number: How many; 0 where it was not said.
-        group: Whether it was named by a group word, such as "food".
-        which: The number in a name of the scene, 2 in "drawer 2"; 0 without one.
-        liquid: What it holds: "coffee" in "a cup of coffee".
-    """
-
-    types: tuple[str, ...] = ()
-    word: str = ""
-    every: bool = False
-    number: int = 0
-    group: bool = False
-    which: int = 0
-    liquid: str = ""
-
-
-@dataclass(frozen=True, slots=True)
 class Clause:
     """One order, wish, refusal, or a statement.
 
     Attributes:
-        verb: The action; "any" in a refusal of whatever may be done; "" in a statement.
+        verb: The action; "same" where a thing alone repeats the last one; "any" in a refusal of
+            whatever may be done, "put in" of putting things there; "" in a statement.
         things: To what it is done, or of what the statement speaks first.
         place: Where the things are put.
         negated: Whether it is ruled out.
         excluded: Things named as exceptions.
         liquid: What to fill with.
         plain: Whether it is a simple order of which every word was understood.
+        corrects: Whether its things take the place of the last ones.
     """
 
     verb: str
@@ -89,6 +70,7 @@ class Clause:
     excluded: tuple[Phrase, ...] = ()
     liquid: str = ""
     plain: bool = False
+    corrects: bool = False
 
 
 def parse(text: str, here: Collection[str] = ()) -> list[Clause]:
@@ -96,7 +78,7 @@ def parse(text: str, here: Collection[str] = ()) -> list[Clause]:
     found: list[Clause] = []
     text = re.sub(r"[\"\u201c][^\"\u201d]*[\"\u201d]", " , ", text[:2000].strip('"\u201c\u201d '))
     for sentence in re.split(r"(?<=[.!?;:])\s+|\n", text):
-        found += _sentence(v.normal(sentence), here)
+        found += _sentence(v.normal(sentence), here, found[-1] if found else None)
     return found
 
 
@@ -129,13 +111,6 @@ def parse_plain(text: str, here: Collection[str] = ()) -> list[Clause]:
     return found
 
 
-def first_named(text: str, here: Collection[str] = ()) -> Phrase | None:
-    """The first thing that `text` names, such as what a question is about."""
-    words = re.findall(r"[a-z0-9']+", v.normal(text))
-    named = next(filter(None, (naming(words, i, here) for i in range(len(words)))), None)
-    return Phrase(named.types, every=named.plural, group=named.group) if named else None
-
-
 def _whole(thing: Phrase) -> Phrase:
     """What is to be sliced where "two slices of tomato" are to be cut."""
     if not thing.types or not all(kind.endswith("Sliced") for kind in thing.types):
@@ -144,46 +119,76 @@ def _whole(thing: Phrase) -> Phrase:
     return replace(thing, types=types, every=False, number=1)
 
 
-def _sentence(text: str, here: Collection[str]) -> list[Clause]:
+def _sentence(text: str, here: Collection[str], before: Clause | None = None) -> list[Clause]:
+    words = re.findall(r"[a-z0-9]+(?:'[a-z]+)?|,", text)
     question = (text.endswith("?") or _QUESTION.match(text)) and not _ASKED.match(text)
     if question or _CONDITION.search(text):
-        return []
-    words = re.findall(r"[a-z0-9]+(?:'[a-z]+)?|,", text)
+        things, end = _Reader(words, here).things(0)
+        return [Clause("", things)] if text.endswith("?") and things and end == len(words) else []
+    polite = bool(re.search(r"\bplease\b|\bfor me\b", text))
     reader = _Reader(words, here)
-    cuts = [i for i, word in enumerate(words) if word in v.BREAKS and reader.begins(i + 1)]
+    cuts = [0]
+    for i, word in enumerate(words):
+        if word in v.BREAKS and i and reader.begins(i + 1, cuts[-1]):
+            cuts.append(i)
+    parts = [words[i:j] for i, j in zip(cuts, [*cuts[1:], len(words)], strict=True)]
     found: list[Clause] = []
-    for start, end in zip([0, *cuts], [*cuts, len(words)], strict=True):
-        clause = _Reader(
-            words[start:end], here, bool(re.search(r"\bplease\b|\bfor me\b", text))
-        ).clause()
+    mine = loose = False
+    while parts:
+        part = parts.pop(0)
+        reader = _Reader(part, here, polite, mine)
+        clause = reader.clause()
+        mine = reader.mine
+        if reader.rest:
+            parts.insert(0, part[reader.rest :])
+            part = part[: reader.rest]
         if clause is None:
-            rest = " ".join(words[start:end]).strip(" ,")
+            rest = " ".join(part).strip(" ,")
             if rest and not _PLEASANT.fullmatch(rest):
                 found.append(Clause(""))
             continue
-        before = found[-1] if found else None
-        if before and before.verb and not before.things and not before.place and start:
+        before = found[-1] if found else before
+        if clause.verb == "same" and not _repeats(part, words, before, first=not found):
+            clause = replace(clause, verb="")
+        if found and before and before.verb and not before.things and not before.place:
             found[-1] = replace(before, things=clause.things)
             negated = clause.negated or before.negated
             clause = replace(clause, negated=negated, plain=clause.plain and not negated)
-        found.append(clause)
+            if clause.verb == "same":
+                continue
+        if loose and any(thing.word in ("it", "them") for thing in clause.things):
+            found[-1] = replace(found[-1], verb="pick up", place=None)
+        loose = reader.loose
+        corrects = clause.verb == "same" and bool({*words} & v.CORRECTS)
+        found.append(replace(clause, corrects=corrects))
     return found
 
 
+def _repeats(
+    part: Sequence[str], words: Sequence[str], before: Clause | None, *, first: bool
+) -> bool:
+    """Whether a thing alone repeats the request before it: or gives what that lacks."""
+    if not first:
+        return bool(before and before.verb and not before.negated)
+    lacks = before and before.verb and not any(t.types or t.word == "it" for t in before.things)
+    marked = part[0] in v.AGAIN or not v.MARKS.isdisjoint(part) or not v.CORRECTS.isdisjoint(words)
+    return bool(marked or lacks)
+
+
 @dataclass
-class _Reader:
+class _Reader(PhraseReader):
     """Reads one clause, word by word."""
 
-    words: list[str]
-    here: Collection[str]
     polite: bool = False
-    leftover: bool = field(default=False, init=False)
-
-    def at(self, i: int) -> str:
-        return self.words[i] if i < len(self.words) else ""
+    mine: bool = False
+    loose: bool = False
 
     def verb(self, i: int, forms: dict[str, str]) -> tuple[str, str, int] | None:
         """The verb at `i`, as an action and as said, and where it ends."""
+        before = self.words[i - 1] if i else ""
+        counted = self.at(i) == "slice" and (before in v.NUMBERS or before.isdigit())
+        if before in v.ARTICLES or counted:
+            return None
         for length in (4, 3, 2, 1):
             said = " ".join(self.words[i : i + length])
             if i + length <= len(self.words) and said in forms:
@@ -203,43 +208,57 @@ class _Reader:
             i = self.lead(i + 1)
         return i
 
-    def begins(self, i: int) -> bool:
-        """Whether a new clause begins at `i`."""
+    def begins(self, i: int, start: int) -> bool:
+        """Whether a new clause begins at `i`, behind one that begins at `start`."""
         after = self.lead(i)
         if self.verb(after, v.BASE) or (self.verb(after, v.ING) and self.at(i - 1) != ","):
             return True
         if after > i and v.LIKED & set(self.words[i:after]):
             return True
         _, end = self.things(i)
-        return end > i and bool(_MODAL.match(" ".join(self.words[end:])))
+        if end == i or not _MODAL.match(" ".join(self.words[end:])):
+            return False
+        before = self.joints(start)
+        return self.things(before)[1] != end and self.things(self.lead(before))[1] != end
 
     def clause(self) -> Clause | None:
         start = next((i for i, w in enumerate(self.words) if w not in v.BREAKS - v.NEGATIONS), 0)
         first = self.lead(start)
-        lead = self.words[start:first]
-        negated = bool(v.NEGATIONS & set(lead))
+        lead = {*self.words[start:first]}
         text = " ".join(self.words)
+        own = bool(v.MINE & lead or {"let", "me"} <= lead) and "you" not in lead
+        self.mine = (own or self.mine) and not lead & {"you", "please"}
+        wish = bool(v.LIKED & lead) or "i'd" in lead
+        wish = wish or (own and "have" in lead and bool(lead & {"i'll", "will", "can", "could"}))
+        negated = bool(v.NEGATIONS & lead)
         if alone := self.leave_alone(first):
             return alone
-        if verb := self.verb(first, v.BASE) or (
-            self.verb(first, v.ING) if v.GERUND & {*lead} else None
-        ):
-            if "i" in lead and not v.LIKED & {*lead} and not {"i'd", "you"} & {*lead}:
-                return None
+        verb = self.verb(first, v.BASE) or (self.verb(first, v.ING) if v.GERUND & lead else None)
+        if verb:
             clause = self.order(*verb, negated=negated)
+            if (
+                self.mine
+                and not wish
+                and not (clause and clause.verb == "pick up" and verb[1] == "take" and own)
+            ):
+                return None
             is_polite = self.polite or not re.search(r"\b(?:can|could|would|will) you\b", text)
             plain = (
                 not negated
                 and not self.leftover
                 and is_polite
-                and bool(_PLAIN_LEAD.fullmatch(" ".join(w for w in lead if w != ",")))
+                and bool(
+                    _PLAIN_LEAD.fullmatch(" ".join(w for w in self.words[start:first] if w != ","))
+                )
                 and verb[0] != "make"
             )
             return replace(clause, plain=plain) if clause else None
+        while first > start and self.at(first - 1) in v.DETERMINERS | v.PRONOUNS:
+            first -= 1
         refusal = negated or self.at(first) in ("no", "nothing")
         if refusal and self.at(first) == "no":
             first += 1
-        things, end = self.things(first)
+        things, end = self.things(first, refused=refusal)
         if not things:
             place, _, _ = self.places(first)
             return Clause("put in", (), place, True) if refusal and place else None
@@ -247,17 +266,26 @@ class _Reader:
         if modal and modal["modal"]:
             negated = negated or bool(re.search(r"n't|not", modal["modal"]))
             end += len(modal[0].split())
-            return self.state(things, end, "", negated)
-        if {"make", "sure"} <= {*lead} and self.at(end) in ("is", "are"):
+            return self.state(things, end, "", negated or "nothing" in self.words[first:end])
+        if {"make", "sure"} <= lead and self.at(end) in ("is", "are"):
             return self.state(things, end + 1, "", negated)
-        if v.LIKED & {*lead} or "i'd" in lead:
-            if negated:
-                return Clause("any", things, negated=True)
-            return self.state(things, end, "pick up", negated)
+        if wish:
+            return self.state(things, end, "any" if negated else "pick up", negated)
         if refusal:
+            if self.at(first - 1) == "no" and (place := self.tail(end).into):
+                return Clause("put", things, place, negated=True)
             return Clause("any", things, negated=True)
-        beside = text.startswith(tuple(f"{said} " for said in (*v.INTO, *v.ASIDE)))
-        return Clause("", () if beside else things)
+        if text.startswith(tuple(f"{said} " for said in (*v.INTO, *v.ASIDE))):
+            return Clause("")
+        self.words = ["," if w in ("first", "next", "instead", "rather") else w for w in self.words]
+        place = self.tail(end).into
+        told = lead & {"is", "are", "there"}
+        same = (
+            not (self.leftover or told)
+            and any(thing.is_named for thing in things)
+            and not self.mine
+        )
+        return Clause("same" if same else "", things, place)
 
     def leave_alone(self, first: int) -> Clause | None:
         """A refusal such as "leave the mug where it is"."""
@@ -268,41 +296,42 @@ class _Reader:
 
     def order(self, verb: str, said: str, i: int, *, negated: bool) -> Clause | None:
         """What follows a verb."""
-        if self.at(i) in ("me", "us"):
-            i += 1
-        if verb in ("turn on", "turn off") and self.at(i + (self.at(i) == "the")) in (
-            "water",
-            "sink",
-        ):
-            self.words[i + (self.at(i) == "the")] = "faucet"
-        things, i = self.things(i)
+        to_me = self.at(i) in ("me", "us")
+        i += to_me
+        things, i = self.things(i, refused=negated)
         if verb in ("turn", "close") and self.at(i) in ("on", "off", "down"):
             verb, i = "turn on" if self.at(i) == "on" else "turn off", i + 1
         elif verb == "use" and self.at(i) == "up":
             verb, i = "use up", i + 1
         elif self.at(i) == "away" and said in ("throw", "toss"):
             said, i = "throw away", i + 1
-        into, said_into, source, excluded, liquid = self.tail(i)
+        tail = self.tail(i, listed=not things)
+        things, into, by, liquid = things or tail.listed, tail.into, tail.by, tail.liquid
+        self.leftover |= any(thing.word == "unknown" for thing in things)
+        self.leftover |= bool(tail.listed or tail.excluded)
         watery = bool(things) and things[0].word == "water"
+        if watery and verb in ("turn on", "turn off"):
+            things, watery = (Phrase(("Faucet",)),), False
         if watery:
             liquid = things[0].liquid
         if said == "crack" and any(t.types != ("Egg",) for t in things):
             verb = "open"
-        if verb == "turn" or (verb == "use" and not negated):
-            return None
-        if verb == "ignore" and not things:
+        if said in ("set", "lay", "load") and things and not into and _is_furniture(things[0]):
+            into, things = things[0], tail.using or (Phrase(word="unknown"),)
+        if verb == "turn" or (verb == "use" and not negated) or (verb == "ignore" and not things):
             return None
         if verb in ("ignore", "use") or (negated and said in ("move", "take", "remove")):
-            return Clause("any", things or (Phrase(word="it"),), negated=True, excluded=excluded)
+            things = things or (Phrase(word="it"),)
+            return Clause("any", things, negated=True, excluded=tail.excluded)
         if negated and verb == "put" and things and things[0].word == "everything" and into:
-            return Clause("put in", (), into, True)
+            return Clause("put in", things[:1], into, True)
         if verb == "make":
             verb, liquid = self.made(things)
             if not verb:
                 return None
         if verb == "pour" or (watery and verb in ("put", "pick up", "empty")):
-            if (source and not into) or verb in ("pick up", "empty"):
-                return Clause("empty", (source,) if source else (Phrase(word="it"),), None, negated)
+            if (tail.source and not into) or verb in ("pick up", "empty"):
+                return Clause("empty", (tail.source or Phrase(word="it"),), None, negated)
             return Clause("fill", (into or Phrase(word="it"),), None, negated, liquid=liquid)
         if watery:
             return None
@@ -313,14 +342,14 @@ class _Reader:
         if verb == "slice":
             things = tuple(_whole(thing) for thing in things)
         liquid = "water" if said == "water" else liquid if verb == "fill" else ""
-        if verb == "pick up" and into and said_into in ("into", "onto", "to", "over to", "back to"):
+        if verb == "pick up" and into and _brings(said, by, to_me=to_me):
             verb = "put"
-        if verb == "put" and said in ("throw away", "dispose of"):
+            self.loose = said in ("get", "fetch") and by in ("on", "on top of")
+        if verb == "put" and said in ("throw away", "dispose of", "get rid of"):
             into = into or Phrase(("GarbageCan",))
         if said in ("keep", "leave") and not into:
             return Clause("any", things, negated=True) if said == "leave" else None
-        place = into if verb == "put" else None
-        return Clause(verb, things, place, negated, excluded, liquid)
+        return Clause(verb, things, into if verb == "put" else None, negated, tail.excluded, liquid)
 
     def state(
         self, things: tuple[Phrase, ...], i: int, otherwise: str, negated: bool
@@ -337,12 +366,12 @@ class _Reader:
             return Clause(v.STATES[self.at(i)], things, negated=negated)
         if self.at(i) == "water" or (things[0].liquid and otherwise):
             return Clause("fill", things, negated=negated, liquid=things[0].liquid or "water")
-        into, _, _, excluded, _ = self.tail(i)
-        if into:
-            return Clause("put", things, into, negated, excluded)
+        tail = self.tail(i)
+        if tail.into:
+            return Clause("put", things, tail.into, negated, tail.excluded)
         if otherwise and "toast" in self.words:
             otherwise = "cook"
-        return Clause(otherwise, things, None, negated, excluded)
+        return Clause(otherwise, things, None, negated, tail.excluded)
 
     def passive(
         self, things: tuple[Phrase, ...], verb: str, said: str, i: int, *, negated: bool
@@ -351,14 +380,14 @@ class _Reader:
             verb, i = f"turn {self.at(i)}", i + 1
         if verb == "use" and self.at(i) == "up":
             verb, i = "use up", i + 1
-        into, _, _, excluded, liquid = self.tail(i)
+        tail = self.tail(i)
+        liquid = "water" if said.startswith("watered") else tail.liquid
+        place = tail.into if verb == "put" else None
         if verb in ("use", "ignore") or (negated and said.startswith(("mov", "remov", "tak"))):
             return Clause("any", things, negated=True) if negated else None
         if verb in ("turn", "make", "pour"):
             return None
-        if said.startswith("watered"):
-            liquid = "water"
-        return Clause(verb, things, into if verb == "put" else None, negated, excluded, liquid)
+        return Clause(verb, things, place, negated, tail.excluded, liquid)
 
     def made(self, things: tuple[Phrase, ...]) -> tuple[str, str]:
         """What "make" and "prepare" come to: coffee, toast, slices."""
@@ -366,124 +395,22 @@ class _Reader:
             return "fill", things[0].liquid
         if "toast" in self.words:
             return "cook", ""
-        sliced = bool(things) and all(t.endswith("Sliced") for t in things[0].types)
+        types = things[0].types if things else ()
+        sliced = bool(types) and all(t.endswith("Sliced") for t in types)
         return ("slice" if sliced else ""), ""
 
-    def places(self, i: int) -> tuple[Phrase | None, str, int]:
-        """A place with its preposition at `i`."""
-        for said in v.INTO:
-            size = len(said.split())
-            if self.words[i : i + size] == said.split():
-                place, end = self.thing(i + size)
-                if place:
-                    return place, said, end
-                if self.at(i + size) in ("me", "us", "half"):
-                    return None, "", i + size + 1
-        return None, "", i
 
-    def tail(self, i: int) -> tuple[Phrase | None, str, Phrase | None, tuple[Phrase, ...], str]:
-        """Where to, by which preposition, where from, what is excepted, and with which liquid."""
-        into: Phrase | None = None
-        said_into, liquid = "", ""
-        source: Phrase | None = None
-        excluded: tuple[Phrase, ...] = ()
-        while i < len(self.words):
-            before = i
-            for said in (*v.EXCEPT, *v.ASIDE):
-                parts = said.split()
-                if self.words[i : i + len(parts)] != parts:
-                    continue
-                if said in v.EXCEPT:
-                    more, end = self.things(i + len(parts))
-                    excluded += more
-                    self.leftover = True
-                else:
-                    aside, end = self.thing(i + len(parts))
-                    if said in ("from", "out of", "off"):
-                        source = aside or source
-                    if said in ("with", "of", "using") and self.at(end - 1) in v.LIQUIDS:
-                        liquid = self.at(end - 1)
-                    self.leftover |= aside is None
-                i = max(end, i + len(parts))
-                break
-            else:
-                place, said, i = self.places(i)
-                if place and (
-                    into is None or (said in ("into", "onto") and said_into in ("in", "on"))
-                ):
-                    into, said_into = place, said
-            if i == before:
-                if self.words[i : i + 2] == ["for", "me"]:
-                    i += 1
-                elif self.at(i) not in v.TAIL and self.at(i) != ",":
-                    self.leftover = True
-                i += 1
-        return into, said_into, source, excluded, liquid
+def _is_furniture(thing: Phrase) -> bool:
+    flags = [object_type(kind).flags for kind in thing.types]
+    return any("receptacle" in each and "pickupable" not in each for each in flags)
 
-    def things(self, i: int) -> tuple[tuple[Phrase, ...], int]:
-        """Things in a row: "the apple, the egg and a mug"; "or" makes one of several."""
-        found: list[Phrase] = []
-        thing, end = self.thing(i)
-        either = False
-        while thing:
-            if either and found[-1].types and thing.types:
-                found[-1] = replace(found[-1], types=(*found[-1].types, *thing.types))
-            else:
-                found.append(thing)
-            i = end
-            while self.at(i) in (",", "and", "plus", "or", "also", "then"):
-                either = self.at(i) == "or"
-                i += 1
-            thing, after = self.thing(i) if i > end else (None, end)
-            end = after if thing else end
-        return tuple(found), end
 
-    def thing(self, i: int) -> tuple[Phrase | None, int]:
-        """One thing with what determines it, or a pronoun."""
-        start, every, number = i, False, 0
-        while i < len(self.words):
-            word = self.at(i)
-            named = naming(self.words, i, self.here)
-            if named:
-                which = (
-                    int(self.at(named.end))
-                    if re.fullmatch(r"[1-9]\d{0,2}", self.at(named.end))
-                    else 0
-                )
-                liquid = self.at(named.end + 1) if self.at(named.end) == "of" else ""
-                liquid = liquid if liquid in v.LIQUIDS else ""
-                if self.at(named.end) == "of" and not liquid:
-                    inner, end = self.thing(named.end + 1)
-                    if inner and any(kind.endswith("Sliced") for kind in inner.types):
-                        return inner, end
-                every = every or (named.plural and not number)
-                end = named.end + (1 if which else 2 if liquid else 0)
-                return Phrase(named.types, "", every, number, named.group, which, liquid), end
-            if word in v.SLICES:
-                whole, end = self.thing(i + 2) if self.at(i + 1) == "of" else (None, i + 1)
-                if not whole or not whole.types:
-                    return Phrase(word="slice", every=every, number=number), max(end, i + 1)
-                types = tuple(
-                    t
-                    for w in whole.types
-                    if (t := f"{w.removesuffix('Sliced')}Sliced") in object_types()
-                )
-                return Phrase(types or whole.types, "", every, number), end
-            if word == "coffee":
-                return Phrase(("Mug", "Cup"), liquid="coffee"), i + 1
-            if word == "water":
-                return Phrase(word="water", liquid="water"), i + 1
-            if word in v.VAGUE:
-                vague = "everything" if word in ("everything", "anything", "nothing") else "them"
-                return Phrase(word=vague, every=every, number=number), i + 1
-            if word in v.NUMBERS or word.isdigit():
-                number = v.NUMBERS.get(word, 0) or min(int(word) if word.isdigit() else 0, 99)
-            elif word not in v.DETERMINERS and word not in v.FILLERS and word not in v.PRONOUNS:
-                break
-            every = every or word in v.EACH
-            i += 1
-        said = self.words[start:i]
-        pronoun = next((w for w in reversed(said) if w in v.PRONOUNS), "")
-        if pronoun:
-            return Phrase(word=pronoun, every=every, number=0 if pronoun == "it" else number), i
-        return None, start
+def _brings(said: str, by: str, *, to_me: bool) -> bool:
+    """Whether "get X on Y" and the like say where X should be, and not where it is."""
+    if by in ("into", "onto", "to", "over to", "back to", "on to", "in to", "back on", "back in"):
+        return True
+    if to_me:
+        return False
+    if said.startswith(("gather", "collect", "bring")):
+        return True
+    return said in ("get", "fetch") and by in ("on", "on top of")

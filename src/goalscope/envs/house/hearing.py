@@ -8,9 +8,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from goalscope.envs.house.grammar import Clause, Phrase, first_named, parse, parse_plain
+from goalscope.envs.house.completion import completes, is_glad
+from goalscope.envs.house.grammar import Clause, parse, parse_plain
 from goalscope.envs.house.names import names, readable, the
 from goalscope.envs.house.object_types import FLAGS, object_type, object_types
+from goalscope.envs.house.phrases import Phrase, first_named
 from goalscope.types import Turn
 
 __all__ = ["IRREVERSIBLE", "Hearing", "Request", "ask_permission", "completes", "hear"]
@@ -24,6 +26,12 @@ _NEEDS = {
     **{"fill": "canFillWithLiquid", "empty": "canFillWithLiquid", "clean": "dirtyable"},
     **{"dirty": "dirtyable", "put": "pickupable", "pick up": "pickupable"},
 }
+_SWITCHES = {
+    "StoveBurner": "StoveKnob",
+    **dict.fromkeys(("Sink", "SinkBasin", "Bathtub", "BathtubBasin"), "Faucet"),
+}
+"""What is turned where a person speaks of turning these on or off."""
+
 _RIVALS = {
     **dict.fromkeys(("put", "pick up"), "place"),
     **dict.fromkeys(("open", "close"), "openness"),
@@ -69,6 +77,8 @@ class Request:
         liquid: For "fill": "water", "coffee", "wine", or "" where it was not said.
         name: The thing's own name in the scene, where that was said: "drawer 2".
         destination_name: The same of the place.
+        states: Which of several things of the type is meant, by names and values of AI2-THOR's
+            metadata: ("isDirty", True), ("temperature", "Hot").
     """
 
     verb: str
@@ -79,6 +89,7 @@ class Request:
     liquid: str = ""
     name: str = ""
     destination_name: str = ""
+    states: tuple[tuple[str, bool | str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,11 +100,13 @@ class Hearing:
         wanted: What is asked for, in its order.
         refused: Pairs of verb and object type that are ruled out; the verb "" stands for
             anything done to it, and "put in" for putting things there.
+        kept_out: Pairs of an object type and the type of a place where it may not be put.
         permitted: Pairs of an irreversible verb and an object type, or a name in the scene.
     """
 
     wanted: tuple[Request, ...] = ()
     refused: frozenset[tuple[str, str]] = frozenset()
+    kept_out: frozenset[tuple[str, str]] = frozenset()
     permitted: frozenset[tuple[str, str]] = frozenset()
 
     def permits(self, verb: str, object_type: str, name: str = "") -> bool:
@@ -101,9 +114,10 @@ class Hearing:
         asked = (verb, object_type) in self.permitted or (verb, name) in self.permitted
         return asked and not self.refuses(verb, object_type)
 
-    def refuses(self, verb: str, object_type: str) -> bool:
-        """Whether the person ruled out this act on things of this type."""
-        return bool({("", object_type), (verb, object_type)} & self.refused)
+    def refuses(self, verb: str, object_type: str, place_type: str = "") -> bool:
+        """Whether the person ruled out this act on things of this type, or for a put this place."""
+        ruled = {("", object_type), (verb, object_type), ("put in", place_type)} & self.refused
+        return bool(ruled) or (object_type, place_type) in self.kept_out
 
 
 def ask_permission(verb: str, name: str) -> str:
@@ -117,7 +131,10 @@ def hear(turns: Sequence[Turn], objects: Sequence[Mapping[str, Any]]) -> Hearing
     for turn in turns:
         listener.hear(turn)
     return Hearing(
-        tuple(listener.wanted), frozenset(listener.refused), frozenset(listener.permitted)
+        tuple(listener.wanted),
+        frozenset(listener.refused),
+        frozenset(listener.kept_out),
+        frozenset(listener.permitted),
     )
 
 
@@ -131,7 +148,11 @@ class _Listener:
             self.flags[str(each["objectType"])] |= {flag for flag in FLAGS if each.get(flag)}
         self.wanted: list[Request] = []
         self.refused: set[tuple[str, str]] = set()
+        self.kept_out: set[tuple[str, str]] = set()
         self.permitted: set[tuple[str, str]] = set()
+        self.order = Clause("")
+        self.place: Phrase | None = None
+        self.fresh: list[Request] = []
         self.last: list[Phrase] = []
         self.recent: list[Phrase] = []
 
@@ -151,7 +172,7 @@ class _Listener:
         for clause in parse(text, self.count):
             ruled_out |= clause.negated
             earlier = min(earlier, self.take(clause, earlier))
-        if _NEGATIVE.search(said) and not ruled_out and not _IS_GLAD.fullmatch(said.strip(" .!")):
+        if _NEGATIVE.search(said) and not ruled_out and not is_glad(said):
             self.permitted.clear()
         self.permit(parse_plain(text, self.count))
 
@@ -178,55 +199,118 @@ class _Listener:
 
     def take(self, clause: Clause, earlier: int) -> int:
         """Let one clause change what stands; `earlier` requests are of earlier utterances."""
+        if clause.verb == "same" and not self.order.verb:
+            clause = replace(clause, verb="put" if clause.place else "")
+        elif clause.verb == "same":
+            again = replace(
+                self.order, things=clause.things, place=clause.place or self.order.place
+            )
+            if clause.corrects:
+                self.wanted = [old for old in self.wanted if old not in self.fresh]
+            clause = replace(again, excluded=(), liquid=again.liquid if again.things else "")
         said = clause.things or ((Phrase(word="them"),) if clause.verb in _ELLIPTIC else ())
         if not clause.things and clause.verb == "put" and not clause.place:
             said = ()
         things = [found for phrase in said for found in self.meant(phrase, clause.verb)]
+        if clause.place and clause.place.word == "there" and not self.place:
+            clause = replace(clause, place=None)
         place = next(iter(self.meant(clause.place, "")), None) if clause.place else None
         if clause.negated or clause.verb == "put in":
-            if clause.verb == "put in" and place:
-                self.refuse("put in", place.types)
-            if any(phrase.word == "everything" for phrase in said):
-                things.append(Phrase(tuple(self.count)))
-            verb = "" if clause.verb == "any" else clause.verb
-            self.refuse(verb, [kind for thing in things for kind in thing.types])
+            self.rule_out(clause, said, things, place)
             self.last = things if clause.things and things else self.last
             return len(self.wanted)
-        excluded = {kind for phrase in clause.excluded for kind in phrase.types}
+        excluded = {k for phrase in clause.excluded if not phrase.states for k in phrase.types}
+        if clause.verb:
+            self.order, self.fresh = replace(clause, place=place or clause.place), []
         for thing in things if clause.verb else ():
             kinds = self.fitting(clause.verb, tuple(k for k in thing.types if k not in excluded))
             kinds = self.lift(clause.verb, kinds, thing.group)
             places = self.fitting("", place.types) if place else ()
             places = self.lift("put in", places, place.group) if place else ()
-            if not kinds or (clause.place and not places):
+            if not kinds or (clause.place and not places) or kinds == places:
                 continue
-            self.add(
-                Request(
-                    clause.verb,
-                    kinds,
-                    places,
-                    thing.every,
-                    thing.number,
-                    clause.liquid or (thing.liquid if clause.verb == "fill" else ""),
-                    self.name(kinds, thing),
-                    self.name(places, place) if place else "",
-                ),
-                earlier,
+            self.kept_out -= {(kind, where) for kind in kinds for where in places}
+            request = Request(
+                clause.verb,
+                kinds,
+                places,
+                thing.every,
+                thing.number,
+                clause.liquid or (thing.liquid if clause.verb == "fill" else ""),
+                self.name(kinds, thing),
+                self.name(places, place) if place else "",
+                thing.states if sum(self.count[kind] for kind in kinds) > 1 else (),
             )
+            self.add(request, earlier)
+            self.fresh.append(request)
         self.refused |= {(clause.verb, kind) for kind in excluded}
+        for thing in (each for each in clause.excluded if each.states):
+            for other in self.meant(thing, clause.verb) if thing.types else things:
+                self.narrow(replace(other, states=thing.states))
         if clause.things and things:
             self.last = things
         if place and clause.verb:
             self.recent = [place]
+            self.place = place
         self.recent = [*self.recent, *things][-4:] if clause.verb else things or self.recent
         return len(self.wanted)
+
+    def rule_out(
+        self, clause: Clause, said: Sequence[Phrase], things: Sequence[Phrase], place: Phrase | None
+    ) -> None:
+        """Take in a refusal of things, of a place, or of these things in that place."""
+        everything = any(phrase.word == "everything" for phrase in said)
+        kinds = [kind for thing in things for kind in thing.types]
+        if clause.verb == "put in" and not said:
+            kinds = [kind for last in self.last for kind in last.types]
+        if place and not everything and kinds and clause.verb in ("put", "put in"):
+            self.keep_out(kinds, place.types)
+            return
+        if clause.verb == "put in" or (place and everything and clause.verb == "put"):
+            self.refuse("put in", place.types if place else ())
+            return
+        verb = "" if clause.verb == "any" else clause.verb
+        for thing in things:
+            if not (thing.states and self.narrow(thing)):
+                self.refuse(verb, thing.types)
+        if everything:
+            self.refuse(verb, tuple(self.count))
+
+    def keep_out(self, kinds: Sequence[str], places: Sequence[str]) -> None:
+        """Rule these places out for things of these types, also where they were asked for."""
+        self.kept_out |= {(kind, place) for kind in kinds for place in places}
+        kept: list[Request] = []
+        for old in self.wanted:
+            left = tuple(place for place in old.destination_types if place not in places)
+            free = tuple(kind for kind in old.object_types if kind not in kinds)
+            if len(free) == len(old.object_types) or len(left) == len(old.destination_types):
+                kept.append(old)
+            elif left:
+                kept.append(replace(old, destination_types=left))
+            elif free:
+                kept.append(replace(old, object_types=free))
+        self.wanted = kept
+
+    def narrow(self, thing: Phrase) -> bool:
+        """Take things in a refused state out of the requests for their type, if there are any."""
+        among = [old for old in self.wanted if {*old.object_types} & {*thing.types}]
+        other = tuple((name, _opposite(value)) for name, value in thing.states)
+        self.wanted = [
+            replace(old, states=tuple(sorted({**dict(old.states), **dict(other)}.items())))
+            if old in among and sum(self.count[kind] for kind in old.object_types) > 1
+            else old
+            for old in self.wanted
+        ]
+        return bool(among)
 
     def meant(self, phrase: Phrase, verb: str) -> list[Phrase]:
         """The phrases with types for which a phrase stands; "it" must suit the verb."""
         if phrase.types:
             return [phrase]
-        if phrase.word in ("everything", "water"):
+        if phrase.word in ("everything", "water", "unknown"):
             return []
+        if phrase.word == "there":
+            return [self.place] if self.place else []
         if phrase.word == "slice":
             whole = [k.removesuffix("Sliced") for last in self.last for k in last.types]
             kinds = tuple(f"{k}Sliced" for k in whole if f"{k}Sliced" in object_types())
@@ -240,18 +324,21 @@ class _Listener:
                 last,
                 every=phrase.every or (last.every and phrase.word != "one"),
                 number=phrase.number or (1 if phrase.word == "one" else last.number),
+                states=phrase.states or last.states,
             )
             for last in self.last
         ]
 
     def fitting(self, verb: str, kinds: Sequence[str]) -> tuple[str, ...]:
         """Those of `kinds` that are here, or may come of what is, and that suit the verb."""
+        if verb in ("turn on", "turn off"):
+            kinds = tuple(_SWITCHES.get(kind, kind) for kind in kinds)
         here = [k for k in kinds if k in self.count or k.removesuffix("Sliced") in self.count]
         flag = _NEEDS.get(verb, "receptacle" if not verb else "")
         fit = [k for k in here if flag in (self.flags.get(k) or object_type(k).flags)]
         if verb == "cook" and not fit:
             fit = [f"{k}Sliced" for k in here if flag in object_type(f"{k}Sliced").flags]
-        return tuple(dict.fromkeys(fit or here))
+        return tuple(dict.fromkeys(fit or (here if verb == "use up" else ())))
 
     def lift(self, verb: str, kinds: tuple[str, ...], group: bool) -> tuple[str, ...]:
         """`kinds` without refused ones; where all are, and were named, they no longer are."""
@@ -271,6 +358,8 @@ class _Listener:
             same = _RIVALS.get(old.verb, old.verb) == rival and old.name == request.name
             shared = set(old.object_types) & set(request.object_types)
             again = (old.verb, old.destination_types) == (request.verb, request.destination_types)
+            if old.states and request.states and old.states != request.states:
+                same = same and index < earlier and old.verb == request.verb and again
             if same and shared and (index < earlier or old.verb != request.verb or again):
                 rest = tuple(k for k in old.object_types if k not in shared)
                 if not old.every or not rest:
@@ -330,40 +419,5 @@ class _Listener:
         return next((name for name in said if name in self.type_of), "")
 
 
-_GLAD = (
-    r"(?:ok(?:ay)?|yes|yeah|yep|great|perfect|good|excellent|awesome|wonderful|nice|well done"
-    r"|lovely|fine|alright|thanks|thank you|thank you (?:so|very) much|thanks a lot|cool|now|so"
-    r"|and|then|(?:good|great|nice|excellent|awesome) (?:job|work)|all good|bye|goodbye|have a"
-    r" (?:nice|good|great) day|that'?s (?:it|all|everything|great|perfect)|that is (?:it|all"
-    r"|everything)|nothing else|robot|no,? that'?s (?:all|it|everything)|i think|everything"
-    r" looks (?:good|great|perfect)|for now|for today|here|it looks (?:good|great|perfect)|looks"
-    r" (?:good|great)|you did (?:great|well))"
-)
-_DONE = (
-    r"(?:(?:(?:the|this|my|our|your|whole|entire|all) ){0,2}(?:tasks?|jobs?|chores?)(?: (?:is"
-    r"|are|has been|have been)|'s)?(?: now)?(?: all| fully)? (?:complete|completed|done"
-    r"|finished)|(?:we|you)(?:'re| are) (?:now )?(?:all )?(?:done|finished)|everything is (?:all"
-    r" )?(?:done|complete|finished)|all done|you(?:'ve| have) (?:completed|finished) (?:the|your"
-    r"|this) (?:whole )?task|we(?:'ve| have) (?:completed|finished) (?:the|our|this) (?:whole"
-    r" )?task)"
-)
-_SAYS_DONE = re.compile(rf"(?:{_GLAD}[ ,]+)*{_DONE}(?:[ ,]+{_GLAD})*")
-_IS_GLAD = re.compile(rf"{_GLAD}(?:[ ,]+{_GLAD})*")
-
-
-def completes(utterance: str) -> bool:
-    """Whether `utterance` says that the task is complete, and nothing else but pleasantries.
-
-    A negation, a condition, a quotation, a question or one more wish makes it a no.
-    """
-    text = " ".join(utterance.casefold().replace("\u2019", "'").split()).strip('"\u201c\u201d ')
-    if len(text) > 200 or "?" in text or re.search(r"[^a-z ,.!;'\u2013\u2014-]|\.\.", text):
-        return False
-    said = False
-    for sentence in re.split(r"[.!;]+|\s[-\u2013\u2014]+\s", text):
-        sentence = sentence.strip(" ,")
-        if _SAYS_DONE.fullmatch(sentence):
-            said = True
-        elif sentence and not _IS_GLAD.fullmatch(sentence):
-            return False
-    return said
+def _opposite(value: bool | str) -> bool | str:
+    return not value if isinstance(value, bool) else {"Hot": "Cold", "Cold": "Hot"}[value]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeVar, cast
 
 from goalscope.envs.house.geometry import Pose, Vec, as_dict, box_of, sees, vec
-from goalscope.envs.house.state import Failure, State
+from goalscope.envs.house.state import Failure, State, number
+from goalscope.envs.tables import shown
 
 __all__ = ["MOTIONS"]
 
@@ -16,6 +17,8 @@ STEEPEST = (-30.0, 60.0)
 
 HORIZONS = (-30.0, 0.0, 30.0, 60.0)
 ROTATIONS = (0.0, 90.0, 180.0, 270.0)
+
+_Value = TypeVar("_Value")
 
 
 def teleport(
@@ -32,15 +35,15 @@ def teleport(
     agent = state.agent
     here = agent["position"]
     to = dict(here)
-    given = position if position is not None else {"x": x, "y": y, "z": z}
+    given = {"x": x, "y": y, "z": z} if position is None else _point(position)
     for axis in "xyz":
         if given.get(axis) is not None:
-            to[axis] = _number(given[axis], f"position.{axis}")
+            to[axis] = number(given[axis], f"position.{axis}")
     yaw = agent["rotation"]["y"]
     if rotation is not None:
         turn = rotation.get("y", yaw) if isinstance(rotation, Mapping) else rotation
-        yaw = _number(turn, "rotation") % 360
-    down = agent["cameraHorizon"] if horizon is None else _number(horizon, "horizon")
+        yaw = number(turn, "rotation") % 360
+    down = agent["cameraHorizon"] if horizon is None else number(horizon, "horizon")
     if not STEEPEST[0] - 1e-3 <= down <= STEEPEST[1] + 1e-3 and not forceAction:
         raise Failure(f"horizon must be between {STEEPEST[0]:.0f} and {STEEPEST[1]:.0f}")
     if not forceAction and not _is_free(state, to["x"], to["z"]):
@@ -63,7 +66,7 @@ def teleport_full(
     z: float | None = None,
 ) -> None:
     """Teleport with every part of the pose given."""
-    where = position if position is not None or x is None else {"x": x, "y": y, "z": z}
+    where: Any = position if position is not None or x is None else {"x": x, "y": y, "z": z}
     pose = {"position": where, "rotation": rotation, "horizon": horizon, "standing": standing}
     missing = [name for name, value in pose.items() if value is None]
     if missing:
@@ -73,22 +76,26 @@ def teleport_full(
 
 def _walk(turn: float) -> Callable[..., None]:
     def walk(state: State, moveMagnitude: float | None = None, forceAction: bool = False) -> None:
-        way = state.grid if moveMagnitude is None else _number(moveMagnitude, "moveMagnitude")
+        way = state.grid if moveMagnitude is None else number(moveMagnitude, "moveMagnitude")
         way = way or state.grid
         pose = state.pose
         yaw = math.radians(pose.yaw + turn)
         x, y, z = pose.position
-        to = (x + way * math.sin(yaw), y, z + way * math.cos(yaw))
-        if not forceAction and not _is_free(state, to[0], to[2]):
+        ahead, aside = way * math.cos(yaw), way * math.sin(yaw)
+        steps = math.ceil(abs(way) / state.grid)
+        shares = (step / steps for step in range(1, steps + 1))
+        if not forceAction and not all(
+            _is_free(state, x + share * aside, z + share * ahead) for share in shares
+        ):
             raise Failure("Something is in the way of the agent.")
-        _stand(state, to)
+        _stand(state, (x + aside, y, z + ahead))
 
     return walk
 
 
 def _turn(sign: float) -> Callable[..., None]:
     def turn(state: State, degrees: float = 90.0, forceAction: bool = False) -> None:
-        by = _number(degrees, "degrees") or 90.0
+        by = number(degrees, "degrees") or 90.0
         _stand(state, state.pose.position, yaw=(state.pose.yaw + sign * by) % 360)
 
     return turn
@@ -96,7 +103,7 @@ def _turn(sign: float) -> Callable[..., None]:
 
 def _tilt(sign: float) -> Callable[..., None]:
     def tilt(state: State, degrees: float = 30.0, forceAction: bool = False) -> None:
-        down = state.pose.horizon + sign * (_number(degrees, "degrees") or 30.0)
+        down = state.pose.horizon + sign * (number(degrees, "degrees") or 30.0)
         if not STEEPEST[0] - 1e-3 <= down <= STEEPEST[1] + 1e-3:
             raise Failure("Tilting further would exceed the camera's limits.")
         _stand(state, state.pose.position, horizon=down)
@@ -124,27 +131,31 @@ def get_reachable_positions(state: State, gridSize: float | None = None) -> list
 def get_interactable_poses(
     state: State,
     objectId: str,
-    positions: Sequence[Mapping[str, float]] | None = None,
-    rotations: Sequence[float] | None = None,
-    horizons: Sequence[float] | None = None,
-    standings: Sequence[bool] | None = None,
+    positions: Iterable[Mapping[str, float]] | None = None,
+    rotations: Iterable[float] | None = None,
+    horizons: Iterable[float] | None = None,
+    standings: Iterable[bool] | None = None,
     maxPoses: int | None = None,
 ) -> list[dict[str, Any]]:
     """Poses from which the object can be seen and reached, the nearest positions first."""
     thing = state.objects.get(objectId)
     if thing is None:
         raise Failure("Object ID appears to be invalid.")
+    places = state.reachable() if positions is None else _each(positions, "positions", _place)
+    yaws = ROTATIONS if rotations is None else _each(rotations, "rotations", number)
+    tilts = HORIZONS if horizons is None else _each(horizons, "horizons", number)
+    postures = (True, False) if standings is None else _each(standings, "standings", _flag)
+    most = math.inf if maxPoses is None else number(maxPoses, "maxPoses")
     box = box_of(thing)
     if state.is_gone(thing):
         return []
-    places = state.reachable() if positions is None else [vec(each) for each in positions]
     near = [each for each in places if box.distance(each[0], each[2]) <= state.reach]
     near.sort(key=lambda each: math.dist((each[0], each[2]), (box.center[0], box.center[2])))
     found: list[dict[str, Any]] = []
     for place in near:
-        for standing in (True, False) if standings is None else standings:
-            for horizon in HORIZONS if horizons is None else horizons:
-                for yaw in ROTATIONS if rotations is None else rotations:
+        for standing in postures:
+            for horizon in tilts:
+                for yaw in yaws:
                     pose = Pose(place, yaw, horizon, standing)
                     if sees(pose, box, state.reach):
                         found.append(
@@ -155,7 +166,7 @@ def get_interactable_poses(
                                 "horizon": horizon,
                             }
                         )
-                        if maxPoses is not None and len(found) >= maxPoses:
+                        if len(found) >= most:
                             return found
     return found
 
@@ -181,10 +192,32 @@ MOTIONS: Mapping[str, Callable[..., Any]] = {
 """AI2-THOR's name of each motion; the arguments after the state are AI2-THOR's, too."""
 
 
-def _number(value: Any, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise Failure(f"{name} must be a number, not {value!r:.40}", "InvalidArgument")
-    return float(value)
+def _each(values: Any, name: str, read: Callable[[Any, str], _Value]) -> list[_Value]:
+    if not isinstance(values, Iterable) or isinstance(values, str | Mapping):
+        given = cast("object", values)
+        raise Failure(f"{name} must be a list, not {shown(given)}", "InvalidArgument")
+    return [read(each, name) for each in cast("Iterable[Any]", values)]
+
+
+def _point(value: Any, name: str = "position") -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise Failure(f"{name} must be {{x, y, z}}, not {shown(value)}", "InvalidArgument")
+    return cast("Mapping[str, Any]", value)
+
+
+def _place(value: Any, name: str) -> Vec:
+    point = _point(value, name)
+    return (
+        number(point.get("x"), name),
+        number(point.get("y"), name),
+        number(point.get("z"), name),
+    )
+
+
+def _flag(value: Any, name: str) -> bool:
+    if not isinstance(value, bool):
+        raise Failure(f"{name} must be true or false, not {shown(value)}", "InvalidArgument")
+    return value
 
 
 def _is_free(state: State, x: float, z: float) -> bool:

@@ -136,6 +136,7 @@ GROUPS = {
     ),
     **dict.fromkeys(("stationery", "writing utensil", "writing tool"), "Pen Pencil"),
     **dict.fromkeys(("reading material", "things to read"), "Book Newspaper"),
+    "doors": "Cabinet Fridge Microwave Safe",
     "lights": "DeskLamp FloorLamp LightSwitch",
     "lamps": "DeskLamp FloorLamp",
     "appliances": "CoffeeMachine Fridge Microwave Toaster VacuumCleaner",

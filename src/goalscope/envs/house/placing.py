@@ -9,10 +9,10 @@ from goalscope.envs.house.geometry import Box, Vec, box_of, spots, vec
 from goalscope.envs.house.object_types import SINGLE, object_type
 from goalscope.envs.house.state import ENCLOSING, Failure, State
 
-__all__ = ["check_place", "parents_at", "place"]
+__all__ = ["check_place", "parents_at", "place", "set_down"]
 
-_BOTTOM = ENCLOSING | {"BathtubBasin", "GarbageCan", "Sink", "SinkBasin", "Bowl", "Pot", "Pan", "Mug",
-                       "Cup", "Plate", "StoveBurner"}  # fmt: skip
+_BOTTOM = ENCLOSING | {"BathtubBasin", "GarbageCan", "Sink", "SinkBasin", "Bowl", "Pot", "Pan",
+                       "Mug", "Cup", "Plate", "StoveBurner"}  # fmt: skip
 """Receptacles whose contents stand near their bottom."""
 
 _SEAT = {"ArmChair": 0.45, "Bathtub": 0.9, "Bed": 0.6, "Chair": 0.5, "CoffeeMachine": 0.2,
@@ -73,10 +73,17 @@ def place(state: State, thing: dict[str, Any], target: dict[str, Any]) -> None:
     height = level + vec(thing["position"])[1] - box.low(1)
     offset = [vec(thing["position"])[axis] - box.center[axis] for axis in (0, 2)]
     state.shift(thing, (spot[0] + offset[0], height, spot[2] + offset[1]))
-    parents = parents_at(state, target, height)
+    set_down(state, thing, parents_at(state, target, height))
+
+
+def set_down(state: State, thing: dict[str, Any], parents: list[str]) -> None:
+    """Write down that the thing, and what it carries, is in these receptacles."""
+    carried = list(state.carried(thing["objectId"]))
+    inner = {thing["objectId"], *(each["objectId"] for each in carried)}
     state.attach(thing, parents)
-    for each in state.carried(thing["objectId"]):
-        state.attach(each, [thing["objectId"], *_within(state, each, thing), *parents])
+    for each in carried:
+        kept = [own for own in each["parentReceptacles"] or () if own in inner]
+        state.attach(each, [*kept, *parents])
 
 
 def parents_at(state: State, target: dict[str, Any], height: float) -> list[str]:
@@ -92,12 +99,6 @@ def parents_at(state: State, target: dict[str, Any], height: float) -> list[str]
         if through:
             found.append(parent["objectId"])
     return found
-
-
-def _within(state: State, each: dict[str, Any], carrier: dict[str, Any]) -> list[str]:
-    """Those receptacles of `each` that the carrier carries, too."""
-    carried = {one["objectId"] for one in state.carried(carrier["objectId"])}
-    return [own for own in each["parentReceptacles"] or () if own in carried]
 
 
 def _level(target: dict[str, Any], area: Box, taken: list[Box]) -> float:

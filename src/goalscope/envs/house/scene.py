@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, cast
 
+from goalscope.envs.tables import shown
 from goalscope.types import InvalidInputError
 
 __all__ = ["Scene"]
@@ -16,6 +17,9 @@ MOST_OBJECTS = 2000
 MOST_TEXT = 200
 """Limits of a scene: 2,000 objects, names of 200 characters."""
 
+MOST_SIZE = 100.0
+"""Longest side of an object, in m."""
+
 _TEXTS = ("objectId", "objectType", "name")
 _FLAGS = (
     "receptacle", "toggleable", "isToggled", "breakable", "isBroken", "canFillWithLiquid",
@@ -23,7 +27,10 @@ _FLAGS = (
     "isCooked", "isHeatSource", "isColdSource", "sliceable", "isSliced", "openable", "isOpen",
     "pickupable", "isPickedUp", "moveable",
 )  # fmt: skip
-_ODD = re.compile(r"[\x00-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff]|<\|")
+_ODD = re.compile(
+    r"[\x00-\x1f\x7f-\x9f\xad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ud800-\udfff\ufeff"
+    r"\ufff9-\ufffb\U000e0000-\U000e007f]|<\|"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,13 +80,18 @@ class Scene:
         for each in ids:
             if ids.count(each) > 1:
                 raise InvalidInputError(f"{label}: two objects have the id {each!r}.")
+        held = [each["objectId"] for each in objects if each["isPickedUp"]]
+        if len(held) > 1:
+            raise InvalidInputError(
+                f"{label}: {held[0]!r} and {held[1]!r} are both picked up; a hand holds one thing."
+            )
         agent = table.get("agent")
         if agent is not None:
             agent = _agent(agent, f"{label}, agent")
         title = table.get("sceneName") or name or "Imported"
-        if not isinstance(title, str) or len(title) > MOST_TEXT or _ODD.search(title):
+        if not _is_text(title, MOST_TEXT):
             raise InvalidInputError(f"{label}: 'sceneName' must be a short text.")
-        return cls(title, objects, agent)
+        return cls(str(title), objects, agent)
 
 
 def _object(row: Any, label: str) -> dict[str, Any]:
@@ -89,7 +101,7 @@ def _object(row: Any, label: str) -> dict[str, Any]:
     given = cast("dict[str, Any]", row)
     for key in _TEXTS:
         text = given.get(key, given.get("objectId") if key == "name" else None)
-        if not isinstance(text, str) or not text or len(text) > MOST_TEXT or _ODD.search(text):
+        if not text or not _is_text(text, MOST_TEXT):
             raise InvalidInputError(
                 f"{label}: {key!r} must be a text of 1 to {MOST_TEXT} characters without control "
                 "characters. Is this the metadata of AI2-THOR 5?"
@@ -107,13 +119,13 @@ def _object(row: Any, label: str) -> dict[str, Any]:
     if temperature not in ("RoomTemp", "Hot", "Cold"):
         raise InvalidInputError(f"{label}: 'temperature' must be RoomTemp, Hot or Cold.")
     liquid = given.get("fillLiquid")
-    if liquid is not None and (not isinstance(liquid, str) or len(liquid) > 20):
+    if liquid is not None and not _is_text(liquid, 20):
         raise InvalidInputError(f"{label}: 'fillLiquid' must be a short text or null.")
     materials = given.get("salientMaterials")
     return {
         **{key: given.get(key, "") for key in _TEXTS},
         "name": given.get("name") or given["objectId"],
-        "assetId": str(given.get("assetId") or "")[:MOST_TEXT],
+        "assetId": given["assetId"] if _is_text(given.get("assetId"), MOST_TEXT) else "",
         "position": position,
         "rotation": _vector(given.get("rotation", {"x": 0, "y": 0, "z": 0}), f"{label}, rotation"),
         "visible": False,
@@ -124,7 +136,9 @@ def _object(row: Any, label: str) -> dict[str, Any]:
         "temperature": temperature,
         "openness": float(flags["isOpen"]) if "openness" not in given else _share(given, label),
         "mass": _number(given.get("mass", 0.0), f"{label}, 'mass'"),
-        "salientMaterials": [str(each)[:40] for each in cast("list[Any]", materials)[:20]]
+        "salientMaterials": [
+            each for each in cast("list[Any]", materials)[:20] if _is_text(each, 40)
+        ]
         if isinstance(materials, list)
         else None,
         **lists,
@@ -148,15 +162,19 @@ def _agent(given: Any, label: str) -> dict[str, Any]:
     }
 
 
+def _is_text(value: Any, most: int) -> bool:
+    return isinstance(value, str) and len(value) <= most and not _ODD.search(value)
+
+
 def _flag(value: Any, label: str, key: str) -> bool:
     if not isinstance(value, bool):
-        raise InvalidInputError(f"{label}: {key!r} must be true or false, not {value!r:.40}.")
+        raise InvalidInputError(f"{label}: {key!r} must be true or false, not {shown(value)}.")
     return value
 
 
 def _number(value: Any, label: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
-        raise InvalidInputError(f"{label} must be a number, not {value!r:.40}.")
+        raise InvalidInputError(f"{label} must be a number, not {shown(value)}.")
     return float(value)
 
 
@@ -168,9 +186,10 @@ def _share(given: Mapping[str, Any], label: str) -> float:
 
 
 def _vector(value: Any, label: str) -> dict[str, float]:
-    if not isinstance(value, dict) or not {"x", "y", "z"} <= cast("dict[str, Any]", value).keys():
-        raise InvalidInputError(f"{label} must be {{x, y, z}}, not {value!r:.40}.")
-    return {axis: _number(cast("dict[str, Any]", value)[axis], label) for axis in "xyz"}
+    point = cast("dict[str, Any]", value) if isinstance(value, dict) else {}
+    if not {"x", "y", "z"} <= point.keys():
+        raise InvalidInputError(f"{label} must be {{x, y, z}}, not {shown(cast('object', value))}.")
+    return {axis: _number(point[axis], label) for axis in "xyz"}
 
 
 def _ids(value: Any, label: str) -> list[str] | None:
@@ -179,7 +198,7 @@ def _ids(value: Any, label: str) -> list[str] | None:
     if not isinstance(value, list):
         raise InvalidInputError(f"{label} must be a list of ids or null.")
     ids = cast("list[Any]", value)
-    if not all(isinstance(each, str) and len(each) <= MOST_TEXT for each in ids):
+    if not all(_is_text(each, MOST_TEXT) for each in ids):
         raise InvalidInputError(f"{label} must be a list of ids or null.")
     return list(ids)
 
@@ -189,8 +208,10 @@ def _bounds(value: Any, position: Mapping[str, float], label: str) -> dict[str, 
     box = cast("dict[str, Any]", value) if isinstance(value, dict) else {}
     center = _vector(box.get("center", dict(position)), f"{label}, box center")
     size = _vector(box.get("size", {"x": 0.1, "y": 0.1, "z": 0.1}), f"{label}, box size")
-    if any(each < 0 or math.isnan(each) for each in size.values()):
-        raise InvalidInputError(f"{label}: the size of its box must not be below 0.")
+    if not all(0 <= each <= MOST_SIZE for each in size.values()):
+        raise InvalidInputError(
+            f"{label}: the size of its box must lie between 0 and {MOST_SIZE:.0f} m."
+        )
     signs = [(x, y, z) for x in (1, -1) for y in (1, -1) for z in (1, -1)]
     corners = [
         [center[a] + sign * size[a] / 2 for a, sign in zip("xyz", each, strict=True)]
@@ -206,8 +227,8 @@ def _oriented(value: Any) -> dict[str, Any] | None:
     if not isinstance(corners, Sequence) or len(cast("Sequence[Any]", corners)) != 8:
         return None
     try:
-        points = [[float(each) for each in cast("Any", corner)] for corner in cast("Any", corners)]
-    except (TypeError, ValueError):
+        points = [[float(each) for each in corner] for corner in cast("Any", corners)]
+    except (TypeError, ValueError, OverflowError):
         return None
     if any(len(point) != 3 or not all(map(math.isfinite, point)) for point in points):
         return None

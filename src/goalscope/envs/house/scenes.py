@@ -6,7 +6,9 @@ import gzip
 import json
 import os
 import re
+import zlib
 from collections.abc import Callable
+from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -47,7 +49,7 @@ def known_scenes() -> dict[str, Callable[[], Scene]]:
             found[stem] = lambda entry=entry: read_room(entry, label=entry.name)
     folder = scenes_folder()
     for path in folder.iterdir() if folder.is_dir() else ():
-        if path.name.endswith((".json", ".json.gz", ".toml")):
+        if path.name.endswith((".json", ".json.gz", ".toml")) and path.name[0] != ".":
             found[path.name.partition(".")[0]] = lambda path=path: read_scene(path)
     return dict(sorted(found.items()))
 
@@ -69,8 +71,8 @@ def import_scene(path: Path, name: str | None = None) -> tuple[str, Scene]:
         The name, by which `load_scene` now finds it, and the scene.
 
     Raises:
-        InvalidInputError: The file is no scene, the agent could stand nowhere in it, or the name
-            has other characters than letters, digits, "_" and "-".
+        InvalidInputError: The file is no scene, the agent could stand nowhere in it, the name has
+            other characters than letters, digits, "_" and "-", or the folder cannot be written.
     """
     scene = read_scene(path)
     State(scene)
@@ -80,14 +82,19 @@ def import_scene(path: Path, name: str | None = None) -> tuple[str, Scene]:
             f"{title!r} cannot be a scene's name; use letters, digits, _ and -."
         )
     folder = scenes_folder()
-    folder.mkdir(parents=True, exist_ok=True)
     kept = {"sceneName": title, "agent": scene.agent, "objects": scene.objects}
     part = folder / f".{title}.{os.getpid()}.part"
     try:
+        folder.mkdir(parents=True, exist_ok=True)
         part.write_bytes(gzip.compress(json.dumps(kept).encode()))
         part.replace(folder / f"{title}.json.gz")
-    finally:
-        part.unlink(missing_ok=True)
+    except OSError as error:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+        raise InvalidInputError(
+            f"The scene cannot be kept in {folder}: {error.strerror}. Set GOALSCOPE_SCENES to a "
+            "folder that can be written."
+        ) from None
     return title, scene
 
 
@@ -104,7 +111,7 @@ def load_scene(name: str) -> Scene:
     if "." in name or "/" in name:
         return read_scene(name)
     raise InvalidInputError(
-        f"There is no scene {name!r}. There are: {', '.join(scenes)}; or give a file, "
+        f"There is no scene {name!r}. There are: {', '.join(scenes)}; or give a file. "
         "`goalscope house import FILE` adds more."
     )
 
@@ -117,7 +124,7 @@ def _json(path: Path) -> Any:
         if len(data) > MOST_BYTES:
             raise InvalidInputError(f"{path.name}: larger than {MOST_BYTES >> 20} MiB.")
         return json.loads(data)
-    except (OSError, EOFError) as error:
+    except (OSError, EOFError, zlib.error) as error:
         reason = getattr(error, "strerror", None) or error
         raise InvalidInputError(
             f"The scene {path.name} cannot be read: {reason}. Give the path of a JSON file."

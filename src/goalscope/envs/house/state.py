@@ -18,9 +18,10 @@ from goalscope.envs.house.geometry import (
     vec,
 )
 from goalscope.envs.house.scene import Scene
+from goalscope.envs.tables import shown
 from goalscope.types import InvalidInputError
 
-__all__ = ["ENCLOSING", "Failure", "State"]
+__all__ = ["ENCLOSING", "Failure", "State", "number"]
 
 ENCLOSING = frozenset({"Box", "Cabinet", "Drawer", "Fridge", "LaundryHamper", "Microwave", "Safe"})
 """Receptacles that hide what is in them while they are closed, and must be open for a put."""
@@ -37,11 +38,17 @@ EYE_HEIGHT = 0.9
 HAND = (0.38, 0.515)
 """How far ahead of the agent's position, and above it, the hand is, in m."""
 
+RANGES = {"gridSize": (0.05, 5.0), "visibilityDistance": (0.1, 100.0)}
+"""What the two may be, in m."""
+
+MOST_FLOOR = 100.0
+"""Longest side of a floor, in m."""
+
 _WALK_UNDER = 1.6
 _STEP_OVER = 0.15
-_FLAT = frozenset({"Floor", "Wall", "Doorway", "Doorframe", "Painting", "Poster", "Curtains", "Blinds",
-                   "Window", "LightSwitch", "Mirror", "SinkBasin", "BathtubBasin", "ShowerCurtain",
-                   "RoomDecor", "StoveKnob", "StoveBurner", "Faucet"})  # fmt: skip
+_FLAT = frozenset({"Floor", "Wall", "Doorway", "Doorframe", "Painting", "Poster", "Curtains",
+                   "Blinds", "Window", "LightSwitch", "Mirror", "SinkBasin", "BathtubBasin",
+                   "ShowerCurtain", "RoomDecor", "StoveKnob", "StoveBurner", "Faucet"})  # fmt: skip
 
 
 class Failure(Exception):
@@ -50,6 +57,17 @@ class Failure(Exception):
     def __init__(self, message: str, code: str | None = None) -> None:
         super().__init__(message)
         self.code = code
+
+
+def number(value: Any, name: str) -> float:
+    """An argument that must be a number.
+
+    Raises:
+        Failure: It is none, or one beyond all measure.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
+        raise Failure(f"{name} must be a number, not {shown(value)}", "InvalidArgument")
+    return float(value)
 
 
 class State:
@@ -62,11 +80,17 @@ class State:
         held: Id of what the hand holds.
         clock: Seconds of the simulation since the start.
         floor: The walkable rectangle, seen from above.
+        solids: What the agent cannot walk through.
         reach: How far the agent sees and reaches, in m.
         grid: Distance between reachable positions, in m.
     """
 
     def __init__(self, scene: Scene, *, grid: float = GRID, reach: float = REACH) -> None:
+        for (name, (low, high)), value in zip(RANGES.items(), (grid, reach), strict=True):
+            if type(value) not in (int, float) or not low <= value <= high:
+                raise InvalidInputError(
+                    f"{name} must be a number between {low} and {high} m, not {shown(value)}."
+                )
         self.scene = scene
         self.grid = grid
         self.reach = reach
@@ -78,11 +102,15 @@ class State:
                 if each[key] is not None:
                     each[key] = list(each[key])
         self.floor = _floor(self.objects)
-        self.solids = [
-            box for each in self.objects.values() if (box := _solid(each, self.floor)) is not None
-        ]
-        self._reachable: list[Vec] | None = None
+        if max(self.floor.size) > MOST_FLOOR:
+            raise InvalidInputError(
+                f"{scene.name}: its floor, or what stands there, reaches over "
+                f"{max(self.floor.size):,.0f} m; a scene may have {MOST_FLOOR:.0f} m. Move what is "
+                "far off closer."
+            )
+        self.survey()
         self.agent = dict(scene.agent) if scene.agent else self._placed()
+        self._start = vec(self.agent["position"])
         held = [each["objectId"] for each in self.objects.values() if each["isPickedUp"]]
         self.held: str | None = held[0] if held else None
         self.look()
@@ -94,11 +122,16 @@ class State:
         yaw, horizon = agent["rotation"]["y"], agent["cameraHorizon"]
         return Pose(vec(agent["position"]), yaw, horizon, agent["isStanding"])
 
+    def survey(self) -> None:
+        """Note anew where furniture stands."""
+        boxes = (_solid(each, self.floor) for each in self.objects.values())
+        self.solids = [box for box in boxes if box is not None]
+        self._reachable: list[Vec] | None = None
+
     def reachable(self) -> list[Vec]:
         """Where the agent can stand: the points of a grid through its first position."""
         if self._reachable is None:
-            start = vec(self.agent["position"])
-            self._reachable = reachable(self.floor, self.solids, start, self.grid)
+            self._reachable = reachable(self.floor, self.solids, self._start, self.grid)
         return self._reachable
 
     def target(self, object_id: str, *, force: bool) -> dict[str, Any]:
@@ -129,10 +162,14 @@ class State:
         return [self.objects[each] for each in inside if each in self.objects]
 
     def carried(self, object_id: str) -> Iterator[dict[str, Any]]:
-        """What moves with a receptacle, at any depth."""
-        for each in self.contents(object_id):
-            if each["pickupable"]:
-                yield each
+        """What stands on or in a receptacle at any depth, and can be moved."""
+        seen, queue = {object_id}, [object_id]
+        while queue:
+            for each in self.contents(queue.pop()):
+                if each["objectId"] not in seen and each["pickupable"]:
+                    seen.add(each["objectId"])
+                    queue.append(each["objectId"])
+                    yield each
 
     def is_gone(self, thing: Mapping[str, Any]) -> bool:
         """Whether nothing is left of the thing itself: its slices, or its pieces, are."""

@@ -11,9 +11,10 @@ def _set(words: str) -> frozenset[str]:
 
 _VERBS = {
     "put": "put|put away|place|move|set|store|stow|drop|carry|transfer|arrange|stack|hang|return"
-    "|serve|lay|relocate|deposit|insert|throw|throw away|toss|keep|leave|dispose of|plate|add",
-    "pick up": "pick up|pickup|pick|grab|take|get|bring|bring back|fetch|retrieve|hold|give|hand"
-    "|collect|gather|find|remove|lift|lift up",
+    "|serve|lay|lay out|set out|line|line up|relocate|deposit|insert|throw|throw away|toss|keep"
+    "|leave|dispose of|get rid of|plate|add",
+    "pick up": "pick up|pickup|pick|grab|take|get|bring|bring back|bring over|fetch|retrieve|hold"
+    "|give|hand|collect|gather|gather up|find|remove|lift|lift up",
     "open": "open|open up",
     "close": "close|shut",
     "turn on": "turn on|switch on|power on|start|light",
@@ -66,29 +67,44 @@ NEGATIONS = _set(
 )
 LEAD = _set(
     "please kindly may sorry actually instead oh um hmm quickly simply are can could would will"
-    " you we i i'd i'll we'll you'll need needs want like love to now then and so ok okay yes"
+    " you we i i'd i'm i'll we'll you'll need needs want like love to now then and so ok okay yes"
     " yeah sure hi hello hey first next also just let's let us me try have should must shall go"
     " ahead finally lastly again good great nice perfect job work thanks thank alright there"
     " start by be do help remember make sure today your task is the going it says that all after"
-    " this would've got but or well awesome more one robot had better either only"
+    " this would've got but or well awesome more one robot had better either only rather"
 ) | (NEGATIONS - {"no", "nobody", "neither"})
 LIKED = _set("need want like love needs")
+MINE = frozenset(("i", "i'll", "i'm"))
+"""Subjects of what the person does."""
+ARTICLES = _set("the a an my our your his her their any some every each another these those")
 DETERMINERS = _set(
     "the a an my our your his her their any some all every each both another other same"
     " single of these those that this whole more just only"
 )
+QUALITIES: dict[str, tuple[str, bool | str]] = {
+    **{"dirty": ("isDirty", True), "clean": ("isDirty", False), "broken": ("isBroken", True)},
+    **{"open": ("isOpen", True), "closed": ("isOpen", False), "sliced": ("isSliced", True)},
+    **{"full": ("isFilledWithLiquid", True), "empty": ("isFilledWithLiquid", False)},
+    **{"hot": ("temperature", "Hot"), "cold": ("temperature", "Cold")},
+    **dict.fromkeys(("cooked", "boiled", "toasted"), ("isCooked", True)),
+}
+"""Adjectives, and the states in AI2-THOR's metadata for which they stand."""
 FILLERS = _set(
-    "middle clean dirty small big large little red blue green white black brown yellow grey gray"
-    " left right cooked boiled toasted empty full open closed top bottom upper lower round"
-    " wooden first second third last next remaining rest lone fresh hot cold used nearest"
+    "middle small big large little red blue green white black brown yellow grey gray"
+    " left right top bottom upper lower round"
+    " wooden first second third last next remaining rest lone fresh used nearest"
     " closest smaller larger smallest largest edible"
-)
+) | frozenset(QUALITIES)
 EACH = _set("all every each both")
 NUMBERS = {
     **{"a": 1, "an": 1, "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6},
     **{"seven": 7, "eight": 8, "nine": 9, "ten": 10, "another": 1, "both": 2, "couple": 2},
 }
 PRONOUNS = _set("it them they those these that this one ones both all")
+LIDS = frozenset(("lid", "door", "cover"))
+"""Parts that stand for the whole that opens."""
+PLAIN = frozenset(("it", "them", "they"))
+"""Pronouns that no noun follows."""
 VAGUE = _set("items item things thing objects object everything anything nothing")
 INTO = (
     *("on top of", "in to", "on to", "back in", "back on", "back to", "back into", "over to"),
@@ -103,7 +119,22 @@ EXCEPT = (
     *("except for", "except", "but not", "apart from", "other than", "besides", "and not", "not"),
     *("rather than", "instead of"),
 )
-TAIL = _set("please now up too also thanks carefully there back away down over in on")
+THERE = (
+    *("with the others", "with the other ones", "with the rest", "with the other things"),
+    *("in the same place", "to the same place", "in there", "over there", "there"),
+)
+"""The place of the last put, or the one spoken of last."""
+JOINTS = frozenset((",", "and", "plus", "or", "also", "then", "too", "please"))
+"""What may stand between two things of a list."""
+AGAIN = frozenset(("and", "plus", "also", "next", "then"))
+"""Words at whose head a thing alone repeats the last request."""
+MARKS = frozenset(("too", "also", "first", "please"))
+"""Words beside which, too, it does so."""
+CORRECTS = frozenset(("actually", "instead", "sorry", "rather"))
+"""Words with which a thing alone takes the place of the last one."""
+TAIL = _set(
+    "please now up too also thanks carefully there back away down over in on together again"
+)
 STATES = {
     **{"on": "turn on", "off": "turn off", "open": "open", "closed": "close", "shut": "close"},
     **{"clean": "clean", "empty": "empty", "full": "fill", "dirty": "dirty"},
@@ -116,6 +147,12 @@ NOUNS = _set("toast plate water light hand empty open dirty add set")
 GERUND = frozenset(("by", "start", "try", "without", "avoid", "stop", "not", "never", "mind", "we"))
 """Words after one of which an -ing form is an order or a refusal."""
 BREAKS = frozenset((",", "and", "then", "but", "also", "so", "or", "without", "not", "avoid"))
+STOPS = (
+    _set("go goes belong belongs live lives has have are was were who which where")
+    | (LEAD | BREAKS | TAIL | VAGUE | PRONOUNS | NOUNS)
+    | frozenset((*STATES, *BASE))
+)
+"""Words that no noun unknown to the grammar goes beyond."""
 _REWORDED = [
     (re.compile(pattern), plain)
     for pattern, plain in (
@@ -127,6 +164,14 @@ _REWORDED = [
         (r"\b(?:pls|plz|pleas)\b", "please"),
         (r"\bu\b", "you"),
         (r"\bcoff?e+\b", "coffee"),
+        (r" ?&", " and"),
+        (r"\bneither\b", "not"),
+        (r"\balso (?=(?:needs?|should|must|ha(?:s|ve)|go(?:es)?|belongs?)\b)", ""),
+        (r"\bi mean(?:t)?\b", "rather"),
+        (r"\b(?:as well as|along with|together with)\b", "and"),
+        (r"\bas well\b", "too"),
+        (r"\b(?:(?:and|the|do) )*same (?:thing |goes )?(?:for|with)\b", "also"),
+        (r"\b(can|could|may) (i|we) (?:please )?get\b", r"\1 \2 have"),
         (r"\b(?:don't|do not|never) (?:forget|hesitate)(?: about)?(?: to)?\b", "please"),
         (r"\bdo not\b", "don't"),
         (r"\b(?:there(?:'s| is) )?no need (?:to|for)\b", "don't"),

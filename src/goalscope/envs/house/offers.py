@@ -1,0 +1,138 @@
+"""What the robot may do now: what affordances allow, what was asked for, what has to go back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from goalscope.envs.house.hearing import Hearing, Request
+from goalscope.envs.house.names import readable
+from goalscope.envs.house.object_types import SINGLE, object_type
+from goalscope.envs.house.view import View, is_whole
+from goalscope.types import Action
+
+__all__ = ["NAMES", "is_refused", "meet", "possible", "returns"]
+
+_FLAGS = {
+    "open": ("openable", "isOpen", True),
+    "close": ("openable", "isOpen", False),
+    "turn on": ("toggleable", "isToggled", True),
+    "turn off": ("toggleable", "isToggled", False),
+    "fill": ("canFillWithLiquid", "isFilledWithLiquid", True),
+    "empty": ("canFillWithLiquid", "isFilledWithLiquid", False),
+    "slice": ("sliceable", "isSliced", True),
+    "cook": ("cookable", "isCooked", True),
+    "break": ("breakable", "isBroken", True),
+    "dirty": ("dirtyable", "isDirty", True),
+    "clean": ("dirtyable", "isDirty", False),
+    "use up": ("canBeUsedUp", "isUsedUp", True),
+}
+"""For each act: the affordance that it needs, the state that it sets, and to what."""
+
+NAMES = (*_FLAGS, "put", "pick up", "push", "pull")
+"""The names of all actions."""
+
+_ONLY_ON_REQUEST = frozenset({"break", "dirty", "use up", "open", "close"})
+"""Acts that no goal is served by: they are done when the person asks for them."""
+
+
+def possible(view: View, own: str, spoken: set[str]) -> Iterator[Action]:
+    """What the object's affordances allow now, apart from what only a person asks for.
+
+    Args:
+        view: The house.
+        own: Id of the object.
+        spoken: Generic names of what the person spoke of: a place among them is one to put
+            anything, as AI2-THOR's table is too strict (of what people put somewhere, one in
+            fifteen is not in it).
+    """
+    thing, name = view.table[own], view.names[own]
+    if thing["pickupable"]:
+        inside = set(thing["parentReceptacles"] or ())
+        seen = {view.table[place]["objectType"] for place in inside if place in view.table}
+        for place, other in view.table.items():
+            kind = other["objectType"]
+            if kind not in seen and place != own and _suits(thing, other, spoken):
+                seen.add(kind)
+                yield Action("put", name, destination=view.names[place])
+    for verb, (needs, state, value) in _FLAGS.items():
+        if verb in _ONLY_ON_REQUEST or thing[state] == value:
+            continue
+        if thing[needs] or (needs == "toggleable" and thing["objectType"] == "StoveBurner"):
+            yield Action(verb, name)
+
+
+def meet(view: View, request: Request) -> list[Action]:
+    """The actions that a request still needs."""
+    things = _meant(view, request.object_types, request.name)
+    things = [
+        own
+        for own in things
+        if all(view.table[own].get(key) == value for key, value in request.states)
+    ]
+    many = len(things) if request.every else max(request.number, 1)
+    if request.verb == "put":
+        places = _meant(view, request.destination_types, request.destination_name)
+        there = [
+            own
+            for own in things
+            if not {*places}.isdisjoint(view.table[own]["parentReceptacles"] or ())
+        ]
+        left = [own for own in things if own not in there and own not in places]
+        return [
+            Action("put", view.names[own], destination=view.names[place])
+            for own in left[: max(many - len(there), 0)]
+            if (place := next((each for each in places if each != own), None))
+        ]
+    if request.verb in ("pick up", "push", "pull"):
+        idle = request.verb == "pick up" and view.held
+        return [] if idle else [Action(request.verb, view.names[own]) for own in things[:1]]
+    needs, state, value = _FLAGS[request.verb]
+    able = [own for own in things if view.table[own][needs]]
+    unmet = [own for own in able if view.table[own][state] != value]
+    met = len(able) - len(unmet)
+    return [Action(request.verb, view.names[own]) for own in unmet[: max(many - met, 0)]]
+
+
+def returns(
+    view: View, start: Mapping[str, Mapping[str, Any]], hearing: Hearing
+) -> Iterator[Action]:
+    """Puts of what was moved, and should not have been, to where it was at the start."""
+    for own, thing in view.table.items():
+        was = start.get(own)
+        if was is None or not thing["pickupable"] or thing["isPickedUp"]:
+            continue
+        here, home = view.place(thing), view.place(was)
+        if not here or not home or here == home:
+            continue
+        put = Action("put", view.names[own], destination=here)
+        if is_refused(view, put, hearing) and not hearing.refuses("put in", "", view.type_of(home)):
+            yield Action("put", view.names[own], destination=home)
+
+
+def is_refused(view: View, action: Action, hearing: Hearing) -> bool:
+    """Whether the person ruled the action out."""
+    return hearing.refuses(
+        action.name, view.type_of(action.target), view.type_of(action.destination)
+    )
+
+
+def _meant(view: View, types: Sequence[str], name: str) -> list[str]:
+    """Ids of the whole things of these types, in that order; or of the one of this name."""
+    if name:
+        return [own] if (own := view.id(name)) else []
+    return [
+        own
+        for kind in types
+        for own, thing in view.table.items()
+        if thing["objectType"] == kind and is_whole(thing)
+    ]
+
+
+def _suits(thing: Mapping[str, Any], place: Mapping[str, Any], spoken: set[str]) -> bool:
+    kind = place["objectType"]
+    if not place["receptacle"]:
+        return False
+    if SINGLE.get(kind):
+        return thing["objectType"] == SINGLE[kind]
+    return kind in object_type(thing["objectType"]).places or readable(kind) in spoken

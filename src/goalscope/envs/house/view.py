@@ -1,0 +1,132 @@
+"""The house as the robot speaks of it: names, places and changes in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from goalscope.envs.house.names import names, readable, the
+from goalscope.types import Action
+
+__all__ = ["View", "is_whole"]
+
+_STATES = (
+    ("isOpen", "open"), ("isToggled", "on"), ("isSliced", "sliced"), ("isCooked", "cooked"),
+    ("isBroken", "broken"), ("isDirty", "dirty"), ("isUsedUp", "used up"),
+)  # fmt: skip
+_INSIDE = frozenset(
+    {"BathtubBasin", "Bowl", "Cup", "GarbageCan", "Mug", "Pot", "Sink", "SinkBasin"}
+)
+_LAST = frozenset({"ArmChair", "Chair", "Floor", "Stool"})
+"""Receptacles that AI2-THOR names for what stands above them, too."""
+
+
+class View:
+    """What is where now, by names that stay through an episode.
+
+    Args:
+        metadata: AI2-THOR's, of the present state.
+        named: Names that were given before; what is new, such as slices, gets one.
+    """
+
+    def __init__(self, metadata: Mapping[str, Any], named: Mapping[str, str] | None = None) -> None:
+        self.metadata = metadata
+        self.objects: list[dict[str, Any]] = metadata["objects"]
+        self.table = {each["objectId"]: each for each in self.objects}
+        self.names = _named(self.table, named) if named else names(self.objects)
+        self._ids = {name: own for own, name in self.names.items()}
+
+    @property
+    def held(self) -> str:
+        """The id of what the hand holds; empty if it holds nothing."""
+        held = self.metadata["inventoryObjects"]
+        return held[0]["objectId"] if held else ""
+
+    def id(self, name: str) -> str:
+        """The object of this name; empty if there is none."""
+        return self._ids.get(name, "")
+
+    def type_of(self, name: str) -> str:
+        """The object type of a name; empty if there is no such thing."""
+        own = self.id(name)
+        return self.table[own]["objectType"] if own else ""
+
+    def place(self, thing: Mapping[str, Any]) -> str:
+        """The name of what the thing is on or in: the innermost, and the floor last."""
+        listed = [own for own in thing["parentReceptacles"] or () if own in self.table]
+        listed.sort(
+            key=lambda own: (
+                self.table[own]["objectType"] in _LAST,
+                not self.table[own]["pickupable"],
+            )
+        )
+        return self.names[listed[0]] if listed else ""
+
+    def phrase(self, action: Action) -> str:
+        """The action in words, with generic names: "put the egg in the fridge"."""
+        words = f"{action.name} the {self._kind(action.target)}"
+        if not action.destination:
+            return words
+        return f"{words} {self._in_or_on(action.destination)} the {self._kind(action.destination)}"
+
+    def told(self, own: str) -> str:
+        """How the object is now, in a sentence without its full stop."""
+        thing, name = self.table[own], the(self.names[own])
+        states = [word for key, word in _STATES if thing[key]]
+        if thing["isFilledWithLiquid"]:
+            states.append(f"filled with {thing['fillLiquid'] or 'a liquid'}")
+        return f"{name[:1].upper()}{name[1:]} is {', '.join([*states, self._where(thing)])}"
+
+    def changes(self, start: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
+        """What is not as it was at the start, one object a text."""
+        for own, thing in self.table.items():
+            was = start.get(own)
+            if was is None:
+                continue
+            parts = [
+                word if thing[key] else f"no longer {word}"
+                for key, word in _STATES
+                if thing[key] != was[key]
+            ]
+            if thing["isFilledWithLiquid"] != was["isFilledWithLiquid"]:
+                liquid = thing["fillLiquid"] or "liquid"
+                parts.append(f"filled with {liquid}" if thing["isFilledWithLiquid"] else "emptied")
+            if is_whole(thing) and self._where(thing) != self._where(was):
+                parts.append(f"now {self._where(thing)}")
+            if parts:
+                yield f"{self.names[own]}: {', '.join(parts)}"
+
+    def _where(self, thing: Mapping[str, Any]) -> str:
+        """Where the thing is, in words: "in the fridge"."""
+        if thing["isPickedUp"]:
+            return "in the robot's hand"
+        name = self.place(thing)
+        return f"{self._in_or_on(name)} {the(name)}" if name else "in its place"
+
+    def _kind(self, name: str) -> str:
+        return readable(self.type_of(name)) if self.id(name) else name
+
+    def _in_or_on(self, name: str) -> str:
+        place = self.table.get(self.id(name))
+        inside = place is not None and (place["openable"] or place["objectType"] in _INSIDE)
+        return "in" if inside else "on"
+
+
+def is_whole(thing: Mapping[str, Any]) -> bool:
+    """Whether the thing itself is still there, and not only its pieces."""
+    return not thing["isSliced"] and not (thing["objectType"] == "Egg" and thing["isBroken"])
+
+
+def _named(table: Mapping[str, Mapping[str, Any]], before: Mapping[str, str]) -> dict[str, str]:
+    """The names from before, and new ones for what is new."""
+    found = {own: before[own] for own in table if own in before}
+    taken = set(found.values())
+    for own, thing in table.items():
+        if own in found:
+            continue
+        kind, number = readable(thing["objectType"]), 1
+        while f"{kind} {number}" in taken:
+            number += 1
+        found[own] = f"{kind} {number}"
+        taken.add(found[own])
+    return found
