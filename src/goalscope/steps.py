@@ -37,13 +37,14 @@ class StepPlanner(Planner):
     kind of them the model weighs what the environment allows, said in words, against leaving it
     where it is; the action that gains most by the goals is taken for all objects of the kind. When
     the person has just named things, only things that were named are touched. What was moved
-    before is moved again only when the person asks for it.
+    before, or had something put into it, stays unless the person has just named it.
 
     Args:
         model: Writes and scores.
         limit: Most kinds of things that nobody mentioned, in one round.
-        bar: Nats by which the goals must make such a kind likelier.
-        margin: Nats by which an action must beat leaving the object alone.
+        bar: Nats by which the goals must make such a kind likelier, and what to do with it likelier
+            than leaving it alone.
+        margin: The same for what to do with things that were named.
         seed: Seed of everything that is drawn.
     """
 
@@ -54,7 +55,7 @@ class StepPlanner(Planner):
         model: Model,
         *,
         limit: int = 3,
-        bar: float = 1.0,
+        bar: float = 1.5,
         margin: float = 0.5,
         seed: int = 0,
     ) -> None:
@@ -82,16 +83,17 @@ class StepPlanner(Planner):
     ) -> list[Action]:
         """What the person asked for outright, then the best step for each kind of object."""
         plan = env.requests(turns)
-        served = {action.target for action in plan}
-        served |= {result.action.target for result in history}
+        served = {action.target for action in plan} | {action.destination for action in plan}
+        before = {result.action.target for result in history}
+        before |= {result.action.destination for result in history}
+        utterances = [turn.utterance for turn in turns]
+        named, newest = set(env.mentioned(utterances)), set(env.mentioned(utterances[-1:]))
         speaker = cast(StepEnvironment, env)
-        taken: set[str] = set()
         for term in terms:
-            if term in taken:
-                continue
+            settled = served if term in newest else served | before
             options: dict[str, list[Action]] = {}
             for action in env.actions([term], turns):
-                if action.target not in served:
+                if action.target not in settled:
                     options.setdefault(speaker.phrase(action), []).append(action)
             if not options:
                 continue
@@ -99,11 +101,12 @@ class StepPlanner(Planner):
             phrases = [LEAVE.format(thing=term), *fulfilled, *options]
             values = self.values(term, phrases, wants, turns)
             best = int(values.argmax())
-            if best > len(fulfilled) and values[best] > values[0] + self.margin:
+            enough = self.margin if term in named else self.bar
+            if best > len(fulfilled) and values[best] > values[0] + enough:
                 chosen = options[phrases[best]]
                 plan += chosen
                 served |= {action.target for action in chosen}
-                taken |= {action.destination for action in chosen}
+                served |= {action.destination for action in chosen}
         return plan
 
     def values(

@@ -62,8 +62,17 @@ def possible(view: View, own: str, spoken: set[str]) -> Iterator[Action]:
             yield Action(verb, name)
 
 
-def meet(view: View, request: Request) -> list[Action]:
-    """The actions that a request still needs."""
+def meet(view: View, wanted: Sequence[Request]) -> list[Action]:
+    """The actions that requests still need, each once.
+
+    Of requests to bring things none is met if there are several, as the hand holds one thing.
+    """
+    brought = [request for request in wanted if request.verb == "pick up"]
+    met = wanted if len(brought) < 2 else [each for each in wanted if each.verb != "pick up"]
+    return list(dict.fromkeys(action for request in met for action in _needed(view, request)))
+
+
+def _needed(view: View, request: Request) -> list[Action]:
     things = _meant(view, request.object_types, request.name)
     things = [
         own

@@ -156,15 +156,18 @@ class HomeRobot:
     def requests(self, turns: Sequence[Turn]) -> list[Action]:
         """What the person asked for outright, as far as it is not so already.
 
-        What was moved and is ruled out since goes back to where it was.
+        What was moved and is ruled out since goes back to where it was. A hand holds one thing:
+        where several are to be brought, the goals tell where to.
         """
         hearing = hear(turns, self._view.objects)
-        plan = dict.fromkeys(returns(self._view, self._start, hearing))
-        for request in hearing.wanted:
-            for action in meet(self._view, request):
-                if not is_refused(self._view, action, hearing):
-                    plan[action] = None
-        return list(plan)
+        plan = [
+            action
+            for action in meet(self._view, hearing.wanted)
+            if not is_refused(self._view, action, hearing)
+        ]
+        asked = {action.target for action in plan}
+        back = returns(self._view, self._start, hearing)
+        return [action for action in back if action.target not in asked] + plan
 
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
         """The question to ask before a slice, a break and the like; empty if it was allowed."""

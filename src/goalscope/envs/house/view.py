@@ -75,7 +75,8 @@ class View:
         states = [word for key, word in _STATES if thing[key]]
         if thing["isFilledWithLiquid"]:
             states.append(f"filled with {thing['fillLiquid'] or 'a liquid'}")
-        return f"{name[:1].upper()}{name[1:]} is {', '.join([*states, self._where(thing)])}"
+        verb = "are" if name.endswith("s") and not name.endswith("ss") else "is"
+        return f"{name[:1].upper()}{name[1:]} {verb} {', '.join([*states, self._where(thing)])}"
 
     def changes(self, start: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
         """What is not as it was at the start, one object a text."""
