@@ -31,6 +31,9 @@ PREDICATES = (
 )
 """What is compared of each object."""
 
+_NEW_STARTS = ("Initialize", "Reset")
+"""Rows of a recording that begin a scene anew."""
+
 Triple = tuple[str, str, object]
 """An object's id, a predicate, and the value that it changed to."""
 
@@ -170,12 +173,12 @@ def compare_episode(path: Path, agreement: Agreement) -> None:
             raise InvalidInputError(
                 f"{path.name}, line {number}: expected the keys 'action' and 'metadata'."
             )
-        if before is not None:
+        name = str(cast("dict[str, Any]", action).get("action"))
+        if before is not None and name not in _NEW_STARTS:
             label = f"{path.name}, line {number}"
             house = House(Scene.from_metadata(before, label=label))
             start = _table(house.metadata()["objects"])
             ours = house.step(cast("dict[str, Any]", action))
-            name = str(cast("dict[str, Any]", action).get("action"))
             real = cast("dict[str, Any]", after)
             agreement.steps += 1
             if ours["lastActionSuccess"] == bool(real.get("lastActionSuccess")):

@@ -10,6 +10,7 @@ from goalscope.envs.house.conformance import PREDICATES, Agreement, rows, triple
 from goalscope.envs.house.geometry import as_dict, moved
 from goalscope.envs.house.object_types import FLAGS, object_type, type_of
 from goalscope.envs.house.scene import Scene
+from goalscope.envs.house.scenes import load_scene, read_scene
 from goalscope.envs.house.world import House
 from goalscope.types import InvalidInputError
 
@@ -28,13 +29,14 @@ _ACTIONS = {
 
 
 def replay_games(
-    path: Path, scenes: Path, agreement: Agreement, advance: Callable[[], None]
+    path: Path, scenes: Path | None, agreement: Agreement, advance: Callable[[], None]
 ) -> None:
     """Replay every game of a file; for each, `advance` is called once.
 
     Args:
         path: Games, JSON Lines: "world", "interactions", "initial_objects", "final_objects".
-        scenes: Folder of AI2-THOR's scenes, named as "world" names them, with `.json.gz`.
+        scenes: Folder of AI2-THOR's scenes, named as "world" names them, with `.json.gz`; None
+            looks among those that were imported.
         agreement: Takes the counts.
         advance: For a progress bar.
 
@@ -42,15 +44,14 @@ def replay_games(
         InvalidInputError: A file is missing, or is not of this form.
     """
     known: dict[str, Scene] = {}
-    from goalscope.envs.house.scenes import read_scene
-
     for number, game in enumerate(rows(path), 1):
         for key in ("world", "interactions", "initial_objects", "final_objects"):
             if key not in game:
                 raise InvalidInputError(f"{path.name}, line {number}: the key {key!r} is missing.")
         world = str(game["world"])
         if world not in known:
-            known[world] = read_scene(scenes / f"{world}.json.gz")
+            file = scenes / f"{world}.json.gz" if scenes else None
+            known[world] = read_scene(file) if file else load_scene(world)
         replay_game(game, known[world], agreement)
         advance()
 
