@@ -1,0 +1,368 @@
+"""How far the house agrees with recordings: of itself, altered by known amounts, and real ones."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import os
+from collections import Counter
+from collections.abc import Callable
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from goalscope.envs.house.conformance import (
+    PREDICATES,
+    Agreement,
+    compare_episode,
+    recordings,
+    rows,
+    triples,
+)
+from goalscope.envs.house.scenes import load_scene
+from goalscope.envs.house.teach import replay_game, replay_games
+from goalscope.types import InvalidInputError
+from houses import facts, house, named, run
+
+STEPS = ["OpenObject Fridge", "PickupObject Egg", "OpenObject Apple", "PutObject CounterTop"]
+"""Their changes: isOpen; isPickedUp and parentReceptacles; none, it fails; both again, and Cold
+stays. So there are 5 changes, in 4 steps."""
+
+Row = dict[str, Any]
+
+
+def record(*steps: str) -> list[Row]:
+    """What AI2-THOR would write down of the steps, were it this house."""
+    home = house()
+    found = [
+        {"action": {"action": "Initialize"}, "metadata": json.loads(json.dumps(home.metadata()))}
+    ]
+    for step in steps:
+        metadata = json.loads(json.dumps(run(home, step)))
+        name, words = step.split()
+        action = {"action": name, "objectId": named(home, words), "forceAction": True}
+        found.append({"action": action, "metadata": metadata})
+    return found
+
+
+def thing(row: Row, kind: str) -> dict[str, Any]:
+    return next(each for each in row["metadata"]["objects"] if each["objectType"] == kind)
+
+
+def write(path: Path, lines: list[Any]) -> Path:
+    text = "".join(f"{json.dumps(line)}\n" for line in lines)
+    path.write_bytes(gzip.compress(text.encode()) if path.suffix == ".gz" else text.encode())
+    return path
+
+
+def compare(path: Path, lines: list[Any]) -> Agreement:
+    agreement = Agreement()
+    compare_episode(write(path, lines), agreement)
+    return agreement
+
+
+@pytest.mark.parametrize("name", ["episode.jsonl", "episode.jsonl.gz"])
+def test_a_recording_of_the_house_itself_agrees(tmp_path: Path, name: str) -> None:
+    agreement = compare(tmp_path / name, record(*STEPS))
+    assert (agreement.steps, agreement.agreed, agreement.hits) == (4, 4, 5)
+    assert not agreement.missed
+    assert not agreement.extra
+    assert not agreement.refused
+    assert (agreement.success_agreement, agreement.f1) == (1.0, 1.0)
+
+
+def last_toggles_a_tap(episode: list[Row]) -> None:
+    thing(episode[-1], "Faucet")["isToggled"] = True
+
+
+def first_opens_nothing(episode: list[Row]) -> None:
+    thing(episode[1], "Fridge")["isOpen"] = False
+
+
+def first_fails(episode: list[Row]) -> None:
+    episode[1]["metadata"]["lastActionSuccess"] = False
+
+
+def failed_one_succeeds(episode: list[Row]) -> None:
+    episode[3]["metadata"]["lastActionSuccess"] = True
+
+
+def egg_lands_elsewhere(episode: list[Row]) -> None:
+    thing(episode[-1], "Egg")["parentReceptacles"] = ["Elsewhere"]
+
+
+def new_thing_appears(episode: list[Row]) -> None:
+    apple = thing(episode[-1], "Apple")
+    new = apple | {"objectId": "New|+1|+1|+1", "parentReceptacles": None, "isCooked": True}
+    episode[-1]["metadata"]["objects"].append(new)
+
+
+def positions_differ(episode: list[Row]) -> None:
+    thing(episode[-1], "Egg")["position"]["x"] += 0.3
+
+
+ALTERED: list[tuple[Callable[[list[Row]], None], int, int, dict[Any, int], dict[Any, int]]] = [
+    (last_toggles_a_tap, 4, 5, {("PutObject", "isToggled"): 1}, {}),
+    (first_opens_nothing, 4, 4, {("PickupObject", "isOpen"): 1}, {("OpenObject", "isOpen"): 1}),
+    (first_fails, 3, 5, {}, {}),
+    (failed_one_succeeds, 3, 5, {}, {}),
+    (
+        egg_lands_elsewhere, 4, 4,
+        {("PutObject", "parentReceptacles"): 1}, {("PutObject", "parentReceptacles"): 1},
+    ),
+    (
+        new_thing_appears, 4, 5,
+        {("PutObject", "isCooked"): 1},
+        {},
+    ),
+    (positions_differ, 4, 5, {}, {}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("alter", "agreed", "hits", "missed", "extra"), ALTERED)
+def test_each_difference_to_a_recording_is_counted_once(
+    tmp_path: Path,
+    alter: Callable[[list[Row]], None],
+    agreed: int,
+    hits: int,
+    missed: dict[Any, int],
+    extra: dict[Any, int],
+) -> None:
+    episode = record(*STEPS)
+    alter(episode)
+    agreement = compare(tmp_path / "episode.jsonl", episode)
+    assert (agreement.steps, agreement.agreed, agreement.hits) == (4, agreed, hits)
+    assert (dict(agreement.missed), dict(agreement.extra)) == (missed, extra)
+    assert agreement.precision == hits / (hits + sum(extra.values()))
+    assert agreement.recall == hits / (hits + sum(missed.values()))
+    assert len(agreement.examples) == sum(missed.values()) + sum(extra.values())
+
+
+def test_refusals_are_told_with_the_houses_message(tmp_path: Path) -> None:
+    episode = record(*STEPS)
+    first_fails(episode)
+    failed_one_succeeds(episode)
+    agreement = compare(tmp_path / "episode.jsonl", episode)
+    assert agreement.refused == Counter(
+        {
+            ("OpenObject", "succeeded"): 1,
+            ("OpenObject", f"{episode[3]['action']['objectId']} is not an Openable object"): 1,
+        }
+    )
+    assert agreement.success_agreement == 0.5
+    assert {each["count"] for each in agreement.as_json()["refused"]} == {1}
+
+
+def test_counts_add_up_over_episodes_and_are_written_for_machines(tmp_path: Path) -> None:
+    episode = record(*STEPS)
+    last_toggles_a_tap(episode)
+    path = write(tmp_path / "episode.jsonl", episode)
+    agreement = Agreement()
+    for _ in range(3):
+        compare_episode(path, agreement)
+    written = json.loads(json.dumps(agreement.as_json()))
+    assert (written["steps"], written["precision"], written["recall"]) == (12, 1.0, 15 / 18)
+    assert written["f1"] == pytest.approx(2 * 15 / 33)
+    assert written["differences"] == [
+        {"kind": "missed", "action": "PutObject", "predicate": "isToggled", "count": 3}
+    ]
+    assert written["examples"][0].startswith("missed: PutObject: Faucet|")
+    assert written["examples"][0].endswith("isToggled -> True")
+
+
+def test_examples_are_the_first_fifty() -> None:
+    agreement = Agreement()
+    agreement.count("Pass", {(f"Cup{n}", "isDirty", True) for n in range(80)}, set())
+    assert (len(agreement.examples), agreement.missed.total()) == (50, 80)
+
+
+def test_without_steps_nothing_disagrees() -> None:
+    assert (Agreement().success_agreement, Agreement().f1) == (1.0, 1.0)
+
+
+@pytest.mark.parametrize("predicate", PREDICATES)
+def test_every_predicate_counts(predicate: str) -> None:
+    value = {"parentReceptacles": ["Sink"], "temperature": "Hot"}.get(predicate, True)
+    changed = triples({"Cup": {}}, {"Cup": {predicate: value}})
+    assert {each[:2] for each in changed} == {("Cup", predicate)}
+    assert not triples({"Cup": {predicate: value}}, {"Cup": {predicate: value}})
+
+
+def test_the_order_of_receptacles_does_not_count() -> None:
+    before = {"Cup": {"parentReceptacles": ["Sink", "CounterTop"], "temperature": None}}
+    after = {"Cup": {"parentReceptacles": ["CounterTop", "Sink"], "temperature": "RoomTemp"}}
+    assert not triples(before, after)
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"[1]\n", "line 1: not a JSON object"),
+        (b'{"action": {}}\n', "line 1: expected the keys 'action' and 'metadata'"),
+        (b'{"action": 1, "metadata": {}}\n', "line 1: expected the keys"),
+        (b"{\n", "line 1: not a JSON object"),
+        (b"\xff\n", "cannot be read"),
+    ],
+)
+def test_what_is_no_recording_is_refused(tmp_path: Path, data: bytes, message: str) -> None:
+    path = tmp_path / "bad.jsonl"
+    path.write_bytes(data)
+    with pytest.raises(InvalidInputError, match=f"bad.jsonl.*{message}"):
+        compare_episode(path, Agreement())
+
+
+def test_a_recording_of_another_schema_is_refused(tmp_path: Path) -> None:
+    episode = record("OpenObject Fridge")
+    episode[0]["metadata"]["objects"][3]["position"] = "here"
+    with pytest.raises(InvalidInputError, match=r"line 2, object 4 .*'position' must be"):
+        compare(tmp_path / "odd.jsonl", episode)
+
+
+def test_recordings_are_files_and_what_folders_hold(tmp_path: Path) -> None:
+    for name in ("b.jsonl.gz", "a.jsonl", "notes.txt"):
+        write(tmp_path / name, [])
+    assert [each.name for each in recordings([tmp_path])] == ["a.jsonl", "b.jsonl.gz"]
+    assert recordings([tmp_path / "notes.txt"]) == [tmp_path / "notes.txt"]
+    assert list(rows(tmp_path / "a.jsonl")) == []
+    with pytest.raises(InvalidInputError, match="There is no file"):
+        recordings([tmp_path / "c.jsonl"])
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InvalidInputError, match=r"holds no \.jsonl"):
+        recordings([tmp_path / "empty"])
+
+
+ACTS = ["Open Fridge", "Pickup Egg", "Place CounterTop", "Slice Apple", "ToggleOn StoveKnob"]
+
+
+def teach(each: dict[str, Any]) -> dict[str, Any]:
+    """An object as TEACh writes it down: what is false is left out."""
+    known = {key: each[key] for key in PREDICATES if each.get(key) and key != "temperature"}
+    same = {key: each[key] for key in ("objectId", "objectType")}
+    place = [each["position"][axis] for axis in "xyz"]
+    return {**same, "p": place, "ObjectTemperature": each["temperature"], **known}
+
+
+def game(*acts: str) -> Row:
+    """TEACh's record of what a person did, were AI2-THOR this house."""
+    home = house()
+    before = [teach(each) for each in facts(home)["objects"]]
+    names = {"Place": "PutObject", "ToggleOn": "ToggleObjectOn"}
+    interactions: list[dict[str, Any]] = []
+    for second, act in enumerate(acts):
+        name, words = act.split()
+        own = named(home, words)
+        run(home, f"{names.get(name, f'{name}Object')} {words}")
+        done = {"agent": "driver", "success": True, "action": name, "oid": own, "t": second}
+        interactions.append(done)
+    after = [teach(each) for each in facts(home)["objects"]]
+    lists = {"initial_objects": before, "final_objects": after}
+    return {"world": "Kitchen1", "interactions": interactions, **lists}
+
+
+def replay(row: Row) -> Agreement:
+    agreement = Agreement()
+    replay_game(row, load_scene("Kitchen1"), agreement)
+    return agreement
+
+
+def test_a_game_played_in_the_house_itself_agrees() -> None:
+    agreement = replay(game(*ACTS))
+    assert (agreement.steps, agreement.agreed, agreement.f1) == (5, 5, 1.0)
+    assert agreement.hits > 5
+
+
+def test_a_game_is_judged_by_its_end() -> None:
+    row = game(*ACTS)
+    whole = replay(row).hits
+    end = {each["objectType"]: each for each in row["final_objects"]}
+    del end["Fridge"]["isOpen"]
+    end["Plate"]["isDirty"] = True
+    agreement = replay(row)
+    assert agreement.hits == whole - 1
+    assert agreement.extra == Counter({("game", "isOpen"): 1})
+    assert agreement.missed == Counter({("game", "isDirty"): 1})
+
+
+def test_only_what_the_driver_did_with_success_is_done_again() -> None:
+    row = game(*ACTS)
+    row["interactions"][0]["success"] = False
+    row["interactions"][3]["agent"] = "commander"
+    agreement = replay(row)
+    assert (agreement.steps, agreement.agreed) == (3, 3)
+    assert ("game", "isOpen") in agreement.missed
+    assert ("game", "isSliced") in agreement.missed
+
+
+def test_what_the_house_refuses_is_told_by_types() -> None:
+    row = game("Open Fridge")
+    row["interactions"].append(row["interactions"][0] | {"action": "Pickup", "t": 2})
+    row["interactions"].append(row["interactions"][0] | {"action": "Pour", "t": 3})
+    message = "Fridge must have the property CanPickup to be picked up."
+    assert replay(row).refused == Counter(
+        {("Pickup", message): 1, ("Pour", "Nothing to pour from."): 1}
+    )
+
+
+def test_pouring_empties_the_one_and_fills_the_other() -> None:
+    row = game("Pickup WineBottle")
+    ids = {each["objectType"]: each["objectId"] for each in row["initial_objects"]}
+    pour = {"agent": "driver", "success": True, "action": "Pour", "oid": ids["Bowl"], "t": 1}
+    row["interactions"].append(pour)
+    agreement = replay(row)
+    assert (agreement.steps, agreement.agreed) == (2, 2)
+    assert agreement.extra == Counter({("game", "isFilledWithLiquid"): 2})
+
+
+def test_what_is_hot_cools_while_the_person_waits() -> None:
+    row = game("Pickup Egg", "Place CounterTop")
+    agreement = replay(row)
+    assert not agreement.extra
+    row["interactions"][1]["t"] = 30
+    assert replay(row).extra == Counter({("game", "temperature"): 1})
+
+
+def test_games_are_read_with_their_scenes(tmp_path: Path) -> None:
+    home = house()
+    things = {each["objectId"]: each for each in home.metadata()["objects"]}
+    (tmp_path / "Kitchen1.json.gz").write_bytes(gzip.compress(json.dumps(things).encode()))
+    path = write(tmp_path / "games.jsonl.gz", [game("Open Fridge"), game("Slice Apple")])
+    agreement, games = Agreement(), list[int]()
+    replay_games(path, tmp_path, agreement, lambda: games.append(1))
+    assert (len(games), agreement.steps, agreement.f1) == (2, 2, 1.0)
+    row = game("Open Fridge")
+    del row["final_objects"]
+    write(path, [row])
+    with pytest.raises(InvalidInputError, match="line 1: the key 'final_objects' is missing"):
+        replay_games(path, tmp_path, agreement, lambda: None)
+    write(path, [game("Open Fridge") | {"world": "Nowhere"}])
+    with pytest.raises(InvalidInputError, match=r"Nowhere\.json\.gz cannot be read"):
+        replay_games(path, tmp_path, agreement, lambda: None)
+
+
+@pytest.fixture
+def data() -> Path:
+    folder = os.environ.get("GOALSCOPE_DATA")
+    if not folder:
+        pytest.skip("GOALSCOPE_DATA is unset: it names the folder with the real recordings")
+    return Path(folder)
+
+
+def test_the_house_does_what_real_ai2_thor_did(data: Path) -> None:
+    agreement = Agreement()
+    for path in recordings([data / "thor" / "traces"]):
+        compare_episode(path, agreement)
+    assert agreement.steps >= 60
+    assert agreement.success_agreement == 1.0
+    assert agreement.f1 >= 0.95
+
+
+def test_the_house_ends_as_real_games_ended(data: Path, tmp_path: Path) -> None:
+    games = data / "dialogue" / "teach" / "teach_valid_seen.jsonl.gz"
+    first = write(tmp_path / "games.jsonl", list(islice(rows(games), 20)))
+    agreement = Agreement()
+    replay_games(first, data / "thor" / "scenes", agreement, lambda: None)
+    assert agreement.steps > 200
+    assert agreement.success_agreement >= 0.97
+    assert agreement.f1 >= 0.85

@@ -1,0 +1,374 @@
+"""What is read as a scene, what is refused with its cause, and where scenes are found."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import math
+import os
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from goalscope.envs.house import scenes
+from goalscope.envs.house.scene import Scene
+from goalscope.envs.house.scenes import import_scene, known_scenes, load_scene, read_scene
+from goalscope.envs.house.state import State
+from goalscope.envs.house.world import House
+from goalscope.types import InvalidInputError
+
+LAMP, TABLE, BOOK = "FloorLamp|+01|+00|+01", "DiningTable|+02|+00|+02", "Book|+02|+00.7|+02"
+OWN = ["Bathroom1", "Bedroom1", "Kitchen1", "LivingRoom1"]
+
+
+def placed(own: str, x: float, y: float, size: float, **facts: Any) -> dict[str, Any]:
+    """An object's metadata; it is a cube."""
+    center = {"x": x, "y": y + size / 2, "z": x}
+    box = {"center": center, "size": dict.fromkeys("xyz", size)}
+    kind = own.partition("|")[0]
+    position = {"x": x, "y": y, "z": x}
+    rest = {"position": position, "axisAlignedBoundingBox": box}
+    return {"objectId": own, "objectType": kind, **rest, **facts}
+
+
+def metadata(**book: Any) -> dict[str, Any]:
+    """What AI2-THOR prints of a small room; `book` alters one of its objects."""
+    floor = placed("Floor|+02|+00|+02", 2, -4, 4, receptacle=True)
+    lamp = placed(LAMP, 1, 0, 0.4, toggleable=True)
+    table = placed(TABLE, 2, 0, 0.7, receptacle=True, receptacleObjectIds=[BOOK])
+    given = placed(BOOK, 2, 0.7, 0.1, pickupable=True, parentReceptacles=[TABLE]) | book
+    turn = {"x": 0, "y": 90, "z": 0}
+    agent = {"position": {"x": 3, "y": 0.9, "z": 3}, "rotation": turn, "cameraHorizon": 30}
+    return {"objects": [floor, lamp, table, given], "agent": agent, "sceneName": "Room_physics"}
+
+
+def read(data: Any) -> Scene:
+    return Scene.from_metadata(data, label="room")
+
+
+def save(path: Path, data: Any) -> Path:
+    text = json.dumps(data).encode()
+    path.write_bytes(gzip.compress(text) if path.suffix == ".gz" else text)
+    return path
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where scenes are kept; not there yet."""
+    monkeypatch.setenv("GOALSCOPE_SCENES", str(tmp_path / "kept"))
+    return tmp_path / "kept"
+
+
+def test_metadata_becomes_a_scene() -> None:
+    scene = read(
+        metadata(mass=0.5, temperature="Cold", assetId="Book_7", salientMaterials=["Paper"])
+    )
+    book = scene.objects[3]
+    assert (scene.name, len(scene.objects)) == ("Room_physics", 4)
+    assert (book["mass"], book["temperature"], book["assetId"]) == (0.5, "Cold", "Book_7")
+    assert (book["salientMaterials"], book["parentReceptacles"]) == (["Paper"], [TABLE])
+    assert (book["openable"], book["isOpen"], book["openness"]) == (False, False, 0.0)
+    assert scene.objects[0]["receptacleObjectIds"] == []
+    assert book["receptacleObjectIds"] is None
+    home = House(scene)
+    assert home.metadata()["agent"]["rotation"]["y"] == 90
+    assert home.step({"action": "ToggleObjectOn", "objectId": LAMP, "forceAction": True})[
+        "lastActionSuccess"
+    ]
+
+
+def test_objects_by_id_are_a_scene_too() -> None:
+    table = {each["objectId"]: each for each in metadata()["objects"]}
+    scene = Scene.from_metadata(table, label="room", name="Mine")
+    assert (scene.name, scene.agent) == ("Mine", None)
+    assert [each["objectId"] for each in scene.objects] == list(table)
+    assert State(scene).agent["position"]["y"] == pytest.approx(0.9)
+
+
+def test_what_the_house_prints_is_a_scene_with_the_same_facts() -> None:
+    before = House(read(metadata())).metadata()
+    after = House(read(json.loads(json.dumps(before)))).metadata()
+    assert after == before
+
+
+def test_keys_that_are_not_known_are_left_out() -> None:
+    assert "evil" not in read(metadata(evil="<script>")).objects[3]
+
+
+NESTED: Any = 0
+for _ in range(600):
+    NESTED = [NESTED]
+
+BAD_TEXTS = {
+    "control": "Book\x1b[2J",
+    "newline": "Book\nLamp",
+    "bidi": "Book\u202egpj",
+    "isolate": "Book\u2066x",
+    "arabic mark": "Book\u061c",
+    "zero width": "Bo\u200bok",
+    "soft hyphen": "Bo\xadok",
+    "tag": "Book\U000e0041",
+    "surrogate": "Book\ud800",
+    "template": "<|im_start|>system",
+    "empty": "",
+    "long": "B" * 201,
+    "10 MB": "B" * 10**7,
+    "number": 5,
+    "list": ["Book"],
+    "null": None,
+}
+
+
+@pytest.mark.parametrize("text", BAD_TEXTS.values(), ids=BAD_TEXTS.keys())
+@pytest.mark.parametrize("key", ["objectId", "objectType", "name"])
+def test_names_that_a_screen_or_a_model_would_obey_are_refused(key: str, text: Any) -> None:
+    with pytest.raises(InvalidInputError) as error:
+        read(metadata(**{key: text}))
+    assert f"room, object 4: '{key}' must be a text" in str(error.value)
+    assert len(str(error.value)) < 300
+
+
+BAD_VALUES = {
+    "position": [None, 5, "here", [1, 2, 3], {"x": 1}, {"x": 1, "y": math.nan, "z": 1}, NESTED,
+                 {"x": math.inf, "y": 1, "z": 1}, {"x": 1e9, "y": 1, "z": 1},
+                 {"x": 10**400, "y": 1, "z": 1}, {"x": "1", "y": 1, "z": 1},
+                 {"x": True, "y": 1, "z": 1}],
+    "rotation": [None, 90, {"y": 90}],
+    "isOpen": [1, "true", None, []],
+    "openness": [None, -0.1, 1.1, math.nan, "half"],
+    "mass": [None, math.nan, -math.inf, "5", 10**5000],
+    "temperature": [None, "Warm", 5, []],
+    "fillLiquid": [5, "w" * 21, "water\x1b[0m", "<|im_end|>"],
+    "parentReceptacles": ["DiningTable", {}, [5], [None], ["a\nb"], ["x" * 201]],
+    "receptacleObjectIds": [5, [["Book"]]],
+    "controlledObjects": [True, ["<|im_start|>"]],
+    "axisAlignedBoundingBox": [{"center": 5}, {"size": {"x": -1, "y": 1, "z": 1}},
+                               {"size": {"x": 1e5, "y": 1, "z": 1}}, {"size": NESTED},
+                               {"size": {"x": math.nan, "y": 1, "z": 1}}],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [(key, value) for key, values in BAD_VALUES.items() for value in values],
+    ids=[f"{key} {n}" for key, values in BAD_VALUES.items() for n in range(len(values))],
+)  # fmt: skip
+def test_a_bad_value_is_refused_with_its_object(key: str, value: Any) -> None:
+    with pytest.raises(InvalidInputError, match="room, object 4 'Book") as error:
+        read(metadata(**{key: value}))
+    assert len(str(error.value)) < 300
+
+
+BAD_METADATA: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
+    "list": (lambda data: [data], "expected a JSON object with AI2-THOR's metadata, not list"),
+    "text": (lambda data: "room", "not str"),
+    "nothing": (lambda data: None, "not NoneType"),
+    "empty": (lambda data: {}, "no objects in it"),
+    "no objects": (lambda data: data | {"objects": []}, "no objects in it"),
+    "objects no list": (lambda data: data | {"objects": {"a": 1}}, "no objects in it"),
+    "object no object": (lambda data: data | {"objects": [5]}, "object 1: expected a JSON object"),
+    "other schema": (lambda data: {"rooms": [], "doors": 5}, "object 1: expected a JSON object"),
+    "twice": (lambda data: data | {"objects": data["objects"] * 2}, "two objects have the id"),
+    "too many": (lambda data: data | {"objects": [{}] * 2001}, "2,001 objects; a scene may have"),
+    "scene's name": (lambda data: data | {"sceneName": "a\nb"}, "'sceneName' must be a short text"),
+    "name no text": (lambda data: data | {"sceneName": 5}, "'sceneName' must be a short text"),
+    "agent": (lambda data: data | {"agent": 5}, "room, agent: expected a JSON object"),
+    "nowhere": (lambda data: data | {"agent": {}}, "agent, 'position' must be {x, y, z}"),
+    "horizon": (
+        lambda data: data | {"agent": data["agent"] | {"cameraHorizon": "down"}},
+        "'cameraHorizon' must be a number",
+    ),
+    "two hands": (
+        lambda data: data | {"objects": [each | {"isPickedUp": True} for each in data["objects"]]},
+        "are both picked up; a hand holds one thing",
+    ),
+}
+
+
+@pytest.mark.parametrize(("alter", "message"), BAD_METADATA.values(), ids=BAD_METADATA.keys())
+def test_metadata_of_another_form_is_refused(alter: Any, message: str) -> None:
+    with pytest.raises(InvalidInputError) as error:
+        read(alter(metadata()))
+    assert message in str(error.value)
+
+
+@pytest.mark.parametrize("key", ["objectId", "objectType", "position"])
+def test_a_missing_key_is_named(key: str) -> None:
+    data = metadata()
+    del data["objects"][3][key]
+    with pytest.raises(InvalidInputError, match=f"'{key}' must be"):
+        read(data)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "kept"),
+    [
+        ("assetId", "Book\x1b", ""),
+        ("assetId", None, ""),
+        ("salientMaterials", ["Paper", "a\nb", 5, "<|x"], ["Paper"]),
+        ("salientMaterials", "Paper", None),
+        ("objectOrientedBoundingBox", {"cornerPoints": "abcdefgh"}, None),
+        ("objectOrientedBoundingBox", {"cornerPoints": [[10**400] * 3] * 8}, None),
+        ("objectOrientedBoundingBox", {"cornerPoints": [[math.nan] * 3] * 8}, None),
+        ("objectOrientedBoundingBox", 5, None),
+    ],
+)
+def test_what_the_house_does_not_need_is_left_out_where_it_is_odd(
+    key: str, value: Any, kept: Any
+) -> None:
+    assert read(metadata(**{key: value})).objects[3][key] == kept
+
+
+def test_lists_that_go_round_in_a_circle_end() -> None:
+    data = metadata(receptacle=True, receptacleObjectIds=[TABLE, BOOK])
+    data["objects"][2] |= {"parentReceptacles": [BOOK], "pickupable": True}
+    home = House(read(data))
+    for action in ("PickupObject", "DropHandObject", "PickupObject"):
+        own = {"objectId": BOOK} if action == "PickupObject" else {}
+        assert home.step({"action": action, "forceAction": True, **own})["lastActionSuccess"]
+
+
+def test_a_room_too_large_to_walk_through_is_refused() -> None:
+    data = metadata(position={"x": 9e5, "y": 0, "z": 0})
+    data["objects"] = data["objects"][1:]
+    data["objects"][2].pop("axisAlignedBoundingBox")
+    with pytest.raises(InvalidInputError, match="a scene may have 100 m"):
+        State(read(data))
+
+
+def test_a_room_without_free_floor_is_refused(folder: Path, tmp_path: Path) -> None:
+    data = metadata()
+    del data["agent"]
+    data["objects"][0] = placed("Floor|+02|+00|+02", 2, -0.3, 0.3)
+    path = save(tmp_path / "Full.json", data)
+    with pytest.raises(InvalidInputError, match="no free floor to stand on"):
+        import_scene(path)
+    assert not folder.exists()
+
+
+@pytest.mark.parametrize("ending", [".json", ".json.gz"])
+def test_an_imported_scene_is_found_by_its_name(folder: Path, tmp_path: Path, ending: str) -> None:
+    assert list(known_scenes()) == OWN
+    path = save(tmp_path / f"FloorPlan7_physics{ending}", metadata())
+    name, scene = import_scene(path)
+    assert name == "FloorPlan7_physics"
+    assert load_scene("FloorPlan7_physics").objects == scene.objects
+    assert load_scene("FloorPlan7").agent == scene.agent
+    assert import_scene(path, "Mine")[0] == "Mine"
+    assert sorted(known_scenes()) == sorted([*OWN, "FloorPlan7_physics", "Mine"])
+    assert sorted(each.name for each in folder.iterdir()) == [
+        "FloorPlan7_physics.json.gz", "Mine.json.gz",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["../Kitchen", "a b", "x" * 81, ".hidden", "K\n", "ä"])
+def test_a_scene_gets_no_odd_name(folder: Path, tmp_path: Path, name: str) -> None:
+    with pytest.raises(InvalidInputError, match="use letters, digits, _ and -"):
+        import_scene(save(tmp_path / "Room.json", metadata()), name)
+    assert not folder.exists()
+
+
+def test_a_folder_that_cannot_be_written_is_told(folder: Path, tmp_path: Path) -> None:
+    path = save(tmp_path / "Room.json", metadata())
+    folder.write_text("a file")
+    with pytest.raises(InvalidInputError, match=r"kept: File exists\. Set GOALSCOPE_SCENES"):
+        import_scene(path)
+    folder.unlink()
+    (folder / "Room.json.gz" / "full").mkdir(parents=True)
+    with pytest.raises(InvalidInputError, match="kept: Is a directory"):
+        import_scene(path)
+    assert [each.name for each in folder.iterdir()] == ["Room.json.gz"]
+
+
+def test_other_files_in_the_folder_are_no_scenes(folder: Path) -> None:
+    folder.mkdir()
+    for name in ("notes.txt", ".hidden.json", "._Room.json", "Room.json.part"):
+        save(folder / name, metadata())
+    assert list(known_scenes()) == OWN
+
+
+def test_scenes_in_the_folder_go_before_our_own(folder: Path) -> None:
+    folder.mkdir()
+    save(folder / "Kitchen1.json", metadata())
+    assert load_scene("Kitchen1").name == "Room_physics"
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_our_own_scenes_load(name: str, folder: Path) -> None:
+    assert load_scene(name).name == name
+    assert not folder.exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("Nowhere", "There is no scene 'Nowhere'. There are: Bathroom1, Bedroom1, Kitchen1"),
+        ("", "There is no scene ''"),
+        ("nowhere.json", "nowhere.json cannot be read: No such file"),
+        ("./", "cannot be read: Is a directory"),
+        ("a\0b.json", "is not valid JSON: embedded null byte"),
+    ],
+)
+def test_a_scene_that_is_not_there_is_told(name: str, message: str, folder: Path) -> None:
+    with pytest.raises(InvalidInputError) as error:
+        load_scene(name)
+    assert message in str(error.value)
+
+
+GOOD_GZ = gzip.compress(json.dumps(metadata()).encode())
+BAD_FILES = {
+    "a.json": b"{",
+    "b.json": b"",
+    "c.json": b"\xff\xfe",
+    "d.json": b"[" * 100_000,
+    "e.json": b'{"objects": ' + b"9" * 5000 + b"}",
+    "f.json.gz": b"no gzip",
+    "g.json.gz": GOOD_GZ[:50],
+    "h.json.gz": GOOD_GZ[:30] + bytes(20) + GOOD_GZ[50:],
+    "i.json.gz": GOOD_GZ[:-8] + bytes(8),
+}
+
+
+@pytest.mark.parametrize(("name", "data"), BAD_FILES.items(), ids=BAD_FILES)
+def test_a_broken_file_is_refused_by_its_name(name: str, data: bytes, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(InvalidInputError, match=f"The scene {name} (cannot be read|is not valid)"):
+        read_scene(tmp_path / name)
+
+
+@pytest.mark.parametrize("depth", [200, 900, 980, 990])
+def test_deep_nesting_is_refused(depth: int, tmp_path: Path) -> None:
+    path = tmp_path / "deep.json"
+    text = json.dumps(metadata(position="HERE"))
+    path.write_text(text.replace('"HERE"', "[" * depth + "]" * depth))
+    with pytest.raises(InvalidInputError, match=r"deep\.json"):
+        read_scene(path)
+
+
+def test_a_packed_file_that_swells_is_refused_before_it_is_unpacked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    packer = zlib.compressobj(9, zlib.DEFLATED, 31)
+    chunk = b" " * 2**20
+    bomb = b"".join(packer.compress(chunk) for _ in range(65)) + packer.flush()
+    (tmp_path / "bomb.json.gz").write_bytes(bomb)
+    assert len(bomb) < 100_000
+    with pytest.raises(InvalidInputError, match=r"bomb\.json\.gz: larger than 64 MiB"):
+        read_scene(tmp_path / "bomb.json.gz")
+    monkeypatch.setattr(scenes, "MOST_BYTES", 100)
+    with pytest.raises(InvalidInputError, match="larger than"):
+        read_scene(save(tmp_path / "plain.json", metadata()))
+
+
+def test_every_real_scene_loads() -> None:
+    data = os.environ.get("GOALSCOPE_DATA")
+    if not data:
+        pytest.skip("GOALSCOPE_DATA is unset: it names the folder with AI2-THOR's scenes")
+    paths = sorted((Path(data) / "thor" / "scenes").glob("*.json.gz"))
+    assert len(paths) == 120
+    for path in paths:
+        home = House(read_scene(path))
+        assert home.step({"action": "Pass"})["lastActionSuccess"]
+        assert len(home.state.reachable()) > 20, path.name
