@@ -64,9 +64,11 @@ Kitchen1: CleanObject Mug:1
 Kitchen1: UseUpObject PaperTowelRoll
     PaperTowelRoll isUsedUp=true
 Kitchen1: BreakObject Plate
-    Plate isBroken=true
+    Plate isBroken=true parentReceptacles=null
+    Cabinet receptacleObjectIds=["Plate:1"]
 Kitchen1: BreakObject WineBottle
-    WineBottle isBroken=true isFilledWithLiquid=false fillLiquid=null
+    WineBottle isBroken=true isFilledWithLiquid=false fillLiquid=null parentReceptacles=null
+    Shelf receptacleObjectIds=[]
 LivingRoom1: BreakObject Laptop
     Laptop isBroken=true isToggled=false
 Kitchen1: Pass

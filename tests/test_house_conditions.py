@@ -32,6 +32,7 @@ def thing(own: str, *parents: str, **states: Any) -> dict[str, Any]:
         "objectId": own,
         "objectType": own.rstrip("0123456789"),
         "parentReceptacles": list(parents) or None,
+        "pickupable": True,
         "isOpen": False,
         "isDirty": False,
         "isSliced": False,

@@ -216,7 +216,7 @@ def test_what_is_no_recording_is_refused(tmp_path: Path, data: bytes, message: s
 def test_a_recording_of_another_schema_is_refused(tmp_path: Path) -> None:
     episode = record("OpenObject Fridge")
     episode[0]["metadata"]["objects"][3]["position"] = "here"
-    with pytest.raises(InvalidInputError, match=r"line 2, object 4 .*'position' must be"):
+    with pytest.raises(InvalidInputError, match=r"line 1, object 4 .*'position' must be"):
         compare(tmp_path / "odd.jsonl", episode)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from goalscope.envs.house.geometry import box_of, vec
 from goalscope.envs.house.placing import check_place, parents_at, place, set_down
 from goalscope.envs.house.slices import slices_of
-from goalscope.envs.house.state import Failure, State, number
+from goalscope.envs.house.state import Failure, State, is_whole, number
 
 __all__ = ["ACTS"]
 
@@ -57,7 +57,7 @@ def pickup_object(
         raise Failure("Object ID appears to be invalid.")
     if not thing["pickupable"]:
         raise Failure(f"{objectId} must have the property CanPickup to be picked up.")
-    if state.is_gone(thing) or not (forceAction or thing["visible"]):
+    if not is_whole(thing) or not (forceAction or thing["visible"]):
         raise Failure(f"{objectId} is not visible and can't be picked up.")
     set_down(state, thing, [])
     thing["isPickedUp"] = True
@@ -138,22 +138,22 @@ def slice_object(state: State, objectId: str, forceAction: bool = False) -> None
 
 
 def break_object(state: State, objectId: str, forceAction: bool = False) -> None:
+    if state.objects.get(objectId, {}).get("isBroken"):
+        raise Failure(f"{objectId} is already broken!")
     thing = state.target(objectId, force=forceAction)
     if not thing["breakable"]:
         raise Failure(f"{objectId} does not have the CanBreak property!!")
-    if thing["isBroken"]:
-        raise Failure(f"{objectId} is already broken!")
-    thing["isBroken"] = True
     if thing["toggleable"]:
         thing["isToggled"] = False
     if thing["isFilledWithLiquid"]:
         thing["isFilledWithLiquid"], thing["fillLiquid"] = False, None
     if objectId == state.held:
         drop_hand_object(state)
+    thing["isBroken"] = True
     for each in state.contents(objectId):
         others = [own for own in each["parentReceptacles"] or () if own != objectId]
         state.attach(each, others or thing["parentReceptacles"])
-    if thing["objectType"] == "Egg":
+    if not is_whole(thing):
         _replace(state, thing)
 
 

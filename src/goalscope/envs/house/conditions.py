@@ -9,6 +9,7 @@ from typing import Any, cast
 
 from goalscope.envs.house.object_types import object_types
 from goalscope.envs.house.properties import STATES, unfit_state
+from goalscope.envs.house.state import is_whole
 from goalscope.envs.tables import is_list, nearest, read_profiles, refuse_unknown, shown
 from goalscope.types import InvalidInputError, Profile
 
@@ -34,7 +35,7 @@ def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
     stand `in` or `on` (both mean the same: types of receptacles, of which one must hold the
     object) and any of `STATES` with its value; all of them must hold of the same object. An egg on
     a plate on a table is on the table too; on the floor is only what nothing else holds. What was
-    sliced, or an egg that was broken, counts only where the check says isSliced or isBroken.
+    sliced, or a thing that went to pieces, counts only where the check says isSliced or isBroken.
 
     Raises:
         InvalidInputError: The file cannot be read, or a profile is not of this form; the message
@@ -76,9 +77,8 @@ def _is_met(check: Mapping[str, Any], by_id: Mapping[str, Mapping[str, Any]]) ->
 
 def _is_gone(thing: Mapping[str, Any], states: Mapping[str, Any]) -> bool:
     """Whether only pieces are left of the thing, and nobody asks."""
-    sliced = thing["isSliced"] and "isSliced" not in states
-    cracked = thing["objectType"] == "Egg" and thing["isBroken"] and "isBroken" not in states
-    return sliced or cracked
+    asked = "isSliced" in states or "isBroken" in states
+    return not asked and not is_whole(thing)
 
 
 def _holders(thing: Mapping[str, Any], by_id: Mapping[str, Mapping[str, Any]]) -> set[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import json
+import zlib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -31,6 +32,7 @@ PREDICATES = (
 )
 """What is compared of each object."""
 
+LONGEST_LINE = 64 * 2**20
 _NEW_STARTS = ("Initialize", "Reset")
 """Rows of a recording that begin a scene anew."""
 
@@ -144,15 +146,19 @@ def rows(path: Path) -> Iterator[dict[str, Any]]:
     opener = gzip.open if path.suffix == ".gz" else open
     try:
         with opener(path, "rt", encoding="utf-8") as file:
-            for number, line in enumerate(file, 1):
+            number = 0
+            while line := file.readline(LONGEST_LINE):
+                number += 1
+                if len(line) == LONGEST_LINE:
+                    raise InvalidInputError(f"{path.name}, line {number}: longer than 64 MiB.")
                 try:
                     row = json.loads(line)
-                except ValueError:
+                except (ValueError, RecursionError):
                     row = None
                 if not isinstance(row, dict):
                     raise InvalidInputError(f"{path.name}, line {number}: not a JSON object.")
                 yield cast("dict[str, Any]", row)
-    except (OSError, EOFError, UnicodeDecodeError) as error:
+    except (OSError, EOFError, UnicodeDecodeError, zlib.error) as error:
         raise InvalidInputError(f"{path.name} cannot be read: {error}.") from None
 
 
@@ -166,31 +172,31 @@ def compare_episode(path: Path, agreement: Agreement) -> None:
     Raises:
         InvalidInputError: The file is no such recording.
     """
-    before: Any = None
+    before: Scene | None = None
     for number, row in enumerate(rows(path), 1):
-        action, after = row.get("action"), row.get("metadata")
-        if not isinstance(action, dict) or not isinstance(after, dict):
-            raise InvalidInputError(
-                f"{path.name}, line {number}: expected the keys 'action' and 'metadata'."
-            )
-        name = str(cast("dict[str, Any]", action).get("action"))
+        label = f"{path.name}, line {number}"
+        action, metadata = row.get("action"), row.get("metadata")
+        if not isinstance(action, dict) or not isinstance(metadata, dict):
+            raise InvalidInputError(f"{label}: expected the keys 'action' and 'metadata'.")
+        after = Scene.from_metadata(metadata, label=label)
+        given = cast("dict[str, Any]", action)
+        name = str(given.get("action"))
         if before is not None and name not in _NEW_STARTS:
-            label = f"{path.name}, line {number}"
-            house = House(Scene.from_metadata(before, label=label))
+            house = House(before)
             start = _table(house.metadata()["objects"])
-            ours = house.step(cast("dict[str, Any]", action))
-            real = cast("dict[str, Any]", after)
+            ours = house.step(given)
+            succeeded = bool(cast("dict[str, Any]", metadata).get("lastActionSuccess"))
             agreement.steps += 1
-            if ours["lastActionSuccess"] == bool(real.get("lastActionSuccess")):
+            if ours["lastActionSuccess"] == succeeded:
                 agreement.agreed += 1
             else:
                 agreement.refused[name, ours["errorMessage"] or "succeeded"] += 1
             agreement.count(
                 name,
-                triples(start, _table(real["objects"])),
+                triples(start, _table(after.objects)),
                 triples(start, _table(ours["objects"])),
             )
-        before = cast("dict[str, Any]", after)
+        before = after
 
 
 def triples(

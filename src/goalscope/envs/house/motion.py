@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar, cast
 
 from goalscope.envs.house.geometry import Pose, Vec, as_dict, box_of, sees, vec
-from goalscope.envs.house.state import Failure, State, number
+from goalscope.envs.house.state import Failure, State, is_whole, number
 from goalscope.envs.tables import shown
 
 __all__ = ["MOTIONS"]
@@ -147,7 +147,7 @@ def get_interactable_poses(
     postures = (True, False) if standings is None else _each(standings, "standings", _flag)
     most = math.inf if maxPoses is None else number(maxPoses, "maxPoses")
     box = box_of(thing)
-    if state.is_gone(thing):
+    if not is_whole(thing):
         return []
     near = [each for each in places if box.distance(each[0], each[2]) <= state.reach]
     near.sort(key=lambda each: math.dist((each[0], each[2]), (box.center[0], box.center[2])))

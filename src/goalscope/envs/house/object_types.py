@@ -1,4 +1,4 @@
-"""What is known of each of AI2-THOR's object types: affordances, sizes, and what may stand where."""
+"""What is known of AI2-THOR's object types: affordances, sizes, and what may stand where."""
 
 from __future__ import annotations
 

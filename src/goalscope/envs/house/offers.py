@@ -8,7 +8,8 @@ from typing import Any
 from goalscope.envs.house.hearing import Hearing, Request
 from goalscope.envs.house.names import readable
 from goalscope.envs.house.object_types import SINGLE, object_type
-from goalscope.envs.house.view import View, is_whole
+from goalscope.envs.house.state import is_whole
+from goalscope.envs.house.view import View
 from goalscope.types import Action
 
 __all__ = ["NAMES", "is_refused", "meet", "possible", "returns"]

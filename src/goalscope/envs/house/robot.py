@@ -16,7 +16,8 @@ from goalscope.envs.house.hearing import IRREVERSIBLE, ask_permission, hear
 from goalscope.envs.house.names import mentioned, readable, the
 from goalscope.envs.house.offers import NAMES, is_refused, meet, possible, returns
 from goalscope.envs.house.primitives import Primitives, Refusal
-from goalscope.envs.house.view import View, is_whole
+from goalscope.envs.house.state import is_whole
+from goalscope.envs.house.view import View
 from goalscope.types import Action, GoalscopeError, Profile, StepResult, Turn
 
 __all__ = ["HomeRobot"]

@@ -21,10 +21,13 @@ from goalscope.envs.house.scene import Scene
 from goalscope.envs.tables import shown
 from goalscope.types import InvalidInputError
 
-__all__ = ["ENCLOSING", "Failure", "State", "number"]
+__all__ = ["ENCLOSING", "Failure", "State", "is_whole", "number"]
 
 ENCLOSING = frozenset({"Box", "Cabinet", "Drawer", "Fridge", "LaundryHamper", "Microwave", "Safe"})
 """Receptacles that hide what is in them while they are closed, and must be open for a put."""
+
+CRACKED = frozenset({"CellPhone", "Laptop"})
+"""What keeps its shape when it breaks; other things that can be carried go to pieces."""
 
 REACH = 1.5
 """AI2-THOR's visibility distance, in m."""
@@ -68,6 +71,12 @@ def number(value: Any, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
         raise Failure(f"{name} must be a number, not {shown(value)}", "InvalidArgument")
     return float(value)
+
+
+def is_whole(thing: Mapping[str, Any]) -> bool:
+    """Whether the thing itself is still there, and not only its slices or its pieces."""
+    shattered = thing["isBroken"] and thing["pickupable"] and thing["objectType"] not in CRACKED
+    return not thing["isSliced"] and not shattered
 
 
 class State:
@@ -143,7 +152,7 @@ class State:
         thing = self.objects.get(object_id)
         if thing is None:
             raise Failure("Object ID appears to be invalid.")
-        if self.is_gone(thing):
+        if not is_whole(thing):
             raise Failure(f"object not found: {object_id}")
         if force or thing["visible"] or object_id == self.held:
             return thing
@@ -170,10 +179,6 @@ class State:
                     seen.add(each["objectId"])
                     queue.append(each["objectId"])
                     yield each
-
-    def is_gone(self, thing: Mapping[str, Any]) -> bool:
-        """Whether nothing is left of the thing itself: its slices, or its pieces, are."""
-        return thing["isSliced"] or (thing["objectType"] == "Egg" and thing["isBroken"])
 
     def is_enclosed(self, thing: Mapping[str, Any]) -> bool:
         """Whether a closed receptacle hides the thing."""
@@ -217,11 +222,17 @@ class State:
             ahead, up = HAND
             hand = (x + ahead * math.sin(yaw), y + up, z + ahead * math.cos(yaw))
             self.shift(self.objects[self.held], hand)
-        for each in self.objects.values():
-            near = sees(pose, box_of(each), self.reach)
-            seen = near and not self.is_gone(each) and not self.is_enclosed(each)
-            each["visible"] = each["isInteractable"] = seen or each["objectId"] == self.held
-            each["distance"] = math.dist(vec(each["position"]), pose.position)
+        x, y, z = pose.position
+        for own, each in self.objects.items():
+            seen = (
+                _may_reach(each["axisAlignedBoundingBox"], x, z, self.reach)
+                and sees(pose, box_of(each), self.reach)
+                and is_whole(each)
+                and not self.is_enclosed(each)
+            )
+            each["visible"] = each["isInteractable"] = seen or own == self.held
+            at = each["position"]
+            each["distance"] = math.hypot(at["x"] - x, at["y"] - y, at["z"] - z)
 
     def _placed(self) -> dict[str, Any]:
         """An agent at the free position nearest to the middle of the room."""
@@ -241,6 +252,15 @@ class State:
             "isStanding": True,
             "inHighFrictionArea": False,
         }
+
+
+def _may_reach(bounds: Mapping[str, Any], x: float, z: float, reach: float) -> bool:
+    """A quick no for most of what is too far away."""
+    center, size = bounds["center"], bounds["size"]
+    return (
+        abs(center["x"] - x) - size["x"] / 2 <= reach
+        and abs(center["z"] - z) - size["z"] / 2 <= reach
+    )
 
 
 def _floor(objects: Mapping[str, Mapping[str, Any]]) -> Box:

@@ -52,7 +52,12 @@ def replay_games(
         if world not in known:
             file = scenes / f"{world}.json.gz" if scenes else None
             known[world] = read_scene(file) if file else load_scene(world)
-        replay_game(game, known[world], agreement)
+        try:
+            replay_game(game, known[world], agreement)
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
+            raise InvalidInputError(
+                f"{path.name}, line {number}: not a TEACh game ({type(error).__name__}: {error})."
+            ) from None
         advance()
 
 

@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from goalscope.envs.house.names import names, readable, the
+from goalscope.envs.house.state import is_whole
 from goalscope.types import Action
 
-__all__ = ["View", "is_whole"]
+__all__ = ["View"]
 
 _STATES = (
     ("isOpen", "open"), ("isToggled", "on"), ("isSliced", "sliced"), ("isCooked", "cooked"),
@@ -76,7 +77,8 @@ class View:
         if thing["isFilledWithLiquid"]:
             states.append(f"filled with {thing['fillLiquid'] or 'a liquid'}")
         verb = "are" if name.endswith("s") and not name.endswith("ss") else "is"
-        return f"{name[:1].upper()}{name[1:]} {verb} {', '.join([*states, self._where(thing)])}"
+        where = [self._where(thing)] if is_whole(thing) else []
+        return f"{name[:1].upper()}{name[1:]} {verb} {', '.join([*states, *where])}"
 
     def changes(self, start: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
         """What is not as it was at the start, one object a text."""
@@ -111,11 +113,6 @@ class View:
         place = self.table.get(self.id(name))
         inside = place is not None and (place["openable"] or place["objectType"] in _INSIDE)
         return "in" if inside else "on"
-
-
-def is_whole(thing: Mapping[str, Any]) -> bool:
-    """Whether the thing itself is still there, and not only its pieces."""
-    return not thing["isSliced"] and not (thing["objectType"] == "Egg" and thing["isBroken"])
 
 
 def _named(table: Mapping[str, Mapping[str, Any]], before: Mapping[str, str]) -> dict[str, str]:

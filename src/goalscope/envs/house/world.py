@@ -84,15 +84,20 @@ class House:
         error: str = "",
         code: str | None = None,
     ) -> dict[str, Any]:
-        """AI2-THOR's metadata now, as after the action `name`."""
+        """AI2-THOR's metadata now, as after the action `name`.
+
+        It is the caller's own, but for the bounding boxes: these are shared, and not to be altered.
+        """
         state = self.state
         floor = state.floor
         held = state.objects[state.held] if state.held else None
         return {
-            "objects": [
-                {**each, "position": {**each["position"]}} for each in state.objects.values()
-            ],
-            "agent": {**state.agent, "position": {**state.agent["position"]}},
+            "objects": [_copied(each) for each in state.objects.values()],
+            "agent": {
+                **state.agent,
+                "position": {**state.agent["position"]},
+                "rotation": {**state.agent["rotation"]},
+            },
             "heldObjectPose": {"position": held["position"], "rotation": held["rotation"]}
             if held
             else None,
@@ -117,6 +122,17 @@ class House:
             "cameraPosition": as_dict(state.pose.position),
             "sceneBounds": {"center": as_dict(floor.center), "size": as_dict(floor.size)},
         }
+
+
+def _copied(thing: Mapping[str, Any]) -> dict[str, Any]:
+    parents, inside = thing["parentReceptacles"], thing["receptacleObjectIds"]
+    return {
+        **thing,
+        "position": {**thing["position"]},
+        "rotation": {**thing["rotation"]},
+        "parentReceptacles": parents and [*parents],
+        "receptacleObjectIds": inside if inside is None else [*inside],
+    }
 
 
 def _call(name: Any, action: Mapping[str, Any]) -> tuple[Callable[..., Any], dict[str, Any]]:
