@@ -267,6 +267,14 @@ def test_request_is_met_once(robot: HomeRobot) -> None:
     assert robot.requests(turns) == []
 
 
+def test_what_is_where_the_person_asked_for_it_is_not_moved_by_a_goal(robot: HomeRobot) -> None:
+    turns = said("Put the apple in the fridge.")
+    assert [a.name for a in robot.actions(["apple"], turns)].count("put") > 1
+    for action in robot.requests(turns):
+        assert robot.step(action).ok
+    assert "put" not in [a.name for a in robot.actions(["apple"], turns)]
+
+
 def test_no_check_is_met_while_nothing_was_done() -> None:
     for profile in load_profiles():
         robot = HomeRobot(HouseController(profile.scene))

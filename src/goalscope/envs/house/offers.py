@@ -12,7 +12,7 @@ from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.view import View
 from goalscope.types import Action
 
-__all__ = ["NAMES", "is_refused", "meet", "possible", "returns"]
+__all__ = ["NAMES", "is_refused", "meet", "possible", "returns", "settled"]
 
 _FLAGS = {
     "open": ("openable", "isOpen", True),
@@ -73,21 +73,17 @@ def meet(view: View, wanted: Sequence[Request]) -> list[Action]:
     return list(dict.fromkeys(action for request in met for action in _needed(view, request)))
 
 
+def settled(view: View, wanted: Sequence[Request]) -> set[str]:
+    """Ids of what stands where the person asked for it."""
+    puts = [request for request in wanted if request.verb == "put"]
+    return {own for request in puts for own in _there(view, request)}
+
+
 def _needed(view: View, request: Request) -> list[Action]:
-    things = _meant(view, request.object_types, request.name)
-    things = [
-        own
-        for own in things
-        if all(view.table[own].get(key) == value for key, value in request.states)
-    ]
+    things = _things(view, request)
     many = len(things) if request.every else max(request.number, 1)
     if request.verb == "put":
-        places = _meant(view, request.destination_types, request.destination_name)
-        there = [
-            own
-            for own in things
-            if not {*places}.isdisjoint(view.table[own]["parentReceptacles"] or ())
-        ]
+        places, there = _places(view, request), _there(view, request)
         left = [own for own in things if own not in there and own not in places]
         return [
             Action("put", view.names[own], destination=view.names[place])
@@ -125,6 +121,30 @@ def is_refused(view: View, action: Action, hearing: Hearing) -> bool:
     return hearing.refuses(
         action.name, view.type_of(action.target), view.type_of(action.destination)
     )
+
+
+def _things(view: View, request: Request) -> list[str]:
+    """Ids of what the request may mean."""
+    return [
+        own
+        for own in _meant(view, request.object_types, request.name)
+        if all(view.table[own].get(key) == value for key, value in request.states)
+    ]
+
+
+def _places(view: View, request: Request) -> list[str]:
+    """Ids of where the request may want them."""
+    return _meant(view, request.destination_types, request.destination_name)
+
+
+def _there(view: View, request: Request) -> list[str]:
+    """Ids of what the request may mean that is in such a place already."""
+    places = set(_places(view, request))
+    return [
+        own
+        for own in _things(view, request)
+        if not places.isdisjoint(view.table[own]["parentReceptacles"] or ())
+    ]
 
 
 def _meant(view: View, types: Sequence[str], name: str) -> list[str]:

@@ -14,7 +14,7 @@ from goalscope.envs.house.conformance import PREDICATES
 from goalscope.envs.house.controller import Controller
 from goalscope.envs.house.hearing import IRREVERSIBLE, ask_permission, hear
 from goalscope.envs.house.names import mentioned, readable, the
-from goalscope.envs.house.offers import NAMES, is_refused, meet, possible, returns
+from goalscope.envs.house.offers import NAMES, is_refused, meet, possible, returns, settled
 from goalscope.envs.house.primitives import Primitives, Refusal
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.view import View
@@ -125,17 +125,19 @@ class HomeRobot:
 
         For each object: a put into or onto each kind of receptacle that is viable for it, or that
         the person spoke of, and what its affordances allow. What the person ruled out is not
-        offered, nor what only a person asks for.
+        offered, nor what only a person asks for, nor to move what is where they asked for it.
         """
         view, wanted = self._view, set(relevant)
         hearing = hear(turns, view.objects)
         spoken = set(mentioned(". ".join(turn.utterance for turn in turns), view.objects))
+        stays = {view.names[own] for own in settled(view, hearing.wanted)}
         return [
             action
             for own, thing in view.table.items()
             if {view.names[own], readable(thing["objectType"])} & wanted and is_whole(thing)
             for action in possible(view, own, spoken)
             if not is_refused(view, action, hearing)
+            and not (action.name == "put" and action.target in stays)
         ]
 
     def phrase(self, action: Action) -> str:
