@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from goalscope.belief import Belief
-from goalscope.display import plain, show_header, show_round, show_scores, show_summary
+from goalscope.display import show_header, show_round, show_scores, show_summary
 from goalscope.episode import Round
+from goalscope.plain import plain
 from goalscope.store import EpisodeInfo
 from goalscope.types import UNSPECIFIED, Action, Goal, GoalChange, StepResult, Turn
 

@@ -48,7 +48,7 @@ class _Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except GoalscopeError as error:
-            from goalscope.display import plain
+            from goalscope.plain import plain
 
             typer.echo(plain("Error: " + " ".join(str(error).split())).plain, err=True)
             raise typer.Exit(2 if isinstance(error, InvalidInputError) else 1) from None
@@ -142,7 +142,7 @@ def chat(
     out, busy = console(), console(stderr=True).status("Thinking...")
 
     def read(query: str) -> str:
-        from goalscope.display import plain
+        from goalscope.plain import plain
 
         busy.stop()
         out.print(plain("Agent  ", "cyan").append_text(plain(query)))
@@ -293,11 +293,11 @@ def infer(
     """
     from hashlib import sha256
 
-    from goalscope.display import plain
     from goalscope.infer import infer as infer_dialogues
     from goalscope.infer import read_dialogues, trim_output
     from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
     from goalscope.models.opening import parts
+    from goalscope.plain import plain
 
     _positive(temperature)
     dialogues = read_dialogues(file)
@@ -445,7 +445,8 @@ def _run_one(
     """Run a simulated episode, drawing each round unless it is one of many."""
     import time
 
-    from goalscope.display import plain, show_checks, show_header, show_round, show_summary
+    from goalscope.display import show_checks, show_header, show_round, show_summary
+    from goalscope.plain import plain
 
     out, start, before = console(), time.monotonic(), None
     if not (quiet or brief):

@@ -27,8 +27,8 @@ house = typer.Typer(
 @house.command()
 def scenes(as_json: Json = False) -> None:
     """List the rooms that `--scene` knows."""
-    from goalscope.display import plain
     from goalscope.envs.house.scenes import known_scenes
+    from goalscope.plain import plain
 
     for name, read in known_scenes().items():
         count = len(read().objects)
@@ -65,8 +65,8 @@ def import_file(
     The file holds `event.metadata`, or {objectId: object metadata}, or a room in goalscope's own
     form (.toml); .json.gz is read, too. A scene that is broken is refused, and nothing is kept.
     """
-    from goalscope.display import plain
     from goalscope.envs.house.scenes import import_scene
+    from goalscope.plain import plain
 
     title, scene = import_scene(file, name)
     console().print(plain(f"{title}: {len(scene.objects)} objects. Try: "
@@ -151,7 +151,7 @@ def _replayed(file: Path, scenes: Path | None) -> Agreement:
 def _show(name: str, agreement: Agreement) -> None:
     from rich.table import Table
 
-    from goalscope.display import plain
+    from goalscope.plain import plain
 
     out = console()
     out.print(plain(

@@ -227,6 +227,6 @@ def _row(path: Path, tuning: Tuning | None) -> dict[str, Any]:
 
 
 def _say(line: str) -> None:
-    from goalscope.display import plain
+    from goalscope.plain import plain
 
     console().print(plain(line), soft_wrap=True)

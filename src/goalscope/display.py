@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import unicodedata
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
@@ -14,11 +13,11 @@ from rich.text import Text
 
 from goalscope.belief import Belief
 from goalscope.episode import Round
+from goalscope.plain import plain
 from goalscope.store import EpisodeInfo
 from goalscope.types import UNSPECIFIED
 
 __all__ = [
-    "plain",
     "show_checks",
     "show_episodes",
     "show_header",
@@ -29,18 +28,6 @@ __all__ = [
 
 BAR = 20
 SHOWN = 8
-HIDDEN = {"Cc", "Cf", "Cs", "Co", "Zl", "Zp"}  # control, format (bidi), surrogates, separators
-
-
-def plain(text: str, style: str = "") -> Text:
-    """Text without markup, escape sequences or characters that reorder the line."""
-    shown = "".join(
-        each
-        if each == "\n" or unicodedata.category(each) not in HIDDEN
-        else "\N{REPLACEMENT CHARACTER}"
-        for each in text.replace("\t", " ").replace("\r\n", "\n")
-    )
-    return Text(shown, style)
 
 
 def show_header(console: Console, info: EpisodeInfo) -> None:

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, cast
 
-from goalscope.display import plain
 from goalscope.envs.house.names import names
+from goalscope.plain import plain
 
 __all__ = ["MARKS", "Box", "Piece", "Plan", "Point", "clean", "floor_plan"]
 
