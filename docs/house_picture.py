@@ -13,7 +13,7 @@ from goalscope.display import show_round
 from goalscope.envs.house import HomeRobot, HouseController, load_profiles
 from goalscope.envs.house.picture import terminal_picture
 from goalscope.models.opening import open_model
-from goalscope.steps import StepPlanner
+from goalscope.acting import ActionPlanner
 
 ROUNDS = 3
 
@@ -23,7 +23,7 @@ def main() -> None:
     model = open_model()
     profile = load_profiles()[0]
     robot = HomeRobot(HouseController(profile.scene))
-    agent = Agent(robot, model, planner=StepPlanner(model))
+    agent = Agent(robot, model, planner=ActionPlanner(model))
     before = belief = None
     for reply in profile.replies[:ROUNDS]:
         before, belief = robot.metadata, agent.tracker.belief if agent.tracker else None

@@ -6,13 +6,13 @@ from typing import Any
 import pytest
 
 from fakes import WordModel, said
+from goalscope.acting import ActionPlanner
 from goalscope.agent import Agent
 from goalscope.envs import Environment
 from goalscope.envs.check import check_env
 from goalscope.envs.house import HomeRobot, HouseController, load_profiles
 from goalscope.envs.house.hearing import IRREVERSIBLE
 from goalscope.policy import Planner, Want, undo
-from goalscope.steps import StepPlanner
 from goalscope.types import Action, GoalscopeError, StepResult, Turn
 
 
@@ -184,7 +184,7 @@ def test_robot_stops_when_the_house_is_not_as_it_was() -> None:
 def test_simulator_that_dies_is_told_and_the_rounds_are_kept() -> None:
     controller = Counting("Kitchen1")
     robot = HomeRobot(controller)
-    agent = Agent(robot, WordModel(), method="no-goals", planner=StepPlanner(WordModel()))
+    agent = Agent(robot, WordModel(), method="no-goals", planner=ActionPlanner(WordModel()))
     agent.step("What?", "Put the tomato in the fridge.")
     controller.dead = True
     with pytest.raises(GoalscopeError, match="stopped answering"):
@@ -194,14 +194,14 @@ def test_simulator_that_dies_is_told_and_the_rounds_are_kept() -> None:
         HomeRobot(HouseController("Kitchen1")),
         WordModel(),
         method="no-goals",
-        planner=StepPlanner(WordModel()),
+        planner=ActionPlanner(WordModel()),
     )
     again.resume(agent.rounds)
     assert again.env.status() == agent.rounds[-1].status
 
 
 def test_irreversible_acts_are_asked_about_and_done_after_a_yes(robot: HomeRobot) -> None:
-    agent = Agent(robot, WordModel(), method="no-goals", planner=StepPlanner(WordModel()))
+    agent = Agent(robot, WordModel(), method="no-goals", planner=ActionPlanner(WordModel()))
     first = agent.step("What?", "Could you slice the bread?")
     assert first.question.startswith("May I slice")
     assert not thing(robot, "Bread")["isSliced"]
@@ -282,13 +282,13 @@ def test_no_check_is_met_while_nothing_was_done() -> None:
 
 
 def test_planner_takes_what_the_goal_speaks_for_and_leaves_the_rest(robot: HomeRobot) -> None:
-    planner = StepPlanner(WordModel(), bar=3.0)
+    planner = ActionPlanner(WordModel(), bar=3.0)
     outcome = planner.act(robot, [Want("apple fridge", 1.0)], said("apple fridge"), [])
     assert [str(each.action) for each in outcome.results] == ["put: apple -> fridge"]
 
 
 def test_what_was_moved_stays_unless_it_has_just_been_named(robot: HomeRobot) -> None:
-    planner = StepPlanner(WordModel(), bar=3.0)
+    planner = ActionPlanner(WordModel(), bar=3.0)
     want = [Want("apple sink", 1.0)]
     moved = [StepResult(Action("put", "apple", destination="counter 2"), True, "")]
     assert planner.act(robot, want, said("apple sink", "thanks"), moved).results == ()

@@ -7,7 +7,7 @@ from typing import Literal
 
 from goalscope import goals as goal_management
 from goalscope.belief import Belief
-from goalscope.dialog import Human, ask
+from goalscope.dialog import Human, ask, with_answer
 from goalscope.envs import Environment
 from goalscope.episode import Round
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, Likelihood, PromptedRanking, RolePlay
@@ -167,8 +167,8 @@ class Agent:
 
     def ask(self) -> str:
         """The next query (and before it the answer to what the person asked)."""
-        if self.rounds and self.rounds[-1].question:
-            return self.rounds[-1].question
+        if self.rounds and (question := self.rounds[-1].question):
+            return with_answer(self.env, self.turns[-1], question)
         return ask(self.model, self.env, self.turns, seed=self.seed + len(self.rounds))
 
     def step(self, query: str, utterance: str) -> Round:
@@ -192,7 +192,10 @@ class Agent:
             turns = [*self.turns, turn]
             wants = [] if complete or asks else self._wants(turns)
             acts = wants or complete
-            outcome = self.planner.act(self.env, wants, turns, history) if acts else Outcome((), 0)
+            pending = self.rounds[-1].question if asks and self.rounds else ""
+            outcome = Outcome((), 0, pending)
+            if acts:
+                outcome = self.planner.act(self.env, wants, turns, history)
             results = outcome.results
             if complete:
                 results += tuple(self.env.step(action) for action in self.env.completion_actions())
@@ -212,6 +215,7 @@ class Agent:
             notes=self._notes(turn),
             terminated=complete or any(result.terminated for result in results),
             question=outcome.question,
+            state=self.env.fingerprint(),
         )
         self.rounds.append(round)
         return round
@@ -223,7 +227,10 @@ class Agent:
             GoalscopeError: The replay led to another state than the one that was stored.
         """
         undo(self.env, [result for round in rounds for result in round.results])
-        if rounds and self.env.status() != rounds[-1].status:
+        last = rounds[-1] if rounds else None
+        if last and (
+            self.env.status() != last.status or last.state not in ("", self.env.fingerprint())
+        ):
             raise GoalscopeError(
                 "Replaying the episode's actions led to another state; "
                 "has the catalogue or scene changed since? Start a new episode."

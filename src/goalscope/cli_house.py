@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from goalscope.cli_models import Json
+from goalscope.cli_options import Json
 from goalscope.terminal import console, progress
 from goalscope.types import InvalidInputError
 
@@ -26,16 +26,21 @@ house = typer.Typer(
 
 @house.command()
 def scenes(as_json: Json = False) -> None:
-    """List the rooms that `--scene` knows."""
+    """List the rooms that `--scene` knows, and what is wrong with those that cannot be used."""
     from goalscope.envs.house.scenes import known_scenes
     from goalscope.plain import plain
 
     for name, read in known_scenes().items():
-        count = len(read().objects)
-        if as_json:
-            print(json.dumps({"name": name, "objects": count}))
+        try:
+            count = len(read().objects)
+        except InvalidInputError as error:
+            row, text = {"name": name, "error": str(error)}, f"cannot be used: {error}"
         else:
-            console().print(plain(f"{name}  {count} objects"))
+            row, text = {"name": name, "objects": count}, f"{count} objects"
+        if as_json:
+            print(json.dumps(row))
+        else:
+            console().print(plain(f"{name}  {text}"))
 
 
 @house.command()
@@ -51,14 +56,20 @@ def show(
     metadata = HouseController(scene).last_event.metadata
     if svg is None:
         console().print(terminal_picture(metadata))
-    else:
+        return
+    try:
         svg.write_text(svg_picture(metadata), encoding="utf-8")
+    except OSError as error:
+        raise InvalidInputError(
+            f"The picture cannot be written to {svg}: {error.strerror}. Give another file."
+        ) from None
 
 
 @house.command(name="import")
 def import_file(
     file: Annotated[Path, typer.Argument(help="AI2-THOR's `event.metadata` as JSON, or a room.")],
     name: Annotated[str | None, typer.Option(help="What to call it, if not as the file.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace one of this name.")] = False,
 ) -> None:
     """Keep a scene that AI2-THOR printed, for `--scene`.
 
@@ -68,7 +79,9 @@ def import_file(
     from goalscope.envs.house.scenes import import_scene
     from goalscope.plain import plain
 
-    title, scene = import_scene(file, name)
+    title, scene = import_scene(file, name, force=force)
+    for note in scene.notes:
+        console().print(plain(note))
     console().print(plain(f"{title}: {len(scene.objects)} objects. Try: "
                           f"goalscope chat house --scene {title}"))  # fmt: skip
 

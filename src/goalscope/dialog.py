@@ -11,7 +11,7 @@ from goalscope.models import Generator, LanguageModel, Model
 from goalscope.prompts import recent, render, transcript
 from goalscope.types import InvalidInputError, Message, Profile, Turn, checked_text
 
-__all__ = ["ConsoleHuman", "Human", "ScriptedHuman", "SimulatedHuman", "ask"]
+__all__ = ["ConsoleHuman", "Human", "ScriptedHuman", "SimulatedHuman", "ask", "with_answer"]
 
 OPENING = "What can I help you with?"
 FALLBACK = "What else would you like?"
@@ -62,7 +62,12 @@ def ask(
         question = questions[max(range(len(questions)), key=lambda i: scores[i].mean())]
     else:
         question = FALLBACK
-    asked_back = _QUESTION.findall(turns[-1].utterance)
+    return with_answer(env, turns[-1], question)
+
+
+def with_answer(env: Environment, turn: Turn, question: str) -> str:
+    """The question, after the answer to what the person asked in the turn, if anything."""
+    asked_back = _QUESTION.findall(turn.utterance)
     answer = next(filter(None, map(env.answer, asked_back)), None)
     return f"{answer}\n{question}" if answer else question
 

@@ -17,7 +17,8 @@ __all__ = ["Domain", "Settings", "open_environment", "planner_of", "profile_name
 
 Domain = Literal["grocery", "house"]
 SCENE = "Kitchen1"
-"""Where the robot is when nobody says."""
+THOR_SCENE = "FloorPlan1"
+"""Where the robot is when nobody says, in the embedded house and in AI2-THOR's own build."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,10 +76,16 @@ def open_environment(settings: Settings, profile: Profile | None = None) -> Envi
         return GroceryShop(Catalogue.load(settings.catalogue, columns=settings.columns))
     from goalscope.envs.house import HomeRobot, HouseController, load_scene, start_thor
 
-    scene = settings.scene or (profile.scene if profile else "") or SCENE
+    scene = settings.scene or (profile.scene if profile else "")
     if settings.simulator == "thor":
-        return HomeRobot(start_thor(scene, settings.unity))
-    loaded = load_scene(scene)
+        if profile and not (settings.scene or settings.unity):
+            raise InvalidInputError(
+                f"AI2-THOR's own build has no {scene}, where {profile.name} is at home. Name one "
+                "of its scenes with --scene, or `goalscope-unity` with --unity."
+            )
+        own = SCENE if settings.unity else THOR_SCENE
+        return HomeRobot(start_thor(scene or own, settings.unity))
+    loaded = load_scene(scene or SCENE)
     return HomeRobot(HouseController(loaded), notes=loaded.notes)
 
 
@@ -86,9 +93,9 @@ def planner_of(settings: Settings, model: Model) -> Planner:
     """What chooses the actions in the domain."""
     if settings.domain == "grocery":
         return Planner(model, seed=settings.seed)
-    from goalscope.steps import StepPlanner
+    from goalscope.acting import ActionPlanner
 
-    return StepPlanner(model, seed=settings.seed)
+    return ActionPlanner(model, seed=settings.seed)
 
 
 def profiles_of(settings: Settings) -> tuple[Profile, ...]:

@@ -24,6 +24,7 @@ class Round:
         status: The environment's status after the actions.
         notes: What the person should be told, such as turns dropped from a full context.
         question: What the agent has to ask next: leave for an act that cannot be undone.
+        state: Fingerprint of the environment after the actions.
         terminated: Whether the task is complete.
     """
 
@@ -37,3 +38,4 @@ class Round:
     notes: tuple[str, ...]
     terminated: bool
     question: str = ""
+    state: str = ""

@@ -117,8 +117,9 @@ class Planner:
         impossible: set[Action] = set()
         standing: list[StepResult] = []
         terms = self.search_terms(env, wants, [turn.utterance for turn in turns])
+        question = ""
         for replans in range(self.replans + 1):
-            question, results = "", list[StepResult]()
+            results: list[StepResult] = []
             states = [env.fingerprint()]
             for action in self.plan(env, wants, terms, turns, [*history, *standing]):
                 if action in impossible:
@@ -137,7 +138,7 @@ class Planner:
             kept = max((n for n, each in enumerate(results, 1) if each.irreversible), default=0)
             standing += results[:kept]
             undo(env, [*history, *standing], states[kept])
-        return Outcome(tuple(standing), self.replans + 1)
+        return Outcome(tuple(standing), self.replans + 1, question)
 
     def search_terms(
         self, env: Environment, wants: Sequence[Want], utterances: Sequence[str]

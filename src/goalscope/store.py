@@ -279,6 +279,7 @@ def round_to_json(round: Round) -> str:
             "notes": list(round.notes),
             "terminated": round.terminated,
             "question": round.question,
+            "state": round.state,
         }
     )
 
@@ -320,6 +321,7 @@ def round_from_json(text: str) -> Round:
         notes=tuple(data["notes"]),
         terminated=data["terminated"],
         question=data.get("question", ""),
+        state=data.get("state", ""),
     )
 
 

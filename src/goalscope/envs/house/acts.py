@@ -9,7 +9,7 @@ from typing import Any
 from goalscope.envs.house.geometry import box_of, vec
 from goalscope.envs.house.placing import check_place, parents_at, place, set_down
 from goalscope.envs.house.slices import slices_of
-from goalscope.envs.house.state import Failure, State, is_whole, number
+from goalscope.envs.house.state import ENCLOSING, Failure, State, is_whole, number
 
 __all__ = ["ACTS"]
 
@@ -47,9 +47,7 @@ def close_object(state: State, objectId: str, forceAction: bool = False) -> None
     thing["isOpen"], thing["openness"] = False, 0.0
 
 
-def pickup_object(
-    state: State, objectId: str, forceAction: bool = False, manualInteract: bool = False
-) -> str:
+def pickup_object(state: State, objectId: str, forceAction: bool = False) -> str:
     if state.held:
         raise Failure("Agent hand has something in it already! Can't pick up anything else")
     thing = state.objects.get(objectId)
@@ -65,9 +63,7 @@ def pickup_object(
     return objectId
 
 
-def put_object(
-    state: State, objectId: str, forceAction: bool = False, placeStationary: bool = True
-) -> None:
+def put_object(state: State, objectId: str, forceAction: bool = False) -> None:
     if state.held is None:
         raise Failure("Can't place an object if Agent isn't holding anything")
     if objectId not in state.objects:
@@ -91,7 +87,7 @@ def drop_hand_object(state: State, forceAction: bool = False) -> dict[str, float
         for each in state.objects.values()
         if each["receptacle"]
         and each is not thing
-        and each["objectType"] not in ("Drawer", "Cabinet", "Fridge", "Microwave", "Floor")
+        and each["objectType"] not in ENCLOSING | {"Floor"}
         and not each["pickupable"]
         and box_of(each).distance(x, z) == 0
         and box_of(each).high(1) <= box.low(1)

@@ -11,26 +11,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
+from goalscope.envs.house.properties import PREDICATES
 from goalscope.envs.house.scene import Scene
 from goalscope.envs.house.world import House
 from goalscope.types import InvalidInputError
 
-__all__ = ["PREDICATES", "Agreement", "compare_episode", "recordings", "rows", "triples"]
-
-PREDICATES = (
-    "isToggled",
-    "isOpen",
-    "isPickedUp",
-    "isSliced",
-    "isCooked",
-    "isDirty",
-    "isFilledWithLiquid",
-    "isBroken",
-    "isUsedUp",
-    "parentReceptacles",
-    "temperature",
-)
-"""What is compared of each object."""
+__all__ = ["Agreement", "compare_episode", "recordings", "rows", "triples"]
 
 LONGEST_LINE = 64 * 2**20
 _NEW_STARTS = ("Initialize", "Reset")

@@ -17,10 +17,37 @@ RAISED = ("InvalidAction", "MissingArguments", "AmbiguousAction", "InvalidArgume
 
 
 class Event:
-    """What a step led to; true if the action succeeded."""
+    """What a step led to; true if the action succeeded.
+
+    It has the names of `ai2thor.server.Event`. The house makes no images: what AI2-THOR would draw
+    is None or empty.
+
+    Attributes:
+        metadata: AI2-THOR's metadata after the step.
+        screen_width: In pixels.
+        screen_height: In pixels.
+    """
+
+    frame = cv2img = depth_frame = normals_frame = flow_frame = None
+    instance_segmentation_frame = semantic_segmentation_frame = instance_detections2D = None
 
     def __init__(self, metadata: dict[str, Any]) -> None:
         self.metadata = metadata
+        self.screen_width: int = metadata["screenWidth"]
+        self.screen_height: int = metadata["screenHeight"]
+        self.color_to_object_id: dict[Any, str] = {}
+        self.object_id_to_color: dict[str, Any] = {}
+        self.instance_masks: dict[str, Any] = {}
+        self.class_masks: dict[str, Any] = {}
+        self.class_detections2D: dict[str, Any] = {}
+        self.third_party_camera_frames: list[Any] = []
+        self.third_party_depth_frames: list[Any] = []
+        self.third_party_normals_frames: list[Any] = []
+        self.third_party_flows_frames: list[Any] = []
+        self.third_party_instance_masks: list[Any] = []
+        self.third_party_class_masks: list[Any] = []
+        self.third_party_instance_segmentation_frames: list[Any] = []
+        self.third_party_semantic_segmentation_frames: list[Any] = []
 
     def __bool__(self) -> bool:
         return bool(self.metadata["lastActionSuccess"])
@@ -30,6 +57,28 @@ class Event:
             key: self.metadata[key] for key in ("lastAction", "lastActionSuccess", "errorMessage")
         }
         return f"<Event {shown}>"
+
+    @property
+    def events(self) -> list[Event]:
+        """The event of each agent: there is one."""
+        return [self]
+
+    @property
+    def pose(self) -> tuple[int, int, int, int]:
+        """The agent's x and z in mm, its rotation and the camera's horizon in 1/1000 degree."""
+        x, z, yaw, horizon = self._pose()
+        return round(x * 1000), round(z * 1000), round(yaw * 1000), round(horizon * 1000)
+
+    @property
+    def pose_discrete(self) -> tuple[int, int, int, int]:
+        """The agent's x and z in steps of 0.25 m, its quarter turns, and the horizon in degrees."""
+        x, z, yaw, horizon = self._pose()
+        return int(x / 0.25), int(z / 0.25), int(yaw / 90), round(horizon)
+
+    def _pose(self) -> tuple[float, float, float, float]:
+        agent = self.metadata["agent"]
+        at = agent["position"]
+        return at["x"], at["z"], agent["rotation"]["y"], agent["cameraHorizon"]
 
     def get_object(self, object_id: str) -> dict[str, Any] | None:
         """The metadata of one object."""
@@ -73,6 +122,10 @@ class HouseController:
         gridSize: Distance between the positions where the agent can stand, in m.
         visibilityDistance: How far the agent sees and reaches, in m.
         **parameters: Anything else that AI2-THOR's Controller takes is for its engine.
+
+    Attributes:
+        scene: The scene's name; to `reset` to it does not read it again.
+        last_event: What the last step led to.
     """
 
     def __init__(
@@ -84,17 +137,24 @@ class HouseController:
         **parameters: Any,
     ) -> None:
         self._grid, self._reach = gridSize, visibilityDistance
-        self.scene = scene if isinstance(scene, Scene) else load_scene(scene)
+        self.scene = ""
         self.last_event: Event
-        self.reset()
+        self.reset(scene)
+
+    def __enter__(self) -> HouseController:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
 
     def reset(self, scene: str | Scene | None = None, **parameters: Any) -> Event:
         """Go back to the start of the scene, or go to another one."""
-        if scene is not None:
-            self.scene = scene if isinstance(scene, Scene) else load_scene(scene)
+        if scene is not None and scene != self.scene:
+            self._scene = scene if isinstance(scene, Scene) else load_scene(scene)
+            self.scene = self._scene.name
         self._grid = parameters.get("gridSize", self._grid)
         self._reach = parameters.get("visibilityDistance", self._reach)
-        self._house = House(self.scene, grid=self._grid, reach=self._reach)
+        self._house = House(self._scene, grid=self._grid, reach=self._reach)
         self.last_event = Event(self._house.metadata())
         return self.last_event
 

@@ -6,17 +6,21 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar, cast
 
-from goalscope.envs.house.geometry import Pose, Vec, as_dict, box_of, sees, vec
-from goalscope.envs.house.state import Failure, State, is_whole, number
+from goalscope.envs.house.acts import drop_hand_object
+from goalscope.envs.house.geometry import Pose, Vec, as_dict, box_of, reachable, sees, vec
+from goalscope.envs.house.state import EYE_HEIGHT, RANGES, Failure, State, is_whole, number
 from goalscope.envs.tables import shown
 
-__all__ = ["MOTIONS"]
+__all__ = ["MOTIONS", "QUERIES"]
 
 STEEPEST = (-30.0, 60.0)
 """The camera's lowest and highest horizon, in degrees down."""
 
 HORIZONS = (-30.0, 0.0, 30.0, 60.0)
 ROTATIONS = (0.0, 90.0, 180.0, 270.0)
+
+MOST_OFF = 0.1
+"""How far above or below the height at which it stands the agent may be set, in m."""
 
 _Value = TypeVar("_Value")
 
@@ -50,6 +54,12 @@ def teleport(
         raise Failure(
             f"Cannot teleport to ({to['x']:.2f}, {to['y']:.2f}, {to['z']:.2f}): "
             "it is outside the room, or something stands there."
+        )
+    heights = (here["y"], state.floor.center[1] + EYE_HEIGHT)
+    if not forceAction and min(abs(to["y"] - each) for each in heights) > MOST_OFF:
+        raise Failure(
+            f"Cannot teleport to a height of {to['y']:.2f} m: "
+            f"the agent would not stand on the floor. It stands there at {heights[1]:.2f} m."
         )
     _stand(state, vec(to), yaw=yaw, horizon=down, standing=standing)
 
@@ -94,7 +104,7 @@ def _walk(turn: float) -> Callable[..., None]:
 
 
 def _turn(sign: float) -> Callable[..., None]:
-    def turn(state: State, degrees: float = 90.0, forceAction: bool = False) -> None:
+    def turn(state: State, degrees: float = 90.0) -> None:
         by = number(degrees, "degrees") or 90.0
         _stand(state, state.pose.position, yaw=(state.pose.yaw + sign * by) % 360)
 
@@ -102,7 +112,7 @@ def _turn(sign: float) -> Callable[..., None]:
 
 
 def _tilt(sign: float) -> Callable[..., None]:
-    def tilt(state: State, degrees: float = 30.0, forceAction: bool = False) -> None:
+    def tilt(state: State, degrees: float = 30.0) -> None:
         down = state.pose.horizon + sign * (number(degrees, "degrees") or 30.0)
         if not STEEPEST[0] - 1e-3 <= down <= STEEPEST[1] + 1e-3:
             raise Failure("Tilting further would exceed the camera's limits.")
@@ -124,8 +134,62 @@ def wait(state: State) -> None:
     """Do nothing."""
 
 
+def move_held_object(state: State, ahead: float = 0.0, right: float = 0.0, up: float = 0.0) -> None:
+    _keep_in_hand(state, ahead=ahead, right=right, up=up)
+
+
+def nudge_held_object(state: State, moveMagnitude: float = 0.0) -> None:
+    _keep_in_hand(state, moveMagnitude=moveMagnitude)
+
+
+def rotate_held_object(
+    state: State,
+    pitch: float = 0.0,
+    yaw: float = 0.0,
+    roll: float = 0.0,
+    rotation: Mapping[str, float] | None = None,
+) -> None:
+    turn = _point(rotation or {}, "rotation")
+    _keep_in_hand(state, pitch=pitch, yaw=yaw, roll=roll, **{str(k): v for k, v in turn.items()})
+
+
+def _keep_in_hand(state: State, **amounts: Any) -> None:
+    """Leave the hand where it is: its place says nothing of what is so in the room."""
+    for name, amount in amounts.items():
+        number(amount, name)
+    if state.held is None:
+        raise Failure("The agent's hand is empty, there is nothing to move.")
+
+
+def throw_object(state: State, moveMagnitude: float, forceAction: bool = False) -> dict[str, float]:
+    """Drop what the hand holds: without physics it flies nowhere."""
+    number(moveMagnitude, "moveMagnitude")
+    return drop_hand_object(state, forceAction)
+
+
+def advance_physics_step(
+    state: State,
+    timeStep: float = 0.02,
+    simSeconds: float | None = None,
+    allowAutoSimulation: bool = False,
+) -> None:
+    """Do nothing: all is at rest after every action."""
+
+
+def set_hand_sphere_radius(state: State, radius: float) -> None:
+    if not 0.04 <= number(radius, "radius") <= 0.5:
+        raise Failure("radius must be between 0.04 and 0.5 m", "InvalidArgument")
+
+
 def get_reachable_positions(state: State, gridSize: float | None = None) -> list[dict[str, float]]:
-    return [as_dict(each) for each in state.reachable()]
+    places = state.reachable()
+    if gridSize is not None and gridSize != state.grid:
+        low, high = RANGES["gridSize"]
+        if not low <= number(gridSize, "gridSize") <= high:
+            raise Failure(f"gridSize must be between {low} and {high} m", "InvalidArgument")
+        start = state.scene.agent["position"] if state.scene.agent else as_dict(places[0])
+        places = reachable(state.floor, state.solids, vec(start), gridSize)
+    return [as_dict(each) for each in places]
 
 
 def get_interactable_poses(
@@ -146,6 +210,8 @@ def get_interactable_poses(
     tilts = HORIZONS if horizons is None else _each(horizons, "horizons", number)
     postures = (True, False) if standings is None else _each(standings, "standings", _flag)
     most = math.inf if maxPoses is None else number(maxPoses, "maxPoses")
+    if most < 1:
+        raise Failure("maxPoses must be at least 1", "InvalidArgument")
     box = box_of(thing)
     if not is_whole(thing):
         return []
@@ -186,10 +252,23 @@ MOTIONS: Mapping[str, Callable[..., Any]] = {
     "Crouch": _posture(False),
     "Pass": wait,
     "Done": wait,
+    "MoveHeldObject": move_held_object,
+    **{f"MoveHeldObject{way}": nudge_held_object
+       for way in ("Ahead", "Back", "Left", "Right", "Up", "Down")},
+    "RotateHeldObject": rotate_held_object,
+    "ThrowObject": throw_object,
+    "AdvancePhysicsStep": advance_physics_step,
+    "PausePhysicsAutoSim": wait,
+    "UnpausePhysicsAutoSim": wait,
+    "SetHandSphereRadius": set_hand_sphere_radius,
+}  # fmt: skip
+"""AI2-THOR's name of each motion; the arguments after the state are AI2-THOR's, too."""
+
+QUERIES: Mapping[str, Callable[..., Any]] = {
     "GetReachablePositions": get_reachable_positions,
     "GetInteractablePoses": get_interactable_poses,
 }
-"""AI2-THOR's name of each motion; the arguments after the state are AI2-THOR's, too."""
+"""Actions that only ask: the house is as before, and no time has passed."""
 
 
 def _each(values: Any, name: str, read: Callable[[Any, str], _Value]) -> list[_Value]:

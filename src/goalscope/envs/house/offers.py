@@ -12,7 +12,7 @@ from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.view import View
 from goalscope.types import Action
 
-__all__ = ["NAMES", "is_refused", "meet", "possible", "returns", "settled"]
+__all__ = ["LIQUIDS", "NAMES", "cooks", "is_refused", "meet", "possible", "returns", "settled"]
 
 _FLAGS = {
     "open": ("openable", "isOpen", True),
@@ -30,10 +30,14 @@ _FLAGS = {
 }
 """For each act: the affordance that it needs, the state that it sets, and to what."""
 
-NAMES = (*_FLAGS, "put", "pick up", "push", "pull")
+LIQUIDS = {"fill": "water", "fill with coffee": "coffee", "fill with wine": "wine"}
+"""What the actions that fill something fill it with."""
+
+NAMES = (*_FLAGS, *LIQUIDS, "put", "pick up", "push", "pull")
 """The names of all actions."""
 
-_ONLY_ON_REQUEST = frozenset({"break", "dirty", "use up", "open", "close"})
+_HEATS = frozenset({"Microwave", "StoveBurner", "Toaster"})
+_ONLY_ON_REQUEST = frozenset({"break", "dirty", "use up", "open", "close", "empty"})
 """Acts that no goal is served by: they are done when the person asks for them."""
 
 
@@ -63,14 +67,36 @@ def possible(view: View, own: str, spoken: set[str]) -> Iterator[Action]:
             yield Action(verb, name)
 
 
-def meet(view: View, wanted: Sequence[Request]) -> list[Action]:
+def cooks(view: View, action: Action) -> list[str]:
+    """Ids of what the action would cook: what is raw on a source of heat that is on, or goes on."""
+    own, place = view.id(action.target), view.id(action.destination)
+    if action.name == "turn on":
+        knob = view.table[own]
+        return [
+            raw for heat in (own, *(knob["controlledObjects"] or ())) for raw in _raw(view, heat)
+        ]
+    if action.name == "put" and _is_lit(view, place):
+        return _raw(view, own)
+    return []
+
+
+def meet(
+    view: View, wanted: Sequence[Request], start: Mapping[str, Mapping[str, Any]]
+) -> list[Action]:
     """The actions that requests still need, each once.
 
     Of requests to bring things none is met if there are several, as the hand holds one thing.
+
+    Args:
+        view: The house.
+        wanted: What the person asks for.
+        start: Metadata by id, of the start: what stands elsewhere now has been pushed.
     """
     brought = [request for request in wanted if request.verb == "pick up"]
     met = wanted if len(brought) < 2 else [each for each in wanted if each.verb != "pick up"]
-    return list(dict.fromkeys(action for request in met for action in _needed(view, request)))
+    return list(
+        dict.fromkeys(action for request in met for action in _needed(view, request, start))
+    )
 
 
 def settled(view: View, wanted: Sequence[Request]) -> set[str]:
@@ -79,7 +105,7 @@ def settled(view: View, wanted: Sequence[Request]) -> set[str]:
     return {own for request in puts for own in _there(view, request)}
 
 
-def _needed(view: View, request: Request) -> list[Action]:
+def _needed(view: View, request: Request, start: Mapping[str, Mapping[str, Any]]) -> list[Action]:
     things = _things(view, request)
     many = len(things) if request.every else max(request.number, 1)
     if request.verb == "put":
@@ -90,14 +116,19 @@ def _needed(view: View, request: Request) -> list[Action]:
             for own in left[: max(many - len(there), 0)]
             if (place := next((each for each in places if each != own), None))
         ]
-    if request.verb in ("pick up", "push", "pull"):
-        idle = request.verb == "pick up" and view.held
-        return [] if idle else [Action(request.verb, view.names[own]) for own in things[:1]]
+    if request.verb == "pick up":
+        return [] if view.held else [Action("pick up", view.names[own]) for own in things[:1]]
+    if request.verb in ("push", "pull"):
+        heavy = [own for own in things if view.table[own]["moveable"]]
+        moved = [own for own in heavy if view.table[own]["position"] != start[own]["position"]]
+        return [Action(request.verb, view.names[own]) for own in heavy[:1] if not moved]
     needs, state, value = _FLAGS[request.verb]
-    able = [own for own in things if view.table[own][needs]]
+    able = [own for own in _things(view, request, gone=True) if view.table[own][needs]]
     unmet = [own for own in able if view.table[own][state] != value]
     met = len(able) - len(unmet)
-    return [Action(request.verb, view.names[own]) for own in unmet[: max(many - met, 0)]]
+    many = len(able) if request.every else many
+    name = next((n for n, what in LIQUIDS.items() if what == request.liquid), request.verb)
+    return [Action(name, view.names[own]) for own in unmet[: max(many - met, 0)]]
 
 
 def returns(
@@ -123,11 +154,11 @@ def is_refused(view: View, action: Action, hearing: Hearing) -> bool:
     )
 
 
-def _things(view: View, request: Request) -> list[str]:
-    """Ids of what the request may mean."""
+def _things(view: View, request: Request, *, gone: bool = False) -> list[str]:
+    """Ids of what the request may mean: what is whole, and with `gone` what no longer is."""
     return [
         own
-        for own in _meant(view, request.object_types, request.name)
+        for own in _meant(view, request.object_types, request.name, gone=gone)
         if all(view.table[own].get(key) == value for key, value in request.states)
     ]
 
@@ -147,16 +178,37 @@ def _there(view: View, request: Request) -> list[str]:
     ]
 
 
-def _meant(view: View, types: Sequence[str], name: str) -> list[str]:
-    """Ids of the whole things of these types, in that order; or of the one of this name."""
+def _meant(view: View, types: Sequence[str], name: str, *, gone: bool = False) -> list[str]:
+    """Ids of the things of these types, in that order; or of the one of this name."""
     if name:
         return [own] if (own := view.id(name)) else []
     return [
         own
         for kind in types
         for own, thing in view.table.items()
-        if thing["objectType"] == kind and is_whole(thing)
+        if thing["objectType"] == kind and (gone or is_whole(thing))
     ]
+
+
+def _is_lit(view: View, place: str) -> bool:
+    """Whether this is a source of heat that is on, or stands on one."""
+    around = [place, *(view.table[place]["parentReceptacles"] or ())] if place else []
+    lit = (view.table[own] for own in around if own in view.table)
+    return any(each["objectType"] in _HEATS and each["isToggled"] for each in lit)
+
+
+def _raw(view: View, own: str) -> list[str]:
+    """Ids of what is raw among the thing and all that is in it."""
+    found: list[str] = []
+    queue, seen = [own], {own}
+    while queue:
+        thing = view.table[queue.pop()]
+        if thing["cookable"] and not thing["isCooked"] and is_whole(thing):
+            found.append(thing["objectId"])
+        inside = {each for each in thing["receptacleObjectIds"] or () if each in view.table} - seen
+        queue += sorted(inside)
+        seen |= inside
+    return found
 
 
 def _suits(thing: Mapping[str, Any], place: Mapping[str, Any], spoken: set[str]) -> bool:

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from goalscope.envs.house.controller import Controller
-from goalscope.envs.house.state import ENCLOSING
+from goalscope.envs.house.names import readable
+from goalscope.envs.house.state import ENCLOSING, innermost
 from goalscope.types import GoalscopeError
 
 __all__ = ["Primitives", "Refusal"]
@@ -26,6 +27,7 @@ class Primitives:
         self.controller = controller
         self._done: list[dict[str, Any]] = []
         self._origin = ""
+        self._told: list[str] = []
         self.reset()
 
     @property
@@ -37,7 +39,10 @@ class Primitives:
         """Go back to the start of the scene."""
         self._done.clear()
         self._origin = ""
-        self._call(self.controller.reset)
+        try:
+            self._call(self.controller.reset)
+        except Refusal as refusal:
+            raise GoalscopeError(f"The scene cannot be begun anew: {refusal}") from None
 
     def mark(self) -> tuple[int, str]:
         """How much has been done, and where the thing in the hand came from."""
@@ -49,9 +54,21 @@ class Primitives:
         standing = self._done[:count]
         if len(standing) < len(self._done):
             self.reset()
-            for step in standing:
-                self._step(**step)
+            try:
+                for step in standing:
+                    self._step(**step)
+            except Refusal as refusal:
+                raise GoalscopeError(
+                    f"What was done before could not be done again ({refusal}), so that the house "
+                    "is not as it was. The robot stops; look at the house, and start anew."
+                ) from None
         self._origin = origin
+        self._told.clear()
+
+    def told(self) -> list[str]:
+        """What the robot did besides, since it was last asked, in words."""
+        told, self._told = self._told, []
+        return told
 
     def act(self, action: str, object_id: str, **arguments: Any) -> None:
         """Reach the object, opening what encloses it, and take one of AI2-THOR's actions on it."""
@@ -69,7 +86,8 @@ class Primitives:
             if not self._origin:
                 raise Refusal("The hand is full, and what it holds came from nowhere.")
             self.put(held[0]["objectId"], self._origin)
-        origin = next(iter(self._object(object_id)["parentReceptacles"] or ()), "")
+        known = {each["objectId"]: each for each in self.metadata["objects"]}
+        origin = innermost(known[object_id], known)
         self.act("PickupObject", object_id)
         self._origin = origin
 
@@ -78,11 +96,7 @@ class Primitives:
         if place in (self._object(object_id)["parentReceptacles"] or ()):
             raise Refusal("It is there already.")
         self.pick_up(object_id)
-        opened = self._open_parents(place)
-        if self._is_shut(place):
-            self._approach(place)
-            self._step(action="OpenObject", objectId=place)
-            opened.append(place)
+        opened = [*self._open_parents(place), *self._open(place)]
         self._approach(place)
         self._step(action="PutObject", objectId=place, forceAction=True)
         self._close(opened)
@@ -103,27 +117,27 @@ class Primitives:
             self._close([object_id])
         self.act("ToggleObjectOn" if on else "ToggleObjectOff", object_id)
 
-    def _open_parents(self, object_id: str) -> list[str]:
+    def _open_parents(self, object_id: str, opening: frozenset[str] = frozenset()) -> list[str]:
         """Open every closed receptacle around the object, from the outside in."""
-        opened: list[str] = []
-        around = list(self._object(object_id)["parentReceptacles"] or ())
         known = {each["objectId"]: each for each in self.metadata["objects"]}
-        for parent in sorted(around, key=lambda own: known.get(own, {}).get("pickupable", False)):
-            if self._is_shut(parent):
-                opened += self._open_parents(parent)
-                self._approach(parent)
-                if known[parent]["isToggled"]:
-                    self._step(action="ToggleObjectOff", objectId=parent)
-                self._step(action="OpenObject", objectId=parent)
-                opened.append(parent)
+        around = {own for own in known[object_id]["parentReceptacles"] or () if own in known}
+        opened: list[str] = []
+        for parent in sorted(around - opening, key=lambda own: known[own]["pickupable"]):
+            opened += self._open(parent, opening | {object_id})
         return opened
 
-    def _is_shut(self, object_id: str) -> bool:
-        known = {each["objectId"]: each for each in self.metadata["objects"]}
-        thing = known.get(object_id)
-        return bool(
-            thing and thing["openable"] and not thing["isOpen"] and thing["objectType"] in ENCLOSING
-        )
+    def _open(self, object_id: str, opening: frozenset[str] = frozenset()) -> list[str]:
+        """Open what is shut, turned off first; returns what was opened."""
+        thing = self._object(object_id)
+        if not thing["openable"] or thing["isOpen"] or thing["objectType"] not in ENCLOSING:
+            return []
+        opened = self._open_parents(object_id, opening)
+        self._approach(object_id)
+        if thing["isToggled"]:
+            self._step(action="ToggleObjectOff", objectId=object_id)
+            self._told.append(f"the {readable(thing['objectType'])} was running, and is off now")
+        self._step(action="OpenObject", objectId=object_id)
+        return [*opened, object_id]
 
     def _close(self, opened: list[str]) -> None:
         for each in reversed(opened):

@@ -7,7 +7,25 @@ from collections.abc import Iterable
 from goalscope.envs.house.object_types import object_types
 from goalscope.envs.tables import shown
 
-__all__ = ["STATES", "unfit_state"]
+__all__ = ["LASTING", "PREDICATES", "STATES", "unfit_state"]
+
+PREDICATES = (
+    "isToggled",
+    "isOpen",
+    "isPickedUp",
+    "isSliced",
+    "isCooked",
+    "isDirty",
+    "isFilledWithLiquid",
+    "isBroken",
+    "isUsedUp",
+    "parentReceptacles",
+    "temperature",
+)
+"""What an object's state is made of, when two houses are compared."""
+
+LASTING = ("isBroken", "isCooked", "isSliced", "isUsedUp")
+"""States that nobody can undo."""
 
 STATES = {
     "isOpen": "openable",

@@ -4,23 +4,39 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Sequence
 from typing import Any
 
 from goalscope.envs.house.answers import answered
 from goalscope.envs.house.completion import completes
 from goalscope.envs.house.conditions import conditions_met
-from goalscope.envs.house.conformance import PREDICATES
 from goalscope.envs.house.controller import Controller
 from goalscope.envs.house.hearing import IRREVERSIBLE, ask_permission, hear
 from goalscope.envs.house.names import mentioned, readable, the
-from goalscope.envs.house.offers import NAMES, is_refused, meet, possible, returns, settled
+from goalscope.envs.house.offers import (
+    LIQUIDS,
+    NAMES,
+    cooks,
+    is_refused,
+    meet,
+    possible,
+    returns,
+    settled,
+)
 from goalscope.envs.house.primitives import Primitives, Refusal
+from goalscope.envs.house.properties import LASTING, PREDICATES
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.view import View
 from goalscope.types import Action, GoalscopeError, Profile, StepResult, Turn
 
 __all__ = ["HomeRobot"]
+
+_LEAVES = {"break": "isBroken", "cook": "isCooked", "slice": "isSliced", "use up": "isUsedUp"}
+"""The state that each act which nobody can undo leaves behind."""
+
+SAME_PLACE = 0.01
+"""Metres within which an object has not moved."""
 
 _SHOWN = 30
 """Most changes that the status lists."""
@@ -45,6 +61,8 @@ class HomeRobot:
         self.notes = tuple(notes)
         self._view = View(self.metadata)
         self._start = self._view.table
+        self._spots: dict[str, list[tuple[list[float], str]]] = {}
+        self.fingerprint()
 
     @property
     def task(self) -> str:
@@ -74,22 +92,30 @@ class HomeRobot:
         self._primitives.controller.stop()
 
     def fingerprint(self) -> str:
-        """A hash of every object's state and place (to 2 cm), and of what the hand holds."""
+        """A hash of every object's state and place.
+
+        Places nearer than 1 cm to one where the object has been count as that one; what the robot
+        carries is in its hand, wherever it stands.
+        """
         rows = [
-            [
-                own,
-                *(
-                    thing[key]
-                    for key in PREDICATES
-                    if key not in ("isPickedUp", "parentReceptacles")
-                ),
-                sorted(thing["parentReceptacles"] or ()),
-                [round(thing["position"][axis] * 50) for axis in "xyz"],
-            ]
+            [own, *(thing[key] for key in (*PREDICATES, "fillLiquid", "openness")), self._spot(own)]
             for own, thing in sorted(self._view.table.items())
-            if not thing["isPickedUp"]
         ]
-        return hashlib.sha256(json.dumps([rows, self._view.held]).encode()).hexdigest()
+        return hashlib.sha256(json.dumps(rows).encode()).hexdigest()
+
+    def _spot(self, own: str) -> str:
+        """Where the object is; a place where it has been before has the name from then."""
+        thing = self._view.table[own]
+        if self._view.held and self._view.held in (own, *(thing["parentReceptacles"] or ())):
+            return "hand"
+        here = [thing["position"][axis] for axis in "xyz"]
+        known = self._spots.setdefault(own, [])
+        for place, name in known:
+            if math.dist(place, here) < SAME_PLACE:
+                return name
+        name = " ".join(f"{each:.2f}" for each in here)
+        known.append((here, name))
+        return name
 
     def status(self) -> str:
         """What is in the hand, and what has changed since the start, one object a line."""
@@ -165,7 +191,7 @@ class HomeRobot:
         hearing = hear(turns, self._view.objects)
         plan = [
             action
-            for action in meet(self._view, hearing.wanted)
+            for action in meet(self._view, hearing.wanted, self._start)
             if not is_refused(self._view, action, hearing)
         ]
         asked = {action.target for action in plan}
@@ -173,13 +199,22 @@ class HomeRobot:
         return [action for action in back if action.target not in asked] + plan
 
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
-        """The question to ask before a slice, a break and the like; empty if it was allowed."""
-        if action.name not in IRREVERSIBLE:
-            return ""
-        hearing = hear(turns, self._view.objects)
-        if hearing.permits(action.name, self._view.type_of(action.target), action.target):
-            return ""
-        return ask_permission(action.name, action.target)
+        """The question to ask before a slice, a break and the like; empty if it was allowed.
+
+        What is put on a lit burner, or in a microwave that is then turned on, is cooked, too.
+        """
+        view = self._view
+        acts = [("cook", own) for own in cooks(view, action)] if view.id(action.target) else []
+        if action.name in IRREVERSIBLE and view.id(action.target):
+            acts = [(action.name, view.id(action.target))]
+        hearing = hear(turns, view.objects, view.names) if acts else None
+        for verb, own in acts:
+            kind = view.table[own]["objectType"]
+            alike = [each for each in view.objects if each["objectType"] == kind]
+            done = sum(each[_LEAVES[verb]] for each in alike)
+            if hearing and not hearing.permits(verb, kind, view.names[own], done):
+                return ask_permission(verb, view.names[own])
+        return ""
 
     def step(self, action: Action) -> StepResult:
         """Take one action, with all that belongs to it. One that fails changes nothing.
@@ -202,9 +237,13 @@ class HomeRobot:
                     "house is not as it was. The robot stops; look at the house, and start anew."
                 ) from None
             return StepResult(action, False, str(refusal))
-        self._view = View(self.metadata, self._view.names)
-        told = self._view.told(own)
-        if action.name in IRREVERSIBLE:
+        old, self._view = self._view, View(self.metadata, self._view.names)
+        told = "; ".join([self._view.told(own), *self._primitives.told()])
+        if any(
+            thing[state] and not old.table.get(each, thing)[state]
+            for each, thing in self._view.table.items()
+            for state in LASTING
+        ):
             return StepResult(action, True, f"{told}; this cannot be undone.", irreversible=True)
         return StepResult(action, True, f"{told}.")
 
@@ -234,8 +273,8 @@ class HomeRobot:
                 robot.pick_up(own)
             case "turn on" | "turn off":
                 robot.toggle(own, on=action.name == "turn on")
-            case "fill":
-                robot.act("FillObjectWithLiquid", own, fillLiquid="water")
+            case name if name in LIQUIDS:
+                robot.act("FillObjectWithLiquid", own, fillLiquid=LIQUIDS[name])
             case "push" | "pull":
                 robot.act(f"{action.name.title()}Object", own, moveMagnitude="100")
             case "empty":

@@ -17,6 +17,9 @@ MOST_OBJECTS = 2000
 MOST_TEXT = 200
 """Limits of a scene: 2,000 objects, names of 200 characters."""
 
+LIQUIDS = ("water", "coffee", "wine")
+"""What a thing can be filled with."""
+
 MOST_SIZE = 100.0
 """Longest side of an object, in m."""
 
@@ -91,7 +94,9 @@ class Scene:
         title = table.get("sceneName") or name or "Imported"
         if not _is_text(title, MOST_TEXT):
             raise InvalidInputError(f"{label}: 'sceneName' must be a short text.")
-        return cls(str(title), objects, agent)
+        odd = sorted({str(each["fillLiquid"]) for each in rows if _is_odd_liquid(each)})
+        notes = [f"What is filled with {each!r} counts as filled with something." for each in odd]
+        return cls(str(title), objects, agent, tuple(notes))
 
 
 def _object(row: Any, label: str) -> dict[str, Any]:
@@ -132,7 +137,7 @@ def _object(row: Any, label: str) -> dict[str, Any]:
         "isInteractable": False,
         "distance": 0.0,
         **flags,
-        "fillLiquid": liquid,
+        "fillLiquid": None if _is_odd_liquid(given) else liquid,
         "temperature": temperature,
         "openness": float(flags["isOpen"]) if "openness" not in given else _share(given, label),
         "mass": _number(given.get("mass", 0.0), f"{label}, 'mass'"),
@@ -146,6 +151,10 @@ def _object(row: Any, label: str) -> dict[str, Any]:
         "axisAlignedBoundingBox": _bounds(given.get("axisAlignedBoundingBox"), position, label),
         "objectOrientedBoundingBox": _oriented(given.get("objectOrientedBoundingBox")),
     }
+
+
+def _is_odd_liquid(given: Mapping[str, Any]) -> bool:
+    return given.get("fillLiquid") not in (None, *LIQUIDS)
 
 
 def _agent(given: Any, label: str) -> dict[str, Any]:

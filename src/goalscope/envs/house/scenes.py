@@ -40,18 +40,32 @@ def read_scene(path: str | Path) -> Scene:
 def known_scenes() -> dict[str, Callable[[], Scene]]:
     """Readers of all scenes by name: those of goalscope, and those in `scenes_folder()`.
 
-    A file's scene goes by the file's name without its endings.
+    A file's scene goes by the file's name without its endings; ours go before files of their names.
     """
-    found: dict[str, Callable[[], Scene]] = {}
-    for entry in (files("goalscope.envs.house") / "data" / "scenes").iterdir():
-        if entry.name.endswith(".toml"):
-            stem = entry.name.removesuffix(".toml")
-            found[stem] = lambda entry=entry: read_room(entry, label=entry.name)
+    found: dict[str, Callable[[], Scene]] = {
+        path.name.partition(".")[0]: lambda path=path: read_scene(path) for path in _kept()
+    }
+    return dict(sorted((found | _own()).items()))
+
+
+def _own() -> dict[str, Callable[[], Scene]]:
+    return {
+        entry.name.removesuffix(".toml"): lambda entry=entry: read_room(entry, label=entry.name)
+        for entry in (files("goalscope.envs.house") / "data" / "scenes").iterdir()
+        if entry.name.endswith(".toml")
+    }
+
+
+def _kept() -> list[Path]:
+    """The scene files in the folder; none where there is no folder."""
     folder = scenes_folder()
-    for path in folder.iterdir() if folder.is_dir() else ():
-        if path.name.endswith((".json", ".json.gz", ".toml")) and path.name[0] != ".":
-            found[path.name.partition(".")[0]] = lambda path=path: read_scene(path)
-    return dict(sorted(found.items()))
+    return [
+        path
+        for path in sorted(folder.iterdir() if folder.is_dir() else ())
+        if path.name.endswith((".json", ".json.gz", ".toml"))
+        and path.name[0] != "."
+        and path.is_file()
+    ]
 
 
 def scenes_folder() -> Path:
@@ -60,19 +74,21 @@ def scenes_folder() -> Path:
     return Path(given) if given else platformdirs.user_data_path("goalscope", False) / "scenes"
 
 
-def import_scene(path: Path, name: str | None = None) -> tuple[str, Scene]:
+def import_scene(path: Path, name: str | None = None, *, force: bool = False) -> tuple[str, Scene]:
     """Check a scene file and keep it in `scenes_folder()`, whole or not at all.
 
     Args:
         path: See `read_scene`.
         name: What to call it; None takes the file's name without its endings.
+        force: Replace a scene of this name that was imported before.
 
     Returns:
         The name, by which `load_scene` now finds it, and the scene.
 
     Raises:
         InvalidInputError: The file is no scene, the agent could stand nowhere in it, the name has
-            other characters than letters, digits, "_" and "-", or the folder cannot be written.
+            other characters than letters, digits, "_" and "-" or is taken, or the folder cannot be
+            written.
     """
     scene = read_scene(path)
     State(scene)
@@ -82,6 +98,7 @@ def import_scene(path: Path, name: str | None = None) -> tuple[str, Scene]:
             f"{title!r} cannot be a scene's name; use letters, digits, _ and -."
         )
     folder = scenes_folder()
+    _check_is_free(title, force)
     kept = {"sceneName": title, "agent": scene.agent, "objects": scene.objects}
     part = folder / f".{title}.{os.getpid()}.part"
     try:
@@ -96,6 +113,25 @@ def import_scene(path: Path, name: str | None = None) -> tuple[str, Scene]:
             "folder that can be written."
         ) from None
     return title, scene
+
+
+def _check_is_free(title: str, force: bool) -> None:
+    if title in _own():
+        raise InvalidInputError(
+            f"{title!r} is the name of one of goalscope's own scenes; give another with --name."
+        )
+    taken = [path.name for path in _kept() if path.name.partition(".")[0] == title]
+    others = [each for each in taken if each != f"{title}.json.gz"]
+    if others:
+        raise InvalidInputError(
+            f"The scene {title!r} is there already, as {others[0]} in {scenes_folder()}. Remove "
+            "that file, or give another name with --name."
+        )
+    if taken and not force:
+        raise InvalidInputError(
+            f"The scene {title!r} is there already. Replace it with --force, or give another name "
+            "with --name."
+        )
 
 
 def load_scene(name: str) -> Scene:

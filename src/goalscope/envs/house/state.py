@@ -21,13 +21,16 @@ from goalscope.envs.house.scene import Scene
 from goalscope.envs.tables import shown
 from goalscope.types import InvalidInputError
 
-__all__ = ["ENCLOSING", "Failure", "State", "is_whole", "number"]
+__all__ = ["ENCLOSING", "Failure", "State", "innermost", "is_whole", "number"]
 
 ENCLOSING = frozenset({"Box", "Cabinet", "Drawer", "Fridge", "LaundryHamper", "Microwave", "Safe"})
 """Receptacles that hide what is in them while they are closed, and must be open for a put."""
 
 CRACKED = frozenset({"CellPhone", "Laptop"})
 """What keeps its shape when it breaks; other things that can be carried go to pieces."""
+
+_BELOW = frozenset({"ArmChair", "Chair", "Floor", "Stool"})
+"""Receptacles that AI2-THOR names for what stands above them, too."""
 
 REACH = 1.5
 """AI2-THOR's visibility distance, in m."""
@@ -71,6 +74,13 @@ def number(value: Any, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
         raise Failure(f"{name} must be a number, not {shown(value)}", "InvalidArgument")
     return float(value)
+
+
+def innermost(thing: Mapping[str, Any], table: Mapping[str, Mapping[str, Any]]) -> str:
+    """The id of what the thing is on or in most directly; empty where there is nothing known."""
+    listed = [own for own in thing["parentReceptacles"] or () if own in table]
+    listed.sort(key=lambda own: (table[own]["objectType"] in _BELOW, not table[own]["pickupable"]))
+    return listed[0] if listed else ""
 
 
 def is_whole(thing: Mapping[str, Any]) -> bool:

@@ -6,9 +6,10 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from goalscope.envs.house.conformance import PREDICATES, Agreement, rows, triples
+from goalscope.envs.house.conformance import Agreement, rows, triples
 from goalscope.envs.house.geometry import as_dict, moved
 from goalscope.envs.house.object_types import FLAGS, object_type, type_of
+from goalscope.envs.house.properties import PREDICATES
 from goalscope.envs.house.scene import Scene
 from goalscope.envs.house.scenes import load_scene, read_scene
 from goalscope.envs.house.world import House

@@ -52,7 +52,7 @@ def start(scene: str, unity: str | None = None) -> Controller:
             "headless": True,
         }
     elif "DISPLAY" not in os.environ:
-        options = {"platform": "CloudRendering"}
+        options = {"platform": importlib.import_module("ai2thor.platform").CloudRendering}
     try:
         return thor.Controller(
             scene=scene,

@@ -42,7 +42,7 @@ _HEADER = struct.Struct("!BI")  # of a field in a pipe: its type, and the length
 _METADATA, _ACTION, _END = 1, 2, 255
 _CAMERA = {"cameraNearPlane": 0.01, "cameraFarPlane": 20.0}  # metres, AI2-THOR's defaults
 _ONLY = {"agentCount": 1, "agentMode": "default", "fieldOfView": 90, "rotateStepDegrees": 90}
-_RANGES = {"gridSize": ("grid", 0.05, 5.0), "visibilityDistance": ("reach", 0.1, 100.0)}  # metres
+_MEASURES = {"gridSize": "grid", "visibilityDistance": "reach"}
 _OF_THE_WIRE = ("sequenceId", "render")  # how the names begin of what no house needs to know
 _BLANK: dict[str, Any] = {
     "objects": [],
@@ -150,15 +150,13 @@ class _Stage:
         for name, only in _ONLY.items():
             if action.get(name, only) != only:
                 return _failure(f"This house has no {name} but {only!r}.", "InvalidArgument")
-        given: dict[str, float] = {}
-        for name, (key, least, most) in _RANGES.items():
-            value = action.get(name)
-            if value is None:
-                continue
-            if type(value) not in (int, float) or not least <= value <= most:
-                return _failure(f"{name} must lie between {least} and {most}.", "InvalidArgument")
-            given[key] = float(value)
-        self._house = House(scene, **given)
+        given = {
+            key: action[name] for name, key in _MEASURES.items() if action.get(name) is not None
+        }
+        try:
+            self._house = House(scene, **given)
+        except InvalidInputError as error:
+            return _failure(str(error), "InvalidArgument")
         return self._house.metadata("Initialize", returned=_CAMERA)
 
     def _resize(self, width: object, height: object) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from goalscope.envs.house.names import names, readable, the
-from goalscope.envs.house.state import is_whole
+from goalscope.envs.house.state import innermost, is_whole
 from goalscope.types import Action
 
 __all__ = ["View"]
@@ -18,8 +18,6 @@ _STATES = (
 _INSIDE = frozenset(
     {"BathtubBasin", "Bowl", "Cup", "GarbageCan", "Mug", "Pot", "Sink", "SinkBasin"}
 )
-_LAST = frozenset({"ArmChair", "Chair", "Floor", "Stool"})
-"""Receptacles that AI2-THOR names for what stands above them, too."""
 
 
 class View:
@@ -54,14 +52,8 @@ class View:
 
     def place(self, thing: Mapping[str, Any]) -> str:
         """The name of what the thing is on or in: the innermost, and the floor last."""
-        listed = [own for own in thing["parentReceptacles"] or () if own in self.table]
-        listed.sort(
-            key=lambda own: (
-                self.table[own]["objectType"] in _LAST,
-                not self.table[own]["pickupable"],
-            )
-        )
-        return self.names[listed[0]] if listed else ""
+        own = innermost(thing, self.table)
+        return self.names[own] if own else ""
 
     def phrase(self, action: Action) -> str:
         """The action in words, with generic names: "put the egg in the fridge"."""

@@ -3,31 +3,44 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from goalscope.envs.house.acts import ACTS
 from goalscope.envs.house.effects import settle
-from goalscope.envs.house.geometry import as_dict
-from goalscope.envs.house.motion import MOTIONS
+from goalscope.envs.house.geometry import STANDING_CAMERA, Pose, as_dict, box_of
+from goalscope.envs.house.motion import MOTIONS, QUERIES
 from goalscope.envs.house.scene import Scene
-from goalscope.envs.house.state import GRID, REACH, Failure, State
+from goalscope.envs.house.state import GRID, HAND, REACH, Failure, State
 
 __all__ = ["ACTIONS", "House"]
 
-ACTIONS: Mapping[str, Callable[..., Any]] = {**ACTS, **MOTIONS}
+ACTIONS: Mapping[str, Callable[..., Any]] = {**ACTS, **MOTIONS, **QUERIES}
 """Every action of the house, by AI2-THOR's name."""
 
 SECONDS = 0.02
 """What one action takes on the simulation's clock: one step of physics."""
 
 _FOR_THE_ENGINE = frozenset(
-    {"action", "agentId", "sequenceId", "renderImage", "renderDepthImage", "renderNormalsImage",
-     "renderInstanceSegmentation", "renderSemanticSegmentation", "renderFlowImage", "snapToGrid",
-     "fixedDeltaTime", "autoSimulation", "simulatePhysics", "visibilityDistance", "placeStationary",
-     "manualInteract", "forceVisible"}
+    {"action", "agentId", "sequenceId", "forceAction",
+     "renderImage", "renderDepthImage", "renderNormalsImage", "renderFlowImage",
+     "renderInstanceSegmentation", "renderSemanticSegmentation", "renderClassImage",
+     "renderObjectImage", "renderImageSynthesis", "disableRendering",
+     "fixedDeltaTime", "autoSimulation", "simulatePhysics", "physicsSimulationParams",
+     "physicsInterval", "waitForFixedUpdate", "simplifyPhysics", "ignoreAgentInTransition",
+     "stopAtNonStaticCol", "allowAgentsToIntersect", "speed", "returnToStart", "continuous",
+     "snapToGrid", "gridSize", "visibilityDistance", "maxStepCount", "moveMagnitude", "degrees",
+     "placeStationary", "putNearXY", "randomSeed", "randomizeOpen", "manualInteract",
+     "forceVisible", "useGripper", "handDistance", "x", "y", "z"}
 )  # fmt: skip
-"""Arguments for Unity's engine, which mean nothing here."""
+"""Arguments for Unity's engine; where an action has none of this name, it means nothing here.
+
+x and y are a place on the screen then: what an action is for is told by `objectId`.
+"""
+
+CEILING = 2.6
+"""Least height of a room, in m."""
 
 _PARAMETERS = {
     name: {
@@ -53,11 +66,13 @@ class House:
 
     def __init__(self, scene: Scene, *, grid: float = GRID, reach: float = REACH) -> None:
         self.state = State(scene, grid=grid, reach=reach)
+        self._bounds = _extent(self.state)
 
     def step(self, action: Mapping[str, Any]) -> dict[str, Any]:
         """Take one action, {"action": name, ...} with AI2-THOR's arguments.
 
         One that fails changes nothing; `lastActionSuccess`, `errorMessage` and `errorCode` say so.
+        One that only asks changes nothing either, and takes no time.
 
         Returns:
             AI2-THOR's metadata after it.
@@ -68,8 +83,9 @@ class House:
             returned = function(self.state, **arguments)
         except Failure as failure:
             return self.metadata(name, error=str(failure), code=failure.code)
-        settle(self.state, SECONDS)
-        self.state.look()
+        if name not in QUERIES:
+            settle(self.state, SECONDS)
+            self.state.look()
         return self.metadata(name, returned=returned)
 
     def advance(self, seconds: float) -> None:
@@ -89,7 +105,8 @@ class House:
         It is the caller's own, but for the bounding boxes: these are shared, and not to be altered.
         """
         state = self.state
-        floor = state.floor
+        pose = state.pose
+        x, y, z = pose.position
         held = state.objects[state.held] if state.held else None
         return {
             "objects": [_copied(each) for each in state.objects.values()],
@@ -98,9 +115,7 @@ class House:
                 "position": {**state.agent["position"]},
                 "rotation": {**state.agent["rotation"]},
             },
-            "heldObjectPose": {"position": held["position"], "rotation": held["rotation"]}
-            if held
-            else None,
+            "heldObjectPose": _hand(pose),
             "inventoryObjects": [{"objectId": held["objectId"], "objectType": held["objectType"]}]
             if held
             else [],
@@ -110,18 +125,61 @@ class House:
             "errorMessage": error,
             "errorCode": code,
             "actionReturn": returned,
+            "actionIntReturn": 0,
+            "actionFloatReturn": 0.0,
+            "actionStringsReturn": [],
+            "actionFloatsReturn": [],
+            "actionVector3sReturn": [],
             "screenWidth": 300,
             "screenHeight": 300,
             "agentId": 0,
             "thirdPartyCameras": [],
+            "arm": None,
             "fov": 90.0,
+            "cameraOrthSize": -1.0,
+            "depthFormat": "Meters",
+            "colors": None,
+            "visibleRange": None,
+            "flatSurfacesOnGrid": [],
+            "distances": [],
+            "normals": [],
+            "isOpenableGrid": [],
+            "segmentedObjectIds": [],
+            "objectIdsInBox": [],
             "isSceneAtRest": True,
             "collided": False,
             "collidedObjects": [],
             "currentTime": state.clock,
-            "cameraPosition": as_dict(state.pose.position),
-            "sceneBounds": {"center": as_dict(floor.center), "size": as_dict(floor.size)},
+            "cameraPosition": as_dict((x, y + STANDING_CAMERA * pose.standing, z)),
+            "sceneBounds": self._bounds,
         }
+
+
+def _hand(pose: Pose) -> dict[str, Any]:
+    """Where the hand is, and what it holds, in the room and as the camera has it."""
+    ahead, up = HAND
+    x, y, z = pose.position
+    yaw = math.radians(pose.yaw)
+    return {
+        "position": as_dict((x + ahead * math.sin(yaw), y + up, z + ahead * math.cos(yaw))),
+        "rotation": as_dict((0.0, pose.yaw, 0.0)),
+        "localPosition": as_dict((0.0, up - STANDING_CAMERA, ahead)),
+        "localRotation": as_dict((0.0, 0.0, 0.0)),
+    }
+
+
+def _extent(state: State) -> dict[str, Any]:
+    """The box around the floor and all that is in the room, up to the ceiling."""
+    boxes = [state.floor, *map(box_of, state.objects.values())]
+    low = [min(box.low(axis) for box in boxes) for axis in range(3)]
+    high = [max(box.high(axis) for box in boxes) for axis in range(3)]
+    high[1] = max(high[1], state.floor.center[1] + CEILING)
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    return {
+        "cornerPoints": [[x, y, z] for x in (x1, x0) for y in (y1, y0) for z in (z1, z0)],
+        "center": as_dict(((x0 + x1) / 2, (y0 + y1) / 2, (z0 + z1) / 2)),
+        "size": as_dict((x1 - x0, y1 - y0, z1 - z0)),
+    }
 
 
 def _copied(thing: Mapping[str, Any]) -> dict[str, Any]:
@@ -143,7 +201,6 @@ def _call(name: Any, action: Mapping[str, Any]) -> tuple[Callable[..., Any], dic
     known = _PARAMETERS[str(name)]
     given = {key: value for key, value in action.items() if key in known}
     odd = [key for key in action if key not in known and key not in _FOR_THE_ENGINE]
-    odd = [key for key in odd if key not in ("forceAction", "degrees", "moveMagnitude")]
     if odd:
         raise Failure(
             f"{name} has no argument {str(odd[0])[:40]!r}; it has {', '.join(known) or 'none'}.",

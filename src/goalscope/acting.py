@@ -13,12 +13,12 @@ from goalscope.policy import OTHER_GOALS, Array, Planner, Want
 from goalscope.prompts import render
 from goalscope.types import Action, StepResult, Turn
 
-__all__ = ["StepEnvironment", "StepPlanner"]
+__all__ = ["ActionPlanner", "SpokenEnvironment"]
 
 LEAVE = "leave the {thing} where it is"
 
 
-class StepEnvironment(Environment, Protocol):
+class SpokenEnvironment(Environment, Protocol):
     """An environment whose actions can be said in words."""
 
     def phrase(self, action: Action) -> str:
@@ -30,12 +30,13 @@ class StepEnvironment(Environment, Protocol):
         ...
 
 
-class StepPlanner(Planner):
+class ActionPlanner(Planner):
     """Chooses what to do with each relevant object by how much likelier it is under the goals.
 
     The objects are found as the basket's are (see `Planner`), among all that are there. For each
     kind of them the model weighs what the environment allows, said in words, against leaving it
-    where it is; the action that gains most by the goals is taken for all objects of the kind. When
+    where it is; the action that gains most by the goals is taken for all objects of the kind (but
+    what needs leave for one at a time). When
     the person has just named things, only things that were named are touched. What was moved
     before, or had something put into it, stays unless the person has just named it.
 
@@ -61,7 +62,7 @@ class StepPlanner(Planner):
     ) -> None:
         super().__init__(model, draws=0, limit=limit, bar=bar, discount=1.0, seed=seed)
         self.margin = margin
-        self._step: dict[tuple[str, str], float] = {}
+        self._act: dict[tuple[str, str], float] = {}
 
     def search_terms(
         self, env: Environment, wants: Sequence[Want], utterances: Sequence[str]
@@ -88,7 +89,7 @@ class StepPlanner(Planner):
         before |= {result.action.destination for result in history}
         utterances = [turn.utterance for turn in turns]
         named, newest = set(env.mentioned(utterances)), set(env.mentioned(utterances[-1:]))
-        speaker = cast(StepEnvironment, env)
+        speaker = cast(SpokenEnvironment, env)
         for term in terms:
             settled = served if term in newest else served | before
             options: dict[str, list[Action]] = {}
@@ -99,34 +100,36 @@ class StepPlanner(Planner):
                 continue
             fulfilled = [phrase for phrase in speaker.fulfilled(term) if phrase not in options]
             phrases = [LEAVE.format(thing=term), *fulfilled, *options]
-            values = self.values(term, phrases, wants, turns)
-            best = int(values.argmax())
+            log_gains = self.log_gains(term, phrases, wants, turns)
+            best = int(log_gains.argmax())
             enough = self.margin if term in named else self.bar
-            if best > len(fulfilled) and values[best] > values[0] + enough:
+            if best > len(fulfilled) and log_gains[best] > log_gains[0] + enough:
                 chosen = options[phrases[best]]
+                if env.permission(chosen[0], []):
+                    chosen = chosen[:1]
                 plan += chosen
                 served |= {action.target for action in chosen}
                 served |= {action.destination for action in chosen}
         return plan
 
-    def values(
+    def log_gains(
         self, thing: str, phrases: Sequence[str], wants: Sequence[Want], turns: Sequence[Turn]
     ) -> Array:
         """[len(phrases)] in nats: how much the goals and the person's words speak for each."""
         weights = np.array([want.probability for want in wants])
-        given = np.array([self.step_log_probability(thing, phrases, want.text) for want in wants])
+        given = np.array([self.act_log_probability(thing, phrases, want.text) for want in wants])
         words = self.newest([turn.utterance for turn in turns])
-        said = self.step_log_probability(thing, phrases, words)
+        said = self.act_log_probability(thing, phrases, words)
         wanted = (weights @ given / weights.sum() + said) / 2
-        others = [self.step_log_probability(thing, phrases, goal) for goal in OTHER_GOALS]
+        others = [self.act_log_probability(thing, phrases, goal) for goal in OTHER_GOALS]
         return wanted - self.discount * np.mean(others, axis=0)
 
-    def step_log_probability(self, thing: str, phrases: Sequence[str], goal: str) -> Array:
+    def act_log_probability(self, thing: str, phrases: Sequence[str], goal: str) -> Array:
         """[len(phrases)] in nats: how likely a robot that serves this goal says each phrase."""
-        new = [phrase for phrase in phrases if (goal, phrase) not in self._step]
+        new = [phrase for phrase in phrases if (goal, phrase) not in self._act]
         if new:
-            context = render("step", goal=goal, thing=thing)
+            context = render("act", goal=goal, thing=thing)
             scores = self.model.token_logprobs([context] * len(new), [f"I {p}." for p in new])
             for phrase, score in zip(new, scores, strict=True):
-                self._step[goal, phrase] = float(score.sum())
-        return np.array([self._step[goal, phrase] for phrase in phrases])
+                self._act[goal, phrase] = float(score.sum())
+        return np.array([self._act[goal, phrase] for phrase in phrases])

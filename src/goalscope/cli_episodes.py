@@ -1,0 +1,391 @@
+"""`goalscope chat`, `run`, `replay` and `episodes`: episodes with people, real and simulated."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from goalscope.cli_options import (
+    Calls,
+    Catalogue,
+    Columns,
+    Domain,
+    EndOfTurn,
+    Evidence,
+    Json,
+    Layout,
+    Method,
+    Model,
+    Picture,
+    Scene,
+    Scorer,
+    Seed,
+    Simulator,
+    StoreFile,
+    Temperature,
+    Tokenizer,
+    Unity,
+    Writer,
+    positive,
+)
+from goalscope.terminal import console, named, opened_model, tokenizer_named
+from goalscope.types import DEFAULT_TEMPERATURE, GoalscopeError, InvalidInputError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from goalscope.domains import Settings
+    from goalscope.envs import Environment
+    from goalscope.models import OpenModel
+    from goalscope.session import Session
+    from goalscope.store import EpisodeInfo
+    from goalscope.types import Profile
+
+__all__ = ["chat", "episodes", "replay", "run"]
+
+
+def chat(
+    domain: Domain = "grocery",
+    resume: Annotated[str | None, typer.Option(metavar="ID", help="Continue an episode.")] = None,
+    method: Method = "good",
+    model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    catalogue: Catalogue = None,
+    column: Columns = None,
+    scene: Scene = None,
+    simulator: Simulator = "house",
+    unity: Unity = None,
+    picture: Picture = None,
+    layout: Layout = None,
+    evidence: Evidence = "sum",
+    end_of_turn: EndOfTurn = False,
+    temperature: Temperature = DEFAULT_TEMPERATURE,
+    seed: Seed = 0,
+    rounds: Annotated[int | None, typer.Option(min=1, help="Most rounds.  [default: 20]")] = None,
+    store: StoreFile = None,
+) -> None:
+    """Talk with the agent, and watch what it believes; "quit" leaves, and --resume goes on.
+
+    A resumed episode keeps its options.
+    """
+    from goalscope.display import show_header, show_round, show_summary
+    from goalscope.domains import Settings, profile_named
+    from goalscope.session import Session, saved_settings
+    from goalscope.store import Store
+
+    out, busy = console(), console(stderr=True).status("Thinking...")
+
+    def read(query: str) -> str:
+        from goalscope.plain import plain
+
+        busy.stop()
+        out.print(plain("Agent  ", "cyan").append_text(plain(query)))
+        words = input("You    ")
+        if not sys.stdin.isatty():
+            out.print(plain(words))
+        if words.strip().casefold() in ("quit", "exit"):
+            raise EOFError
+        busy.start()
+        return words
+
+    with Store.open(store) as episodes:
+        info = episodes.episode(resume) if resume else None
+        settings = (
+            saved_settings(info, rounds=rounds)
+            if info
+            else _checked(
+                Settings(
+                    domain=domain,
+                    method=method,
+                    model=named(model),
+                    generator=named(generator),
+                    scorer=named(scorer),
+                    tokenizer=tokenizer_named(tokenizer),
+                    catalogue=_absolute(catalogue),
+                    columns=_columns(column),
+                    scene=_scene(scene),
+                    simulator=simulator,
+                    unity=_absolute(unity),
+                    layout=layout,
+                    evidence=evidence,
+                    end_of_turn=end_of_turn,
+                    temperature=positive(temperature),
+                    seed=seed,
+                    rounds=rounds or 20,
+                ),
+                picture,
+            )
+        )
+        profile = info.profile if info else None
+        person = profile_named(settings, profile) if profile else None
+        with _engine(settings) as engine, _environment(settings, person) as env:
+            session = Session(
+                episodes, settings, env, engine, profile=profile, read=read, resume=info
+            )
+            show_header(out, session.info)
+            before = None
+            for round in session.earlier:
+                show_round(out, round, before)
+                before = round.belief
+            draw = _drawing(out, env, picture)
+            try:
+                with _resumable(session), busy:
+                    for round in session.run():
+                        show_round(out, round, before, transcript=settings.human != "you")
+                        draw()
+                        before = round.belief
+            except EOFError:
+                raise typer.Exit from None
+            show_summary(out, session.info)
+
+
+def run(
+    profile: Annotated[str, typer.Option(metavar="NAME|all", help="The person to simulate.")],
+    domain: Domain = "grocery",
+    human: Annotated[
+        Literal["scripted", "simulated"], typer.Option(help="Fixed replies, or a model's.")
+    ] = "scripted",
+    method: Method = "good",
+    model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    profiles: Annotated[Path | None, typer.Option(help="TOML file of your own people.")] = None,
+    catalogue: Catalogue = None,
+    column: Columns = None,
+    scene: Scene = None,
+    simulator: Simulator = "house",
+    unity: Unity = None,
+    picture: Picture = None,
+    layout: Layout = None,
+    evidence: Evidence = "sum",
+    end_of_turn: EndOfTurn = False,
+    temperature: Temperature = DEFAULT_TEMPERATURE,
+    seed: Seed = 0,
+    rounds: Annotated[int, typer.Option(min=1, help="Most rounds.")] = 20,
+    calls: Calls = None,
+    store: StoreFile = None,
+    as_json: Json = False,
+) -> None:
+    """Run episodes with a simulated person, and score the outcome."""
+    from goalscope.display import show_scores
+    from goalscope.domains import Settings, profile_named, profiles_of
+    from goalscope.session import Session
+    from goalscope.store import Store
+
+    made = Settings(
+        domain=domain,
+        human=human,
+        method=method,
+        model=named(model),
+        generator=named(generator),
+        scorer=named(scorer),
+        tokenizer=tokenizer_named(tokenizer),
+        profiles=_absolute(profiles),
+        catalogue=_absolute(catalogue),
+        columns=_columns(column),
+        scene=_scene(scene),
+        simulator=simulator,
+        unity=_absolute(unity),
+        layout=layout,
+        evidence=evidence,
+        end_of_turn=end_of_turn,
+        temperature=positive(temperature),
+        seed=seed,
+        rounds=rounds,
+    )
+    settings = _checked(made, picture)
+    everyone = profile == "all"
+    people = profiles_of(settings) if everyone else (profile_named(settings, profile),)
+    infos: list[EpisodeInfo] = []
+    with Store.open(store) as episodes, _engine(settings, calls) as engine:
+        for person in people:
+            with _environment(settings, person) as env:
+                session = Session(episodes, settings, env, engine, profile=person.name)
+                file = picture and picture.with_stem(f"{picture.stem}-{person.name}")
+                file = picture if len(people) == 1 else file
+                draw = _drawing(console(), env, file, quiet=as_json or len(people) > 1)
+                infos.append(_run_one(session, draw, quiet=as_json, brief=len(people) > 1))
+            if as_json:
+                print(json.dumps(_outcome(infos[-1])), flush=True)
+    if len(people) > 1 and not as_json:
+        show_scores(console(), infos)
+
+
+def replay(
+    id: Annotated[str, typer.Argument(help="The episode, or how its id begins.")],
+    store: StoreFile = None,
+) -> None:
+    """Show a stored episode again; no model is needed."""
+    from goalscope.display import show_header, show_round, show_summary
+    from goalscope.store import Store
+
+    out = console()
+    with Store.open(store) as episodes:
+        info = episodes.episode(id)
+        show_header(out, info)
+        before = None
+        for round in episodes.rounds(info.id):
+            show_round(out, round, before)
+            before = round.belief
+        show_summary(out, info)
+
+
+def episodes(store: StoreFile = None, as_json: Json = False) -> None:
+    """List the stored episodes."""
+    from goalscope.display import show_episodes
+    from goalscope.store import Store
+
+    with Store.open(store) as opened:
+        infos = opened.episodes()
+    if as_json:
+        for info in infos:
+            print(json.dumps(asdict(info)))
+    else:
+        show_episodes(console(), infos)
+
+
+@contextmanager
+def _engine(settings: Settings, calls: Path | None = None) -> Generator[OpenModel]:
+    """The model of an episode."""
+    with opened_model(
+        settings.model, settings.generator, settings.scorer, settings.tokenizer, calls
+    ) as engine:
+        yield engine
+
+
+@contextmanager
+def _environment(settings: Settings, person: Profile | None) -> Generator[Environment]:
+    """The environment of an episode; what is to be known of it is said."""
+    from goalscope.domains import open_environment
+
+    env = open_environment(settings, person)
+    try:
+        for note in env.notes:
+            console(stderr=True).print(note, style="dim")
+        yield env
+    finally:
+        env.close()
+
+
+def _checked(settings: Settings, picture: Path | None) -> Settings:
+    """The settings, if their options fit the domain and the picture can be drawn.
+
+    Raises:
+        InvalidInputError: An option would be silently without effect, or a folder is missing.
+    """
+    shop = {"--catalogue": settings.catalogue, "--column": settings.columns}
+    home = {"--scene": settings.scene, "--unity": settings.unity, "--picture": picture}
+    home["--simulator"] = settings.simulator if settings.simulator != "house" else None
+    for option, value in (shop if settings.domain == "house" else home).items():
+        if value:
+            raise InvalidInputError(f"{option} is not for the domain {settings.domain!r}.")
+    if settings.unity and settings.simulator != "thor":
+        raise InvalidInputError("--unity goes with --simulator thor.")
+    if picture and not picture.absolute().parent.is_dir():
+        raise InvalidInputError(f"There is no folder {picture.parent} for the picture.")
+    return settings
+
+
+def _drawing(
+    out: Console, env: Environment, file: Path | None, *, quiet: bool = False
+) -> Callable[[], None]:
+    """A function that draws the house's room as it now is; for another domain it does nothing."""
+    from goalscope.envs.house import HomeRobot
+
+    if not isinstance(env, HomeRobot):
+        return lambda: None
+    from goalscope.envs.house.picture import terminal_picture
+    from goalscope.envs.house.picture_svg import svg_picture
+
+    seen = [env.metadata]
+
+    def draw() -> None:
+        if not quiet:
+            out.print(terminal_picture(env.metadata, seen[0]))
+        if file is not None:
+            file.write_text(svg_picture(env.metadata, seen[0]), encoding="utf-8")
+        seen[0] = env.metadata
+
+    return draw
+
+
+@contextmanager
+def _resumable(session: Session) -> Generator[None]:
+    """Say how an episode goes on, if it is interrupted."""
+    try:
+        yield
+    except (KeyboardInterrupt, EOFError, GoalscopeError):
+        done = session.info.rounds
+        typer.echo(
+            f"\nEpisode {session.id} is kept with its {done} finished rounds. "
+            f"Go on with: goalscope chat --resume {session.id}",
+            err=True,
+        )
+        raise
+
+
+def _run_one(
+    session: Session, draw: Callable[[], None], *, quiet: bool, brief: bool
+) -> EpisodeInfo:
+    """Run a simulated episode, drawing each round unless it is one of many."""
+    import time
+
+    from goalscope.display import show_checks, show_header, show_round, show_summary
+    from goalscope.plain import plain
+
+    out, start, before = console(), time.monotonic(), None
+    if not (quiet or brief):
+        show_header(out, session.info)
+    with _resumable(session), console(stderr=True).status("") as busy:
+        busy.update(plain(f"{session.info.profile}: round 1"))
+        for round in session.run():
+            busy.update(plain(f"{session.info.profile}: round {round.number + 1}"))
+            if not (quiet or brief):
+                show_round(out, round, before)
+            draw()
+            before = round.belief
+    info = session.info
+    if session.profile and not (quiet or brief):
+        show_checks(out, session.profile.checks, session.checks_met())
+    if not quiet:
+        show_summary(out, info, time.monotonic() - start)
+    return info
+
+
+def _outcome(info: EpisodeInfo) -> dict[str, Any]:
+    return {
+        "profile": info.profile,
+        "method": info.method,
+        "score": info.score,
+        "rounds": info.rounds,
+        "terminated": info.ended == "terminated",
+        "episode": info.id,
+    }
+
+
+def _scene(given: str | None) -> str | None:
+    """A scene's name, or its file as a resumed episode finds it again from any folder."""
+    return _absolute(Path(given)) if given and Path(given).is_file() else given
+
+
+def _absolute(path: Path | None) -> str | None:
+    """The path as a resumed episode finds it again from any folder."""
+    return None if path is None else str(path.absolute())
+
+
+def _columns(given: list[str] | None) -> dict[str, str]:
+    pairs = [each.partition("=") for each in given or ()]
+    for name, mark, title in pairs:
+        if not (name and mark and title):
+            raise InvalidInputError(f'--column takes NAME=TITLE, not "{name}{mark}{title}".')
+    return {name: title for name, _, title in pairs}

@@ -1,0 +1,98 @@
+"""The options that commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from goalscope.types import InvalidInputError
+
+__all__ = [
+    "Calls",
+    "Catalogue",
+    "Columns",
+    "Domain",
+    "EndOfTurn",
+    "Evidence",
+    "Json",
+    "Layout",
+    "Method",
+    "Model",
+    "Picture",
+    "Scene",
+    "Scorer",
+    "Seed",
+    "Simulator",
+    "StoreFile",
+    "Temperature",
+    "Tokenizer",
+    "Unity",
+    "Writer",
+]
+
+Domain = Annotated[Literal["grocery", "house"], typer.Argument(help="Where the agent acts.")]
+Scene = Annotated[
+    str | None,
+    typer.Option(metavar="NAME|FILE", help="The house's room; see `house scenes`."),
+]
+Simulator = Annotated[
+    Literal["house", "thor"], typer.Option(help="The embedded house, or AI2-THOR.")
+]
+Unity = Annotated[
+    Path | None, typer.Option(help="Program that AI2-THOR starts, if not its own build.")
+]
+Picture = Annotated[
+    Path | None, typer.Option(metavar="FILE.svg", help="Draw the house's room into it each round.")
+]
+Method = Annotated[Literal["good", "no-goals", "no-inference"], typer.Option()]
+Catalogue = Annotated[Path | None, typer.Option(help="CSV file of your own shop.")]
+Columns = Annotated[
+    list[str] | None,
+    typer.Option("--column", metavar="NAME=TITLE", help="Heading that holds name, price, ..."),
+]
+Layout = Annotated[
+    Literal["goal-first", "goal-last"] | None,
+    typer.Option(help="Where the likelihood prompt states the goal."),
+]
+Evidence = Annotated[Literal["sum", "last"], typer.Option(help="All turns count, or the last.")]
+EndOfTurn = Annotated[bool, typer.Option(help="Score the end of the utterance, too.")]
+Temperature = Annotated[float, typer.Option(help="Divides the evidence; 1 is Eq. 1 as it stands.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of everything that is drawn.")]
+Model = Annotated[
+    str | None,
+    typer.Option(
+        metavar="MODEL",
+        help="GGUF file; folder or hf:NAME (Transformers); http://HOST/v1#NAME (a server).  "
+        "[default: SmolLM2-135M-Instruct]",
+    ),
+]
+Writer = Annotated[
+    str | None, typer.Option(metavar="MODEL", help="Writes the words, if not --model.")
+]
+Scorer = Annotated[
+    str | None, typer.Option(metavar="MODEL", help="Tells how likely words are, if not --model.")
+]
+Tokenizer = Annotated[
+    str | None,
+    typer.Option(help="GGUF file, folder or hub name of the tokenizer of a server's model."),
+]
+Calls = Annotated[
+    Path | None, typer.Option(help="File that keeps the model's answers, so none is asked twice.")
+]
+StoreFile = Annotated[
+    Path | None, typer.Option("--store", help="File of episodes.  [default: $GOALSCOPE_STORE]")
+]
+Json = Annotated[bool, typer.Option("--json", help="JSON on standard output, and nothing else.")]
+
+
+def positive(temperature: float) -> float:
+    """The temperature.
+
+    Raises:
+        InvalidInputError: It is not above 0, or not finite.
+    """
+    if not 0 < temperature < float("inf"):
+        raise InvalidInputError(f"--temperature must be above 0, not {temperature}.")
+    return temperature
