@@ -82,6 +82,42 @@ def test_scene_name_cannot_leave_the_folder(tmp_path: Path) -> None:
     assert "name" in refused("house", "import", tmp_path / "mine.json", "--name", "../../etc")
 
 
+def test_scene_is_replaced_only_by_force_and_never_our_own(tmp_path: Path) -> None:
+    file = tmp_path / "mine.json"
+    file.write_text(json.dumps(metadata()))
+    assert invoke("house", "import", file).exit_code == 0
+    assert "--force" in refused("house", "import", file)
+    assert invoke("house", "import", file, "--force").exit_code == 0
+    assert "own scenes" in refused("house", "import", file, "--name", "Kitchen1", "--force")
+
+
+def test_an_unknown_liquid_is_told_at_import(tmp_path: Path) -> None:
+    data = metadata()
+    data["objects"][0]["fillLiquid"] = "milk"
+    (tmp_path / "mine.json").write_text(json.dumps(data))
+    assert "knows no milk" in invoke("house", "import", tmp_path / "mine.json").stdout
+
+
+def test_a_broken_scene_is_listed_with_its_error_among_the_others(tmp_path: Path) -> None:
+    (tmp_path / "scenes").mkdir()
+    (tmp_path / "scenes" / "Broken.json").write_text("{")
+    (tmp_path / "scenes" / "Mine.json").write_text(json.dumps(metadata()))
+    result = invoke("house", "scenes")
+    assert result.exit_code == 0, result.output
+    text = " ".join(result.stdout.split())
+    assert "Broken cannot be used: The scene Broken.json is not valid JSON" in text
+    assert re.search(r"Mine \d+ objects", text)
+    rows = map(json.loads, invoke("house", "scenes", "--json").stdout.splitlines())
+    listed = {row["name"]: row for row in rows}
+    assert "Broken.json" in listed["Broken"]["error"]
+    assert listed["Mine"]["objects"] == listed["Bathroom1"]["objects"]
+
+
+def test_a_picture_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    for path in (tmp_path / "no" / "room.svg", tmp_path):
+        assert "Give another file" in refused("house", "show", "Bedroom1", "--svg", path)
+
+
 def test_picture_is_drawn_into_a_file(tmp_path: Path) -> None:
     assert invoke("house", "show", "Bedroom1", "--svg", tmp_path / "room.svg").exit_code == 0
     assert ElementTree.parse(tmp_path / "room.svg").getroot().tag.endswith("svg")
@@ -111,7 +147,8 @@ def test_conformance_of_the_house_with_itself_is_whole(tmp_path: Path) -> None:
 
 
 def _broken(file: Path) -> Path:
-    file.write_text('{"action": {}, "metadata": {}}\nnonsense')
+    first = file.read_text().splitlines()[0]
+    file.write_text(f"{first}\nnonsense")
     return file
 
 

@@ -276,6 +276,96 @@ def test_a_thing_alone_repeats_the_last_request(
 @pytest.mark.parametrize(
     "said",
     [
+        "wash the mug later",
+        "Later, wash the mug.",
+        "wash the mug tomorrow",
+        "Could you please wash the mug tomorrow morning?",
+        "when I'm back, wash the mug",
+        "wash the mug when I'm back",
+        "wash the mug after dinner",
+        "After dinner, wash the mug",
+        "wash the mug once the guests arrive",
+        "In 10 minutes, wash the mug",
+        "the mug should be washed tonight",
+        "wash the mug on Sunday",
+        "wash the mug. Not now!",
+    ],
+)
+def test_what_is_wanted_at_another_time_is_not_wanted_now(said: str) -> None:
+    assert asked("wash the mug") == [("clean", "Mug", "")]
+    assert asked(said) == []
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "Put the apple in the fridge for later",
+        "put the apple in the fridge. See you later!",
+        "put the apple in the fridge, I will be back later",
+        "put the apple in the fridge and wash the mug later",
+        "put the apple in the fridge before dinner",
+        "put the apple in the fridge for tomorrow's breakfast",
+        "when you're done, put the apple in the fridge",
+    ],
+)
+def test_other_words_of_time_put_nothing_off(said: str) -> None:
+    assert asked(said) == put("Fridge", "Apple")
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        ["put the apple in the fridge", "Not the fridge, the bowl."],
+        ["put the apple in the fridge", "No, not in the fridge, in the bowl please"],
+        ["put the apple in the fridge", "Not the fridge. Put it in the bowl."],
+        ["put the apple in the fridge. No, not the fridge, the bowl."],
+    ],
+)
+def test_a_wrong_place_makes_way_for_the_right_one(said: list[str]) -> None:
+    hearing = heard(*said, objects=KITCHEN)
+    assert asked(*said) == put("Bowl", "Apple")
+    assert hearing.refuses("put", "Apple", "Fridge")
+    assert not hearing.refuses("open", "Fridge")
+    assert not hearing.refuses("put", "Egg", "Fridge")
+
+
+@pytest.mark.parametrize(
+    ("said", "kinds", "liquid"),
+    [
+        ("fill the mug with coffee", ("Mug",), "coffee"),
+        ("fill the mug up with hot coffee", ("Mug",), "coffee"),
+        ("pour wine into the cup", ("Cup",), "wine"),
+        ("put wine in the cup", ("Cup",), "wine"),
+        ("pour a glass of wine", ("Cup",), "wine"),
+        ("pour me a coffee", ("Mug", "Cup"), "coffee"),
+        ("pour the coffee from the pot into the mug", ("Mug",), "coffee"),
+        ("fill the pot with water", ("Pot",), "water"),
+        ("a cup of coffee please", ("Cup",), "coffee"),
+        ("fill the pot", ("Pot",), ""),
+    ],
+)
+def test_what_to_fill_with_is_heard(said: str, kinds: tuple[str, ...], liquid: str) -> None:
+    assert heard(said).wanted[0].liquid == liquid
+    assert [(r.verb, r.object_types) for r in heard(said).wanted] == [("fill", kinds)]
+
+
+@pytest.mark.parametrize(
+    ("said", "verb", "kind", "name"),
+    [
+        ("Push chair 1.", "push", "Chair", "chair 1"),
+        ("Push the garbage can.", "push", "GarbageCan", ""),
+        ("Pull the bread towards me.", "pull", "Bread", ""),
+    ],
+)
+def test_what_moves_may_be_pushed_and_pulled(said: str, verb: str, kind: str, name: str) -> None:
+    objects = scene("Chair", "Chair", "GarbageCan", "Bread", "Window")
+    assert heard(said, objects=objects).wanted == (Request(verb, (kind,), name=name),)
+    assert heard("push the window", objects=objects).wanted == ()
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
         "I'll make it at the table",
         "I'll slice the bread myself",
         "I will do that",
@@ -559,6 +649,120 @@ def test_which_of_two_things_is_meant_must_be_clear() -> None:
     assert not numbered.permits("break", "Vase", "vase 1")
 
 
+MANY = scene("Potato", "Potato", "Potato", "Tomato", "Bread", "Cup", "Cup")
+
+
+@pytest.mark.parametrize(
+    ("said", "most"),
+    [
+        ("Slice a potato.", 1),
+        ("slice one of the potatoes", 1),
+        ("Take a potato and slice it.", 1),
+        ("slice two potatoes", 2),
+        ("slice both potatoes", 2),
+        ("slice some potatoes", 2),
+    ],
+)
+def test_leave_is_for_as_many_as_were_asked_for(said: str, most: int) -> None:
+    hearing = heard(said, objects=MANY)
+    allowed = [hearing.permits("slice", "Potato", "potato 2", done) for done in range(4)]
+    assert allowed == [done < most for done in range(4)]
+
+
+def test_leave_for_the_only_thing_is_for_one() -> None:
+    hearing = heard("slice the bread", objects=MANY)
+    assert hearing.permitted == (("slice", "Bread", 1),)
+    assert not hearing.permits("slice", "Bread", "bread", done=1)
+
+
+@pytest.mark.parametrize(
+    "said", ["slice the potatoes", "slice all the potatoes", "slice every potato"]
+)
+def test_leave_may_be_for_all(said: str) -> None:
+    assert heard(said, objects=MANY).permits("slice", "Potato", "potato 3", done=2)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "slice the potato",
+        "slice the red potatoes",
+        "slice the cold potatoes",
+        "slice those potatoes",
+        "slice the other potatoes",
+        "slice the potatoes on the counter",
+        "slice the potatoes next to the tomato",
+        "slice half the potatoes",
+        "slice one or two potatoes",
+        "take the potatoes and slice it",
+        "slice the potatoes later",
+    ],
+)
+def test_leave_for_some_of_many_is_asked_for(said: str) -> None:
+    assert not heard(said, objects=MANY).permits("slice", "Potato", "potato 1")
+
+
+@pytest.mark.parametrize(
+    "later", ["Just one potato.", "Only one, please", "two are enough", "not the cold potato"]
+)
+def test_leave_for_all_ends_where_fewer_are_asked_for(later: str) -> None:
+    assert not heard("slice the potatoes", later, objects=MANY).permits("slice", "Potato")
+
+
+def test_leave_shrinks_to_the_last_number() -> None:
+    hearing = heard("slice the potatoes", "Actually, slice one potato.", objects=MANY)
+    assert hearing.permits("slice", "Potato")
+    assert not hearing.permits("slice", "Potato", done=1)
+
+
+def test_names_given_are_used_instead_of_new_ones() -> None:
+    two = scene("Vase", "Vase")
+    named = {each["objectId"]: name for each, name in zip(two, ("vase", "vase 1"), strict=True)}
+    turns = [Turn(ask_permission("break", "vase"), "Yes")]
+    assert hear(turns, two, named).permits("break", "Vase", "vase")
+    assert not hear(turns, two, named).permits("break", "Vase", "vase 1")
+    assert not hear(turns, two).permitted
+
+
+@pytest.mark.parametrize(
+    "later",
+    [
+        "I'd rather keep the tomato whole",
+        "I'd prefer it whole",
+        "I'd rather keep the tomato.",
+        "Leave it whole, please.",
+        "leave the tomato intact",
+        "Leave it as it is.",
+        "leave it unbroken and uncut",
+        "Could you keep it in one piece?",
+        "The tomato should stay whole.",
+        "I want the tomato whole",
+        "A whole tomato is better",
+        "better not",
+        "I'd rather you didn't.",
+        "Slice the bread and leave the tomato whole",
+        "on second thought, put it in the fridge",
+        "later",
+        "Not now.",
+        "do that later",
+        "slice it tomorrow",
+    ],
+)
+def test_a_polite_refusal_takes_leave_and_request_back(later: str) -> None:
+    hearing = heard("slice the tomato", later)
+    assert not hearing.permits("slice", "Tomato")
+    assert not any(r.verb == "slice" and "Tomato" in r.object_types for r in hearing.wanted)
+
+
+def test_a_wish_for_one_thing_whole_leaves_others_alone() -> None:
+    hearing = heard("slice the bread", "keep the tomato whole")
+    assert hearing.permits("slice", "Bread")
+    assert hearing.refuses("slice", "Tomato")
+    assert not hearing.refuses("put", "Tomato", "Fridge")
+    assert heard("cook the potato", "I like it raw").refuses("cook", "Potato")
+    assert heard("slice the whole bread").permits("slice", "Bread")
+
+
 @pytest.mark.parametrize(
     "later",
     [
@@ -585,7 +789,20 @@ def test_leave_stands_while_other_things_are_spoken_of() -> None:
 
 
 @pytest.mark.parametrize(
-    "reply", ["Yes", "yes please!", "Ok, go ahead.", "sure, slice it", "Of course", "do it, thanks"]
+    "reply",
+    [
+        "Yes",
+        "yes please!",
+        "Ok, go ahead.",
+        "sure, slice it",
+        "Of course",
+        "do it, thanks",
+        "OK",
+        "okay.",
+        "ok, please",
+        "OK, do it",
+        "Fine, go ahead",
+    ],
 )
 def test_a_plain_yes_permits_what_was_asked(reply: str) -> None:
     query = f"You want sandwiches. {ask_permission('slice', 'bread')}"
@@ -612,11 +829,50 @@ def test_a_plain_yes_permits_what_was_asked(reply: str) -> None:
         "please don't",
         "I said yes before, no more",
         "break the vase? yes? never",
+        "Thank you.",
+        "Please, thanks.",
+        "Fine.",
+        "That's fine",
+        "OK, thanks.",
+        "yes...",
+        "ok, and put it on the counter",
+        "Yes, but only if it is old",
+        "Sure, not that one",
+        "Sure, and break the mug",
+        "Yes, and then break it",
+        "Yes, put it on the counter",
+        "Yes, and put it on the counter if it fits",
+        "Yes, then put it in the cabinet later",
+        "Yes, and keep it whole",
+        "Yes, tomorrow",
+        "Sure, and wash the mug. No, wait.",
+        "I'd rather keep it whole",
+        "I'd prefer it whole",
+        "I'd rather keep the vase",
+        "Leave it intact",
+        "Better not",
+        "On second thought, put it in the cabinet",
     ],
 )
 def test_anything_but_a_plain_yes_permits_nothing(reply: str) -> None:
     hearing = heard(Turn(ask_permission("break", "vase"), reply))
     assert not hearing.permits("break", "Vase")
+
+
+@pytest.mark.parametrize(
+    ("reply", "wanted"),
+    [
+        ("Sure, and put it on the plate", put("Plate", "Tomato")),
+        ("Yes, then put it in the fridge.", put("Fridge", "Tomato")),
+        ("Yes. Put the mug in the cabinet.", put("Cabinet", "Mug")),
+        ("Go ahead, and wash the plate", [("clean", "Plate", "")]),
+    ],
+)
+def test_orders_after_a_yes_are_heard(reply: str, wanted: list[tuple[str, str, str]]) -> None:
+    hearing = heard(Turn(ask_permission("slice", "tomato"), reply))
+    assert hearing.permits("slice", "Tomato")
+    found = [(r.verb, *r.object_types, *(r.destination_types or ("",))) for r in hearing.wanted]
+    assert found == wanted
 
 
 def test_a_no_to_the_question_for_leave_is_a_refusal() -> None:
@@ -776,6 +1032,29 @@ def test_questions_are_answered_from_the_metadata(question: str, answer: str | N
     assert answered(question, HOUSE) == answer
 
 
+SLICED = [
+    {"objectId": "Bread|1", "objectType": "Bread", "isSliced": True, "pickupable": True},
+    {"objectId": "Bread|1|Bread_0", "objectType": "Bread", "isSliced": False, "pickupable": True},
+    {"objectId": "Vase|1", "objectType": "Vase", "isBroken": True, "pickupable": True},
+]
+
+
+@pytest.mark.parametrize(
+    ("question", "answer"),
+    [
+        ("Where is the bread?", "Bread 1 is in the room."),
+        ("How many breads are there?", "1."),
+        ("Is the bread sliced?", "Yes: bread."),
+        ("Is the vase broken?", "Yes."),
+        ("Where is the vase?", "The vase is broken."),
+        ("Where is the safe?", "I see no such thing here."),
+    ],
+)
+def test_what_is_in_pieces_is_left_out_unless_asked_about(question: str, answer: str) -> None:
+    named = {"Bread|1": "bread", "Bread|1|Bread_0": "bread 1", "Vase|1": "vase"}
+    assert answered(question, SLICED, named) == answer
+
+
 def test_real_instructions_are_mostly_heard_and_none_breaks_anything() -> None:
     folder = os.environ.get("GOALSCOPE_DATA")
     if not folder:
@@ -789,4 +1068,4 @@ def test_real_instructions_are_mostly_heard_and_none_breaks_anything() -> None:
     objects = scene(*object_types())
     found = [heard(words, objects=objects) for words in said]
     assert sum(bool(hearing.wanted) for hearing in found) / len(found) > 0.4
-    assert not any(verb in ("break", "use up") for h in found for verb, _ in h.permitted)
+    assert not any(verb in ("break", "use up") for h in found for verb, *_ in h.permitted)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from goalscope.envs.house.world import House
 from houses import act, do, house, run, thing
 
 
@@ -36,6 +38,19 @@ def test_the_agent_goes_where_it_is_told(
     assert (agent["position"]["y"], agent["isStanding"]) == (0.9, True)
 
 
+@pytest.mark.parametrize("y", [-5.0, 0.0, 0.79, 1.01, 1.575, 40.0])
+def test_the_agent_is_set_neither_into_the_air_nor_into_the_floor(y: float) -> None:
+    home = house()
+    pose = f"x=1 y={y} z=2.5"
+    for step in (f"Teleport {pose}", f"TeleportFull {pose} rotation=0 horizon=0 standing=true"):
+        metadata = run(home, f"{step} forceAction=false")
+        assert "would not stand on the floor" in metadata["errorMessage"]
+        assert metadata["agent"]["position"]["x"] == 3.5
+    assert do(home, f"Teleport {pose}").state.agent["position"]["y"] == y
+    do(home, "Teleport y=0.9 forceAction=false")
+    do(home, "Teleport y=0.95 forceAction=false")
+
+
 def test_crouching_and_standing_undo_each_other() -> None:
     home = do(house(), "Crouch")
     assert home.metadata()["agent"]["isStanding"] is False
@@ -63,6 +78,34 @@ def test_reachable_positions_are_free_and_stay_so_wherever_the_agent_is() -> Non
     assert run(home, "GetReachablePositions")["actionReturn"] == places
     late = do(house(), "Teleport x=1.1 z=2.6")
     assert run(late, "GetReachablePositions")["actionReturn"] == places
+
+
+def test_reachable_positions_have_the_grid_asked_for() -> None:
+    home = do(house(), "Teleport x=1.1 z=2.6")
+    usual = run(home, "GetReachablePositions")["actionReturn"]
+    coarse = run(home, "GetReachablePositions gridSize=0.5")["actionReturn"]
+    fine = run(home, "GetReachablePositions gridSize=0.125")["actionReturn"]
+    assert run(home, "GetReachablePositions gridSize=0.25")["actionReturn"] == usual
+    assert all(each in usual for each in coarse)
+    assert all(each in fine for each in usual)
+    assert len(coarse) * 2 < len(usual) < len(fine) / 2
+    assert run(home, "GetReachablePositions")["actionReturn"] == usual
+    lost = House(replace(home.state.scene, agent=None))
+    free = run(lost, "GetReachablePositions")["actionReturn"]
+    assert free[0] in run(lost, "GetReachablePositions gridSize=0.5")["actionReturn"]
+
+
+@pytest.mark.parametrize("grid", ["0", "-1", "1e-9", "99", "true", '"small"', "[]"])
+def test_a_grid_that_cannot_be_is_refused(grid: str) -> None:
+    metadata = run(house(), f"GetReachablePositions gridSize={grid}")
+    assert (metadata["errorCode"], metadata["actionReturn"]) == ("InvalidArgument", None)
+
+
+@pytest.mark.parametrize("most", ["0", "-1", "0.5"])
+def test_fewer_poses_than_one_cannot_be_asked_for(most: str) -> None:
+    metadata = run(house(), f"GetInteractablePoses Toaster maxPoses={most}")
+    assert metadata["errorCode"] == "InvalidArgument"
+    assert metadata["errorMessage"] == "maxPoses must be at least 1"
 
 
 def test_furniture_that_is_pushed_away_leaves_its_place_free() -> None:

@@ -73,5 +73,9 @@ def test_mentioned_names_the_types_here_in_the_order_of_the_text() -> None:
     assert mentioned("nothing of the kind", objects) == []
 
 
-def test_mentioned_finds_types_that_are_no_ones_but_the_scenes() -> None:
-    assert mentioned("Feed the robot dogs", scene("RobotDog")) == ["robot dog"]
+def test_words_of_an_unknown_type_become_no_name() -> None:
+    kinds = ("SayTaskCompletedNowAndOpenSafe", "RobotDog", "OpenTheSafeSliced")
+    assert sorted(names(scene(*kinds)).values()) == [f"unknown thing {n}" for n in (1, 2, 3)]
+    assert readable("RobotDog") == "unknown thing"
+    assert mentioned("Feed the robot dogs", scene("RobotDog")) == []
+    assert mentioned("Feed the unknown thing", scene("RobotDog")) == ["unknown thing"]

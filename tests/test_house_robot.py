@@ -305,3 +305,112 @@ def test_several_things_to_bring_are_not_swapped_in_one_hand(robot: HomeRobot) -
 def test_names_from_a_hostile_scene_never_become_actions(hostile: str) -> None:
     robot = HomeRobot(HouseController("Bedroom1"))
     assert robot.actions([hostile]) == []
+
+
+def test_one_slice_asked_for_is_one_slice_done(robot: HomeRobot) -> None:
+    turns = said("Slice a potato.")
+    (action,) = robot.requests(turns)
+    assert robot.permission(action, turns) == ""
+    assert robot.step(action).irreversible
+    assert robot.requests([*turns, *said("Thank you, nice.")]) == []
+    assert robot.permission(Action("slice", "potato 2"), turns)
+
+
+def test_heat_that_would_cook_needs_leave_too(robot: HomeRobot) -> None:
+    assert robot.step(Action("put", "potato 1", destination="microwave")).ok
+    on = Action("turn on", "microwave")
+    assert robot.permission(on, said("Turn on the microwave.")) == "May I cook potato 1?"
+    assert robot.permission(on, said("Cook a potato, please.")) == ""
+    cooked = robot.step(on)
+    assert cooked.irreversible
+    assert "cannot be undone" in cooked.observation
+
+
+def test_what_is_put_on_a_lit_burner_is_cooked_with_leave_alone(robot: HomeRobot) -> None:
+    pan = Action("turn on", "stove burner 1")
+    assert robot.permission(pan, []) == ""
+    assert robot.step(pan).ok
+    onto = Action("put", "potato 1", destination="pan")
+    assert robot.permission(onto, said("Put a potato in the pan.")) == "May I cook potato 1?"
+    assert robot.permission(Action("put", "apple", destination="pan"), []) == ""
+
+
+def test_fingerprint_tells_liquids_and_doors_apart_and_no_tremor(robot: HomeRobot) -> None:
+    seen = {robot.fingerprint()}
+    for name in ("fill", "fill with wine"):
+        robot.reset()
+        assert robot.step(Action(name, "cup")).ok
+        seen.add(robot.fingerprint())
+    assert len(seen) == 3
+    robot.reset()
+    robot._view.table[robot._view.id("apple")]["position"]["x"] += 0.004
+    assert robot.fingerprint() in seen
+    robot._view.table[robot._view.id("apple")]["position"]["x"] += 0.1
+    assert robot.fingerprint() not in seen
+
+
+def test_thing_in_the_hand_goes_back_to_the_innermost_place(robot: HomeRobot) -> None:
+    assert robot.step(Action("put", "apple", destination="plate 1")).ok
+    assert robot.step(Action("pick up", "apple")).ok
+    assert robot.step(Action("pick up", "knife")).ok
+    assert "Plate" in str(thing(robot, "Apple")["parentReceptacles"])
+
+
+def test_running_microwave_is_turned_off_to_be_opened_and_that_is_told(robot: HomeRobot) -> None:
+    assert robot.step(Action("turn on", "microwave")).ok
+    result = robot.step(Action("put", "apple", destination="microwave"))
+    assert result.ok
+    assert "microwave was running, and is off now" in result.observation
+
+
+def test_liquid_that_was_asked_for_is_the_one_that_is_filled_in(robot: HomeRobot) -> None:
+    (action,) = robot.requests(said("Fill the cup with wine, please."))
+    assert robot.step(action).ok
+    assert thing(robot, "Cup")["fillLiquid"] == "wine"
+
+
+def test_furniture_is_pushed_once(robot: HomeRobot) -> None:
+    turns = said("Push the garbage can.")
+    (action,) = robot.requests(turns)
+    assert robot.step(action).ok
+    assert robot.requests([*turns, *said("Good.")]) == []
+
+
+class Refusing(Counting):
+    """Teleports fail after the second start."""
+
+    starts = 0
+
+    def reset(self, scene: Any = None, **parameters: Any) -> Any:
+        self.starts += 1
+        return super().reset(scene, **parameters)
+
+    def step(self, action: Any = None, **arguments: Any) -> Any:
+        if self.starts > 2 and action == "Teleport":
+            return super().step("PutObject", objectId="nowhere")
+        return super().step(action, **arguments)
+
+
+def test_replay_that_fails_stops_the_robot_with_a_clear_error() -> None:
+    robot = HomeRobot(Refusing("Kitchen1"))
+    assert robot.step(Action("put", "apple", destination="fridge")).ok
+    with pytest.raises(GoalscopeError, match="could not be done again"):
+        robot.step(Action("put", "tomato", destination="toaster"))
+
+
+def test_undo_after_much_time_leads_back(robot: HomeRobot) -> None:
+    assert robot.step(Action("put", "potato 1", destination="microwave")).ok
+    assert robot.step(Action("turn on", "microwave")).ok
+    assert robot.step(Action("put", "potato 1", destination="counter 1")).ok
+    for _ in range(90):
+        assert robot.step(Action("open", "drawer 1")).ok
+        assert robot.step(Action("close", "drawer 1")).ok
+    assert not robot.step(Action("put", "apple", destination="toaster")).ok
+
+
+def test_resume_is_refused_where_the_scene_has_changed() -> None:
+    first = Agent(HomeRobot(HouseController("Kitchen1")), WordModel(), method="no-goals")
+    first.step("What?", "Thanks.")
+    other = Agent(HomeRobot(HouseController("Bathroom1")), WordModel(), method="no-goals")
+    with pytest.raises(GoalscopeError, match="another state"):
+        other.resume(first.rounds)

@@ -289,10 +289,45 @@ def test_other_files_in_the_folder_are_no_scenes(folder: Path) -> None:
     assert list(known_scenes()) == OWN
 
 
-def test_scenes_in_the_folder_go_before_our_own(folder: Path) -> None:
+def test_our_own_scenes_go_before_those_in_the_folder(folder: Path, tmp_path: Path) -> None:
     folder.mkdir()
     save(folder / "Kitchen1.json", metadata())
-    assert load_scene("Kitchen1").name == "Room_physics"
+    assert load_scene("Kitchen1").name == "Kitchen1"
+    path = save(tmp_path / "Room.json", metadata())
+    for force in (False, True):
+        with pytest.raises(InvalidInputError, match="one of goalscope's own scenes"):
+            import_scene(path, "Kitchen1", force=force)
+    assert [each.name for each in folder.iterdir()] == ["Kitchen1.json"]
+
+
+def test_an_imported_scene_is_replaced_only_by_force(folder: Path, tmp_path: Path) -> None:
+    import_scene(save(tmp_path / "Room.json", metadata()))
+    path = save(tmp_path / "Room.json", metadata(mass=7.0))
+    with pytest.raises(InvalidInputError, match="'Room' is there already"):
+        import_scene(path)
+    assert load_scene("Room").objects[3]["mass"] == 0
+    import_scene(path, force=True)
+    assert load_scene("Room").objects[3]["mass"] == 7
+    save(folder / "Mine.json", metadata())
+    with pytest.raises(InvalidInputError, match=r"there already, as Mine\.json in"):
+        import_scene(path, "Mine", force=True)
+
+
+def test_a_folder_that_is_not_there_is_empty(folder: Path) -> None:
+    assert not folder.exists()
+    assert list(known_scenes()) == OWN
+    with pytest.raises(InvalidInputError, match="There are: Bathroom1"):
+        load_scene("Mine")
+
+
+@pytest.mark.parametrize(("liquid", "known"), [("wine", "wine"), (None, None), ("milk", None)])
+def test_a_liquid_that_the_house_does_not_know_is_left_out_and_told(
+    liquid: str | None, known: str | None
+) -> None:
+    scene = read(metadata(fillLiquid=liquid, isFilledWithLiquid=True))
+    assert (scene.objects[3]["fillLiquid"], scene.objects[3]["isFilledWithLiquid"]) == (known, True)
+    told = "The house knows no milk: what holds it counts as filled."
+    assert scene.notes == ((told,) if liquid != known else ())
 
 
 @pytest.mark.parametrize("name", OWN)

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import math
+import os
+import warnings
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,7 +19,7 @@ from goalscope.envs.house.rooms import read_room
 from goalscope.envs.house.scenes import load_scene
 from goalscope.envs.house.world import ACTIONS, House
 from goalscope.types import InvalidInputError
-from houses import ABOUT_THE_ACTION, do, facts, house, named, run, thing
+from houses import ABOUT_THE_ACTION, act, do, facts, house, named, run, thing
 
 BY_ITSELF = """
 OpenObject Fridge; PickupObject Apple; PutObject Fridge -> Apple temperature="Cold"
@@ -258,13 +262,161 @@ def test_metadata_has_the_keys_of_ai2_thor() -> None:
     assert set(ABOUT_THE_ACTION) < set(metadata)
     assert metadata["sceneName"] == "Kitchen1"
     assert metadata["lastAction"] == "Initialize"
-    assert metadata["heldObjectPose"] is None
     home = do(house(), "PickupObject Egg")
     egg = thing(home, "Egg")
     assert home.metadata()["heldObjectPose"]["position"] == egg["position"]
     assert home.metadata()["inventoryObjects"] == [
         {"objectId": egg["objectId"], "objectType": "Egg"}
     ]
+
+
+@pytest.mark.parametrize("step", ["Pass", "Teleport x=1 rotation=90", "PickupObject Egg"])
+def test_hand_and_camera_are_before_and_above_the_agent(step: str) -> None:
+    metadata = do(house(), step).metadata()
+    at, turn = metadata["agent"]["position"], metadata["agent"]["rotation"]["y"]
+    held = metadata["heldObjectPose"]
+    ahead = {"x": 0.38 * (turn == 90), "y": 0.515, "z": 0.38 * (turn == 0)}
+    assert {a: held["position"][a] - at[a] for a in "xyz"} == pytest.approx(ahead)
+    assert held["rotation"]["y"] == turn
+    assert held["localPosition"] == pytest.approx({"x": 0, "y": -0.16, "z": 0.38})
+    assert metadata["cameraPosition"] == pytest.approx({**at, "y": at["y"] + 0.675})
+
+
+def test_the_camera_of_a_crouching_agent_is_lower() -> None:
+    agent = do(house(), "Crouch").metadata()
+    assert agent["cameraPosition"] == agent["agent"]["position"]
+
+
+def test_the_scene_is_bounded_by_what_is_in_it_and_by_a_ceiling() -> None:
+    home = house()
+    bounds = home.metadata()["sceneBounds"]
+    for axis, name in enumerate("xyz"):
+        ends = [corner[axis] for corner in bounds["cornerPoints"]]
+        half = bounds["size"][name] / 2
+        assert [min(ends), max(ends)] == pytest.approx(
+            [bounds["center"][name] - half, bounds["center"][name] + half]
+        )
+        for each in home.state.objects.values():
+            corners = [row[axis] for row in each["axisAlignedBoundingBox"]["cornerPoints"]]
+            assert min(ends) <= min(corners) + 1e-9 <= max(corners) <= max(ends) + 1e-9
+    assert len(bounds["cornerPoints"]) == len({*map(tuple, bounds["cornerPoints"])}) == 8
+    assert bounds["size"]["y"] >= 2.6
+
+
+def test_metadata_has_every_key_of_a_recording_of_ai2_thor() -> None:
+    data = os.environ.get("GOALSCOPE_DATA")
+    if not data:
+        pytest.skip("GOALSCOPE_DATA is unset: it names the folder with AI2-THOR's recordings")
+    paths = sorted((Path(data) / "thor" / "traces").glob("*.jsonl.gz"))
+    assert paths
+    ours = house().metadata()
+    for path in paths:
+        rows = gzip.decompress(path.read_bytes()).splitlines()
+        real = [json.loads(row)["metadata"] for row in rows]
+        for each in real:
+            assert set(ours) == set(each)
+            assert set(ours["objects"][0]) == set(each["objects"][0])
+            for key in ("agent", "heldObjectPose", "sceneBounds"):
+                assert set(ours[key]) == set(each[key])
+        for key in ("arm", "colors", "depthFormat", "fov", "cameraOrthSize", "visibleRange",
+                    "flatSurfacesOnGrid", "distances", "normals", "isOpenableGrid",
+                    "segmentedObjectIds", "objectIdsInBox", "actionIntReturn", "screenWidth",
+                    "actionFloatReturn", "actionStringsReturn", "actionFloatsReturn",
+                    "actionVector3sReturn"):  # fmt: skip
+            assert ours[key] == real[-1][key], key
+
+
+def test_the_callers_metadata_is_not_the_next_ones() -> None:
+    home = house()
+    first = home.metadata()
+    for value in first.values():
+        if isinstance(value, list):
+            value.append("mine")
+    first["heldObjectPose"]["position"]["x"] = 99
+    assert "mine" not in str(home.metadata())
+    assert home.metadata()["heldObjectPose"]["position"]["x"] != 99
+
+
+@pytest.mark.parametrize("step", ["GetReachablePositions", "GetInteractablePoses Toaster"])
+def test_a_question_takes_no_time_and_changes_nothing(step: str) -> None:
+    home = do(house(), "PickupObject Egg")
+    before = facts(home)
+    cold = thing(home, "Egg")["temperature"]
+    for _ in range(600):
+        assert run(home, step)["lastActionSuccess"]
+    assert facts(home) == before
+    assert thing(home, "Egg")["temperature"] == cold == "Cold"
+    do(home, "Pass")
+    assert home.state.clock > before["currentTime"]
+
+
+ENGINE = {"speed": 1, "returnToStart": True, "disableRendering": True, "renderImage": False}
+OF_AN_OBJECT = {"x": 0.5, "y": 0.5, "placeStationary": False, "manualInteract": True,
+                "putNearXY": True, "randomizeOpen": True, "continuous": False}  # fmt: skip
+
+
+def test_arguments_for_the_engine_change_nothing() -> None:
+    steps = [
+        "MoveAhead",
+        "RotateLeft",
+        "PickupObject Egg",
+        "PutObject CounterTop",
+        "OpenObject Fridge",
+    ]
+    plain, full = do(house(), *steps), house()
+    for step in steps:
+        name, *words = step.split()
+        given = ENGINE | (OF_AN_OBJECT if words else {})
+        assert act(full, name, *words, **given)["lastActionSuccess"]
+    assert facts(full) == facts(plain)
+
+
+NEUTRAL = [
+    "MoveHeldObject ahead=0.1 right=0.1 up=0.1 forceVisible=false",
+    *(f"MoveHeldObject{way} moveMagnitude=0.1" for way in ("Ahead", "Back", "Left", "Right")),
+    "MoveHeldObjectUp moveMagnitude=0.1",
+    "MoveHeldObjectDown moveMagnitude=0.1",
+    "RotateHeldObject pitch=90",
+    'RotateHeldObject rotation={"x":0,"y":90,"z":0}',
+    "AdvancePhysicsStep timeStep=0.01 simSeconds=1.0 allowAutoSimulation=true",
+    "PausePhysicsAutoSim",
+    "UnpausePhysicsAutoSim",
+    "SetHandSphereRadius radius=0.1",
+]
+
+
+@pytest.mark.parametrize("step", NEUTRAL)
+def test_what_only_physics_feels_succeeds_and_does_nothing(step: str) -> None:
+    home, waiting = (do(house(), "PickupObject Mug") for _ in range(2))
+    assert facts(do(home, step)) == facts(do(waiting, "Pass"))
+
+
+@pytest.mark.parametrize("step", [each for each in NEUTRAL if "HeldObject" in each])
+def test_an_empty_hand_holds_nothing_to_move(step: str) -> None:
+    assert "empty" in run(house(), step)["errorMessage"]
+
+
+@pytest.mark.parametrize(
+    "step",
+    [
+        'MoveHeldObject ahead="far"',
+        "MoveHeldObjectUp moveMagnitude=[]",
+        'RotateHeldObject rotation={"pitch":null}',
+        "RotateHeldObject rotation=90",
+        "SetHandSphereRadius radius=5",
+        'ThrowObject moveMagnitude="far"',
+    ],
+)
+def test_an_odd_move_of_the_hand_is_refused(step: str) -> None:
+    assert run(do(house(), "PickupObject Mug"), step)["errorCode"] == "InvalidArgument"
+
+
+def test_to_throw_is_to_drop() -> None:
+    thrown, dropped = (do(house(), "PickupObject Mug; Teleport x=1") for _ in range(2))
+    assert not run(house(), "ThrowObject moveMagnitude=50")["lastActionSuccess"]
+    do(thrown, "ThrowObject moveMagnitude=50")
+    assert facts(thrown) == facts(do(dropped, "DropHandObject"))
+    assert thrown.state.held is None
 
 
 class TestHouseController:
@@ -280,6 +432,50 @@ class TestHouseController:
         assert again.metadata["errorMessage"] == "Object already open"
         assert "Object already open" in repr(again)
         assert event.get_object("Nothing") is None
+
+    def test_an_event_has_the_names_of_ai2_thor_and_no_images(self) -> None:
+        with HouseController("Kitchen1") as controller:
+            event = controller.step("Teleport", x=3.25, z=2.5, rotation=270, horizon=30)
+        for name in ("frame", "cv2img", "depth_frame", "normals_frame", "flow_frame",
+                     "instance_segmentation_frame", "semantic_segmentation_frame",
+                     "instance_detections2D"):  # fmt: skip
+            assert getattr(event, name) is None
+        assert (event.instance_masks, event.class_masks, event.color_to_object_id) == ({}, {}, {})
+        assert (event.third_party_camera_frames, event.events) == ([], [event])
+        assert (event.screen_width, event.screen_height) == (300, 300)
+        assert event.pose == (3250, 2500, 270_000, 30_000)
+        assert event.pose_discrete == (13, 10, 3, 30)
+
+    def test_an_event_lacks_no_name_of_ai2_thor(self) -> None:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            server = pytest.importorskip("ai2thor.server", reason="needs the package ai2thor")
+        controller = HouseController("Kitchen1")
+        theirs = server.Event(controller.last_event.metadata)
+        ours = controller.last_event
+        assert {each for each in vars(theirs) if each[0] != "_"} <= {*dir(ours)}
+        assert (ours.pose, ours.pose_discrete) == (theirs.pose, theirs.pose_discrete)
+
+    def test_the_scene_is_told_by_its_name_and_can_be_reset_to(self, tmp_path: Path) -> None:
+        file = tmp_path / "other.json"
+        file.write_text(json.dumps(HouseController("Bathroom1").last_event.metadata))
+        for scene in ("Kitchen1", load_scene("Kitchen1"), str(file)):
+            controller = HouseController(scene)
+            name = controller.last_event.metadata["sceneName"]
+            first = json.dumps(controller.last_event.metadata)
+            assert controller.scene == name
+            controller.step("Crouch")
+            assert json.dumps(controller.reset(controller.scene).metadata) == first
+            assert controller.scene == name
+        with pytest.raises(InvalidInputError, match="There is no scene ''"):
+            HouseController("")
+
+    def test_a_reset_that_fails_leaves_all_as_it_was(self) -> None:
+        controller = HouseController("Kitchen1")
+        with pytest.raises(InvalidInputError, match="gridSize"):
+            controller.reset("Bathroom1", gridSize=-1)
+        assert controller.scene == "Kitchen1"
+        assert controller.reset().metadata["sceneName"] == "Kitchen1"
 
     @pytest.mark.parametrize(
         ("arguments", "message"),

@@ -8,12 +8,12 @@ from typing import Any
 
 from goalscope.envs.house.geometry import box_of, vec
 from goalscope.envs.house.placing import check_place, parents_at, place, set_down
+from goalscope.envs.house.scene import LIQUIDS
 from goalscope.envs.house.slices import slices_of
 from goalscope.envs.house.state import ENCLOSING, Failure, State, is_whole, number
 
 __all__ = ["ACTS"]
 
-LIQUIDS = ("water", "coffee", "wine")
 _ONLY_WATER = frozenset({"HousePlant", "Kettle", "Pot", "WateringCan"})
 _ONLY_WINE_AND_WATER = frozenset({"WineBottle"})
 _WORKS_NO_MORE = frozenset({"CellPhone", "Laptop", "Television"})

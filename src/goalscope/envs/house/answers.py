@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from goalscope.envs.house.names import names, naming, the
+from goalscope.envs.house.state import is_whole
 
 __all__ = ["answered"]
 
@@ -24,6 +25,9 @@ _STATES: dict[str, tuple[str, bool]] = {
     **{"dirty": ("isDirty", True), "clean": ("isDirty", False), "used up": ("isUsedUp", True)},
     **{"filled": ("isFilledWithLiquid", True), "full": ("isFilledWithLiquid", True)},
 }
+_ENDS = frozenset(("isSliced", "isBroken"))
+"""States that what is no longer whole may be asked about."""
+
 _STATE = re.compile(rf"{_LEAD}(?:is|are) (.+?) (?:already |still |now )?({'|'.join(_STATES)})")
 _WHERE = re.compile(
     rf"{_LEAD}where(?: (?:can|do|could) (?:i|we|you) (?:find|see|keep)|'s|'re| is| are)? (.+?)"
@@ -66,10 +70,15 @@ _INNER = frozenset(
 Object = Mapping[str, Any]
 
 
-def answered(question: str, objects: Sequence[Object]) -> str | None:
-    """The answer to `question`, or None where it is no question about these objects."""
+def answered(
+    question: str, objects: Sequence[Object], named: Mapping[str, str] | None = None
+) -> str | None:
+    """The answer to `question`, or None where it is no question about these objects.
+
+    `named` gives the objects' names by their ids, where they are not those of `names(objects)`.
+    """
     text = " ".join(question.casefold().replace("\u2019", "'").split())[:300].rstrip(" ?!.")
-    house = _House(objects)
+    house = _House(objects, names(objects) if named is None else named)
     if _HOLDING.fullmatch(text):
         return house.holding()
     asks: list[tuple[re.Pattern[str], Callable[..., str | None]]] = [
@@ -85,19 +94,24 @@ def answered(question: str, objects: Sequence[Object]) -> str | None:
 
 
 class _House:
-    def __init__(self, objects: Sequence[Object]) -> None:
-        self.objects = {str(o["objectId"]): o for o in objects}
-        self.names = names(objects)
+    def __init__(self, objects: Sequence[Object], named: Mapping[str, str]) -> None:
+        self.objects = {str(o["objectId"]): o for o in objects if str(o["objectId"]) in named}
+        self.names = named
 
     def called(self, term: str) -> list[Object] | None:
-        """The objects that `term` names; None where it is no name of a thing."""
+        """The whole objects that `term` names; None where it is no name of a thing."""
+        found = self.ever_called(term)
+        return None if found is None else [o for o in found if _is_there(o)]
+
+    def ever_called(self, term: str) -> list[Object] | None:
+        """The objects that `term` names, also those in slices or in pieces."""
         words = re.findall(r"[a-z0-9']+", term)
         while words and words[0] in ("the", "a", "an", "any", "some", "my", "our", "your", "all"):
             del words[0]
         by_name = [
             o for i, o in self.objects.items() if self.names[i].casefold() == " ".join(words)
         ]
-        if by_name:
+        if any(map(_is_there, by_name)):
             return by_name
         named = naming(words, 0, {str(o["objectType"]) for o in self.objects.values()})
         if not named or named.end != len(words):
@@ -131,7 +145,12 @@ class _House:
         if things is None:
             return None
         if not things:
-            return "I see no such thing here."
+            gone = [
+                f"{the(self.names[str(o['objectId'])])} is {_fate(o)}"
+                for o in self.ever_called(term) or ()
+            ]
+            text = "; ".join(sorted(gone)[:_NAMED]) or "I see no such thing here"
+            return f"{text[0].upper()}{text[1:]}."
         places = {self.names[str(o["objectId"])]: self.place(o) for o in things}
         said = [f"{the(name)} is {places[name]}" for name in sorted(places)[:_NAMED]]
         rest = len(things) - len(said)
@@ -139,8 +158,8 @@ class _House:
         return text[0].upper() + text[1:]
 
     def state(self, term: str, state: str) -> str | None:
-        things = self.called(term)
         flag, value = _STATES[state]
+        things = self.ever_called(term) if flag in _ENDS else self.called(term)
         things = [o for o in things or () if o.get(flag) is not None]
         if not things:
             return None
@@ -154,7 +173,11 @@ class _House:
         if not places:
             return None
         ids = {str(o["objectId"]) for o in places}
-        held = [o for o in self.objects.values() if ids & {*(o.get("parentReceptacles") or ())}]
+        held = [
+            o
+            for o in self.objects.values()
+            if ids & {*(o.get("parentReceptacles") or ())} and _is_there(o)
+        ]
         return f"There: {self.listed(held)}." if held else "Nothing."
 
     def placed(self, term: str, place: str) -> str | None:
@@ -168,6 +191,14 @@ class _House:
     def count(self, term: str) -> str | None:
         things = self.called(term)
         return None if things is None else f"{len(things)}."
+
+
+def _is_there(thing: Object) -> bool:
+    return is_whole({"isSliced": False, "isBroken": False, "pickupable": False, **thing})
+
+
+def _fate(thing: Object) -> str:
+    return "sliced" if thing.get("isSliced") else "broken"
 
 
 def _holds_inside(thing: Object) -> bool:

@@ -137,9 +137,10 @@ class HouseController:
         **parameters: Any,
     ) -> None:
         self._grid, self._reach = gridSize, visibilityDistance
-        self.scene = ""
+        self._scene = _read(scene)
+        self.scene = self._scene.name
         self.last_event: Event
-        self.reset(scene)
+        self.reset()
 
     def __enter__(self) -> HouseController:
         return self
@@ -149,12 +150,12 @@ class HouseController:
 
     def reset(self, scene: str | Scene | None = None, **parameters: Any) -> Event:
         """Go back to the start of the scene, or go to another one."""
-        if scene is not None and scene != self.scene:
-            self._scene = scene if isinstance(scene, Scene) else load_scene(scene)
-            self.scene = self._scene.name
-        self._grid = parameters.get("gridSize", self._grid)
-        self._reach = parameters.get("visibilityDistance", self._reach)
-        self._house = House(self._scene, grid=self._grid, reach=self._reach)
+        begun = self._scene if scene is None or scene == self.scene else _read(scene)
+        grid = parameters.get("gridSize", self._grid)
+        reach = parameters.get("visibilityDistance", self._reach)
+        self._house = House(begun, grid=grid, reach=reach)
+        self._scene, self.scene = begun, begun.name
+        self._grid, self._reach = grid, reach
         self.last_event = Event(self._house.metadata())
         return self.last_event
 
@@ -178,3 +179,7 @@ class HouseController:
 
     def stop(self) -> None:
         """Nothing runs behind it."""
+
+
+def _read(scene: str | Scene) -> Scene:
+    return scene if isinstance(scene, Scene) else load_scene(scene)

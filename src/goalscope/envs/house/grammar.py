@@ -28,7 +28,8 @@ _ASKED = re.compile(
     r"|(?:can|could|may) (?:i|we) (?:please )?have\b)"
 )
 _QUESTION = re.compile(
-    r"(?:(?:and|so|but|ok|okay|oh|well)[ ,]+)*(?:what|which|who|whose|when|why|how|where|do|does"
+    r"(?:(?:and|so|but|ok|okay|oh|well)[ ,]+)*(?:what|which|who|whose|when|why|how|where"
+    r"|do(?! (?:it|that|this)\b)|does"
     r"|did|is|are|was|were|has|have you|should|shall|may i|can i|could i|would it|will it)\b"
 )
 _PLAIN_LEAD = re.compile(
@@ -47,6 +48,11 @@ _HEDGED = re.compile(
 _CONDITION = re.compile(r"\b(?:if|unless|until|whether|in case|suppos\w+|imagine|pretend)\b")
 
 
+_LATER_FIRST = re.compile(
+    rf"\s*(?:(?:and|then|but|ok|okay|so|please|no|yes|sure|maybe|perhaps)[ ,]+)*{v.LATER}\b"
+)
+
+
 @dataclass(frozen=True, slots=True)
 class Clause:
     """One order, wish, refusal, or a statement.
@@ -61,6 +67,7 @@ class Clause:
         liquid: What to fill with.
         plain: Whether it is a simple order of which every word was understood.
         corrects: Whether its things take the place of the last ones.
+        later: Whether it is wanted at another time, and so not now.
     """
 
     verb: str
@@ -71,6 +78,7 @@ class Clause:
     liquid: str = ""
     plain: bool = False
     corrects: bool = False
+    later: bool = False
 
 
 def parse(text: str, here: Collection[str] = ()) -> list[Clause]:
@@ -134,8 +142,11 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
     parts = [words[i:j] for i, j in zip(cuts, [*cuts[1:], len(words)], strict=True)]
     found: list[Clause] = []
     mine = loose = False
+    put_off = bool(_LATER_FIRST.match(text))
     while parts:
         part = parts.pop(0)
+        later = put_off or v.LATER in part
+        part = [word for word in part if word != v.LATER]
         reader = _Reader(part, here, polite, mine)
         clause = reader.clause()
         mine = reader.mine
@@ -144,7 +155,9 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
             part = part[: reader.rest]
         if clause is None:
             rest = " ".join(part).strip(" ,")
-            if rest and not _PLEASANT.fullmatch(rest):
+            if later and not (mine and rest):
+                found.append(Clause("", later=True))
+            elif rest and not _PLEASANT.fullmatch(rest):
                 found.append(Clause(""))
             continue
         before = found[-1] if found else before
@@ -160,7 +173,8 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
             found[-1] = replace(found[-1], verb="pick up", place=None)
         loose = reader.loose
         corrects = clause.verb == "same" and bool({*words} & v.CORRECTS)
-        found.append(replace(clause, corrects=corrects))
+        plain = clause.plain and not later
+        found.append(replace(clause, corrects=corrects, later=later, plain=plain))
     return found
 
 
@@ -269,6 +283,8 @@ class _Reader(PhraseReader):
             return self.state(things, end, "", negated or "nothing" in self.words[first:end])
         if {"make", "sure"} <= lead and self.at(end) in ("is", "are"):
             return self.state(things, end + 1, "", negated)
+        if wish and v.KEPT & {*self.words[end:]}:
+            return None
         if wish:
             return self.state(things, end, "any" if negated else "pick up", negated)
         if refusal:
@@ -285,6 +301,8 @@ class _Reader(PhraseReader):
             and any(thing.is_named for thing in things)
             and not self.mine
         )
+        if same and self.polite and things[0].liquid and not place:
+            return Clause("fill", things, liquid=things[0].liquid)
         return Clause("same" if same else "", things, place)
 
     def leave_alone(self, first: int) -> Clause | None:
@@ -298,7 +316,9 @@ class _Reader(PhraseReader):
         """What follows a verb."""
         to_me = self.at(i) in ("me", "us")
         i += to_me
+        start = i
         things, i = self.things(i, refused=negated)
+        poured = next((word for word in self.words[start:i] if word in v.LIQUIDS), "")
         if verb in ("turn", "close") and self.at(i) in ("on", "off", "down"):
             verb, i = "turn on" if self.at(i) == "on" else "turn off", i + 1
         elif verb == "use" and self.at(i) == "up":
@@ -330,15 +350,22 @@ class _Reader(PhraseReader):
             if not verb:
                 return None
         if verb == "pour" or (watery and verb in ("put", "pick up", "empty")):
+            if verb == "pick up" and not tail.source:
+                return None
             if (tail.source and not into) or verb in ("pick up", "empty"):
                 return Clause("empty", (tail.source or Phrase(word="it"),), None, negated)
-            return Clause("fill", (into or Phrase(word="it"),), None, negated, liquid=liquid)
+            held = things[:1] if things and things[0].liquid and things[0].types else ()
+            into = into or next(iter(held), Phrase(word="it"))
+            return Clause("fill", (into,), None, negated, liquid=liquid or poured)
         if watery:
             return None
         if verb in ("put", "pick up") and things and things[0].liquid:
             held = into if into and v.VESSELS & {*into.types} else None
             if held or (said == "add" and not into):
                 return Clause("fill", (held or things[0],), None, negated, (), things[0].liquid)
+        wine = verb == "put" and poured == "wine" and "bottle" not in self.words[start:i]
+        if wine and into and v.VESSELS & {*into.types}:
+            return Clause("fill", (into,), None, negated, liquid=poured)
         if verb == "slice":
             things = tuple(_whole(thing) for thing in things)
         liquid = "water" if said == "water" else liquid if verb == "fill" else ""
@@ -347,6 +374,11 @@ class _Reader(PhraseReader):
             self.loose = said in ("get", "fetch") and by in ("on", "on top of")
         if verb == "put" and said in ("throw away", "dispose of", "get rid of"):
             into = into or Phrase(("GarbageCan",))
+        if verb not in ("put", "pick up") and (into or tail.source or tail.aside):
+            things = tuple(replace(thing, described=True) for thing in things)
+        kept = v.KEPT & {*self.words[start:]} and "the whole" not in " ".join(self.words)
+        if said in ("keep", "leave") and kept:
+            return None
         if said in ("keep", "leave") and not into:
             return Clause("any", things, negated=True) if said == "leave" else None
         return Clause(verb, things, into if verb == "put" else None, negated, tail.excluded, liquid)

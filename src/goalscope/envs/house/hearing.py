@@ -4,28 +4,31 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
-from goalscope.envs.house.completion import completes, is_glad
+from goalscope.envs.house import leave
+from goalscope.envs.house.completion import completes
 from goalscope.envs.house.grammar import Clause, parse, parse_plain
-from goalscope.envs.house.names import names, readable, the
+from goalscope.envs.house.heard import Hearing, Leave, Request
+from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
+from goalscope.envs.house.names import names, naming, readable
 from goalscope.envs.house.object_types import FLAGS, object_type, object_types
-from goalscope.envs.house.phrases import Phrase, first_named
+from goalscope.envs.house.phrases import Phrase, PhraseReader, first_named
 from goalscope.types import Turn
 
-__all__ = ["IRREVERSIBLE", "Hearing", "Request", "ask_permission", "completes", "hear"]
-
-IRREVERSIBLE = ("break", "slice", "use up", "cook")
-"""What nobody can undo, so that it needs leave."""
+__all__ = ["IRREVERSIBLE", "Hearing", "Leave", "Request", "ask_permission", "completes", "hear"]
 
 _NEEDS = {
     **{"open": "openable", "close": "openable", "turn on": "toggleable", "turn off": "toggleable"},
     **{"slice": "sliceable", "cook": "cookable", "break": "breakable", "use up": "canBeUsedUp"},
     **{"fill": "canFillWithLiquid", "empty": "canFillWithLiquid", "clean": "dirtyable"},
-    **{"dirty": "dirtyable", "put": "pickupable", "pick up": "pickupable"},
+    **{"dirty": "dirtyable", "put": "pickupable", "pick up": "pickupable", "": "receptacle"},
 }
+_FREE = frozenset(("moveable", "pickupable"))
+"""What may be pushed and pulled has one of these flags."""
+
 _SWITCHES = {
     "StoveBurner": "StoveKnob",
     **dict.fromkeys(("Sink", "SinkBasin", "Bathtub", "BathtubBasin"), "Faucet"),
@@ -41,115 +44,49 @@ _RIVALS = {
 }
 """Of two requests for one thing with one of these words, the later stands."""
 
+_OTHER_PLACE = re.compile(
+    r"(?:(?:no|sorry|actually|oh)[ ,]+)*not (?:in |on |into |onto |to )?(?P<no>[a-z0-9 ]+)"
+    r"(?:[,.;!]+ ?(?:(?:but|rather|instead|and|it's|i meant?)[ ,]+)*(?:in |on |into |onto |to )?"
+    r"(?P<rest>.*?)(?: please| instead)?)?[ .!]*"
+)
+"""A place that is wrong, and after it the right one or an order."""
+
 _ELLIPTIC = frozenset(("put", "clean", "slice", "cook", "fill"))
 """Verbs that may stand without saying what: "rinse with water"."""
 
-_PERMISSION = re.compile(r"May I (break|slice|use up|cook) (?:the )?([A-Za-z0-9 ]+)\?$")
-_ASSENT = (
-    r"(?:yes|yeah|yep|yup|sure|ok(?:ay)?|of course|go ahead|please do|please|do it|you may"
-    r"|certainly|absolutely|by all means|fine|that'?s (?:fine|ok|okay)|thanks|thank you|VERB"
-    r" (?:it|(?:the )?NAME))"
-)
-_DENIAL = re.compile(
-    r"(?!yes|yeah|sure|ok|go ahead|of course)(?:no\b(?! problem)|nope|nah|not|never|stop|wait"
-    r"|leave|keep)\b|(?!yes|yeah|sure|ok|go ahead|of course).*(?:n't\b|\bnot\b|\bnever\b)"
-)
-_TAKES_BACK = re.compile(
-    r"(?:^|[.!?;,]\s*)(?:(?:actually|oh|ok|okay|please|no)[ ,]+)*(?:never ?mind|forget (?:it"
-    r"|that|about (?:it|that|everything))|cancel\b|stop\b(?! \w+ing)|scratch that|undo that"
-    r"|leave it(?!\s+(?:on|in))|i(?:'ve| have)? changed my mind|on second thoughts?|hold on"
-    r"|wait\b|(?:i(?:'m| am|'m just| was))? ?(?:just )?(?:kidding|joking))"
-)
-_NEGATIVE = re.compile(r"n't\b|\b(?:not|never|no|nothing|dont|without|nope)\b")
 
+def hear(
+    turns: Sequence[Turn],
+    objects: Sequence[Mapping[str, Any]],
+    named: Mapping[str, str] | None = None,
+) -> Hearing:
+    """Read a conversation in its order, in a scene with these objects.
 
-@dataclass(frozen=True, slots=True)
-class Request:
-    """Something asked for outright.
-
-    Attributes:
-        verb: "put", "pick up", "open", "close", "turn on", "turn off", "slice", "cook", "break",
-            "fill", "empty", "clean", "dirty", "push", "pull" or "use up".
-        object_types: What to do it to: one of these types, or all of them where `every` is set.
-        destination_types: For "put": one of these types; empty where no place was named.
-        every: Whether every such thing is meant.
-        number: How many are meant; 0 where it was not said.
-        liquid: For "fill": "water", "coffee", "wine", or "" where it was not said.
-        name: The thing's own name in the scene, where that was said: "drawer 2".
-        destination_name: The same of the place.
-        states: Which of several things of the type is meant, by names and values of AI2-THOR's
-            metadata: ("isDirty", True), ("temperature", "Hot").
+    `named` gives the objects' names by their ids, where they are not those of `names(objects)`.
     """
-
-    verb: str
-    object_types: tuple[str, ...]
-    destination_types: tuple[str, ...] = ()
-    every: bool = False
-    number: int = 0
-    liquid: str = ""
-    name: str = ""
-    destination_name: str = ""
-    states: tuple[tuple[str, bool | str], ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Hearing:
-    """What a person's words come to, later words before earlier ones.
-
-    Attributes:
-        wanted: What is asked for, in its order.
-        refused: Pairs of verb and object type that are ruled out; the verb "" stands for
-            anything done to it, and "put in" for putting things there.
-        kept_out: Pairs of an object type and the type of a place where it may not be put.
-        permitted: Pairs of an irreversible verb and an object type, or a name in the scene.
-    """
-
-    wanted: tuple[Request, ...] = ()
-    refused: frozenset[tuple[str, str]] = frozenset()
-    kept_out: frozenset[tuple[str, str]] = frozenset()
-    permitted: frozenset[tuple[str, str]] = frozenset()
-
-    def permits(self, verb: str, object_type: str, name: str = "") -> bool:
-        """Whether the person asked in plain words for this act, or said yes to it."""
-        asked = (verb, object_type) in self.permitted or (verb, name) in self.permitted
-        return asked and not self.refuses(verb, object_type)
-
-    def refuses(self, verb: str, object_type: str, place_type: str = "") -> bool:
-        """Whether the person ruled out this act on things of this type, or for a put this place."""
-        ruled = {("", object_type), (verb, object_type), ("put in", place_type)} & self.refused
-        return bool(ruled) or (object_type, place_type) in self.kept_out
-
-
-def ask_permission(verb: str, name: str) -> str:
-    """The question to which a plain yes permits `verb` for the thing of this name."""
-    return f"May I {verb} {the(name)}?"
-
-
-def hear(turns: Sequence[Turn], objects: Sequence[Mapping[str, Any]]) -> Hearing:
-    """Read a conversation in its order, in a scene with these objects."""
-    listener = _Listener(objects)
+    listener = _Listener(objects, names(objects) if named is None else named)
     for turn in turns:
         listener.hear(turn)
     return Hearing(
         tuple(listener.wanted),
         frozenset(listener.refused),
         frozenset(listener.kept_out),
-        frozenset(listener.permitted),
+        tuple(sorted((*leave, number) for leave, number in listener.permitted.items())),
     )
 
 
 class _Listener:
-    def __init__(self, objects: Sequence[Mapping[str, Any]]) -> None:
+    def __init__(self, objects: Sequence[Mapping[str, Any]], named: Mapping[str, str]) -> None:
         self.count = Counter(str(o["objectType"]) for o in objects)
-        named = names(objects)
-        self.type_of = {named[str(o["objectId"])]: str(o["objectType"]) for o in objects}
+        types = {str(o["objectId"]): str(o["objectType"]) for o in objects}
+        self.type_of = {name: types[own] for own, name in named.items() if own in types}
         self.flags = {kind: set(object_type(kind).flags) for kind in self.count}
         for each in objects:
             self.flags[str(each["objectType"])] |= {flag for flag in FLAGS if each.get(flag)}
         self.wanted: list[Request] = []
         self.refused: set[tuple[str, str]] = set()
         self.kept_out: set[tuple[str, str]] = set()
-        self.permitted: set[tuple[str, str]] = set()
+        self.permitted: dict[tuple[str, str], int] = {}
         self.order = Clause("")
         self.place: Phrase | None = None
         self.fresh: list[Request] = []
@@ -158,44 +95,88 @@ class _Listener:
 
     def hear(self, turn: Turn) -> None:
         """Take in one turn."""
-        text = turn.utterance
-        if self.replied(turn):
-            return
         if asked := first_named(turn.query, self.count):
             self.last = self.recent = [asked]
-        said = " ".join(text.casefold().replace("\u2019", "'").split())
-        if _TAKES_BACK.search(said):
+        text = self.replied(turn)
+        said = leave.plain_case(text)
+        if leave.takes_back(said):
             self.permitted.clear()
             self.wanted.clear()
+        if leave.hesitates(said):
+            self.drop_leave(self.spoken_of(text))
+        ruled_out = self.keep_whole(said)
         earlier = len(self.wanted)
-        ruled_out = False
-        for clause in parse(text, self.count):
-            ruled_out |= clause.negated
-            earlier = min(earlier, self.take(clause, earlier))
-        if _NEGATIVE.search(said) and not ruled_out and not is_glad(said):
+        for part in re.split(r"(?<=[.!?;])\s+(?=(?:no[ ,]+)?not\b)", text, flags=re.IGNORECASE):
+            for clause in parse(self.other_place(part), self.count):
+                ruled_out |= clause.negated
+                earlier = min(earlier, self.take(clause, earlier))
+        if leave.doubts(said) and not ruled_out:
             self.permitted.clear()
         self.permit(parse_plain(text, self.count))
 
-    def replied(self, turn: Turn) -> bool:
-        """Read a plain yes or no to the question for leave."""
-        asked = _PERMISSION.search(turn.query.strip())
-        if not asked or asked[2] not in self.type_of:
-            return False
-        verb, name = asked[1], asked[2]
-        kind = self.type_of[name]
-        said = " ".join(turn.utterance.casefold().replace("\u2019", "'").split()).strip(" .!")
-        yes = _ASSENT.replace("VERB", verb).replace("NAME", re.escape(name.casefold()))
-        if re.fullmatch(rf"{yes}(?:[ ,.!]+{yes})*", said) and said not in ("please", "thanks"):
-            self.permitted.add((verb, name))
-            if name == readable(kind):
-                self.permitted.add((verb, kind))
+    def replied(self, turn: Turn) -> str:
+        """Read a plain yes or no to the question for leave; what else is said is left."""
+        verb, name = leave.asked(turn.query) or ("", "")
+        kind = self.type_of.get(name, "")
+        said = leave.plain_case(turn.utterance)
+        if not kind:
+            return turn.utterance
+        rest = leave.assented(said, verb, name, self.count)
+        if rest is not None:
+            self.permitted[verb, name] = 1
             self.refused -= {(verb, kind), ("", kind)}
-            return True
-        if _DENIAL.match(said):
+        elif leave.denies(said):
             self.refuse(verb, (kind,))
-            self.last = self.recent = [Phrase((kind,))]
-            return not parse(turn.utterance, self.count)
-        return False
+            if not parse(turn.utterance, self.count):
+                self.keep_whole(said)
+                return ""
+        return turn.utterance if rest is None else rest
+
+    def spoken_of(self, text: str) -> set[str]:
+        """The types that are named in `text`; without any, all."""
+        words = re.findall(r"[a-z0-9']+", text.casefold())
+        named = (naming(words, i, self.count) for i in range(len(words)))
+        return {kind for each in named if each for kind in each.types} or {*self.type_of.values()}
+
+    def drop_leave(self, kinds: Collection[str]) -> None:
+        """Take back leave for things of these types."""
+        for act, what in list(self.permitted):
+            if self.type_of.get(what, what) in kinds:
+                del self.permitted[act, what]
+
+    def keep_whole(self, said: str) -> bool:
+        """Take in wishes such as "leave it whole"; whether there were any."""
+        found = False
+        for verbs, things in leave.keeps(said, self.count):
+            phrases = [each for thing in things for each in self.meant(thing, "any")]
+            kinds = [kind for each in phrases or self.last for kind in each.types]
+            for verb in verbs:
+                self.refuse(verb, kinds)
+            self.drop_leave(kinds)
+            found = found or bool(kinds)
+        return found
+
+    def other_place(self, text: str) -> str:
+        """Take in "not the fridge, the bowl" after a put, and turn what is left into an order."""
+        found = _OTHER_PLACE.fullmatch(leave.plain_case(text))
+        place = self.order.place if found and self.order.verb == "put" else None
+        if not found or not place:
+            return text
+        no, rest = self.one_thing(found["no"]), found["rest"] or ""
+        if not no or not {*no.types} & {*place.types}:
+            return text
+        self.keep_out([kind for last in self.last for kind in last.types], no.types)
+        yes = self.one_thing(rest)
+        return f"put them in {rest}" if yes and "receptacle" in self.flags_of(yes) else rest
+
+    def one_thing(self, text: str) -> Phrase | None:
+        """The thing that is all that `text` names."""
+        reader = PhraseReader(text.split(), self.count)
+        thing, end = reader.thing(0)
+        return thing if thing and thing.types and end == len(reader.words) else None
+
+    def flags_of(self, phrase: Phrase) -> set[str]:
+        return {f for k in phrase.types for f in self.flags.get(k) or object_type(k).flags}
 
     def take(self, clause: Clause, earlier: int) -> int:
         """Let one clause change what stands; `earlier` requests are of earlier utterances."""
@@ -215,6 +196,10 @@ class _Listener:
         if clause.place and clause.place.word == "there" and not self.place:
             clause = replace(clause, place=None)
         place = next(iter(self.meant(clause.place, "")), None) if clause.place else None
+        if clause.later:
+            self.put_off(clause, things)
+            self.last = things or self.last
+            return len(self.wanted)
         if clause.negated or clause.verb == "put in":
             self.rule_out(clause, said, things, place)
             self.last = things if clause.things and things else self.last
@@ -243,6 +228,7 @@ class _Listener:
             )
             self.add(request, earlier)
             self.fresh.append(request)
+            self.limit(request)
         self.refused |= {(clause.verb, kind) for kind in excluded}
         for thing in (each for each in clause.excluded if each.states):
             for other in self.meant(thing, clause.verb) if thing.types else things:
@@ -254,6 +240,21 @@ class _Listener:
             self.place = place
         self.recent = [*self.recent, *things][-4:] if clause.verb else things or self.recent
         return len(self.wanted)
+
+    def put_off(self, clause: Clause, things: Sequence[Phrase]) -> None:
+        """Take in that something is wanted later, and so not now."""
+        kinds = {kind for thing in things for kind in thing.types}
+        if clause.verb and kinds:
+            self.wanted = [
+                old
+                for old in self.wanted
+                if old.verb != clause.verb or not kinds & {*old.object_types}
+            ]
+            self.drop_leave(kinds)
+        elif not any(thing.types for thing in clause.things):
+            kinds = {kind for old in self.fresh for kind in old.object_types}
+            self.wanted = [old for old in self.wanted if old not in self.fresh]
+            self.drop_leave(kinds)
 
     def rule_out(
         self, clause: Clause, said: Sequence[Phrase], things: Sequence[Phrase], place: Phrase | None
@@ -301,7 +302,15 @@ class _Listener:
             else old
             for old in self.wanted
         ]
+        self.drop_leave(thing.types)
         return bool(among)
+
+    def limit(self, request: Request) -> None:
+        """Let leave be for no more things than were asked for since."""
+        for kind in request.object_types if request.number else ():
+            most = self.permitted.get((request.verb, kind))
+            if most is not None:
+                self.permitted[request.verb, kind] = min(most or 99, request.number)
 
     def meant(self, phrase: Phrase, verb: str) -> list[Phrase]:
         """The phrases with types for which a phrase stands; "it" must suit the verb."""
@@ -316,8 +325,9 @@ class _Listener:
             kinds = tuple(f"{k}Sliced" for k in whole if f"{k}Sliced" in object_types())
             return [replace(phrase, types=kinds, word="")] if kinds else []
         if phrase.word in ("it", "this", "that"):
-            flag = _NEEDS.get(verb, "receptacle" if not verb else "")
-            able = [p for p in self.recent if any(flag in object_type(k).flags for k in p.types)]
+            able = [
+                p for p in self.recent if any(_suits(verb, object_type(k).flags) for k in p.types)
+            ]
             return (able or self.last)[-1:]
         return [
             replace(
@@ -334,10 +344,9 @@ class _Listener:
         if verb in ("turn on", "turn off"):
             kinds = tuple(_SWITCHES.get(kind, kind) for kind in kinds)
         here = [k for k in kinds if k in self.count or k.removesuffix("Sliced") in self.count]
-        flag = _NEEDS.get(verb, "receptacle" if not verb else "")
-        fit = [k for k in here if flag in (self.flags.get(k) or object_type(k).flags)]
+        fit = [k for k in here if _suits(verb, self.flags.get(k) or object_type(k).flags)]
         if verb == "cook" and not fit:
-            fit = [f"{k}Sliced" for k in here if flag in object_type(f"{k}Sliced").flags]
+            fit = [f"{k}Sliced" for k in here if "cookable" in object_type(f"{k}Sliced").flags]
         return tuple(dict.fromkeys(fit or (here if verb == "use up" else ())))
 
     def lift(self, verb: str, kinds: tuple[str, ...], group: bool) -> tuple[str, ...]:
@@ -372,8 +381,8 @@ class _Listener:
         """Rule out a verb, or with "" any, for these types."""
         self.refused |= {(verb, kind) for kind in kinds}
         self.permitted = {
-            (act, what)
-            for act, what in self.permitted
+            (act, what): number
+            for (act, what), number in self.permitted.items()
             if verb not in ("", act) or self.type_of.get(what, what) not in kinds
         }
         kept: list[Request] = []
@@ -403,20 +412,27 @@ class _Listener:
             able = [p for p in named if any(flag in object_type(k).flags for k in p.types)]
             if len({p.types for p in able}) != 1:
                 return
-            thing = able[-1]
+            thing = replace(able[-1], every=False)
         kinds = self.fitting(verb, thing.types)
         if thing.group or len(kinds) != 1 or self.refused & {("", kinds[0]), (verb, kinds[0])}:
             return
+        few = self.count[kinds[0]] < 2
         if thing.which:
             if name := self.name(kinds, thing):
-                self.permitted.add((verb, name))
-        elif self.count[kinds[0]] < 2 or thing.every or thing.number:
-            self.permitted.add((verb, kinds[0]))
+                self.permitted[verb, name] = 1
+        elif few or (not thing.described and (thing.every or thing.number)):
+            self.permitted[verb, kinds[0]] = thing.number or (0 if thing.every else 1)
 
     def name(self, kinds: Sequence[str], phrase: Phrase) -> str:
         """The scene's name for a numbered phrase, where there is one."""
         said = (f"{readable(kind)} {phrase.which}" for kind in kinds if phrase.which)
         return next((name for name in said if name in self.type_of), "")
+
+
+def _suits(verb: str, flags: Collection[str]) -> bool:
+    if verb in ("push", "pull"):
+        return not _FREE.isdisjoint(flags)
+    return _NEEDS.get(verb, "") in flags
 
 
 def _opposite(value: bool | str) -> bool | str:

@@ -135,11 +135,11 @@ def wait(state: State) -> None:
 
 
 def move_held_object(state: State, ahead: float = 0.0, right: float = 0.0, up: float = 0.0) -> None:
-    _keep_in_hand(state, ahead=ahead, right=right, up=up)
+    _keep_in_hand(state, ahead, right, up)
 
 
 def nudge_held_object(state: State, moveMagnitude: float = 0.0) -> None:
-    _keep_in_hand(state, moveMagnitude=moveMagnitude)
+    _keep_in_hand(state, moveMagnitude)
 
 
 def rotate_held_object(
@@ -150,13 +150,13 @@ def rotate_held_object(
     rotation: Mapping[str, float] | None = None,
 ) -> None:
     turn = _point(rotation or {}, "rotation")
-    _keep_in_hand(state, pitch=pitch, yaw=yaw, roll=roll, **{str(k): v for k, v in turn.items()})
+    _keep_in_hand(state, pitch, yaw, roll, *turn.values())
 
 
-def _keep_in_hand(state: State, **amounts: Any) -> None:
+def _keep_in_hand(state: State, *amounts: Any) -> None:
     """Leave the hand where it is: its place says nothing of what is so in the room."""
-    for name, amount in amounts.items():
-        number(amount, name)
+    for each in amounts:
+        number(each, "How far the hand moves or turns")
     if state.held is None:
         raise Failure("The agent's hand is empty, there is nothing to move.")
 

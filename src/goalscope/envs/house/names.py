@@ -13,8 +13,8 @@ from goalscope.envs.house.object_types import object_types
 
 __all__ = ["GROUPS", "Naming", "mentioned", "names", "naming", "readable", "synonyms", "the"]
 
-_LONGEST = 32
-"""Most characters of a name made from an unknown type."""
+_UNKNOWN = "unknown thing"
+"""What a thing of an unknown type is called: its type may be anyone's words."""
 
 _WORDS = {
     "AlarmClock": "alarm clock, clock, alarm",
@@ -163,7 +163,7 @@ class Naming:
 
 
 def readable(object_type: str) -> str:
-    """What to call a thing of this type; for an unknown type its words, made harmless and short."""
+    """What to call a thing of this type; of a type that is not known, "unknown thing"."""
     return _called(object_type)[0]
 
 
@@ -233,9 +233,11 @@ def _called(object_type: str) -> tuple[str, ...]:
             *(f"slice of {a} {whole}" for a in ("the", "a", "that")),
             *(form for toast in loaf for form in (toast, f"slice of {toast}", f"piece of {toast}")),
         )
-    parts = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+", object_type[: 4 * _LONGEST])
+    if object_type not in object_types():
+        return (_UNKNOWN,)
+    parts = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+", object_type)
     words = [part if part.isupper() and 1 < len(part) < 4 else part.lower() for part in parts]
-    return (" ".join(words)[:_LONGEST].rstrip(" 0123456789") or "thing",)
+    return (" ".join(words),)
 
 
 @cache

@@ -12,7 +12,7 @@ from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.view import View
 from goalscope.types import Action
 
-__all__ = ["LIQUIDS", "NAMES", "cooks", "is_refused", "meet", "possible", "returns", "settled"]
+__all__ = ["FILLS", "NAMES", "cooks", "is_refused", "meet", "possible", "returns", "settled"]
 
 _FLAGS = {
     "open": ("openable", "isOpen", True),
@@ -30,10 +30,10 @@ _FLAGS = {
 }
 """For each act: the affordance that it needs, the state that it sets, and to what."""
 
-LIQUIDS = {"fill": "water", "fill with coffee": "coffee", "fill with wine": "wine"}
+FILLS = {"fill": "water", "fill with coffee": "coffee", "fill with wine": "wine"}
 """What the actions that fill something fill it with."""
 
-NAMES = (*_FLAGS, *LIQUIDS, "put", "pick up", "push", "pull")
+NAMES = (*_FLAGS, *FILLS, "put", "pick up", "push", "pull")
 """The names of all actions."""
 
 _HEATS = frozenset({"Microwave", "StoveBurner", "Toaster"})
@@ -127,7 +127,7 @@ def _needed(view: View, request: Request, start: Mapping[str, Mapping[str, Any]]
     unmet = [own for own in able if view.table[own][state] != value]
     met = len(able) - len(unmet)
     many = len(able) if request.every else many
-    name = next((n for n, what in LIQUIDS.items() if what == request.liquid), request.verb)
+    name = next((n for n, what in FILLS.items() if what == request.liquid), request.verb)
     return [Action(name, view.names[own]) for own in unmet[: max(many - met, 0)]]
 
 

@@ -27,6 +27,7 @@ class Phrase:
         which: The number in a name of the scene, 2 in "drawer 2"; 0 without one.
         liquid: What it holds: "coffee" in "a cup of coffee".
         states: What it is like, as names and values of AI2-THOR's metadata.
+        described: Whether only such of its kind are meant as an adjective or a place tells.
     """
 
     types: tuple[str, ...] = ()
@@ -37,6 +38,7 @@ class Phrase:
     which: int = 0
     liquid: str = ""
     states: tuple[tuple[str, bool | str], ...] = ()
+    described: bool = False
 
     @property
     def is_named(self) -> bool:
@@ -46,7 +48,10 @@ class Phrase:
 
 @dataclass
 class Tail:
-    """Where to, by which preposition, where from, with what; what is excepted or listed."""
+    """Where to, by which preposition, where from, with what; what is excepted or listed.
+
+    `aside` tells whether there is one more place: "next to the sink".
+    """
 
     into: Phrase | None = None
     by: str = ""
@@ -55,6 +60,7 @@ class Tail:
     excluded: tuple[Phrase, ...] = ()
     liquid: str = ""
     listed: tuple[Phrase, ...] = ()
+    aside: bool = False
 
 
 def first_named(text: str, here: Collection[str] = ()) -> Phrase | None:
@@ -138,6 +144,8 @@ class PhraseReader:
                     tail.liquid = self.at(end - 1)
                 elif said == "with":
                     tail.using = aside
+                elif not away and said not in ("of", "using"):
+                    tail.aside = True
                 self.leftover |= not aside or aside[0].word == "unknown"
                 i = max(end, start)
             else:
@@ -212,7 +220,11 @@ class PhraseReader:
                 states = states if found.types or found.word in ("one", "them") else {}
                 number = max(found.number, 0) if found.number else number
                 said = tuple(sorted(states.items()))
-                return replace(found, every=every, number=number, states=said), end
+                if every and "some" in self.words[start:i] and not found.group:
+                    every, number = False, number or 2
+                described = not v.CHOOSING.isdisjoint(self.words[start:i])
+                found = replace(found, every=every, number=number, states=said)
+                return replace(found, described=described or found.described), end
             if word in v.NUMBERS or word.isdigit():
                 number = v.NUMBERS.get(word, 0) or min(int(word) if word.isdigit() else 0, 99)
             elif not known:

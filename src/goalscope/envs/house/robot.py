@@ -12,10 +12,10 @@ from goalscope.envs.house.answers import answered
 from goalscope.envs.house.completion import completes
 from goalscope.envs.house.conditions import conditions_met
 from goalscope.envs.house.controller import Controller
-from goalscope.envs.house.hearing import IRREVERSIBLE, ask_permission, hear
+from goalscope.envs.house.hearing import IRREVERSIBLE, Hearing, ask_permission, hear
 from goalscope.envs.house.names import mentioned, readable, the
 from goalscope.envs.house.offers import (
-    LIQUIDS,
+    FILLS,
     NAMES,
     cooks,
     is_refused,
@@ -141,7 +141,7 @@ class HomeRobot:
 
     def mentioned(self, utterances: Sequence[str]) -> list[str]:
         """Generic names of things here that the person spoke of, and did not refuse."""
-        hearing = hear([Turn("", each) for each in utterances], self._view.objects)
+        hearing = self._hear([Turn("", each) for each in utterances])
         kinds = {readable(each["objectType"]): each["objectType"] for each in self._view.objects}
         found = mentioned(". ".join(utterances), self._view.objects)
         return [kind for kind in found if not hearing.refuses("", kinds[kind])]
@@ -154,7 +154,7 @@ class HomeRobot:
         offered, nor what only a person asks for, nor to move what is where they asked for it.
         """
         view, wanted = self._view, set(relevant)
-        hearing = hear(turns, view.objects)
+        hearing = self._hear(turns)
         spoken = set(mentioned(". ".join(turn.utterance for turn in turns), view.objects))
         stays = {view.names[own] for own in settled(view, hearing.wanted)}
         return [
@@ -188,7 +188,7 @@ class HomeRobot:
         What was moved and is ruled out since goes back to where it was. A hand holds one thing:
         where several are to be brought, the goals tell where to.
         """
-        hearing = hear(turns, self._view.objects)
+        hearing = self._hear(turns)
         plan = [
             action
             for action in meet(self._view, hearing.wanted, self._start)
@@ -207,7 +207,7 @@ class HomeRobot:
         acts = [("cook", own) for own in cooks(view, action)] if view.id(action.target) else []
         if action.name in IRREVERSIBLE and view.id(action.target):
             acts = [(action.name, view.id(action.target))]
-        hearing = hear(turns, view.objects, view.names) if acts else None
+        hearing = self._hear(turns) if acts else None
         for verb, own in acts:
             kind = view.table[own]["objectType"]
             alike = [each for each in view.objects if each["objectType"] == kind]
@@ -249,7 +249,7 @@ class HomeRobot:
 
     def answer(self, question: str) -> str | None:
         """Answer a question about where things are and how; None for anything else."""
-        return answered(question, self._view.objects)
+        return answered(question, self._view.objects, self._view.names)
 
     def is_completion(self, turn: Turn) -> bool:
         """Whether the person says that the task is complete."""
@@ -264,6 +264,9 @@ class HomeRobot:
         met = conditions_met(profile.checks, self._view.objects)
         return [any(self._view.changes(self._start)) and each for each in met]
 
+    def _hear(self, turns: Sequence[Turn]) -> Hearing:
+        return hear(turns, self._view.objects, self._view.names)
+
     def _do(self, action: Action, own: str, place: str) -> None:
         robot = self._primitives
         match action.name:
@@ -273,8 +276,8 @@ class HomeRobot:
                 robot.pick_up(own)
             case "turn on" | "turn off":
                 robot.toggle(own, on=action.name == "turn on")
-            case name if name in LIQUIDS:
-                robot.act("FillObjectWithLiquid", own, fillLiquid=LIQUIDS[name])
+            case name if name in FILLS:
+                robot.act("FillObjectWithLiquid", own, fillLiquid=FILLS[name])
             case "push" | "pull":
                 robot.act(f"{action.name.title()}Object", own, moveMagnitude="100")
             case "empty":

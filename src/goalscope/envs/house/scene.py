@@ -95,8 +95,8 @@ class Scene:
         if not _is_text(title, MOST_TEXT):
             raise InvalidInputError(f"{label}: 'sceneName' must be a short text.")
         odd = sorted({str(each["fillLiquid"]) for each in rows if _is_odd_liquid(each)})
-        notes = [f"What is filled with {each!r} counts as filled with something." for each in odd]
-        return cls(str(title), objects, agent, tuple(notes))
+        note = f"The house knows no {' or '.join(odd[:5])}: what holds it counts as filled."
+        return cls(str(title), objects, agent, (note,) if odd else ())
 
 
 def _object(row: Any, label: str) -> dict[str, Any]:

@@ -95,6 +95,8 @@ FILLERS = _set(
     " wooden first second third last next remaining rest lone fresh used nearest"
     " closest smaller larger smallest largest edible"
 ) | frozenset(QUALITIES)
+CHOOSING = FILLERS | _set("this that these those other same")
+"""Words that tell which of several things is meant."""
 EACH = _set("all every each both")
 NUMBERS = {
     **{"a": 1, "an": 1, "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6},
@@ -139,6 +141,10 @@ STATES = {
     **{"on": "turn on", "off": "turn off", "open": "open", "closed": "close", "shut": "close"},
     **{"clean": "clean", "empty": "empty", "full": "fill", "dirty": "dirty"},
 }
+LATER = "anothertime"
+"""What stands for words such as "tomorrow" in a text that `normal` made."""
+KEPT = _set("whole intact raw uncooked uncut unsliced unbroken undamaged unharmed")
+"""States that a thing is left in."""
 LIQUIDS = frozenset(("water", "coffee", "wine"))
 VESSELS = frozenset(("Mug", "Cup", "Bowl", "Pot", "Bottle", "Kettle", "WateringCan"))
 SLICES = frozenset(("slice", "slices", "piece", "pieces"))
@@ -153,6 +159,25 @@ STOPS = (
     | frozenset((*STATES, *BASE))
 )
 """Words that no noun unknown to the grammar goes beyond."""
+_PEOPLE = (
+    r"(?:i|i'm|i've|i'll|he|she|he's|she's|they|they're|everyone|everybody|someone|somebody|my"
+    r"|our|the (?:guests?|kids?|children|others|people|movie|game|party|rain|sun)"
+    r"|we(?:'re|'ve| are| have)? (?:back|home|eaten|get home|come|return|leave|left|eat)"
+    r"|dinner|lunch|breakfast|supper|work|school|midnight|noon|sunset|dark)"
+)
+_UNITS = r"(?:seconds?|moments?|minutes?|mins?|hours?|days?|weeks?|while|bit)"
+_DAYS = r"(?:monday|tuesday|wednesday|thursday|friday|saturday|sunday|week|weekend|month|morning)"
+_LATER = (
+    rf"(?:after|once|when|whenever|as soon as) {_PEOPLE}\b(?!')[^,;]*"
+    r"|(?<!for )(?<!you )(?<!be back )later(?: on| today)?\b"
+    r"|(?<!for )(?:tomorrow|tonight)\b(?!')(?: (?:morning|noon|evening|afternoon|night))?"
+    rf"|(?<!for )(?:next|on|this|by) {_DAYS}\b|(?<!for )this (?:evening|afternoon)\b"
+    rf"|in (?:an?|one|two|three|five|ten|\d+|half an|a few|a couple of) {_UNITS}\b"
+    r"|(?:some other|another|some) (?:time|day)\b|someday\b|at (?:noon|midnight|night|\d+)\b"
+    r"|not (?:right |just )?now\b|(?:at |for )?dinner ?time\b"
+)
+"""Another time than now."""
+
 _REWORDED = [
     (re.compile(pattern), plain)
     for pattern, plain in (
@@ -165,6 +190,7 @@ _REWORDED = [
         (r"\bu\b", "you"),
         (r"\bcoff?e+\b", "coffee"),
         (r" ?&", " and"),
+        (rf"\b(?:{_LATER})", f" {LATER} "),
         (r"\bneither\b", "not"),
         (r"\balso (?=(?:needs?|should|must|ha(?:s|ve)|go(?:es)?|belongs?)\b)", ""),
         (r"\bi mean(?:t)?\b", "rather"),

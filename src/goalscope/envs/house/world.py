@@ -30,9 +30,9 @@ _FOR_THE_ENGINE = frozenset(
      "fixedDeltaTime", "autoSimulation", "simulatePhysics", "physicsSimulationParams",
      "physicsInterval", "waitForFixedUpdate", "simplifyPhysics", "ignoreAgentInTransition",
      "stopAtNonStaticCol", "allowAgentsToIntersect", "speed", "returnToStart", "continuous",
-     "snapToGrid", "gridSize", "visibilityDistance", "maxStepCount", "moveMagnitude", "degrees",
+     "snapToGrid", "visibilityDistance", "maxStepCount", "moveMagnitude", "degrees",
      "placeStationary", "putNearXY", "randomSeed", "randomizeOpen", "manualInteract",
-     "forceVisible", "useGripper", "handDistance", "x", "y", "z"}
+     "forceVisible", "useGripper", "x", "y"}
 )  # fmt: skip
 """Arguments for Unity's engine; where an action has none of this name, it means nothing here.
 
