@@ -1069,3 +1069,9 @@ def test_real_instructions_are_mostly_heard_and_none_breaks_anything() -> None:
     found = [heard(words, objects=objects) for words in said]
     assert sum(bool(hearing.wanted) for hearing in found) / len(found) > 0.4
     assert not any(verb in ("break", "use up") for h in found for verb, *_ in h.permitted)
+
+
+def test_place_that_is_corrected_at_once_is_not_meant() -> None:
+    words = "Put the tomato on the table, no, on the counter."
+    (request,) = hear([Turn("", words)], KITCHEN).wanted
+    assert request.destination_types == ("CounterTop",)

@@ -414,3 +414,33 @@ def test_resume_is_refused_where_the_scene_has_changed() -> None:
     other = Agent(HomeRobot(HouseController("Bathroom1")), WordModel(), method="no-goals")
     with pytest.raises(GoalscopeError, match="another state"):
         other.resume(first.rounds)
+
+
+def test_what_is_asked_for_outright_is_done_and_nothing_besides(robot: HomeRobot) -> None:
+    planner = ActionPlanner(WordModel(), bar=0.1, margin=0.1)
+    turns = said("Put the apple in the fridge.")
+    outcome = planner.act(robot, [Want("tomato fridge apple egg", 1.0)], turns, [])
+    assert [str(each.action) for each in outcome.results] == ["put: apple -> fridge"]
+
+
+@pytest.mark.parametrize(
+    "words", ["yes", "Thanks a lot", "No, never mind that at all", "Is it a nice day for that?"]
+)
+def test_nothing_is_guessed_from_words_that_say_nothing_new(robot: HomeRobot, words: str) -> None:
+    planner = ActionPlanner(WordModel(), bar=-100.0)
+    assert planner.search_terms(robot, [Want("tomato fridge", 1.0)], [words]) == []
+    assert planner.search_terms(robot, [Want("tomato fridge", 1.0)], ["I am having guests today"])
+
+
+def test_impossible_order_is_told_and_does_not_stop_the_others(robot: HomeRobot) -> None:
+    agent = Agent(robot, WordModel(), method="no-goals", planner=ActionPlanner(WordModel()))
+    round = agent.step("What?", "Put the mug in the toaster and the tomato in the fridge.")
+    assert [str(each.action) for each in round.results] == ["put: tomato -> fridge"]
+    assert any("Not done: put: mug" in note for note in round.notes)
+
+
+def test_no_goal_lights_a_fire_or_runs_a_tap(robot: HomeRobot) -> None:
+    for kind in robot.kinds("", 99):
+        for action in robot.actions([kind]):
+            hot = any(word in action.target for word in ("stove", "microwave", "toaster", "faucet"))
+            assert not (action.name == "turn on" and hot)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Protocol, cast
 
@@ -14,6 +15,16 @@ from goalscope.prompts import render
 from goalscope.types import Action, StepResult, Turn
 
 __all__ = ["ActionPlanner", "SpokenEnvironment"]
+
+FEW_WORDS = 4
+"""Fewer words than this, without the name of a thing, say nothing new: "yes", "that's all"."""
+
+REPLANS = 8
+"""Plans that may fail in one round: each leaves out one more act that is impossible."""
+
+_ASIDE = re.compile(r"n't\b|\b(?:no|not|never|nothing|stop|undo|back|cancel)\b")
+_QUESTION = re.compile(r"(?!.*\b(?:can|could|would|will) (?:you|we)\b).*\?\W*")
+"""Words that rule out or take back, and questions that are no request: no reason to act unasked."""
 
 LEAVE = "leave the {thing} where it is"
 
@@ -32,6 +43,8 @@ class SpokenEnvironment(Environment, Protocol):
 
 class ActionPlanner(Planner):
     """Chooses what to do with each relevant object by how much likelier it is under the goals.
+
+    What the person asks for outright is done, and nothing besides.
 
     The objects are found as the basket's are (see `Planner`), among all that are there. For each
     kind of them the model weighs what the environment allows, said in words, against leaving it
@@ -60,7 +73,9 @@ class ActionPlanner(Planner):
         margin: float = 0.5,
         seed: int = 0,
     ) -> None:
-        super().__init__(model, draws=0, limit=limit, bar=bar, discount=1.0, seed=seed)
+        super().__init__(
+            model, draws=0, limit=limit, bar=bar, discount=1.0, replans=REPLANS, seed=seed
+        )
         self.margin = margin
         self._act: dict[tuple[str, str], float] = {}
 
@@ -68,11 +83,14 @@ class ActionPlanner(Planner):
         self, env: Environment, wants: Sequence[Want], utterances: Sequence[str]
     ) -> list[str]:
         """See `Planner.search_terms`; what nobody named only when nothing was named just now."""
+        newest = " ".join(utterances[-1:]).casefold()
+        if _QUESTION.fullmatch(newest):
+            return []
+        named = env.mentioned(utterances) if env.mentioned(utterances[-1:]) else []
+        if not named and (len(newest.split()) < FEW_WORDS or _ASIDE.search(newest)):
+            return []
         terms = super().search_terms(env, wants, utterances)
-        if env.mentioned(utterances[-1:]):
-            named = set(env.mentioned(utterances))
-            return [term for term in terms if term in named]
-        return terms
+        return [term for term in terms if term in named] if named else terms
 
     def plan(
         self,
@@ -82,9 +100,10 @@ class ActionPlanner(Planner):
         turns: Sequence[Turn],
         history: Sequence[StepResult],
     ) -> list[Action]:
-        """What the person asked for outright, then the best step for each kind of object."""
-        plan = env.requests(turns)
-        served = {action.target for action in plan} | {action.destination for action in plan}
+        """What the person asks for outright, and that alone; else the best for each thing."""
+        if plan := env.requests(turns):
+            return plan
+        served: set[str] = set()
         before = {result.action.target for result in history}
         before |= {result.action.destination for result in history}
         utterances = [turn.utterance for turn in turns]

@@ -21,6 +21,7 @@ from goalscope.types import (
     GoalChange,
     GoalscopeError,
     InvalidInputError,
+    StepResult,
     Turn,
     checked_text,
 )
@@ -174,6 +175,9 @@ class Agent:
     def step(self, query: str, utterance: str) -> Round:
         """Take in one turn, and act; on an error agent and environment stay as they were.
 
+        (The environment is reset and its past replayed: in a simulator that takes back even what
+        nobody could undo in the world.)
+
         Words that only ask a question give no new goal, and nothing is done for them. Once the
         person says that the task is complete, only what they ask for in the same breath is done
         before it ends: they could not see, and refuse, anything else.
@@ -212,7 +216,7 @@ class Agent:
             results=results,
             replans=outcome.replans,
             status=self.env.status(),
-            notes=self._notes(turn),
+            notes=(*self._notes(turn), *(_told(each) for each in outcome.failed)),
             terminated=complete or any(result.terminated for result in results),
             question=outcome.question,
             state=self.env.fingerprint(),
@@ -310,6 +314,10 @@ def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator
         utterance = human.reply(query, agent.turns, agent.env.status())
         round = agent.step(query, utterance)
         yield round
+
+
+def _told(failed: StepResult) -> str:
+    return f"Not done: {failed.action}. {failed.observation}"
 
 
 def _as_goals(goals: Iterable[str | Goal]) -> list[Goal]:

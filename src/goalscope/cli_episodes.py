@@ -132,6 +132,10 @@ def chat(
                 episodes, settings, env, engine, profile=profile, read=read, resume=info
             )
             show_header(out, session.info)
+            ends = (
+                f'"{env.completion_phrase}" ends the task; "quit" leaves, and you can go on later.'
+            )
+            out.print(ends, style="dim")
             before = None
             for round in session.earlier:
                 show_round(out, round, before)
@@ -307,14 +311,15 @@ def _drawing(
     from goalscope.envs.house.picture import terminal_picture
     from goalscope.envs.house.picture_svg import svg_picture
 
-    seen = [env.metadata]
+    seen, drawn = [env.metadata], [""]
 
     def draw() -> None:
-        if not quiet:
-            out.print(terminal_picture(env.metadata, seen[0]))
+        state = env.fingerprint()
+        if not quiet and state != drawn[0]:
+            out.print(terminal_picture(env.metadata, seen[0], env.names))
         if file is not None:
-            file.write_text(svg_picture(env.metadata, seen[0]), encoding="utf-8")
-        seen[0] = env.metadata
+            file.write_text(svg_picture(env.metadata, seen[0], env.names), encoding="utf-8")
+        seen[0], drawn[0] = env.metadata, state
 
     return draw
 

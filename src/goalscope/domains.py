@@ -86,7 +86,12 @@ def open_environment(settings: Settings, profile: Profile | None = None) -> Envi
         own = SCENE if settings.unity else THOR_SCENE
         return HomeRobot(start_thor(scene or own, settings.unity))
     loaded = load_scene(scene or SCENE)
-    return HomeRobot(HouseController(loaded), notes=loaded.notes)
+    notes = loaded.notes
+    if profile and settings.scene and settings.scene != profile.scene:
+        notes += (
+            f"{profile.name} is at home in {profile.scene}; this room may lack what it needs.",
+        )
+    return HomeRobot(HouseController(loaded), notes=notes)
 
 
 def planner_of(settings: Settings, model: Model) -> Planner:

@@ -38,11 +38,13 @@ class Outcome:
         results: The actions that stand, in order.
         replans: How many plans were impossible before them.
         question: Leave to ask for, before what the plan holds besides may be done.
+        failed: What was tried and could not be done.
     """
 
     results: tuple[StepResult, ...]
     replans: int
     question: str = ""
+    failed: tuple[StepResult, ...] = ()
 
 
 class Planner:
@@ -114,7 +116,7 @@ class Planner:
         Raises:
             GoalscopeError: After undoing a plan, the environment is not as it was before it.
         """
-        impossible: set[Action] = set()
+        impossible: dict[Action, StepResult] = {}
         standing: list[StepResult] = []
         terms = self.search_terms(env, wants, [turn.utterance for turn in turns])
         question = ""
@@ -129,16 +131,18 @@ class Planner:
                     continue
                 result = env.step(action)
                 if not result.ok:
-                    impossible.add(action)
+                    impossible[action] = result
                     break
                 results.append(result)
                 states.append(env.fingerprint())
             else:
-                return Outcome((*standing, *results), replans, question)
+                failed = tuple(impossible.values())
+                return Outcome((*standing, *results), replans, question, failed)
             kept = max((n for n, each in enumerate(results, 1) if each.irreversible), default=0)
             standing += results[:kept]
             undo(env, [*history, *standing], states[kept])
-        return Outcome(tuple(standing), self.replans + 1, question)
+        failed = tuple(impossible.values())
+        return Outcome(tuple(standing), self.replans + 1, question, failed)
 
     def search_terms(
         self, env: Environment, wants: Sequence[Want], utterances: Sequence[str]

@@ -56,12 +56,14 @@ class Agreement:
     @property
     def precision(self) -> float:
         """Share of the house's changes that the recording shows, too."""
-        return self.hits / (self.hits + self.extra.total()) if self.hits else 0.0
+        total = self.hits + self.extra.total()
+        return self.hits / total if total else 1.0
 
     @property
     def recall(self) -> float:
         """Share of the recording's changes that the house shows, too."""
-        return self.hits / (self.hits + self.missed.total()) if self.hits else 0.0
+        total = self.hits + self.missed.total()
+        return self.hits / total if total else 1.0
 
     @property
     def f1(self) -> float:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, cast
 
 from goalscope.envs.house.names import names
+from goalscope.envs.house.state import is_whole
 from goalscope.plain import plain
 
 __all__ = ["MARKS", "Box", "Piece", "Plan", "Point", "clean", "floor_plan"]
@@ -152,19 +153,24 @@ def clean(text: object, length: int = 40) -> str:
     return shown if len(shown) <= length else shown[: length - 3] + "..."
 
 
-def floor_plan(metadata: Mapping[str, Any], previous: Mapping[str, Any] | None = None) -> Plan:
-    """Where everything is.
+def floor_plan(
+    metadata: Mapping[str, Any],
+    previous: Mapping[str, Any] | None = None,
+    named: Mapping[str, str] | None = None,
+) -> Plan:
+    """Where everything is; what was sliced or went to pieces is left out.
 
     Args:
         metadata: AI2-THOR's, of this round.
         previous: The same of the round before, to tell what changed.
+        named: What to call the objects, by id; None names them anew.
     """
     every = _objects(metadata)
     objects = every[:MOST]
     held = _held(metadata)
     by_id = {each["objectId"]: each for each in objects}
     parents = {key: _parent(each, by_id) for key, each in by_id.items()}
-    called = _names(objects)
+    called = _names(objects, named)
     changed, changes = _changes(metadata, previous, objects, parents, called)
     room = _room(metadata, objects)
     fixed = [at for each in objects if _type(each) in FIXED and (at := _xz(each.get("position")))]
@@ -223,7 +229,7 @@ def _changes(
         return set(), []
     earlier = _objects(previous)[:MOST]
     before = {each["objectId"]: each for each in earlier}
-    called_before = _names(earlier)
+    called_before = {**_names(earlier, None), **called}
     now_held, then_held = _held(metadata), _held(previous)
     changed: set[str] = set()
     said: list[str] = []
@@ -261,17 +267,21 @@ def _changes(
     return changed, said
 
 
+_PLAIN = {"isSliced": False, "isBroken": False, "pickupable": False, "objectType": ""}
+
+
 def _objects(metadata: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     unique: dict[str, Mapping[str, Any]] = {}
     for each in _list(metadata.get("objects")):
         one = _mapping(each)
-        if isinstance(one.get("objectId"), str):
+        if isinstance(one.get("objectId"), str) and is_whole({**_PLAIN, **one}):
             unique.setdefault(one["objectId"], one)
     return list(unique.values())
 
 
-def _names(objects: Sequence[Mapping[str, Any]]) -> dict[str, str]:
-    return {key: clean(name) or "?" for key, name in names(objects).items()}
+def _names(objects: Sequence[Mapping[str, Any]], named: Mapping[str, str] | None) -> dict[str, str]:
+    called = {**names(objects), **(named or {})}
+    return {each["objectId"]: clean(called[each["objectId"]]) or "?" for each in objects}
 
 
 def _held(metadata: Mapping[str, Any]) -> set[str]:

@@ -37,6 +37,9 @@ NAMES = (*_FLAGS, *FILLS, "put", "pick up", "push", "pull")
 """The names of all actions."""
 
 _HEATS = frozenset({"Microwave", "StoveBurner", "Toaster"})
+_RUNNING = frozenset({"Faucet", "ShowerHead", "StoveKnob"})
+"""What nobody leaves on unattended, besides heat: it is turned on when the person asks for it."""
+
 _ONLY_ON_REQUEST = frozenset({"break", "dirty", "use up", "open", "close", "empty"})
 """Acts that no goal is served by: they are done when the person asks for them."""
 
@@ -62,6 +65,8 @@ def possible(view: View, own: str, spoken: set[str]) -> Iterator[Action]:
                 yield Action("put", name, destination=view.names[place])
     for verb, (needs, state, value) in _FLAGS.items():
         if verb in _ONLY_ON_REQUEST or thing[state] == value:
+            continue
+        if verb == "turn on" and thing["objectType"] in _HEATS | _RUNNING:
             continue
         if thing[needs] or (needs == "toggleable" and thing["objectType"] == "StoveBurner"):
             yield Action(verb, name)

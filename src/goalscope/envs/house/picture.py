@@ -68,16 +68,21 @@ class TerminalPicture:
 
 
 def terminal_picture(
-    metadata: Mapping[str, Any], previous: Mapping[str, Any] | None = None, *, width: int = 76
+    metadata: Mapping[str, Any],
+    previous: Mapping[str, Any] | None = None,
+    named: Mapping[str, str] | None = None,
+    *,
+    width: int = 76,
 ) -> TerminalPicture:
     """A room from above for a terminal, at most 45 lines high.
 
     Args:
         metadata: AI2-THOR's.
         previous: The same of the round before: what changed since is highlighted.
+        named: What to call the objects, by id; None names them anew.
         width: In cells.
     """
-    return TerminalPicture(floor_plan(metadata, previous), width)
+    return TerminalPicture(floor_plan(metadata, previous, named), width)
 
 
 def _ascii(text: str, only: bool) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -19,14 +20,17 @@ DOT = 4.5
 CHANGES = 6
 INSIDE = 3
 LEGEND = ("open", "on", "hot", "cold", "dirty", "filled", "changed")
+LIGHT = {"paper": "#fff", "floor": "#f6f3ee", "wall": "#4a4a4a", "piece": "#e2d9cb",
+         "edge": "#a4937a", "ink": "#2b2b2b", "soft": "#6b675f", "glass": "#8fc3e8",
+         "robot": "#0b7285", "changed": "#e8590c", "open": "#2b8a3e", "on": "#e0a800",
+         "hot": "#d6336c", "cold": "#1c7ed6", "dirty": "#8d5a2b", "filled": "#0c9fb5",
+         "other": "#7048e8"}  # fmt: skip
+DARK = {"paper": "#1b1b1d", "floor": "#26262a", "wall": "#b9b9b9", "piece": "#3a3731",
+        "edge": "#7d7464", "ink": "#ececec", "soft": "#a8a59e", "glass": "#4f87ab",
+        "robot": "#3bc9db", "changed": "#ff922b", "open": "#51cf66", "on": "#ffd43b",
+        "hot": "#f783ac", "cold": "#4dabf7", "dirty": "#c08a55", "filled": "#66d9e8",
+        "other": "#b197fc"}  # fmt: skip
 STYLE = """
-svg{--paper:#fff;--floor:#f6f3ee;--wall:#4a4a4a;--piece:#e2d9cb;--edge:#a4937a;--ink:#2b2b2b;
---soft:#6b675f;--glass:#8fc3e8;--robot:#0b7285;--changed:#e8590c;--open:#2b8a3e;--on:#e0a800;
---hot:#d6336c;--cold:#1c7ed6;--dirty:#8d5a2b;--filled:#0c9fb5;--other:#7048e8}
-@media(prefers-color-scheme:dark){svg{--paper:#1b1b1d;--floor:#26262a;--wall:#b9b9b9;
---piece:#3a3731;--edge:#7d7464;--ink:#ececec;--soft:#a8a59e;--glass:#4f87ab;--robot:#3bc9db;
---changed:#ff922b;--open:#51cf66;--on:#ffd43b;--hot:#f783ac;--cold:#4dabf7;--dirty:#c08a55;
---filled:#66d9e8;--other:#b197fc}}
 text{font:12px system-ui,"DejaVu Sans",sans-serif;fill:var(--ink)}
 .paper{fill:var(--paper)}.room{fill:var(--floor);stroke:var(--wall);stroke-width:5}
 .furniture{fill:var(--piece);stroke:var(--edge);stroke-linejoin:round}
@@ -51,14 +55,28 @@ text.changed{fill:var(--changed);font-weight:700}
 """
 
 
-def svg_picture(metadata: Mapping[str, Any], previous: Mapping[str, Any] | None = None) -> str:
+def svg_picture(
+    metadata: Mapping[str, Any],
+    previous: Mapping[str, Any] | None = None,
+    named: Mapping[str, str] | None = None,
+) -> str:
     """A room from above as an SVG for light and dark pages, with nothing outside it.
 
     Args:
         metadata: AI2-THOR's.
         previous: The same of the round before: what changed since is highlighted.
+        named: What to call the objects, by id; None names them anew.
     """
-    return _Drawing(floor_plan(metadata, previous)).text()
+    return _Drawing(floor_plan(metadata, previous, named)).text()
+
+
+def _style() -> str:
+    """The style sheet with its colours written out, as not every program knows variables."""
+
+    def coloured(colours: Mapping[str, str]) -> str:
+        return re.sub(r"var\(--(\w+)\)", lambda found: colours[found[1]], STYLE)
+
+    return f"{coloured(LIGHT)}@media(prefers-color-scheme:dark){{{coloured(DARK)}}}"
 
 
 class _Drawing:
@@ -86,7 +104,7 @@ class _Drawing:
         )
         self._add("title", {"id": "title"}, f"{plan.name or 'A room'} from above")
         self._add("desc", {"id": "desc"}, _told(plan))
-        self._add("style", {}, STYLE)
+        self._add("style", {}, _style())
         self._add("rect", {"class": "paper", "width": "100%", "height": "100%"})
         self._heading()
         self._rect("room", plan.room)

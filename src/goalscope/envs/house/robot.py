@@ -87,6 +87,11 @@ class HomeRobot:
         self._primitives.reset()
         self._view = View(self.metadata)
 
+    @property
+    def names(self) -> dict[str, str]:
+        """What each object is called, by its id."""
+        return dict(self._view.names)
+
     def close(self) -> None:
         """Stop the simulator."""
         self._primitives.controller.stop()

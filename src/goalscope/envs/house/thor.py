@@ -64,6 +64,6 @@ def start(scene: str, unity: str | None = None) -> Controller:
     except Exception as error:
         reason = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
         raise GoalscopeError(
-            f"AI2-THOR does not start ({reason}). Its log is ~/.ai2thor/log/unity.log; "
-            "`--simulator house` needs no Unity."
+            f"AI2-THOR does not start ({reason}). Its log is ~/.ai2thor/log/unity.log. "
+            "Without a build, `--unity $(goalscope house unity)` or `--simulator house` will do."
         ) from error

@@ -66,6 +66,8 @@ class View:
         """How the object is now, in a sentence without its full stop."""
         thing, name = self.table[own], the(self.names[own])
         states = [word for key, word in _STATES if thing[key]]
+        if thing["toggleable"] and not thing["isToggled"]:
+            states.append("off")
         if thing["isFilledWithLiquid"]:
             states.append(f"filled with {thing['fillLiquid'] or 'a liquid'}")
         verb = "are" if name.endswith("s") and not name.endswith("ss") else "is"

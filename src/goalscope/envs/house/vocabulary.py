@@ -184,6 +184,11 @@ _REWORDED = [
         (r"[\u2018\u2019\u00b4`]", "'"),
         (r"\b(do|does|did|is|are|was|should|would|could|must|need)nt\b", r"\1n't"),
         (r"\b(?:cannot|cant)\b", "can't"),
+        (
+            r"\b(?:in|into|on|onto) (?:the |my |a )?[a-z]+(?: [a-z]+)?,? (?:no|wait|sorry|oops"
+            r"|actually|no wait)\b[, ]+(?=(?:in|into|on|onto)\b)",
+            "",
+        ),
         (r"\bwont\b", "won't"),
         (r"\blets\b", "let's"),
         (r"\b(?:pls|plz|pleas)\b", "please"),
