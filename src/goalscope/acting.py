@@ -6,12 +6,9 @@ import re
 from collections.abc import Sequence
 from typing import Protocol, cast
 
-import numpy as np
-
 from goalscope.envs import Environment
 from goalscope.models import Model
-from goalscope.policy import OTHER_GOALS, Array, Planner, Want
-from goalscope.prompts import render
+from goalscope.policy import Array, Planner, Want, Wordings, weighed
 from goalscope.types import Action, StepResult, Turn
 
 __all__ = ["ActionPlanner", "SpokenEnvironment"]
@@ -26,6 +23,7 @@ _ASIDE = re.compile(r"n't\b|\b(?:no|not|never|nothing|stop|undo|back|cancel)\b")
 _QUESTION = re.compile(r"(?!.*\b(?:can|could|would|will) (?:you|we)\b).*\?\W*")
 """Words that rule out or take back, and questions that are no request: no reason to act unasked."""
 
+ACT: Wordings = (("act", "I {}."),)
 LEAVE = "leave the {thing} where it is"
 
 
@@ -62,7 +60,7 @@ class ActionPlanner(Planner):
         seed: Seed of everything that is drawn.
     """
 
-    wordings = (*Planner.wordings, ("use", "The "), ("use", "The "))
+    wordings = (*Planner.wordings, ("use", "The {}"), ("use", "The {}"))
 
     def __init__(
         self,
@@ -77,7 +75,6 @@ class ActionPlanner(Planner):
             model, draws=0, limit=limit, bar=bar, discount=1.0, replans=REPLANS, seed=seed
         )
         self.margin = margin
-        self._act: dict[tuple[str, str], float] = {}
 
     def search_terms(
         self, env: Environment, wants: Sequence[Want], utterances: Sequence[str]
@@ -135,20 +132,8 @@ class ActionPlanner(Planner):
         self, thing: str, phrases: Sequence[str], wants: Sequence[Want], turns: Sequence[Turn]
     ) -> Array:
         """[len(phrases)] in nats: how much the goals and the person's words speak for each."""
-        weights = np.array([want.probability for want in wants])
-        given = np.array([self.act_log_probability(thing, phrases, want.text) for want in wants])
         words = self.newest([turn.utterance for turn in turns])
-        said = self.act_log_probability(thing, phrases, words)
-        wanted = (weights @ given / weights.sum() + said) / 2
-        others = [self.act_log_probability(thing, phrases, goal) for goal in OTHER_GOALS]
-        return wanted - self.discount * np.mean(others, axis=0)
-
-    def act_log_probability(self, thing: str, phrases: Sequence[str], goal: str) -> Array:
-        """[len(phrases)] in nats: how likely a robot that serves this goal says each phrase."""
-        new = [phrase for phrase in phrases if (goal, phrase) not in self._act]
-        if new:
-            context = render("act", goal=goal, thing=thing)
-            scores = self.model.token_logprobs([context] * len(new), [f"I {p}." for p in new])
-            for phrase, score in zip(new, scores, strict=True):
-                self._act[goal, phrase] = float(score.sum())
-        return np.array([self._act[goal, phrase] for phrase in phrases])
+        wanted, without = weighed(
+            wants, words, lambda goal: self.log_probability(phrases, goal, ACT, thing=thing)
+        )
+        return wanted - self.discount * without

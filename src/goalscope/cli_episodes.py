@@ -78,7 +78,7 @@ def chat(
     A resumed episode keeps its options.
     """
     from goalscope.display import show_header, show_round, show_summary
-    from goalscope.domains import Settings, profile_named
+    from goalscope.domains import profile_named
     from goalscope.session import Session, saved_settings
     from goalscope.store import Store
 
@@ -102,27 +102,25 @@ def chat(
         settings = (
             saved_settings(info, rounds=rounds)
             if info
-            else _checked(
-                Settings(
-                    domain=domain,
-                    method=method,
-                    model=named(model),
-                    generator=named(generator),
-                    scorer=named(scorer),
-                    tokenizer=tokenizer_named(tokenizer),
-                    catalogue=_absolute(catalogue),
-                    columns=_columns(column),
-                    scene=_scene(scene),
-                    simulator=simulator,
-                    unity=_absolute(unity),
-                    layout=layout,
-                    evidence=evidence,
-                    end_of_turn=end_of_turn,
-                    temperature=positive(temperature),
-                    seed=seed,
-                    rounds=rounds or 20,
-                ),
+            else _settings(
                 picture,
+                domain=domain,
+                method=method,
+                model=model,
+                generator=generator,
+                scorer=scorer,
+                tokenizer=tokenizer,
+                catalogue=catalogue,
+                columns=column,
+                scene=scene,
+                simulator=simulator,
+                unity=unity,
+                layout=layout,
+                evidence=evidence,
+                end_of_turn=end_of_turn,
+                temperature=temperature,
+                seed=seed,
+                rounds=rounds or 20,
             )
         )
         profile = info.profile if info else None
@@ -182,32 +180,32 @@ def run(
 ) -> None:
     """Run episodes with a simulated person, and score the outcome."""
     from goalscope.display import show_scores
-    from goalscope.domains import Settings, profile_named, profiles_of
+    from goalscope.domains import profile_named, profiles_of
     from goalscope.session import Session
     from goalscope.store import Store
 
-    made = Settings(
+    settings = _settings(
+        picture,
         domain=domain,
         human=human,
         method=method,
-        model=named(model),
-        generator=named(generator),
-        scorer=named(scorer),
-        tokenizer=tokenizer_named(tokenizer),
-        profiles=_absolute(profiles),
-        catalogue=_absolute(catalogue),
-        columns=_columns(column),
-        scene=_scene(scene),
+        model=model,
+        generator=generator,
+        scorer=scorer,
+        tokenizer=tokenizer,
+        profiles=profiles,
+        catalogue=catalogue,
+        columns=column,
+        scene=scene,
         simulator=simulator,
-        unity=_absolute(unity),
+        unity=unity,
         layout=layout,
         evidence=evidence,
         end_of_turn=end_of_turn,
-        temperature=positive(temperature),
+        temperature=temperature,
         seed=seed,
         rounds=rounds,
     )
-    settings = _checked(made, picture)
     everyone = profile == "all"
     people = profiles_of(settings) if everyone else (profile_named(settings, profile),)
     infos: list[EpisodeInfo] = []
@@ -281,12 +279,28 @@ def _environment(settings: Settings, person: Profile | None) -> Generator[Enviro
         env.close()
 
 
-def _checked(settings: Settings, picture: Path | None) -> Settings:
-    """The settings, if their options fit the domain and the picture can be drawn.
+def _settings(picture: Path | None, **given: Any) -> Settings:
+    """The settings of options as they were given, if these fit the domain.
 
     Raises:
-        InvalidInputError: An option would be silently without effect, or a folder is missing.
+        InvalidInputError: An option cannot be used or would be silently without effect, or the
+            picture's folder is missing.
     """
+    from goalscope.domains import Settings
+
+    files = dict.fromkeys(("profiles", "catalogue", "unity"), _absolute)
+    models = dict.fromkeys(("model", "generator", "scorer"), named)
+    readers: dict[str, Callable[[Any], Any]] = {
+        **files,
+        **models,
+        "tokenizer": tokenizer_named,
+        "columns": _columns,
+        "scene": _scene,
+        "temperature": positive,
+    }
+    settings = Settings(
+        **{key: readers[key](value) if key in readers else value for key, value in given.items()}
+    )
     shop = {"--catalogue": settings.catalogue, "--column": settings.columns}
     home = {"--scene": settings.scene, "--unity": settings.unity, "--picture": picture}
     home["--simulator"] = settings.simulator if settings.simulator != "house" else None

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -14,12 +15,13 @@ from goalscope.models import Model
 from goalscope.prompts import recent, render
 from goalscope.types import Action, GoalscopeError, StepResult, Turn
 
-__all__ = ["Outcome", "Planner", "Want", "undo"]
+__all__ = ["Outcome", "Planner", "Want", "undo", "weighed"]
 
 OTHER_GOALS = ("get through the week", "clean the bathroom", "have breakfast")
 """Everyday goals that stand for having no particular one."""
 
 Array = npt.NDArray[np.float64]
+Wordings = tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +69,8 @@ class Planner:
         seed: Seed of the draws.
     """
 
-    wordings = (("relevant", "- "), ("need", "I need "))
-    """Prompts under which a term is likely or not, and what stands before it."""
+    wordings: Wordings = (("relevant", "- {}"), ("need", "I need {}"))
+    """Prompts under which a term is likely or not, and how it is said there."""
 
     def __init__(
         self,
@@ -93,7 +95,7 @@ class Planner:
         self.replans = replans
         self.seed = seed
         self._candidates: dict[str, list[str]] = {}
-        self._log_probability: dict[tuple[str, str], float] = {}
+        self._log_probability: dict[tuple[str, Wordings, str], float] = {}
 
     def act(
         self,
@@ -171,11 +173,7 @@ class Planner:
         terms = list(dict.fromkeys([*mentioned, *env.kinds(words, self.near), *wanted_kinds]))
         if not terms:
             return []
-        weights = np.array([want.probability for want in wants])
-        given = np.array([self.log_probability(terms, want.text) for want in wants])
-        said = self.log_probability(terms, words)
-        wanted = (weights @ given / weights.sum() + said) / 2
-        without = np.mean([self.log_probability(terms, goal) for goal in OTHER_GOALS], axis=0)
+        wanted, without = weighed(wants, words, partial(self.log_probability, terms))
         gains = dict(zip(terms, wanted - without, strict=True))
         values = dict(zip(terms, wanted - self.discount * without, strict=True))
         best = sorted(terms, key=lambda term: -values[term])
@@ -206,23 +204,49 @@ class Planner:
                 plan += [Action("search inventory", term), actions[0]]
         return plan
 
-    def log_probability(self, terms: Sequence[str], goal: str) -> Array:
-        """[len(terms)] in nats: how likely a person with this goal names each term.
+    def log_probability(
+        self, texts: Sequence[str], goal: str, wordings: Wordings = (), **values: str
+    ) -> Array:
+        """[len(texts)] in nats: how likely each text is, given this goal.
 
-        The mean over the wordings; each term and goal is scored once.
+        The mean over the wordings; each text and goal is scored once.
+
+        Args:
+            texts: Such as search terms: what a person with this goal names.
+            goal: The goal.
+            wordings: As `self.wordings`, which stand for none.
+            **values: What else the prompts use.
         """
-        new = [term for term in terms if (goal, term) not in self._log_probability]
+        wordings = wordings or self.wordings
+        known, key = self._log_probability, (goal, wordings)
+        new = [text for text in texts if (*key, text) not in known]
         if new:
             total = np.zeros(len(new))
-            for prompt, prefix in self.wordings:
-                context = render(prompt, goal=goal)
+            for prompt, said in wordings:
+                context = render(prompt, goal=goal, **values)
                 scores = self.model.token_logprobs(
-                    [context] * len(new), [prefix + term for term in new]
+                    [context] * len(new), [said.format(text) for text in new]
                 )
-                total += np.array([float(score.sum()) for score in scores]) / len(self.wordings)
-            for term, value in zip(new, total, strict=True):
-                self._log_probability[goal, term] = float(value)
-        return np.array([self._log_probability[goal, term] for term in terms])
+                total += np.array([float(score.sum()) for score in scores]) / len(wordings)
+            for text, value in zip(new, total, strict=True):
+                known[*key, text] = float(value)
+        return np.array([known[*key, text] for text in texts])
+
+
+def weighed(
+    wants: Sequence[Want], words: str, score: Callable[[str], Array]
+) -> tuple[Array, Array]:
+    """Scores given what is wanted and what the person said, half each; and without a goal.
+
+    Args:
+        wants: Weighed by their probability.
+        words: The person's own.
+        score: Log-probabilities in nats, given a goal or words.
+    """
+    weights = np.array([want.probability for want in wants])
+    given = np.array([score(want.text) for want in wants])
+    wanted = (weights @ given / weights.sum() + score(words)) / 2
+    return wanted, np.mean([score(goal) for goal in OTHER_GOALS], axis=0)
 
 
 def undo(env: Environment, history: Sequence[StepResult], expected: str | None = None) -> None:

@@ -9,7 +9,7 @@ from typing import Any, cast
 
 from goalscope.envs.house.object_types import object_types
 from goalscope.envs.house.properties import STATES, unfit_state
-from goalscope.envs.house.state import is_whole
+from goalscope.envs.house.state import by_id, is_whole
 from goalscope.envs.tables import is_list, nearest, read_profiles, refuse_unknown, shown
 from goalscope.types import InvalidInputError, Profile
 
@@ -51,8 +51,8 @@ def conditions_met(
     checks: Sequence[Mapping[str, Any]], objects: Iterable[Mapping[str, Any]]
 ) -> list[bool]:
     """Which of the `checks` (see `load_profiles`) hold of the `objects`, AI2-THOR's metadata."""
-    by_id = {thing["objectId"]: thing for thing in objects}
-    return [_is_met(check, by_id) for check in checks]
+    table = by_id(objects)
+    return [_is_met(check, table) for check in checks]
 
 
 def _is_met(check: Mapping[str, Any], by_id: Mapping[str, Mapping[str, Any]]) -> bool:

@@ -13,6 +13,7 @@ from typing import Any, cast
 
 from goalscope.envs.house.properties import PREDICATES
 from goalscope.envs.house.scene import Scene
+from goalscope.envs.house.state import by_id
 from goalscope.envs.house.world import House
 from goalscope.types import InvalidInputError
 
@@ -171,7 +172,7 @@ def compare_episode(path: Path, agreement: Agreement) -> None:
         name = str(given.get("action"))
         if before is not None and name not in _NEW_STARTS:
             house = House(before)
-            start = _table(house.metadata()["objects"])
+            start = by_id(house.metadata()["objects"])
             ours = house.step(given)
             succeeded = bool(cast("dict[str, Any]", metadata).get("lastActionSuccess"))
             agreement.steps += 1
@@ -181,8 +182,8 @@ def compare_episode(path: Path, agreement: Agreement) -> None:
                 agreement.refused[name, ours["errorMessage"] or "succeeded"] += 1
             agreement.count(
                 name,
-                triples(start, _table(after.objects)),
-                triples(start, _table(ours["objects"])),
+                triples(start, by_id(after.objects)),
+                triples(start, by_id(ours["objects"])),
             )
         before = after
 
@@ -211,7 +212,3 @@ def _value(thing: Mapping[str, Any], predicate: str) -> object:
     if predicate == "temperature":
         return value or "RoomTemp"
     return bool(value)
-
-
-def _table(objects: Any) -> dict[str, Mapping[str, Any]]:
-    return {each["objectId"]: each for each in objects}

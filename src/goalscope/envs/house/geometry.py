@@ -7,7 +7,19 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-__all__ = ["Box", "Pose", "Vec", "as_dict", "box_of", "moved", "reachable", "sees", "spots", "vec"]
+__all__ = [
+    "Box",
+    "Pose",
+    "Vec",
+    "as_dict",
+    "box_metadata",
+    "box_of",
+    "moved",
+    "reachable",
+    "sees",
+    "spots",
+    "vec",
+]
 
 Vec = tuple[float, float, float]
 """x, y (up) and z, in m."""
@@ -61,6 +73,16 @@ def vec(position: Mapping[str, float]) -> Vec:
 def as_dict(vector: Vec) -> dict[str, float]:
     """{"x", "y", "z"} of the vector."""
     return {"x": vector[0], "y": vector[1], "z": vector[2]}
+
+
+def box_metadata(center: Vec, size: Vec) -> dict[str, Any]:
+    """An axis-aligned bounding box as AI2-THOR tells it."""
+    signs = [(a, b, c) for a in (1, -1) for b in (1, -1) for c in (1, -1)]
+    corners = [
+        [at + sign * length / 2 for at, sign, length in zip(center, each, size, strict=True)]
+        for each in signs
+    ]
+    return {"cornerPoints": corners, "center": as_dict(center), "size": as_dict(size)}
 
 
 def box_of(metadata: Mapping[str, Any]) -> Box:

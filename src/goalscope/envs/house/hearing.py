@@ -16,15 +16,14 @@ from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
 from goalscope.envs.house.names import names, naming, readable
 from goalscope.envs.house.object_types import FLAGS, object_type, object_types
 from goalscope.envs.house.phrases import Phrase, PhraseReader, first_named
+from goalscope.envs.house.properties import ACTS
 from goalscope.types import Turn
 
 __all__ = ["IRREVERSIBLE", "Hearing", "Leave", "Request", "ask_permission", "completes", "hear"]
 
 _NEEDS = {
-    **{"open": "openable", "close": "openable", "turn on": "toggleable", "turn off": "toggleable"},
-    **{"slice": "sliceable", "cook": "cookable", "break": "breakable", "use up": "canBeUsedUp"},
-    **{"fill": "canFillWithLiquid", "empty": "canFillWithLiquid", "clean": "dirtyable"},
-    **{"dirty": "dirtyable", "put": "pickupable", "pick up": "pickupable", "": "receptacle"},
+    **{verb: needs for verb, (needs, _, _) in ACTS.items()},
+    **{"put": "pickupable", "pick up": "pickupable", "": "receptacle"},
 }
 _FREE = frozenset(("moveable", "pickupable"))
 """What may be pushed and pulled has one of these flags."""

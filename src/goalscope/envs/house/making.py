@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-from goalscope.envs.house.geometry import Box, Vec, as_dict
+from goalscope.envs.house.geometry import Box, Vec, as_dict, box_metadata
 from goalscope.envs.house.object_types import FLAGS, ObjectType
 from goalscope.envs.house.properties import STATES
 
@@ -49,7 +49,7 @@ def new_object(kind: ObjectType, position: Vec, size: Vec, rotation: float) -> d
         "parentReceptacles": None,
         "controlledObjects": None,
         "isMoving": False,
-        "axisAlignedBoundingBox": _box((x, y + size[1] / 2, z), (width, size[1], depth)),
+        "axisAlignedBoundingBox": box_metadata((x, y + size[1] / 2, z), (width, size[1], depth)),
         "objectOrientedBoundingBox": None if fixed else {"cornerPoints": corners},
     }
 
@@ -59,7 +59,7 @@ def new_floor(width: float, depth: float) -> dict[str, Any]:
     size = (width, 0.1, depth)
     kind = ObjectType("Floor", frozenset({"receptacle"}), (), 0.0, size, frozenset())
     floor = new_object(kind, (width / 2, 0.0, depth / 2), size, 0.0)
-    floor["axisAlignedBoundingBox"] = _box((width / 2, -0.05, depth / 2), size)
+    floor["axisAlignedBoundingBox"] = box_metadata((width / 2, -0.05, depth / 2), size)
     return floor
 
 
@@ -80,14 +80,6 @@ def free_spot(level: Box, size: Vec, others: Iterable[Box]) -> tuple[float, floa
                 if not any(_touch(spot, box, gap) for box in taken):
                     return (x, z)
     return None
-
-
-def _box(center: Vec, size: Vec) -> dict[str, Any]:
-    corners = [
-        [at + sign * length / 2 for at, sign, length in zip(center, signs, size, strict=True)]
-        for signs in ((a, b, c) for a in (1, -1) for b in (1, -1) for c in (1, -1))
-    ]
-    return {"cornerPoints": corners, "center": as_dict(center), "size": as_dict(size)}
 
 
 def _steps(area: Box, axis: int, length: float) -> list[float]:

@@ -8,32 +8,17 @@ from typing import Any
 from goalscope.envs.house.hearing import Hearing, Request
 from goalscope.envs.house.names import readable
 from goalscope.envs.house.object_types import SINGLE, object_type
+from goalscope.envs.house.properties import ACTS
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.view import View
 from goalscope.types import Action
 
 __all__ = ["FILLS", "NAMES", "cooks", "is_refused", "meet", "possible", "returns", "settled"]
 
-_FLAGS = {
-    "open": ("openable", "isOpen", True),
-    "close": ("openable", "isOpen", False),
-    "turn on": ("toggleable", "isToggled", True),
-    "turn off": ("toggleable", "isToggled", False),
-    "fill": ("canFillWithLiquid", "isFilledWithLiquid", True),
-    "empty": ("canFillWithLiquid", "isFilledWithLiquid", False),
-    "slice": ("sliceable", "isSliced", True),
-    "cook": ("cookable", "isCooked", True),
-    "break": ("breakable", "isBroken", True),
-    "dirty": ("dirtyable", "isDirty", True),
-    "clean": ("dirtyable", "isDirty", False),
-    "use up": ("canBeUsedUp", "isUsedUp", True),
-}
-"""For each act: the affordance that it needs, the state that it sets, and to what."""
-
 FILLS = {"fill": "water", "fill with coffee": "coffee", "fill with wine": "wine"}
 """What the actions that fill something fill it with."""
 
-NAMES = (*_FLAGS, *FILLS, "put", "pick up", "push", "pull")
+NAMES = (*ACTS, *FILLS, "put", "pick up", "push", "pull")
 """The names of all actions."""
 
 _HEATS = frozenset({"Microwave", "StoveBurner", "Toaster"})
@@ -63,7 +48,7 @@ def possible(view: View, own: str, spoken: set[str]) -> Iterator[Action]:
             if kind not in seen and place != own and _suits(thing, other, spoken):
                 seen.add(kind)
                 yield Action("put", name, destination=view.names[place])
-    for verb, (needs, state, value) in _FLAGS.items():
+    for verb, (needs, state, value) in ACTS.items():
         if verb in _ONLY_ON_REQUEST or thing[state] == value:
             continue
         if verb == "turn on" and thing["objectType"] in _HEATS | _RUNNING:
@@ -127,7 +112,7 @@ def _needed(view: View, request: Request, start: Mapping[str, Mapping[str, Any]]
         heavy = [own for own in things if view.table[own]["moveable"]]
         moved = [own for own in heavy if view.table[own]["position"] != start[own]["position"]]
         return [Action(request.verb, view.names[own]) for own in heavy[:1] if not moved]
-    needs, state, value = _FLAGS[request.verb]
+    needs, state, value = ACTS[request.verb]
     able = [own for own in _things(view, request, gone=True) if view.table[own][needs]]
     unmet = [own for own in able if view.table[own][state] != value]
     met = len(able) - len(unmet)

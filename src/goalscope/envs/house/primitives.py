@@ -7,7 +7,7 @@ from typing import Any
 
 from goalscope.envs.house.controller import Controller
 from goalscope.envs.house.names import readable
-from goalscope.envs.house.state import ENCLOSING, innermost
+from goalscope.envs.house.state import ENCLOSING, by_id, innermost
 from goalscope.types import GoalscopeError
 
 __all__ = ["Primitives", "Refusal"]
@@ -86,7 +86,7 @@ class Primitives:
             if not self._origin:
                 raise Refusal("The hand is full, and what it holds came from nowhere.")
             self.put(held[0]["objectId"], self._origin)
-        known = {each["objectId"]: each for each in self.metadata["objects"]}
+        known = by_id(self.metadata["objects"])
         origin = innermost(known[object_id], known)
         self.act("PickupObject", object_id)
         self._origin = origin
@@ -119,7 +119,7 @@ class Primitives:
 
     def _open_parents(self, object_id: str, opening: frozenset[str] = frozenset()) -> list[str]:
         """Open every closed receptacle around the object, from the outside in."""
-        known = {each["objectId"]: each for each in self.metadata["objects"]}
+        known = by_id(self.metadata["objects"])
         around = {own for own in known[object_id]["parentReceptacles"] or () if own in known}
         opened: list[str] = []
         for parent in sorted(around - opening, key=lambda own: known[own]["pickupable"]):
@@ -165,7 +165,7 @@ class Primitives:
         )
 
     def _object(self, object_id: str) -> Mapping[str, Any]:
-        return next(each for each in self.metadata["objects"] if each["objectId"] == object_id)
+        return by_id(self.metadata["objects"])[object_id]
 
     def _step(self, **step: Any) -> None:
         event = self._call(self.controller.step, **step)

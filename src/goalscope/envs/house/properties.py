@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from goalscope.envs.house.object_types import object_types
 from goalscope.envs.tables import shown
 
-__all__ = ["LASTING", "PREDICATES", "STATES", "unfit_state"]
+__all__ = ["ACTS", "LASTING", "PREDICATES", "STATES", "unfit_state"]
 
 PREDICATES = (
     "isToggled",
@@ -23,6 +23,22 @@ PREDICATES = (
     "temperature",
 )
 """What an object's state is made of, when two houses are compared."""
+
+ACTS = {
+    "open": ("openable", "isOpen", True),
+    "close": ("openable", "isOpen", False),
+    "turn on": ("toggleable", "isToggled", True),
+    "turn off": ("toggleable", "isToggled", False),
+    "fill": ("canFillWithLiquid", "isFilledWithLiquid", True),
+    "empty": ("canFillWithLiquid", "isFilledWithLiquid", False),
+    "slice": ("sliceable", "isSliced", True),
+    "cook": ("cookable", "isCooked", True),
+    "break": ("breakable", "isBroken", True),
+    "dirty": ("dirtyable", "isDirty", True),
+    "clean": ("dirtyable", "isDirty", False),
+    "use up": ("canBeUsedUp", "isUsedUp", True),
+}
+"""For each act: the affordance that it needs, the state that it sets, and to what."""
 
 LASTING = ("isBroken", "isCooked", "isSliced", "isUsedUp")
 """States that nobody can undo."""

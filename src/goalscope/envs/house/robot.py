@@ -25,15 +25,12 @@ from goalscope.envs.house.offers import (
     settled,
 )
 from goalscope.envs.house.primitives import Primitives, Refusal
-from goalscope.envs.house.properties import LASTING, PREDICATES
+from goalscope.envs.house.properties import ACTS, LASTING, PREDICATES
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.view import View
 from goalscope.types import Action, GoalscopeError, Profile, StepResult, Turn
 
 __all__ = ["HomeRobot"]
-
-_LEAVES = {"break": "isBroken", "cook": "isCooked", "slice": "isSliced", "use up": "isUsedUp"}
-"""The state that each act which nobody can undo leaves behind."""
 
 SAME_PLACE = 0.01
 """Metres within which an object has not moved."""
@@ -216,7 +213,8 @@ class HomeRobot:
         for verb, own in acts:
             kind = view.table[own]["objectType"]
             alike = [each for each in view.objects if each["objectType"] == kind]
-            done = sum(each[_LEAVES[verb]] for each in alike)
+            _, state, _ = ACTS[verb]
+            done = sum(each[state] for each in alike)
             if hearing and not hearing.permits(verb, kind, view.names[own], done):
                 return ask_permission(verb, view.names[own])
         return ""

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, cast
 
+from goalscope.envs.house.geometry import box_metadata, vec
 from goalscope.envs.tables import shown
 from goalscope.types import InvalidInputError
 
@@ -221,12 +222,7 @@ def _bounds(value: Any, position: Mapping[str, float], label: str) -> dict[str, 
         raise InvalidInputError(
             f"{label}: the size of its box must lie between 0 and {MOST_SIZE:.0f} m."
         )
-    signs = [(x, y, z) for x in (1, -1) for y in (1, -1) for z in (1, -1)]
-    corners = [
-        [center[a] + sign * size[a] / 2 for a, sign in zip("xyz", each, strict=True)]
-        for each in signs
-    ]
-    return {"cornerPoints": corners, "center": center, "size": size}
+    return box_metadata(vec(center), vec(size))
 
 
 def _oriented(value: Any) -> dict[str, Any] | None:

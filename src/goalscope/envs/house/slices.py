@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from goalscope.envs.house.geometry import as_dict, box_of, vec
+from goalscope.envs.house.geometry import as_dict, box_metadata, box_of, vec
 from goalscope.envs.house.object_types import FLAGS, object_type
 
 __all__ = ["slices_of"]
@@ -80,9 +80,4 @@ def _box(piece: Mapping[str, Any]) -> dict[str, Any]:
     width, height, depth = object_type(piece["objectType"]).size
     if piece["objectType"] == "Bread":
         width = depth = 0.05
-    corners = [
-        [x + i * width / 2, y + j * height / 2, z + k * depth / 2]
-        for i in (1, -1) for j in (1, -1) for k in (1, -1)
-    ]  # fmt: skip
-    center = as_dict((x, y, z))
-    return {"cornerPoints": corners, "center": center, "size": as_dict((width, height, depth))}
+    return box_metadata((x, y, z), (width, height, depth))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from goalscope.envs.house.geometry import (
@@ -21,7 +21,7 @@ from goalscope.envs.house.scene import Scene
 from goalscope.envs.tables import shown
 from goalscope.types import InvalidInputError
 
-__all__ = ["ENCLOSING", "Failure", "State", "innermost", "is_whole", "number"]
+__all__ = ["ENCLOSING", "Failure", "State", "by_id", "innermost", "is_whole", "number"]
 
 ENCLOSING = frozenset({"Box", "Cabinet", "Drawer", "Fridge", "LaundryHamper", "Microwave", "Safe"})
 """Receptacles that hide what is in them while they are closed, and must be open for a put."""
@@ -74,6 +74,11 @@ def number(value: Any, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
         raise Failure(f"{name} must be a number, not {shown(value)}", "InvalidArgument")
     return float(value)
+
+
+def by_id(objects: Iterable[Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:
+    """Objects' metadata by their ids."""
+    return {each["objectId"]: each for each in objects}
 
 
 def innermost(thing: Mapping[str, Any], table: Mapping[str, Mapping[str, Any]]) -> str:

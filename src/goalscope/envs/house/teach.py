@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from goalscope.envs.house.conformance import Agreement, rows, triples
-from goalscope.envs.house.geometry import as_dict, moved
-from goalscope.envs.house.object_types import FLAGS, object_type, type_of
+from goalscope.envs.house.geometry import moved
+from goalscope.envs.house.making import new_object
+from goalscope.envs.house.object_types import object_type, type_of
 from goalscope.envs.house.properties import PREDICATES
 from goalscope.envs.house.scene import Scene
 from goalscope.envs.house.scenes import load_scene, read_scene
+from goalscope.envs.house.state import by_id
 from goalscope.envs.house.world import House
 from goalscope.types import InvalidInputError
 
@@ -67,7 +69,7 @@ def replay_game(game: Mapping[str, Any], scene: Scene, agreement: Agreement) -> 
     start = {each["objectId"]: _object(each, scene) for each in game["initial_objects"]}
     state = Scene(scene.name, _linked(start))
     house = House(state)
-    began = _table(house.metadata()["objects"])
+    began = by_id(house.metadata()["objects"])
     clock = 0.0
     for act in _acts(game["interactions"]):
         seconds = float(act["t"]) - clock
@@ -82,7 +84,7 @@ def replay_game(game: Mapping[str, Any], scene: Scene, agreement: Agreement) -> 
     real = {each["objectId"]: _predicates(each) for each in game["final_objects"]}
     first = {each["objectId"]: _predicates(each) for each in game["initial_objects"]}
     agreement.count(
-        "game", triples(first, real), triples(began, _table(house.metadata()["objects"]))
+        "game", triples(first, real), triples(began, by_id(house.metadata()["objects"]))
     )
 
 
@@ -130,7 +132,8 @@ def _object(given: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
     own, kind = given["objectId"], given["objectType"]
     same = [each for each in scene.objects if each["objectId"] == own]
     alike = same or [each for each in scene.objects if each["objectType"] == kind]
-    thing = dict(alike[0]) if alike else _made(kind)
+    known = object_type(kind)
+    thing = dict(alike[0]) if alike else new_object(known, (0.0, 0.0, 0.0), known.size, 0.0)
     thing |= {"objectId": own, "objectType": kind, "name": own}
     x, y, z = given["p"]
     moved(thing, (x, y, z))
@@ -142,22 +145,6 @@ def _object(given: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
     if not same:
         thing["controlledObjects"] = None
     return thing
-
-
-def _made(kind: str) -> dict[str, Any]:
-    known = object_type(kind)
-    width, height, depth = known.size
-    bare = {
-        "objectId": kind,
-        "objectType": kind,
-        "position": {"x": 0.0, "y": 0.0, "z": 0.0},
-        "axisAlignedBoundingBox": {
-            "center": as_dict((0.0, height / 2, 0.0)),
-            "size": as_dict((width, height, depth)),
-        },
-        **{flag: flag in known.flags for flag in FLAGS},
-    }
-    return dict(Scene.from_metadata({kind: bare}, label="TEACh").objects[0])
 
 
 def _linked(objects: dict[str, dict[str, Any]]) -> tuple[dict[str, Any], ...]:
@@ -178,7 +165,3 @@ def _linked(objects: dict[str, dict[str, Any]]) -> tuple[dict[str, Any], ...]:
         if thing["isPickedUp"]:
             thing["isPickedUp"] = False
     return tuple(objects.values())
-
-
-def _table(objects: Any) -> dict[str, Mapping[str, Any]]:
-    return {each["objectId"]: each for each in objects}

@@ -1,0 +1,77 @@
+"""What the home robot answers from the metadata."""
+
+from __future__ import annotations
+
+import pytest
+
+from goalscope.envs.house.answers import answered
+
+HOUSE = [
+    {
+        "objectId": "Fridge|1",
+        "objectType": "Fridge",
+        "receptacle": True,
+        "openable": True,
+        "isOpen": False,
+    },
+    {"objectId": "CounterTop|1", "objectType": "CounterTop", "receptacle": True},
+    {"objectId": "Egg|1", "objectType": "Egg", "parentReceptacles": ["Fridge|1"]},
+    {
+        "objectId": "Mug|1",
+        "objectType": "Mug",
+        "parentReceptacles": ["CounterTop|1"],
+        "isDirty": True,
+    },
+    {"objectId": "Mug|2", "objectType": "Mug", "isPickedUp": True, "isDirty": False},
+]
+
+
+@pytest.mark.parametrize(
+    ("question", "answer"),
+    [
+        ("Where is the egg?", "The egg is in the fridge."),
+        ("where are the mugs", "Mug 1 is on the counter; mug 2 is in my hand."),
+        ("Is the fridge open?", "No."),
+        ("is the refrigerator closed", "Yes."),
+        ("Which is it?", None),
+        ("Are the mugs dirty?", "Yes: mug 1."),
+        ("What is in the fridge?", "There: egg."),
+        ("What's on the counter?", "There: mug 1."),
+        ("is there an egg in the fridge?", "Yes: egg."),
+        ("Is the egg on the counter?", "No."),
+        ("do you have a knife?", "I see no such thing here."),
+        ("How many mugs are there?", "2."),
+        ("what are you holding?", "I am holding: mug 2."),
+        ("Can you put the mug in the fridge?", None),
+        ("could you open the fridge?", None),
+        ("do you have a minute?", None),
+        ("what should we cook?", None),
+        ("put the mug away", None),
+        ("", None),
+    ],
+)
+def test_questions_are_answered_from_the_metadata(question: str, answer: str | None) -> None:
+    assert answered(question, HOUSE) == answer
+
+
+SLICED = [
+    {"objectId": "Bread|1", "objectType": "Bread", "isSliced": True, "pickupable": True},
+    {"objectId": "Bread|1|Bread_0", "objectType": "Bread", "isSliced": False, "pickupable": True},
+    {"objectId": "Vase|1", "objectType": "Vase", "isBroken": True, "pickupable": True},
+]
+
+
+@pytest.mark.parametrize(
+    ("question", "answer"),
+    [
+        ("Where is the bread?", "Bread 1 is in the room."),
+        ("How many breads are there?", "1."),
+        ("Is the bread sliced?", "Yes: bread."),
+        ("Is the vase broken?", "Yes."),
+        ("Where is the vase?", "The vase is broken."),
+        ("Where is the safe?", "I see no such thing here."),
+    ],
+)
+def test_what_is_in_pieces_is_left_out_unless_asked_about(question: str, answer: str) -> None:
+    named = {"Bread|1": "bread", "Bread|1|Bread_0": "bread 1", "Vase|1": "vase"}
+    assert answered(question, SLICED, named) == answer
