@@ -11,7 +11,9 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from goalscope.cli_data import data
 from goalscope.cli_episodes import chat, episodes, replay, run
+from goalscope.cli_experiments import bench, experiment
 from goalscope.cli_house import house
 from goalscope.cli_models import doctor, models
 from goalscope.cli_options import (
@@ -125,6 +127,9 @@ def infer(
 app.command()(replay)
 app.command()(episodes)
 app.command()(doctor)
+app.add_typer(bench, name="bench")
+app.add_typer(experiment, name="experiment")
+app.add_typer(data, name="data")
 app.add_typer(house, name="house")
 app.add_typer(models, name="models")
 

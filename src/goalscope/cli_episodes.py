@@ -154,7 +154,8 @@ def run(
     profile: Annotated[str, typer.Option(metavar="NAME|all", help="The person to simulate.")],
     domain: Domain = "grocery",
     human: Annotated[
-        Literal["scripted", "simulated"], typer.Option(help="Fixed replies, or a model's.")
+        Literal["scripted", "simulated", "terse", "distracted", "changes-mind", "volunteers-late"],
+        typer.Option(help="Fixed replies, or a model's, with a habit if one is named."),
     ] = "scripted",
     method: Method = "good",
     model: Model = None,

@@ -131,18 +131,42 @@ class SimulatedHuman:
 
     def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
         """What the model says as this person; the completion phrase if it falls silent."""
+        said = self.speak(self.profile.description, query, turns, status)
+        return said or self.env.completion_phrase
+
+    def speak(
+        self,
+        description: str,
+        query: str,
+        turns: Sequence[Turn],
+        status: str,
+        *,
+        words: int | None = None,
+        max_tokens: int = _REPLY,
+    ) -> str:
+        """What the model says as the person of a description; empty if it says nothing.
+
+        Args:
+            description: What the person wants, as far as they know.
+            query: The agent's question.
+            turns: The conversation before it, as far as the person remembers.
+            status: The environment's status.
+            words: Most words that the person is asked to say; None for a sentence or two.
+            max_tokens: Most tokens to write.
+        """
         past = recent(self.model, turns, 8)
         *before, last = _with_status(
             self.model,
             "human",
             status,
-            description=" ".join(self.profile.description.split()),
+            description=" ".join(description.split()),
             completion_phrase=self.env.completion_phrase,
             turns=past,
             query=query,
+            words=words,
         )
         prompt = [*before, *transcript(past), last]
         reply = self.model.generate(
-            prompt, max_tokens=_REPLY, stop=("\n",), seed=self.seed + len(turns)
+            prompt, max_tokens=max_tokens, stop=("\n",), seed=self.seed + len(turns)
         )
-        return " ".join(reply.text.split()).strip('" ') or self.env.completion_phrase
+        return " ".join(reply.text.split()).strip('" ')

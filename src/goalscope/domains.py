@@ -8,6 +8,7 @@ from typing import Literal
 
 from goalscope.agent import Method
 from goalscope.envs import Environment
+from goalscope.habits import Habit
 from goalscope.likelihood import Layout
 from goalscope.models import Model
 from goalscope.policy import Planner
@@ -27,7 +28,8 @@ class Settings:
 
     Attributes:
         domain: "grocery" or "house".
-        human: Who answers: "you" at the terminal, or the profile's "scripted" or "simulated" one.
+        human: Who answers: "you" at the terminal, the profile's "scripted" or "simulated" one, or
+            a simulated one with a `Habit`.
         method: See `Agent`.
         model: See `open_model`, as for the next three; None for the embedded model.
         generator: Writes, if not `model`.
@@ -48,7 +50,7 @@ class Settings:
     """
 
     domain: Domain = "grocery"
-    human: Literal["you", "scripted", "simulated"] = "you"
+    human: Literal["you", "scripted", "simulated"] | Habit = "you"
     method: Method = "good"
     model: str | None = None
     generator: str | None = None

@@ -7,9 +7,10 @@ from dataclasses import asdict, replace
 
 from goalscope.agent import Agent, run_episode
 from goalscope.dialog import ConsoleHuman, Human, ScriptedHuman, SimulatedHuman
-from goalscope.domains import Settings, planner_of, profile_named
+from goalscope.domains import Settings, planner_of, profile_named, profiles_of
 from goalscope.envs import Environment
 from goalscope.episode import Round
+from goalscope.habits import habitual
 from goalscope.models import Model
 from goalscope.store import EpisodeInfo, Store
 from goalscope.types import InvalidInputError
@@ -73,7 +74,8 @@ class Session:
             resume: The stored episode to continue.
 
         Raises:
-            InvalidInputError: There is no such profile.
+            InvalidInputError: There is no such profile, or no other one whose goal they could
+                have before they change their mind.
         """
         self.profile = profile_named(settings, profile) if profile else None
         self._store, self._settings, self._env = store, settings, env
@@ -131,12 +133,16 @@ class Session:
         return self._env.checks_met(self.profile) if self.profile else []
 
     def _make_human(self, model: Model, read: Callable[[str], str] | None) -> Human:
-        if self._settings.human == "you":
+        human, seed = self._settings.human, self._settings.seed
+        if human == "you":
             if read is None:
                 raise ValueError("a person at the terminal needs a `read` function")
             return ConsoleHuman(read)
         if self.profile is None:
             raise ValueError("a scripted or simulated person needs a profile")
-        if self._settings.human == "scripted":
+        if human == "scripted":
             return ScriptedHuman(self.profile, self._env)
-        return SimulatedHuman(model, self.profile, self._env, seed=self._settings.seed)
+        if human == "simulated":
+            return SimulatedHuman(model, self.profile, self._env, seed)
+        people = profiles_of(self._settings)
+        return habitual(human, model, self.profile, self._env, seed=seed, people=people)

@@ -30,13 +30,22 @@ from goalscope.types import (
     Turn,
 )
 
-__all__ = ["EpisodeInfo", "Store", "default_store_path", "round_from_json", "round_to_json"]
+__all__ = [
+    "Ended",
+    "EpisodeInfo",
+    "Store",
+    "default_store_path",
+    "dumps",
+    "explained",
+    "round_from_json",
+    "round_to_json",
+]
 
 Ended = Literal["terminated", "truncated"]
 
-VERSION = 1
 APPLICATION = 0x474F4144  # "GOAD": marks the file as an episode store
-SCHEMA = """
+MIGRATIONS = (
+    """
 CREATE TABLE episodes (
     id TEXT PRIMARY KEY,
     created TEXT NOT NULL,
@@ -54,8 +63,25 @@ CREATE TABLE rounds (
     number INTEGER NOT NULL CHECK (number >= 1),
     json TEXT NOT NULL,
     PRIMARY KEY (episode, number)
+) STRICT, WITHOUT ROWID
+""",
+    """
+CREATE TABLE about (
+    name TEXT PRIMARY KEY,
+    value TEXT NOT NULL
 ) STRICT, WITHOUT ROWID;
-"""
+CREATE TABLE cells (
+    key TEXT PRIMARY KEY,
+    spec TEXT NOT NULL,
+    attempts INTEGER NOT NULL DEFAULT 0,
+    error TEXT,
+    identity TEXT,
+    result TEXT
+) STRICT
+""",
+)
+"""What each version added: the first made the tables, the second those of experiments."""
+VERSION = len(MIGRATIONS)
 ADVICE = {
     "SQLITE_FULL": "The disk is full: free some space.",
     "SQLITE_BUSY": "Another program is writing to it: close that one and try again.",
@@ -130,7 +156,7 @@ class Store:
                 f"The folder of the episode store {file} cannot be made: {error.strerror}. "
                 "Name another file with --store."
             ) from error
-        with _explained(file):
+        with explained(file):
             connection = sqlite3.connect(file, timeout=10, isolation_level=None)
             try:
                 _prepare(connection, file)
@@ -156,6 +182,18 @@ class Store:
         """Close the file."""
         self.close()
 
+    @contextmanager
+    def transaction(self) -> Generator[None]:
+        """All that is written inside reaches the disk together, or not at all."""
+        with explained(self.path):
+            self._connection.execute("BEGIN IMMEDIATE")
+            try:
+                yield
+            except BaseException:
+                self._connection.execute("ROLLBACK")
+                raise
+            self._connection.execute("COMMIT")
+
     def begin(
         self,
         *,
@@ -169,8 +207,8 @@ class Store:
         """Start an episode and return its id."""
         id = secrets.token_hex(4)
         created = datetime.now(UTC).isoformat(timespec="seconds")
-        row = (id, created, domain, profile, method, model, task, _dumps(dict(settings or {})))
-        with _explained(self.path):
+        row = (id, created, domain, profile, method, model, task, dumps(dict(settings or {})))
+        with explained(self.path):
             self._connection.execute(
                 "INSERT INTO episodes (id, created, domain, profile, method, model, task, settings)"
                 " VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
@@ -184,7 +222,7 @@ class Store:
         Raises:
             GoalscopeError: The round cannot be written; all earlier ones are kept.
         """
-        with _explained(self.path):
+        with explained(self.path):
             try:
                 self._connection.execute(
                     "INSERT INTO rounds VALUES (?, ?, ?)", (id, round.number, round_to_json(round))
@@ -199,7 +237,7 @@ class Store:
         """Record how an episode ended, with its score (0 to 1) if it has a profile."""
         if score is not None and not 0 <= score <= 1:
             raise ValueError(f"score must lie between 0 and 1, not {score}")
-        with _explained(self.path):
+        with explained(self.path):
             self._connection.execute(
                 "UPDATE episodes SET ended = ?, score = ? WHERE id = ?", (ended, score, id)
             )
@@ -211,7 +249,7 @@ class Store:
             InvalidInputError: No episode, or more than one, has an id that begins so.
         """
         info = self.episode(id)
-        with _explained(self.path):
+        with explained(self.path):
             rows = self._connection.execute(
                 "SELECT json FROM rounds WHERE episode = ? ORDER BY number", (info.id,)
             ).fetchall()
@@ -239,7 +277,7 @@ class Store:
 
     def episodes(self) -> list[EpisodeInfo]:
         """Return all episodes, oldest first."""
-        with _explained(self.path):
+        with explained(self.path):
             rows = self._connection.execute(
                 "SELECT id, created, domain, profile, method, model, task, settings, ended, score,"
                 " (SELECT count(*) FROM rounds WHERE episode = id)"
@@ -260,7 +298,7 @@ def round_to_json(round: Round) -> str:
         GoalscopeError: A number is NaN or +inf.
     """
     belief = round.belief
-    return _dumps(
+    return dumps(
         {
             "number": round.number,
             "turn": asdict(round.turn),
@@ -330,12 +368,16 @@ def _numbers(values: list[float]) -> list[float | str]:
     return ["-inf" if value == -np.inf else value for value in values]
 
 
-def _dumps(value: object) -> str:
-    """Strict JSON; escapes keep a lone surrogate as it is."""
+def dumps(value: object, *, sort_keys: bool = False) -> str:
+    """Strict JSON; escapes keep a lone surrogate as it is.
+
+    Raises:
+        GoalscopeError: A number is NaN or infinite.
+    """
     try:
-        return json.dumps(value, allow_nan=False)
+        return json.dumps(value, allow_nan=False, sort_keys=sort_keys)
     except ValueError as error:
-        raise GoalscopeError(f"The episode cannot be stored: {error}") from error
+        raise GoalscopeError(f"This cannot be stored: {error}") from error
 
 
 def _utf8(text: str | None) -> str | None:
@@ -345,7 +387,7 @@ def _utf8(text: str | None) -> str | None:
 
 def _prepare(connection: sqlite3.Connection, file: Path) -> None:
     """Refuse another program's file as it is; else make every commit durable, and the tables."""
-    _check_ours(connection, file)
+    _version(connection, file)
     (journal,) = connection.execute("PRAGMA journal_mode = WAL").fetchone()
     connection.execute("PRAGMA synchronous = FULL")
     connection.execute("PRAGMA foreign_keys = ON")
@@ -355,18 +397,18 @@ def _prepare(connection: sqlite3.Connection, file: Path) -> None:
             f"The episode store {file} would not survive a crash (journal {journal}, synchronous "
             f"{synchronous}). Name a file on a local disk with --store."
         )
-    if not _check_ours(connection, file):
-        connection.execute("BEGIN IMMEDIATE")  # of two processes that get here, one creates
-        if not _check_ours(connection, file):
-            for statement in SCHEMA.split(";"):
+    if _version(connection, file) < VERSION:
+        connection.execute("BEGIN IMMEDIATE")  # of two processes that get here, one migrates
+        for migration in MIGRATIONS[_version(connection, file) :]:
+            for statement in migration.split(";"):
                 connection.execute(statement)
-            connection.execute(f"PRAGMA application_id = {APPLICATION}")
-            connection.execute(f"PRAGMA user_version = {VERSION}")
+        connection.execute(f"PRAGMA application_id = {APPLICATION}")
+        connection.execute(f"PRAGMA user_version = {VERSION}")
         connection.execute("COMMIT")
 
 
-def _check_ours(connection: sqlite3.Connection, file: Path) -> bool:
-    """Whether the file holds goalscope's tables; it is refused if it holds anything else."""
+def _version(connection: sqlite3.Connection, file: Path) -> int:
+    """Version of goalscope's tables in the file, 0 if it is empty; other files are refused."""
     application, version, tables = (
         connection.execute(statement).fetchone()[0]
         for statement in (
@@ -376,7 +418,7 @@ def _check_ours(connection: sqlite3.Connection, file: Path) -> bool:
         )
     )
     if not tables:
-        return False
+        return 0
     if application != APPLICATION:
         raise GoalscopeError(f"{file} is another program's file. Name one with --store.")
     if version > VERSION:
@@ -384,11 +426,11 @@ def _check_ours(connection: sqlite3.Connection, file: Path) -> bool:
             f"The episode store {file} is of version {version}, and this goalscope reads up to "
             f"{VERSION}. Update goalscope, or name another file with --store."
         )
-    return True
+    return version
 
 
 @contextmanager
-def _explained(file: Path) -> Generator[None]:
+def explained(file: Path) -> Generator[None]:
     """Turn SQLite's errors into one line that says what to do."""
     try:
         yield

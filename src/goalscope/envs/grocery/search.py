@@ -6,20 +6,18 @@ import os
 import sqlite3
 import tempfile
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import closing
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 import numpy.typing as npt
 import platformdirs
-import wordllama  # pyright: ignore[reportMissingTypeStubs]
-from wordllama.inference import WordLlamaInference  # pyright: ignore[reportMissingTypeStubs]
 
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.words import head_nouns, head_words, singular, singulars, words
+from goalscope.models.embedding import embedded
 
 __all__ = ["Search"]
 
@@ -69,7 +67,7 @@ class Search:
         query = singulars(text)
         if not query or limit < 1:
             return []
-        nearness = _nearness(self._vectors, _embedded([text])[0])
+        nearness = _nearness(self._vectors, embedded([text])[0])
         near = _top(nearness, _DEPTH)
         scores: defaultdict[int, float] = defaultdict(float)
         for ranking in (self._by_words(text), near, self._by_head(query, nearness)):
@@ -93,7 +91,7 @@ class Search:
         names, vectors = self._kinds
         if not names or not words(text) or limit < 1:
             return []
-        meant = _embedded([text])[0]
+        meant = embedded([text])[0]
         nearness = _nearness(vectors, meant)
         return [names[i] for i in _top(nearness, limit)]
 
@@ -158,7 +156,7 @@ class Search:
         kept = sorted(counts, key=lambda kind: (-counts[kind], kind))[:_MOST_KINDS]
         names = [spelled[kind].most_common(1)[0][0] for kind in kept]
         usual = [categories[kind].most_common(1)[0][0] or "groceries" for kind in kept]
-        drawn = _embedded(names) + _CATEGORY_NEARNESS * _embedded(usual)
+        drawn = embedded(names) + _CATEGORY_NEARNESS * embedded(usual)
         return names, drawn.astype(np.float32)
 
     @cached_property
@@ -194,21 +192,6 @@ def _top(values: _Vectors, limit: int) -> list[int]:
     return [int(i) for i in places[np.argsort(-values[places], kind="stable")][:limit]]
 
 
-@cache
-def _model() -> WordLlamaInference:
-    return wordllama.WordLlama.load(
-        cache_dir=Path(wordllama.__file__).parent, disable_download=True
-    )
-
-
-def _embedded(texts: Sequence[str]) -> _Vectors:
-    """Vectors of `texts`, float32, texts x 256, of length one (zero for no known word)."""
-    embed = cast("Callable[[list[str]], _Vectors]", _model().embed)  # pyright: ignore
-    vectors = embed([text.lower() or "?" for text in texts]).astype(np.float32)
-    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return (vectors / np.where(lengths > 0, lengths, 1)).astype(np.float32)
-
-
 def _opened(folder: Path, catalogue: Catalogue) -> sqlite3.Connection:
     """The kept index of `catalogue`; built where there is none that can be read."""
     path = folder / f"grocery-{_FORMAT}-{catalogue.fingerprint}.sqlite"
@@ -234,7 +217,7 @@ def _fill(index: sqlite3.Connection, catalogue: Catalogue) -> None:
         "INSERT INTO names (rowid, name, category) VALUES (?, ?, ?)",
         ((i, item.name, item.category) for i, item in enumerate(catalogue.items)),
     )
-    vectors = _embedded([item.name for item in catalogue.items])
+    vectors = embedded([item.name for item in catalogue.items])
     index.execute("INSERT INTO vectors VALUES (?)", (vectors.tobytes(),))
     index.commit()
 

@@ -1,0 +1,1 @@
+"""How well goals are inferred where the true one is known: questions, and real dialogues."""

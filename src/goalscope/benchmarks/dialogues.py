@@ -1,0 +1,65 @@
+"""Goal inference on real dialogues: the evidence for each goal after each turn, and baselines'."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+from goalscope.benchmarks.baselines import bm25, embedding, outright, tfidf
+from goalscope.datasets import Case
+from goalscope.likelihood import Layout, RolePlay
+from goalscope.models import Model
+from goalscope.types import UNSPECIFIED, Goal, Turn
+
+__all__ = ["case_from_json", "case_to_json", "measure_dialogue"]
+
+
+def case_to_json(case: Case) -> dict[str, Any]:
+    """The case as JSON, for a cell that any machine can measure."""
+    return {
+        "id": case.id,
+        "group": case.group,
+        "task": case.task,
+        "turns": [asdict(turn) for turn in case.turns],
+        "goals": [goal.text for goal in case.goals],
+        "truth": case.truth,
+    }
+
+
+def case_from_json(data: Mapping[str, Any]) -> Case:
+    """The case of `case_to_json`."""
+    turns = tuple(Turn(**turn) for turn in data["turns"])
+    goals = tuple(Goal(text) for text in data["goals"])
+    return Case(data["id"], data["group"], data["task"], turns, goals, data["truth"])
+
+
+def measure_dialogue(
+    model: Model,
+    case: Case,
+    *,
+    layout: Layout,
+    end_of_turn: bool = False,
+    ask_outright: bool = True,
+) -> dict[str, Any]:
+    """Evidence for each goal after each turn, by every way.
+
+    Returns:
+        `role-play` [T, G] log-likelihoods in nats, turn by turn; `unspecified` [T], the same
+        without a goal; `tfidf`, `bm25`, `embedding` [T, G], how like each goal is to all words so
+        far; `outright` [T], what the model answers if asked; and `window`, the first turn that it
+        could still read at the end.
+    """
+    roleplay = RolePlay(model, layout=layout, end_of_turn=end_of_turn)
+    table = roleplay.log_likelihood(case.task, [*case.goals, UNSPECIFIED], case.turns)
+    result: dict[str, Any] = {
+        "role-play": table[:, :-1].tolist(),
+        "unspecified": table[:, -1].tolist(),
+        "window": roleplay.window(case.task, case.turns),
+        "tfidf": tfidf(case.goals, case.turns).tolist(),
+        "bm25": bm25(case.goals, case.turns).tolist(),
+        "embedding": embedding(case.goals, case.turns).tolist(),
+    }
+    if ask_outright:
+        result["outright"] = outright(model, case.goals, case.turns)
+    return result

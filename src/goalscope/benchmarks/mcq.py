@@ -1,0 +1,193 @@
+"""Isolated inference (Sec. 4.1): whose rephrased answer explains the words of the right one?"""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, cast
+
+from goalscope.benchmarks.baselines import overlap
+from goalscope.likelihood import Layout, RolePlay
+from goalscope.models import Generator, LikelihoodModel
+from goalscope.prompts import render
+from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn, checked_text
+
+__all__ = ["Question", "measure_question", "read_questions", "rephrase"]
+
+LETTERS = ("A", "B", "C", "D", "E")
+TASK = "Ask the human a question."
+BLANK = "What do you say?"
+"""What the agent asks in the control without the question."""
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """One multiple-choice question.
+
+    Attributes:
+        id: Of its own within a file.
+        prompt: The question.
+        choices: The words of each choice, by its letter.
+        answer: Letter of the right one.
+        rephrasings: Of each choice, by its letter; empty where they are still to be written.
+    """
+
+    id: str
+    prompt: str
+    choices: Mapping[str, str]
+    answer: str
+    rephrasings: Mapping[str, Sequence[str]]
+
+    def to_json(self) -> dict[str, Any]:
+        """The question as a row of the file that `read_questions` reads."""
+        return asdict(self)
+
+
+def read_questions(file: Path, limit: int | None = None) -> list[Question]:
+    """Read questions: JSON Lines, with rephrasings or without, or the CSV file of the paper's set.
+
+    A row of JSON is `{"id", "prompt", "choices": {"A": ..., "E": ...}, "answer": "A",
+    "rephrasings": {"A": [...], ...}}`; the columns of a CSV file are prompt, A to E, answer.
+
+    Raises:
+        InvalidInputError: The file cannot be read, or a row cannot be used; names the row.
+    """
+    try:
+        text = file.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        cause = getattr(error, "strerror", None) or error
+        raise InvalidInputError(f"{file} cannot be read: {cause}.") from None
+    questions: list[Question] = []
+    csv.field_size_limit(1 << 24)
+    is_csv = file.suffix.lower() == ".csv"
+    rows = csv.DictReader(text.splitlines(keepends=True)) if is_csv else text.split("\n")
+    number = 0
+    try:
+        for number, row in enumerate(rows, 1):
+            if limit is not None and len(questions) >= limit:
+                break
+            if isinstance(row, dict):
+                questions.append(_question(_from_csv(row, number)))
+            elif row.strip():
+                questions.append(_question(json.loads(row)))
+    except (ValueError, RecursionError, csv.Error, InvalidInputError) as error:
+        raise InvalidInputError(f"{file}, row {number}: {error}") from None
+    if not questions:
+        raise InvalidInputError(f"{file} holds no question.")
+    ids = [question.id for question in questions]
+    double = next((id for id in ids if ids.count(id) > 1), None)
+    if double is not None:
+        raise InvalidInputError(f'{file}: two questions have the id "{double}".')
+    return questions
+
+
+def rephrase(generator: Generator, question: Question, *, count: int = 4) -> Question:
+    """The question with rephrasings of each choice, written by a model (Sec. 4.1).
+
+    Where a model gives none that differs from what it has said, the choice's own words stand in.
+    """
+    written: dict[str, list[str]] = {}
+    for letter, choice in question.choices.items():
+        found: dict[str, str] = {}
+        for draw in range(3 * count):
+            reply = generator.generate(
+                render("rephrase", prompt=question.prompt, choice=choice),
+                max_tokens=120,
+                temperature=0.8 if draw else 0.0,
+                seed=draw,
+                stop=("\n",),
+            )
+            words = " ".join(reply.text.split()).strip('" ')
+            if words and reply.finish == "stop" and words.casefold() != choice.casefold():
+                found.setdefault(words.casefold(), words)
+            if len(found) == count:
+                break
+        written[letter] = [*found.values(), *[choice] * count][:count]
+    return Question(question.id, question.prompt, question.choices, question.answer, written)
+
+
+def measure_question(
+    model: LikelihoodModel, question: Question, *, layout: Layout
+) -> dict[str, Any]:
+    """Log-likelihoods of the right choice's words under each rephrasing as the goal.
+
+    Returns:
+        `goals`, each a `choice` and its `text`; `tokens` of the words; for each of `conditions`
+        the `log_likelihood` [G] in nats, and that of `unspecified`: the agent asks the question
+        alone ("question"), with its choices ("choices"), with all choices but the one that the
+        person takes ("others"), or something else ("blank"); and `overlap` [G] of the words.
+    """
+    words = question.choices[question.answer]
+    goals = [(key, text) for key in question.choices for text in question.rephrasings[key]]
+    roleplay = RolePlay(model, layout=layout)
+    support = [*(Goal(text) for _, text in goals), UNSPECIFIED]
+    listed = [f"{key}. {text}" for key, text in question.choices.items()]
+    others = [f"- {text}" for text in question.choices.values() if text != words]
+    queries = {
+        "question": question.prompt,
+        "choices": "\n".join([question.prompt, *listed]),
+        "others": "\n".join([question.prompt, *others]),
+        "blank": BLANK,
+    }
+    conditions: dict[str, Any] = {}
+    for name, query in queries.items():
+        row = roleplay.log_likelihood(TASK, support, [Turn(query, words)])[0]
+        conditions[name] = {"log_likelihood": row[:-1].tolist(), "unspecified": float(row[-1])}
+    (scored,) = model.token_logprobs(
+        [render("goal_last", task=TASK, goal="", query=BLANK)], [words]
+    )
+    return {
+        "tokens": len(scored),
+        "goals": [{"choice": key, "text": text} for key, text in goals],
+        "conditions": conditions,
+        "overlap": overlap(words, [text for _, text in goals]).tolist(),
+    }
+
+
+def _from_csv(row: Mapping[str | None, Any], number: int) -> dict[str, Any]:
+    columns = ("prompt", *LETTERS, "answer")
+    missing = [name for name in columns if not isinstance(row.get(name), str)]
+    if missing or None in row:
+        raise ValueError(
+            f"the columns must be {', '.join(columns)}; "
+            + (f"{', '.join(missing)} is missing" if missing else "there are more values than that")
+        )
+    choices = {letter: row[letter] for letter in LETTERS}
+    return {
+        "id": f"row {number}",
+        "prompt": row["prompt"],
+        "choices": choices,
+        "answer": row["answer"],
+    }
+
+
+def _question(row: Any) -> Question:
+    if not isinstance(row, dict):
+        raise ValueError("a row must be a JSON object")
+    data = cast("dict[str, Any]", row)
+    for key in ("id", "prompt", "choices", "answer"):
+        if key not in data:
+            raise ValueError(f'the key "{key}" is missing')
+    choices, answer, given = data["choices"], data["answer"], data.get("rephrasings", {})
+    if not isinstance(choices, dict) or len(cast("dict[Any, Any]", choices)) < 2:
+        raise ValueError('"choices" must be an object of at least two texts')
+    read = {key: _text(value, f"choice {key}") for key, value in cast("Any", choices).items()}
+    if answer not in read:
+        raise ValueError(f'"answer" must be one of {", ".join(read)}, not {str(answer)[:20]!r}')
+    if not isinstance(given, dict) or (given and set(cast("Any", given)) != set(read)):
+        raise ValueError('"rephrasings" must be an object with a list for each choice')
+    rephrasings: dict[str, list[str]] = {}
+    for key, texts in cast("dict[str, Any]", given).items():
+        if not isinstance(texts, list) or not texts:
+            raise ValueError(f"the rephrasings of {key} must be a list of at least one text")
+        rephrasings[key] = [_text(each, f"rephrasing of {key}") for each in cast("Any", texts)]
+    return Question(str(data["id"]), _text(data["prompt"], "prompt"), read, answer, rephrasings)
+
+
+def _text(value: object, what: str) -> str:
+    if not isinstance(value, str):
+        raise ValueError(f"the {what} must be a text")
+    return checked_text(value, what)

@@ -1,0 +1,311 @@
+"""`goalscope bench`, `experiment` and `report`: what is measured, and what comes of it."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from goalscope.cli_options import (
+    Calls,
+    EndOfTurn,
+    Json,
+    Layout,
+    Model,
+    Scorer,
+    Seed,
+    Tokenizer,
+    Writer,
+)
+from goalscope.terminal import console, named, tokenizer_named
+from goalscope.types import GoalscopeError
+
+if TYPE_CHECKING:
+    from goalscope.experiment.plan import Experiment
+
+__all__ = ["bench", "experiment"]
+
+bench = typer.Typer(
+    no_args_is_help=True, help="Infer goals that are known, and compare with simpler ways."
+)
+experiment = typer.Typer(no_args_is_help=True, help="Run experiments that TOML files describe.")
+
+Data = Annotated[
+    Path | None,
+    typer.Option(help="Folder of the datasets.  [default: $GOALSCOPE_DATA]"),
+]
+Folder = Annotated[
+    Path | None,
+    typer.Option("--results", metavar="DIR", help="Folder of results.  [default: results]"),
+]
+Limit = Annotated[int | None, typer.Option(min=1, help="Only so many, the first ones.")]
+On = Annotated[
+    str | None,
+    typer.Option(
+        metavar="dask|ADDRESS",
+        help="Spread the work over processes of this machine, or a Dask scheduler's.",
+    ),
+]
+Workers = Annotated[int, typer.Option(min=1, help="Number of processes for --on dask.")]
+Anyway = Annotated[
+    bool,
+    typer.Option("--anyway", help="Go on although code, prompts or a model have changed since."),
+]
+
+
+@bench.command()
+def mcq(
+    file: Annotated[Path, typer.Argument(help="Questions, JSON Lines or CSV; see the README.")],
+    model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    calls: Calls = None,
+    data: Data = None,
+    limit: Limit = None,
+    layout: Layout = None,
+    results: Folder = None,
+    on: On = None,
+    workers: Workers = 2,
+    anyway: Anyway = False,
+    as_json: Json = False,
+) -> None:
+    """Whose rephrased answer explains the words of the right one? (Sec. 4.1)
+
+    Each question has choices, and four rephrasings of each choice are the goals. Rephrasings that
+    the file lacks are written by the model. Run again, it does what is missing.
+    """
+    from goalscope.experiment.plan import Experiment, Questions
+    from goalscope.likelihood import DEFAULT_LAYOUT
+
+    part = Questions(str(file), limit, (layout or DEFAULT_LAYOUT,))
+    plan = Experiment(
+        f"mcq-{file.stem}",
+        f"Isolated inference: {file.name}",
+        "Sec. 4.1",
+        (_model(model, generator, scorer, tokenizer, calls),),
+        questions=(part,),
+    )
+    _run(plan, _folder(data), results, on, workers, anyway, as_json)
+
+
+@bench.command()
+def dialogues(
+    set: Annotated[
+        str | None, typer.Argument(help="teach, multiwoz, casino, alfred or taskmaster4.")
+    ] = None,
+    jsonl: Annotated[
+        Path | None,
+        typer.Option(help='Dialogues of your own: as for `infer`, each with its true "goal".'),
+    ] = None,
+    data: Data = None,
+    split: Annotated[str | None, typer.Option(help="Part of the dataset.")] = None,
+    goal_set: Annotated[
+        list[str] | None,
+        typer.Option(help="How wrong goals are drawn: random, hard; may be repeated."),
+    ] = None,
+    goals: Annotated[int, typer.Option(min=2, help="Goals for each dialogue.")] = 20,
+    seed: Seed = 1,
+    limit: Limit = None,
+    model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    calls: Calls = None,
+    layout: Layout = None,
+    end_of_turn: EndOfTurn = False,
+    outright: Annotated[
+        bool, typer.Option(help="Also ask the model for the goal, and how sure it is.")
+    ] = True,
+    results: Folder = None,
+    on: On = None,
+    workers: Workers = 2,
+    anyway: Anyway = False,
+    as_json: Json = False,
+) -> None:
+    """Infer the goals of people in real dialogues, turn by turn.
+
+    Beside it stand word likeness (TF-IDF, BM25), sentence embeddings, and the model asked
+    outright. Run again, it does what is missing.
+    """
+    from goalscope.experiment.plan import Dialogues, Experiment
+    from goalscope.likelihood import DEFAULT_LAYOUT
+
+    part = Dialogues(
+        set or "",
+        str(jsonl) if jsonl else "",
+        split,
+        tuple(goal_set or ()),
+        goals,
+        seed,
+        limit,
+        (layout or DEFAULT_LAYOUT,),
+        end_of_turn=end_of_turn,
+        outright=outright,
+    )
+    name = set or (jsonl.stem if jsonl else "dialogues")
+    plan = Experiment(
+        f"dialogues-{name}",
+        f"Real dialogues: {name}",
+        models=(_model(model, generator, scorer, tokenizer, calls),),
+        dialogues=(part,),
+    )
+    _run(plan, _folder(data), results, on, workers, anyway, as_json)
+
+
+@experiment.command(name="run")
+def run_experiment(
+    file: Annotated[Path, typer.Argument(help="What to measure, as TOML; see experiments/.")],
+    data: Data = None,
+    model: Annotated[
+        list[str] | None,
+        typer.Option(metavar="MODEL", help="In place of the file's models; may be repeated."),
+    ] = None,
+    results: Folder = None,
+    on: On = None,
+    workers: Workers = 2,
+    anyway: Anyway = False,
+    as_json: Json = False,
+) -> None:
+    """Do what is missing of an experiment, and print its tables.
+
+    Whatever stops it, what was measured is kept, and the same command goes on.
+    """
+    from dataclasses import replace
+
+    from goalscope.experiment.plan import read_experiment
+
+    plan = read_experiment(file)
+    if model:
+        plan = replace(plan, models=tuple(_model(each) for each in model))
+    _run(plan, _folder(data), results, on, workers, anyway, as_json)
+
+
+def _run(
+    plan: Experiment,
+    folder: Path | None,
+    results: Path | None,
+    on: str | None,
+    workers: int,
+    anyway: bool,
+    as_json: bool,
+) -> None:
+    from goalscope.experiment.results import Results
+    from goalscope.experiment.run import run, sole
+
+    path = results_folder(results) / f"{plan.name}.db"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    command = shlex.join(["goalscope", *sys.argv[1:]])
+    failed: list[str] = []
+    with sole(path), Results.open(path) as kept:
+        try:
+            with _bar(plan.title or plan.name) as show:
+                for step in run(plan, kept, folder, on=on, workers=workers, anyway=anyway):
+                    show(step.done, step.total)
+                    if step.cell is None:
+                        about = {"name": plan.name, "title": plan.title, "source": plan.source}
+                        kept.describe({**about, "command": command})
+                    elif step.error:
+                        failed.append(step.error)
+        except (KeyboardInterrupt, GoalscopeError):
+            done = sum(cell.result is not None for cell in kept.cells())
+            typer.echo(f"\n{done} results are kept in {path}; the same command goes on.", err=True)
+            raise
+        show_tables(kept, as_json=as_json)
+    if failed:
+        raise GoalscopeError(
+            f"{len(failed)} cells could not be measured, one of them so: {failed[0]} "
+            "The same command tries them again."
+        )
+
+
+def results_folder(given: Path | None) -> Path:
+    """The folder that was named, or that of the environment, or `results` here."""
+    return given or Path(os.environ.get("GOALSCOPE_RESULTS") or "results")
+
+
+def show_tables(results: Any, *, as_json: bool) -> None:
+    """Print the tables of an experiment."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    from goalscope.experiment.tables import tables_of
+    from goalscope.plain import plain
+
+    tables = tables_of(results)
+    if as_json:
+        print(json.dumps([table.to_dict() for table in tables], allow_nan=False))
+        return
+    out = console()
+    for table in tables:
+        grid = Table(title=plain(table.title), title_justify="left", box=SIMPLE_HEAD)
+        for n, heading in enumerate(table.columns):
+            words = any(isinstance(row[n], str) for row in table.rows)
+            grid.add_column(plain(heading), justify="left" if words else "right")
+        for row in table.text_rows():
+            grid.add_row(*map(plain, row))
+        out.print(grid)
+        for note in table.notes:
+            out.print(plain(f"  {note}", "dim"))
+
+
+def _bar(title: str) -> Any:
+    from contextlib import contextmanager
+
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    @contextmanager
+    def bar() -> Any:
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            TextColumn("left:"),
+            TimeRemainingColumn(),
+        )
+        with Progress(
+            *columns, console=console(stderr=True), speed_estimate_period=600, transient=True
+        ) as progress:
+            task = progress.add_task(title, total=None)
+            yield lambda done, total: progress.update(task, completed=done, total=total)
+
+    return bar()
+
+
+def _folder(data: Path | None) -> Path | None:
+    """The data folder, if one is named."""
+    from goalscope.datasets import data_folder
+
+    return data_folder(data) if data or os.environ.get("GOALSCOPE_DATA") else None
+
+
+def _model(
+    model: str | None,
+    generator: str | None = None,
+    scorer: str | None = None,
+    tokenizer: str | None = None,
+    calls: Path | None = None,
+) -> dict[str, str]:
+    """A model as a cell names it."""
+    model = None if model == "embedded" else model
+    given = {
+        "model": named(model),
+        "generator": named(generator),
+        "scorer": named(scorer),
+        "tokenizer": tokenizer_named(tokenizer),
+        "calls": str(calls.absolute()) if calls else None,
+    }
+    return {key: value for key, value in given.items() if value}

@@ -1,0 +1,62 @@
+"""A user's own dialogues whose goals are known, as JSON Lines."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from goalscope.datasets.case import Case
+from goalscope.datasets.goal_sets import meaning
+from goalscope.envs.tables import nearest, shown
+from goalscope.infer import Dialogue, read_dialogues
+from goalscope.types import InvalidInputError
+
+__all__ = ["read_cases"]
+
+
+def read_cases(file: Path) -> list[Case]:
+    """Read and check a whole file of rows as `goalscope infer` reads them, with the true goal.
+
+    A row is `{"id", "task", "turns": [{"query", "utterance"}, ...], "goals": [...], "goal"}`. Rows
+    with one `"group"` share a dialogue or people; without it, each row is its own group.
+
+    Raises:
+        InvalidInputError: The file cannot be read, or a row cannot be used; names the line.
+    """
+    dialogues = read_dialogues(file)
+    lines = file.read_bytes().split(b"\n")
+    cases: list[Case] = []
+    ids: set[str] = set()
+    for dialogue in dialogues:
+        label = f"{file}, line {dialogue.line}"
+        case = _case(dialogue, json.loads(lines[dialogue.line - 1].decode("utf-8-sig")), label)
+        if case.id in ids:
+            raise InvalidInputError(f"{label}: the id {shown(case.id)} is that of another line.")
+        ids.add(case.id)
+        cases.append(case)
+    if not cases:
+        raise InvalidInputError(f"{file} holds no row.")
+    return cases
+
+
+def _case(dialogue: Dialogue, row: dict[str, Any], label: str) -> Case:
+    texts = [goal.text for goal in dialogue.goals]
+    if len({meaning(text) for text in texts}) < max(2, len(texts)):
+        raise InvalidInputError(
+            f"{label}: expected at least two goals, of which no two differ in case or in the mark "
+            "at the end alone."
+        )
+    goal = row.get("goal")
+    if not isinstance(goal, str):
+        raise InvalidInputError(f'{label}: expected the true goal under "goal", a text.')
+    if goal.strip() not in texts:
+        raise InvalidInputError(
+            f"{label}: the true goal {shown(goal)} is none of the goals; {nearest(goal, texts)}"
+        )
+    group = row.get("group", dialogue.id)
+    if isinstance(group, bool) or not isinstance(group, str | int):
+        raise InvalidInputError(f'{label}: "group" must be a text or a whole number.')
+    place = texts.index(goal.strip())
+    id = str(dialogue.id)
+    return Case(id, str(group), dialogue.task, dialogue.turns, dialogue.goals, place)

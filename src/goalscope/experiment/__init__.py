@@ -1,0 +1,1 @@
+"""Experiments: cells that are each measured once, and the tables made of them."""

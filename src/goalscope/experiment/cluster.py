@@ -1,0 +1,235 @@
+"""Cells spread over worker processes by Dask, here or on a cluster that runs already."""
+
+from __future__ import annotations
+
+import asyncio
+import importlib
+import logging
+import os
+import pickle
+import threading
+import time
+import uuid
+from collections import deque
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from queue import Empty, SimpleQueue
+from typing import Any
+
+from goalscope.types import GoalscopeError, InvalidInputError
+
+__all__ = ["on_cluster"]
+
+Perform = Callable[[Mapping[str, Any]], dict[str, Any]]
+
+_GLANCE = 0.5  # seconds between two looks at which workers live
+_PATIENCE = 60.0  # seconds without any worker
+_QUIET = logging.CRITICAL
+_THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+_HANDLERS: dict[str, list[str]] = {  # pages that tell about the cluster to whoever asks
+    "distributed.scheduler.http.routes": [],
+    "distributed.worker.http.routes": [],
+}
+_one_cell = threading.Lock()  # a model serves one thread; an existing worker may have several
+
+
+def on_cluster(
+    cells: Sequence[tuple[str, Mapping[str, Any]]],
+    perform: Perform,
+    *,
+    address: str | None = None,
+    workers: int = 2,
+    attempts: int = 3,
+) -> Generator[tuple[str, dict[str, Any] | Exception, int]]:
+    """Yield each cell's key, its result or error, and its number of attempts, as cells finish.
+
+    A worker is a process that performs one cell at a time. When one dies, another takes its place
+    and performs its cell again; an error that `perform` raises is that cell's outcome. To close
+    the generator stops the cells that are being performed.
+
+    Args:
+        cells: Keys, all different, and what each asks for.
+        perform: A function that the workers can import by its name.
+        address: Scheduler of a Dask cluster that runs already, such as "tcp://host:8786". It goes
+            on afterwards, and finishes the cells that it had begun; None for processes of this
+            machine, which nobody else can reach.
+        workers: Number of processes; all those of the cluster at `address`.
+        attempts: Workers that may die of one cell before it counts as an error. The scheduler at
+            `address` may lose more, by its own `distributed.scheduler.allowed-failures`.
+
+    Raises:
+        InvalidInputError: The arguments cannot be used, or nobody answers at `address`.
+        GoalscopeError: Dask is missing, or the cluster is lost or has no worker for a minute.
+    """
+    if workers < 1 or attempts < 1:
+        raise InvalidInputError(
+            f"Expected at least one worker and one attempt, got {workers} and {attempts}."
+        )
+    if len({key for key, _ in cells}) < len(cells):
+        raise InvalidInputError("Two cells have the same key. Give each its own.")
+    for module in ("distributed", "cryptography"):
+        try:
+            importlib.import_module(module)
+        except ImportError as error:
+            raise GoalscopeError(
+                f'A cluster needs more packages ({error}). Run `pip install "goalscope[cluster]"`.'
+            ) from None
+    return _spread(cells, perform, address, workers, attempts)
+
+
+def _spread(
+    cells: Sequence[tuple[str, Mapping[str, Any]]],
+    perform: Perform,
+    address: str | None,
+    workers: int,
+    attempts: int,
+) -> Generator[tuple[str, dict[str, Any] | Exception, int]]:
+    waiting = deque((key, spec, 0) for key, spec in cells)  # with the workers that died of it
+    flying: dict[str, tuple[Any, str, Mapping[str, Any], int]] = {}
+    landed: SimpleQueue[Any] = SimpleQueue()
+    if not waiting:
+        return
+    with _connected(address, workers) as client:
+        last_alive = time.monotonic()
+        while waiting or flying:
+            alive = _alive(client)
+            if alive:
+                last_alive = time.monotonic()
+            elif time.monotonic() - last_alive > _PATIENCE:
+                raise GoalscopeError(
+                    f"The cluster has had no worker for {_PATIENCE:.0f} seconds. "
+                    "See why its workers end, or start some, and run this again."
+                )
+            while waiting and len(flying) < alive:  # no cell waits at a worker that may die
+                key, spec, deaths = waiting.popleft()
+                future = client.submit(
+                    _perform_alone,
+                    perform,
+                    pickle.dumps(dict(spec)),  # Dask looks for tasks inside of a dict
+                    key=f"goalscope-{uuid.uuid4().hex}",
+                    pure=False,
+                )
+                flying[future.key] = future, key, spec, deaths
+                future.add_done_callback(landed.put)
+            try:
+                future = landed.get(timeout=_GLANCE)
+            except Empty:
+                continue
+            _, key, spec, deaths = flying.pop(future.key)
+            outcome, more_deaths = _outcome(client, future, address is not None)
+            future.release()  # else it is performed again when its worker dies later
+            deaths += more_deaths
+            if outcome is not None:
+                yield key, outcome, deaths + 1
+            elif deaths < attempts:
+                waiting.appendleft((key, spec, deaths))
+            else:
+                error = GoalscopeError(
+                    f"Each of the {deaths} workers that performed this cell died. "
+                    "Is there enough memory for so many workers?"
+                )
+                yield key, error, deaths
+
+
+def _perform_alone(perform: Perform, spec: bytes) -> bytes:
+    with _one_cell:
+        return pickle.dumps(perform(pickle.loads(spec)))
+
+
+def _outcome(
+    client: Any, future: Any, retried: bool
+) -> tuple[dict[str, Any] | Exception | None, int]:
+    """What came of a cell, None if its workers died; and how many of them did."""
+    distributed = importlib.import_module("distributed")
+    try:
+        error = future.exception()
+        if isinstance(error, distributed.scheduler.KilledWorker):
+            return None, error.allowed_failures + 1
+        outcome = pickle.loads(future.result()) if error is None else error
+        return outcome, _deaths(client, future.key) if retried else 0
+    except (OSError, asyncio.CancelledError, distributed.client.FutureCancelledError) as error:
+        raise _lost(error) from error
+
+
+def _deaths(client: Any, key: str) -> int:
+    """How many workers died before one finished this task; a local scheduler never retries."""
+
+    def count(dask_scheduler: Any) -> int:  # nested, so the scheduler need not have goalscope
+        return dask_scheduler.tasks[key].suspicious
+
+    return client.run_on_scheduler(count)
+
+
+def _alive(client: Any) -> int:
+    try:
+        return len(client.nthreads())
+    except OSError as error:
+        raise _lost(error) from error
+
+
+def _lost(error: BaseException) -> GoalscopeError:
+    return GoalscopeError(
+        f"The cluster's scheduler is lost ({error}). Start it and run this again."
+    )
+
+
+@contextmanager
+def _connected(address: str | None, workers: int) -> Generator[Any]:
+    distributed = importlib.import_module("distributed")
+    with ExitStack() as stack:
+        stack.enter_context(distributed.utils.silence_logging_cmgr(_QUIET))
+        try:
+            client = distributed.Client(
+                address or stack.enter_context(_local_cluster(workers)),
+                set_as_default=False,
+                timeout=10,
+            )
+        except (OSError, ValueError) as error:
+            raise InvalidInputError(
+                f'No Dask scheduler answers at "{address}" ({error}). '
+                "Give the address that `dask scheduler` printed."
+            ) from error
+        yield stack.enter_context(client)
+
+
+@contextmanager
+def _local_cluster(workers: int) -> Generator[Any]:
+    """Processes on the loopback interface that only this process has the keys to."""
+    dask = importlib.import_module("dask.system")
+    config = importlib.import_module("dask.config")
+    distributed = importlib.import_module("distributed")
+    threads = str(max(1, dask.CPU_COUNT // workers))
+    with config.set(_HANDLERS):
+        try:
+            cluster = distributed.LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                host="127.0.0.1",
+                security=distributed.Security.temporary(),
+                dashboard_address=None,
+                scheduler_kwargs={
+                    "allowed_failures": 0,
+                    "dashboard": False,
+                    "dashboard_address": "127.0.0.1:0",
+                },
+                memory_limit=0,  # else a worker with a large model is paused or ended
+                env={name: os.environ.get(name, threads) for name in _THREADS},
+                silence_logs=_QUIET,
+            )
+        except (OSError, RuntimeError) as error:
+            raise GoalscopeError(
+                f"The worker processes did not start: {error} "
+                'A script must do its work under `if __name__ == "__main__":`.'
+            ) from error
+        try:
+            yield cluster
+        finally:
+            cluster.sync(_end_workers, list(cluster.workers.values()))
+            cluster.close()
+
+
+async def _end_workers(nannies: list[Any]) -> None:
+    """End processes that may be in mid-cell, which Dask alone would wait for."""
+    ends = (nanny.close(timeout=0.5, reason="no more cells") for nanny in nannies)
+    await asyncio.gather(*ends, return_exceptions=True)

@@ -1,0 +1,152 @@
+"""Do of an experiment what is missing, here or on a cluster; each cell is kept as it is done."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from filelock import FileLock, Timeout
+
+from goalscope.experiment.identity import identity_of
+from goalscope.experiment.plan import Experiment, judging, models_of, specs_of
+from goalscope.experiment.results import Cell, Results
+from goalscope.experiment.work import measure, perform
+from goalscope.types import GoalscopeError, InvalidInputError
+
+__all__ = ["Done", "run", "sole"]
+
+_FAILURES = 5
+"""Cells that may fail one after the other before the rest is not even tried."""
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """How far an experiment is, after one more cell.
+
+    Attributes:
+        cell: The cell that was measured; None before the first.
+        error: Why it could not be.
+        done: Cells that have results.
+        total: Cells that are planned by now.
+    """
+
+    cell: Cell | None
+    error: str | None
+    done: int
+    total: int
+
+
+@contextmanager
+def sole(file: Path) -> Iterator[None]:
+    """Be the only process that adds to a file of results.
+
+    Raises:
+        InvalidInputError: Another one does.
+    """
+    lock = FileLock(f"{file}.lock")
+    try:
+        lock.acquire(blocking=False)
+    except Timeout:
+        raise InvalidInputError(
+            f"Another process adds to {file}. Wait for it, or stop it."
+        ) from None
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+def run(
+    experiment: Experiment,
+    results: Results,
+    folder: Path | None,
+    *,
+    on: str | None = None,
+    workers: int = 2,
+    anyway: bool = False,
+) -> Iterator[Done]:
+    """Measure the cells that have no result, and keep each as soon as it has.
+
+    A cell that failed is left for the next call; after five failures in a row the rest is, too.
+
+    Args:
+        experiment: What is to be measured.
+        results: Where it is kept.
+        folder: Of the datasets.
+        on: None for this process, "dask" for worker processes of this machine, or the address
+            of a Dask scheduler, such as "tcp://host:8786".
+        workers: Number of processes for "dask".
+        anyway: Go on although code, prompts or a model have changed since the first results.
+
+    Yields:
+        How far it is: first before any cell, then after each.
+
+    Raises:
+        InvalidInputError: Input is missing or broken; or what is measured with has changed.
+        GoalscopeError: Too many cells failed in a row.
+    """
+    planned = specs_of(experiment, folder)
+    first = True
+    for specs in (planned, None):
+        if specs is None:
+            specs = judging(experiment, results.plan(planned))
+            planned = [*planned, *specs]
+        if not specs:
+            continue
+        identity = identity_of(models_of(specs))
+        results.identify(identity, anyway=anyway)
+        cells = results.plan(specs)
+        missing = [cell for cell in cells if cell.result is None]
+        total, done = len(planned), len(planned) - len(missing)
+        if first:
+            yield Done(None, None, done, total)
+            first = False
+        failures = 0
+        for cell, error in _measured(results, missing, identity, on, workers):
+            done += error is None
+            failures = failures + 1 if error else 0
+            yield Done(cell, error, done, total)
+            if failures == _FAILURES:
+                raise GoalscopeError(
+                    f"{_FAILURES} cells failed one after the other, the last one so: {error} "
+                    "What was measured is kept; run the same command again to go on."
+                )
+
+
+def _measured(
+    results: Results,
+    cells: Sequence[Cell],
+    identity: dict[str, str],
+    on: str | None,
+    workers: int,
+) -> Iterator[tuple[Cell, str | None]]:
+    """Measure cells and keep what comes, or why it does not."""
+    if on is None:
+        for cell in cells:
+            results.begin_cell(cell.key)
+            try:
+                outcome: Any = measure(cell.spec)
+            except GoalscopeError as error:
+                outcome = error
+            yield cell, _kept(results, cell, outcome, identity)
+        return
+    from goalscope.experiment.cluster import on_cluster
+
+    by_key = {cell.key: cell for cell in cells}
+    tasks = [(cell.key, {"spec": cell.spec, "identity": identity}) for cell in cells]
+    address = None if on == "dask" else on
+    for key, outcome, attempts in on_cluster(tasks, perform, address=address, workers=workers):
+        results.begin_cell(key, attempts)
+        yield by_key[key], _kept(results, by_key[key], outcome, identity)
+
+
+def _kept(results: Results, cell: Cell, outcome: Any, identity: dict[str, str]) -> str | None:
+    if isinstance(outcome, Exception):
+        error = str(outcome) or type(outcome).__name__
+        results.fail(cell.key, error)
+        return error
+    results.keep(cell.key, outcome, identity)
+    return None

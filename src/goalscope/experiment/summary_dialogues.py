@@ -1,0 +1,273 @@
+"""Goal inference on real dialogues: how good each predictor's belief is, turn by turn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.belief import Belief
+from goalscope.experiment.summary import Cell, Entry, Estimate, Labels, Table, chosen, slug
+from goalscope.stats import Calibration, Scores, bootstrap_mean, calibration, scores
+from goalscope.types import DEFAULT_TEMPERATURE, Goal
+
+__all__ = ["PREDICTORS", "Dialogues", "read_dialogues"]
+
+Array = npt.NDArray[np.float64]
+
+ROLE_PLAY = {
+    f"goalscope, temperature {DEFAULT_TEMPERATURE:g}": DEFAULT_TEMPERATURE,
+    "goalscope, Eq. 1 as it stands": 1.0,
+}
+SIMILARITIES = {"TF-IDF": "tfidf", "BM25": "bm25", "embedding": "embedding"}
+UNIFORM = "uniform"
+OUTRIGHT = "model asked outright"
+
+PREDICTORS = (*ROLE_PLAY, UNIFORM, *SIMILARITIES, OUTRIGHT)
+"""All predictors, in the order of the tables."""
+
+TURNS = (1, 2, 3, 4, 5, None)
+"""Turns that tables show; None for each dialogue's last."""
+
+FOLDS = 5
+TEMPERATURES = np.geomspace(1e-3, 1e2, 51)
+MOST_SURE = 0.995
+"""A model that says 100 % and is wrong would have an infinite log-loss."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """One predictor's belief after one turn of one dialogue."""
+
+    group: str
+    scores: Scores
+    confidence: float
+
+
+@dataclass(frozen=True, slots=True)
+class Dialogues:
+    """What the predictors made of one set of dialogues with one model.
+
+    Attributes:
+        set: Name of the data set.
+        split: Which part of it.
+        goal_set: How the goals beside the true one were chosen.
+        model: The model's label.
+        n: Number of dialogues.
+        outcomes: By predictor and turn, where None stands for each dialogue's last; those of the
+            dialogues that have that turn and for which the predictor was run.
+        notes: What was fitted, and what could not be read.
+    """
+
+    set: str
+    split: str
+    goal_set: str
+    model: str
+    n: int
+    outcomes: Mapping[tuple[str, int | None], Sequence[Outcome]]
+    notes: tuple[str, ...]
+
+    def accuracy_by_turn(self, turns: int = 10) -> dict[str, list[tuple[int, int, Estimate]]]:
+        """Turn, number of dialogues that have it, and top-1 accuracy, for each predictor."""
+        return {
+            predictor: [
+                (turn, len(found), estimate)
+                for turn in range(1, turns + 1)
+                if (found := self.outcomes.get((predictor, turn), ()))
+                and (estimate := _estimate(found, "top1"))
+            ]
+            for predictor in PREDICTORS
+        }
+
+    def calibrations(self) -> dict[str, Calibration]:
+        """Of each predictor that has any outcome, at each dialogue's last turn."""
+        found = {name: self.outcomes.get((name, None), ()) for name in PREDICTORS}
+        return {name: _calibration(outcomes) for name, outcomes in found.items() if outcomes}
+
+    def table(self, *, command: str = "") -> Table:
+        """All predictors at turns 1 to 5, and at each dialogue's last."""
+        rows: list[tuple[Entry, ...]] = []
+        for predictor, turn in product(PREDICTORS, TURNS):
+            found = self.outcomes.get((predictor, turn), ())
+            made = _calibration(found) if found else None
+            rows.append(
+                (
+                    predictor,
+                    "last" if turn is None else str(turn),
+                    len(found),
+                    *(_estimate(found, each) for each in FIELDS),
+                    made and made.ece,
+                    made and Estimate(made.expected, made.band),
+                )
+            )
+        name = "-".join(map(slug, ("dialogues", self.set, self.split, self.goal_set, self.model)))
+        title = (
+            f"Goals inferred from dialogues: {self.set}, {self.split}, {self.goal_set} goals, "
+            f"{self.model}, {self.n} dialogues"
+        )
+        return Table(name, title, COLUMNS, tuple(rows), (*NOTES, *self.notes), command)
+
+
+FIELDS = ("top1", "reciprocal_rank", "log_loss", "brier")
+COLUMNS = (
+    "predictor",
+    "turn",
+    "n",
+    "top-1",
+    "MRR",
+    "log-loss",
+    "Brier",
+    "ECE",
+    "ECE if calibrated",
+)
+NOTES = (
+    "n is the number of dialogues that have the turn; at the turn called last, each has its own.",
+    "Intervals are 95 %, by a bootstrap that resamples whole groups of dialogues that share "
+    "people. Goals that tie share the top, or have their mean rank. Log-loss is in nats.",
+    "ECE if calibrated: what a perfectly calibrated forecaster with the same confidences would "
+    "show on average, and in 95 % of samples of this size.",
+    "TF-IDF, BM25 and embedding compare each goal with all of the person's words so far. Their "
+    f"similarities become probabilities by a temperature that has the least log-loss on the "
+    f"other folds of {FOLDS} (groups stay together), which favours them: goalscope's is fixed.",
+    "The model asked outright names a goal and says how sure it is; the rest is spread evenly. "
+    f"Its certainty is taken between an even share, or just above, and {100 * MOST_SURE:g} %, "
+    "which favours it; a certainty that it does not give is the least.",
+)
+
+
+def read_dialogues(cells: Iterable[Cell]) -> tuple[Dialogues, ...]:
+    """The cells of the kind "dialogue", for each set, split, goal set and model.
+
+    Args:
+        cells: Of any kind.
+    """
+    found = chosen(cells, "dialogue")
+    labels = Labels(_settings(spec) for spec, _ in found)
+    groups: dict[tuple[str, str, str, str], list[Cell]] = {}
+    for cell in found:
+        spec = cell[0]
+        key = (spec["set"], spec["split"], spec["goal_set"], labels[_settings(spec)])
+        groups.setdefault(key, []).append(cell)
+    return tuple(_read(key, group) for key, group in sorted(groups.items()))
+
+
+def _settings(spec: Mapping[str, Any]) -> dict[str, Any]:
+    own = ("kind", "set", "split", "goal_set", "case")
+    return {key: value for key, value in spec.items() if key not in own}
+
+
+def _read(key: tuple[str, str, str, str], cells: Sequence[Cell]) -> Dialogues:
+    """Let each predictor believe, and score what it believes."""
+    outcomes: dict[tuple[str, int | None], list[Outcome]] = {}
+    notes: list[str] = []
+
+    def keep(predictor: str, cell: Cell, table: Iterable[Array]) -> None:
+        case, last = cell[0]["case"], None
+        for turn, belief in enumerate(table, 1):
+            last = Outcome(
+                case["group"], scores(belief, case["truth"]), float(np.exp(belief.max()))
+            )
+            outcomes.setdefault((predictor, turn), []).append(last)
+        if last:
+            outcomes.setdefault((predictor, None), []).append(last)
+
+    unread = asked = 0
+    for cell in cells:
+        spec, result = cell
+        goals, turns = len(spec["case"]["goals"]), len(spec["case"]["turns"])
+        keep(UNIFORM, cell, np.full((turns, goals), -np.log(goals)))
+        if result.get("role-play"):
+            for predictor, temperature in ROLE_PLAY.items():
+                keep(predictor, cell, _role_play(result["role-play"], temperature))
+        if answers := result.get("outright"):
+            keep(OUTRIGHT, cell, [_outright(answer, goals) for answer in answers])
+            asked += len(answers)
+            unread += sum(answer["goal"] is None for answer in answers)
+    for predictor, field in SIMILARITIES.items():
+        own = [cell for cell in cells if cell[1].get(field)]
+        fitted = _fit(own, field)
+        if own and not fitted:
+            notes.append(f"{predictor}: one group is too few to choose a temperature.")
+        for cell, temperature in zip(own, fitted, strict=False):
+            table = np.array(cell[1][field], dtype=np.float64)
+            keep(predictor, cell, _log_softmax(table / temperature))
+        if fitted:
+            low, high = min(fitted), max(fitted)
+            span = f"{low:.2g}" if low == high else f"{low:.2g} to {high:.2g}"
+            notes.append(f"{predictor}: temperature {span}.")
+    if asked:
+        notes.append(
+            f"The model asked outright gave {unread:,} of {asked:,} answers that name no goal; "
+            "they are scored as uniform."
+        )
+    return Dialogues(*key, n=len(cells), outcomes=outcomes, notes=tuple(notes))
+
+
+def _role_play(rows: Sequence[Sequence[float]], temperature: float) -> Iterable[Array]:
+    support = [Goal(str(i)) for i in range(len(rows[0]))]
+    belief = Belief.uniform(support, temperature=temperature)
+    for row in rows:
+        belief = belief.observe(row)
+        yield belief.log_posterior
+
+
+def _outright(answer: Mapping[str, Any], goals: int) -> Array:
+    """[G] log-probability: `sure` on the goal that was named, the rest spread evenly."""
+    pick, sure = answer["goal"], answer["sure"]
+    even = 1 / goals
+    if pick is None or goals == 1:
+        return np.full(goals, np.log(even))
+    least = even * (1 + 1e-6)  # so that the goal that was named stays the likeliest
+    own = least if sure is None else min(max(sure, least), MOST_SURE)
+    belief = np.full(goals, np.log((1 - own) / (goals - 1)))
+    belief[pick] = np.log(own)
+    return belief
+
+
+def _fit(cells: Sequence[Cell], field: str) -> list[float]:
+    """The temperature of each cell, chosen on the folds that its group is not in; [] for one."""
+    groups = sorted({cell[0]["case"]["group"] for cell in cells})
+    folds = min(FOLDS, len(groups))
+    if folds < 2:
+        return []
+    order = np.random.default_rng(0).permutation(len(groups))
+    fold_of = {groups[index]: position % folds for position, index in enumerate(order)}
+    fold = np.array([fold_of[cell[0]["case"]["group"]] for cell in cells])
+    turns = np.array([len(cell[1][field]) for cell in cells])
+    losses = np.array([_losses(cell, field) for cell in cells])
+    best = [
+        float(TEMPERATURES[(losses[fold != k].sum(axis=0) / turns[fold != k].sum()).argmin()])
+        for k in range(folds)
+    ]
+    return [best[k] for k in fold]
+
+
+def _losses(cell: Cell, field: str) -> Array:
+    """[temperatures] log-loss of a dialogue, summed over its turns."""
+    table = np.array(cell[1][field], dtype=np.float64)
+    beliefs = _log_softmax(table / TEMPERATURES[:, None, None])
+    return -beliefs[:, :, cell[0]["case"]["truth"]].sum(axis=1)
+
+
+def _log_softmax(values: Array) -> Array:
+    shifted = values - values.max(axis=-1, keepdims=True)
+    return shifted - np.log(np.exp(shifted).sum(axis=-1, keepdims=True))
+
+
+def _estimate(outcomes: Sequence[Outcome], field: str) -> Estimate | None:
+    if not outcomes:
+        return None
+    values: list[float] = [getattr(each.scores, field) for each in outcomes]
+    interval = bootstrap_mean(values, [each.group for each in outcomes])
+    form = "percent" if field == "top1" else "number"
+    return Estimate(sum(values) / len(values), interval, form)
+
+
+def _calibration(outcomes: Sequence[Outcome]) -> Calibration:
+    return calibration(
+        [each.confidence for each in outcomes], [each.scores.top1 for each in outcomes]
+    )

@@ -1,0 +1,343 @@
+"""Episodes with simulated people (Sec. 5): how well each method does what they want."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from goalscope.experiment.summary import (
+    Cell,
+    Entry,
+    Estimate,
+    Labels,
+    Table,
+    chosen,
+    mean,
+    model_name,
+    slug,
+)
+from goalscope.stats import bootstrap_mean, paired_difference, pooled_sd_of_mean
+
+__all__ = ["Episodes", "Reading", "Run", "read_episodes"]
+
+METHODS = ("good", "no-goals", "no-inference")
+"""First those of the paper (Sec. 4.3), in its order; others follow by name."""
+
+TOP = 3.0
+"""The best that the evaluator can give (Sec. 5)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What one evaluator made of one run.
+
+    Attributes:
+        trials: Fractions of the best score; all 0 where the run left nothing (Sec. 5.1).
+        unscored: Trials whose answer could not be read.
+    """
+
+    trials: tuple[float, ...]
+    unscored: int
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One episode, and what the evaluators made of it.
+
+    Attributes:
+        method: See `Agent`.
+        profile: Name of the person.
+        seed: Of everything that was drawn.
+        result: Of the episode's cell.
+        attempts: How often it was begun.
+        readings: By the evaluator's label.
+    """
+
+    method: str
+    profile: str
+    seed: int
+    result: Mapping[str, Any]
+    attempts: int
+    readings: dict[str, Reading] = field(default_factory=dict[str, Reading])
+
+
+@dataclass(frozen=True, slots=True)
+class Episodes:
+    """All runs in one domain with one kind of human and one model.
+
+    Attributes:
+        domain: "grocery" or "house".
+        human: "scripted" or "simulated".
+        model: The label of the model, and of all other settings that differ between groups.
+        runs: By method, profile and seed.
+        judges: Labels of the evaluators.
+        notes: What of the evaluators' readings belongs to no run.
+    """
+
+    domain: str
+    human: str
+    model: str
+    runs: tuple[Run, ...]
+    judges: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """Those that were run."""
+        found = {run.method for run in self.runs}
+        return (*(m for m in METHODS if m in found), *sorted(found - set(METHODS)))
+
+    def of(self, method: str, profile: str | None = None) -> list[Run]:
+        """The runs of a method, and of one person where `profile` is given."""
+        return [r for r in self.runs if r.method == method and profile in (None, r.profile)]
+
+    def tables(self, *, command: str = "") -> tuple[Table, ...]:
+        """By method, the paired differences, and by profile."""
+        return (self.by_method(command), self.differences(command), self.by_profile(command))
+
+    def by_method(self, command: str = "") -> Table:
+        """One row for each method."""
+        columns = ("method", "profiles", "runs", "score", "score, pooled SD of the mean")
+        columns += ("rounds", "terminated", "replans", "attempts beyond the first")
+        rows: list[tuple[Entry, ...]] = []
+        for method in self.methods:
+            runs = self.of(method)
+            by_profile = _by_profile(runs, _score)
+            row: list[Entry] = [method, len(by_profile), len(runs), _over_profiles(by_profile)]
+            row += [_percent(pooled_sd_of_mean(list(by_profile.values()))), *_course(runs)]
+            row.append(sum(max(run.attempts - 1, 0) for run in runs))
+            for judge in self.judges:
+                read = [run for run in runs if judge in run.readings]
+                scored = _by_profile(read, lambda run, judge=judge: _judged(run, judge))
+                trials = [run.readings[judge].trials for run in read if run.readings[judge].trials]
+                row += [len(trials), _over_profiles(scored), _percent(pooled_sd_of_mean(trials))]
+                row += _counts(read, judge)
+            rows.append(tuple(row))
+        for judge in self.judges:
+            columns += (f"runs judged{self._by(judge)}", f"judge score{self._by(judge)}")
+            columns += (f"judge score, pooled SD of the mean{self._by(judge)}",)
+            columns += (f"trials scored{self._by(judge)}", f"trials unscored{self._by(judge)}")
+        return self._table("methods", "methods", columns, rows, METHOD_NOTES, command)
+
+    def differences(self, command: str = "") -> Table:
+        """GOOD minus each other method, paired by profile."""
+        rows: list[tuple[Entry, ...]] = []
+        others = [method for method in self.methods if method != "good"]
+        for judge in (None, *self.judges) if "good" in self.methods else ():
+            measure = "score" if judge is None else f"judge score{self._by(judge)}"
+            for other in others:
+                a, b = self._pairs(other, judge)
+                row: tuple[Entry, ...] = (measure, f"good minus {other}", len(a), None, None)
+                if a:
+                    found = paired_difference(a, b)
+                    gap = Estimate(found.difference, found.interval, "percent")
+                    row = (*row[:3], gap, found.p)
+                rows.append(row)
+        columns = ("measure", "methods", "profiles", "difference", "p")
+        return self._table("differences", "paired differences", columns, rows, PAIR_NOTES, command)
+
+    def by_profile(self, command: str = "") -> Table:
+        """One row for each profile and method."""
+        rows: list[tuple[Entry, ...]] = []
+        for profile in sorted({run.profile for run in self.runs}):
+            for method in self.methods:
+                runs = self.of(method, profile)
+                score = _percent(mean([_score(run) for run in runs]))
+                row: list[Entry] = [profile, method, len(runs), score, *_course(runs)]
+                for judge in self.judges:
+                    read = [run for run in runs if judge in run.readings]
+                    given = [value for run in read if (value := _judged(run, judge)) is not None]
+                    row += [_percent(mean(given)), *_counts(read, judge)]
+                rows.append(tuple(row))
+        columns = ("profile", "method", "runs", "score", "rounds", "terminated", "replans")
+        for judge in self.judges:
+            columns += (f"judge score{self._by(judge)}",)
+            columns += (f"trials scored{self._by(judge)}", f"trials unscored{self._by(judge)}")
+        return self._table("profiles", "profiles", columns, rows, PROFILE_NOTES, command)
+
+    def _by(self, judge: str) -> str:
+        return f" by {judge}" if len(self.judges) > 1 else ""
+
+    def _pairs(self, other: str, judge: str | None) -> tuple[list[float], list[float]]:
+        """GOOD's and the other method's mean for each profile, over the seeds that both have."""
+        pairs: dict[str, list[tuple[float, float]]] = {}
+        second = {(run.profile, run.seed): run for run in self.of(other)}
+        for run in self.of("good"):
+            twin = second.get((run.profile, run.seed))
+            if twin is None:
+                continue
+            a, b = (_score(r) if judge is None else _judged(r, judge) for r in (run, twin))
+            if a is not None and b is not None:
+                pairs.setdefault(run.profile, []).append((a, b))
+        means = [tuple(math.fsum(x) / len(x) for x in zip(*p, strict=True)) for p in pairs.values()]
+        return [a for a, _ in means], [b for _, b in means]
+
+    def _table(
+        self,
+        kind: str,
+        what: str,
+        columns: tuple[str, ...],
+        rows: Sequence[tuple[Entry, ...]],
+        notes: tuple[str, ...],
+        command: str,
+    ) -> Table:
+        name = "-".join(map(slug, ("episodes", self.domain, self.human, self.model, kind)))
+        title = f"Episodes, {what}: {self.domain}, {self.human} human, {self.model}"
+        judged = (*JUDGE_NOTES, *self.notes) if self.judges else self.notes
+        return Table(name, title, columns, tuple(rows), (*notes, *judged), command)
+
+
+METHOD_NOTES = (
+    "Score: share of the profile's conditions that hold in the end. It and the judge's are means "
+    "over profiles of the means over their runs, with a 95 % bootstrap interval over profiles.",
+    "Pooled SD of the mean: noise of repeated runs of a profile (score), or of repeated trials on "
+    "a run (judge, Sec. 5.1), and not of the choice of profiles; the paper gives no formula.",
+    "Rounds, replans and terminated are means over runs.",
+)
+PAIR_NOTES = (
+    "In percentage points, over profiles that both methods ran (with the same seeds, averaged). "
+    "The 95 % interval is a paired bootstrap over profiles.",
+    "p is two-sided, from a sign-flip permutation test, and not corrected for several comparisons.",
+)
+PROFILE_NOTES = ("Means over the runs of a profile.",)
+JUDGE_NOTES = (
+    "The judge's score is a share of its best, 3. Trials whose answer could not be read are "
+    "counted as unscored and are in no mean; a run that left nothing scores 0 in all its trials.",
+)
+
+
+def read_episodes(
+    cells: Sequence[Cell], *, attempts: Sequence[int] | None = None
+) -> tuple[Episodes, ...]:
+    """The cells of the kind "episode" with the readings of those of the kind "judge".
+
+    Args:
+        cells: Of any kind.
+        attempts: How often the work of each cell was begun, in the cells' order; once if None.
+
+    Raises:
+        ValueError: `attempts` has another length than `cells`.
+    """
+    tries = [1] * len(cells) if attempts is None else list(attempts)
+    if len(tries) != len(cells):
+        raise ValueError(f"{len(cells)} cells need as many attempts, not {len(tries)}")
+    found = [(*cell, n) for cell, n in zip(cells, tries, strict=True) if _is(cell, "episode")]
+    labels = Labels(_shared(spec["settings"]) for spec, _, _ in found)
+    groups: dict[tuple[str, str, str], list[Run]] = {}
+    for spec, result, n in found:
+        settings = spec["settings"]
+        run = Run(settings["method"], spec["profile"], settings["seed"], result, n)
+        key = (settings["domain"], settings["human"], labels[_shared(settings)])
+        groups.setdefault(key, []).append(run)
+    judges, lost = _attach(chosen(cells, "judge"), groups)
+    note = (f"{lost} readings by the judge belong to no run that is here.",) if lost else ()
+    return tuple(
+        Episodes(
+            *key,
+            tuple(sorted(runs, key=lambda run: (run.method, run.profile, run.seed))),
+            tuple(judge for judge in judges if any(judge in run.readings for run in runs)),
+            note,
+        )
+        for key, runs in sorted(groups.items())
+    )
+
+
+def _attach(
+    cells: Sequence[Cell], groups: Mapping[tuple[str, str, str], list[Run]]
+) -> tuple[tuple[str, ...], int]:
+    """Give each reading to its run; the evaluators' labels, and how many readings have no run.
+
+    A reading does not say which model acted, so it is of those runs that ended as it says.
+    """
+    index: dict[tuple[object, ...], list[Run]] = {}
+    for (domain, human, _), runs in groups.items():
+        for run in runs:
+            index.setdefault((domain, human, run.method, run.profile, run.seed), []).append(run)
+    labels, lost = Labels(_evaluator(spec) for spec, _ in cells), 0
+    for spec, result in cells:
+        of = spec["of"]
+        key = tuple(of[name] for name in ("domain", "human", "method", "profile", "seed"))
+        end = (spec["outcome"], list(spec["actions"]))
+        runs = [
+            run
+            for run in index.get(key, [])
+            if (run.result["outcome"], list(run.result["actions"])) == end
+        ]
+        lost += not runs
+        for run in runs:
+            run.readings[labels[_evaluator(spec)]] = _reading(spec, result, run)
+    return tuple(dict.fromkeys(labels[_evaluator(spec)] for spec, _ in cells)), lost
+
+
+def _evaluator(spec: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: spec.get(name) for name in ("model", "trials", "seed")}
+
+
+def _reading(spec: Mapping[str, Any], result: Mapping[str, Any], run: Run) -> Reading:
+    given = [trial["score"] for trial in result["trials"]]
+    if spec["empty"] or run.result["empty"]:
+        return Reading((0.0,) * (len(given) or spec["trials"]), 0)
+    scored = tuple(score / TOP for score in given if score is not None)
+    return Reading(scored, len(given) - len(scored))
+
+
+def _is(cell: Cell, kind: str) -> bool:
+    return cell[0].get("kind") == kind
+
+
+def _shared(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """The settings that all runs of one group have; `model` holds what writes and what scores."""
+    own = ("method", "seed", "domain", "human", "model", "generator", "scorer")
+    kept = {key: value for key, value in settings.items() if key not in own}
+    both = [settings.get(part) or settings.get("model") for part in ("generator", "scorer")]
+    name = " + ".join(dict.fromkeys(map(model_name, both)))
+    return {**kept, "model": {"name": name, "writes": both[0], "scores": both[1]}}
+
+
+def _score(run: Run) -> float:
+    return float(run.result["score"])
+
+
+def _judged(run: Run, judge: str) -> float | None:
+    """Mean of the scored trials; None where there are none."""
+    reading = run.readings.get(judge)
+    return mean(reading.trials) if reading else None
+
+
+def _by_profile(
+    runs: Iterable[Run], measure: Callable[[Run], float | None]
+) -> dict[str, list[float]]:
+    found: dict[str, list[float]] = {}
+    for run in runs:
+        value = measure(run)
+        if value is not None:
+            found.setdefault(run.profile, []).append(value)
+    return found
+
+
+def _over_profiles(values: Mapping[str, Sequence[float]]) -> Estimate | None:
+    means = [math.fsum(each) / len(each) for each in values.values()]
+    if not means:
+        return None
+    return Estimate(math.fsum(means) / len(means), bootstrap_mean(means), "percent")
+
+
+def _course(runs: Sequence[Run]) -> tuple[Entry, ...]:
+    """Rounds, share terminated and replans."""
+    rounds, terminated, replans = (
+        mean([float(run.result[key]) for run in runs])
+        for key in ("rounds", "terminated", "replans")
+    )
+    return rounds, _percent(terminated), replans
+
+
+def _counts(runs: Iterable[Run], judge: str) -> tuple[int, int]:
+    """Trials that were scored, and those that were not."""
+    readings = [run.readings[judge] for run in runs]
+    return sum(len(each.trials) for each in readings), sum(each.unscored for each in readings)
+
+
+def _percent(value: float | None) -> Estimate | None:
+    return None if value is None else Estimate(value, None, "percent")

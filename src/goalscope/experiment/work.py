@@ -1,0 +1,162 @@
+"""Measure one cell: a function from JSON to JSON that any process on any machine can run."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from goalscope.benchmarks.dialogues import case_from_json, measure_dialogue
+from goalscope.benchmarks.mcq import Question, measure_question, rephrase
+from goalscope.domains import Settings, open_environment, profile_named
+from goalscope.envs.grocery import GroceryShop
+from goalscope.experiment.identity import MODEL_KEYS, identity_of, opened
+from goalscope.judge import compare, judge, possible_actions
+from goalscope.models import OpenModel
+from goalscope.models.opening import parts
+from goalscope.session import Session
+from goalscope.store import Store, round_to_json
+from goalscope.types import GoalscopeError
+
+__all__ = ["measure", "perform"]
+
+
+def perform(task: Mapping[str, Any]) -> dict[str, Any]:
+    """Measure a cell as a worker does, on the same footing as the process that planned it.
+
+    Args:
+        task: The `spec` of the cell, and the `identity` that everything is measured with.
+
+    Raises:
+        GoalscopeError: This worker has another model, prompt or code.
+    """
+    spec, expected = task["spec"], task["identity"]
+    own = identity_of([spec["model"]])
+    wrong = [name for name, value in own.items() if expected.get(name) != value]
+    if wrong:
+        raise GoalscopeError(
+            f"A worker has another {' and another '.join(wrong)} than the process that planned "
+            "the experiment. Install the same goalscope and the same files there."
+        )
+    return measure(spec)
+
+
+def measure(spec: Mapping[str, Any]) -> dict[str, Any]:
+    """Measure a cell; its model has forgotten all others, so that their order does not matter."""
+    model = opened(spec["model"])
+    for part in parts(model):
+        forget = getattr(part, "clear_cache", None)
+        if forget:
+            forget()
+    return KINDS[spec["kind"]](model, spec)
+
+
+def _question(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
+    question = Question(**spec["row"])
+    written = not question.rephrasings
+    if written:
+        question = rephrase(model, question)
+    measured = measure_question(model, question, layout=spec["layout"])
+    return {**measured, "rephrased": written}
+
+
+def _dialogue(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
+    return measure_dialogue(
+        model,
+        case_from_json(spec["case"]),
+        layout=spec["layout"],
+        end_of_turn=spec["end_of_turn"],
+        ask_outright=spec["outright"],
+    )
+
+
+def _episode(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
+    settings = Settings(
+        **spec["settings"], **{key: spec["model"].get(key) for key in MODEL_KEYS[:-1]}
+    )
+    profile = profile_named(settings, spec["profile"])
+    start = time.monotonic()
+    env = open_environment(settings, profile)
+    try:
+        with (
+            tempfile.TemporaryDirectory(prefix="goalscope-") as folder,
+            Store.open(Path(folder) / "episode.db") as store,
+        ):
+            session = Session(store, settings, env, model, profile=profile.name)
+            rounds = list(session.run())
+            info, met = session.info, session.checks_met()
+    finally:
+        env.close()
+    results = [result for round in rounds for result in round.results if result.ok]
+    acts = [str(result.action) for result in results if not result.terminated]
+    return {
+        "episode": {
+            "begin": {
+                "domain": info.domain,
+                "profile": info.profile,
+                "method": info.method,
+                "model": info.model,
+                "task": info.task,
+                "settings": dict(info.settings),
+            },
+            "rounds": [round_to_json(round) for round in rounds],
+            "ended": info.ended,
+            "score": info.score,
+        },
+        "score": info.score,
+        "checks": met,
+        "rounds": len(rounds),
+        "terminated": info.ended == "terminated",
+        "replans": sum(round.replans for round in rounds),
+        "task": info.task,
+        "description": profile.description,
+        "outcome": rounds[-1].status if rounds else "",
+        "actions": acts,
+        "empty": not (env.basket if isinstance(env, GroceryShop) else acts),
+        "seconds": time.monotonic() - start,
+    }
+
+
+def _judge(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
+    trials = judge(
+        model,
+        task=spec["task"],
+        description=spec["description"],
+        outcome=spec["outcome"],
+        actions=spec["actions"],
+        possible=possible_actions(spec["of"]["domain"]),
+        empty=spec["empty"],
+        trials=spec["trials"],
+        seed=spec["seed"],
+    )
+    return {"trials": [asdict(trial) for trial in trials]}
+
+
+def _compare(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
+    one, other = spec["outcomes"]
+    common = {
+        "task": spec["task"],
+        "description": spec["description"],
+        "possible": possible_actions(spec["of"][0]["domain"]),
+    }
+    orders: list[list[list[dict[str, Any]]]] = []
+    for n in range(spec["comparisons"]):
+        seed = spec["seed"] * spec["comparisons"] + n
+        pairs = (
+            compare(model, first=one, second=other, seed=seed, **common),
+            compare(model, first=other, second=one, seed=seed, **common),
+        )
+        orders.append([[asdict(trial) for trial in pair] for pair in pairs])
+    return {"orders": orders}
+
+
+KINDS = {
+    "mcq": _question,
+    "dialogue": _dialogue,
+    "episode": _episode,
+    "judge": _judge,
+    "compare": _compare,
+}

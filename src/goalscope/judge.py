@@ -1,0 +1,261 @@
+"""The language-model evaluator (Sec. 5.1): scores what an agent achieved; and a control of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+from goalscope.models import Generator
+from goalscope.prompts import render
+from goalscope.types import InvalidInputError, Message, ModelError
+
+__all__ = [
+    "JUDGE_TEMPERATURE",
+    "SCORES",
+    "OrderEffect",
+    "Trial",
+    "compare",
+    "judge",
+    "order_effect",
+    "possible_actions",
+]
+
+SCORES = tuple(n / 4 for n in range(13))
+"""Every score that there is: 0, the least reasonable, to 3 in quarters."""
+
+JUDGE_TEMPERATURE = 0.7
+"""What trials are sampled at. At the paper's 0 all trials are one, but for a server's noise, and
+their spread would say nothing about how sure the evaluator is."""
+
+_LONGEST = 1000  # characters that are kept of what a model wrote
+_ROOM = 512  # tokens of a verdict
+_VERDICT: Mapping[str, Any] = {
+    "type": "object",
+    "properties": {
+        "explanation": {"type": "string", "maxLength": 400},
+        "score": {"type": "number", "enum": [int(s) if s.is_integer() else s for s in SCORES]},
+    },
+    "required": ["explanation", "score"],
+    "additionalProperties": False,
+}
+_BOTH: Mapping[str, Any] = {
+    "type": "object",
+    "properties": {"first": _VERDICT, "second": _VERDICT},
+    "required": ["first", "second"],
+    "additionalProperties": False,
+}
+_UNREADABLE = ("did not finish its JSON", "did not keep to the JSON schema")
+"""What a `ModelError` says of a reply that came and cannot be read."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One reading by the evaluator.
+
+    Attributes:
+        score: One of `SCORES`; None where the answer could not be read.
+        explanation: Why that score, or why there is none.
+        answer: What the model wrote, if it was handed over and could not be read.
+    """
+
+    score: float | None
+    explanation: str
+    answer: str = ""
+
+
+Pair = tuple[Trial, Trial]
+
+
+@dataclass(frozen=True, slots=True)
+class OrderEffect:
+    """How much the place of an outcome in the prompt matters.
+
+    Attributes:
+        mean: Mean of the score of what was shown first less that of what was shown second; None
+            if no comparison could be read in both orders.
+        read: Comparisons that could.
+        asked: All comparisons.
+    """
+
+    mean: float | None
+    read: int
+    asked: int
+
+
+def possible_actions(domain: str) -> tuple[str, ...]:
+    """What an agent of "grocery" or "house" can do, for `possible` of `judge` and `compare`."""
+    if domain == "grocery":
+        return ("search inventory", "add item", "remove item", "buy basket")
+    from goalscope.envs.house.offers import NAMES
+
+    return NAMES
+
+
+def judge(
+    generator: Generator,
+    *,
+    task: str,
+    description: str,
+    outcome: str = "",
+    actions: Sequence[str] = (),
+    possible: Sequence[str] = (),
+    empty: bool = False,
+    trials: int = 20,
+    seed: int = 0,
+    temperature: float = JUDGE_TEMPERATURE,
+) -> list[Trial]:
+    """Have an episode's outcome scored; the conversation is not shown, as in the paper.
+
+    Models invent a basket where there is none, so an outcome in which nothing was achieved is never
+    shown to one: all its trials are 0, as in the paper.
+
+    Args:
+        generator: The evaluator.
+        task: The agent and its task.
+        description: The person's profile.
+        outcome: The final state, such as the basket; empty to show the actions alone.
+        actions: Every action that stands, in order; none to show the final state alone.
+        possible: Names of all actions that the agent can take.
+        empty: Whether nothing was achieved, whatever `outcome` says of it.
+        trials: How often to ask; at temperature 0 it is asked once, as all answers are the same.
+        seed: Seed of the trials: as many with another seed are all others.
+        temperature: What is sampled at.
+
+    Raises:
+        ModelError: The model failed, or the prompt does not fit. A reply that came and cannot be
+            read raises nothing: its trial has no score.
+    """
+    if trials < 1:
+        raise InvalidInputError(f"An outcome is scored in at least 1 trial, not {trials}.")
+    count = trials if temperature > 0 else 1
+    if empty or not (outcome.strip() or actions):
+        return [Trial(0.0, "Nothing was achieved; the model was not asked.")] * count
+    prompt = render(
+        "judge",
+        task=task,
+        description=" ".join(description.split()),
+        outcome=outcome.strip(),
+        actions=actions,
+        possible=possible,
+    )
+    return [
+        _ask(generator, prompt, _VERDICT, temperature, seed * trials + n)[0] for n in range(count)
+    ]
+
+
+def compare(
+    generator: Generator,
+    *,
+    task: str,
+    description: str,
+    first: str,
+    second: str,
+    possible: Sequence[str] = (),
+    seed: int = 0,
+    temperature: float = JUDGE_TEMPERATURE,
+) -> Pair:
+    """Have two outcomes for the same person scored in one prompt, as a control of the evaluator.
+
+    Ask again with the two exchanged, and `order_effect` tells what their order does.
+
+    Args:
+        generator: The evaluator.
+        task: The agent and its task.
+        description: The person's profile.
+        first: What is shown first.
+        second: What is shown second.
+        possible: Names of all actions that the agent can take.
+        seed: Seed of the sampler.
+        temperature: What is sampled at.
+
+    Raises:
+        InvalidInputError: An outcome is empty, and no model may see that.
+        ModelError: As for `judge`.
+    """
+    if not (first.strip() and second.strip()):
+        raise InvalidInputError(
+            "Two outcomes are compared, and one of them is empty. An empty one is worth 0: leave "
+            "the pair out."
+        )
+    prompt = render(
+        "compare",
+        task=task,
+        description=" ".join(description.split()),
+        first=first.strip(),
+        second=second.strip(),
+        possible=possible,
+    )
+    return cast("Pair", _ask(generator, prompt, _BOTH, temperature, seed))
+
+
+def order_effect(comparisons: Sequence[tuple[Pair, Pair]]) -> OrderEffect:
+    """What the order of two outcomes does to their scores.
+
+    Args:
+        comparisons: For each two outcomes the result of `compare` in one order, and in the other.
+            Only with both do the outcomes themselves cancel out.
+    """
+    differences: list[float] = []
+    for one, other in comparisons:
+        scores = [trial.score for trial in (*one, *other)]
+        read = [score for score in scores if score is not None]
+        if len(read) == 4:
+            differences.append((read[0] - read[1] + read[2] - read[3]) / 2)
+    mean = sum(differences) / len(differences) if differences else None
+    return OrderEffect(mean, len(differences), len(comparisons))
+
+
+def _ask(
+    generator: Generator,
+    prompt: Sequence[Message],
+    schema: Mapping[str, Any],
+    temperature: float,
+    seed: int,
+) -> tuple[Trial, ...]:
+    """One trial for a verdict; for several in an object, one each."""
+    parts = () if schema is _VERDICT else tuple(schema["properties"])
+    try:
+        text = generator.generate(
+            prompt, max_tokens=_ROOM, temperature=temperature, seed=seed, schema=schema
+        ).text
+    except ModelError as error:
+        if not any(mark in str(error) for mark in _UNREADABLE):
+            raise
+        return (Trial(None, _kept(str(error))),) * (len(parts) or 1)
+    try:
+        value: object = json.loads(text)
+    except (ValueError, RecursionError):
+        value = None
+    if not parts:
+        return (_trial(value, text),)
+    whole = _object(value, parts)
+    return tuple(_trial(whole and whole[part], text) for part in parts)
+
+
+def _trial(value: object, text: str) -> Trial:
+    """The trial of a verdict that was read from `text`."""
+    verdict = _object(value, _VERDICT["required"])
+    if verdict is None:
+        return Trial(None, "The answer is not the JSON that was asked for.", _kept(text))
+    score, explanation = verdict["score"], verdict["explanation"]
+    if type(score) not in (int, float) or score not in SCORES:
+        return Trial(None, "The score is not one from 0 to 3 in quarters.", _kept(text))
+    if not isinstance(explanation, str):
+        return Trial(None, "The explanation is no text.", _kept(text))
+    return Trial(float(score), _kept(explanation))
+
+
+def _object(value: object, keys: Sequence[str]) -> dict[str, Any] | None:
+    """The value, if it is an object of exactly these keys."""
+    if not isinstance(value, dict):
+        return None
+    found = cast("dict[str, Any]", value)
+    return found if set(found) == set(keys) else None
+
+
+def _kept(text: str) -> str:
+    """The beginning of a text, without halves of characters, which no file can hold."""
+    whole = text.encode(errors="replace").decode()
+    return whole if len(whole) <= _LONGEST else f"{whole[:_LONGEST]} [...]"

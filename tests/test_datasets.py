@@ -1,0 +1,530 @@
+"""Public datasets as cases: what the person said, and the goals in question."""
+
+import gzip
+import json
+import os
+import re
+import zipfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from goalscope.cli_data import data
+from goalscope.datasets import DATASETS, Case, data_folder, load, read_cases, turns_of
+from goalscope.datasets.goal_sets import by_shared_words, chance, draw, meaning
+from goalscope.datasets.multiwoz import detokenised
+from goalscope.types import InvalidInputError, Turn
+
+DATA = os.environ.get("GOALSCOPE_DATA")
+real = pytest.mark.skipif(not DATA, reason="GOALSCOPE_DATA names no folder of the datasets")
+ROOMS = ["shelf", "table", "sofa", "desk", "bed"]
+RANKS = ("High", "Medium", "Low")
+
+
+def packed(folder: Path, name: str, rows: Sequence[object], split: str | None = None) -> Path:
+    file = folder / DATASETS[name].files[split or DATASETS[name].split]
+    file.parent.mkdir(parents=True, exist_ok=True)
+    if name == "multiwoz":
+        with zipfile.ZipFile(file, "w") as archive:
+            archive.writestr(
+                file.name.removesuffix(".zip"), json.dumps({f"D{n}": r for n, r in enumerate(rows)})
+            )
+    elif name == "casino":
+        file.write_text(json.dumps(rows))
+    else:
+        with gzip.open(file, "wt", encoding="utf-8") as lines:
+            lines.writelines(json.dumps(row) + "\n" for row in rows)
+    return file
+
+
+def game(n: int, task: str, goal: str, *said: tuple[str, str]) -> dict[str, Any]:
+    moves: list[dict[str, Any]] = [{"agent": "driver", "action": "Forward", "success": 1}]
+    moves += [{"agent": who, "action": "Text", "utterance": words} for who, words in said]
+    return {"game_id": f"g{n}", "task_name": task, "desc": goal, "interactions": moves}
+
+
+def games() -> list[dict[str, Any]]:
+    rows = [
+        game(n, "Tidy", f"Put the {what} on the shelf.", ("commander", f"take the {what}"))
+        for n, what in enumerate(["book", "cup", "pen"])
+    ]
+    rows += [
+        game(n, "Wash", f"Wash the {what}.", ("driver", "What now?"), ("commander", f"wash {what}"))
+        for n, what in enumerate(["book", "pan", "pot"], 3)
+    ]
+    return [*rows, game(6, "Wash", "Wash the pot.", ("driver", "Anyone there?"))]
+
+
+def looking(domains: Sequence[str], n: int, *, message: bool = True) -> dict[str, Any]:
+    wanted = [f"Find a <span class='emphasis'>{each}</span> for {n}" for each in domains]
+    return {
+        "goal": {
+            "message": wanted if message else [],
+            "topic": {"taxi": False},
+            "taxi": {},
+            **{each: {"info": {"people": str(n)}} for each in domains},
+        },
+        "log": [{"text": f"I do n't have a {domains[0]} ."}, {"text": "For how many ?"}] * 2,
+    }
+
+
+def looks() -> list[dict[str, Any]]:
+    rows = [looking(["hotel"], n) for n in range(4)]
+    rows += [looking(["train", "hotel"], n) for n in range(3)]
+    return [*rows, looking(["police"], 1), looking(["hotel"], 9, message=False)]
+
+
+def deal(n: int) -> dict[str, Any]:
+    people = {
+        "mturk_agent_1": ["Food", "Water", "Firewood"],
+        "mturk_agent_2": ["Firewood", "Food", "Water"],
+    }
+    said = [(1, "Hi! I could eat a bear."), (2, "We are cold."), (2, "Very."), (1, "Deal?"),
+            (1, "Submit-Deal"), (2, "Reject-Deal"), (2, "Not yet."), (1, "Walk-Away")]  # fmt: skip
+    return {
+        "dialogue_id": n,
+        "chat_logs": [
+            {"id": f"mturk_agent_{who}", "text": text, "task_data": {}} for who, text in said
+        ],
+        "participant_info": {
+            who: {"value2issue": dict(zip(RANKS, order, strict=True))}
+            for who, order in people.items()
+        },
+    }
+
+
+def trajectory(n: int, kind: str, what: str, where: str, *said: str) -> dict[str, Any]:
+    parameters = {
+        "object_target": what,
+        "object_sliced": False,
+        "mrecep_target": "",
+        "parent_target": where,
+        "toggle_target": "DeskLamp" if n % 2 else "FloorLamp",
+    }
+    return {
+        "task_id": f"t{n}",
+        "task_type": kind,
+        "pddl_params": parameters,
+        "anns": [{"task_desc": each} for each in said],
+    }
+
+
+def trajectories() -> list[dict[str, Any]]:
+    rows = [
+        trajectory(n, "place", "Cup", where, f"Put the cup on the {where}.", f"cup to {where}",
+                   f"PUT the cup  on the {where}", "Tidy up.")
+        for n, where in enumerate(ROOMS)
+    ]  # fmt: skip
+    rows += [trajectory(5, "heat", "Pie", "desk", "Heat a pie.", "Warm the pie up.", "Tidy up!")]
+    rows += [trajectory(6, "place", "Cup", "desk", "Set a cup down on the desk.", "cup, desk")]
+    return [*rows, trajectory(7, "place", "Pie", "bed", "One sentence.", "one  sentence")]
+
+
+def item(drink: str, *options: str, notes: str | None = None) -> dict[str, Any]:
+    return {"drink": drink, "options": list(options), "notes": notes}
+
+
+def order(n: int, *items: dict[str, Any], words: str = "A drink, please.") -> dict[str, Any]:
+    turns = [["user", words], ["assistant", "This one?"], ["user", "Yes."], ["assistant", "OK."]]
+    return {"id": f"o{n}", "turns": turns, "order_items": list(items), "order_options": ["here"]}
+
+
+def orders() -> list[dict[str, Any]]:
+    rows = [order(n, item("Mocha", "Oat Milk")) for n in range(4)]
+    rows += [order(n, item("latte ", "oat  Milk", "Triple ")) for n in range(4, 8)]
+    rows += [
+        order(8, item("I would like a Mocha, please.", "Oatt Milk", "Decaf")),
+        order(9, item("Latte (12oz) (milk + foam)", "Iced", notes="Extra foam")),
+        order(10, item("Mocha"), item("Latte", "Whole Milk")),
+        order(11, item("Steamer", notes="no foam")),
+        order(12, item("Mocha"), words="Bring me a var_drink"),
+    ]
+    return rows
+
+
+MAKE: dict[str, Callable[[], list[dict[str, Any]]]] = {
+    "teach": games,
+    "multiwoz": looks,
+    "casino": lambda: [deal(n) for n in range(3)],
+    "alfred": trajectories,
+    "taskmaster4": orders,
+}
+EVERY = [(name, goal_set) for name in MAKE for goal_set in DATASETS[name].goal_sets]
+
+
+def made(folder: Path, name: str, goal_set: str, goals: int = 3, **options: Any) -> list[Case]:
+    return load(name, folder, goal_set=goal_set, goals=goals, **options).cases
+
+
+def true(case: Case) -> str:
+    return case.goals[case.truth].text
+
+
+def texts(case: Case) -> list[str]:
+    return [goal.text for goal in case.goals]
+
+
+def refused(call: Callable[[], object]) -> str:
+    with pytest.raises(InvalidInputError) as caught:
+        call()
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(("name", "goal_set"), EVERY)
+def test_goals_are_distinct_and_as_many_as_asked_for(
+    name: str, goal_set: str, tmp_path: Path
+) -> None:
+    packed(tmp_path, name, MAKE[name]())
+    cases = made(tmp_path, name, goal_set)
+    assert cases
+    for case in cases:
+        assert len({meaning(text) for text in texts(case)}) == len(case.goals)
+        assert len(case.goals) == (6 if name == "casino" else 3)
+        assert 0 <= case.truth < len(case.goals)
+        assert case.turns
+    assert len({case.id for case in cases}) == len(cases)
+
+
+@pytest.mark.parametrize(("name", "goal_set"), EVERY)
+def test_a_case_depends_on_no_order_and_no_limit(name: str, goal_set: str, tmp_path: Path) -> None:
+    rows = MAKE[name]()
+    packed(tmp_path, name, rows)
+    cases = made(tmp_path, name, goal_set)
+    assert made(tmp_path, name, goal_set, limit=2) == cases[:2]
+    if name != "multiwoz":  # its names follow the order
+        packed(tmp_path, name, rows[::-1])
+        assert {case.id: case for case in made(tmp_path, name, goal_set)} == {
+            case.id: case for case in cases
+        }
+
+
+@pytest.mark.parametrize("name", MAKE)
+def test_the_seed_changes_the_draw_and_nothing_else(name: str, tmp_path: Path) -> None:
+    packed(tmp_path, name, MAKE[name]())
+    split = DATASETS[name].goal_sets[0]
+    first, second = (made(tmp_path, name, split, seed=seed) for seed in (1, 2))
+    assert first != second
+    assert [case.id for case in first] == [case.id for case in second]
+    if name != "alfred":  # which sentence is the goal is drawn, too
+        assert [(case.turns, true(case)) for case in first] == [
+            (case.turns, true(case)) for case in second
+        ]
+
+
+def test_turns_join_what_one_side_says_in_a_row() -> None:
+    said = [(True, "a"), (True, " b "), (False, "c"), (True, " "), (False, "d"), (True, "e"),
+            (False, "f")]  # fmt: skip
+    assert turns_of(said, "Hi") == (Turn("Hi", "a\nb"), Turn("c\nd", "e"))
+    assert turns_of([(False, "c")]) == ()
+
+
+def test_teach_takes_the_commander_and_counts_games_without_one(tmp_path: Path) -> None:
+    packed(tmp_path, "teach", games())
+    loaded = load("teach", tmp_path, goals=3)
+    assert [case.id for case in loaded.cases] == [f"g{n}" for n in range(6)]
+    assert loaded.cases[4].turns == (Turn("What now?", "wash pan"),)
+    assert true(loaded.cases[4]) == "Wash the pan."
+    assert loaded.left_out == {"the commander says nothing": 1}
+
+
+def test_hard_teach_has_the_same_task_first_and_then_shared_words(tmp_path: Path) -> None:
+    packed(tmp_path, "teach", games())
+    case = made(tmp_path, "teach", "hard", goals=4)[3]
+    assert true(case) == "Wash the book."
+    assert {"Wash the pan.", "Wash the pot.", "Put the book on the shelf."} < set(texts(case))
+
+
+def test_multiwoz_is_read_without_markup_and_tokens(tmp_path: Path) -> None:
+    packed(tmp_path, "multiwoz", looks())
+    loaded = load("multiwoz", tmp_path, goals=3)
+    assert true(loaded.cases[4]) == "Find a train for 0. Find a hotel for 0"
+    assert loaded.cases[0].turns[1] == Turn("For how many?", "I don't have a hotel.")
+    assert loaded.left_out == {"no goal, or no words of the person": 1}
+    assert detokenised("( it 's here ; `` no '' )") == "(it's here; `` no '')"
+
+
+def test_hard_multiwoz_has_the_very_same_domains(tmp_path: Path) -> None:
+    packed(tmp_path, "multiwoz", looks())
+    loaded = load("multiwoz", tmp_path, goal_set="hard", goals=3)
+    for case in loaded.cases:
+        assert len({"train" in text for text in texts(case)}) == 1
+    assert loaded.left_out["fewer than 3 goals with its domains"] == 1
+
+
+def test_casino_gives_both_campers_all_six_rankings(tmp_path: Path) -> None:
+    packed(tmp_path, "casino", [deal(5)])
+    first, second = load("casino", tmp_path).cases
+    assert first.group == second.group == "5"
+    assert true(first).startswith("Get packages of food above all, then water; firewood")
+    assert first.turns == (
+        Turn("Hello!", "Hi! I could eat a bear."),
+        Turn("We are cold.\nVery.", "Deal?"),
+    )
+    assert second.turns == (
+        Turn("Hi! I could eat a bear.", "We are cold.\nVery."),
+        Turn("Deal?", "Not yet."),
+    )
+
+
+@pytest.mark.parametrize("goal_set", ["random", "hard"])
+def test_no_wrong_goal_of_alfred_means_the_true_one(goal_set: str, tmp_path: Path) -> None:
+    packed(tmp_path, "alfred", trajectories())
+    for case in made(tmp_path, "alfred", goal_set, goals=5):
+        assert case.turns[0].utterance != true(case)
+        assert meaning(case.turns[0].utterance) not in map(meaning, texts(case))
+        assert len([text for text in texts(case) if meaning(text) == "tidy up"]) <= (
+            meaning(true(case)) == "tidy up"
+        )
+        if case.id in ("t3", "t6"):  # they differ in the lamp alone
+            assert not [
+                text for text in texts(case) if "desk" in text.lower() and text != true(case)
+            ]
+    left_out = load("alfred", tmp_path, goals=3).left_out
+    assert left_out == {"fewer than two different sentences": 1}
+
+
+def test_hard_alfred_changes_one_thing_first(tmp_path: Path) -> None:
+    packed(tmp_path, "alfred", trajectories())
+    for case in made(tmp_path, "alfred", "hard", goals=5):
+        if case.id in ("t0", "t1", "t2"):
+            wrong = [text for text in texts(case) if text != true(case)]
+            assert all("cup" in text.lower() for text in wrong)
+
+
+def test_orders_are_told_in_the_usual_spelling(tmp_path: Path) -> None:
+    packed(tmp_path, "taskmaster4", orders())
+    loaded = load("taskmaster4", tmp_path, goals=3)
+    told = {case.id: true(case) for case in loaded.cases}
+    assert told["o0"] == "Order mocha with oat milk."
+    assert told["o4"] == "Order triple latte with oat milk."
+    assert told["o8"] == "Order decaf mocha with oat milk."
+    assert told["o9"] == "Order iced latte (note: extra foam)."
+    assert told["o10"] == "Order mocha, and latte with whole milk."
+    assert loaded.left_out == {"a blank in the template was never filled (var_)": 1}
+
+
+def attributes(text: str) -> list[list[str]]:
+    """The attributes of each item of an order, read back from its sentence."""
+    found: list[list[str]] = []
+    for each in re.split(r"(?<!\bnote: ), and ", text.removeprefix("Order ").removesuffix(".")):
+        words, _, note = each.partition(" (note: ")
+        words, _, milk = words.partition(" with ")
+        read = [note, milk]
+        for kind in (r"iced", r"decaf", r"single|double|triple|quadruple"):
+            read.append("".join(re.findall(rf"\b(?:{kind})\b", words)))
+            words = re.sub(rf"\b(?:{kind})\b ", "", words)
+        found.append([*read, words])
+    return found
+
+
+def changes(a: str, b: str) -> int:
+    pairs = zip(attributes(a), attributes(b), strict=True)
+    return sum(x != y for one, other in pairs for x, y in zip(one, other, strict=True))
+
+
+def test_hard_orders_change_exactly_one_attribute(tmp_path: Path) -> None:
+    packed(tmp_path, "taskmaster4", orders())
+    for case in made(tmp_path, "taskmaster4", "hard", goals=6):
+        assert [changes(true(case), t) for t in texts(case) if t != true(case)] == [1] * 5
+
+
+def test_notes_are_never_added_to_an_order(tmp_path: Path) -> None:
+    packed(tmp_path, "taskmaster4", orders())
+    for case in made(tmp_path, "taskmaster4", "hard", goals=6):
+        if "note" not in true(case):
+            assert "note" not in " ".join(texts(case))
+
+
+def test_a_tier_is_used_up_before_the_next() -> None:
+    drawn = draw(chance(1, "a"), "Tea.", [["tea", "Milk", "milk!"], ["rum", "gin"]], 3)
+    assert drawn is not None
+    wrong = {meaning(goal.text) for goal in drawn[0]}
+    assert wrong > {"tea", "milk"}
+    assert draw(chance(1, "a"), "Tea.", [["tea", "Milk", "milk!"]], 3) is None
+
+
+def test_shared_words_order_the_tiers() -> None:
+    assert by_shared_words("wash the red cup", ["a pan", "The cup", "red"]) == [
+        ["The cup"],
+        ["red"],
+        ["a pan"],
+    ]
+
+
+def test_what_is_missing_is_named_with_its_source(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said = refused(lambda: load("casino", tmp_path))
+    assert "CaSiNo (valid)" in said
+    assert "casino_valid.json" in said
+    assert "goalscope data list" in said
+    monkeypatch.delenv("GOALSCOPE_DATA", raising=False)
+    assert "--data" in refused(lambda: data_folder(None))
+    assert "nowhere" in refused(lambda: data_folder(tmp_path / "nowhere"))
+    monkeypatch.setenv("GOALSCOPE_DATA", str(tmp_path))
+    assert data_folder(None) == tmp_path
+
+
+def test_unknown_options_name_the_nearest(tmp_path: Path) -> None:
+    packed(tmp_path, "teach", games())
+    assert "'casino'" in refused(lambda: load("cassino", tmp_path))
+    assert "known are teach" in refused(lambda: load("mcq", tmp_path))
+    assert "'valid_seen'" in refused(lambda: load("teach", tmp_path, split="valid_sen"))
+    assert "'hard'" in refused(lambda: load("teach", tmp_path, goal_set="hart"))
+    assert "at least 2" in refused(lambda: load("teach", tmp_path, goals=1))
+    assert "at least 1" in refused(lambda: load("teach", tmp_path, limit=0))
+    assert "fewer than 20 goals" in refused(lambda: load("teach", tmp_path))
+
+
+BROKEN: list[tuple[str, list[str], str]] = [
+    ("teach", ["desc"], "'desc'"),
+    ("teach", ["interactions"], "'interactions'"),
+    ("multiwoz", ["log"], "'log'"),
+    ("multiwoz", ["goal"], "'goal'"),
+    ("casino", ["participant_info"], "'participant_info'"),
+    ("casino", ["participant_info", "mturk_agent_1", "value2issue", "Low"], "'Low'"),
+    ("alfred", ["pddl_params", "parent_target"], "'parent_target'"),
+    ("alfred", ["anns"], "'anns'"),
+    ("taskmaster4", ["turns"], "'turns'"),
+    ("taskmaster4", ["order_items"], "'order_items'"),
+]
+
+
+@pytest.mark.parametrize(("name", "path", "named"), BROKEN)
+@pytest.mark.parametrize("value", ["absent", 7])
+def test_a_broken_row_is_refused_with_its_place(
+    name: str, path: list[str], named: str, value: object, tmp_path: Path
+) -> None:
+    rows = MAKE[name]()
+    inner: Any = rows[1]
+    for key in path[:-1]:
+        inner = inner[key]
+    if value == "absent":
+        del inner[path[-1]]
+    else:
+        inner[path[-1]] = value
+    file = packed(tmp_path, name, rows)
+    said = refused(lambda: made(tmp_path, name, DATASETS[name].goal_sets[0]))
+    assert named in said
+    assert str(file) in said
+    assert re.search(r"line 2|dialogue ('D1'|2)", said)
+
+
+def test_broken_files_are_refused_with_their_cause(tmp_path: Path) -> None:
+    for name in MAKE:
+        file = packed(tmp_path, name, MAKE[name]())
+        whole = file.read_bytes()
+        for broken in (b"{", b"", whole[: len(whole) // 2], b"\xff" * 50):
+            file.write_bytes(broken)
+            said = refused(lambda name=name: load(name, tmp_path, goals=3))
+            assert str(file) in said
+    file = packed(tmp_path, "teach", games())
+    with gzip.open(file, "at") as lines:
+        lines.write('{"game_id": \n')
+    assert "line 8: not JSON" in refused(lambda: load("teach", tmp_path, goals=3))
+    packed(tmp_path, "teach", [*games(), [1]])
+    assert "line 8: expected a JSON object" in refused(lambda: load("teach", tmp_path, goals=3))
+    packed(tmp_path, "teach", [*games(), games()[0]])
+    assert "'g0'" in refused(lambda: load("teach", tmp_path, goals=3))
+
+
+def test_half_characters_are_refused(tmp_path: Path) -> None:
+    packed(tmp_path, "teach", [*games(), game(9, "Wash", "Wash \ud800.", ("commander", "so"))])
+    assert "lone surrogate" in refused(lambda: load("teach", tmp_path, goals=3))
+
+
+def own(**changed: object) -> dict[str, Any]:
+    return {
+        "id": 1,
+        "task": "Help in the kitchen.",
+        "turns": [{"query": "", "utterance": "Put the kettle on."}],
+        "goals": ["bake a cake", "make tea"],
+        "goal": "make tea",
+        **changed,
+    }
+
+
+def written(folder: Path, *rows: object) -> Path:
+    file = folder / "own.jsonl"
+    file.write_text("\n\n".join(json.dumps(row) for row in rows))
+    return file
+
+
+def test_own_dialogues_are_cases(tmp_path: Path) -> None:
+    first, second = read_cases(
+        written(tmp_path, own(), own(id="b", group="kin", goal="bake a cake"))
+    )
+    assert (first.id, first.group, first.truth) == ("1", "1", 1)
+    assert (second.id, second.group, second.truth) == ("b", "kin", 0)
+    assert first.turns == (Turn("", "Put the kettle on."),)
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"goal": "make a tea"}, "did you mean 'make tea'"),
+        ({"goal": None}, '"goal"'),
+        ({"goals": ["make tea"]}, "at least two"),
+        ({"goals": ["make tea", "Make tea."]}, "at least two"),
+        ({"group": []}, '"group"'),
+        ({"id": "1"}, "'1'"),
+        ({"turns": []}, '"turns"'),
+    ],
+)
+def test_own_rows_that_are_no_case_are_refused(
+    changed: dict[str, Any], said: str, tmp_path: Path
+) -> None:
+    message = refused(lambda: read_cases(written(tmp_path, own(), own(**{"id": 2, **changed}))))
+    assert "line 3" in message
+    assert said in message
+
+
+def test_an_empty_own_file_is_refused(tmp_path: Path) -> None:
+    assert "no row" in refused(lambda: read_cases(written(tmp_path)))
+
+
+def test_the_list_needs_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("GOALSCOPE_DATA", raising=False)
+    shown = CliRunner().invoke(data, ["list"]).stdout
+    assert all(dataset.title in shown for dataset in DATASETS.values())
+    assert " there " not in shown
+    packed(tmp_path, "casino", [deal(1)])
+    told = CliRunner().invoke(data, ["list", "--data", str(tmp_path), "--json"]).stdout
+    rows = {row["name"]: row for row in map(json.loads, told.splitlines())}
+    assert rows.keys() == DATASETS.keys()
+    there = {name: [split for split, f in row["files"].items() if f["there"]]
+             for name, row in rows.items()}  # fmt: skip
+    assert there == {name: ["valid"] if name == "casino" else [] for name in DATASETS}
+
+
+@real
+def test_real_sets_have_the_cases_that_their_rows_give() -> None:
+    folder = data_folder(None)
+    counts = {
+        ("teach", "valid_seen", "hard"): (181, 0),
+        ("multiwoz", "val", "random"): (999, 0),
+        ("casino", "valid", "complete"): (60, 0),
+        ("alfred", "train", "random"): (6573, 1),
+        ("taskmaster4", "dev", "random"): (2108, 85),
+    }
+    for (name, split, goal_set), (cases, left_out) in counts.items():
+        loaded = load(name, folder, split=split, goal_set=goal_set)
+        assert (len(loaded.cases), sum(loaded.left_out.values())) == (cases, left_out), name
+        for case in loaded.cases:
+            assert len({meaning(text) for text in texts(case)}) == (6 if name == "casino" else 20)
+
+
+@real
+def test_real_hard_orders_change_exactly_one_attribute() -> None:
+    for case in load("taskmaster4", data_folder(None), goal_set="hard").cases:
+        assert [changes(true(case), t) for t in texts(case) if t != true(case)] == [1] * 19, case.id
+
+
+@real
+def test_a_limit_of_a_real_set_is_a_prefix() -> None:
+    folder = data_folder(None)
+    whole = load("teach", folder, goal_set="hard").cases
+    assert load("teach", folder, goal_set="hard", limit=9).cases == whole[:9]

@@ -1,0 +1,230 @@
+"""The evaluator: what it is shown, and that no score is ever guessed."""
+
+import json
+
+import jsonschema
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fakes import WordModel
+from goalscope.envs.grocery import Catalogue, GroceryShop
+from goalscope.judge import SCORES, OrderEffect, Trial, compare, judge, order_effect
+from goalscope.judge import possible_actions as possible
+from goalscope.models import Completion, unfinished_json
+from goalscope.models.served import ServedGenerator
+from goalscope.types import Action, InvalidInputError, ModelError
+
+CASE = {"task": "The agent sells.", "description": "You want\ntea."}
+GOOD = {"explanation": "There is tea.", "score": 2.25}
+
+
+class Evaluator(WordModel):
+    """Answers what it is given, one after another, and keeps what it was asked."""
+
+    def __init__(self, *answers: object) -> None:
+        super().__init__()
+        self.answers = answers
+        self.prompts: list[str] = []
+        self.asked: list[dict] = []
+
+    def generate(self, messages, **settings) -> Completion:
+        answer = self.answers[len(self.asked) % len(self.answers)]
+        self.asked.append(settings)
+        self.prompts.append("\n".join(message.content for message in messages))
+        if isinstance(answer, Exception):
+            raise answer
+        text = answer if isinstance(answer, str) else json.dumps(answer)
+        return Completion(text, "stop", 1, 1)
+
+
+def read(answer: object) -> Trial:
+    (trial,) = judge(Evaluator(answer), **CASE, outcome="tea", trials=1)
+    return trial
+
+
+def test_a_verdict_that_keeps_to_the_form_is_a_score() -> None:
+    assert read(GOOD) == Trial(2.25, "There is tea.")
+
+
+@pytest.mark.parametrize("score", SCORES)
+def test_every_quarter_is_in_the_schema_and_read(score) -> None:
+    model = Evaluator({**GOOD, "score": score})
+    (trial,) = judge(model, **CASE, outcome="tea", trials=1)
+    assert trial.score == score
+    jsonschema.validate({**GOOD, "score": score}, model.asked[0]["schema"])
+    assert list(model.asked[0]["schema"]["properties"]) == ["explanation", "score"]
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        "I would give it a 2.25.",
+        '```json\n{"explanation": "x", "score": 2}\n```',
+        "2.25",
+        "[]",
+        "",
+        "[" * 100_000,
+        {"score": 2},
+        {**GOOD, "sure": True},
+        {**GOOD, "explanation": None},
+        *({**GOOD, "score": bad} for bad in ("2", None, True, 3.25, -0.25, 2.1, [2], 10**30)),
+        '{"explanation": "x", "score": NaN}',
+        '{"explanation": "x", "score": 1e999}',
+    ],
+)
+def test_what_cannot_be_read_has_no_score_and_is_kept(answer) -> None:
+    trial = read(answer)
+    assert trial.score is None
+    assert trial.explanation
+    raw = answer if isinstance(answer, str) else json.dumps(answer)
+    assert trial.answer[:1000] == raw[:1000]
+    assert len(trial.answer) < 1010
+
+
+@given(st.text(st.characters() | st.sampled_from("\ud800\udfff\x00")))
+def test_whatever_a_model_explains_can_be_stored(text) -> None:
+    for trial in (read({**GOOD, "explanation": text}), read(text or "x")):
+        trial.explanation.encode()
+        trial.answer.encode()
+
+
+def test_a_trial_whose_json_is_not_finished_is_unscored_and_the_others_count() -> None:
+    trials = judge(Evaluator(unfinished_json(512), GOOD), **CASE, outcome="tea", trials=4)
+    assert [trial.score for trial in trials] == [None, 2.25, None, 2.25]
+    assert "did not finish" in trials[0].explanation
+
+
+@pytest.mark.parametrize("text", ["It is a 2.", '{"score": 3}', json.dumps({**GOOD, "score": 9})])
+def test_a_server_that_ignores_the_schema_leaves_a_trial_unscored(text) -> None:
+    class Prose:
+        url, model = "http://server", "gpt"
+
+        def post(self, path, body):
+            return {"choices": [{"message": {"content": text}, "finish_reason": "stop"}]}
+
+    server = ServedGenerator(Prose())  # pyright: ignore[reportArgumentType]
+    (trial,) = judge(server, **CASE, outcome="tea", trials=1)
+    assert trial.score is None
+    assert text[:10] in trial.explanation
+
+
+def test_other_trouble_with_the_model_is_not_a_missing_score() -> None:
+    with pytest.raises(ModelError, match="No server"):
+        judge(Evaluator(ModelError("No server answers.")), **CASE, outcome="tea")
+
+
+@pytest.mark.parametrize(
+    "shown", [{"outcome": "The basket is empty.", "empty": True}, {"outcome": " "}, {}]
+)
+def test_an_empty_outcome_is_worth_nothing_and_never_shown(shown) -> None:
+    model = Evaluator(GOOD)
+    trials = judge(model, **CASE, **shown, trials=3)
+    assert [trial.score for trial in trials] == [0.0] * 3
+    assert "not asked" in trials[0].explanation
+    assert model.asked == []
+
+
+def test_the_evaluator_is_shown_what_the_paper_shows() -> None:
+    model = Evaluator(GOOD)
+    judge(
+        model,
+        **CASE,
+        outcome="1 x Green Tea",
+        actions=["search inventory: tea", "add item: Green Tea"],
+        possible=possible("grocery"),
+        trials=1,
+    )
+    (prompt,) = model.prompts
+    for text in (
+        "The agent sells.\nThe agent can do this: search inventory, add item,",
+        "The human's profile: You want tea.",
+        "- search inventory: tea\n- add item: Green Tea\n",
+        "In the end:\n1 x Green Tea\n",
+        "from 0 (least reasonable) to 3 (most reasonable), rounded to the nearest 0.25",
+        "Do not penalise inefficiency or repeats.",
+    ):
+        assert text in prompt
+    judge(model, **CASE, actions=["open: fridge"], trials=1)
+    assert "In the end" not in model.prompts[-1]
+    assert "can do" not in model.prompts[-1]
+
+
+def test_the_named_actions_are_those_of_the_environments() -> None:
+    shop = GroceryShop(Catalogue.load(None))
+    told = shop.step(Action("fly")).observation
+    assert ", ".join(possible("grocery")) in told
+    assert {"put", "pick up", "open", "slice"} <= set(possible("house"))
+
+
+def test_trials_differ_by_seed_and_share_none_with_another_seed() -> None:
+    model = Evaluator(GOOD)
+    for seed in (0, 1):
+        judge(model, **CASE, outcome="tea", seed=seed)
+    seeds = [asked["seed"] for asked in model.asked]
+    assert len(set(seeds)) == len(seeds) == 40
+    assert all(asked["temperature"] > 0 for asked in model.asked)
+
+
+def test_without_sampling_the_model_is_asked_once() -> None:
+    model = Evaluator(GOOD)
+    assert judge(model, **CASE, outcome="tea", temperature=0) == [Trial(2.25, "There is tea.")]
+    assert len(model.asked) == 1
+
+
+def test_no_trials_are_refused() -> None:
+    with pytest.raises(InvalidInputError, match="at least 1"):
+        judge(Evaluator(GOOD), **CASE, outcome="tea", trials=0)
+
+
+def test_two_outcomes_are_scored_in_one_prompt() -> None:
+    model = Evaluator({"first": GOOD, "second": {**GOOD, "score": 1}})
+    first, second = compare(model, **CASE, first="tea", second="soap")
+    assert (first.score, second.score) == (2.25, 1.0)
+    (prompt,) = model.prompts
+    assert prompt.index("tea\n") < prompt.index("soap\n")
+
+
+@pytest.mark.parametrize("answer", ["prose", GOOD, [GOOD, GOOD], {"first": GOOD}])
+def test_a_comparison_that_cannot_be_read_has_no_scores(answer) -> None:
+    pair = compare(Evaluator(answer), **CASE, first="tea", second="soap")
+    assert [trial.score for trial in pair] == [None, None]
+    unfinished = compare(Evaluator(unfinished_json(9)), **CASE, first="tea", second="soap")
+    assert [trial.score for trial in unfinished] == [None, None]
+
+
+def test_half_a_comparison_can_be_read() -> None:
+    answer = {"first": GOOD, "second": {**GOOD, "score": 7}}
+    first, second = compare(Evaluator(answer), **CASE, first="tea", second="soap")
+    assert (first.score, second.score) == (2.25, None)
+
+
+def test_an_empty_outcome_is_not_compared() -> None:
+    with pytest.raises(InvalidInputError, match="worth 0"):
+        compare(Evaluator(GOOD), **CASE, first="tea", second=" ")
+
+
+def scored(*scores: float | None) -> tuple[Trial, Trial]:
+    first, second = (Trial(score, "") for score in scores)
+    return first, second
+
+
+scores = st.sampled_from(SCORES)
+
+
+@given(st.lists(st.tuples(scores, scores), min_size=1))
+def test_a_fair_evaluator_has_no_order_effect(outcomes) -> None:
+    effect = order_effect([(scored(a, b), scored(b, a)) for a, b in outcomes])
+    assert effect == OrderEffect(0.0, len(outcomes), len(outcomes))
+
+
+@given(st.lists(st.tuples(scores, scores), min_size=1), st.sampled_from([-1.0, 0.5]))
+def test_what_the_first_place_earns_is_the_order_effect(outcomes, bonus) -> None:
+    effect = order_effect([(scored(a + bonus, b), scored(b + bonus, a)) for a, b in outcomes])
+    assert effect.mean == pytest.approx(bonus)
+
+
+def test_a_comparison_counts_only_if_both_orders_were_read() -> None:
+    whole, half = (scored(2, 1), scored(2, 1)), (scored(3, 0), scored(None, 0))
+    assert order_effect([whole, half]) == OrderEffect(1.0, 1, 2)
+    assert order_effect([half]) == OrderEffect(None, 0, 1)
