@@ -36,6 +36,7 @@ $(READY): requirements.lock pyproject.toml
 	touch $@
 
 lock:  ## pin the newest versions that pyproject.toml allows
-	uv pip compile pyproject.toml --extra remote --extra thor --group dev --universal --python-version 3.11 --upgrade \
+	uv pip compile pyproject.toml --extra cluster --extra experiments --extra remote --extra thor --group dev \
+		--universal --python-version 3.11 --upgrade \
 		--generate-hashes --no-emit-index-url --no-emit-find-links --no-header \
 		--output-file requirements.lock

@@ -111,11 +111,14 @@ def infer(
             "evidence": evidence,
         }
         left = trim_output(out, dialogues, settings)
-        with progress("Dialogues", len(dialogues), len(dialogues) - len(left)) as advance:
+        done = len(dialogues) - len(left)
+        with progress("Dialogues") as show:
+            show(done, len(dialogues))
             for dialogue in infer_dialogues(
                 left, out, likelihood, settings, temperature=temperature, evidence=evidence
             ):
-                advance()
+                done += 1
+                show(done, len(dialogues))
                 if likelihood.window(dialogue.task, dialogue.turns):
                     cut.append(dialogue.id)
     if cut:

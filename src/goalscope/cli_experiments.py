@@ -22,7 +22,7 @@ from goalscope.cli_options import (
     Tokenizer,
     Writer,
 )
-from goalscope.terminal import console, named, tokenizer_named
+from goalscope.terminal import console, named, progress, tokenizer_named
 from goalscope.types import GoalscopeError
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def mcq(
     anyway: Anyway = False,
     as_json: Json = False,
 ) -> None:
-    """Whose rephrased answer explains the words of the right one? (Sec. 4.1)
+    """Infer whose rephrased answer explains the words of the right one (Sec. 4.1).
 
     Each question has choices, and four rephrasings of each choice are the goals. Rephrasings that
     the file lacks are written by the model. Run again, it does what is missing.
@@ -112,6 +112,7 @@ def dialogues(
     goals: Annotated[int, typer.Option(min=2, help="Goals for each dialogue.")] = 20,
     seed: Seed = 1,
     limit: Limit = None,
+    turns: Annotated[int | None, typer.Option(min=1, help="Only so many turns of each.")] = None,
     model: Model = None,
     generator: Writer = None,
     scorer: Scorer = None,
@@ -144,6 +145,7 @@ def dialogues(
         goals,
         seed,
         limit,
+        turns,
         (layout or DEFAULT_LAYOUT,),
         end_of_turn=end_of_turn,
         outright=outright,
@@ -204,7 +206,7 @@ def _run(
     failed: list[str] = []
     with sole(path), Results.open(path) as kept:
         try:
-            with _bar(plan.title or plan.name) as show:
+            with progress(plan.title or plan.name) as show:
                 for step in run(plan, kept, folder, on=on, workers=workers, anyway=anyway):
                     show(step.done, step.total)
                     if step.cell is None:
@@ -252,37 +254,6 @@ def show_tables(results: Any, *, as_json: bool) -> None:
         out.print(grid)
         for note in table.notes:
             out.print(plain(f"  {note}", "dim"))
-
-
-def _bar(title: str) -> Any:
-    from contextlib import contextmanager
-
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    @contextmanager
-    def bar() -> Any:
-        columns = (
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TimeElapsedColumn(),
-            TextColumn("left:"),
-            TimeRemainingColumn(),
-        )
-        with Progress(
-            *columns, console=console(stderr=True), speed_estimate_period=600, transient=True
-        ) as progress:
-            task = progress.add_task(title, total=None)
-            yield lambda done, total: progress.update(task, completed=done, total=total)
-
-    return bar()
 
 
 def _folder(data: Path | None) -> Path | None:

@@ -131,10 +131,10 @@ def conformance(
         raise InvalidInputError("Name recordings, or a file of TEACh games with --teach.")
     agreement = Agreement()
     files = recordings(paths or [])
-    with progress("Recordings", len(files), 0) as advance:
-        for file in files:
+    with progress("Recordings") as show:
+        for number, file in enumerate(files, 1):
             compare_episode(file, agreement)
-            advance()
+            show(number, len(files))
     results = {"recordings": agreement} if files else {}
     if teach is not None:
         results["teach"] = _replayed(teach, scenes)
@@ -149,6 +149,7 @@ def conformance(
 
 def _replayed(file: Path, scenes: Path | None) -> Agreement:
     import os
+    from itertools import count
 
     from goalscope.envs.house.conformance import Agreement, rows
     from goalscope.envs.house.teach import replay_games
@@ -156,8 +157,9 @@ def _replayed(file: Path, scenes: Path | None) -> Agreement:
     data = os.environ.get("GOALSCOPE_DATA")
     folder = scenes or (Path(data) / "thor" / "scenes" if data else None)
     agreement = Agreement()
-    with progress("Games", sum(1 for _ in rows(file)), 0) as advance:
-        replay_games(file, folder, agreement, advance)
+    total, numbers = sum(1 for _ in rows(file)), count(1)
+    with progress("Games") as show:
+        replay_games(file, folder, agreement, lambda: show(next(numbers), total))
     return agreement
 
 

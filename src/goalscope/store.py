@@ -139,7 +139,7 @@ class Store:
         self._connection = connection
 
     @classmethod
-    def open(cls, path: str | Path | None = None) -> Store:
+    def open(cls, path: str | Path | None = None) -> Self:
         """Open the store, and create it if it is missing.
 
         Args:

@@ -1,9 +1,10 @@
-"""What goal inference has to beat: likeness of words, of meaning, and a model that is just asked."""
+"""What goal inference has to beat: likeness of words or meaning, and a model that is asked."""
 
 from __future__ import annotations
 
 import importlib
 import json
+import logging
 import re
 from collections.abc import Sequence
 from typing import Any
@@ -21,7 +22,72 @@ __all__ = ["bm25", "embedding", "outright", "overlap", "tfidf"]
 Array = npt.NDArray[np.float64]
 
 _STOPWORDS = frozenset(
-    ["a", "an", "and", "are", "as", "at", "be", "been", "being", "but", "by", "did", "do", "does", "for", "from", "had", "has", "have", "he", "her", "his", "how", "i", "if", "in", "into", "is", "it", "its", "more", "most", "no", "not", "of", "on", "or", "she", "so", "than", "that", "the", "their", "them", "then", "there", "these", "they", "this", "those", "to", "was", "we", "were", "what", "when", "where", "which", "who", "why", "will", "with", "you", "your"]
+    [
+        "a",
+        "an",
+        "and",
+        "are",
+        "as",
+        "at",
+        "be",
+        "been",
+        "being",
+        "but",
+        "by",
+        "did",
+        "do",
+        "does",
+        "for",
+        "from",
+        "had",
+        "has",
+        "have",
+        "he",
+        "her",
+        "his",
+        "how",
+        "i",
+        "if",
+        "in",
+        "into",
+        "is",
+        "it",
+        "its",
+        "more",
+        "most",
+        "no",
+        "not",
+        "of",
+        "on",
+        "or",
+        "she",
+        "so",
+        "than",
+        "that",
+        "the",
+        "their",
+        "them",
+        "then",
+        "there",
+        "these",
+        "they",
+        "this",
+        "those",
+        "to",
+        "was",
+        "we",
+        "were",
+        "what",
+        "when",
+        "where",
+        "which",
+        "who",
+        "why",
+        "will",
+        "with",
+        "you",
+        "your",
+    ]
 )
 
 
@@ -47,6 +113,7 @@ def tfidf(goals: Sequence[Goal], turns: Sequence[Turn]) -> Array:
 def bm25(goals: Sequence[Goal], turns: Sequence[Turn]) -> Array:
     """[T, G] BM25 of each goal, with all that the person has said so far as the query."""
     bm25s: Any = _needed("bm25s")
+    logging.getLogger("bm25s").setLevel(logging.WARNING)
     words = [re.findall(r"\w+", goal.text.lower()) or ["?"] for goal in goals]
     index = bm25s.BM25()
     index.index(words, show_progress=False)

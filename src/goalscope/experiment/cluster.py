@@ -179,6 +179,8 @@ def _connected(address: str | None, workers: int) -> Generator[Any]:
     with ExitStack() as stack:
         stack.enter_context(distributed.utils.silence_logging_cmgr(_QUIET))
         try:
+            if address is not None:  # a client that cannot read it would linger
+                distributed.comm.get_address_host_port(address)
             client = distributed.Client(
                 address or stack.enter_context(_local_cluster(workers)),
                 set_as_default=False,

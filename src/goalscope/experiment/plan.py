@@ -65,6 +65,7 @@ class Dialogues:
         goals: How many goals there are for each dialogue.
         seed: Of the draw of goals.
         limit: Only so many dialogues, the first ones.
+        turns: Only so many turns of each, the first ones.
         layouts: Where the likelihood prompt states the goal.
         end_of_turn: Whether the end of the utterance is scored.
         outright: Whether the model is asked for the goal outright, too.
@@ -77,6 +78,7 @@ class Dialogues:
     goals: int = 20
     seed: int = 1
     limit: int | None = None
+    turns: int | None = None
     layouts: tuple[Layout, ...] = (DEFAULT_LAYOUT,)
     end_of_turn: bool = False
     outright: bool = True
@@ -176,11 +178,10 @@ def read_experiment(file: Path) -> Experiment:
         raise InvalidInputError(f"{label}: 'models' must be a list with at least one model.")
     parts: dict[str, tuple[Any, ...]] = {}
     for key, kind in (("mcq", Questions), ("dialogues", Dialogues), ("episodes", Episodes)):
-        rows = table.get(key, [])
-        rows = [rows] if isinstance(rows, dict) else rows
-        if not isinstance(rows, list):
+        given: object = table.get(key, [])
+        if not isinstance(given, dict | list):
             raise InvalidInputError(f"{label}: '{key}' must be a table: [{key}] or [[{key}]].")
-        found = cast("list[object]", rows)
+        found = cast("list[object]", given if isinstance(given, list) else [given])
         parts[key] = tuple(_part(kind, row, f"{label}, [{key}]") for row in found)
     if not any(parts.values()):
         raise InvalidInputError(
@@ -276,7 +277,7 @@ def _dialogue_specs(part: Dialogues, model: Model, folder: Path | None) -> Itera
     goal_sets = part.goal_sets or (DATASETS[part.set].goal_sets if part.set else ("own",))
     for goal_set in goal_sets:
         if part.jsonl:
-            split = None
+            split = "own"
             cases = read_cases(_file(part.jsonl, folder))[: part.limit]
         else:
             if folder is None:
@@ -298,8 +299,11 @@ def _dialogue_specs(part: Dialogues, model: Model, folder: Path | None) -> Itera
                     "set": part.set or Path(part.jsonl).stem,
                     "split": split,
                     "goal_set": goal_set,
-                    "case": case_to_json(case),
+                    "case": case_to_json(replace(case, turns=case.turns[: part.turns])),
                     "model": model,
+                    "goals": part.goals,
+                    "seed": part.seed,
+                    "turns": part.turns,
                     "layout": layout,
                     "end_of_turn": part.end_of_turn,
                     "outright": part.outright,
@@ -307,7 +311,7 @@ def _dialogue_specs(part: Dialogues, model: Model, folder: Path | None) -> Itera
 
 
 def _episode_specs(part: Episodes, model: Model) -> Iterator[dict[str, Any]]:
-    fixed = {
+    fixed: dict[str, Any] = {
         "domain": part.domain,
         "profiles": part.people and str(Path(part.people).absolute()),
         "catalogue": part.catalogue and str(Path(part.catalogue).absolute()),
@@ -375,7 +379,7 @@ _CHOICES: Mapping[str, Sequence[str]] = {
     "evidence": ("sum", "last"),
     "layouts": get_args(Layout),
 }
-_LEAST = {"limit": 1, "goals": 2, "rounds": 1, "trials": 1, "comparisons": 0}
+_LEAST = {"limit": 1, "turns": 1, "goals": 2, "rounds": 1, "trials": 1, "comparisons": 0}
 
 
 def _part(kind: type[Any], value: object, label: str) -> Any:

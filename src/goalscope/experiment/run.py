@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,7 +40,7 @@ class Done:
 
 
 @contextmanager
-def sole(file: Path) -> Iterator[None]:
+def sole(file: Path) -> Generator[None]:
     """Be the only process that adds to a file of results.
 
     Raises:

@@ -17,9 +17,19 @@ from typing import Any, Literal
 from goalscope.plain import plain
 from goalscope.stats import Interval
 
-__all__ = ["Cell", "Entry", "Estimate", "Labels", "Table", "chosen", "mean", "model_name", "slug"]
+__all__ = [
+    "Entry",
+    "Estimate",
+    "Labels",
+    "Measured",
+    "Table",
+    "chosen",
+    "mean",
+    "model_name",
+    "slug",
+]
 
-Cell = tuple[Mapping[str, Any], Mapping[str, Any]]
+Measured = tuple[Mapping[str, Any], Mapping[str, Any]]
 """What was measured, and what came of it: a spec and its result."""
 
 MISSING = "-"
@@ -203,7 +213,7 @@ def model_name(model: object) -> str:
     return _value(model)  # pyright: ignore[reportUnknownArgumentType]
 
 
-def chosen(cells: Iterable[Cell], kind: str) -> list[Cell]:
+def chosen(cells: Iterable[Measured], kind: str) -> list[Measured]:
     """The cells of one kind, in their order."""
     return [cell for cell in cells if cell[0].get("kind") == kind]
 

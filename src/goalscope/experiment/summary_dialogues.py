@@ -11,21 +11,28 @@ import numpy as np
 import numpy.typing as npt
 
 from goalscope.belief import Belief
-from goalscope.experiment.summary import Cell, Entry, Estimate, Labels, Table, chosen, slug
+from goalscope.experiment.summary import Measured, Entry, Estimate, Labels, Table, chosen, slug
 from goalscope.stats import Calibration, Scores, bootstrap_mean, calibration, scores
 from goalscope.types import DEFAULT_TEMPERATURE, Goal
 
-__all__ = ["PREDICTORS", "Dialogues", "read_dialogues"]
+__all__ = [
+    "GOALSCOPE",
+    "OUTRIGHT",
+    "PREDICTORS",
+    "UNIFORM",
+    "UNTEMPERED",
+    "Dialogues",
+    "read_dialogues",
+]
 
 Array = npt.NDArray[np.float64]
 
-ROLE_PLAY = {
-    f"goalscope, temperature {DEFAULT_TEMPERATURE:g}": DEFAULT_TEMPERATURE,
-    "goalscope, Eq. 1 as it stands": 1.0,
-}
+GOALSCOPE = "goalscope"
+UNTEMPERED = "goalscope, T = 1"
+ROLE_PLAY = {GOALSCOPE: DEFAULT_TEMPERATURE, UNTEMPERED: 1.0}
 SIMILARITIES = {"TF-IDF": "tfidf", "BM25": "bm25", "embedding": "embedding"}
 UNIFORM = "uniform"
-OUTRIGHT = "model asked outright"
+OUTRIGHT = "model asked"
 
 PREDICTORS = (*ROLE_PLAY, UNIFORM, *SIMILARITIES, OUTRIGHT)
 """All predictors, in the order of the tables."""
@@ -89,19 +96,20 @@ class Dialogues:
         return {name: _calibration(outcomes) for name, outcomes in found.items() if outcomes}
 
     def table(self, *, command: str = "") -> Table:
-        """All predictors at turns 1 to 5, and at each dialogue's last."""
+        """What was predicted at turns 1 to 5, and at each dialogue's last."""
         rows: list[tuple[Entry, ...]] = []
         for predictor, turn in product(PREDICTORS, TURNS):
-            found = self.outcomes.get((predictor, turn), ())
-            made = _calibration(found) if found else None
+            found = self.outcomes.get((predictor, turn))
+            if not found:
+                continue
+            made = _calibration(found)
             rows.append(
                 (
                     predictor,
                     "last" if turn is None else str(turn),
                     len(found),
                     *(_estimate(found, each) for each in FIELDS),
-                    made and made.ece,
-                    made and Estimate(made.expected, made.band),
+                    Estimate(made.ece, made.band),
                 )
             )
         name = "-".join(map(slug, ("dialogues", self.set, self.split, self.goal_set, self.model)))
@@ -121,25 +129,27 @@ COLUMNS = (
     "MRR",
     "log-loss",
     "Brier",
-    "ECE",
-    "ECE if calibrated",
+    "ECE [if calibrated]",
 )
 NOTES = (
     "n is the number of dialogues that have the turn; at the turn called last, each has its own.",
     "Intervals are 95 %, by a bootstrap that resamples whole groups of dialogues that share "
     "people. Goals that tie share the top, or have their mean rank. Log-loss is in nats.",
-    "ECE if calibrated: what a perfectly calibrated forecaster with the same confidences would "
-    "show on average, and in 95 % of samples of this size.",
+    f"goalscope divides its evidence by the temperature {DEFAULT_TEMPERATURE:g}; at T = 1 it is "
+    "Eq. 1 as it stands.",
+    "ECE: expected calibration error; in brackets, where that of a perfectly calibrated forecaster "
+    "with the same confidences lies in 95 % of samples of this size. Only above it is a predictor "
+    "too sure, or not sure enough.",
     "TF-IDF, BM25 and embedding compare each goal with all of the person's words so far. Their "
     f"similarities become probabilities by a temperature that has the least log-loss on the "
     f"other folds of {FOLDS} (groups stay together), which favours them: goalscope's is fixed.",
-    "The model asked outright names a goal and says how sure it is; the rest is spread evenly. "
+    "The model that is asked outright names a goal and says how sure it is; the rest is spread evenly. "
     f"Its certainty is taken between an even share, or just above, and {100 * MOST_SURE:g} %, "
     "which favours it; a certainty that it does not give is the least.",
 )
 
 
-def read_dialogues(cells: Iterable[Cell]) -> tuple[Dialogues, ...]:
+def read_dialogues(cells: Iterable[Measured]) -> tuple[Dialogues, ...]:
     """The cells of the kind "dialogue", for each set, split, goal set and model.
 
     Args:
@@ -147,7 +157,7 @@ def read_dialogues(cells: Iterable[Cell]) -> tuple[Dialogues, ...]:
     """
     found = chosen(cells, "dialogue")
     labels = Labels(_settings(spec) for spec, _ in found)
-    groups: dict[tuple[str, str, str, str], list[Cell]] = {}
+    groups: dict[tuple[str, str, str, str], list[Measured]] = {}
     for cell in found:
         spec = cell[0]
         key = (spec["set"], spec["split"], spec["goal_set"], labels[_settings(spec)])
@@ -160,12 +170,12 @@ def _settings(spec: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in spec.items() if key not in own}
 
 
-def _read(key: tuple[str, str, str, str], cells: Sequence[Cell]) -> Dialogues:
+def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogues:
     """Let each predictor believe, and score what it believes."""
     outcomes: dict[tuple[str, int | None], list[Outcome]] = {}
     notes: list[str] = []
 
-    def keep(predictor: str, cell: Cell, table: Iterable[Array]) -> None:
+    def keep(predictor: str, cell: Measured, table: Iterable[Array]) -> None:
         case, last = cell[0]["case"], None
         for turn, belief in enumerate(table, 1):
             last = Outcome(
@@ -201,7 +211,7 @@ def _read(key: tuple[str, str, str, str], cells: Sequence[Cell]) -> Dialogues:
             notes.append(f"{predictor}: temperature {span}.")
     if asked:
         notes.append(
-            f"The model asked outright gave {unread:,} of {asked:,} answers that name no goal; "
+            f"The model that is asked gave {unread:,} of {asked:,} answers that name no goal; "
             "they are scored as uniform."
         )
     return Dialogues(*key, n=len(cells), outcomes=outcomes, notes=tuple(notes))
@@ -228,7 +238,7 @@ def _outright(answer: Mapping[str, Any], goals: int) -> Array:
     return belief
 
 
-def _fit(cells: Sequence[Cell], field: str) -> list[float]:
+def _fit(cells: Sequence[Measured], field: str) -> list[float]:
     """The temperature of each cell, chosen on the folds that its group is not in; [] for one."""
     groups = sorted({cell[0]["case"]["group"] for cell in cells})
     folds = min(FOLDS, len(groups))
@@ -246,7 +256,7 @@ def _fit(cells: Sequence[Cell], field: str) -> list[float]:
     return [best[k] for k in fold]
 
 
-def _losses(cell: Cell, field: str) -> Array:
+def _losses(cell: Measured, field: str) -> Array:
     """[temperatures] log-loss of a dialogue, summed over its turns."""
     table = np.array(cell[1][field], dtype=np.float64)
     beliefs = _log_softmax(table / TEMPERATURES[:, None, None])

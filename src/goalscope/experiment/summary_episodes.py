@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from goalscope.experiment.summary import (
-    Cell,
+    Measured,
     Entry,
     Estimate,
     Labels,
@@ -209,7 +209,7 @@ JUDGE_NOTES = (
 
 
 def read_episodes(
-    cells: Sequence[Cell], *, attempts: Sequence[int] | None = None
+    cells: Sequence[Measured], *, attempts: Sequence[int] | None = None
 ) -> tuple[Episodes, ...]:
     """The cells of the kind "episode" with the readings of those of the kind "judge".
 
@@ -245,7 +245,7 @@ def read_episodes(
 
 
 def _attach(
-    cells: Sequence[Cell], groups: Mapping[tuple[str, str, str], list[Run]]
+    cells: Sequence[Measured], groups: Mapping[tuple[str, str, str], list[Run]]
 ) -> tuple[tuple[str, ...], int]:
     """Give each reading to its run; the evaluators' labels, and how many readings have no run.
 
@@ -283,7 +283,7 @@ def _reading(spec: Mapping[str, Any], result: Mapping[str, Any], run: Run) -> Re
     return Reading(scored, len(given) - len(scored))
 
 
-def _is(cell: Cell, kind: str) -> bool:
+def _is(cell: Measured, kind: str) -> bool:
     return cell[0].get("kind") == kind
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.experiment.summary import Cell, Entry, Estimate, Labels, Table, chosen
+from goalscope.experiment.summary import Measured, Entry, Estimate, Labels, Table, chosen
 from goalscope.stats import bootstrap_mean, proportion
 
 __all__ = ["mcq_tables"]
@@ -36,7 +36,7 @@ NOTES = (
 )
 
 
-def mcq_tables(cells: Iterable[Cell], *, command: str = "") -> tuple[Table, ...]:
+def mcq_tables(cells: Iterable[Measured], *, command: str = "") -> tuple[Table, ...]:
     """The table of all cells of the kind "mcq"; none where there are no such cells.
 
     Args:
@@ -47,7 +47,7 @@ def mcq_tables(cells: Iterable[Cell], *, command: str = "") -> tuple[Table, ...]
     if not found:
         return ()
     labels = Labels(_settings(spec) for spec, _ in found)
-    groups: dict[str, list[Cell]] = {}
+    groups: dict[str, list[Measured]] = {}
     for cell in found:
         groups.setdefault(labels[_settings(cell[0])], []).append(cell)
     rows: list[tuple[Entry, ...]] = []
@@ -77,7 +77,7 @@ def _settings(spec: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _figures(
-    cells: Iterable[Cell], name: str, *, unspecified: bool
+    cells: Iterable[Measured], name: str, *, unspecified: bool
 ) -> tuple[int, Estimate | None, Estimate | None, Estimate | None]:
     """Rows, accuracy, and log-loss by the sum and by the per-token mean, under one condition."""
     won: list[float] = []
@@ -96,7 +96,7 @@ def _figures(
     return len(won), _accuracy(won), _mean(losses[0]), _mean(losses[1])
 
 
-def _overlap(cells: Iterable[Cell]) -> tuple[int, Estimate | None, None, None]:
+def _overlap(cells: Iterable[Measured]) -> tuple[int, Estimate | None, None, None]:
     won = {
         json.dumps(spec["row"], sort_keys=True): _share(
             np.array(result["overlap"], dtype=np.float64), _right(spec, result)

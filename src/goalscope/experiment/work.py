@@ -6,6 +6,7 @@ import tempfile
 import time
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -137,17 +138,19 @@ def _judge(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
 
 def _compare(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
     one, other = spec["outcomes"]
-    common = {
-        "task": spec["task"],
-        "description": spec["description"],
-        "possible": possible_actions(spec["of"][0]["domain"]),
-    }
-    orders: list[list[list[dict[str, Any]]]] = []
+    ask = partial(
+        compare,
+        model,
+        task=spec["task"],
+        description=spec["description"],
+        possible=possible_actions(spec["of"][0]["domain"]),
+    )
+    orders: list[Any] = []
     for n in range(spec["comparisons"]):
         seed = spec["seed"] * spec["comparisons"] + n
         pairs = (
-            compare(model, first=one, second=other, seed=seed, **common),
-            compare(model, first=other, second=one, seed=seed, **common),
+            ask(first=one, second=other, seed=seed),
+            ask(first=other, second=one, seed=seed),
         )
         orders.append([[asdict(trial) for trial in pair] for pair in pairs])
     return {"orders": orders}

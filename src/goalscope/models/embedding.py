@@ -18,7 +18,7 @@ Vectors = npt.NDArray[np.float32]
 
 
 def embedded(texts: Sequence[str]) -> Vectors:
-    """[N, 256] vectors of length one, zero for no known word; the case of letters does not count."""
+    """[N, 256] vectors of length one, zero for no known word; case does not count."""
     embed = cast("Callable[[list[str]], Vectors]", _model().embed)  # pyright: ignore
     vectors = embed([text.lower() or "?" for text in texts]).astype(np.float32)
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)

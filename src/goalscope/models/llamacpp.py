@@ -251,10 +251,13 @@ def _in_tree_order(pairs: Sequence[Pair], numbers: Sequence[int]) -> list[int]:
 
 
 def processors() -> int:
-    """Processors that this process may use; all of the machine where the system does not tell."""
+    """Processors that this process may use: no more than OMP_NUM_THREADS, where that is set."""
+    allowed = os.environ.get("OMP_NUM_THREADS", "")
     if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+        count = len(os.sched_getaffinity(0))
+    else:
+        count = os.cpu_count() or 1
+    return min(count, int(allowed)) if allowed.isdecimal() and int(allowed) else count
 
 
 def _free(weights: Weights, caches: Sequence[KVCache]) -> None:
