@@ -1,4 +1,4 @@
-# make demo | make test | make check | make torch | make bench
+# make demo | make test | make check | make torch | make bench | make results
 # (needs Python 3.11, a C++ compiler, make)
 
 PYTHON ?= python3
@@ -8,7 +8,7 @@ READY := .venv/ready
 
 TORCH ?= torch==2.13.0
 
-.PHONY: demo test check bench lock torch
+.PHONY: demo test check bench results lock torch
 
 demo: $(READY)  ## one grocery episode with a scripted human, on the built-in model
 	$(BIN)/goalscope run grocery --profile $(PROFILE)
@@ -27,6 +27,10 @@ check: $(READY)  ## format, lint, types
 bench: torch  ## speed of a belief update beside other ways, as ratios in one run
 	$(BIN)/python -m pip install --quiet "$(TORCH)" lm-eval matplotlib minicons
 	$(BIN)/python -W ignore benchmarks/speed.py
+
+results: $(READY)  ## every experiment, which takes hours and goes on where it stopped; needs GOALSCOPE_DATA
+	for each in experiments/*.toml; do $(BIN)/goalscope experiment run $$each || exit 1; done
+	$(BIN)/goalscope report results --markdown docs/results.md
 
 # The first set-up compiles the inference engine, which takes some minutes.
 $(READY): requirements.lock pyproject.toml

@@ -8,12 +8,24 @@ import goalscope
 ROOT = Path(goalscope.__file__).parent
 LAYERS = [
     {"types", "plain"},
-    {"belief", "models", "prompts", "envs"},
-    {"likelihood", "goals", "dialog", "policy", "acting"},
-    {"agent", "episode"},
-    {"store", "infer", "domains"},
-    {"session", "display"},
-    {"terminal", "cli", "cli_episodes", "cli_house", "cli_models", "cli_options"},
+    {"belief", "models", "prompts", "envs", "stats"},
+    {"likelihood", "goals", "dialog", "habits", "policy", "acting"},
+    {"agent", "episode", "judge"},
+    {"store", "infer", "domains", "datasets"},
+    {"session", "display", "benchmarks"},
+    {"experiment"},
+    {"report"},
+    {
+        "terminal",
+        "cli",
+        "cli_data",
+        "cli_episodes",
+        "cli_experiments",
+        "cli_house",
+        "cli_models",
+        "cli_options",
+        "cli_report",
+    },
 ]
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 

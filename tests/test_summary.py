@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from goalscope.experiment.results import cell_key
 from goalscope.experiment.summary import Estimate, Labels, Table, model_name, slug
 from goalscope.experiment.summary_dialogues import PREDICTORS, read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
@@ -246,20 +247,20 @@ def dialogues_table(cells: list = DIALOGUES) -> Table:
 
 def test_role_play_adds_up_turns_and_divides_by_the_temperature() -> None:
     table = dialogues_table()
-    first = row(table, "goalscope, Eq. 1 as it stands", "1")
+    first = row(table, "goalscope, T = 1", "1")
     e = math.exp(2)
     losses = [-math.log(e / (e + 3)), -math.log(1 / (e + 3))]
     assert (first["n"], first["top-1"].value, first["MRR"].value) == (2, 0.5, (1 + 1 / 3) / 2)
     assert first["log-loss"].value == pytest.approx(np.mean(losses))
-    second = row(table, "goalscope, Eq. 1 as it stands", "2")
+    second = row(table, "goalscope, T = 1", "2")
     assert (second["n"], second["top-1"]) == (1, Estimate(1.0, None, "percent"))
     assert second["log-loss"].value == pytest.approx(-math.log(e**2 / (e**2 + 3)))
-    tempered = row(table, "goalscope, temperature 2", "2")
+    tempered = row(table, "goalscope", "2")
     assert tempered["log-loss"].value == pytest.approx(losses[0])
 
 
 def test_the_last_turn_is_each_dialogues_own() -> None:
-    last = row(dialogues_table(), "goalscope, temperature 2", "last")
+    last = row(dialogues_table(), "goalscope", "last")
     e = math.exp(2)
     assert last["n"] == 2
     expected = (-math.log(e / (e + 3)) - math.log(1 / (math.exp(1) + 3))) / 2
@@ -272,28 +273,34 @@ def test_uniform_is_what_one_expects() -> None:
     assert found["MRR"].value == 0.4
     assert found["log-loss"].value == pytest.approx(math.log(4))
     assert found["Brier"].value == pytest.approx(0.75)
-    assert found["ECE"] == pytest.approx(0)
+    assert found["ECE [if calibrated]"].value == pytest.approx(0)
 
 
 def test_an_answer_counts_as_it_was_meant() -> None:
     table = dialogues_table()
-    first = row(table, "model asked outright", "1")
+    first = row(table, "model asked", "1")
     assert first["top-1"].value == 1.0  # what was named is its first choice, however unsure
     assert first["log-loss"].value == pytest.approx((-math.log(0.995) + math.log(4)) / 2, abs=1e-5)
     cells = [dialogue(1, 2, 1, outright=[{"goal": 2, "sure": None}])]
-    unsure = row(dialogues_table(cells), "model asked outright", "1")
+    unsure = row(dialogues_table(cells), "model asked", "1")
     assert (unsure["top-1"].value, unsure["n"]) == (1.0, 1)
     assert unsure["log-loss"].value == pytest.approx(math.log(4), abs=1e-5)
-    unread = row(table, "model asked outright", "2")
+    unread = row(table, "model asked", "2")
     assert unread["log-loss"].value == pytest.approx(math.log(4))
     assert any("1 of 3 answers that name no goal" in note for note in table.notes)
 
 
-def test_what_was_not_run_is_not_shown_as_a_figure() -> None:
+def test_what_was_not_run_is_not_shown() -> None:
     table = dialogues_table()
-    assert column(table, "predictor").count("BM25") == 6
-    shown = [r for r in table.text_rows() if r[0] == "BM25" or r[1] == "5"]
-    assert {r[2:] for r in shown} == {("0", *["-"] * 6)}
+    assert "BM25" not in column(table, "predictor")
+    assert set(column(table, "turn")) == {"1", "2", "last"}
+    assert all(column(table, "n"))
+
+
+def test_a_file_of_ones_own_has_no_split() -> None:
+    (found,) = read_dialogues([({**spec, "split": None}, result) for spec, result in DIALOGUES])
+    assert found.table().name == "dialogues-teach-hard-small"
+    assert "teach, hard goals, small" in found.table().title
 
 
 def test_temperatures_are_fitted_on_other_groups() -> None:
@@ -312,13 +319,13 @@ def test_temperatures_are_fitted_on_other_groups() -> None:
 
 def test_one_group_is_too_few_to_fit_on() -> None:
     table = dialogues_table(DIALOGUES[:1])
-    assert row(table, "TF-IDF", "1")["n"] == 0
+    assert "TF-IDF" not in column(table, "predictor")
     assert any("TF-IDF: one group is too few" in note for note in table.notes)
 
 
 def test_intervals_resample_groups() -> None:
     cells = [dialogue(i, i % 2, 1, group=str(i // 4), **{"role-play": [SURE]}) for i in range(12)]
-    found = row(dialogues_table(cells), "goalscope, temperature 2", "1")
+    found = row(dialogues_table(cells), "goalscope", "1")
     assert found["top-1"] == Estimate(0.5, Interval(0.5, 0.5), "percent")
 
 
@@ -341,23 +348,26 @@ def test_figures_get_the_tables_numbers() -> None:
     by_turn = found.accuracy_by_turn()
     assert list(by_turn) == list(PREDICTORS)
     assert by_turn["BM25"] == []
-    name = "goalscope, temperature 2"
+    name = "goalscope"
     assert [(t, n) for t, n, _ in by_turn[name]] == [(1, 2), (2, 1)]
     assert by_turn[name][0][2] == row(table, name, "1")["top-1"]
     made = found.calibrations()
     assert "BM25" not in made
-    assert made[name].ece == row(table, name, "last")["ECE"]
+    assert made[name].ece == row(table, name, "last")["ECE [if calibrated]"].value
     assert made[name].n == 2
 
 
 # --- episodes ---
 
 
+X = {"model": "/m/x.gguf"}
+
+
 def episode(method: str, profile: str, score: float, *, seed: int = 0, **result):
     settings = {"domain": "grocery", "human": "scripted", "method": method, "seed": seed}
     more = {"rounds": 4, "terminated": True, "replans": 1, "empty": False, "actions": ["add"]}
     return (
-        {"kind": "episode", "settings": {**settings, "model": "/m/x.gguf"}, "profile": profile},
+        {"kind": "episode", "settings": settings, "profile": profile, "model": X},
         {"score": score, "outcome": f"{method} {profile} {seed}", **more, **result},
     )
 
@@ -368,9 +378,9 @@ def judge(cell, trials: list, *, model: object = "judge", **more):
     return (
         {
             "kind": "judge",
-            "of": {**of, "profile": spec["profile"]},
+            "of": {**of, "profile": spec["profile"], "key": cell_key(spec)},
             "outcome": result["outcome"],
-            "actions": result["actions"],
+            "actions": [],
             "empty": result["empty"],
             "model": model,
             "trials": 4,
@@ -394,8 +404,8 @@ def test_methods_by_hand() -> None:
     assert good["score"] == Estimate(0.75, interval, "percent")
     assert (good["profiles"], good["runs"], good["rounds"], good["replans"]) == (2, 2, 4, 1)
     assert good["terminated"].value == 0.5
-    assert good["score, pooled SD of the mean"] is None  # one seed
-    assert column(table, "attempts beyond the first") == [1, 2]
+    assert good["SD"] is None  # one seed
+    assert column(table, "retries") == [1, 2]
     assert found.model == "x.gguf"
     assert "judge score" not in table.columns
 
@@ -407,7 +417,7 @@ def test_profiles_weigh_the_same_whatever_their_seeds() -> None:
     assert good["runs"] == 4
     assert good["score"].value == 0.5  # profiles: (1 + .5 + 0) / 3 and .5
     pooled = math.sqrt(0.25 * (1 / 3 + 1)) / 2
-    assert good["score, pooled SD of the mean"].value == pytest.approx(pooled)
+    assert good["SD"].value == pytest.approx(pooled)
 
 
 def test_unscored_trials_are_counted_and_in_no_mean() -> None:
@@ -417,7 +427,7 @@ def test_unscored_trials_are_counted_and_in_no_mean() -> None:
     assert good["judge score"].value == pytest.approx((0.875 + 0.5) / 2)
     assert (good["trials scored"], good["trials unscored"], good["runs judged"]) == (4, 2, 2)
     pooled = math.sqrt((2 * 0.125**2 + 0) / 2 * (1 / 2 + 1 / 2)) / 2
-    assert good["judge score, pooled SD of the mean"].value == pytest.approx(pooled)
+    assert good["judge SD"].value == pytest.approx(pooled)
     nothing = [judge(GOOD[0], [None, None])]
     (found,) = read_episodes([*GOOD, *nothing])
     good = row(found.by_method(), "good")
@@ -465,14 +475,60 @@ def test_profiles_show_what_was_not_run() -> None:
     assert table.text_rows()[-1][4:] == ("-", "-", "-")
 
 
-def test_a_reading_belongs_to_the_run_that_ended_so() -> None:
+def test_a_reading_belongs_to_the_run_that_it_names() -> None:
     spec, result = GOOD[0]
-    other = ({**spec, "settings": {**spec["settings"], "model": "y"}}, {**result, "outcome": "z"})
-    stray = judge(episode("good", "cake", 1.0, outcome="elsewhere"), [0.0])
+    other = ({**spec, "model": {"model": "y"}}, result)
+    stray = judge(episode("good", "elsewhere", 1.0), [0.0])
     one, two = read_episodes([GOOD[0], other, judge(other, [3.0]), stray])
     assert (one.model, one.judges, two.model, two.judges) == ("x.gguf", (), "y", ("judge",))
     assert row(two.by_method(), "good")["judge score"].value == 1
     assert "1 readings by the judge belong to no run" in two.by_method().notes[-1]
+
+
+def compared(one, other, *orders):
+    """Scores: (first, second) with `one` first, then with `other` first."""
+    run = [
+        {"method": spec["settings"]["method"], "profile": spec["profile"], "key": cell_key(spec)}
+        for spec, _ in (one, other)
+    ]
+    trials = [
+        [[{"score": s, "explanation": "", "answer": ""} for s in pair] for pair in order]
+        for order in orders
+    ]
+    spec = {"kind": "compare", "of": run, "model": "judge", "comparisons": 2, "seed": 0}
+    return spec, {"orders": trials}
+
+
+def test_the_order_effect_counts_only_what_was_read_in_both_orders() -> None:
+    steady = compared(GOOD[0], NONE[0], ((3, 1), (1, 3)), ((3, None), (1, 3)))
+    swayed = compared(GOOD[1], NONE[1], ((3, 1), (3, 1)))
+    (found,) = read_episodes([*GOOD, *NONE, steady, swayed])
+    table = found.by_order()
+    (only,) = table.rows
+    assert only[:5] == ("judge", "good, no-goals", 2, 3, 2)
+    assert only[5].value == 1.0  # 0 of cake and 2 of soup
+    assert found.tables()[-1] == table
+    assert table.name.endswith("-order")
+
+
+def test_each_pair_of_methods_has_an_order_effect_and_all_together() -> None:
+    third = episode("no-inference", "cake", 0.0)
+    pairs = [
+        compared(GOOD[0], NONE[0], ((2, 1), (2, 1))),
+        compared(GOOD[0], third, ((None, 1), (2, 1))),
+    ]
+    (found,) = read_episodes([*GOOD, *NONE, third, *pairs])
+    assert [r[1:] for r in found.by_order().text_rows()] == [
+        ("all", "1", "2", "1", "1.000"),
+        ("good, no-goals", "1", "1", "1", "1.000"),
+        ("good, no-inference", "1", "1", "0", "-"),
+    ]
+
+
+def test_a_comparison_of_runs_that_are_not_here_is_counted_as_lost() -> None:
+    (found,) = read_episodes([GOOD[0], compared(GOOD[0], NONE[0], ((3, 1), (1, 3)))])
+    assert len(found.tables()) == 3
+    assert "1 readings by the judge belong to no run" in found.by_method().notes[-1]
 
 
 def test_each_judge_has_its_own_columns() -> None:
@@ -487,8 +543,7 @@ def test_each_judge_has_its_own_columns() -> None:
 
 def test_models_that_write_and_score_are_both_named() -> None:
     spec, result = GOOD[0]
-    settings = {**spec["settings"], "model": None, "generator": "openai/gpt", "scorer": None}
-    (found,) = read_episodes([({**spec, "settings": settings}, result)])
+    (found,) = read_episodes([({**spec, "model": {"generator": "openai/gpt"}}, result)])
     assert found.model == "gpt + embedded model"
     names = [table.name for table in found.tables(command="make")]
     assert names[0] == "episodes-grocery-scripted-gpt-embedded-model-methods"

@@ -26,6 +26,7 @@ from goalscope.cli_options import (
     Tokenizer,
     positive,
 )
+from goalscope.cli_report import report
 from goalscope.terminal import console, named, opened_model, progress
 from goalscope.types import DEFAULT_TEMPERATURE, GoalscopeError, InvalidInputError
 
@@ -132,6 +133,7 @@ app.command()(episodes)
 app.command()(doctor)
 app.add_typer(bench, name="bench")
 app.add_typer(experiment, name="experiment")
+app.command()(report)
 app.add_typer(data, name="data")
 app.add_typer(house, name="house")
 app.add_typer(models, name="models")

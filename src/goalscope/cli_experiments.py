@@ -23,7 +23,7 @@ from goalscope.cli_options import (
     Writer,
 )
 from goalscope.terminal import console, named, progress, tokenizer_named
-from goalscope.types import GoalscopeError
+from goalscope.types import GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
     from goalscope.experiment.plan import Experiment
@@ -197,18 +197,28 @@ def _run(
     anyway: bool,
     as_json: bool,
 ) -> None:
+    from goalscope.experiment.plan import specs_of
     from goalscope.experiment.results import Results
     from goalscope.experiment.run import run, sole
 
+    specs = specs_of(plan, folder)
     path = results_folder(results) / f"{plan.name}.db"
-    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InvalidInputError(
+            f"The folder of results {path.parent} cannot be made: {error.strerror or error}. "
+            "Name another one with --results."
+        ) from None
     command = shlex.join(["goalscope", *sys.argv[1:]])
     failed: list[str] = []
+    total = 0
     with sole(path), Results.open(path) as kept:
         try:
             with progress(plan.title or plan.name) as show:
-                for step in run(plan, kept, folder, on=on, workers=workers, anyway=anyway):
-                    show(step.done, step.total)
+                for step in run(plan, specs, kept, on=on, workers=workers, anyway=anyway):
+                    total = step.total
+                    show(step.done, total)
                     if step.cell is None:
                         about = {"name": plan.name, "title": plan.title, "source": plan.source}
                         kept.describe({**about, "command": command})
@@ -216,12 +226,14 @@ def _run(
                         failed.append(step.error)
         except (KeyboardInterrupt, GoalscopeError):
             done = sum(cell.result is not None for cell in kept.cells())
-            typer.echo(f"\n{done} results are kept in {path}; the same command goes on.", err=True)
+            if total:
+                said = f"{done} of {total} results are kept in {path}; the same command goes on."
+                typer.echo(said, err=True)
             raise
         show_tables(kept, as_json=as_json)
     if failed:
         raise GoalscopeError(
-            f"{len(failed)} cells could not be measured, one of them so: {failed[0]} "
+            f"{len(failed)} of {total} cells could not be measured, one of them so: {failed[0]} "
             "The same command tries them again."
         )
 
@@ -271,7 +283,9 @@ def _model(
     calls: Path | None = None,
 ) -> dict[str, str]:
     """A model as a cell names it."""
-    model = None if model == "embedded" else model
+    model, generator, scorer = (
+        None if name == "embedded" else name for name in (model, generator, scorer)
+    )
     given = {
         "model": named(model),
         "generator": named(generator),

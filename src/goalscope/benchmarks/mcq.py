@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -57,13 +59,13 @@ def read_questions(file: Path, limit: int | None = None) -> list[Question]:
     """
     try:
         text = file.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:
         cause = getattr(error, "strerror", None) or error
         raise InvalidInputError(f"{file} cannot be read: {cause}.") from None
     questions: list[Question] = []
     csv.field_size_limit(1 << 24)
     is_csv = file.suffix.lower() == ".csv"
-    rows = csv.DictReader(text.splitlines(keepends=True)) if is_csv else text.split("\n")
+    rows = csv.DictReader(io.StringIO(text, newline="")) if is_csv else text.split("\n")
     number = 0
     try:
         for number, row in enumerate(rows, 1):
@@ -77,9 +79,8 @@ def read_questions(file: Path, limit: int | None = None) -> list[Question]:
         raise InvalidInputError(f"{file}, row {number}: {error}") from None
     if not questions:
         raise InvalidInputError(f"{file} holds no question.")
-    ids = [question.id for question in questions]
-    double = next((id for id in ids if ids.count(id) > 1), None)
-    if double is not None:
+    ((double, count),) = Counter(question.id for question in questions).most_common(1)
+    if count > 1:
         raise InvalidInputError(f'{file}: two questions have the id "{double}".')
     return questions
 
@@ -171,11 +172,14 @@ def _question(row: Any) -> Question:
     for key in ("id", "prompt", "choices", "answer"):
         if key not in data:
             raise ValueError(f'the key "{key}" is missing')
-    choices, answer, given = data["choices"], data["answer"], data.get("rephrasings", {})
+    id, choices, answer = data["id"], data["choices"], data["answer"]
+    given = data.get("rephrasings", {})
+    if isinstance(id, bool) or not isinstance(id, str | int):
+        raise ValueError('"id" must be a text or a whole number')
     if not isinstance(choices, dict) or len(cast("dict[Any, Any]", choices)) < 2:
         raise ValueError('"choices" must be an object of at least two texts')
     read = {key: _text(value, f"choice {key}") for key, value in cast("Any", choices).items()}
-    if answer not in read:
+    if not isinstance(answer, str) or answer not in read:
         raise ValueError(f'"answer" must be one of {", ".join(read)}, not {str(answer)[:20]!r}')
     if not isinstance(given, dict) or (given and set(cast("Any", given)) != set(read)):
         raise ValueError('"rephrasings" must be an object with a list for each choice')
@@ -184,7 +188,7 @@ def _question(row: Any) -> Question:
         if not isinstance(texts, list) or not texts:
             raise ValueError(f"the rephrasings of {key} must be a list of at least one text")
         rephrasings[key] = [_text(each, f"rephrasing of {key}") for each in cast("Any", texts)]
-    return Question(str(data["id"]), _text(data["prompt"], "prompt"), read, answer, rephrasings)
+    return Question(str(id), _text(data["prompt"], "prompt"), read, answer, rephrasings)
 
 
 def _text(value: object, what: str) -> str:

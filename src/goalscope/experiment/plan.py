@@ -173,9 +173,10 @@ def read_experiment(file: Path) -> Experiment:
     label = file.name
     known = ("title", "source", "models", "mcq", "dialogues", "episodes", "judge")
     refuse_unknown(table, known, label)
-    models = table.get("models", [EMBEDDED])
-    if not isinstance(models, list) or not models:
-        raise InvalidInputError(f"{label}: 'models' must be a list with at least one model.")
+    models = table.get("models", EMBEDDED)
+    models = cast("list[object]", models if isinstance(models, list) else [models])
+    if not models:
+        raise InvalidInputError(f"{label}: 'models' must hold at least one model.")
     parts: dict[str, tuple[Any, ...]] = {}
     for key, kind in (("mcq", Questions), ("dialogues", Dialogues), ("episodes", Episodes)):
         given: object = table.get(key, [])
@@ -190,6 +191,7 @@ def read_experiment(file: Path) -> Experiment:
     judge = Judge(trials=0)
     if "judge" in table:
         row = dict(_table(table["judge"], f"{label}, [judge]"))
+        refuse_unknown(row, [each.name for each in fields(Judge)], f"{label}, [judge]")
         chosen = row.pop("model", None)
         judge = _part(Judge, row, f"{label}, [judge]")
         if chosen is not None:
@@ -198,7 +200,7 @@ def read_experiment(file: Path) -> Experiment:
         file.stem,
         _text(table.get("title", file.stem), f"{label}: 'title'"),
         _text(table.get("source", ""), f"{label}: 'source'"),
-        tuple(_model(each, f"{label}, models") for each in cast("list[object]", models)),
+        tuple(_model(each, f"{label}, models") for each in models),
         parts["mcq"],
         parts["dialogues"],
         parts["episodes"],
@@ -271,9 +273,15 @@ def _question_specs(part: Questions, model: Model, folder: Path | None) -> Itera
 def _dialogue_specs(part: Dialogues, model: Model, folder: Path | None) -> Iterator[dict[str, Any]]:
     if bool(part.set) == bool(part.jsonl):
         raise InvalidInputError("Dialogues need either 'set', the name of a dataset, or 'jsonl'.")
-    if part.set and part.set not in DATASETS:
-        raise InvalidInputError(f"There is no dataset {shown(part.set)}; "
-                                f"{nearest(part.set, DATASETS)}")  # fmt: skip
+    known = [name for name, dataset in DATASETS.items() if dataset.goal_sets]
+    if part.set and part.set not in known:
+        raise InvalidInputError(f"There are no dialogues {shown(part.set)}; "
+                                f"{nearest(part.set, known)}")  # fmt: skip
+    if part.jsonl and (part.split or part.goal_sets):
+        raise InvalidInputError(
+            f"{part.jsonl} names the goals of its dialogues itself. Leave out the split and the "
+            "goal sets, which are those of a dataset."
+        )
     goal_sets = part.goal_sets or (DATASETS[part.set].goal_sets if part.set else ("own",))
     for goal_set in goal_sets:
         if part.jsonl:
@@ -360,16 +368,24 @@ def _achieved(cell: Cell) -> dict[str, Any]:
 
 def _file(name: str, folder: Path | None) -> Path:
     """A file that is named by itself, or from the data folder."""
-    own = Path(name)
-    return own if own.is_file() or folder is None else folder / name
+    places = [Path(name), *([folder / name] if folder else [])]
+    for file in places:
+        if file.is_file():
+            return file
+    hint = "" if folder else " Name the data folder with --data if it is one of its files."
+    raise InvalidInputError(f"There is no file {' or '.join(map(shown, map(str, places)))}.{hint}")
 
 
 def _model(value: object, label: str) -> Model:
-    if isinstance(value, str) and value:
-        return {} if value == EMBEDDED else {"model": value}
-    row = _table(value, label)
+    row = {"model": value} if isinstance(value, str) and value else value
+    if not isinstance(row, dict):
+        raise InvalidInputError(
+            f"{label}: a model must be a name or a table, such as {EMBEDDED!r}, not {shown(value)}."
+        )
+    row = cast("dict[str, Any]", row)
     refuse_unknown(row, MODEL_KEYS, label)
-    return {key: _text(each, f"{label}: {key!r}") for key, each in row.items()}
+    named = {key: _text(each, f"{label}: {key!r}") for key, each in row.items()}
+    return {key: name for key, name in named.items() if name != EMBEDDED}
 
 
 _CHOICES: Mapping[str, Sequence[str]] = {
@@ -413,8 +429,11 @@ def _value(key: str, value: object, kind: str, label: str) -> Any:
             raise InvalidInputError(f"{label} must be {what}, not {shown(value)}.")
         least = _LEAST.get(key, 0)
         if not least <= value < 1e9 or (not whole and value == 0):
-            raise InvalidInputError(f"{label} must be at least {least}, not {shown(value)}.")
-        return value
+            bounds = f"at least {least}" if whole else f"above {least}"
+            raise InvalidInputError(
+                f"{label} must be {bounds}, and below a billion, not {shown(value)}."
+            )
+        return value if whole else float(value)  # equal numbers make equal cells
     text = _text(value, label)
     if key in _CHOICES and text not in _CHOICES[key]:
         raise InvalidInputError(

@@ -139,6 +139,9 @@ class Results(Store):
 
     def fail(self, key: str, error: str) -> None:
         """Note why an attempt at a cell failed."""
+        error = error.encode(
+            "utf-8", "backslashreplace"
+        ).decode()  # SQLite holds no half characters
         with self.transaction():
             self._connection.execute("UPDATE cells SET error = ? WHERE key = ?", (error, key))
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 from filelock import FileLock, Timeout
 
 from goalscope.experiment.identity import identity_of
-from goalscope.experiment.plan import Experiment, judging, models_of, specs_of
+from goalscope.experiment.plan import Experiment, judging, models_of
 from goalscope.experiment.results import Cell, Results
 from goalscope.experiment.work import measure, perform
 from goalscope.types import GoalscopeError, InvalidInputError
@@ -53,6 +53,10 @@ def sole(file: Path) -> Generator[None]:
         raise InvalidInputError(
             f"Another process adds to {file}. Wait for it, or stop it."
         ) from None
+    except OSError as error:
+        raise InvalidInputError(
+            f"{file} cannot be written: {error.strerror or error}. Name a folder with --results."
+        ) from None
     try:
         yield
     finally:
@@ -61,8 +65,8 @@ def sole(file: Path) -> Generator[None]:
 
 def run(
     experiment: Experiment,
+    specs: Sequence[Mapping[str, Any]],
     results: Results,
-    folder: Path | None,
     *,
     on: str | None = None,
     workers: int = 2,
@@ -74,8 +78,8 @@ def run(
 
     Args:
         experiment: What is to be measured.
+        specs: Of its cells, from `specs_of`; the evaluator's come after them.
         results: Where it is kept.
-        folder: Of the datasets.
         on: None for this process, "dask" for worker processes of this machine, or the address
             of a Dask scheduler, such as "tcp://host:8786".
         workers: Number of processes for "dask".
@@ -85,35 +89,34 @@ def run(
         How far it is: first before any cell, then after each.
 
     Raises:
-        InvalidInputError: Input is missing or broken; or what is measured with has changed.
+        InvalidInputError: What is measured with has changed.
         GoalscopeError: Too many cells failed in a row.
     """
-    planned = specs_of(experiment, folder)
-    first = True
-    for specs in (planned, None):
-        if specs is None:
-            specs = judging(experiment, results.plan(planned))
-            planned = [*planned, *specs]
+    planned: list[Cell] = []
+    for first in (True, False):
+        if not first:
+            specs = judging(experiment, results.plan([cell.spec for cell in planned]))
         if not specs:
             continue
         identity = identity_of(models_of(specs))
         results.identify(identity, anyway=anyway)
         cells = results.plan(specs)
-        missing = [cell for cell in cells if cell.result is None]
-        total, done = len(planned), len(planned) - len(missing)
+        planned = results.plan([cell.spec for cell in [*planned, *cells]])
+        total, done = len(planned), sum(cell.result is not None for cell in planned)
         if first:
             yield Done(None, None, done, total)
-            first = False
         failures = 0
-        for cell, error in _measured(results, missing, identity, on, workers):
-            done += error is None
-            failures = failures + 1 if error else 0
-            yield Done(cell, error, done, total)
-            if failures == _FAILURES:
-                raise GoalscopeError(
-                    f"{_FAILURES} cells failed one after the other, the last one so: {error} "
-                    "What was measured is kept; run the same command again to go on."
-                )
+        missing = [cell for cell in cells if cell.result is None]
+        with closing(_measured(results, missing, identity, on, workers)) as measured:
+            for cell, error in measured:
+                done += error is None
+                failures = failures + 1 if error else 0
+                yield Done(cell, error, done, total)
+                if failures == _FAILURES:
+                    raise GoalscopeError(
+                        f"{_FAILURES} cells failed one after the other, the last one so: {error} "
+                        "What was measured is kept; run the same command again to go on."
+                    )
 
 
 def _measured(
@@ -122,14 +125,14 @@ def _measured(
     identity: dict[str, str],
     on: str | None,
     workers: int,
-) -> Iterator[tuple[Cell, str | None]]:
+) -> Generator[tuple[Cell, str | None]]:
     """Measure cells and keep what comes, or why it does not."""
     if on is None:
         for cell in cells:
             results.begin_cell(cell.key)
             try:
                 outcome: Any = measure(cell.spec)
-            except GoalscopeError as error:
+            except Exception as error:  # whatever it is, the other cells go on
                 outcome = error
             yield cell, _kept(results, cell, outcome, identity)
         return
@@ -138,14 +141,17 @@ def _measured(
     by_key = {cell.key: cell for cell in cells}
     tasks = [(cell.key, {"spec": cell.spec, "identity": identity}) for cell in cells]
     address = None if on == "dask" else on
-    for key, outcome, attempts in on_cluster(tasks, perform, address=address, workers=workers):
-        results.begin_cell(key, attempts)
-        yield by_key[key], _kept(results, by_key[key], outcome, identity)
+    with closing(on_cluster(tasks, perform, address=address, workers=workers)) as outcomes:
+        for key, outcome, attempts in outcomes:
+            results.begin_cell(key, attempts)
+            yield by_key[key], _kept(results, by_key[key], outcome, identity)
 
 
 def _kept(results: Results, cell: Cell, outcome: Any, identity: dict[str, str]) -> str | None:
     if isinstance(outcome, Exception):
-        error = str(outcome) or type(outcome).__name__
+        error = str(outcome)
+        if not isinstance(outcome, GoalscopeError):
+            error = f"{type(outcome).__name__}: {error}"
         results.fail(cell.key, error)
         return error
     results.keep(cell.key, outcome, identity)

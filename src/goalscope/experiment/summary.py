@@ -24,6 +24,7 @@ __all__ = [
     "Measured",
     "Table",
     "chosen",
+    "markdown_text",
     "mean",
     "model_name",
     "slug",
@@ -140,13 +141,16 @@ class Table:
         """A heading, the table as GitHub reads it, the notes, and the command."""
         rule = ["---" if self._is_text(i) else "---:" for i in range(len(self.columns))]
         body = [
-            [_markdown(_shown(each)) if isinstance(each, str) else _shown(each) for each in row]
+            [markdown_text(_shown(each)) if isinstance(each, str) else _shown(each) for each in row]
             for row in self.rows
         ]
-        grid = [[_markdown(each) for each in self.columns], rule, *body]
-        parts = [f"### {_markdown(self.title)}", "\n".join(f"| {' | '.join(r)} |" for r in grid)]
+        grid = [[markdown_text(each) for each in self.columns], rule, *body]
+        parts = [
+            f"### {markdown_text(self.title)}",
+            "\n".join(f"| {' | '.join(r)} |" for r in grid),
+        ]
         if self.notes:
-            parts.append("\n".join(f"* {_markdown(note)}" for note in self.notes))
+            parts.append("\n".join(f"* {markdown_text(note)}" for note in self.notes))
         if self.command:
             fence = "`" * (1 + max((len(run) for run in re.findall("`+", self.command)), default=0))
             parts.append(f"Made by {fence} {_line(self.command)} {fence}")
@@ -284,7 +288,8 @@ def _inert(text: str) -> str:
     return f"'{line}" if first and first in "=+-@" else line
 
 
-def _markdown(text: str) -> str:
+def markdown_text(text: str) -> str:
+    """`text` in one line, as Markdown that shows it as it is."""
     return re.sub(r"([\\`*_\[\]|#!~$])", r"\\\1", html.escape(_line(text), quote=False))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from goalscope.belief import Belief
-from goalscope.experiment.summary import Measured, Entry, Estimate, Labels, Table, chosen, slug
+from goalscope.experiment.summary import Entry, Estimate, Labels, Measured, Table, chosen, slug
 from goalscope.stats import Calibration, Scores, bootstrap_mean, calibration, scores
 from goalscope.types import DEFAULT_TEMPERATURE, Goal
 
@@ -61,7 +61,7 @@ class Dialogues:
 
     Attributes:
         set: Name of the data set.
-        split: Which part of it.
+        split: Which part of it; empty for a file of one's own.
         goal_set: How the goals beside the true one were chosen.
         model: The model's label.
         n: Number of dialogues.
@@ -77,6 +77,12 @@ class Dialogues:
     n: int
     outcomes: Mapping[tuple[str, int | None], Sequence[Outcome]]
     notes: tuple[str, ...]
+
+    @property
+    def title(self) -> str:
+        """What was inferred, and with which model."""
+        goals = f"{self.goal_set} goals"
+        return ", ".join(part for part in (self.set, self.split, goals, self.model) if part)
 
     def accuracy_by_turn(self, turns: int = 10) -> dict[str, list[tuple[int, int, Estimate]]]:
         """Turn, number of dialogues that have it, and top-1 accuracy, for each predictor."""
@@ -112,11 +118,9 @@ class Dialogues:
                     Estimate(made.ece, made.band),
                 )
             )
-        name = "-".join(map(slug, ("dialogues", self.set, self.split, self.goal_set, self.model)))
-        title = (
-            f"Goals inferred from dialogues: {self.set}, {self.split}, {self.goal_set} goals, "
-            f"{self.model}, {self.n} dialogues"
-        )
+        parts = [part for part in (self.set, self.split, self.goal_set, self.model) if part]
+        name = "-".join(map(slug, ("dialogues", *parts)))
+        title = f"Goals inferred from dialogues: {self.title}, {self.n} dialogues"
         return Table(name, title, COLUMNS, tuple(rows), (*NOTES, *self.notes), command)
 
 
@@ -143,9 +147,9 @@ NOTES = (
     "TF-IDF, BM25 and embedding compare each goal with all of the person's words so far. Their "
     f"similarities become probabilities by a temperature that has the least log-loss on the "
     f"other folds of {FOLDS} (groups stay together), which favours them: goalscope's is fixed.",
-    "The model that is asked outright names a goal and says how sure it is; the rest is spread evenly. "
-    f"Its certainty is taken between an even share, or just above, and {100 * MOST_SURE:g} %, "
-    "which favours it; a certainty that it does not give is the least.",
+    "The model that is asked outright names a goal and says how sure it is; the rest is spread "
+    f"evenly. Its certainty is taken between an even share, or just above, and "
+    f"{100 * MOST_SURE:g} %, which favours it; a certainty that it does not give is the least.",
 )
 
 
@@ -160,7 +164,7 @@ def read_dialogues(cells: Iterable[Measured]) -> tuple[Dialogues, ...]:
     groups: dict[tuple[str, str, str, str], list[Measured]] = {}
     for cell in found:
         spec = cell[0]
-        key = (spec["set"], spec["split"], spec["goal_set"], labels[_settings(spec)])
+        key = (spec["set"], spec["split"] or "", spec["goal_set"], labels[_settings(spec)])
         groups.setdefault(key, []).append(cell)
     return tuple(_read(key, group) for key, group in sorted(groups.items()))
 

@@ -7,17 +7,19 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from goalscope.experiment.results import cell_key
 from goalscope.experiment.summary import (
-    Measured,
     Entry,
     Estimate,
     Labels,
+    Measured,
     Table,
     chosen,
     mean,
     model_name,
     slug,
 )
+from goalscope.experiment.summary_compare import Comparison, comparisons_table, read_comparison
 from goalscope.stats import bootstrap_mean, paired_difference, pooled_sd_of_mean
 
 __all__ = ["Episodes", "Reading", "Run", "read_episodes"]
@@ -50,6 +52,7 @@ class Run:
         method: See `Agent`.
         profile: Name of the person.
         seed: Of everything that was drawn.
+        key: Of the episode's cell.
         result: Of the episode's cell.
         attempts: How often it was begun.
         readings: By the evaluator's label.
@@ -58,6 +61,7 @@ class Run:
     method: str
     profile: str
     seed: int
+    key: str
     result: Mapping[str, Any]
     attempts: int
     readings: dict[str, Reading] = field(default_factory=dict[str, Reading])
@@ -69,10 +73,11 @@ class Episodes:
 
     Attributes:
         domain: "grocery" or "house".
-        human: "scripted" or "simulated".
+        human: "scripted", "simulated", or a `Habit`.
         model: The label of the model, and of all other settings that differ between groups.
         runs: By method, profile and seed.
         judges: Labels of the evaluators.
+        comparisons: Runs of two methods that an evaluator saw side by side, in both orders.
         notes: What of the evaluators' readings belongs to no run.
     """
 
@@ -81,7 +86,13 @@ class Episodes:
     model: str
     runs: tuple[Run, ...]
     judges: tuple[str, ...]
+    comparisons: tuple[Comparison, ...]
     notes: tuple[str, ...]
+
+    @property
+    def title(self) -> str:
+        """Where the runs were, and with whom."""
+        return f"{self.domain}, {self.human} human, {self.model}"
 
     @property
     def methods(self) -> tuple[str, ...]:
@@ -94,13 +105,14 @@ class Episodes:
         return [r for r in self.runs if r.method == method and profile in (None, r.profile)]
 
     def tables(self, *, command: str = "") -> tuple[Table, ...]:
-        """By method, the paired differences, and by profile."""
-        return (self.by_method(command), self.differences(command), self.by_profile(command))
+        """By method, the paired differences, by profile, and how steady the evaluator is."""
+        found = (self.by_method(command), self.differences(command), self.by_profile(command))
+        return (*found, self.by_order(command)) if self.comparisons else found
 
     def by_method(self, command: str = "") -> Table:
         """One row for each method."""
-        columns = ("method", "profiles", "runs", "score", "score, pooled SD of the mean")
-        columns += ("rounds", "terminated", "replans", "attempts beyond the first")
+        columns = ("method", "profiles", "runs", "score", "SD")
+        columns += ("rounds", "terminated", "replans", "retries")
         rows: list[tuple[Entry, ...]] = []
         for method in self.methods:
             runs = self.of(method)
@@ -117,7 +129,7 @@ class Episodes:
             rows.append(tuple(row))
         for judge in self.judges:
             columns += (f"runs judged{self._by(judge)}", f"judge score{self._by(judge)}")
-            columns += (f"judge score, pooled SD of the mean{self._by(judge)}",)
+            columns += (f"judge SD{self._by(judge)}",)
             columns += (f"trials scored{self._by(judge)}", f"trials unscored{self._by(judge)}")
         return self._table("methods", "methods", columns, rows, METHOD_NOTES, command)
 
@@ -157,6 +169,11 @@ class Episodes:
             columns += (f"trials scored{self._by(judge)}", f"trials unscored{self._by(judge)}")
         return self._table("profiles", "profiles", columns, rows, PROFILE_NOTES, command)
 
+    def by_order(self, command: str = "") -> Table:
+        """What it does to an evaluator's scores which of two outcomes it is shown first."""
+        columns, rows, notes = comparisons_table(self.comparisons)
+        return self._table("order", "the judge's order effect", columns, rows, notes, command)
+
     def _by(self, judge: str) -> str:
         return f" by {judge}" if len(self.judges) > 1 else ""
 
@@ -184,17 +201,18 @@ class Episodes:
         command: str,
     ) -> Table:
         name = "-".join(map(slug, ("episodes", self.domain, self.human, self.model, kind)))
-        title = f"Episodes, {what}: {self.domain}, {self.human} human, {self.model}"
-        judged = (*JUDGE_NOTES, *self.notes) if self.judges else self.notes
+        title = f"Episodes, {what}: {self.title}"
+        judged = (*JUDGE_NOTES, *self.notes) if self.judges and kind != "order" else self.notes
         return Table(name, title, columns, tuple(rows), (*notes, *judged), command)
 
 
 METHOD_NOTES = (
     "Score: share of the profile's conditions that hold in the end. It and the judge's are means "
     "over profiles of the means over their runs, with a 95 % bootstrap interval over profiles.",
-    "Pooled SD of the mean: noise of repeated runs of a profile (score), or of repeated trials on "
-    "a run (judge, Sec. 5.1), and not of the choice of profiles; the paper gives no formula.",
-    "Rounds, replans and terminated are means over runs.",
+    "SD: pooled standard deviation of the mean, the noise of repeated runs of a profile (score), "
+    "or of repeated trials on a run (judge, Sec. 5.1), and not of the choice of profiles; the "
+    "paper gives no formula.",
+    "Rounds, replans and terminated are means over runs; retries are attempts beyond the first.",
 )
 PAIR_NOTES = (
     "In percentage points, over profiles that both methods ran (with the same seeds, averaged). "
@@ -224,55 +242,54 @@ def read_episodes(
     if len(tries) != len(cells):
         raise ValueError(f"{len(cells)} cells need as many attempts, not {len(tries)}")
     found = [(*cell, n) for cell, n in zip(cells, tries, strict=True) if _is(cell, "episode")]
-    labels = Labels(_shared(spec["settings"]) for spec, _, _ in found)
+    labels = Labels(_shared(spec) for spec, _, _ in found)
     groups: dict[tuple[str, str, str], list[Run]] = {}
+    group_of: dict[str, tuple[str, str, str]] = {}
     for spec, result, n in found:
-        settings = spec["settings"]
-        run = Run(settings["method"], spec["profile"], settings["seed"], result, n)
-        key = (settings["domain"], settings["human"], labels[_shared(settings)])
-        groups.setdefault(key, []).append(run)
-    judges, lost = _attach(chosen(cells, "judge"), groups)
+        settings, key = spec["settings"], cell_key(spec)
+        run = Run(settings["method"], spec["profile"], settings["seed"], key, result, n)
+        group_of[key] = (settings["domain"], settings["human"], labels[_shared(spec)])
+        groups.setdefault(group_of[key], []).append(run)
+    runs = {run.key: run for each in groups.values() for run in each}
+    judges, lost = _attach(chosen(cells, "judge"), runs)
+    compared: dict[tuple[str, str, str], list[Comparison]] = {}
+    pairs = chosen(cells, "compare")
+    judging = Labels(_evaluator(spec) for spec, _ in pairs)
+    for spec, result in pairs:
+        homes = {group_of.get(of["key"]) for of in spec["of"]}
+        home = homes.pop()
+        if home is None or homes:
+            lost += 1
+            continue
+        found_pair = read_comparison(spec, result, judging[_evaluator(spec)])
+        compared.setdefault(home, []).append(found_pair)
     note = (f"{lost} readings by the judge belong to no run that is here.",) if lost else ()
     return tuple(
         Episodes(
             *key,
             tuple(sorted(runs, key=lambda run: (run.method, run.profile, run.seed))),
             tuple(judge for judge in judges if any(judge in run.readings for run in runs)),
+            tuple(compared.get(key, ())),
             note,
         )
         for key, runs in sorted(groups.items())
     )
 
 
-def _attach(
-    cells: Sequence[Measured], groups: Mapping[tuple[str, str, str], list[Run]]
-) -> tuple[tuple[str, ...], int]:
-    """Give each reading to its run; the evaluators' labels, and how many readings have no run.
-
-    A reading does not say which model acted, so it is of those runs that ended as it says.
-    """
-    index: dict[tuple[object, ...], list[Run]] = {}
-    for (domain, human, _), runs in groups.items():
-        for run in runs:
-            index.setdefault((domain, human, run.method, run.profile, run.seed), []).append(run)
+def _attach(cells: Sequence[Measured], runs: Mapping[str, Run]) -> tuple[tuple[str, ...], int]:
+    """Give each reading to its run; the evaluators' labels, and how many readings have no run."""
     labels, lost = Labels(_evaluator(spec) for spec, _ in cells), 0
     for spec, result in cells:
-        of = spec["of"]
-        key = tuple(of[name] for name in ("domain", "human", "method", "profile", "seed"))
-        end = (spec["outcome"], list(spec["actions"]))
-        runs = [
-            run
-            for run in index.get(key, [])
-            if (run.result["outcome"], list(run.result["actions"])) == end
-        ]
-        lost += not runs
-        for run in runs:
+        run = runs.get(spec["of"]["key"])
+        if run is None:
+            lost += 1
+        else:
             run.readings[labels[_evaluator(spec)]] = _reading(spec, result, run)
     return tuple(dict.fromkeys(labels[_evaluator(spec)] for spec, _ in cells)), lost
 
 
 def _evaluator(spec: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: spec.get(name) for name in ("model", "trials", "seed")}
+    return {name: spec.get(name) for name in ("model", "trials", "comparisons", "seed")}
 
 
 def _reading(spec: Mapping[str, Any], result: Mapping[str, Any], run: Run) -> Reading:
@@ -287,11 +304,12 @@ def _is(cell: Measured, kind: str) -> bool:
     return cell[0].get("kind") == kind
 
 
-def _shared(settings: Mapping[str, Any]) -> dict[str, Any]:
+def _shared(spec: Mapping[str, Any]) -> dict[str, Any]:
     """The settings that all runs of one group have; `model` holds what writes and what scores."""
-    own = ("method", "seed", "domain", "human", "model", "generator", "scorer")
-    kept = {key: value for key, value in settings.items() if key not in own}
-    both = [settings.get(part) or settings.get("model") for part in ("generator", "scorer")]
+    own = ("method", "seed", "domain", "human")
+    kept = {key: value for key, value in spec["settings"].items() if key not in own}
+    model: Mapping[str, Any] = spec["model"]
+    both = [model.get(part) or model.get("model") for part in ("generator", "scorer")]
     name = " + ".join(dict.fromkeys(map(model_name, both)))
     return {**kept, "model": {"name": name, "writes": both[0], "scores": both[1]}}
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.experiment.summary import Measured, Entry, Estimate, Labels, Table, chosen
+from goalscope.experiment.summary import Entry, Estimate, Labels, Measured, Table, chosen
 from goalscope.stats import bootstrap_mean, proportion
 
 __all__ = ["mcq_tables"]

@@ -1,0 +1,216 @@
+"""`goalscope bench`, `experiment` and `data`: tables from tiny files, and errors in one line."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import pytest
+
+from goalscope.datasets import DATASETS
+from goalscope.experiment import identity, work
+from goalscope.experiment.results import Results
+from goalscope.experiment.run import sole
+from test_cli import fails, invoke
+from test_run import QUESTIONS, SHOP, NamedModel
+
+pytest.importorskip("sklearn")
+pytest.importorskip("bm25s")
+
+DIALOGUE = {
+    "id": "a",
+    "task": "You sell groceries.",
+    "turns": [
+        {"query": "What can I do?", "utterance": "I need cocoa for the cake."},
+        {"query": "And?", "utterance": "Flour."},
+    ],
+    "goals": ["bake a cake", "wash the car"],
+    "goal": "bake a cake",
+}
+PERSON = """
+[[profile]]
+name = "shopper"
+description = "You want milk."
+replies = ["Please add whole milk."]
+checks = [{must_have = ["milk"]}]
+"""
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    """A folder with tiny files, and a model that needs no loading."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("GOALSCOPE_DATA", raising=False)
+    monkeypatch.delenv("GOALSCOPE_RESULTS", raising=False)
+    for module in (work, identity):
+        monkeypatch.setattr(module, "opened", lambda model: NamedModel())
+    (tmp_path / "q.jsonl").write_text("".join(json.dumps(row) + "\n" for row in QUESTIONS))
+    rows = (DIALOGUE, {**DIALOGUE, "id": 2, "goal": "wash the car"})
+    (tmp_path / "d.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))
+    (tmp_path / "shop.csv").write_text(SHOP)
+    (tmp_path / "people.toml").write_text(PERSON)
+    (tmp_path / "all.toml").write_text("""
+        title = "Everything [/b]"
+        mcq = {file = "q.jsonl"}
+        dialogues = {jsonl = "d.jsonl", turns = 1}
+        [episodes]
+        domain = "grocery"
+        people = "people.toml"
+        catalogue = "shop.csv"
+        methods = ["no-goals", "good"]
+        rounds = 2
+        [judge]
+        trials = 2
+    """)
+    return tmp_path
+
+
+def tables(*args):
+    """The tables of a command that must succeed, by name."""
+    result = invoke(*args, "--json")
+    assert result.exit_code == 0, result.output
+    found = json.loads(result.stdout)
+    assert all(len(row) == len(each["columns"]) for each in found for row in each["rows"])
+    return {each["name"]: each for each in found}
+
+
+def cells(name):
+    with Results.open(f"results/{name}.db") as results:
+        return results.cells()
+
+
+def test_questions_are_measured_once_and_printed(here):
+    found = tables("bench", "mcq", "q.jsonl", "--limit", "2")["mcq"]
+    assert {"model", "accuracy"} <= set(found["columns"])
+    prompts = {row[found["columns"].index("prompt")] for row in found["rows"]}
+    assert {"question", "question and choices", "no question"} <= prompts
+    assert [cell.attempts for cell in cells("mcq-q")] == [1, 1]
+    again = invoke("bench", "mcq", "q.jsonl")
+    assert again.exit_code == 0
+    assert "Isolated inference" in again.stdout
+    assert [cell.attempts for cell in cells("mcq-q")] == [1, 1, 1]
+
+
+def test_dialogues_of_ones_own_are_measured_beside_the_baselines(here):
+    found = tables("bench", "dialogues", "--jsonl", "d.jsonl")
+    text = json.dumps(list(found.values()))
+    for way in ("TF-IDF", "BM25"):
+        assert way in text
+    (first, second) = cells("dialogues-d")
+    assert (first.spec["case"]["id"], second.spec["case"]["id"]) == ("a", "2")
+    assert [len(first.result[way]) for way in ("role-play", "tfidf", "outright")] == [2, 2, 2]
+    tables("bench", "dialogues", "--jsonl", "d.jsonl", "--no-outright", "--turns", "1")
+    assert "outright" not in cells("dialogues-d")[2].result
+
+
+def test_an_experiment_runs_every_kind_of_cell_and_then_has_nothing_left_to_do(here):
+    found = tables("experiment", "run", "all.toml")
+    assert len(found) >= 3
+    done = cells("all")
+    kinds = [cell.spec["kind"] for cell in done]
+    assert kinds == ["mcq"] * 3 + ["dialogue"] * 2 + ["episode"] * 2 + ["judge"] * 2
+    assert all(cell.result is not None and cell.attempts == 1 for cell in done)
+    assert tables("experiment", "run", "all.toml") == found
+    assert [cell.attempts for cell in cells("all")] == [1] * 9
+    with Results.open("results/all.db") as results:
+        ids = {cell.result["episode"] for cell in done if cell.spec["kind"] == "episode"}
+        assert {info.id for info in results.episodes()} == ids
+        assert results.about["title"] == "Everything [/b]"
+        assert results.about["command"].startswith("goalscope ")
+    shown = invoke("replay", ids.pop(), "--store", "results/all.db")
+    assert "whole milk" in shown.stdout
+
+
+def test_another_folder_of_results_is_named_by_option_or_environment(here, monkeypatch):
+    tables("bench", "mcq", "q.jsonl", "--results", "mine/deep")
+    assert (here / "mine/deep/mcq-q.db").exists()
+    monkeypatch.setenv("GOALSCOPE_RESULTS", "theirs")
+    tables("bench", "mcq", "q.jsonl")
+    assert (here / "theirs/mcq-q.db").exists()
+    assert not (here / "results").exists()
+
+
+def test_what_cannot_be_used_is_said_in_one_line_and_leaves_nothing_behind(here):
+    (here / "broken.jsonl").write_text("{}\n")
+    (here / "odd.toml").write_text("[mqc]\n")
+    for args, cause in [
+        (("bench", "mcq", "no.csv"), "no.csv"),
+        (("bench", "mcq", "broken.jsonl"), "row 1"),
+        (("bench", "dialogues"), "either"),
+        (("bench", "dialogues", "teach"), "--data"),
+        (("bench", "dialogues", "teech"), "teach"),
+        (("bench", "dialogues", "teach", "--data", "nowhere"), "nowhere"),
+        (("bench", "dialogues", "teach", "--data", "."), "TEACh"),
+        (("bench", "dialogues", "--jsonl", "broken.jsonl"), "line 1"),
+        (("bench", "dialogues", "--jsonl", "d.jsonl", "--goal-set", "hard"), "d.jsonl"),
+        (("experiment", "run", "no.toml"), "no.toml"),
+        (("experiment", "run", "odd.toml"), "'mcq'"),
+        (("bench", "mcq", "q.jsonl", "--results", "q.jsonl"), "--results"),
+        (("data", "list", "--data", "nowhere"), "nowhere"),
+    ]:
+        assert cause in fails(2, *args)
+    assert not (here / "results").exists()
+
+
+def test_results_of_another_code_are_refused_until_told_otherwise(here, monkeypatch):
+    tables("bench", "mcq", "q.jsonl", "--limit", "1")
+    monkeypatch.setattr(NamedModel, "fingerprint", "another")
+    refused = invoke("bench", "mcq", "q.jsonl")
+    assert (refused.exit_code, refused.stdout) == (2, "")
+    assert "another model" in refused.stderr.splitlines()[-1]
+    assert "kept" not in refused.stderr
+    tables("bench", "mcq", "q.jsonl", "--anyway")
+    assert len(cells("mcq-q")) == 3
+
+
+def test_a_second_process_is_refused(here):
+    tables("bench", "mcq", "q.jsonl", "--limit", "1")
+    with sole(here / "results/mcq-q.db"):
+        assert "Another process" in fails(2, "bench", "mcq", "q.jsonl")
+
+
+def test_cells_that_fail_are_told_after_the_tables(here, monkeypatch):
+    rows = [QUESTIONS[0], {**QUESTIONS[1], "rephrasings": {"A": ["word " * 300], "B": ["x"]}}]
+    (here / "q.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))
+    result = invoke("bench", "mcq", "q.jsonl", "--json")
+    assert result.exit_code == 1
+    assert json.loads(result.stdout)[0]["name"] == "mcq"
+    line = result.stderr.splitlines()[-1]
+    assert line.startswith("Error: 1 of 2 cells could not be measured")
+    assert "fewer words" in line
+
+
+def test_ctrl_c_says_what_is_kept(here, monkeypatch):
+    measure, measured = work.KINDS["mcq"], []
+
+    def stopped(model, spec):
+        if measured:
+            raise KeyboardInterrupt
+        measured.append(spec)
+        return measure(model, spec)
+
+    monkeypatch.setitem(work.KINDS, "mcq", stopped)
+    result = invoke("bench", "mcq", "q.jsonl", "--json")
+    assert result.exit_code == 130
+    assert "1 of 3 results are kept in results/mcq-q.db; the same command goes on." in result.stderr
+    monkeypatch.setitem(work.KINDS, "mcq", measure)
+    tables("bench", "mcq", "q.jsonl")
+    assert [cell.attempts for cell in cells("mcq-q")] == [1, 2, 1]
+
+
+def test_the_datasets_are_listed_with_the_files_that_are_there(here, monkeypatch):
+    dataset = DATASETS["casino"]
+    file = here / "data" / dataset.files[dataset.split]
+    file.parent.mkdir(parents=True)
+    shutil.copy("q.jsonl", file)
+    listed = invoke("data", "list", "--data", "data", "--json")
+    rows = {row["name"]: row for row in map(json.loads, listed.stdout.splitlines())}
+    assert set(rows) == set(DATASETS)
+    there = {split: each["there"] for split, each in rows["casino"]["files"].items()}
+    assert there == {split: split == dataset.split for split in dataset.files}
+    monkeypatch.setenv("GOALSCOPE_DATA", "data")
+    text = invoke("data", "list").stdout
+    assert "missing" in text
+    for each in DATASETS.values():
+        assert each.title in text
+        assert each.source in text

@@ -1,0 +1,226 @@
+"""Multiple-choice questions: what a file may hold, and the figures of each condition by hand."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from pathlib import Path
+
+import pytest
+
+from fakes import WordModel
+from goalscope.benchmarks.mcq import Question, measure_question, read_questions, rephrase
+from goalscope.models import Completion
+from goalscope.types import InvalidInputError
+
+HEAD = "prompt,A,B,C,D,E,answer\n"
+CHOICES = {"A": "red apples", "B": "green pears"}
+ROW = {"id": "q", "prompt": "Which fruit?", "choices": CHOICES, "answer": "A"}
+REPHRASED = {"A": ["apples of red"], "B": ["pears", "green ones"]}
+UNSAID = Question("q", "Which fruit?", CHOICES, "A", {})
+SAID = Question("q", "Which fruit?", CHOICES, "A", REPHRASED)
+
+
+def read(tmp_path, text, name="q.csv", limit=None):
+    (tmp_path / name).write_bytes(text.encode())
+    return read_questions(tmp_path / name, limit)
+
+
+def read_rows(tmp_path, *rows):
+    return read(tmp_path, "\n".join(json.dumps(row) for row in rows), "q.jsonl")
+
+
+def test_a_csv_file_is_read_as_text_and_nothing_else(tmp_path):
+    rows = 'What?,None,NA,1.0,,"a, ""b""\nc",A\nAnd?,x\u2028y,x\x85y,TRUE,null,nan,E\n'
+    with pytest.raises(InvalidInputError, match=r"q\.csv, row 1: .*choice D is empty"):
+        read(tmp_path, HEAD + rows)
+    one, two = read(tmp_path, HEAD + rows.replace(",,", ",0,"))
+    assert (one.id, two.id) == ("row 1", "row 2")
+    assert one.choices == {"A": "None", "B": "NA", "C": "1.0", "D": "0", "E": 'a, "b"\nc'}
+    assert two.choices == {"A": "x\u2028y", "B": "x\x85y", "C": "TRUE", "D": "null", "E": "nan"}
+    assert (one.answer, two.answer, one.rephrasings) == ("A", "E", {})
+
+
+def test_a_byte_order_mark_windows_lines_and_more_columns_do_no_harm(tmp_path):
+    text = "\ufeff" + ("id," + HEAD + "7,What?,a,b,c,d,e,B\n").replace("\n", "\r\n")
+    (question,) = read(tmp_path, text)
+    assert (question.prompt, question.answer) == ("What?", "B")
+
+
+def test_what_was_read_is_written_and_read_again(tmp_path):
+    rows = [ROW, {**ROW, "id": "r", "rephrasings": REPHRASED}]
+    questions = read_rows(tmp_path, *rows)
+    assert questions[1] == Question("r", "Which fruit?", CHOICES, "A", REPHRASED)
+    assert read_rows(tmp_path, *[each.to_json() for each in questions]) == questions
+
+
+def test_choices_in_the_same_words_are_kept(tmp_path):
+    (question,) = read(tmp_path, HEAD + "What?,same,same,c,d,e,B\n")
+    assert (question.choices["A"], question.choices["B"]) == ("same", "same")
+
+
+def test_a_limit_takes_the_first(tmp_path):
+    rows = HEAD + "1?,a,b,c,d,e,A\n2?,a,b,c,d,e,A\nbroken\n"
+    assert [each.prompt for each in read(tmp_path, rows, limit=2)] == ["1?", "2?"]
+
+
+@pytest.mark.parametrize(
+    ("text", "cause"),
+    [
+        ("question,A,B,C,D,E,answer\nx,a,b,c,d,e,A\n", "row 1: the columns .*prompt is missing"),
+        (HEAD + "x,a,b,c,d,e,A\nx,a,b,c\n", "row 2: .*D, E, answer is missing"),
+        (HEAD + "x,a,b,c,d,e,A,f\n", "row 1: .*more values"),
+        (HEAD + "x,a,b,c,d,e,F\n", "row 1: \"answer\" must be one of A, B, C, D, E, not 'F'"),
+        (HEAD, "no question"),
+        ("", "no question"),
+    ],
+)
+def test_a_csv_row_that_cannot_be_used_is_named(tmp_path, text, cause):
+    with pytest.raises(InvalidInputError, match=rf"q\.csv.*{cause}"):
+        read(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("broken", "cause"),
+    [
+        ([], "JSON object"),
+        ({k: v for k, v in ROW.items() if k != "answer"}, '"answer" is missing'),
+        ({**ROW, "id": None}, '"id"'),
+        ({**ROW, "id": "p"}, 'two questions have the id "p"'),
+        ({**ROW, "prompt": " "}, "prompt is empty"),
+        ({**ROW, "prompt": "\ud800"}, "surrogate"),
+        ({**ROW, "choices": {"A": "one"}}, "at least two"),
+        ({**ROW, "choices": ["a", "b"]}, "object"),
+        ({**ROW, "choices": {"A": "one", "B": None}}, "choice B must be a text"),
+        ({**ROW, "answer": "C"}, "one of A, B, not 'C'"),
+        ({**ROW, "answer": ["A"]}, "one of A, B"),
+        ({**ROW, "rephrasings": {"A": ["x"]}}, "a list for each choice"),
+        ({**ROW, "rephrasings": {"A": ["x"], "B": []}}, "at least one text"),
+        ({**ROW, "rephrasings": {"A": ["x"], "B": [""]}}, "rephrasing of B is empty"),
+    ],
+)
+def test_a_json_row_that_cannot_be_used_is_named(tmp_path, broken, cause):
+    with pytest.raises(InvalidInputError, match=cause) as caught:
+        read_rows(tmp_path, {**ROW, "id": "p"}, broken)
+    assert "q.jsonl" in str(caught.value)
+    assert "row 2" in str(caught.value) or "two questions" in str(caught.value)
+
+
+def test_files_that_cannot_be_read_are_explained(tmp_path):
+    for name in ("missing.csv", ".", "no\0name.csv"):
+        with pytest.raises(InvalidInputError, match="cannot be read"):
+            read_questions(tmp_path / name)
+    (tmp_path / "latin.csv").write_bytes(b"prompt\xff")
+    with pytest.raises(InvalidInputError, match="cannot be read"):
+        read_questions(tmp_path / "latin.csv")
+    for broken in ("{not json", "[" * 100_000, "1" * 5000):
+        with pytest.raises(InvalidInputError, match="row 1"):
+            read(tmp_path, broken, "q.jsonl")
+
+
+def test_the_papers_questions_are_read():
+    if not (folder := os.environ.get("GOALSCOPE_DATA")):
+        pytest.skip("GOALSCOPE_DATA is not set")
+    assert len(read_questions(Path(folder) / "mcq/6000_train_examples.csv")) == 6000
+    rephrased = read_questions(Path(folder) / "mcq/rephrased_dev.jsonl")
+    assert all(len(texts) == 4 for each in rephrased for texts in each.rephrasings.values())
+
+
+class Writer(WordModel):
+    """Writes the next of its replies at each call, the last one for ever."""
+
+    def __init__(self, *replies, finish="stop"):
+        super().__init__()
+        self.written, self.finish, self.seeds = list(replies), finish, []
+
+    def generate(self, messages, **settings):
+        self.seeds.append(settings["seed"])
+        text = self.written.pop(0) if len(self.written) > 1 else self.written[0]
+        return Completion(text, self.finish, 1, 1)
+
+
+def test_rephrasings_differ_from_each_other_and_from_the_choice():
+    writer = Writer("RED APPLES", ' "One." ', "one.", "Two", "", " Three\tthree ", "Four", "Five")
+    written = rephrase(writer, UNSAID, count=4).rephrasings
+    assert written["A"] == ["One.", "Two", "Three three", "Four"]
+    assert written["B"] == ["Five", *["green pears"] * 3]
+    assert writer.seeds == [*range(7), *range(12)]
+
+
+@pytest.mark.parametrize(
+    "writer", [Writer("red apples"), Writer(""), Writer("cut", finish="length")]
+)
+def test_the_choices_own_words_stand_in_where_the_model_has_none(writer):
+    question = Question("q", "Which?", {"A": "red apples", "B": "Red Apples"}, "A", {})
+    assert rephrase(writer, question, count=2).rephrasings == {
+        "A": ["red apples"] * 2,
+        "B": ["Red Apples"] * 2,
+    }
+
+
+def by_hand(context, text="red apples"):
+    """log P(text | context) of a `WordModel`."""
+    seen = {word.strip(".,:()?!-").lower() for word in context.split()} - {""}
+    total = WordModel.vocabulary + len(seen) * (WordModel.boost - 1)
+    return sum(math.log((WordModel.boost if w in seen else 1) / total) for w in text.split())
+
+
+def prompt(query, goal):
+    wanted = f" (You are a person who wants this: {goal})" if goal else ""
+    return (
+        "You are role playing a person who talks with an assistant. The assistant s task: Ask the "
+        f"human a question. Say what this person would say next. {query}{wanted}"
+    )
+
+
+def test_each_condition_has_the_figures_computed_by_hand():
+    measured = measure_question(WordModel(), SAID, layout="goal-last")
+    queries = {
+        "question": "Which fruit?",
+        "choices": "Which fruit? A. red apples B. green pears",
+        "others": "Which fruit? green pears",
+        "blank": "What do you say?",
+    }
+    goals = ["apples of red", "pears", "green ones"]
+    assert measured["goals"] == [
+        {"choice": "A", "text": "apples of red"},
+        {"choice": "B", "text": "pears"},
+        {"choice": "B", "text": "green ones"},
+    ]
+    assert measured["tokens"] == 2
+    assert measured["overlap"] == [1, 0, 0]
+    assert set(measured["conditions"]) == set(queries)
+    for name, query in queries.items():
+        found = measured["conditions"][name]
+        assert found["log_likelihood"] == pytest.approx([by_hand(prompt(query, g)) for g in goals])
+        assert found["unspecified"] == pytest.approx(by_hand(prompt(query, "")))
+
+
+def test_the_others_leave_out_every_choice_in_the_persons_words():
+    class Spy(WordModel):
+        heard = ""
+
+        def token_logprobs(self, contexts, continuations, **settings):
+            self.heard += "".join(f"<{context[-1].content}>" for context in contexts)
+            return super().token_logprobs(contexts, continuations, **settings)
+
+    spy = Spy()
+    same = {"A": "red apples", "B": "red apples", "C": "pears"}
+    rephrasings = {"A": ["x"], "B": ["y"], "C": ["z"]}
+    measured = measure_question(
+        spy, Question("q", "Fruit?", same, "B", rephrasings), layout="goal-last"
+    )
+    assert "<Fruit?\n- pears>" in spy.heard
+    assert "- red apples" not in spy.heard
+    assert len(measured["goals"]) == 3
+
+
+def test_the_layouts_differ_in_where_the_goal_stands_alone():
+    last, first = (
+        measure_question(WordModel(), SAID, layout=each) for each in ("goal-last", "goal-first")
+    )
+    for condition, found in first["conditions"].items():
+        assert found == {
+            key: pytest.approx(value) for key, value in last["conditions"][condition].items()
+        }

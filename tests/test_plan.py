@@ -1,0 +1,277 @@
+"""What a TOML file may say, what is refused and how, and which cells come of it."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from goalscope.datasets import data_folder
+from goalscope.experiment.plan import (
+    Dialogues,
+    Episodes,
+    Experiment,
+    Judge,
+    Questions,
+    judging,
+    models_of,
+    read_experiment,
+    specs_of,
+)
+from goalscope.experiment.results import Cell, cell_key
+from goalscope.types import InvalidInputError
+
+SHIPPED = sorted((Path(__file__).parents[1] / "experiments").glob("*.toml"))
+ROW = {
+    "id": "a",
+    "task": "Sell.",
+    "turns": [{"query": "Yes?", "utterance": "Tea."}, {"query": "And?", "utterance": "Milk."}],
+    "goals": ["make tea", "bake"],
+    "goal": "make tea",
+}
+QUESTION = {"id": "q", "prompt": "Which?", "choices": {"A": "one", "B": "two"}, "answer": "A"}
+
+
+def read(tmp_path, text):
+    (tmp_path / "x.toml").write_text(text)
+    return read_experiment(tmp_path / "x.toml")
+
+
+def refused(tmp_path, text, folder=None):
+    """Why it cannot be read or planned."""
+    with pytest.raises(InvalidInputError) as caught:
+        specs_of(read(tmp_path, text), folder)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def lines(tmp_path, name, *rows):
+    (tmp_path / name).write_text("".join(json.dumps(row) + "\n" for row in rows))
+    return tmp_path / name
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "hint"),
+    [
+        ("titel = 'x'", "x.toml: the key 'titel'", "'title'"),
+        ("[mqc]\nfile = 'x'", "x.toml: the key 'mqc'", "'mcq'"),
+        ("[mcq]\nfiles = 'x'", "[mcq]: the key 'files'", "'file'"),
+        ("[dialogues]\ngoal_set = 'x'", "[dialogues]: the key 'goal_set'", "'goal_sets'"),
+        ("[[episodes]]\nmethod = 'x'", "[episodes]: the key 'method'", "'methods'"),
+        ("[mcq]\nfile = 'x'\n[judge]\ntrails = 2", "[judge]: the key 'trails'", "'trials'"),
+        ("[mcq]\nfile = 'x'\n[judge]\nmodle = 'x'", "[judge]: the key 'modle'", "'model'"),
+        ("models = [{scorr = 'x'}]\n[mcq]\nfile = 'x'", "models: the key 'scorr'", "'scorer'"),
+        (
+            "[mcq]\nfile = 'x'\n[judge]\nmodel = {generatr = 'x'}",
+            "[judge]: the key 'generatr'",
+            "'generator'",
+        ),
+    ],
+)
+def test_an_unknown_key_names_its_place_and_the_nearest_that_is_known(tmp_path, text, place, hint):
+    said = refused(tmp_path, text)
+    assert place in said
+    assert f"did you mean {hint}?" in said
+
+
+@pytest.mark.parametrize(
+    ("text", "cause"),
+    [
+        ("title = 7\n[mcq]\nfile='x'", "'title' must be a text, not 7"),
+        ("mcq = 7", "'mcq' must be a table: [mcq] or [[mcq]]"),
+        ("mcq = [7]", "[mcq] must be a table, not 7"),
+        ("[mcq]\nlimit = 3", "[mcq]: the key 'file' is missing"),
+        ("[mcq]\nfile = ['x']", "'file' must be a text"),
+        ("[mcq]\nfile = 'x'\nlimit = 0", "'limit' must be at least 1"),
+        ("[mcq]\nfile = 'x'\nlimit = true", "'limit' must be a whole number, not True"),
+        ("[mcq]\nfile = 'x'\nlimit = 1.5", "'limit' must be a whole number, not 1.5"),
+        ("[mcq]\nfile = 'x'\nlayouts = []", "'layouts' must not be empty"),
+        ("[dialogues]\ngoals = 1", "'goals' must be at least 2"),
+        ("[dialogues]\noutright = 'no'", "'outright' must be true or false, not 'no'"),
+        ("[episodes]\nseeds = 1", "[episodes]: the key 'domain' is missing"),
+        ("episodes = {domain = 'grocery', seeds = [-1]}", "'seeds' must be at least 0"),
+        ("episodes = {domain = 'grocery', temperature = 0}", "'temperature' must be above 0"),
+        ("episodes = {domain = 'grocery', temperature = nan}", "'temperature' must be above 0"),
+        ("episodes = {domain = 'grocery', temperature = inf}", "below a billion"),
+        ("judge = 7\n[mcq]\nfile='x'", "[judge] must be a table"),
+        ("models = []\n[mcq]\nfile='x'", "at least one model"),
+        ("models = [7]\n[mcq]\nfile='x'", "a model must be a name or a table"),
+        ("models = ['']\n[mcq]\nfile='x'", "a model must be a name or a table"),
+        ("models = [{model = 7}]\n[mcq]\nfile='x'", "'model' must be a text"),
+        ("", "nothing to measure"),
+        ("title = 'x'\n[judge]", "nothing to measure"),
+        ("mcq = []", "nothing to measure"),
+        ("title = ", "not valid TOML"),
+    ],
+)
+def test_what_is_of_the_wrong_kind_or_missing_is_said(tmp_path, text, cause):
+    assert cause in refused(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "unknown", "hint"),
+    [
+        ("episodes = {domain = 'grocer'}", "'grocer'", "'grocery'"),
+        ("episodes = {domain = 'grocery', methods = 'no-goal'}", "'no-goal'", "'no-goals'"),
+        ("episodes = {domain = 'grocery', humans = ['you']}", "'you'", "scripted"),
+        ("episodes = {domain = 'grocery', humans = 'tersee'}", "'tersee'", "'terse'"),
+        ("episodes = {domain = 'grocery', evidence = 'las'}", "'las'", "'last'"),
+        ("episodes = {domain = 'grocery', layouts = 'goal-lst'}", "'goal-lst'", "'goal-last'"),
+        ("episodes = {domain = 'grocery', profiles = 'souup'}", "'souup'", "'soup'"),
+        ("dialogues = {set = 'teech'}", "'teech'", "'teach'"),
+        ("dialogues = {set = 'mcq'}", "'mcq'", "teach"),
+        ("dialogues = {set = 'teach', goal_sets = 'rndom'}", "'rndom'", "'random'"),
+        ("dialogues = {set = 'teach', split = 'valid_sen'}", "'valid_sen'", "'valid_seen'"),
+    ],
+)
+def test_an_unknown_name_is_told_the_nearest(tmp_path, text, unknown, hint):
+    (tmp_path / "people.toml").write_text(
+        "[[profile]]\nname='soup'\ndescription='Soup.'\nreplies=['Soup.']\n"
+        "checks=[{must_have=['soup']}]\n"
+    )
+    if "souup" in text:
+        people = json.dumps(str(tmp_path / "people.toml"))
+        text = text.replace("}", f", people = {people}}}")
+    said = refused(tmp_path, text, tmp_path)
+    assert unknown in said
+    assert hint in said
+
+
+def test_files_that_are_missing_or_broken_are_named(tmp_path):
+    assert "--data" in refused(tmp_path, "dialogues = {set = 'teach'}")
+    assert "TEACh (valid_seen) is missing" in refused(
+        tmp_path, "dialogues = {set='teach'}", tmp_path
+    )
+    assert "--data" in refused(tmp_path, "mcq = {file = 'mcq/no.jsonl'}")
+    assert str(tmp_path / "no.jsonl") in refused(tmp_path, "mcq = {file='no.jsonl'}", tmp_path)
+    assert "no file" in refused(tmp_path, 'mcq = {file = "a\\u0000b"}', tmp_path)
+    lines(tmp_path, "q.jsonl", QUESTION, {**QUESTION, "id": "r", "answer": "Z"})
+    assert "q.jsonl, row 2" in refused(tmp_path, "mcq = {file = 'q.jsonl'}", tmp_path)
+    lines(tmp_path, "d.jsonl", ROW, {**ROW, "id": "b", "goal": "fly"})
+    assert "d.jsonl, line 2" in refused(tmp_path, "dialogues = {jsonl = 'd.jsonl'}", tmp_path)
+    with pytest.raises(InvalidInputError, match="not readable"):
+        read_experiment(tmp_path / "no.toml")
+
+
+def test_dialogues_are_a_dataset_or_a_file_of_ones_own_and_not_both(tmp_path):
+    lines(tmp_path, "d.jsonl", ROW)
+    for text in ("goals = 3", "set = 'teach', jsonl = 'd.jsonl'"):
+        assert "either 'set'" in refused(tmp_path, f"dialogues = {{{text}}}", tmp_path)
+    for text in ("goal_sets = 'random'", "split = 'valid_seen'"):
+        said = refused(tmp_path, f"dialogues = {{jsonl = 'd.jsonl', {text}}}", tmp_path)
+        assert "names the goals" in said
+
+
+def test_a_scalar_stands_for_a_list_of_one(tmp_path):
+    text = """
+    models = "tiny.gguf"
+    [dialogues]
+    set = "teach"
+    goal_sets = "random"
+    [episodes]
+    domain = "house"
+    seeds = 3
+    humans = "terse"
+    [mcq]
+    file = "x"
+    layouts = "goal-first"
+    """
+    found = read(tmp_path, text)
+    assert found.models == ({"model": "tiny.gguf"},)
+    assert found.dialogues == (Dialogues(set="teach", goal_sets=("random",)),)
+    assert found.episodes == (Episodes("house", seeds=(3,), humans=("terse",)),)
+    assert found.questions == (Questions("x", layouts=("goal-first",)),)
+    assert (found.name, found.title, found.judge.trials) == ("x", "x", 0)
+
+
+def test_models_are_names_or_tables_and_the_embedded_one_needs_no_name(tmp_path):
+    text = """
+    models = ["embedded", {generator = "w", scorer = "embedded"}, {model = "embedded"}]
+    mcq = [{file = "a"}, {file = "b"}]
+    judge = {model = "http://host/v1#big", comparisons = 2}
+    """
+    found = read(tmp_path, text)
+    assert found.models == ({}, {"generator": "w"}, {})
+    assert found.judge == Judge(20, 2, model={"model": "http://host/v1#big"})
+    assert len(found.questions) == 2
+    assert read(tmp_path, "mcq = {file = 'x'}").models == ({},)
+
+
+def test_there_are_as_many_cells_as_the_product_of_the_axes(tmp_path):
+    questions = lines(tmp_path, "q.jsonl", QUESTION, {**QUESTION, "id": "r"})
+    own = lines(tmp_path, "d.jsonl", ROW, {**ROW, "id": "b"}, {**ROW, "id": "c"})
+    both = ("goal-first", "goal-last")
+    experiment = Experiment(
+        "x",
+        models=({}, {"model": "m"}),
+        questions=(Questions(str(questions), layouts=both),),
+        dialogues=(Dialogues(jsonl=str(own), limit=2, turns=1, layouts=both),),
+        episodes=(
+            Episodes(
+                "grocery",
+                methods=("good", "no-goals", "no-inference"),
+                humans=("scripted", "terse"),
+                evidence=("sum", "last"),
+                layouts=both,
+                seeds=(0, 1),
+            ),
+        ),
+    )
+    specs = specs_of(experiment, None)
+    kinds = [spec["kind"] for spec in specs]
+    assert kinds.count("mcq") == 2 * 2 * 2
+    assert kinds.count("dialogue") == 2 * 2 * 2
+    assert kinds.count("episode") == 2 * 10 * 3 * 2 * 2 * 2 * 2
+    assert len({cell_key(spec) for spec in specs}) == len(specs)
+    assert models_of(specs) == [{}, {"model": "m"}]
+    (dialogue, *_) = (spec for spec in specs if spec["kind"] == "dialogue")
+    assert dialogue["case"]["turns"] == ROW["turns"][:1]
+    assert (dialogue["goal_set"], dialogue["case"]["truth"]) == ("own", 0)
+
+
+def test_equal_numbers_make_equal_cells(tmp_path):
+    one, other = (
+        specs_of(read(tmp_path, f"episodes = {{domain = 'house', temperature = {value}}}"), None)
+        for value in ("2", "2.0")
+    )
+    assert [cell_key(spec) for spec in one] == [cell_key(spec) for spec in other]
+
+
+def test_the_evaluator_judges_what_is_done_and_compares_methods_of_one_person():
+    people = {
+        spec["profile"] for spec in specs_of(Experiment("x", episodes=(Episodes("grocery"),)), None)
+    }
+    part = Episodes("grocery", tuple(sorted(people)[:2]), methods=("good", "no-goals"))
+    experiment = Experiment("x", episodes=(part,), judge=Judge(3, 2, model={"model": "big"}))
+    specs = specs_of(experiment, None)
+    result = {"task": "t", "description": "d", "empty": False, "outcome": "o", "actions": ["a"]}
+    cells = [Cell(cell_key(spec), spec, result=result) for spec in specs]
+    found = judging(experiment, cells)
+    assert [spec["kind"] for spec in found] == ["judge"] * 4 + ["compare"] * 2
+    assert {spec["model"]["model"] for spec in found} == {"big"}
+    assert found[0]["actions"] == []  # of the shop, the basket alone is shown
+    for spec in found[4:]:
+        one, other = spec["of"]
+        assert one["profile"] == other["profile"]
+        assert {one["method"], other["method"]} == {"good", "no-goals"}
+    undone = [Cell(cells[0].key, specs[0]), *cells[1:]]
+    assert len(judging(experiment, undone)) == 3 + 1
+    empty = [Cell(cells[0].key, specs[0], result={**result, "empty": True}), *cells[1:]]
+    assert len(judging(experiment, empty)) == 4 + 1
+    assert judging(Experiment("x", episodes=(part,)), cells) == []
+
+
+@pytest.mark.parametrize("file", SHIPPED, ids=lambda file: file.stem)
+def test_the_experiments_of_the_repository_can_be_planned(file):
+    experiment = read_experiment(file)
+    assert experiment.title
+    if not os.environ.get("GOALSCOPE_DATA"):
+        pytest.skip("GOALSCOPE_DATA is not set")
+    specs = specs_of(experiment, data_folder(None))
+    assert len({cell_key(spec) for spec in specs}) == len(specs) > 0
+
+
+def test_there_are_experiments_in_the_repository():
+    assert len(SHIPPED) >= 8

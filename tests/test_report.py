@@ -1,0 +1,357 @@
+"""The report: a page that stands by itself, figures and tables beside it; nothing in it acts."""
+
+import json
+import re
+import sqlite3
+from html.parser import HTMLParser
+from pathlib import Path
+from xml.dom import minidom
+
+import numpy as np
+import pytest
+from typer import Typer
+from typer.testing import CliRunner
+
+from goalscope.belief import Belief
+from goalscope.cli_report import report
+from goalscope.episode import Round
+from goalscope.experiment.results import Results, cell_key
+from goalscope.report import read_report, write_markdown, write_report
+from goalscope.report.drawing import clean, draw
+from goalscope.report.figures import belief_figure
+from goalscope.store import Store, round_to_json
+from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError, Turn
+
+pytest.importorskip("matplotlib")
+pytest.importorskip("scipy.stats")
+
+HOSTILE = (
+    "<script>alert(1)</script> $\\frac{x}$ --> ]]> \u202egoal\x1b[31m \uffff\ud800 _x {{ 7*7 }}"
+)
+IDENTITY = {"version": "1", "code": "abc", "prompts": "def", "model small": "123"}
+
+
+def round_of(number: int, goals: list[str], row: list[float]) -> Round:
+    belief = Belief.uniform([Goal(goal) for goal in goals]).observe(row)
+    return Round(number, Turn("?", "!"), belief, (), (), 0, "", (), number == 3)
+
+
+def rounds() -> list[Round]:
+    return [
+        round_of(1, ["Unspecified", HOSTILE], [0.0, 1.0]),
+        round_of(2, ["Unspecified", HOSTILE, "soup"], [0.0, 1.0, 2.0]),
+        round_of(3, ["Unspecified", "soup"], [0.0, 3.0]),
+    ]
+
+
+def mcq(n: int) -> tuple[dict, dict]:
+    choices = {"A": "tea", "B": "soup"}
+    row = {"id": str(n), "prompt": HOSTILE, "choices": choices, "answer": "A", "rephrasings": {}}
+    goals = [{"choice": "A", "text": "tea"}, {"choice": "B", "text": "soup"}]
+    values = {"log_likelihood": [-1.0, -2.0], "unspecified": -1.5}
+    result = {"tokens": 2, "goals": goals, "conditions": {"question": values}, "overlap": [1, 0]}
+    return {"kind": "mcq", "row": row, "model": {}, "layout": "goal-last"}, result
+
+
+def dialogue(n: int) -> tuple[dict, dict]:
+    case = {"id": str(n), "group": str(n), "task": "Help.", "truth": n % 2}
+    case |= {"turns": [{"query": "?", "utterance": "!"}] * 2, "goals": ["a", "b", "c"]}
+    spec = {"kind": "dialogue", "set": "own", "split": None, "goal_set": "own", "case": case}
+    result = {
+        "role-play": [[0.0, 1.0, 0.5]] * 2,
+        "outright": [{"goal": 0, "sure": 0.9}] * 2,
+        "tfidf": [[0.0, 1.0, 0.0]] * 2,
+    }
+    return {**spec, "model": {}, "layout": "goal-last", "end_of_turn": False}, result
+
+
+def episode(method: str, profile: str, score: float) -> tuple[dict, dict]:
+    settings = {"domain": "grocery", "human": "scripted", "method": method, "seed": 0}
+    spec = {"kind": "episode", "settings": settings, "profile": profile, "model": {}}
+    begin = {"domain": "grocery", "profile": profile, "method": method, "model": "", "task": "t"}
+    own = rounds() if method == "good" else []
+    made = {"begin": begin, "rounds": [round_to_json(r) for r in own], "ended": "terminated"}
+    result = {"episode": {**made, "score": score}, "score": score, "rounds": 3, "replans": 0}
+    return spec, {**result, "terminated": True, "empty": False, "outcome": "", "actions": []}
+
+
+def judged(spec: dict, scores: list[float]) -> tuple[dict, dict]:
+    of = {"method": "", "profile": spec["profile"], "key": cell_key(spec)}
+    made = {"kind": "judge", "of": of, "model": {}, "trials": 3, "seed": 0, "empty": False}
+    return made, {"trials": [{"score": s, "explanation": "", "answer": ""} for s in scores]}
+
+
+def fill(file: Path, cells: list[tuple[dict, dict]], **about: str) -> Path:
+    with Results.open(file) as results:
+        results.describe({"name": file.stem, "title": file.stem, "command": "make it", **about})
+        for cell, (_, result) in zip(results.plan([s for s, _ in cells]), cells, strict=True):
+            results.begin_cell(cell.key)
+            results.keep(cell.key, result, IDENTITY)
+    return file
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    episodes = [episode("good", HOSTILE.replace("\ud800", ""), 1.0), episode("good", "b", 0.5)]
+    episodes += [episode("no-goals", "b", 0.25)]
+    judges = [judged(spec, [3.0, 2.0, 2.5]) for spec, _ in episodes]
+    fill(tmp_path / "people.db", [*episodes, *judges], title=HOSTILE.replace("\ud800", ""))
+    fill(tmp_path / "talk.db", [dialogue(n) for n in range(6)], source="Sec. 4.2")
+    fill(tmp_path / "mcq.db", [mcq(n) for n in range(3)])
+    return tmp_path
+
+
+def files(out: Path) -> dict[str, bytes]:
+    return {
+        str(file.relative_to(out)): file.read_bytes() for file in out.rglob("*") if file.is_file()
+    }
+
+
+class Tags(HTMLParser):
+    """What elements there are, and the attributes of each."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.found: list[tuple[str, dict[str, str | None]]] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.found.append((tag, dict(attrs)))
+
+
+def test_the_page_acts_not_and_asks_for_nothing(folder: Path, tmp_path: Path) -> None:
+    page = write_report(read_report(folder), tmp_path / "out").read_text(encoding="utf-8")
+    tags = Tags(page).found
+    assert {"script", "iframe", "object", "img", "link", "form"}.isdisjoint(t for t, _ in tags)
+    for tag, attributes in tags:
+        assert not any(name.startswith("on") for name in attributes)
+        for name in ("href", "xlink:href", "src"):
+            assert re.match(r"#|figures/|tables/|$", attributes.get(name) or "")
+        if tag == "meta" and attributes.get("http-equiv"):
+            assert attributes["content"].startswith("default-src 'none'; style-src 'unsafe-inline'")
+    assert "@import" not in page
+    assert not re.search(r"url\((?!#)", page)
+    assert "&lt;script&gt;alert(1)" in page
+    assert "{{ 7*7 }}" in page
+    assert not set(page) & set("\x1b\u202e\uffff\ud800")
+
+
+def test_every_id_is_there_once_and_every_reference_leads_somewhere(
+    folder: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    page = write_report(read_report(folder), out).read_text(encoding="utf-8")
+    tags = Tags(page).found
+    ids = [attributes["id"] for _, attributes in tags if "id" in attributes]
+    assert len(ids) == len(set(ids))
+    for _, attributes in tags:
+        target = attributes.get("href") or attributes.get("xlink:href") or "report.html"
+        assert target[1:] in ids if target.startswith("#") else (out / target).is_file()
+    assert set(re.findall(r"url\(#([^)]*)\)", page)) <= set(ids)
+
+
+def test_the_same_results_give_the_same_bytes(folder: Path, tmp_path: Path) -> None:
+    for out in ("one", "two"):
+        write_report(read_report(folder), tmp_path / out)
+    one, two = files(tmp_path / "one"), files(tmp_path / "two")
+    assert one == two
+    names = {Path(name).parts[0] for name in one}
+    assert names == {"report.html", "figures", "tables"}
+    for name in one:
+        if name.endswith(".svg"):
+            assert str(Path(name).with_suffix(".png")) in one
+            minidom.parseString(one[name])
+    assert {n[:-4] for n in one if n.endswith(".csv")} == {
+        n[:-4] for n in one if n.endswith(".tex")
+    }
+
+
+def test_the_figures_of_each_kind_are_there(folder: Path) -> None:
+    found = {section.name: section for section in read_report(folder).sections}
+    assert [f.name.split("-")[1] for f in found["talk"].figures] == ["turns", "calibration"]
+    assert [f.name for f in found["mcq"].figures] == ["mcq-accuracy"]
+    people = found["people"].figures
+    assert [f.name.split("-")[1] for f in people] == ["methods", "belief", "belief"]
+    methods, *beliefs = people
+    assert "judge's score" in methods.drawing.svg
+    assert "pooled SD of the mean" in methods.caption
+    assert "95 %" in methods.caption
+    assert [bool(f.group) for f in people] == [False, True, True]
+    assert all("3 rounds, 3 goals" in f.caption for f in beliefs)
+    talk = " ".join(f.caption for f in found["talk"].figures)
+    assert "n = 6 dialogues" in talk
+    assert "ECE" in talk
+    assert "94.4 %" in found["mcq"].figures[0].caption
+
+
+def test_goals_are_drawn_as_they_are_written() -> None:
+    (text,) = re.findall(
+        r"<text[^>]*>(&lt;script.*?)</text>", belief_figure("b", "x", rounds(), "").drawing.svg
+    )
+    assert "$\\frac{x}$ --&gt; ]]&gt;" in text
+    assert "&lt;script&gt;" in text
+    for goal in ("$a$ $", "_hidden", "猫が好き", "\\$5 & <b>"):
+        own = [round_of(1, ["Unspecified", goal], [0.0, 1.0])]
+        svg = belief_figure("b", goal, own, "").drawing.svg
+        texts = [
+            "".join(child.data for child in node.childNodes)
+            for node in minidom.parseString(svg.encode()).getElementsByTagName("text")
+        ]
+        assert goal in texts
+
+
+def test_unspecified_is_grey_and_goals_keep_their_colours() -> None:
+    svg = belief_figure("b", "x", rounds(), "").drawing.svg
+    assert svg.count("#999999") >= 2  # its ribbon and its legend
+    more = [*rounds(), round_of(4, ["Unspecified", "soup", "pie"], [0.0, 1.0, 1.0])]
+    for colour in ("#0072b2", "#e69f00"):
+        assert colour in svg.lower()
+        assert colour in belief_figure("b", "x", more, "").drawing.svg.lower()
+
+
+def test_many_goals_share_a_ribbon_and_none_make_no_figure() -> None:
+    goals = ["Unspecified", *(f"goal {i}" for i in range(15))]
+    figure = belief_figure("b", "x", [round_of(1, goals, list(np.arange(16.0)))], "")
+    assert "6 other goals" in figure.drawing.svg
+    nothing = Round(1, Turn("?", "!"), None, (), (), 0, "", (), True)
+    assert belief_figure("b", "x", [nothing], "") is None
+    assert belief_figure("b", "x", [], "") is None
+    assert UNSPECIFIED.text == "Unspecified"
+
+
+def test_each_picture_has_a_title_and_text_as_text() -> None:
+    drawing = draw("pic", "A & B", (2, 1), lambda figure: figure.text(0, 0, "hello"))
+    root = minidom.parseString(drawing.svg.encode()).documentElement
+    assert root.firstChild.firstChild.data == "A & B"
+    assert root.getAttribute("aria-labelledby") == root.firstChild.getAttribute("id")
+    assert ">hello</text>" in drawing.svg
+    assert drawing.png.startswith(b"\x89PNG")
+    assert "<style" not in drawing.svg
+    assert not re.search(r"20\d\d-\d\d", drawing.svg)
+
+
+def test_users_settings_of_matplotlib_do_not_matter() -> None:
+    mpl = pytest.importorskip("matplotlib")
+    plain = draw("p", "p", (2, 1), lambda figure: figure.text(0, 0, "x")).svg
+    with mpl.rc_context({"font.size": 30, "svg.fonttype": "path"}):
+        assert draw("p", "p", (2, 1), lambda figure: figure.text(0, 0, "x")).svg == plain
+        assert mpl.rcParams["font.size"] == 30
+
+
+def test_what_is_missing_failed_or_mixed_is_said(tmp_path: Path) -> None:
+    cells = [mcq(n) for n in range(4)]
+    with Results.open(tmp_path / "r.db") as results:
+        one, two, three, _ = results.plan([spec for spec, _ in cells])
+        results.keep(one.key, cells[0][1], IDENTITY)
+        results.begin_cell(two.key, 2)
+        results.keep(two.key, cells[1][1], {**IDENTITY, "code": "other"})
+        results.fail(three.key, "The server <b>is</b> away.")
+    (section,) = read_report(tmp_path / "r.db", draw=False).sections
+    assert section.tables[0].rows == (("mcq", 4, 2, 1, 1, 1),)
+    text = " ".join(section.warnings)
+    assert "1 of 4 cells are not measured yet" in text
+    assert "1 of 4 cells failed" in text
+    assert "The server <b>is</b> away." in text
+    assert "different versions of the code are mixed" in text
+    values = [value for name, value in section.facts if name.startswith("measured with")]
+    assert values[0] == "version 1, code abc, prompts def, model small 123"
+    assert "code other" in values[1]
+
+
+def test_episodes_without_an_experiment_are_reported(tmp_path: Path) -> None:
+    with Store.open(tmp_path / "episodes.db") as store:
+        id = store.begin(domain="grocery", method="good", model="m.gguf", task="t", profile="cake")
+        for each in rounds():
+            store.append(id, each)
+        store.finish(id, ended="terminated", score=0.5)
+        store.begin(domain="grocery", method="good", model="m.gguf", task="t")
+    (section,) = read_report(tmp_path / "episodes.db").sections
+    (table,) = section.tables
+    shown = table.text_rows()
+    assert shown[0][2:] == ("grocery", "cake", "good", "m.gguf", "3", "terminated", "50.0 %")
+    assert shown[1][3] == "a person"
+    assert [figure.group for figure in section.figures] == ["cake"]
+    write_report(read_report(tmp_path), tmp_path / "out")
+
+
+def test_reading_changes_nothing_while_another_writes(tmp_path: Path) -> None:
+    fill(tmp_path / "r.db", [mcq(1)])
+    with Results.open(tmp_path / "r.db") as other, other.transaction():
+        (section,) = read_report(tmp_path / "r.db", draw=False).sections
+    assert section.tables[0].rows[0][2] == 1
+    old = tmp_path / "r.db"
+    before = old.read_bytes()
+    read_report(old, draw=False)
+    assert old.read_bytes() == before
+
+
+def test_other_files_of_a_folder_are_left_out_and_named(folder: Path) -> None:
+    (folder / "broken.db").write_bytes(b"no database" * 100)
+    with sqlite3.connect(folder / "foreign.db") as other:
+        other.execute("CREATE TABLE t (x)")
+    other.close()
+    Store.open(folder / "empty.db").close()
+    found = read_report(folder, draw=False)
+    assert [section.name for section in found.sections] == ["mcq", "people", "talk"]
+    assert ["broken.db" in found.skipped[0], "foreign.db" in found.skipped[1]] == [True] * 2
+    with pytest.raises(GoalscopeError, match=r"foreign\.db is another program's file"):
+        read_report(folder / "foreign.db")
+
+
+def test_where_there_are_no_results_it_says_how_to_make_some(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInputError, match="holds no results"):
+        read_report(tmp_path)
+    with pytest.raises(InvalidInputError, match="There is no"):
+        read_report(tmp_path / "nowhere")
+    fill(tmp_path / "r.db", [mcq(1)])
+    with pytest.raises(InvalidInputError, match="cannot be written"):
+        write_report(read_report(tmp_path, draw=False), tmp_path / "r.db" / "sub")
+
+
+def test_files_of_one_name_do_not_overwrite_each_other(tmp_path: Path) -> None:
+    fill(tmp_path / "a.db", [mcq(1)], name="x")
+    fill(tmp_path / "b.db", [mcq(2)], name="X")
+    found = read_report(tmp_path)
+    assert [section.name for section in found.sections] == ["x", "X-2"]
+    names = [table.name for section in found.sections for table in section.tables]
+    assert names == ["x-cells", "x-mcq", "X-2-cells", "X-2-mcq"]
+
+
+def test_markdown_has_all_tables_and_a_table_of_contents(folder: Path, tmp_path: Path) -> None:
+    found = read_report(folder, draw=False)
+    write_markdown(found, tmp_path / "docs" / "results.md")
+    text = (tmp_path / "docs" / "results.md").read_text(encoding="utf-8")
+    assert text.startswith("# Results\n")
+    for section in found.sections:
+        for name in (section.name, *(table.name for table in section.tables)):
+            assert f"](#{name})" in text
+            assert text.count(f'<a id="{name}"></a>') == 1
+    assert text.count("Made by ` make it `") == 3
+    assert "<script" not in text
+    assert "\x1b" not in text
+
+
+def test_the_command_writes_or_prints(folder: Path, tmp_path: Path) -> None:
+    app = Typer()
+    app.command()(report)
+    printed = CliRunner().invoke(app, [str(folder), "--json"])
+    assert printed.exit_code == 0
+    sections = json.loads(printed.stdout)
+    assert [section["name"] for section in sections] == ["mcq", "people", "talk"]
+    assert sections[0]["tables"][1]["columns"][0] == "model"
+    assert not (folder / "report").exists()
+    written = CliRunner().invoke(
+        app, [str(folder / "mcq.db"), "--markdown", str(tmp_path / "m.md")]
+    )
+    assert written.exit_code == 0
+    assert (folder / "report" / "report.html").is_file()
+    assert (tmp_path / "m.md").is_file()
+    assert "2 tables, 1 figures" in written.stdout
+    both = CliRunner().invoke(app, [str(folder / "mcq.db"), "--json", "--out", str(tmp_path / "o")])
+    assert json.loads(both.stdout)
+    assert (tmp_path / "o" / "report.html").is_file()
+
+
+def test_clean_leaves_what_people_write() -> None:
+    assert clean("Crème brûlée, 猫, 👍\nnew") == "Crème brûlée, 猫, 👍\nnew"
+    assert set("\x00\x1b\u202e\ufffe\ufdd0").isdisjoint(clean("\x00\x1b\u202e\ufffe\ufdd0"))

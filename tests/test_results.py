@@ -1,0 +1,204 @@
+"""Results on disk: each cell once, with its episode or not at all, and never of two codes mixed."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from goalscope.experiment.results import Results, cell_key
+from goalscope.store import APPLICATION, MIGRATIONS, VERSION, Store, round_to_json
+from goalscope.types import GoalscopeError, InvalidInputError
+from test_store import EPISODE, a_round, values_of, with_connection
+
+CODE = {"code": "aaa", "prompts": "bbb", "model tiny": "ccc"}
+json_values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner),
+    max_leaves=8,
+)
+
+
+@pytest.fixture
+def results(tmp_path):
+    with Results.open(tmp_path / "r.db") as opened:
+        yield opened
+
+
+def shuffled(value, chance):
+    """The same JSON with its entries in another order."""
+    if isinstance(value, list):
+        return [shuffled(each, chance) for each in value]
+    if isinstance(value, dict):
+        keys = list(value)
+        chance.shuffle(keys)
+        return {key: shuffled(value[key], chance) for key in keys}
+    return value
+
+
+def an_episode(rounds=2, **changes):
+    """What an episode's cell yields."""
+    lines = [round_to_json(a_round(number)) for number in range(1, rounds + 1)]
+    episode = {"begin": EPISODE, "rounds": lines, "ended": "terminated", "score": 0.5, **changes}
+    return {"episode": episode, "score": 0.5}
+
+
+@given(json_values, st.randoms(use_true_random=False))
+def test_equal_specs_have_equal_keys_whatever_their_order(value, chance):
+    spec = {"kind": "mcq", "row": value, "model": {}}
+    assert cell_key(shuffled(spec, chance)) == cell_key(spec)
+    assert cell_key({**spec, "model": {"model": "x"}}) != cell_key(spec)
+
+
+def test_a_cell_is_planned_and_kept_exactly_once(results):
+    first, second = results.plan([{"a": 1}, {"a": 2}])
+    assert [cell.key for cell in results.plan([{"a": 2}, {"a": 2}, {"a": 1}])] == [
+        second.key,
+        first.key,
+    ]
+    results.keep(first.key, {"value": 1}, CODE)
+    results.keep(first.key, {"value": 2}, {**CODE, "code": "zzz"})
+    kept, empty = results.cells()
+    assert (kept.result, kept.identity, kept.spec) == ({"value": 1}, CODE, {"a": 1})
+    assert (empty.result, empty.identity, empty.error) == (None, None, None)
+
+
+def test_an_episode_is_adopted_exactly_once_and_read_as_any_other(results):
+    (cell,) = results.plan([{"kind": "episode"}])
+    for _ in range(2):
+        results.keep(cell.key, an_episode(), CODE)
+    (info,) = results.episodes()
+    assert results.cells()[0].result == {"episode": info.id, "score": 0.5}
+    assert (info.ended, info.score, info.rounds) == ("terminated", 0.5, 2)
+    assert [values_of(each) for each in results.rounds(info.id)] == [
+        values_of(a_round(1)),
+        values_of(a_round(2)),
+    ]
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        an_episode() | {"score": float("nan")},  # found after the episode was written
+        an_episode(ended="never"),
+        an_episode(score=7),
+        an_episode() | {"episode": {**an_episode()["episode"], "rounds": ["{}"]}},
+    ],
+)
+def test_a_result_and_its_episode_come_together_or_not_at_all(results, broken):
+    (cell,) = results.plan([{"kind": "episode"}])
+    with pytest.raises((GoalscopeError, ValueError, KeyError)):
+        results.keep(cell.key, broken, CODE)
+    assert results.episodes() == []
+    assert results.cells()[0].result is None
+    results.keep(cell.key, an_episode(), CODE)
+    assert len(results.episodes()) == 1
+
+
+def test_attempts_count_and_a_result_takes_the_errors_place(results):
+    (cell,) = results.plan([{"a": 1}])
+    results.begin_cell(cell.key)
+    results.fail(cell.key, "no luck \ud800")
+    results.begin_cell(cell.key, 2)
+    (failed,) = results.cells()
+    assert (failed.attempts, failed.error, failed.result) == (3, "no luck \\ud800", None)
+    results.keep(cell.key, {"value": 1}, CODE)
+    (kept,) = results.cells()
+    assert (kept.attempts, kept.error) == (3, None)
+
+
+def test_facts_are_kept_each_in_the_place_of_an_earlier_one(results):
+    results.describe({"title": "One", "command": "a"})
+    results.describe({"title": "Two \ud800"})
+    assert results.about == {"title": "Two \ud800", "command": "a"}
+
+
+@pytest.mark.parametrize("name", list(CODE))
+def test_results_of_another_code_prompt_or_model_are_not_mixed_unless_told_to(results, name):
+    results.identify(CODE)
+    changed = {**CODE, name: "new"}
+    (cell,) = results.plan([{"a": 1}])
+    results.identify(changed)  # nothing has been measured yet
+    results.identify(CODE)
+    results.keep(cell.key, {}, CODE)
+    results.identify({**CODE, "model other": "ddd"})  # one model more is no change
+    results.identify(CODE)
+    with pytest.raises(InvalidInputError, match=f"another {name}. .*--results.*--anyway"):
+        results.identify(changed)
+    assert results.about["identity"] == {**CODE, "model other": "ddd"}
+    results.identify(changed, anyway=True)
+    assert results.about["identity"][name] == "new"
+    assert results.cells()[0].identity == CODE
+
+
+def test_a_file_of_the_first_version_is_brought_up_to_date_and_keeps_its_episodes(tmp_path):
+    file = tmp_path / "old.db"
+    connection = sqlite3.connect(file)
+    connection.executescript(MIGRATIONS[0])
+    connection.execute(
+        "INSERT INTO episodes VALUES ('abc', '2026', 'grocery', NULL, 'good', 'm', 'Sell.', '{}',"
+        " NULL, NULL)"
+    )
+    connection.execute("INSERT INTO rounds VALUES ('abc', 1, ?)", [round_to_json(a_round())])
+    connection.execute(f"PRAGMA application_id = {APPLICATION}")
+    connection.execute("PRAGMA user_version = 1")
+    connection.commit()
+    connection.close()
+    for _ in range(2):
+        with Results.open(file) as results:
+            assert values_of(results.rounds("abc")[0]) == values_of(a_round())
+            assert len(results.plan([{"a": 1}])) == len(results.cells()) == 1
+            (version,) = results._connection.execute("PRAGMA user_version").fetchone()
+            assert version == VERSION == len(MIGRATIONS)
+
+
+def test_a_file_of_a_newer_version_is_refused(tmp_path):
+    Results.open(tmp_path / "new.db").close()
+    with_connection(tmp_path / "new.db", f"PRAGMA user_version = {VERSION + 1}")
+    with pytest.raises(GoalscopeError, match="Update goalscope"):
+        Results.open(tmp_path / "new.db")
+
+
+KEEPER = """
+import sys
+from test_results import CODE, an_episode
+from goalscope.experiment.results import Results
+results = Results.open(sys.argv[1])
+cells = results.plan({"n": n} for n in range(500))
+print("ready", flush=True)
+for cell in cells:
+    if cell.result is None:
+        results.keep(cell.key, an_episode(rounds=20), CODE)
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="the system has no SIGKILL")
+def test_a_kill_leaves_results_with_their_whole_episodes_and_no_others(tmp_path):
+    file, counts, chance = tmp_path / "r.db", [0], random.Random(5)
+    env = os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])}
+    for _ in range(2):
+        with subprocess.Popen(
+            [sys.executable, "-c", KEEPER, str(file)], stdout=subprocess.PIPE, env=env
+        ) as process:
+            assert process.stdout is not None
+            assert process.stdout.readline() == b"ready\n"
+            time.sleep(0.1 + 0.2 * chance.random())
+            process.send_signal(signal.SIGKILL)
+        with Store.open(file) as store:  # any store reads the episodes
+            episodes = {info.id: info.rounds for info in store.episodes()}
+        with Results.open(file) as results:
+            kept = [cell.result["episode"] for cell in results.cells() if cell.result]
+        assert sorted(kept) == sorted(episodes)
+        assert set(episodes.values()) == {20}
+        counts.append(len(kept))
+    assert counts == sorted(set(counts)), "each start keeps more, and loses nothing"
+    assert counts[-1] < 500, "the process was over before the signal"

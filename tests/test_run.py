@@ -1,0 +1,292 @@
+"""An experiment does what is missing, and whatever stops it, nothing is lost or done twice."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from fakes import WordModel
+from goalscope.experiment import identity, work
+from goalscope.experiment import run as runs
+from goalscope.experiment.plan import Episodes, Experiment, Judge, specs_of
+from goalscope.experiment.results import Results
+from goalscope.experiment.tables import tables_of
+from goalscope.experiment.work import measure, perform
+from goalscope.types import GoalscopeError, InvalidInputError
+
+SOURCE = str(Path(__file__).parents[1] / "src")
+MAIN = [sys.executable, "-c", "from goalscope.cli import main; main()"]
+ENV = os.environ | {"PYTHONPATH": SOURCE, "GOALSCOPE_TUNE": "0"}
+
+CHOICES = {"A": "a cake with much cocoa", "B": "a clean car"}
+REPHRASINGS = {"A": ["bake something with chocolate"], "B": ["wash the car"]}
+QUESTIONS = [
+    {"id": n, "prompt": prompt, "choices": CHOICES, "answer": "AB"[n % 2],
+     "rephrasings": REPHRASINGS}
+    for n, prompt in enumerate(("What would you like?", "What is missing?", "And now?"))
+]  # fmt: skip
+SHOP = "name,category,unit,price\nWhole Milk,dairy,1 L,1.20\nGreen Tea,drinks,20 bags,3.00\n"
+PEOPLE = """
+[[profile]]
+name = "shopper"
+description = "You want milk."
+replies = ["Please add whole milk."]
+checks = [{must_have = ["milk"]}, {bought = true}]
+
+[[profile]]
+name = "silent"
+description = "You want nothing."
+replies = ["Buy the basket"]
+checks = [{bought = true}]
+"""
+
+
+class NamedModel(WordModel):
+    """A `WordModel` with the names that results keep."""
+
+    name = "words"
+    fingerprint = "words 1"
+
+
+@pytest.fixture
+def results(tmp_path):
+    with Results.open(tmp_path / "r.db") as opened:
+        yield opened
+
+
+@pytest.fixture
+def fake(monkeypatch):
+    """Cells of the kind "fake" are measured here; those whose number is in `broken` fail."""
+    state = {"broken": set(), "begun": [], "error": GoalscopeError("out of luck")}
+
+    def fake_cell(model, spec):
+        state["begun"].append(spec["n"])
+        if spec["n"] in state["broken"]:
+            raise state["error"]
+        return {"value": spec["n"] / 3}
+
+    monkeypatch.setitem(work.KINDS, "fake", fake_cell)
+    for module in (work, identity):
+        monkeypatch.setattr(module, "opened", lambda model: NamedModel())
+    return state
+
+
+def fakes(count):
+    return [{"kind": "fake", "n": n, "model": {}} for n in range(count)]
+
+
+def run(specs, results, experiment=None, **options):
+    """All steps, as (number of the cell, error, done, total)."""
+    return [
+        (step.cell and step.cell.spec.get("n"), step.error, step.done, step.total)
+        for step in runs.run(experiment or Experiment("x"), specs, results, **options)
+    ]
+
+
+def shop(tmp_path, *people, **settings):
+    (tmp_path / "shop.csv").write_text(SHOP)
+    (tmp_path / "people.toml").write_text(PEOPLE)
+    files = {"people": str(tmp_path / "people.toml"), "catalogue": str(tmp_path / "shop.csv")}
+    part = Episodes("grocery", people, methods=("no-goals",), **files, **settings)
+    return Experiment("x", episodes=(part,))
+
+
+def test_only_what_is_missing_is_measured(results, fake):
+    assert run(fakes(2), results) == [(None, None, 0, 2), (0, None, 1, 2), (1, None, 2, 2)]
+    more = [*fakes(3), *fakes(3)]  # the same cell twice is one
+    assert run(more, results) == [(None, None, 2, 3), (2, None, 3, 3)]
+    assert run(more, results) == [(None, None, 3, 3)]
+    assert fake["begun"] == [0, 1, 2]
+    assert [cell.attempts for cell in results.cells()] == [1, 1, 1]
+
+
+@pytest.mark.parametrize("error", [GoalscopeError("out of luck"), ZeroDivisionError("by nought")])
+def test_a_cell_that_fails_is_noted_and_tried_again_the_next_time(results, fake, error):
+    fake.update(broken={1}, error=error)
+    steps = run(fakes(3), results)
+    assert [(n, done) for n, _, done, _ in steps] == [(None, 0), (0, 1), (1, 1), (2, 2)]
+    said = str(error) if isinstance(error, GoalscopeError) else "ZeroDivisionError: by nought"
+    assert steps[2][1] == said
+    assert [cell.error for cell in results.cells()] == [None, said, None]
+    fake["broken"].clear()
+    assert run(fakes(3), results)[1:] == [(1, None, 3, 3)]
+    again = results.cells()[1]
+    assert (again.attempts, again.error, again.result) == (2, None, {"value": 1 / 3})
+
+
+def test_five_failures_in_a_row_stop_and_four_do_not(results, fake):
+    fake["broken"] = {0, 1, 2, 3, 5, 6, 7, 8, 9}
+    with pytest.raises(GoalscopeError, match=r"5 cells failed.*out of luck.*same command"):
+        run(fakes(12), results)
+    assert fake["begun"] == list(range(10))
+    assert [cell.spec["n"] for cell in results.cells() if cell.result] == [4]
+
+
+def test_ctrl_c_keeps_what_is_done_and_the_next_call_does_the_rest(results, fake):
+    fake.update(broken={2}, error=KeyboardInterrupt())
+    with pytest.raises(KeyboardInterrupt):
+        run(fakes(4), results)
+    assert [cell.spec["n"] for cell in results.cells() if cell.result] == [0, 1]
+    fake["broken"].clear()
+    assert [n for n, *_ in run(fakes(4), results)] == [None, 2, 3]
+    assert [cell.attempts for cell in results.cells()] == [1, 1, 2, 1]
+
+
+def test_what_was_measured_with_another_model_is_not_mixed(results, fake, monkeypatch):
+    run(fakes(1), results)
+    monkeypatch.setattr(NamedModel, "fingerprint", "words 2")
+    with pytest.raises(InvalidInputError, match="another model SmolLM2"):
+        run(fakes(2), results)
+    run(fakes(2), results, anyway=True)
+    one, other = results.cells()
+    assert one.identity["code"] == other.identity["code"]
+    assert one.identity != other.identity
+
+
+def test_a_worker_refuses_a_cell_that_it_would_measure_with_something_else(fake):
+    (spec,) = fakes(1)
+    own = identity.identity_of([{}])
+    assert perform({"spec": spec, "identity": own}) == {"value": 0}
+    with pytest.raises(GoalscopeError, match="another prompts"):
+        perform({"spec": spec, "identity": {**own, "prompts": "old"}})
+
+
+def test_one_process_at_a_time_adds_to_a_file(tmp_path):
+    with (
+        runs.sole(tmp_path / "r.db"),
+        pytest.raises(InvalidInputError, match="Another process"),
+        runs.sole(tmp_path / "r.db"),
+    ):
+        pass
+    with runs.sole(tmp_path / "r.db"), runs.sole(tmp_path / "other.db"):
+        pass
+
+
+def test_the_evaluators_cells_come_after_the_episodes(results, fake, tmp_path, monkeypatch):
+    order = []
+    episode = dict.fromkeys(("task", "description", "outcome"), "x") | {"actions": []}
+
+    def fake_episode(model, spec):
+        order.append(("episode", spec["profile"]))
+        if spec["profile"] == "silent":
+            raise GoalscopeError("out of luck")
+        return {**episode, "empty": False, "score": 1.0}
+
+    def fake_judge(model, spec):
+        order.append(("judge", spec["of"]["profile"]))
+        return {"trials": []}
+
+    monkeypatch.setitem(work.KINDS, "episode", fake_episode)
+    monkeypatch.setitem(work.KINDS, "judge", fake_judge)
+    plan = shop(tmp_path, "silent", "shopper")
+    judged = Experiment("x", episodes=plan.episodes, judge=Judge(trials=2))
+    steps = run(specs_of(judged, None), results, judged)
+    assert order == [("episode", "silent"), ("episode", "shopper"), ("judge", "shopper")]
+    assert [(done, total) for *_, done, total in steps] == [(0, 2), (0, 2), (1, 2), (2, 3)]
+
+
+def test_an_episode_becomes_one_of_the_store(results, tmp_path, model, monkeypatch):
+    monkeypatch.setattr(work, "opened", lambda spec: model)
+    (spec,) = specs_of(shop(tmp_path, "shopper"), None)
+    (cell,) = results.plan([spec])
+    outcome = measure(spec)
+    results.keep(cell.key, outcome, {})
+    (info,) = results.episodes()
+    kept = results.cells()[0].result
+    assert kept == {**outcome, "episode": info.id}
+    rounds = results.rounds(info.id)
+    assert len(rounds) == kept["rounds"] == 2
+    assert rounds[0].turn.utterance == "Please add whole milk."
+    assert (info.profile, info.method, info.ended) == ("shopper", "no-goals", "terminated")
+    assert kept["checks"] == [True, True]
+    assert kept["score"] == info.score == 1
+    assert "Whole Milk" in kept["outcome"]
+    assert any("Whole Milk" in act for act in kept["actions"])
+    assert (kept["terminated"], kept["empty"]) == (True, False)
+
+
+def test_a_basket_that_was_bought_with_nothing_in_it_is_empty(fake, tmp_path):
+    (spec,) = specs_of(shop(tmp_path, "silent"), None)
+    found = measure(spec)
+    assert (found["terminated"], found["empty"], found["actions"]) == (True, True, [])
+
+
+def experiment_file(folder):
+    rows = "".join(json.dumps(row) + "\n" for row in QUESTIONS)
+    (folder / "questions.jsonl").write_text(rows)
+    text = f"mcq = {{file = {json.dumps(str(folder / 'questions.jsonl'))}}}"
+    (folder / "tiny.toml").write_text(text)
+    return folder / "tiny.toml"
+
+
+def command(file, folder, *more):
+    return [*MAIN, "experiment", "run", str(file), "--results", str(folder), "--json", *more]
+
+
+def measured(folder):
+    """Tables without the command that made them, and the exact results in the order of the plan."""
+    with Results.open(folder / "tiny.db") as results:
+        tables = [{**each.to_dict(), "command": ""} for each in tables_of(results)]
+        return tables, [(cell.key, cell.spec, cell.result) for cell in results.cells()]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The file of a tiny experiment, and what comes of it without an interruption."""
+    folder = tmp_path_factory.mktemp("whole")
+    file = experiment_file(folder)
+    ran = subprocess.run(command(file, folder), env=ENV, capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    tables, cells = measured(folder)
+    assert [{**each, "command": ""} for each in json.loads(ran.stdout)] == tables
+    assert len(cells) == len(QUESTIONS)
+    assert all(result for *_, result in cells)
+    return file, tables, cells
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="the system has no SIGKILL")
+def test_killed_again_and_again_it_comes_to_the_same_tables(whole, tmp_path):
+    file, tables, cells = whole
+    chance, seen = random.Random(7), 0
+    for least in (0, 1, 2):  # results there are at the least when it is killed
+        with subprocess.Popen(
+            command(file, tmp_path), env=ENV, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+        ) as process:
+            deadline = time.monotonic() + 120
+            while process.poll() is None and time.monotonic() < deadline:
+                if (tmp_path / "tiny.db").exists() and kept(tmp_path) >= least:
+                    break
+                time.sleep(0.005)
+            time.sleep(0.05 * chance.random())
+            process.send_signal(signal.SIGKILL)
+        assert process.returncode == -signal.SIGKILL, "the run was over before the signal"
+        assert kept(tmp_path) >= max(least, seen)
+        seen = kept(tmp_path)
+    ran = subprocess.run(command(file, tmp_path), env=ENV, capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    assert measured(tmp_path) == (tables, cells)
+    with Results.open(tmp_path / "tiny.db") as results:
+        assert 3 <= sum(cell.attempts for cell in results.cells()) <= 3 + 3
+
+
+def kept(folder):
+    with Results.open(folder / "tiny.db") as results:
+        return sum(cell.result is not None for cell in results.cells())
+
+
+def test_worker_processes_measure_the_same_to_the_bit(whole, tmp_path):
+    pytest.importorskip("distributed")
+    pytest.importorskip("cryptography")
+    file, tables, cells = whole
+    spread = command(file, tmp_path, "--on", "dask")
+    ran = subprocess.run(spread, env=ENV, capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    assert measured(tmp_path) == (tables, cells)
