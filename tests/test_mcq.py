@@ -206,10 +206,10 @@ def test_the_others_leave_out_every_choice_in_the_persons_words():
             return super().token_logprobs(contexts, continuations, **settings)
 
     spy = Spy()
-    same = {"A": "red apples", "B": "red apples", "C": "pears"}
+    same = {"A": "pears", "B": "red apples", "C": "red apples"}
     rephrasings = {"A": ["x"], "B": ["y"], "C": ["z"]}
     measured = measure_question(
-        spy, Question("q", "Fruit?", same, "B", rephrasings), layout="goal-last"
+        spy, Question("q", "Fruit?", same, "C", rephrasings), layout="goal-last"
     )
     assert "<Fruit?\n- pears>" in spy.heard
     assert "- red apples" not in spy.heard

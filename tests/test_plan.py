@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -269,7 +270,8 @@ def test_the_experiments_of_the_repository_can_be_planned(file):
     assert experiment.title
     if not os.environ.get("GOALSCOPE_DATA"):
         pytest.skip("GOALSCOPE_DATA is not set")
-    specs = specs_of(experiment, data_folder(None))
+    one = tuple(replace(each, goal_sets=each.goal_sets[:1]) for each in experiment.dialogues)
+    specs = specs_of(replace(experiment, dialogues=one), data_folder(None))
     assert len({cell_key(spec) for spec in specs}) == len(specs) > 0
 
 
