@@ -18,9 +18,9 @@ from goalscope.experiment.plan import (
     Questions,
     judging,
     models_of,
-    read_experiment,
     specs_of,
 )
+from goalscope.experiment.reading import read_experiment
 from goalscope.experiment.results import Cell, cell_key
 from goalscope.types import InvalidInputError
 
@@ -191,6 +191,7 @@ def test_models_are_names_or_tables_and_the_embedded_one_needs_no_name(tmp_path)
     text = """
     models = ["embedded", {generator = "w", scorer = "embedded"}, {model = "embedded"}]
     mcq = [{file = "a"}, {file = "b"}]
+    episodes = {domain = "house"}
     judge = {model = "http://host/v1#big", comparisons = 2}
     """
     found = read(tmp_path, text)
@@ -198,6 +199,8 @@ def test_models_are_names_or_tables_and_the_embedded_one_needs_no_name(tmp_path)
     assert found.judge == Judge(20, 2, model={"model": "http://host/v1#big"})
     assert len(found.questions) == 2
     assert read(tmp_path, "mcq = {file = 'x'}").models == ({},)
+    with pytest.raises(InvalidInputError, match=r"\[judge\] scores episodes"):
+        read(tmp_path, "mcq = {file = 'x'}\njudge = {}")
 
 
 def test_there_are_as_many_cells_as_the_product_of_the_axes(tmp_path):

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from goalscope.cli_options import (
-    Calls,
     EndOfTurn,
     Json,
     Layout,
@@ -65,7 +64,6 @@ def mcq(
     generator: Writer = None,
     scorer: Scorer = None,
     tokenizer: Tokenizer = None,
-    calls: Calls = None,
     data: Data = None,
     limit: Limit = None,
     layout: Layout = None,
@@ -88,7 +86,7 @@ def mcq(
         f"mcq-{file.stem}",
         f"Isolated inference: {file.name}",
         "Sec. 4.1",
-        (_model(model, generator, scorer, tokenizer, calls),),
+        (_model(model, generator, scorer, tokenizer),),
         questions=(part,),
     )
     _run(plan, _folder(data), results, on, workers, anyway, as_json)
@@ -117,7 +115,6 @@ def dialogues(
     generator: Writer = None,
     scorer: Scorer = None,
     tokenizer: Tokenizer = None,
-    calls: Calls = None,
     layout: Layout = None,
     end_of_turn: EndOfTurn = False,
     outright: Annotated[
@@ -154,7 +151,7 @@ def dialogues(
     plan = Experiment(
         f"dialogues-{name}",
         f"Real dialogues: {name}",
-        models=(_model(model, generator, scorer, tokenizer, calls),),
+        models=(_model(model, generator, scorer, tokenizer),),
         dialogues=(part,),
     )
     _run(plan, _folder(data), results, on, workers, anyway, as_json)
@@ -180,7 +177,7 @@ def run_experiment(
     """
     from dataclasses import replace
 
-    from goalscope.experiment.plan import read_experiment
+    from goalscope.experiment.reading import read_experiment
 
     plan = read_experiment(file)
     if model:
@@ -280,7 +277,6 @@ def _model(
     generator: str | None = None,
     scorer: str | None = None,
     tokenizer: str | None = None,
-    calls: Path | None = None,
 ) -> dict[str, str]:
     """A model as a cell names it."""
     model, generator, scorer = (
@@ -291,6 +287,5 @@ def _model(
         "generator": named(generator),
         "scorer": named(scorer),
         "tokenizer": tokenizer_named(tokenizer),
-        "calls": str(calls.absolute()) if calls else None,
     }
     return {key: value for key, value in given.items() if value}

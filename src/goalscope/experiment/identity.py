@@ -11,15 +11,15 @@ from typing import Any
 
 import goalscope
 from goalscope.models import OpenModel
-from goalscope.models.opening import open_model
+from goalscope.models.opening import MODEL_KEYS, model_label, open_model
 
-__all__ = ["MODEL_KEYS", "identity_of", "label_of", "opened"]
+__all__ = ["identity_of", "opened"]
 
-MODEL_KEYS = ("model", "generator", "scorer", "tokenizer", "calls")
-"""Arguments of `open_model` that name a model."""
-
-_SHOWN = ("cli", "display", "plain", "terminal", "report", "experiment", "stats", "datasets")
+_SHOWN = ("cli", "display", "plain", "terminal", "report", "stats", "datasets", "experiment")
 """Modules, by how their names begin, that do not take part in the measuring of a cell."""
+
+_WORK = Path("experiment", "work.py")
+"""The one of them that does."""
 
 
 @cache
@@ -32,48 +32,32 @@ def opened(model: Mapping[str, Any]) -> OpenModel:
     return _opened(tuple(model.get(key) for key in MODEL_KEYS))
 
 
-def label_of(model: Mapping[str, Any]) -> str:
-    """The model's name for tables: of files and folders only the last part."""
-    writer, scorer = (model.get(key) or model.get("model") for key in ("generator", "scorer"))
-    names = dict.fromkeys(_short(name) for name in (writer, scorer))
-    return " + ".join(names)
-
-
 def identity_of(models: Iterable[Mapping[str, Any]]) -> dict[str, str]:
     """Hashes of the code, of the prompts, and of each model (which is opened for it)."""
     root = Path(goalscope.__file__).parent
     code = [
-        file
-        for file in sorted(root.rglob("*"))
+        root / file
+        for file in sorted(each.relative_to(root) for each in root.rglob("*"))
         if file.suffix in (".py", ".csv", ".toml")
-        and not file.relative_to(root).parts[0].startswith(_SHOWN)
+        and (file == _WORK or not file.parts[0].startswith(_SHOWN))
     ]
     found = {
         "version": importlib.metadata.version("goalscope"),
-        "code": _digest(code),
-        "prompts": _digest(sorted(root.rglob("*.jinja"))),
+        "code": _digest(tuple(code)),
+        "prompts": _digest(tuple(sorted(root.rglob("*.jinja")))),
     }
     for model in models:
         fingerprint = opened(model).fingerprint
-        found[f"model {label_of(model)}"] = hashlib.sha256(fingerprint.encode()).hexdigest()[:12]
+        name, value = f"model {model_label(model)}", _short(fingerprint)
+        found[name if found.get(name, value) == value else f"{name} {value}"] = value
     return found
 
 
 @cache
-def _digest_of(files: tuple[Path, ...]) -> str:
-    digest = hashlib.sha256()
-    for file in files:
-        digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
-    return digest.hexdigest()[:12]
+def _digest(files: tuple[Path, ...]) -> str:
+    return _short("".join(f"{file.name} {_short(file.read_bytes())}\n" for file in files))
 
 
-def _digest(files: Iterable[Path]) -> str:
-    return _digest_of(tuple(files))
-
-
-def _short(name: str | None) -> str:
-    if name is None:
-        return "SmolLM2-135M-Instruct"
-    if name.startswith(("http://", "https://")):
-        return name.partition("#")[2] or name
-    return Path(name.removeprefix("hf:")).name.removesuffix(".gguf")
+def _short(content: str | bytes) -> str:
+    data = content.encode() if isinstance(content, str) else content
+    return hashlib.sha256(data).hexdigest()[:12]

@@ -106,6 +106,19 @@ class Results(Store):
             for key, spec, attempts, error, identity, result in rows
         ]
 
+    def ask_for(self, cells: Iterable[Cell]) -> None:
+        """Note that these are the cells of the newest plan for each model that they measure."""
+        asked: dict[str, list[str]] = {}
+        for cell in cells:
+            asked.setdefault(dumps(_subject(cell.spec), sort_keys=True), []).append(cell.key)
+        self.describe({"asked": {**self.about.get("asked", {}), **asked}})
+
+    def asked_for(self) -> list[Cell]:
+        """The cells of the newest plan for each model; those of earlier plans are passed over."""
+        plans = self.about.get("asked", {}).values()
+        asked = {key for keys in plans for key in keys}
+        return [cell for cell in self.cells() if cell.key in asked or not plans]
+
     def begin_cell(self, key: str, attempts: int = 1) -> None:
         """Note that a cell is begun, or was begun so many times; a kill leaves this behind."""
         with self.transaction():
@@ -152,3 +165,10 @@ class Results(Store):
             self.append(id, round_from_json(text))
         self.finish(id, ended=ended, score=episode["score"])
         return id
+
+
+def _subject(spec: Mapping[str, Any]) -> Any:
+    """The model that a cell is about: that of the run, where it is an evaluator's."""
+    if spec["kind"] == "compare":
+        return spec["of"][0]["model"]
+    return spec["of"]["model"] if spec["kind"] == "judge" else spec["model"]

@@ -92,18 +92,19 @@ def run(
         InvalidInputError: What is measured with has changed.
         GoalscopeError: Too many cells failed in a row.
     """
-    planned: list[Cell] = []
-    for first in (True, False):
-        if not first:
-            specs = judging(experiment, results.plan([cell.spec for cell in planned]))
-        if not specs:
+    episodes = results.plan(specs)
+    for evaluating in (False, True):
+        judged = results.plan(judging(experiment, results.plan(specs)))
+        planned = list({cell.key: cell for cell in [*episodes, *judged]}.values())
+        results.ask_for(planned)
+        cells = judged if evaluating else episodes
+        if not cells:
             continue
-        identity = identity_of(models_of(specs))
+        identity = identity_of(models_of(cell.spec for cell in cells))
         results.identify(identity, anyway=anyway)
-        cells = results.plan(specs)
-        planned = results.plan([cell.spec for cell in [*planned, *cells]])
-        total, done = len(planned), sum(cell.result is not None for cell in planned)
-        if first:
+        total = len(planned)
+        done = sum(cell.result is not None for cell in planned)
+        if not evaluating:
             yield Done(None, None, done, total)
         failures = 0
         missing = [cell for cell in cells if cell.result is None]

@@ -14,6 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from goalscope.models.opening import model_label
 from goalscope.plain import plain
 from goalscope.stats import Interval
 
@@ -26,7 +27,6 @@ __all__ = [
     "chosen",
     "markdown_text",
     "mean",
-    "model_name",
     "slug",
 ]
 
@@ -184,7 +184,7 @@ class Labels:
         known = {_key(each): each for each in settings}
         fields = dict.fromkeys(key for each in known.values() for key in each)
         differ = [f for f in fields if len({_key(each.get(f)) for each in known.values()}) > 1]
-        names = {key: model_name(each.get("model")) for key, each in known.items()}
+        names = {key: model_label(each["model"]) for key, each in known.items()}
         self._labels: dict[str, str] = {}
         for key, each in known.items():
             label = names[key]
@@ -199,22 +199,6 @@ class Labels:
     def __getitem__(self, settings: Mapping[str, Any]) -> str:
         """The label of settings that were given at the start."""
         return self._labels[_key(settings)]
-
-
-def model_name(model: object) -> str:
-    """What to call the model of a spec: a name, a mapping that holds one, or None."""
-    if model is None:
-        return "embedded model"
-    if isinstance(model, str):
-        return re.split(r"[/\\]", model)[-1] or model
-    if isinstance(model, Mapping):
-        for key in ("name", "model", "path", "file", "id"):
-            found: object = model.get(key)  # pyright: ignore[reportUnknownMemberType,reportUnknownVariableType]
-            if isinstance(found, str) and found:
-                return model_name(found)
-        if not any(model.values()):  # pyright: ignore[reportUnknownMemberType,reportUnknownArgumentType]
-            return "embedded model"
-    return _value(model)  # pyright: ignore[reportUnknownArgumentType]
 
 
 def chosen(cells: Iterable[Measured], kind: str) -> list[Measured]:

@@ -16,7 +16,6 @@ from goalscope.experiment.summary import (
     Table,
     chosen,
     mean,
-    model_name,
     slug,
 )
 from goalscope.experiment.summary_compare import Comparison, comparisons_table, read_comparison
@@ -305,13 +304,10 @@ def _is(cell: Measured, kind: str) -> bool:
 
 
 def _shared(spec: Mapping[str, Any]) -> dict[str, Any]:
-    """The settings that all runs of one group have; `model` holds what writes and what scores."""
+    """The settings that all runs of one group have."""
     own = ("method", "seed", "domain", "human")
     kept = {key: value for key, value in spec["settings"].items() if key not in own}
-    model: Mapping[str, Any] = spec["model"]
-    both = [model.get(part) or model.get("model") for part in ("generator", "scorer")]
-    name = " + ".join(dict.fromkeys(map(model_name, both)))
-    return {**kept, "model": {"name": name, "writes": both[0], "scores": both[1]}}
+    return {**kept, "model": spec["model"]}
 
 
 def _score(run: Run) -> float:

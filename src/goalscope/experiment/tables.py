@@ -12,8 +12,8 @@ __all__ = ["tables_of"]
 
 
 def tables_of(results: Results) -> list[Table]:
-    """The tables of every kind of cell that has results; they say how many there are."""
-    done = [cell for cell in results.cells() if cell.result is not None]
+    """The tables of the newest plan for each model, of those cells that have results."""
+    done = [cell for cell in results.asked_for() if cell.result is not None]
     cells = [(cell.spec, cell.result or {}) for cell in done]
     command = results.about.get("command", "")
     tables = list(mcq_tables(cells, command=command))

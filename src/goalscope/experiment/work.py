@@ -14,10 +14,10 @@ from goalscope.benchmarks.dialogues import case_from_json, measure_dialogue
 from goalscope.benchmarks.mcq import Question, measure_question, rephrase
 from goalscope.domains import Settings, open_environment, profile_named
 from goalscope.envs.grocery import GroceryShop
-from goalscope.experiment.identity import MODEL_KEYS, identity_of, opened
+from goalscope.experiment.identity import identity_of, opened
 from goalscope.judge import compare, judge, possible_actions
 from goalscope.models import OpenModel
-from goalscope.models.opening import parts
+from goalscope.models.opening import MODEL_KEYS, parts
 from goalscope.session import Session
 from goalscope.store import Store, round_to_json
 from goalscope.types import GoalscopeError
@@ -36,7 +36,7 @@ def perform(task: Mapping[str, Any]) -> dict[str, Any]:
     """
     spec, expected = task["spec"], task["identity"]
     own = identity_of([spec["model"]])
-    wrong = [name for name, value in own.items() if expected.get(name) != value]
+    wrong = [name for name, value in own.items() if value not in expected.values()]
     if wrong:
         raise GoalscopeError(
             f"A worker has another {' and another '.join(wrong)} than the process that planned "
@@ -75,9 +75,7 @@ def _dialogue(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _episode(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
-    settings = Settings(
-        **spec["settings"], **{key: spec["model"].get(key) for key in MODEL_KEYS[:-1]}
-    )
+    settings = Settings(**spec["settings"], **{key: spec["model"].get(key) for key in MODEL_KEYS})
     profile = profile_named(settings, spec["profile"])
     start = time.monotonic()
     env = open_environment(settings, profile)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -12,7 +13,10 @@ from goalscope.models.cache import CachedModel
 from goalscope.models.chat import ChatTokenizer
 from goalscope.types import Message, ModelError
 
-__all__ = ["TwoModels", "open_model", "parts"]
+__all__ = ["MODEL_KEYS", "TwoModels", "model_label", "open_model", "parts"]
+
+MODEL_KEYS = ("model", "generator", "scorer", "tokenizer")
+"""Arguments of `open_model` that say which model it is."""
 
 
 class TwoModels:
@@ -95,6 +99,12 @@ def parts(model: OpenModel) -> tuple[OpenGenerator, OpenScorer]:
     )
 
 
+def model_label(names: Mapping[str, Any]) -> str:
+    """What tables call the model of these `MODEL_KEYS`: of files and folders only the last part."""
+    writer, scorer = (names.get(key) or names.get("model") for key in ("generator", "scorer"))
+    return " + ".join(dict.fromkeys(_short(name) for name in (writer, scorer)))
+
+
 def open_model(
     model: str | Path | None = None,
     *,
@@ -150,6 +160,14 @@ def open_model(
             )
         opened.pop_all()
     return result
+
+
+def _short(name: str | None) -> str:
+    if name is None:
+        return "SmolLM2-135M-Instruct"
+    if _is_address(name):
+        return name.partition("#")[2] or name
+    return re.split(r"[/\\]", name.removeprefix("hf:"))[-1].removesuffix(".gguf") or name
 
 
 def _is_address(name: str | Path | None) -> bool:

@@ -6,17 +6,17 @@ import json
 import sqlite3
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from goalscope.experiment.results import Cell, Results
-from goalscope.experiment.summary import Entry, Estimate, Table, model_name, slug
+from goalscope.experiment.summary import Entry, Estimate, Table, slug
 from goalscope.experiment.summary_dialogues import read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
 from goalscope.experiment.tables import tables_of
+from goalscope.models.opening import model_label
 from goalscope.report.figures import (
     Figure,
     accuracy_figure,
@@ -123,7 +123,7 @@ def _copied(file: Path) -> Generator[Results]:
 
 
 def _section(results: Results, name: str, stem: str, draw: bool) -> Section | None:
-    cells = results.cells()
+    cells = results.asked_for()
     if not cells:
         return _episodes_alone(results, name, stem, draw)
     about = results.about
@@ -153,8 +153,7 @@ def _episodes_alone(results: Results, name: str, stem: str, draw: bool) -> Secti
     for info in episodes:
         score = None if info.score is None else Estimate(info.score, None, "percent")
         who = info.profile or "a person"
-        model = model_name(info.model)
-        head = (info.id, info.created, info.domain, who, info.method, model)
+        head = (info.id, info.created, info.domain, who, info.method, info.model)
         rows.append((*head, info.rounds, info.ended or "goes on", score))
         if draw:
             label = f"{who}, {info.method} ({info.domain}, episode {info.id})"
@@ -196,7 +195,7 @@ def _progress(cells: Sequence[Cell]) -> Table:
 
 def _facts(done: Sequence[Cell]) -> Iterator[tuple[str, str]]:
     """Models, seeds, layouts and the like; and the hashes of what they were measured with."""
-    models = dict.fromkeys(_model(cell.spec["model"]) for cell in done)
+    models = dict.fromkeys(model_label(cell.spec["model"]) for cell in done)
     if models:
         yield "models", "; ".join(models)
     settings = [{**cell.spec, **cell.spec.get("settings", {})} for cell in done]
@@ -266,7 +265,7 @@ def _beliefs(
 ) -> Iterator[Figure]:
     """The belief of each episode, the episodes of one person together."""
     own = [cell for cell in done if cell.spec["kind"] == "episode"]
-    runs = [{**cell.spec["settings"], "model": _model(cell.spec["model"])} for cell in own]
+    runs = [{**cell.spec["settings"], "model": model_label(cell.spec["model"])} for cell in own]
     differ = [
         key
         for key in dict.fromkeys(key for run in runs for key in run)
@@ -283,14 +282,6 @@ def _beliefs(
 
 def _made(figure: Figure | None) -> list[Figure]:
     return [figure] if figure else []
-
-
-def _model(model: Mapping[str, Any]) -> str:
-    """All that a model was opened by; of files only their last parts."""
-    if not model:
-        return model_name(None)
-    parts = [f"{key} {model_name(value)}" for key, value in model.items() if key != "model"]
-    return ", ".join([*([model_name(model["model"])] if model.get("model") else []), *parts])
 
 
 def _text(value: object) -> str:

@@ -1,0 +1,148 @@
+"""Experiments as TOML files: read with care, or refused with the nearest word that is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any, cast, get_args
+
+from goalscope.agent import Method
+from goalscope.domains import Domain
+from goalscope.envs.tables import nearest, read_table, refuse_unknown, shown
+from goalscope.experiment.plan import Dialogues, Episodes, Experiment, Judge, Model, Questions
+from goalscope.habits import Habit
+from goalscope.likelihood import Layout
+from goalscope.models.opening import MODEL_KEYS
+from goalscope.types import InvalidInputError
+
+__all__ = ["EMBEDDED", "read_experiment"]
+
+EMBEDDED = "embedded"
+"""What the embedded model is called in a file."""
+
+
+def read_experiment(file: Path) -> Experiment:
+    """Read an experiment from a TOML file.
+
+    Raises:
+        InvalidInputError: The file cannot be read, or holds what is unknown; names the place, and
+            the nearest key or value that is known.
+    """
+    table = read_table(file, f"The experiment {file} is")
+    label = file.name
+    known = ("title", "source", "models", "mcq", "dialogues", "episodes", "judge")
+    refuse_unknown(table, known, label)
+    models = table.get("models", EMBEDDED)
+    models = cast("list[object]", models if isinstance(models, list) else [models])
+    if not models:
+        raise InvalidInputError(f"{label}: 'models' must hold at least one model.")
+    parts: dict[str, tuple[Any, ...]] = {}
+    for key, kind in (("mcq", Questions), ("dialogues", Dialogues), ("episodes", Episodes)):
+        given: object = table.get(key, [])
+        if not isinstance(given, dict | list):
+            raise InvalidInputError(f"{label}: '{key}' must be a table: [{key}] or [[{key}]].")
+        found = cast("list[object]", given if isinstance(given, list) else [given])
+        parts[key] = tuple(_part(kind, row, f"{label}, [{key}]") for row in found)
+    if not any(parts.values()):
+        raise InvalidInputError(
+            f"{label}: nothing to measure. Add a table [mcq], [dialogues] or [episodes]."
+        )
+    judge = Judge(trials=0)
+    if "judge" in table:
+        row = dict(_table(table["judge"], f"{label}, [judge]"))
+        refuse_unknown(row, [each.name for each in fields(Judge)], f"{label}, [judge]")
+        chosen = row.pop("model", None)
+        judge = _part(Judge, row, f"{label}, [judge]")
+        if chosen is not None:
+            judge = replace(judge, model=_model(chosen, f"{label}, [judge]"))
+        if not parts["episodes"]:
+            raise InvalidInputError(f"{label}: a [judge] scores episodes. Add [episodes].")
+    return Experiment(
+        file.stem,
+        _text(table.get("title", file.stem), f"{label}: 'title'"),
+        _text(table.get("source", ""), f"{label}: 'source'"),
+        tuple(_model(each, f"{label}, models") for each in models),
+        parts["mcq"],
+        parts["dialogues"],
+        parts["episodes"],
+        judge,
+    )
+
+
+def _model(value: object, label: str) -> Model:
+    row = {"model": value} if isinstance(value, str) and value else value
+    if not isinstance(row, dict):
+        raise InvalidInputError(
+            f"{label}: a model must be a name or a table, such as {EMBEDDED!r}, not {shown(value)}."
+        )
+    row = cast("dict[str, Any]", row)
+    refuse_unknown(row, MODEL_KEYS, label)
+    named = {key: _text(each, f"{label}: {key!r}") for key, each in row.items()}
+    return {key: name for key, name in named.items() if name != EMBEDDED}
+
+
+_CHOICES: Mapping[str, Sequence[str]] = {
+    "domain": get_args(Domain),
+    "methods": get_args(Method),
+    "humans": ("scripted", "simulated", *get_args(Habit)),
+    "evidence": ("sum", "last"),
+    "layouts": get_args(Layout),
+}
+_LEAST = {"limit": 1, "turns": 1, "goals": 2, "rounds": 1, "trials": 1, "comparisons": 0}
+
+
+def _part(kind: type[Any], value: object, label: str) -> Any:
+    """A part of the experiment from its table, each value checked by the type of its field."""
+    row = _table(value, label)
+    known = {each.name: str(each.type) for each in fields(kind) if each.name != "model"}
+    refuse_unknown(row, tuple(known), label)
+    read = {key: _value(key, each, known[key], f"{label}: {key!r}") for key, each in row.items()}
+    try:
+        return kind(**read)
+    except TypeError:
+        needed = next(name for name in known if name not in read)
+        raise InvalidInputError(f"{label}: the key {needed!r} is missing.") from None
+
+
+def _value(key: str, value: object, kind: str, label: str) -> Any:
+    if kind.startswith("tuple"):
+        entries = cast("list[object]", value) if isinstance(value, list) else [value]
+        if not entries:
+            raise InvalidInputError(f"{label} must not be empty.")
+        one = "int" if "int" in kind else "str"
+        return tuple(_value(key, entry, one, label) for entry in entries)
+    if kind == "bool":
+        if not isinstance(value, bool):
+            raise InvalidInputError(f"{label} must be true or false, not {shown(value)}.")
+        return value
+    if kind.startswith(("int", "float")):
+        whole = kind.startswith("int")
+        if isinstance(value, bool) or not isinstance(value, int if whole else int | float):
+            what = "a whole number" if whole else "a number"
+            raise InvalidInputError(f"{label} must be {what}, not {shown(value)}.")
+        least = _LEAST.get(key, 0)
+        if not least <= value < 1e9 or (not whole and value == 0):
+            bounds = f"at least {least}" if whole else f"above {least}"
+            raise InvalidInputError(
+                f"{label} must be {bounds}, and below a billion, not {shown(value)}."
+            )
+        return value if whole else float(value)  # equal numbers make equal cells
+    text = _text(value, label)
+    if key in _CHOICES and text not in _CHOICES[key]:
+        raise InvalidInputError(
+            f"{label}: {shown(text)} is unknown; {nearest(text, _CHOICES[key])}"
+        )
+    return text
+
+
+def _text(value: object, label: str) -> str:
+    if not isinstance(value, str):
+        raise InvalidInputError(f"{label} must be a text, not {shown(value)}.")
+    return value
+
+
+def _table(value: object, label: str) -> Mapping[str, Any]:
+    if not isinstance(value, dict):
+        raise InvalidInputError(f"{label} must be a table, not {shown(value)}.")
+    return cast("dict[str, Any]", value)
