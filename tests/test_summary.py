@@ -477,7 +477,7 @@ def test_a_reading_belongs_to_the_run_that_it_names() -> None:
     other = ({**spec, "model": {"model": "y"}}, result)
     stray = judge(episode("good", "elsewhere", 1.0), [0.0])
     one, two = read_episodes([GOOD[0], other, judge(other, [3.0]), stray])
-    assert (one.model, one.judges, two.model, two.judges) == ("x.gguf", (), "y", ("judge",))
+    assert (one.model, one.judges, two.model, two.judges) == ("x", (), "y", ("judge",))
     assert row(two.by_method(), "good")["judge score"].value == 1
     assert "1 readings by the judge belong to no run" in two.by_method().notes[-1]
 

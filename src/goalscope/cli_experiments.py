@@ -254,10 +254,13 @@ def show_tables(results: Any, *, as_json: bool) -> None:
         return
     out = console()
     for table in tables:
-        grid = Table(title=plain(table.title), title_justify="left", box=SIMPLE_HEAD)
+        grid = Table(
+            title=plain(table.title), title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0)
+        )
         for n, heading in enumerate(table.columns):
             words = any(isinstance(row[n], str) for row in table.rows)
-            grid.add_column(plain(heading), justify="left" if words else "right")
+            side = "left" if words else "right"
+            grid.add_column(plain(heading), justify=side, overflow="fold")
         for row in table.text_rows():
             grid.add_row(*map(plain, row))
         out.print(grid)

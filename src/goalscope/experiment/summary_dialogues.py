@@ -104,7 +104,8 @@ class Dialogues:
     def table(self, *, command: str = "") -> Table:
         """What was predicted at turns 1 to 5, and at each dialogue's last."""
         rows: list[tuple[Entry, ...]] = []
-        for predictor, turn in product(PREDICTORS, TURNS):
+        longer = any(turn and turn > 1 for _, turn in self.outcomes)
+        for predictor, turn in product(PREDICTORS, TURNS if longer else (1,)):
             found = self.outcomes.get((predictor, turn))
             if not found:
                 continue
