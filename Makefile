@@ -29,8 +29,8 @@ bench: torch  ## speed of a belief update beside other ways, as ratios in one ru
 	$(BIN)/python -W ignore benchmarks/speed.py
 
 results: $(READY)  ## every experiment, which takes hours and goes on where it stopped; needs GOALSCOPE_DATA
-	for each in experiments/*.toml; do $(BIN)/goalscope experiment run $$each || exit 1; done
-	$(BIN)/goalscope report results --markdown docs/results.md
+	@failed=0; for each in experiments/*.toml; do $(BIN)/goalscope experiment run $$each || failed=1; done; \
+		$(BIN)/goalscope report results --markdown docs/results.md && exit $$failed
 
 # The first set-up compiles the inference engine, which takes some minutes.
 $(READY): requirements.lock pyproject.toml

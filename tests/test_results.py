@@ -124,20 +124,25 @@ def test_facts_are_kept_each_in_the_place_of_an_earlier_one(results):
 
 @pytest.mark.parametrize("name", list(CODE))
 def test_results_of_another_code_prompt_or_model_are_not_mixed_unless_told_to(results, name):
-    results.identify(CODE)
     changed = {**CODE, name: "new"}
     (cell,) = results.plan([{"a": 1}])
-    results.identify(changed)  # nothing has been measured yet
-    results.identify(CODE)
+    results.check(changed)  # nothing has been measured yet
     results.keep(cell.key, {}, CODE)
-    results.identify({**CODE, "model other": "ddd"})  # one model more is no change
-    results.identify(CODE)
+    results.check(CODE)
+    results.check({**CODE, "model other": "ddd"})  # one model more is no change
     with pytest.raises(InvalidInputError, match=f"another {name}. .*--results.*--anyway"):
-        results.identify(changed)
-    assert results.about["identity"] == {**CODE, "model other": "ddd"}
-    results.identify(changed, anyway=True)
-    assert results.about["identity"][name] == "new"
-    assert results.cells()[0].identity == CODE
+        results.check(changed)
+
+
+def test_a_later_plan_with_the_same_settings_takes_the_place_of_the_earlier(results):
+    def spec(row, seed):
+        return {"kind": "mcq", "row": row, "model": {}, "seed": seed}
+
+    results.ask_for(results.plan([spec(1, 0), spec(2, 0)]))
+    results.ask_for(results.plan([spec(1, 7)]))  # other settings stand beside them
+    results.ask_for(results.plan([spec(2, 0), spec(3, 0)]))
+    asked = [(cell.spec["row"], cell.spec["seed"]) for cell in results.asked_for()]
+    assert asked == [(2, 0), (1, 7), (3, 0)]
 
 
 def test_a_file_of_the_first_version_is_brought_up_to_date_and_keeps_its_episodes(tmp_path):

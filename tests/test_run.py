@@ -16,7 +16,7 @@ import pytest
 from fakes import WordModel
 from goalscope.experiment import identity, work
 from goalscope.experiment import run as runs
-from goalscope.experiment.plan import Episodes, Experiment, Judge, specs_of
+from goalscope.experiment.plan import EpisodesPart, Experiment, Judge, specs_of
 from goalscope.experiment.results import Results
 from goalscope.experiment.tables import tables_of
 from goalscope.experiment.work import measure, perform
@@ -74,6 +74,7 @@ def fake(monkeypatch):
         return {"value": spec["n"] / 3}
 
     monkeypatch.setitem(work.KINDS, "fake", fake_cell)
+    monkeypatch.setattr(identity, "_fingerprints", {})
     for module in (work, identity):
         monkeypatch.setattr(module, "opened", lambda model: NamedModel())
     return state
@@ -95,7 +96,7 @@ def shop(tmp_path, *people, **settings):
     (tmp_path / "shop.csv").write_text(SHOP)
     (tmp_path / "people.toml").write_text(PEOPLE)
     files = {"people": str(tmp_path / "people.toml"), "catalogue": str(tmp_path / "shop.csv")}
-    part = Episodes("grocery", people, methods=("no-goals",), **files, **settings)
+    part = EpisodesPart("grocery", people, methods=("no-goals",), **files, **settings)
     return Experiment("x", episodes=(part,))
 
 
@@ -128,6 +129,44 @@ def test_five_failures_in_a_row_stop_and_four_do_not(results, fake):
         run(fakes(12), results)
     assert fake["begun"] == list(range(10))
     assert [cell.spec["n"] for cell in results.cells() if cell.result] == [4]
+    fake["begun"].clear()
+    run(fakes(12), results)  # what has failed before comes last, and stops nothing
+    assert fake["begun"] == [10, 11, 0, 1, 2, 3, 5, 6, 7, 8, 9]
+    assert [cell.spec["n"] for cell in results.cells() if cell.result] == [4, 10, 11]
+
+
+def test_a_result_that_cannot_be_stored_is_an_error_of_its_cell(results, monkeypatch, fake):
+    monkeypatch.setitem(work.KINDS, "odd", lambda model, spec: {"value": float("nan")})
+    steps = run([{"kind": "odd", "n": 0, "model": {}}, *fakes(2)], results)
+    assert "cannot be stored" in steps[1][1]
+    assert [cell.result is None for cell in results.cells()] == [True, False, False]
+
+
+def test_people_who_are_edited_after_the_plan_are_not_measured(results, tmp_path, fake):
+    specs = specs_of(shop(tmp_path, "silent"), None)
+    (tmp_path / "people.toml").write_text(PEOPLE.replace("You want nothing.", "You want tea."))
+    ((_, _, _, _), (_, error, done, _)) = run(specs, results)
+    assert "not those that were planned with" in error
+    assert done == 0
+    assert specs_of(shop(tmp_path, "silent"), None) == specs  # as they were before
+
+
+def test_only_runs_that_differ_in_the_method_alone_are_compared(
+    results, tmp_path, fake, monkeypatch
+):
+    episode = dict.fromkeys(("task", "description", "outcome"), "x") | {"actions": [], "score": 1.0}
+    monkeypatch.setitem(work.KINDS, "episode", lambda model, spec: {**episode, "empty": False})
+    monkeypatch.setitem(work.KINDS, "compare", lambda model, spec: {"orders": []})
+    parts = [
+        EpisodesPart("grocery", ("cafe",), methods=("good", "no-goals"), temperature=temperature)
+        for temperature in (1.0, 2.0)
+    ]
+    judged = Experiment("x", episodes=tuple(parts), judge=Judge(trials=0, comparisons=1))
+    run(specs_of(judged, None), results, judged)
+    pairs = [cell.spec["of"] for cell in results.cells() if cell.spec["kind"] == "compare"]
+    settings = [[run["settings"] for run in pair] for pair in pairs]
+    assert [[each["method"] for each in pair] for pair in settings] == [["good", "no-goals"]] * 2
+    assert all(one["temperature"] == other["temperature"] for one, other in settings)
 
 
 def test_ctrl_c_keeps_what_is_done_and_the_next_call_does_the_rest(results, fake):
@@ -143,9 +182,13 @@ def test_ctrl_c_keeps_what_is_done_and_the_next_call_does_the_rest(results, fake
 def test_what_was_measured_with_another_model_is_not_mixed(results, fake, monkeypatch):
     run(fakes(1), results)
     monkeypatch.setattr(NamedModel, "fingerprint", "words 2")
+    monkeypatch.setattr(identity, "_fingerprints", {})
     with pytest.raises(InvalidInputError, match="another model SmolLM2"):
         run(fakes(2), results)
+    assert len(results.asked_for()) == 1  # the plan that was refused takes the place of none
     run(fakes(2), results, anyway=True)
+    with pytest.raises(InvalidInputError, match="another model SmolLM2"):
+        run(fakes(2), results)  # to be told once is not to be told for ever
     one, other = results.cells()
     assert one.identity["code"] == other.identity["code"]
     assert one.identity != other.identity
@@ -153,7 +196,7 @@ def test_what_was_measured_with_another_model_is_not_mixed(results, fake, monkey
 
 def test_a_worker_refuses_a_cell_that_it_would_measure_with_something_else(fake):
     (spec,) = fakes(1)
-    own = identity.identity_of([{}])
+    own = identity.identity_of({})
     assert perform({"spec": spec, "identity": own}) == {"value": 0}
     with pytest.raises(GoalscopeError, match="another prompts"):
         perform({"spec": spec, "identity": {**own, "prompts": "old"}})

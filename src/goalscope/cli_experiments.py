@@ -78,10 +78,10 @@ def mcq(
     Each question has choices, and four rephrasings of each choice are the goals. Rephrasings that
     the file lacks are written by the model. Run again, it does what is missing.
     """
-    from goalscope.experiment.plan import Experiment, Questions
+    from goalscope.experiment.plan import Experiment, QuestionsPart
     from goalscope.likelihood import DEFAULT_LAYOUT
 
-    part = Questions(str(file), limit, (layout or DEFAULT_LAYOUT,))
+    part = QuestionsPart(str(file), limit, (layout or DEFAULT_LAYOUT,))
     plan = Experiment(
         f"mcq-{file.stem}",
         f"Isolated inference: {file.name}",
@@ -131,10 +131,10 @@ def dialogues(
     Beside it stand word likeness (TF-IDF, BM25), sentence embeddings, and the model asked
     outright. Run again, it does what is missing.
     """
-    from goalscope.experiment.plan import Dialogues, Experiment
+    from goalscope.experiment.plan import DialoguesPart, Experiment
     from goalscope.likelihood import DEFAULT_LAYOUT
 
-    part = Dialogues(
+    part = DialoguesPart(
         set or "",
         str(jsonl) if jsonl else "",
         split,

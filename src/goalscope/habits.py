@@ -68,7 +68,10 @@ class Terse(SimulatedHuman):
     """Says at most `WORDS` words at a time: whole sentences, if one is that short."""
 
     def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
-        """What the model says as this person, cut short; the completion phrase is left whole."""
+        """What the model says as this person, cut short; the completion phrase is left whole.
+
+        Words that would end the task only because they were cut are not said.
+        """
         said = self.speak(
             self.profile.description,
             query,
@@ -79,7 +82,7 @@ class Terse(SimulatedHuman):
         )
         if not said or self.env.is_completion(Turn(query, said)):
             return self.env.completion_phrase
-        return shortened(said, WORDS)
+        return _going_on(self.env, query, shortened(said, WORDS))
 
 
 class Distracted(SimulatedHuman):

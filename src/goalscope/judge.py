@@ -9,7 +9,7 @@ from typing import Any, cast
 
 from goalscope.models import Generator
 from goalscope.prompts import render
-from goalscope.types import InvalidInputError, Message, ModelError
+from goalscope.types import InvalidInputError, Message, UnreadableAnswerError
 
 __all__ = [
     "JUDGE_TEMPERATURE",
@@ -46,8 +46,6 @@ _BOTH: Mapping[str, Any] = {
     "required": ["first", "second"],
     "additionalProperties": False,
 }
-_UNREADABLE = ("did not finish its JSON", "did not keep to the JSON schema")
-"""What a `ModelError` says of a reply that came and cannot be read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,9 +218,7 @@ def _ask(
         text = generator.generate(
             prompt, max_tokens=_ROOM, temperature=temperature, seed=seed, schema=schema
         ).text
-    except ModelError as error:
-        if not any(mark in str(error) for mark in _UNREADABLE):
-            raise
+    except UnreadableAnswerError as error:
         return (Trial(None, _kept(str(error))),) * (len(parts) or 1)
     try:
         value: object = json.loads(text)

@@ -57,7 +57,7 @@ class Difference:
 
     Attributes:
         difference: Mean of a - b.
-        interval: Its paired bootstrap interval; None for a single pair.
+        interval: Its paired bootstrap interval; None for a single pair, or where all are equal.
         p: Two-sided, of the sign-flip permutation test.
         n: Number of pairs.
     """
@@ -116,7 +116,8 @@ def bootstrap_mean(
         seed: Of the resampling.
 
     Returns:
-        The interval; None for a single group, which says nothing of how groups differ.
+        The interval; None for a single group, and where the means of all groups are equal: such
+        data do not say how much groups differ, and the interval would have no width.
 
     Raises:
         ValueError: There are no values, one is not finite, or `groups` has another length.
@@ -130,10 +131,9 @@ def bootstrap_mean(
         number = {name: i for i, name in enumerate(dict.fromkeys(groups))}
         index = np.array([number[name] for name in groups])
         totals, counts = np.bincount(index, data), np.bincount(index).astype(float)
-    if len(totals) < 2:
+    means = totals / counts
+    if np.allclose(means, means[0], rtol=1e-12, atol=0):
         return None
-    if (data == data[0]).all():
-        return Interval(float(data[0]), float(data[0]))
     found = (
         _scipy_stats()
         .bootstrap(

@@ -19,6 +19,7 @@ __all__ = [
     "Profile",
     "StepResult",
     "Turn",
+    "UnreadableAnswerError",
     "checked_text",
 ]
 
@@ -33,6 +34,10 @@ class InvalidInputError(GoalscopeError):
 
 class ModelError(GoalscopeError):
     """A language model is missing, broken, or gave an answer that cannot be used."""
+
+
+class UnreadableAnswerError(ModelError):
+    """A language model answered, but not in the form that it was asked for."""
 
 
 def checked_text(text: str, what: str) -> str:

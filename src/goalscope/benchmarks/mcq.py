@@ -8,14 +8,17 @@ import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from itertools import cycle, islice
 from pathlib import Path
 from typing import Any, cast
 
 from goalscope.benchmarks.baselines import overlap
+from goalscope.datasets.goal_sets import meaning
+from goalscope.envs.tables import shown
 from goalscope.likelihood import Layout, RolePlay
 from goalscope.models import Generator, LikelihoodModel
 from goalscope.prompts import render
-from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn, checked_text
+from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, ModelError, Turn, checked_text
 
 __all__ = ["Question", "measure_question", "read_questions", "rephrase"]
 
@@ -88,7 +91,11 @@ def read_questions(file: Path, limit: int | None = None) -> list[Question]:
 def rephrase(generator: Generator, question: Question, *, count: int = 4) -> Question:
     """The question with rephrasings of each choice, written by a model (Sec. 4.1).
 
-    Where a model gives none that differs from what it has said, the choice's own words stand in.
+    Where a model gives too few that differ, those that it gives are repeated in turn, which changes
+    neither the likeliest goal nor any choice's share.
+
+    Raises:
+        ModelError: The model gives none for a choice but the choice's own words, or nothing.
     """
     written: dict[str, list[str]] = {}
     for letter, choice in question.choices.items():
@@ -102,11 +109,17 @@ def rephrase(generator: Generator, question: Question, *, count: int = 4) -> Que
                 stop=("\n",),
             )
             words = " ".join(reply.text.split()).strip('" ')
-            if words and reply.finish == "stop" and words.casefold() != choice.casefold():
-                found.setdefault(words.casefold(), words)
+            key = meaning(words)
+            if key and reply.finish == "stop" and key != meaning(choice):
+                found.setdefault(key, words)
             if len(found) == count:
                 break
-        written[letter] = [*found.values(), *[choice] * count][:count]
+        if not found:
+            raise ModelError(
+                f"The model said choice {letter} of the question {shown(question.id)} in no other "
+                f"words, {3 * count} times. Name a better writer with --generator."
+            )
+        written[letter] = list(islice(cycle(found.values()), count))
     return Question(question.id, question.prompt, question.choices, question.answer, written)
 
 
@@ -188,6 +201,8 @@ def _question(row: Any) -> Question:
         if not isinstance(texts, list) or not texts:
             raise ValueError(f"the rephrasings of {key} must be a list of at least one text")
         rephrasings[key] = [_text(each, f"rephrasing of {key}") for each in cast("Any", texts)]
+        if meaning(read[key]) in map(meaning, rephrasings[key]):
+            raise ValueError(f"a rephrasing of {key} must not be the choice itself")
     return Question(str(id), _text(data["prompt"], "prompt"), read, answer, rephrasings)
 
 

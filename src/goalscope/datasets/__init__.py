@@ -82,7 +82,7 @@ class Loaded:
     """What `load` found.
 
     Attributes:
-        cases: In the order of the file.
+        cases: In the order of the file; those of ALFRED in one that the seed draws.
         left_out: How many dialogues of the whole split cannot be used, by the reason.
     """
 

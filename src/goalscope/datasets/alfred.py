@@ -21,6 +21,9 @@ _Plan = tuple[str, ...]  # the type of the task, then what it is done with
 def alfred(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | str]:
     """One turn for each trajectory; instead of one that is left out, the reason.
 
+    The file goes by the type of the task, so the seed puts the trajectories in another order: the
+    first ones are a fair sample. What belongs to one plan is one group, as it shares its meaning.
+
     One sentence is what the person says, another one of the same trajectory the true goal. The
     wrong goals are sentences for other plans, no two for one plan, and never a text that somebody
     said for the true plan. "hard" takes plans of the same type that differ in one thing, then
@@ -38,7 +41,7 @@ def alfred(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | 
             own[key] = min(text, own.get(key, text))
     said = {plan: dict(sorted(gathered[plan].items())) for plan in sorted(gathered)}
     tiers = {plan: _tiers(plan, said, goal_set) for plan in said}
-    for id, plan, sentences in trajectories:
+    for id, plan, sentences in sorted(trajectories, key=lambda each: _place(seed, each[0])):
         if len(sentences) < 2:
             yield "fewer than two different sentences"
             continue
@@ -49,7 +52,12 @@ def alfred(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | 
         if drawn is None:
             yield f"fewer than {goals} plans in the file"
             continue
-        yield Case(id, id, TASK, (Turn(OPENING, words),), *drawn)
+        yield Case(id, "|".join(plan), TASK, (Turn(OPENING, words),), *drawn)
+
+
+def _place(seed: int, id: str) -> tuple[float, str]:
+    """Where a trajectory stands, whatever others there are."""
+    return chance(seed, f"place of {id}").random(), id
 
 
 def _plan(row: Row) -> _Plan:

@@ -21,7 +21,8 @@ __all__ = ["TASK", "taskmaster"]
 
 TASK = "Take the human's order at a coffee bar."
 
-_ATTRIBUTES = ("temperature", "caffeine", "shots", "drink", "milk", "extras", "note")
+_CHANGED = ("temperature", "caffeine", "shots", "drink", "milk")
+_ATTRIBUTES = (*_CHANGED, "extras", "note")
 _WORDS = {
     "temperature": {"iced", "cold", "hot", "warm", "extra hot"},
     "caffeine": {"decaf", "half-caf", "half caf", "caffeinated"},
@@ -39,8 +40,9 @@ def taskmaster(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Cas
     The goal is the final order in a sentence of ours, in the usual spelling of each name. "random"
     draws from other people's orders. "hard" changes exactly one attribute of one item (drink, milk,
     temperature, caffeine, shots) to another value of the file or to none, each attribute as
-    often as the others. A note or another extra is changed where there is one, and never added:
-    orders leave out most of the syrups that people ask for, so that an added one could be as true.
+    often as the others. It leaves out orders with a note or another extra, which can say the same
+    as an attribute ("double shot") or be no wish at all (a name), so that a changed order could be
+    as true; and it adds none, as orders leave out most of the syrups that people ask for.
 
     Raises:
         InvalidInputError: The file is broken.
@@ -52,12 +54,15 @@ def taskmaster(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Cas
     every = sorted({_sentence(order) for order in orders})
     values = {
         name: sorted({item[at] for order in orders for item in order} - {""})
-        for at, name in enumerate(_ATTRIBUTES)
+        for at, name in enumerate(_CHANGED)
     }
     for row, order in zip(whole, orders, strict=True):
         id, turns = row.text("id"), turns_of(_said(row))
         if not turns or not order:
             yield "no order, or no words of the customer"
+            continue
+        if goal_set == "hard" and any(item[len(_CHANGED) :] != ("", "") for item in order):
+            yield "a note or an extra, which other attributes could contradict or repeat"
             continue
         rng = chance(seed, id)
         tiers = [every] if goal_set == "random" else _one_change(rng, order, values)
@@ -141,11 +146,9 @@ def _one_change(
     """Sentences for other orders, one by one, with a different attribute each time around."""
     changes: dict[str, list[str]] = {}
     seen = {tuple(sorted(order))}
-    for at, name in enumerate(_ATTRIBUTES):
+    for at, name in enumerate(_CHANGED):
         found = changes.setdefault(name, [])
         for place, item in enumerate(order):
-            if name in ("extras", "note") and not item[at]:
-                continue
             others = [*values[name], *([""] if name != "drink" else [])]
             for value in others:
                 changed = (*item[:at], value, *item[at + 1 :])

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import importlib.metadata
-from collections.abc import Iterable, Mapping
+import json
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -22,18 +23,22 @@ _WORK = Path("experiment", "work.py")
 """The one of them that does."""
 
 
-@cache
-def _opened(names: tuple[str | None, ...]) -> OpenModel:
-    return open_model(**dict(zip(MODEL_KEYS, names, strict=True)))
+_open: dict[str, OpenModel] = {}
+_fingerprints: dict[str, str] = {}
 
 
 def opened(model: Mapping[str, Any]) -> OpenModel:
-    """The model of a cell, opened once in each process."""
-    return _opened(tuple(model.get(key) for key in MODEL_KEYS))
+    """The model of a cell; it stays open until another one is asked for."""
+    key = _key(model)
+    if key not in _open:
+        for other in list(_open):
+            _open.pop(other).close()
+        _open[key] = open_model(**{name: model.get(name) for name in MODEL_KEYS})
+    return _open[key]
 
 
-def identity_of(models: Iterable[Mapping[str, Any]]) -> dict[str, str]:
-    """Hashes of the code, of the prompts, and of each model (which is opened for it)."""
+def identity_of(model: Mapping[str, Any]) -> dict[str, str]:
+    """Short hashes of the version, the code, the prompts, and the model (opened once for it)."""
     root = Path(goalscope.__file__).parent
     code = [
         root / file
@@ -41,16 +46,20 @@ def identity_of(models: Iterable[Mapping[str, Any]]) -> dict[str, str]:
         if file.suffix in (".py", ".csv", ".toml")
         and (file == _WORK or not file.parts[0].startswith(_SHOWN))
     ]
-    found = {
+    key = _key(model)
+    if key not in _fingerprints:
+        _fingerprints[key] = _short(opened(model).fingerprint)
+    label = f"model {model_label(model)}"
+    return {
         "version": importlib.metadata.version("goalscope"),
         "code": _digest(tuple(code)),
         "prompts": _digest(tuple(sorted(root.rglob("*.jinja")))),
+        f"{label} #{_short(key)[:4]}" if model else label: _fingerprints[key],
     }
-    for model in models:
-        fingerprint = opened(model).fingerprint
-        name, value = f"model {model_label(model)}", _short(fingerprint)
-        found[name if found.get(name, value) == value else f"{name} {value}"] = value
-    return found
+
+
+def _key(model: Mapping[str, Any]) -> str:
+    return json.dumps(dict(model), sort_keys=True)
 
 
 @cache

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import itertools
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -15,19 +14,19 @@ from goalscope.benchmarks.mcq import read_questions
 from goalscope.datasets import DATASETS, load, read_cases
 from goalscope.domains import Domain, Settings, profiles_of
 from goalscope.envs.tables import nearest, shown
+from goalscope.experiment.files import hashes_of, person_of
 from goalscope.experiment.results import Cell
 from goalscope.habits import Habit
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout
 from goalscope.types import DEFAULT_TEMPERATURE, InvalidInputError
 
 __all__ = [
-    "Dialogues",
-    "Episodes",
+    "DialoguesPart",
+    "EpisodesPart",
     "Experiment",
     "Judge",
-    "Questions",
+    "QuestionsPart",
     "judging",
-    "models_of",
     "specs_of",
 ]
 
@@ -36,7 +35,7 @@ Human = Literal["scripted", "simulated"] | Habit
 
 
 @dataclass(frozen=True, slots=True)
-class Questions:
+class QuestionsPart:
     """Multiple-choice questions (Sec. 4.1).
 
     Attributes:
@@ -51,7 +50,7 @@ class Questions:
 
 
 @dataclass(frozen=True, slots=True)
-class Dialogues:
+class DialoguesPart:
     """Real dialogues.
 
     Attributes:
@@ -82,7 +81,7 @@ class Dialogues:
 
 
 @dataclass(frozen=True, slots=True)
-class Episodes:
+class EpisodesPart:
     """Episodes with simulated people, in every combination (Sec. 4.2 and 4.3).
 
     Attributes:
@@ -153,9 +152,9 @@ class Experiment:
     title: str = ""
     source: str = ""
     models: tuple[Model, ...] = ({},)
-    questions: tuple[Questions, ...] = ()
-    dialogues: tuple[Dialogues, ...] = ()
-    episodes: tuple[Episodes, ...] = ()
+    questions: tuple[QuestionsPart, ...] = ()
+    dialogues: tuple[DialoguesPart, ...] = ()
+    episodes: tuple[EpisodesPart, ...] = ()
     judge: Judge = field(default_factory=lambda: Judge(trials=0))
 
 
@@ -198,7 +197,7 @@ def judging(experiment: Experiment, cells: Sequence[Cell]) -> list[dict[str, Any
         })  # fmt: skip
     shown = [cell for cell in done if not (cell.result or {})["empty"]]
     for one, other in itertools.combinations(shown, 2) if judge.comparisons else ():
-        if _without(one, "method") != _without(other, "method"):
+        if _but_method(one) != _but_method(other):
             continue
         result = one.result or {}
         specs.append({
@@ -215,13 +214,17 @@ def judging(experiment: Experiment, cells: Sequence[Cell]) -> list[dict[str, Any
     return specs
 
 
-def _question_specs(part: Questions, model: Model, folder: Path | None) -> Iterator[dict[str, Any]]:
+def _question_specs(
+    part: QuestionsPart, model: Model, folder: Path | None
+) -> Iterator[dict[str, Any]]:
     for question in read_questions(_file(part.file, folder), part.limit):
         for layout in part.layouts:
             yield {"kind": "mcq", "row": question.to_json(), "model": model, "layout": layout}
 
 
-def _dialogue_specs(part: Dialogues, model: Model, folder: Path | None) -> Iterator[dict[str, Any]]:
+def _dialogue_specs(
+    part: DialoguesPart, model: Model, folder: Path | None
+) -> Iterator[dict[str, Any]]:
     if bool(part.set) == bool(part.jsonl):
         raise InvalidInputError("Dialogues need either 'set', the name of a dataset, or 'jsonl'.")
     known = [name for name, dataset in DATASETS.items() if dataset.goal_sets]
@@ -235,6 +238,8 @@ def _dialogue_specs(part: Dialogues, model: Model, folder: Path | None) -> Itera
         )
     goal_sets = part.goal_sets or (DATASETS[part.set].goal_sets if part.set else ("own",))
     for goal_set in goal_sets:
+        is_drawn = goal_set in ("random", "hard")
+        drawn = {"goals": part.goals, "seed": part.seed} if is_drawn else {}
         if part.jsonl:
             split = "own"
             cases = read_cases(_file(part.jsonl, folder))[: part.limit]
@@ -260,8 +265,7 @@ def _dialogue_specs(part: Dialogues, model: Model, folder: Path | None) -> Itera
                     "goal_set": goal_set,
                     "case": case_to_json(replace(case, turns=case.turns[: part.turns])),
                     "model": model,
-                    "goals": part.goals,
-                    "seed": part.seed,
+                    **drawn,
                     "turns": part.turns,
                     "layout": layout,
                     "end_of_turn": part.end_of_turn,
@@ -269,23 +273,24 @@ def _dialogue_specs(part: Dialogues, model: Model, folder: Path | None) -> Itera
                 }
 
 
-def _episode_specs(part: Episodes, model: Model) -> Iterator[dict[str, Any]]:
+def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]:
     fixed: dict[str, Any] = {
         "domain": part.domain,
-        "profiles": part.people and str(Path(part.people).absolute()),
-        "catalogue": part.catalogue and str(Path(part.catalogue).absolute()),
+        "profiles": part.people,
+        "catalogue": part.catalogue,
         "scene": part.scene,
         "end_of_turn": part.end_of_turn,
         "temperature": part.temperature,
         "rounds": part.rounds,
     }
-    files = {
-        key: hashlib.sha256(Path(fixed[key]).read_bytes()).hexdigest()[:12]
-        for key in ("catalogue", "scene")
-        if fixed[key] and Path(fixed[key]).is_file()
-    }
-    known = {profile.name: profile for profile in profiles_of(Settings(
-        domain=part.domain, profiles=fixed["profiles"]))}  # fmt: skip
+    settings = Settings(
+        domain=part.domain,
+        profiles=fixed["profiles"],
+        catalogue=fixed["catalogue"],
+        scene=part.scene,
+    )
+    files = hashes_of(settings)
+    known = {profile.name: profile for profile in profiles_of(settings)}
     names = tuple(known) if part.profiles == ("all",) else part.profiles
     for name in names:
         if name not in known:
@@ -298,21 +303,23 @@ def _episode_specs(part: Episodes, model: Model) -> Iterator[dict[str, Any]]:
             "kind": "episode",
             "settings": {**fixed, **axes, "seed": seed},
             "profile": name,
-            "person": asdict(known[name]),
+            "person": person_of(known[name]),
             "files": files,
             "model": model,
         }
 
 
 def _run_of(cell: Cell) -> dict[str, Any]:
-    settings = cell.spec["settings"]
-    axes = ("domain", "method", "human", "evidence", "layout", "seed")
-    run = {key: settings[key] for key in axes}
-    return {**run, "profile": cell.spec["profile"], "model": cell.spec["model"], "key": cell.key}
+    """What of a run an evaluator's cell is to name."""
+    return {
+        "key": cell.key,
+        "kind": "episode",
+        **{key: cell.spec[key] for key in ("model", "profile", "settings")},
+    }
 
 
-def _without(cell: Cell, axis: str) -> dict[str, Any]:
-    return {key: value for key, value in _run_of(cell).items() if key not in (axis, "key")}
+def _but_method(cell: Cell) -> dict[str, Any]:
+    return {**cell.spec, "settings": {**cell.spec["settings"], "method": None}}
 
 
 def _achieved(cell: Cell) -> dict[str, Any]:
@@ -331,12 +338,3 @@ def _file(name: str, folder: Path | None) -> Path:
             return file
     hint = "" if folder else " Name the data folder with --data if it is one of its files."
     raise InvalidInputError(f"There is no file {' or '.join(map(shown, map(str, places)))}.{hint}")
-
-
-def models_of(specs: Iterable[Mapping[str, Any]]) -> list[Model]:
-    """Each model of the specs once."""
-    found: list[Model] = []
-    for spec in specs:
-        if spec["model"] not in found:
-            found.append(spec["model"])
-    return found

@@ -10,7 +10,14 @@ from typing import Any, cast, get_args
 from goalscope.agent import Method
 from goalscope.domains import Domain
 from goalscope.envs.tables import nearest, read_table, refuse_unknown, shown
-from goalscope.experiment.plan import Dialogues, Episodes, Experiment, Judge, Model, Questions
+from goalscope.experiment.plan import (
+    DialoguesPart,
+    EpisodesPart,
+    Experiment,
+    Judge,
+    Model,
+    QuestionsPart,
+)
 from goalscope.habits import Habit
 from goalscope.likelihood import Layout
 from goalscope.models.opening import MODEL_KEYS
@@ -38,12 +45,17 @@ def read_experiment(file: Path) -> Experiment:
     if not models:
         raise InvalidInputError(f"{label}: 'models' must hold at least one model.")
     parts: dict[str, tuple[Any, ...]] = {}
-    for key, kind in (("mcq", Questions), ("dialogues", Dialogues), ("episodes", Episodes)):
+    for key, kind in (
+        ("mcq", QuestionsPart),
+        ("dialogues", DialoguesPart),
+        ("episodes", EpisodesPart),
+    ):
         given: object = table.get(key, [])
         if not isinstance(given, dict | list):
             raise InvalidInputError(f"{label}: '{key}' must be a table: [{key}] or [[{key}]].")
         found = cast("list[object]", given if isinstance(given, list) else [given])
-        parts[key] = tuple(_part(kind, row, f"{label}, [{key}]") for row in found)
+        read = (_part(kind, row, f"{label}, [{key}]") for row in found)
+        parts[key] = tuple(_found(part, file.parent) for part in read)
     if not any(parts.values()):
         raise InvalidInputError(
             f"{label}: nothing to measure. Add a table [mcq], [dialogues] or [episodes]."
@@ -55,14 +67,14 @@ def read_experiment(file: Path) -> Experiment:
         chosen = row.pop("model", None)
         judge = _part(Judge, row, f"{label}, [judge]")
         if chosen is not None:
-            judge = replace(judge, model=_model(chosen, f"{label}, [judge]"))
+            judge = replace(judge, model=_model(chosen, f"{label}, [judge]", file.parent))
         if not parts["episodes"]:
             raise InvalidInputError(f"{label}: a [judge] scores episodes. Add [episodes].")
     return Experiment(
         file.stem,
         _text(table.get("title", file.stem), f"{label}: 'title'"),
         _text(table.get("source", ""), f"{label}: 'source'"),
-        tuple(_model(each, f"{label}, models") for each in models),
+        tuple(_model(each, f"{label}, models", file.parent) for each in models),
         parts["mcq"],
         parts["dialogues"],
         parts["episodes"],
@@ -70,7 +82,7 @@ def read_experiment(file: Path) -> Experiment:
     )
 
 
-def _model(value: object, label: str) -> Model:
+def _model(value: object, label: str, folder: Path) -> Model:
     row = {"model": value} if isinstance(value, str) and value else value
     if not isinstance(row, dict):
         raise InvalidInputError(
@@ -79,7 +91,7 @@ def _model(value: object, label: str) -> Model:
     row = cast("dict[str, Any]", row)
     refuse_unknown(row, MODEL_KEYS, label)
     named = {key: _text(each, f"{label}: {key!r}") for key, each in row.items()}
-    return {key: name for key, name in named.items() if name != EMBEDDED}
+    return {key: _place(name, folder) for key, name in named.items() if name != EMBEDDED}
 
 
 _CHOICES: Mapping[str, Sequence[str]] = {
@@ -146,3 +158,16 @@ def _table(value: object, label: str) -> Mapping[str, Any]:
     if not isinstance(value, dict):
         raise InvalidInputError(f"{label} must be a table, not {shown(value)}.")
     return cast("dict[str, Any]", value)
+
+
+def _found(part: Any, folder: Path) -> Any:
+    """A part whose files are found from any folder."""
+    names = {key: getattr(part, key, None) for key in ("people", "catalogue", "scene")}
+    return replace(part, **{key: _place(name, folder) for key, name in names.items() if name})
+
+
+def _place(name: str, folder: Path) -> str:
+    """A file or folder beside the TOML file, or here, by its full path; another name as it is."""
+    return next(
+        (str(each.absolute()) for each in (folder / name, Path(name)) if each.exists()), name
+    )

@@ -58,24 +58,26 @@ class Results(Store):
                 [(name, dumps(value)) for name, value in facts.items()],
             )
 
-    def identify(self, identity: Mapping[str, str], *, anyway: bool = False) -> None:
-        """Note what cells are measured with from now on.
+    def check(self, identity: Mapping[str, str]) -> None:
+        """Refuse to go on where cells were measured with something else.
 
         Args:
-            identity: Short hashes by name: "code", "prompts", and each model.
-            anyway: Whether cells may be mixed that were measured with different ones.
+            identity: What the next cells will be measured with; see `identity_of`.
 
         Raises:
-            InvalidInputError: Cells were measured with another one.
+            InvalidInputError: Another code, other prompts, or other weights of the same model.
         """
-        known = self.about.get("identity", {})
-        changed = [name for name, value in identity.items() if known.get(name, value) != value]
-        if changed and not anyway and any(cell.result is not None for cell in self.cells()):
+        done = [cell.identity for cell in self.cells() if cell.identity]
+        changed = [
+            name
+            for name, value in identity.items()
+            if any(d.get(name, value) != value for d in done)
+        ]
+        if changed:
             raise InvalidInputError(
                 f"{self.path} holds results of another {' and another '.join(changed)}. Name "
                 "another folder with --results, or say --anyway to keep them beside new ones."
             )
-        self.describe({"identity": {**known, **identity}})
 
     def plan(self, specs: Iterable[Mapping[str, Any]]) -> list[Cell]:
         """The cells of these specs, as far as they are; those that are new are noted."""
@@ -85,8 +87,13 @@ class Results(Store):
                 "INSERT OR IGNORE INTO cells (key, spec) VALUES (?, ?)",
                 [(key, dumps(spec)) for key, spec in keys.items()],
             )
+        return self.planned(keys.values())
+
+    def planned(self, specs: Iterable[Mapping[str, Any]]) -> list[Cell]:
+        """The cells of these specs that are there, each once, in the order of the specs."""
         found = {cell.key: cell for cell in self.cells()}
-        return [found[key] for key in keys]
+        keys = dict.fromkeys(map(cell_key, specs))
+        return [found[key] for key in keys if key in found]
 
     def cells(self) -> list[Cell]:
         """All cells, in the order in which they were planned."""
@@ -107,14 +114,18 @@ class Results(Store):
         ]
 
     def ask_for(self, cells: Iterable[Cell]) -> None:
-        """Note that these are the cells of the newest plan for each model that they measure."""
+        """Note that these are the cells of the newest plan with their settings."""
         asked: dict[str, list[str]] = {}
         for cell in cells:
             asked.setdefault(dumps(_subject(cell.spec), sort_keys=True), []).append(cell.key)
         self.describe({"asked": {**self.about.get("asked", {}), **asked}})
 
     def asked_for(self) -> list[Cell]:
-        """The cells of the newest plan for each model; those of earlier plans are passed over."""
+        """The cells of the newest plan with each setting.
+
+        Cells that a later plan with the same settings leaves out are passed over: those of people
+        who have been edited since, or beyond a limit.
+        """
         plans = self.about.get("asked", {}).values()
         asked = {key for keys in plans for key in keys}
         return [cell for cell in self.cells() if cell.key in asked or not plans]
@@ -168,7 +179,9 @@ class Results(Store):
 
 
 def _subject(spec: Mapping[str, Any]) -> Any:
-    """The model that a cell is about: that of the run, where it is an evaluator's."""
-    if spec["kind"] == "compare":
-        return spec["of"][0]["model"]
-    return spec["of"]["model"] if spec["kind"] == "judge" else spec["model"]
+    """What a plan measures as a whole: of episodes a model in a domain, else all but the row."""
+    if spec["kind"] in ("judge", "compare"):
+        return _subject(spec["of"] if spec["kind"] == "judge" else spec["of"][0])
+    if spec["kind"] == "episode":
+        return [spec["model"], spec["settings"]["domain"]]
+    return {key: value for key, value in spec.items() if key not in ("row", "case")}

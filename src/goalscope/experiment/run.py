@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import json
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
@@ -11,9 +13,10 @@ from typing import Any
 from filelock import FileLock, Timeout
 
 from goalscope.experiment.identity import identity_of
-from goalscope.experiment.plan import Experiment, judging, models_of
+from goalscope.experiment.plan import Experiment, judging
 from goalscope.experiment.results import Cell, Results
 from goalscope.experiment.work import measure, perform
+from goalscope.store import dumps
 from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = ["Done", "run", "sole"]
@@ -92,27 +95,33 @@ def run(
         InvalidInputError: What is measured with has changed.
         GoalscopeError: Too many cells failed in a row.
     """
-    episodes = results.plan(specs)
+    check_packages()
+    identities: dict[str, dict[str, str]] = {}
     for evaluating in (False, True):
-        judged = results.plan(judging(experiment, results.plan(specs)))
-        planned = list({cell.key: cell for cell in [*episodes, *judged]}.values())
+        judged = judging(experiment, results.planned(specs))
+        for spec in judged if evaluating else specs:
+            model = json.dumps(spec["model"], sort_keys=True)
+            if model not in identities:
+                identities[model] = identity_of(spec["model"])
+                if not anyway:
+                    results.check(identities[model])
+        planned = results.plan([*specs, *judged])
         results.ask_for(planned)
-        cells = judged if evaluating else episodes
-        if not cells:
-            continue
-        identity = identity_of(models_of(cell.spec for cell in cells))
-        results.identify(identity, anyway=anyway)
-        total = len(planned)
         done = sum(cell.result is not None for cell in planned)
         if not evaluating:
-            yield Done(None, None, done, total)
+            yield Done(None, None, done, len(planned))
+        missing = [
+            cell
+            for cell in planned
+            if cell.result is None and (cell.spec["kind"] in ("judge", "compare")) == evaluating
+        ]
+        missing.sort(key=lambda cell: cell.error is not None)  # what failed before comes last
         failures = 0
-        missing = [cell for cell in cells if cell.result is None]
-        with closing(_measured(results, missing, identity, on, workers)) as measured:
+        with closing(_measured(results, missing, identities, on, workers)) as measured:
             for cell, error in measured:
                 done += error is None
-                failures = failures + 1 if error else 0
-                yield Done(cell, error, done, total)
+                failures = failures + 1 if error and error != cell.error else 0
+                yield Done(cell, error, done, len(planned))
                 if failures == _FAILURES:
                     raise GoalscopeError(
                         f"{_FAILURES} cells failed one after the other, the last one so: {error} "
@@ -120,14 +129,33 @@ def run(
                     )
 
 
+def check_packages() -> None:
+    """Find out before the work begins whether there are the packages that it ends with.
+
+    Raises:
+        GoalscopeError: One is missing; says what to install.
+    """
+    for name in ("bm25s", "scipy.stats", "sklearn.feature_extraction.text"):
+        try:
+            importlib.import_module(name)
+        except ImportError as error:
+            raise GoalscopeError(
+                f"Experiments need more packages ({error}). "
+                'Run `pip install "goalscope[experiments]"`.'
+            ) from None
+
+
 def _measured(
     results: Results,
     cells: Sequence[Cell],
-    identity: dict[str, str],
+    identities: Mapping[str, Mapping[str, str]],
     on: str | None,
     workers: int,
 ) -> Generator[tuple[Cell, str | None]]:
     """Measure cells and keep what comes, or why it does not."""
+    identity = {
+        cell.key: identities[json.dumps(cell.spec["model"], sort_keys=True)] for cell in cells
+    }
     if on is None:
         for cell in cells:
             results.begin_cell(cell.key)
@@ -135,25 +163,31 @@ def _measured(
                 outcome: Any = measure(cell.spec)
             except Exception as error:  # whatever it is, the other cells go on
                 outcome = error
-            yield cell, _kept(results, cell, outcome, identity)
+            yield cell, _kept(results, cell, outcome, identity[cell.key])
         return
     from goalscope.experiment.cluster import on_cluster
 
     by_key = {cell.key: cell for cell in cells}
-    tasks = [(cell.key, {"spec": cell.spec, "identity": identity}) for cell in cells]
+    tasks = [(cell.key, {"spec": cell.spec, "identity": identity[cell.key]}) for cell in cells]
     address = None if on == "dask" else on
     with closing(on_cluster(tasks, perform, address=address, workers=workers)) as outcomes:
         for key, outcome, attempts in outcomes:
             results.begin_cell(key, attempts)
-            yield by_key[key], _kept(results, by_key[key], outcome, identity)
+            yield by_key[key], _kept(results, by_key[key], outcome, identity[key])
 
 
-def _kept(results: Results, cell: Cell, outcome: Any, identity: dict[str, str]) -> str | None:
-    if isinstance(outcome, Exception):
-        error = str(outcome)
-        if not isinstance(outcome, GoalscopeError):
-            error = f"{type(outcome).__name__}: {error}"
-        results.fail(cell.key, error)
-        return error
-    results.keep(cell.key, outcome, identity)
-    return None
+def _kept(results: Results, cell: Cell, outcome: Any, identity: Mapping[str, str]) -> str | None:
+    """Keep a result, or the error in its place, which is returned."""
+    if not isinstance(outcome, Exception):
+        try:
+            dumps(outcome)
+        except GoalscopeError as unfit:
+            outcome = unfit
+        else:
+            results.keep(cell.key, outcome, identity)
+            return None
+    error = str(outcome)
+    if not isinstance(outcome, GoalscopeError):
+        error = f"{type(outcome).__name__}: {error}"
+    results.fail(cell.key, error)
+    return error

@@ -19,6 +19,7 @@ from goalscope.plain import plain
 from goalscope.stats import Interval
 
 __all__ = [
+    "NO_INTERVAL",
     "Entry",
     "Estimate",
     "Labels",
@@ -34,6 +35,8 @@ Measured = tuple[Mapping[str, Any], Mapping[str, Any]]
 """What was measured, and what came of it: a spec and its result."""
 
 MISSING = "-"
+NO_INTERVAL = "There is no interval where all values are equal."
+"""For the notes of tables whose intervals are bootstrapped."""
 
 
 @dataclass(frozen=True, slots=True)

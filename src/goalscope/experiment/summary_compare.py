@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from goalscope.experiment.summary import Entry, Estimate
+from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate
 from goalscope.judge import Pair, Trial, order_effect
 from goalscope.stats import bootstrap_mean
 
@@ -18,7 +18,8 @@ NOTES = (
     "score of what was shown first less that of what was shown second, of 3 points; 0 for a judge "
     "whom the order does not sway. A comparison counts if all four of its scores could be read.",
     "Intervals are 95 %, by a bootstrap over profiles. A pair in which one run left nothing is "
-    "shown to no judge.",
+    "shown to no judge. "
+    f"{NO_INTERVAL}",
 )
 
 
@@ -43,7 +44,9 @@ def read_comparison(spec: Mapping[str, Any], result: Mapping[str, Any], judge: s
     """A cell of the kind "compare"."""
     one, other = spec["of"]
     orders = tuple((_pair(first), _pair(second)) for first, second in result["orders"])
-    return Comparison(judge, f"{one['method']}, {other['method']}", one["profile"], orders)
+    return Comparison(
+        judge, ", ".join(run["settings"]["method"] for run in (one, other)), one["profile"], orders
+    )
 
 
 def comparisons_table(

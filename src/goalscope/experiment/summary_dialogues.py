@@ -11,11 +11,22 @@ import numpy as np
 import numpy.typing as npt
 
 from goalscope.belief import Belief
-from goalscope.experiment.summary import Entry, Estimate, Labels, Measured, Table, chosen, slug
+from goalscope.benchmarks.baselines import overlap
+from goalscope.experiment.summary import (
+    NO_INTERVAL,
+    Entry,
+    Estimate,
+    Labels,
+    Measured,
+    Table,
+    chosen,
+    slug,
+)
 from goalscope.stats import Calibration, Scores, bootstrap_mean, calibration, scores
 from goalscope.types import DEFAULT_TEMPERATURE, Goal
 
 __all__ = [
+    "GOALS_ALONE",
     "GOALSCOPE",
     "OUTRIGHT",
     "PREDICTORS",
@@ -32,9 +43,10 @@ UNTEMPERED = "goalscope, T = 1"
 ROLE_PLAY = {GOALSCOPE: DEFAULT_TEMPERATURE, UNTEMPERED: 1.0}
 SIMILARITIES = {"TF-IDF": "tfidf", "BM25": "bm25", "embedding": "embedding"}
 UNIFORM = "uniform"
+GOALS_ALONE = "goals alone"
 OUTRIGHT = "model asked"
 
-PREDICTORS = (*ROLE_PLAY, UNIFORM, *SIMILARITIES, OUTRIGHT)
+PREDICTORS = (*ROLE_PLAY, UNIFORM, GOALS_ALONE, *SIMILARITIES, OUTRIGHT)
 """All predictors, in the order of the tables."""
 
 TURNS = (1, 2, 3, 4, 5, None)
@@ -139,7 +151,8 @@ COLUMNS = (
 NOTES = (
     "n is the number of dialogues that have the turn; at the turn called last, each has its own.",
     "Intervals are 95 %, by a bootstrap that resamples whole groups of dialogues that share "
-    "people. Goals that tie share the top, or have their mean rank. Log-loss is in nats.",
+    "people. Goals that tie share the top, or have their mean rank. Log-loss is in nats. "
+    f"{NO_INTERVAL}",
     f"goalscope divides its evidence by the temperature {DEFAULT_TEMPERATURE:g}; at T = 1 it is "
     "Eq. 1 as it stands.",
     "ECE: expected calibration error; in brackets, where that of a perfectly calibrated forecaster "
@@ -148,6 +161,11 @@ NOTES = (
     "TF-IDF, BM25 and embedding compare each goal with all of the person's words so far. Their "
     f"similarities become probabilities by a temperature that has the least log-loss on the "
     f"other folds of {FOLDS} (groups stay together), which favours them: goalscope's is fixed.",
+    f'"{GOALS_ALONE}" is a control that reads no dialogue: a goal is the likelier, the more words '
+    "it shares with the other goals on average (Jaccard), with a temperature fitted likewise. Where "
+    "wrong goals were made from the true one, this gives it away, and a predictor that sees the "
+    "list of goals, such as the model that is asked outright, could use it; goalscope scores each "
+    "goal without seeing the others.",
     "The model that is asked outright names a goal and says how sure it is; the rest is spread "
     f"evenly. Its certainty is taken between an even share, or just above, and "
     f"{100 * MOST_SURE:g} %, which favours it; a certainty that it does not give is the least.",
@@ -202,13 +220,13 @@ def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogue
             keep(OUTRIGHT, cell, [_outright(answer, goals) for answer in answers])
             asked += len(answers)
             unread += sum(answer["goal"] is None for answer in answers)
-    for predictor, field in SIMILARITIES.items():
-        own = [cell for cell in cells if cell[1].get(field)]
-        fitted = _fit(own, field)
+    for predictor in (GOALS_ALONE, *SIMILARITIES):
+        found = [(cell, _likeness(cell, predictor)) for cell in cells]
+        own = [(cell, table) for cell, table in found if table.size]
+        fitted = _fit(own)
         if own and not fitted:
             notes.append(f"{predictor}: one group is too few to choose a temperature.")
-        for cell, temperature in zip(own, fitted, strict=False):
-            table = np.array(cell[1][field], dtype=np.float64)
+        for (cell, table), temperature in zip(own, fitted, strict=False):
             keep(predictor, cell, _log_softmax(table / temperature))
         if fitted:
             low, high = min(fitted), max(fitted)
@@ -243,17 +261,30 @@ def _outright(answer: Mapping[str, Any], goals: int) -> Array:
     return belief
 
 
-def _fit(cells: Sequence[Measured], field: str) -> list[float]:
+def _likeness(cell: Measured, predictor: str) -> Array:
+    """[T, G] how like each goal is to the words so far, or to the other goals; [0] if not run."""
+    spec, result = cell
+    if predictor in SIMILARITIES:
+        return np.array(result.get(SIMILARITIES[predictor]) or [], dtype=np.float64)
+    goals: list[str] = spec["case"]["goals"]
+    row = [
+        overlap(goal, [*goals[:i], *goals[i + 1 :]]).mean() if len(goals) > 1 else 0.0
+        for i, goal in enumerate(goals)
+    ]
+    return np.tile(np.array(row, dtype=np.float64), (len(spec["case"]["turns"]), 1))
+
+
+def _fit(cells: Sequence[tuple[Measured, Array]]) -> list[float]:
     """The temperature of each cell, chosen on the folds that its group is not in; [] for one."""
-    groups = sorted({cell[0]["case"]["group"] for cell in cells})
+    groups = sorted({cell[0]["case"]["group"] for cell, _ in cells})
     folds = min(FOLDS, len(groups))
     if folds < 2:
         return []
     order = np.random.default_rng(0).permutation(len(groups))
     fold_of = {groups[index]: position % folds for position, index in enumerate(order)}
-    fold = np.array([fold_of[cell[0]["case"]["group"]] for cell in cells])
-    turns = np.array([len(cell[1][field]) for cell in cells])
-    losses = np.array([_losses(cell, field) for cell in cells])
+    fold = np.array([fold_of[cell[0]["case"]["group"]] for cell, _ in cells])
+    turns = np.array([len(table) for _, table in cells])
+    losses = np.array([_losses(cell, table) for cell, table in cells])
     best = [
         float(TEMPERATURES[(losses[fold != k].sum(axis=0) / turns[fold != k].sum()).argmin()])
         for k in range(folds)
@@ -261,9 +292,8 @@ def _fit(cells: Sequence[Measured], field: str) -> list[float]:
     return [best[k] for k in fold]
 
 
-def _losses(cell: Measured, field: str) -> Array:
+def _losses(cell: Measured, table: Array) -> Array:
     """[temperatures] log-loss of a dialogue, summed over its turns."""
-    table = np.array(cell[1][field], dtype=np.float64)
     beliefs = _log_softmax(table / TEMPERATURES[:, None, None])
     return -beliefs[:, :, cell[0]["case"]["truth"]].sum(axis=1)
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from goalscope.experiment.results import cell_key
 from goalscope.experiment.summary import (
+    NO_INTERVAL,
     Entry,
     Estimate,
     Labels,
@@ -19,6 +20,7 @@ from goalscope.experiment.summary import (
     slug,
 )
 from goalscope.experiment.summary_compare import Comparison, comparisons_table, read_comparison
+from goalscope.judge import JUDGE_TEMPERATURE
 from goalscope.stats import bootstrap_mean, paired_difference, pooled_sd_of_mean
 
 __all__ = ["Episodes", "Reading", "Run", "read_episodes"]
@@ -77,6 +79,8 @@ class Episodes:
         runs: By method, profile and seed.
         judges: Labels of the evaluators.
         comparisons: Runs of two methods that an evaluator saw side by side, in both orders.
+        judging: Who the evaluators are, and how they were asked: one sentence for each.
+        comparing: The same of those that saw two runs side by side.
         notes: What of the evaluators' readings belongs to no run.
     """
 
@@ -86,6 +90,8 @@ class Episodes:
     runs: tuple[Run, ...]
     judges: tuple[str, ...]
     comparisons: tuple[Comparison, ...]
+    judging: tuple[str, ...]
+    comparing: tuple[str, ...]
     notes: tuple[str, ...]
 
     @property
@@ -201,13 +207,16 @@ class Episodes:
     ) -> Table:
         name = "-".join(map(slug, ("episodes", self.domain, self.human, self.model, kind)))
         title = f"Episodes, {what}: {self.title}"
-        judged = (*JUDGE_NOTES, *self.notes) if self.judges and kind != "order" else self.notes
-        return Table(name, title, columns, tuple(rows), (*notes, *judged), command)
+        judged = (*JUDGE_NOTES, *self.judging) if self.judges else ()
+        if kind == "order":
+            judged = self.comparing
+        return Table(name, title, columns, tuple(rows), (*notes, *judged, *self.notes), command)
 
 
 METHOD_NOTES = (
     "Score: share of the profile's conditions that hold in the end. It and the judge's are means "
-    "over profiles of the means over their runs, with a 95 % bootstrap interval over profiles.",
+    "over profiles of the means over their runs, with a 95 % bootstrap interval over profiles. "
+    f"{NO_INTERVAL}",
     "SD: pooled standard deviation of the mean, the noise of repeated runs of a profile (score), "
     "or of repeated trials on a run (judge, Sec. 5.1), and not of the choice of profiles; the "
     "paper gives no formula.",
@@ -215,7 +224,7 @@ METHOD_NOTES = (
 )
 PAIR_NOTES = (
     "In percentage points, over profiles that both methods ran (with the same seeds, averaged). "
-    "The 95 % interval is a paired bootstrap over profiles.",
+    "The 95 % interval is a paired bootstrap over profiles. " f"{NO_INTERVAL}",
     "p is two-sided, from a sign-flip permutation test, and not corrected for several comparisons.",
 )
 PROFILE_NOTES = ("Means over the runs of a profile.",)
@@ -250,7 +259,8 @@ def read_episodes(
         group_of[key] = (settings["domain"], settings["human"], labels[_shared(spec)])
         groups.setdefault(group_of[key], []).append(run)
     runs = {run.key: run for each in groups.values() for run in each}
-    judges, lost = _attach(chosen(cells, "judge"), runs)
+    judged = chosen(cells, "judge")
+    judges, lost = _attach(judged, runs)
     compared: dict[tuple[str, str, str], list[Comparison]] = {}
     pairs = chosen(cells, "compare")
     judging = Labels(_evaluator(spec) for spec, _ in pairs)
@@ -269,6 +279,8 @@ def read_episodes(
             tuple(sorted(runs, key=lambda run: (run.method, run.profile, run.seed))),
             tuple(judge for judge in judges if any(judge in run.readings for run in runs)),
             tuple(compared.get(key, ())),
+            _sentences(spec for spec, _ in judged if group_of.get(spec["of"]["key"]) == key),
+            _sentences(spec for spec, _ in pairs if group_of.get(spec["of"][0]["key"]) == key),
             note,
         )
         for key, runs in sorted(groups.items())
@@ -289,6 +301,26 @@ def _attach(cells: Sequence[Measured], runs: Mapping[str, Run]) -> tuple[tuple[s
 
 def _evaluator(spec: Mapping[str, Any]) -> dict[str, Any]:
     return {name: spec.get(name) for name in ("model", "trials", "comparisons", "seed")}
+
+
+def _sentences(specs: Iterable[Mapping[str, Any]]) -> tuple[str, ...]:
+    """How the evaluators of these cells, all of one group's runs, were asked; each once."""
+    return tuple(dict.fromkeys(map(_sentence, specs)))
+
+
+def _sentence(spec: Mapping[str, Any]) -> str:
+    runs = spec["of"] if spec["kind"] == "compare" else [spec["of"]]
+    asked = (
+        f"{spec['comparisons']} times for each pair of runs in each order"
+        if spec["kind"] == "compare"
+        else f"{spec['trials']} times for each run"
+    )
+    acted = any(model_writer(run["model"]) == model_writer(spec["model"]) for run in runs)
+    also = " It is the model that also acted." if acted else ""
+    return (
+        f"The judge is {model_label(spec['model'])}, asked {asked} at temperature "
+        f"{JUDGE_TEMPERATURE:g} (the paper: 0).{also}"
+    )
 
 
 def _reading(spec: Mapping[str, Any], result: Mapping[str, Any], run: Run) -> Reading:

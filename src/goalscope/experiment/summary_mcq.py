@@ -9,7 +9,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.experiment.summary import Entry, Estimate, Labels, Measured, Table, chosen
+from goalscope.experiment.summary import (
+    NO_INTERVAL,
+    Entry,
+    Estimate,
+    Labels,
+    Measured,
+    Table,
+    chosen,
+)
 from goalscope.stats import bootstrap_mean, proportion
 
 __all__ = ["mcq_tables"]
@@ -31,7 +39,8 @@ NOTES = (
     "Log-loss is that of the right choice in nats, the posterior summed over its rephrasings.",
     "Word overlap asks no model: the goal that shares most words with the utterance wins.",
     "Choices in the same words as the right one are right, too.",
-    "Accuracy has Wilson's 95 % interval, log-loss that of a bootstrap over rows.",
+    "Accuracy has Wilson's 95 % interval, log-loss that of a bootstrap over rows. "
+    f"{NO_INTERVAL}",
     "The paper has 94.4 % without and 93.2 % with Unspecified (Llama 3 8B Instruct).",
 )
 

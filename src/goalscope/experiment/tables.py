@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from goalscope.experiment.results import Results
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from goalscope.experiment.results import Cell, Results
 from goalscope.experiment.summary import Table
 from goalscope.experiment.summary_dialogues import read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
 from goalscope.experiment.summary_mcq import mcq_tables
 
-__all__ = ["tables_of"]
+__all__ = ["tables_of", "warnings_of"]
 
 
 def tables_of(results: Results) -> list[Table]:
-    """The tables of the newest plan for each model, of those cells that have results."""
-    done = [cell for cell in results.asked_for() if cell.result is not None]
+    """The tables of the newest plan with each setting, of those cells that have results."""
+    asked = results.asked_for()
+    done = [cell for cell in asked if cell.result is not None]
     cells = [(cell.spec, cell.result or {}) for cell in done]
     command = results.about.get("command", "")
     tables = list(mcq_tables(cells, command=command))
@@ -21,4 +25,23 @@ def tables_of(results: Results) -> list[Table]:
         tables.append(dialogues.table(command=command))
     for episodes in read_episodes(cells, attempts=[cell.attempts for cell in done]):
         tables += episodes.tables(command=command)
-    return tables
+    notes = tuple(warnings_of(asked))
+    return [replace(table, notes=(*notes, *table.notes)) for table in tables]
+
+
+def warnings_of(cells: Sequence[Cell]) -> Iterator[str]:
+    """What one must know before one trusts figures made of these cells, a sentence each."""
+    done = [cell for cell in cells if cell.result is not None]
+    known: dict[str, set[str]] = {}
+    for cell in done:
+        for name, value in (cell.identity or {}).items():
+            known.setdefault(name, set()).add(value)
+    mixed = sorted(name for name, values in known.items() if len(values) > 1)
+    if mixed:
+        yield f"Cells that were measured with another {', '.join(mixed)} than others are mixed."
+    failed = [cell for cell in cells if cell.result is None and cell.error]
+    missing = len(cells) - len(done) - len(failed)
+    if missing:
+        yield f"{missing:,} of {len(cells):,} cells are not measured yet: figures will change."
+    if failed:
+        yield f"{len(failed):,} of {len(cells):,} cells failed and are in no figure."

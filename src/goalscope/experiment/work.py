@@ -14,13 +14,14 @@ from goalscope.benchmarks.dialogues import case_from_json, measure_dialogue
 from goalscope.benchmarks.mcq import Question, measure_question, rephrase
 from goalscope.domains import Settings, open_environment, profile_named
 from goalscope.envs.grocery import GroceryShop
+from goalscope.experiment.files import hashes_of, person_of
 from goalscope.experiment.identity import identity_of, opened
 from goalscope.judge import compare, judge, possible_actions
 from goalscope.models import OpenModel
 from goalscope.models.opening import MODEL_KEYS, parts
 from goalscope.session import Session
 from goalscope.store import Store, round_to_json
-from goalscope.types import GoalscopeError
+from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = ["measure", "perform"]
 
@@ -29,14 +30,14 @@ def perform(task: Mapping[str, Any]) -> dict[str, Any]:
     """Measure a cell as a worker does, on the same footing as the process that planned it.
 
     Args:
-        task: The `spec` of the cell, and the `identity` that everything is measured with.
+        task: The `spec` of the cell, and the `identity` that it is to be measured with.
 
     Raises:
         GoalscopeError: This worker has another model, prompt or code.
     """
     spec, expected = task["spec"], task["identity"]
-    own = identity_of([spec["model"]])
-    wrong = [name for name, value in own.items() if value not in expected.values()]
+    own = identity_of(spec["model"])
+    wrong = [name for name, value in own.items() if expected.get(name) != value]
     if wrong:
         raise GoalscopeError(
             f"A worker has another {' and another '.join(wrong)} than the process that planned "
@@ -77,6 +78,11 @@ def _dialogue(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
 def _episode(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
     settings = Settings(**spec["settings"], **{key: spec["model"].get(key) for key in MODEL_KEYS})
     profile = profile_named(settings, spec["profile"])
+    if person_of(profile) != spec["person"] or hashes_of(settings) != spec["files"]:
+        raise InvalidInputError(
+            f"The files of {profile.name} (people, catalogue, scene) are not those that were "
+            "planned with. Run the experiment again to plan with the new ones."
+        )
     start = time.monotonic()
     env = open_environment(settings, profile)
     try:
@@ -126,7 +132,7 @@ def _judge(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
         description=spec["description"],
         outcome=spec["outcome"],
         actions=spec["actions"],
-        possible=possible_actions(spec["of"]["domain"]),
+        possible=possible_actions(spec["of"]["settings"]["domain"]),
         empty=spec["empty"],
         trials=spec["trials"],
         seed=spec["seed"],
@@ -141,7 +147,7 @@ def _compare(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
         model,
         task=spec["task"],
         description=spec["description"],
-        possible=possible_actions(spec["of"][0]["domain"]),
+        possible=possible_actions(spec["of"][0]["settings"]["domain"]),
     )
     orders: list[Any] = []
     for n in range(spec["comparisons"]):

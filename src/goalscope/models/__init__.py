@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.types import Message, ModelError
+from goalscope.types import Message, UnreadableAnswerError
 
 __all__ = [
     "Completion",
@@ -149,9 +149,9 @@ class OpenModel(OpenGenerator, OpenScorer, Protocol):
     """An opened model that does both."""
 
 
-def unfinished_json(room: int) -> ModelError:
+def unfinished_json(room: int) -> UnreadableAnswerError:
     """The error of a model whose JSON is not complete after `room` tokens."""
-    return ModelError(
+    return UnreadableAnswerError(
         f"The model did not finish its JSON within {room} tokens. Allow more tokens, or "
         "limit the schema's lengths (maxLength, maxItems)."
     )

@@ -12,7 +12,7 @@ from goalscope.models.chat import ChatTokenizer
 from goalscope.models.http import ATTEMPTS, Refusal, Server, understood
 from goalscope.models.protocols import PROTOCOLS, Protocol
 from goalscope.models.scoring import Pair, TokenScorer
-from goalscope.types import Message, ModelError
+from goalscope.types import Message, ModelError, UnreadableAnswerError
 
 __all__ = ["ServedGenerator", "ServedScorer"]
 
@@ -168,7 +168,7 @@ class ServedGenerator:
             jsonschema.validate(value, _object(schema))
         except (ValueError, RecursionError, jsonschema.ValidationError) as error:
             why = getattr(error, "message", str(error))
-            raise ModelError(
+            raise UnreadableAnswerError(
                 f"{self.name} did not keep to the JSON schema ({why[:200]}): {text[:200]!r}. "
                 "Use a server with structured outputs (response_format json_schema)."
             ) from None

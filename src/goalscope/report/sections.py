@@ -15,7 +15,7 @@ from goalscope.experiment.results import Cell, Results
 from goalscope.experiment.summary import Entry, Estimate, Table, slug
 from goalscope.experiment.summary_dialogues import read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
-from goalscope.experiment.tables import tables_of
+from goalscope.experiment.tables import tables_of, warnings_of
 from goalscope.models.opening import model_label
 from goalscope.report.figures import (
     Figure,
@@ -87,6 +87,9 @@ def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list
             with _copied(file) as results:
                 name = _unique(slug(str(results.about.get("name") or file.stem)), taken)
                 section = _section(results, name, file.stem, draw)
+        except (LookupError, TypeError, ValueError) as error:
+            skipped.append(f"{file} holds cells of a form that is unknown here: {error!r}.")
+            continue
         except GoalscopeError as error:
             if alone:
                 raise
@@ -217,22 +220,9 @@ def _identities(done: Sequence[Cell]) -> Counter[str]:
 
 
 def _warnings(cells: Sequence[Cell]) -> Iterator[str]:
-    done = [cell for cell in cells if cell.result is not None]
-    known: dict[str, set[str]] = {}
-    for cell in done:
-        for key, value in (cell.identity or {}).items():
-            known.setdefault(key, set()).add(value)
-    mixed = sorted(key for key, values in known.items() if len(values) > 1)
-    if mixed:
-        yield (
-            f"Cells that were measured with different versions of the {', '.join(mixed)} are mixed."
-        )
+    yield from warnings_of(cells)
     failed = [cell for cell in cells if cell.result is None and cell.error]
-    missing = len(cells) - len(done) - len(failed)
-    if missing:
-        yield f"{missing:,} of {len(cells):,} cells are not measured yet: figures will change."
     if failed:
-        yield f"{len(failed):,} of {len(cells):,} cells failed and are in no figure."
         for error, n in Counter(cell.error for cell in failed).most_common(SHOWN):
             yield f"{n} of them: {error}"
 
