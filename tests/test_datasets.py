@@ -207,8 +207,10 @@ def test_the_seed_changes_the_draw_and_nothing_else(name: str, tmp_path: Path) -
     split = DATASETS[name].goal_sets[0]
     first, second = (made(tmp_path, name, split, seed=seed) for seed in (1, 2))
     assert first != second
-    assert [case.id for case in first] == [case.id for case in second]
-    if name != "alfred":  # which sentence is the goal is drawn, too
+    ids = [[case.id for case in cases] for cases in (first, second)]
+    assert sorted(ids[0]) == sorted(ids[1])
+    if name != "alfred":  # the order is drawn, and which sentence is the goal
+        assert ids[0] == ids[1]
         assert [(case.turns, true(case)) for case in first] == [
             (case.turns, true(case)) for case in second
         ]
@@ -294,6 +296,26 @@ def test_hard_alfred_changes_one_thing_first(tmp_path: Path) -> None:
             assert all("cup" in text.lower() for text in wrong)
 
 
+def test_a_limited_alfred_holds_several_types_of_task(tmp_path: Path) -> None:
+    rows = [
+        trajectory(n, kind, "Cup", f"{kind} {n}", f"{kind} cup {n}", f"{kind} the cup {n}")
+        for kind, start in (("look", 0), ("heat", 30), ("place", 60))
+        for n in range(start, start + 30)
+    ]
+    packed(tmp_path, "alfred", rows)
+    some = made(tmp_path, "alfred", "random", limit=15)
+    assert {case.turns[0].utterance.split()[0] for case in some} == {"look", "heat", "place"}
+    other = made(tmp_path, "alfred", "random", limit=15, seed=2)
+    assert [case.id for case in some] != [case.id for case in other]
+
+
+def test_trajectories_of_one_plan_are_one_group(tmp_path: Path) -> None:
+    packed(tmp_path, "alfred", trajectories())
+    groups = {case.id: case.group for case in made(tmp_path, "alfred", "random")}
+    assert groups["t3"] == groups["t6"]  # they differ in the lamp alone
+    assert len(set(groups.values())) == len(groups) - 1
+
+
 def test_orders_are_told_in_the_usual_spelling(tmp_path: Path) -> None:
     packed(tmp_path, "taskmaster4", orders())
     loaded = load("taskmaster4", tmp_path, goals=3)
@@ -331,11 +353,17 @@ def test_hard_orders_change_exactly_one_attribute(tmp_path: Path) -> None:
         assert [changes(true(case), t) for t in texts(case) if t != true(case)] == [1] * 5
 
 
-def test_notes_are_never_added_to_an_order(tmp_path: Path) -> None:
-    packed(tmp_path, "taskmaster4", orders())
-    for case in made(tmp_path, "taskmaster4", "hard", goals=6):
-        if "note" not in true(case):
-            assert "note" not in " ".join(texts(case))
+def test_orders_with_a_note_have_no_hard_goals(tmp_path: Path) -> None:
+    shot = order(13, item("Latte", "Triple", notes="Double shot"))
+    syrup = order(14, item("Latte"), item("Mocha", "Vanilla Syrup"))
+    packed(tmp_path, "taskmaster4", [*orders(), shot, syrup])
+    loaded = load("taskmaster4", tmp_path, goal_set="hard", goals=6)
+    assert not {"o9", "o11", "o13", "o14"} & {case.id for case in loaded.cases}
+    assert sorted(loaded.left_out.values()) == [1, 4]
+    said = " ".join(text for case in loaded.cases for text in texts(case))
+    assert "note" not in said
+    assert "syrup" not in said
+    assert {"o9", "o13", "o14"} < {case.id for case in made(tmp_path, "taskmaster4", "random")}
 
 
 def test_a_tier_is_used_up_before_the_next() -> None:
@@ -519,8 +547,17 @@ def test_real_sets_have_the_cases_that_their_rows_give() -> None:
 
 @real
 def test_real_hard_orders_change_exactly_one_attribute() -> None:
-    for case in load("taskmaster4", data_folder(None), goal_set="hard").cases:
+    loaded = load("taskmaster4", data_folder(None), goal_set="hard")
+    assert len(loaded.cases) >= 200
+    for case in loaded.cases:
+        assert "note:" not in " ".join(texts(case))
         assert [changes(true(case), t) for t in texts(case) if t != true(case)] == [1] * 19, case.id
+
+
+@real
+def test_a_limited_real_alfred_is_a_fair_sample() -> None:
+    cases = load("alfred", data_folder(None), limit=100).cases
+    assert len({case.group.split("|")[0] for case in cases}) == 7
 
 
 @real

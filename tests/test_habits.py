@@ -107,6 +107,15 @@ def test_terse_people_end_the_task_in_whole_words() -> None:
     assert words == "Buy the basket"
 
 
+def test_terse_people_do_not_end_the_task_because_they_were_cut() -> None:
+    shop = GroceryShop(Catalogue.load(None))
+    said = "I'd like to buy the basket but first add two loaves of bread."
+    cut = shortened(said, WORDS)
+    assert shop.is_completion(Turn("Anything else?", cut))
+    assert not shop.is_completion(Turn("Anything else?", said))
+    assert spoken("terse", Player(said), 1, env=shop) == [HESITATION]
+
+
 @given(st.text(), st.integers(1, 9))
 def test_what_is_shortened_is_a_beginning_of_so_many_words(text, most) -> None:
     words = shortened(text, most)

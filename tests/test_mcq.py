@@ -12,7 +12,7 @@ import pytest
 from fakes import WordModel
 from goalscope.benchmarks.mcq import Question, measure_question, read_questions, rephrase
 from goalscope.models import Completion
-from goalscope.types import InvalidInputError
+from goalscope.types import InvalidInputError, ModelError
 
 HEAD = "prompt,A,B,C,D,E,answer\n"
 CHOICES = {"A": "red apples", "B": "green pears"}
@@ -98,6 +98,10 @@ def test_a_csv_row_that_cannot_be_used_is_named(tmp_path, text, cause):
         ({**ROW, "rephrasings": {"A": ["x"]}}, "a list for each choice"),
         ({**ROW, "rephrasings": {"A": ["x"], "B": []}}, "at least one text"),
         ({**ROW, "rephrasings": {"A": ["x"], "B": [""]}}, "rephrasing of B is empty"),
+        (
+            {**ROW, "rephrasings": {"A": ["x", "Red  Apples."], "B": ["y"]}},
+            "rephrasing of A must not be the choice itself",
+        ),
     ],
 )
 def test_a_json_row_that_cannot_be_used_is_named(tmp_path, broken, cause):
@@ -141,22 +145,29 @@ class Writer(WordModel):
 
 
 def test_rephrasings_differ_from_each_other_and_from_the_choice():
-    writer = Writer("RED APPLES", ' "One." ', "one.", "Two", "", " Three\tthree ", "Four", "Five")
+    writer = Writer("RED APPLES", "red  apples.", ' "One." ', "one", "Two", "", " Three\tthree ",
+                    "Four", "Five")  # fmt: skip
     written = rephrase(writer, UNSAID, count=4).rephrasings
     assert written["A"] == ["One.", "Two", "Three three", "Four"]
-    assert written["B"] == ["Five", *["green pears"] * 3]
-    assert writer.seeds == [*range(7), *range(12)]
+    assert written["B"] == ["Five"] * 4
+    assert writer.seeds == [*range(8), *range(12)]
+
+
+def test_too_few_rephrasings_are_repeated_in_turn():
+    writer = Writer(*["One", "Two", "Three"] * 4, "Four")
+    assert rephrase(writer, UNSAID, count=5).rephrasings == {
+        "A": ["One", "Two", "Three", "Four", "One"],
+        "B": ["Four"] * 5,
+    }
 
 
 @pytest.mark.parametrize(
-    "writer", [Writer("red apples"), Writer(""), Writer("cut", finish="length")]
-)
-def test_the_choices_own_words_stand_in_where_the_model_has_none(writer):
-    question = Question("q", "Which?", {"A": "red apples", "B": "Red Apples"}, "A", {})
-    assert rephrase(writer, question, count=2).rephrasings == {
-        "A": ["red apples"] * 2,
-        "B": ["Red Apples"] * 2,
-    }
+    "writer", [Writer("red apples"), Writer(" Red apples!"), Writer(""), Writer("..."),
+               Writer("cut", finish="length")]
+)  # fmt: skip
+def test_the_choices_own_words_are_no_rephrasing(writer):
+    with pytest.raises(ModelError, match=r"choice A of the question 'q'.*--generator"):
+        rephrase(writer, UNSAID, count=2)
 
 
 def by_hand(context, text="red apples"):

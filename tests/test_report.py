@@ -252,7 +252,7 @@ def test_what_is_missing_failed_or_mixed_is_said(tmp_path: Path) -> None:
     assert "1 of 4 cells are not measured yet" in text
     assert "1 of 4 cells failed" in text
     assert "The server <b>is</b> away." in text
-    assert "different versions of the code are mixed" in text
+    assert "measured with another code than others are mixed" in text
     values = [value for name, value in section.facts if name.startswith("measured with")]
     assert values[0] == "version 1, code abc, prompts def, model small 123"
     assert "code other" in values[1]

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from goalscope.experiment.results import cell_key
-from goalscope.experiment.summary import Estimate, Labels, Table, slug
+from goalscope.experiment.summary import NO_INTERVAL, Estimate, Labels, Table, slug
 from goalscope.experiment.summary_dialogues import PREDICTORS, read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
 from goalscope.experiment.summary_mcq import mcq_tables
@@ -266,7 +266,7 @@ def test_the_last_turn_is_each_dialogues_own() -> None:
 
 def test_uniform_is_what_one_expects() -> None:
     found = row(dialogues_table(), "uniform", "last")
-    assert found["top-1"] == Estimate(0.25, Interval(0.25, 0.25), "percent")
+    assert found["top-1"] == Estimate(0.25, None, "percent")
     assert found["MRR"].value == 0.4
     assert found["log-loss"].value == pytest.approx(math.log(4))
     assert found["Brier"].value == pytest.approx(0.75)
@@ -323,7 +323,55 @@ def test_one_group_is_too_few_to_fit_on() -> None:
 def test_intervals_resample_groups() -> None:
     cells = [dialogue(i, i % 2, 1, group=str(i // 4), **{"role-play": [SURE]}) for i in range(12)]
     found = row(dialogues_table(cells), "goalscope", "1")
-    assert found["top-1"] == Estimate(0.5, Interval(0.5, 0.5), "percent")
+    assert found["top-1"].interval is None  # all groups are half right
+    values = [1.0, 0.0] * 6
+    cells = [
+        dialogue(i, 0 if value else 1, 1, group=str(i // 3), **{"role-play": [SURE]})
+        for i, value in enumerate(values)
+    ]
+    found = row(dialogues_table(cells), "goalscope", "1")
+    groups = [str(i // 3) for i in range(12)]
+    assert found["top-1"] == Estimate(0.5, bootstrap_mean(values, groups), "percent")
+    assert found["top-1"].interval != bootstrap_mean(values)
+
+
+def test_equal_values_have_no_interval_and_the_notes_say_so() -> None:
+    (found,) = read_episodes([*GOOD[:1], episode("good", "soup", 1.0)])
+    assert row(found.by_method(), "good")["score"] == Estimate(1.0, None, "percent")
+    for table in (found.by_method(), found.differences(), dialogues_table(), *mcq_tables(MCQ)):
+        assert any(NO_INTERVAL in note for note in table.notes)
+
+
+ALONE = ["red big cup", "red big pan", "red old cup", "blue big cup"]
+"""The first goal differs from each other one in one word, and they from each other in two."""
+
+
+def alone(id: int, truth: int, turns: int = 1):
+    spec, result = dialogue(id, truth, turns)
+    return {**spec, "case": {**spec["case"], "goals": ALONE}}, result
+
+
+def test_goals_alone_prefer_the_goal_that_is_most_like_the_others() -> None:
+    table = dialogues_table([alone(1, 0, 2), alone(2, 0), alone(3, 1)])
+    found = row(table, "goals alone", "1")
+    assert (found["n"], found["top-1"].value) == (3, pytest.approx(2 / 3))
+    assert row(table, "goals alone", "2")["top-1"].value == 1.0
+    note = [each for each in table.notes if "goals alone" in each]
+    assert "reads no dialogue" in note[0]
+    assert "goals alone: temperature" in note[1]
+
+
+def test_goals_alone_have_jaccard_overlap_over_a_fitted_temperature() -> None:
+    # The likeliest is right in one group and never in the other: each gets the other's doubt.
+    table = dialogues_table([alone(1, 0), alone(2, 1)])
+    likeness = [1 / 2, (1 / 2 + 2 * 1 / 5) / 3]  # of the first goal; of each other one
+    gap = likeness[0] - likeness[1]
+    losses = [
+        math.log(1 + 3 * math.exp(-gap / 100)),
+        gap / 0.001 + math.log(1 + 3 * math.exp(-gap / 0.001)),
+    ]
+    found = row(table, "goals alone", "1")
+    assert found["log-loss"].value == pytest.approx(np.mean(losses))
 
 
 def test_sets_goal_sets_and_models_have_tables_of_their_own() -> None:
@@ -371,11 +419,10 @@ def episode(method: str, profile: str, score: float, *, seed: int = 0, **result)
 
 def judge(cell, trials: list, *, model: str = "judge", **more):
     spec, result = cell
-    of = {key: spec["settings"][key] for key in ("domain", "method", "human", "seed")}
     return (
         {
             "kind": "judge",
-            "of": {**of, "profile": spec["profile"], "key": cell_key(spec)},
+            "of": {**spec, "key": cell_key(spec)},
             "outcome": result["outcome"],
             "actions": [],
             "empty": result["empty"],
@@ -446,7 +493,7 @@ def test_differences_pair_profiles() -> None:
     table = found.differences()
     score = row(table, "score", "good minus no-goals")
     assert score["profiles"] == 2
-    assert score["difference"] == Estimate(0.5, Interval(0.5, 0.5), "percent")
+    assert score["difference"] == Estimate(0.5, None, "percent")  # equal in both
     assert score["p"] == 0.5  # two pairs cannot show more
     judged = row(table, "judge score")
     assert (judged["profiles"], judged["difference"]) == (1, Estimate(0.5, None, "percent"))
@@ -484,10 +531,7 @@ def test_a_reading_belongs_to_the_run_that_it_names() -> None:
 
 def compared(one, other, *orders):
     """Scores: (first, second) with `one` first, then with `other` first."""
-    run = [
-        {"method": spec["settings"]["method"], "profile": spec["profile"], "key": cell_key(spec)}
-        for spec, _ in (one, other)
-    ]
+    run = [{**spec, "key": cell_key(spec)} for spec, _ in (one, other)]
     trials = [
         [[{"score": s, "explanation": "", "answer": ""} for s in pair] for pair in order]
         for order in orders
@@ -536,6 +580,25 @@ def test_each_judge_has_its_own_columns() -> None:
     assert good["judge score by other"].value == 0
     assert row(found.by_profile(), "cake")["judge score by other"].value == 0
     assert len(found.differences().rows) == 0
+
+
+def test_notes_name_the_judge_and_how_it_was_asked() -> None:
+    (found,) = read_episodes([*GOOD, *NONE, judge(GOOD[0], [3.0]), compared(GOOD[0], NONE[0])])
+    asked = (
+        "The judge judge was asked 4 times about each run, at temperature 0.7 (the paper has 0)."
+    )
+    assert [table.notes.count(asked) for table in found.tables()] == [1, 1, 1, 0]
+    asked = "The judge judge was asked 2 times in each order of two runs, at temperature 0.7"
+    assert found.by_order().notes[-1].startswith(asked)
+    assert "also acted" not in " ".join(note for t in found.tables() for note in t.notes)
+
+
+def test_notes_say_that_the_judge_also_acted() -> None:
+    spec, result = judge(GOOD[0], [3.0])
+    for model in (X, {"generator": X["model"], "scorer": "else"}):
+        (found,) = read_episodes([*GOOD, ({**spec, "model": model}, result)])
+        assert found.by_method().notes[-1].endswith("It is the model that also acted.")
+    assert not any("The judge" in note and "asked" in note for note in read_episodes(GOOD)[0].notes)
 
 
 def test_models_that_write_and_score_are_both_named() -> None:

@@ -26,8 +26,8 @@ from goalscope.stats import Calibration, Scores, bootstrap_mean, calibration, sc
 from goalscope.types import DEFAULT_TEMPERATURE, Goal
 
 __all__ = [
-    "GOALS_ALONE",
     "GOALSCOPE",
+    "GOALS_ALONE",
     "OUTRIGHT",
     "PREDICTORS",
     "UNIFORM",
@@ -162,10 +162,10 @@ NOTES = (
     f"similarities become probabilities by a temperature that has the least log-loss on the "
     f"other folds of {FOLDS} (groups stay together), which favours them: goalscope's is fixed.",
     f'"{GOALS_ALONE}" is a control that reads no dialogue: a goal is the likelier, the more words '
-    "it shares with the other goals on average (Jaccard), with a temperature fitted likewise. Where "
-    "wrong goals were made from the true one, this gives it away, and a predictor that sees the "
-    "list of goals, such as the model that is asked outright, could use it; goalscope scores each "
-    "goal without seeing the others.",
+    "it shares with the other goals on average (Jaccard); its temperature is fitted likewise. "
+    "Where wrong goals were made from the true one, this gives it away, and a predictor that sees "
+    "the list of goals, such as the model that is asked outright, could use it; goalscope scores "
+    "each goal without seeing the others.",
     "The model that is asked outright names a goal and says how sure it is; the rest is spread "
     f"evenly. Its certainty is taken between an even share, or just above, and "
     f"{100 * MOST_SURE:g} %, which favours it; a certainty that it does not give is the least.",

@@ -20,29 +20,19 @@ from goalscope.experiment.summary import (
     slug,
 )
 from goalscope.experiment.summary_compare import Comparison, comparisons_table, read_comparison
-from goalscope.judge import JUDGE_TEMPERATURE
+from goalscope.experiment.summary_judge import (
+    JUDGE_NOTES,
+    Reading,
+    evaluator_of,
+    how_asked,
+    reading_of,
+)
 from goalscope.stats import bootstrap_mean, paired_difference, pooled_sd_of_mean
 
-__all__ = ["Episodes", "Reading", "Run", "read_episodes"]
+__all__ = ["Episodes", "Run", "read_episodes"]
 
 METHODS = ("good", "no-goals", "no-inference")
 """First those of the paper (Sec. 4.3), in its order; others follow by name."""
-
-TOP = 3.0
-"""The best that the evaluator can give (Sec. 5)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """What one evaluator made of one run.
-
-    Attributes:
-        trials: Fractions of the best score; all 0 where the run left nothing (Sec. 5.1).
-        unscored: Trials whose answer could not be read.
-    """
-
-    trials: tuple[float, ...]
-    unscored: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,14 +214,11 @@ METHOD_NOTES = (
 )
 PAIR_NOTES = (
     "In percentage points, over profiles that both methods ran (with the same seeds, averaged). "
-    "The 95 % interval is a paired bootstrap over profiles. " f"{NO_INTERVAL}",
+    "The 95 % interval is a paired bootstrap over profiles. "
+    f"{NO_INTERVAL}",
     "p is two-sided, from a sign-flip permutation test, and not corrected for several comparisons.",
 )
 PROFILE_NOTES = ("Means over the runs of a profile.",)
-JUDGE_NOTES = (
-    "The judge's score is a share of its best, 3. Trials whose answer could not be read are "
-    "counted as unscored and are in no mean; a run that left nothing scores 0 in all its trials.",
-)
 
 
 def read_episodes(
@@ -253,24 +240,27 @@ def read_episodes(
     labels = Labels(_shared(spec) for spec, _, _ in found)
     groups: dict[tuple[str, str, str], list[Run]] = {}
     group_of: dict[str, tuple[str, str, str]] = {}
+    acting: dict[tuple[str, str, str], Mapping[str, Any]] = {}
     for spec, result, n in found:
         settings, key = spec["settings"], cell_key(spec)
         run = Run(settings["method"], spec["profile"], settings["seed"], key, result, n)
         group_of[key] = (settings["domain"], settings["human"], labels[_shared(spec)])
         groups.setdefault(group_of[key], []).append(run)
+        acting[group_of[key]] = spec["model"]
     runs = {run.key: run for each in groups.values() for run in each}
     judged = chosen(cells, "judge")
-    judges, lost = _attach(judged, runs)
+    judging = Labels(evaluator_of(spec) for spec, _ in judged)
+    judges, lost = _attach(judged, runs, judging)
     compared: dict[tuple[str, str, str], list[Comparison]] = {}
     pairs = chosen(cells, "compare")
-    judging = Labels(_evaluator(spec) for spec, _ in pairs)
+    comparing = Labels(evaluator_of(spec) for spec, _ in pairs)
     for spec, result in pairs:
         homes = {group_of.get(of["key"]) for of in spec["of"]}
         home = homes.pop()
         if home is None or homes:
             lost += 1
             continue
-        found_pair = read_comparison(spec, result, judging[_evaluator(spec)])
+        found_pair = read_comparison(spec, result, comparing[evaluator_of(spec)])
         compared.setdefault(home, []).append(found_pair)
     note = (f"{lost} readings by the judge belong to no run that is here.",) if lost else ()
     return tuple(
@@ -279,56 +269,35 @@ def read_episodes(
             tuple(sorted(runs, key=lambda run: (run.method, run.profile, run.seed))),
             tuple(judge for judge in judges if any(judge in run.readings for run in runs)),
             tuple(compared.get(key, ())),
-            _sentences(spec for spec, _ in judged if group_of.get(spec["of"]["key"]) == key),
-            _sentences(spec for spec, _ in pairs if group_of.get(spec["of"][0]["key"]) == key),
+            how_asked(
+                (spec for spec, _ in judged if group_of.get(spec["of"]["key"]) == key),
+                judging,
+                acting[key],
+            ),
+            how_asked(
+                (spec for spec, _ in pairs if group_of.get(spec["of"][0]["key"]) == key),
+                comparing,
+                acting[key],
+            ),
             note,
         )
         for key, runs in sorted(groups.items())
     )
 
 
-def _attach(cells: Sequence[Measured], runs: Mapping[str, Run]) -> tuple[tuple[str, ...], int]:
+def _attach(
+    cells: Sequence[Measured], runs: Mapping[str, Run], labels: Labels
+) -> tuple[tuple[str, ...], int]:
     """Give each reading to its run; the evaluators' labels, and how many readings have no run."""
-    labels, lost = Labels(_evaluator(spec) for spec, _ in cells), 0
+    lost = 0
     for spec, result in cells:
         run = runs.get(spec["of"]["key"])
         if run is None:
             lost += 1
         else:
-            run.readings[labels[_evaluator(spec)]] = _reading(spec, result, run)
-    return tuple(dict.fromkeys(labels[_evaluator(spec)] for spec, _ in cells)), lost
-
-
-def _evaluator(spec: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: spec.get(name) for name in ("model", "trials", "comparisons", "seed")}
-
-
-def _sentences(specs: Iterable[Mapping[str, Any]]) -> tuple[str, ...]:
-    """How the evaluators of these cells, all of one group's runs, were asked; each once."""
-    return tuple(dict.fromkeys(map(_sentence, specs)))
-
-
-def _sentence(spec: Mapping[str, Any]) -> str:
-    runs = spec["of"] if spec["kind"] == "compare" else [spec["of"]]
-    asked = (
-        f"{spec['comparisons']} times for each pair of runs in each order"
-        if spec["kind"] == "compare"
-        else f"{spec['trials']} times for each run"
-    )
-    acted = any(model_writer(run["model"]) == model_writer(spec["model"]) for run in runs)
-    also = " It is the model that also acted." if acted else ""
-    return (
-        f"The judge is {model_label(spec['model'])}, asked {asked} at temperature "
-        f"{JUDGE_TEMPERATURE:g} (the paper: 0).{also}"
-    )
-
-
-def _reading(spec: Mapping[str, Any], result: Mapping[str, Any], run: Run) -> Reading:
-    given = [trial["score"] for trial in result["trials"]]
-    if spec["empty"] or run.result["empty"]:
-        return Reading((0.0,) * (len(given) or spec["trials"]), 0)
-    scored = tuple(score / TOP for score in given if score is not None)
-    return Reading(scored, len(given) - len(scored))
+            reading = reading_of(spec, result, empty=run.result["empty"])
+            run.readings[labels[evaluator_of(spec)]] = reading
+    return tuple(dict.fromkeys(labels[evaluator_of(spec)] for spec, _ in cells)), lost
 
 
 def _is(cell: Measured, kind: str) -> bool:

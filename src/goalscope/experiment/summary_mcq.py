@@ -39,8 +39,7 @@ NOTES = (
     "Log-loss is that of the right choice in nats, the posterior summed over its rephrasings.",
     "Word overlap asks no model: the goal that shares most words with the utterance wins.",
     "Choices in the same words as the right one are right, too.",
-    "Accuracy has Wilson's 95 % interval, log-loss that of a bootstrap over rows. "
-    f"{NO_INTERVAL}",
+    f"Accuracy has Wilson's 95 % interval, log-loss that of a bootstrap over rows. {NO_INTERVAL}",
     "The paper has 94.4 % without and 93.2 % with Unspecified (Llama 3 8B Instruct).",
 )
 
