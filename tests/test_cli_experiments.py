@@ -44,6 +44,7 @@ def here(tmp_path, monkeypatch):
     monkeypatch.delenv("GOALSCOPE_RESULTS", raising=False)
     for module in (work, identity):
         monkeypatch.setattr(module, "opened", lambda model: NamedModel())
+    monkeypatch.setattr(identity, "_fingerprints", {})
     (tmp_path / "q.jsonl").write_text("".join(json.dumps(row) + "\n" for row in QUESTIONS))
     rows = (DIALOGUE, {**DIALOGUE, "id": 2, "goal": "wash the car"})
     (tmp_path / "d.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))
@@ -116,7 +117,8 @@ def test_an_experiment_runs_every_kind_of_cell_and_then_has_nothing_left_to_do(h
         ids = {cell.result["episode"] for cell in done if cell.spec["kind"] == "episode"}
         assert {info.id for info in results.episodes()} == ids
         assert results.about["title"] == "Everything [/b]"
-        assert results.about["command"].startswith("goalscope ")
+        (command,) = results.commands(results.asked_for())
+        assert command.startswith("goalscope ")
     shown = invoke("replay", ids.pop(), "--store", "results/all.db")
     assert "whole milk" in shown.stdout
 
@@ -155,6 +157,7 @@ def test_what_cannot_be_used_is_said_in_one_line_and_leaves_nothing_behind(here)
 def test_results_of_another_code_are_refused_until_told_otherwise(here, monkeypatch):
     tables("bench", "mcq", "q.jsonl", "--limit", "1")
     monkeypatch.setattr(NamedModel, "fingerprint", "another")
+    monkeypatch.setattr(identity, "_fingerprints", {})
     refused = invoke("bench", "mcq", "q.jsonl")
     assert (refused.exit_code, refused.stdout) == (2, "")
     assert "another model" in refused.stderr.splitlines()[-1]

@@ -76,15 +76,17 @@ def episode(method: str, profile: str, score: float) -> tuple[dict, dict]:
 
 
 def judged(spec: dict, scores: list[float]) -> tuple[dict, dict]:
-    of = {"method": "", "profile": spec["profile"], "key": cell_key(spec)}
+    of = {**spec, "key": cell_key(spec)}
     made = {"kind": "judge", "of": of, "model": {}, "trials": 3, "seed": 0, "empty": False}
     return made, {"trials": [{"score": s, "explanation": "", "answer": ""} for s in scores]}
 
 
 def fill(file: Path, cells: list[tuple[dict, dict]], **about: str) -> Path:
     with Results.open(file) as results:
-        results.describe({"name": file.stem, "title": file.stem, "command": "make it", **about})
-        for cell, (_, result) in zip(results.plan([s for s, _ in cells]), cells, strict=True):
+        results.describe({"name": file.stem, "title": file.stem, **about})
+        planned = results.plan([s for s, _ in cells])
+        results.ask_for(planned, "make it")
+        for cell, (_, result) in zip(planned, cells, strict=True):
             results.begin_cell(cell.key)
             results.keep(cell.key, result, IDENTITY)
     return file
@@ -241,7 +243,9 @@ def test_users_settings_of_matplotlib_do_not_matter() -> None:
 def test_what_is_missing_failed_or_mixed_is_said(tmp_path: Path) -> None:
     cells = [mcq(n) for n in range(4)]
     with Results.open(tmp_path / "r.db") as results:
-        one, two, three, _ = results.plan([spec for spec, _ in cells])
+        planned = results.plan([spec for spec, _ in cells])
+        results.ask_for(planned)
+        one, two, three, _ = planned
         results.keep(one.key, cells[0][1], IDENTITY)
         results.begin_cell(two.key, 2)
         results.keep(two.key, cells[1][1], {**IDENTITY, "code": "other"})

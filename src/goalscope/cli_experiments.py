@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shlex
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -26,6 +28,7 @@ from goalscope.types import GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
     from goalscope.experiment.plan import Experiment
+    from goalscope.experiment.summary import Table
 
 __all__ = ["bench", "experiment"]
 
@@ -59,7 +62,10 @@ Anyway = Annotated[
 
 @bench.command()
 def mcq(
-    file: Annotated[Path, typer.Argument(help="Questions, JSON Lines or CSV; see the README.")],
+    file: Annotated[
+        str,
+        typer.Argument(help="Questions, JSON Lines or CSV; or a split of the dataset mcq."),
+    ] = "dev",
     model: Model = None,
     generator: Writer = None,
     scorer: Scorer = None,
@@ -78,13 +84,15 @@ def mcq(
     Each question has choices, and four rephrasings of each choice are the goals. Rephrasings that
     the file lacks are written by the model. Run again, it does what is missing.
     """
+    from goalscope.datasets import DATASETS
     from goalscope.experiment.plan import Experiment, QuestionsPart
     from goalscope.likelihood import DEFAULT_LAYOUT
 
-    part = QuestionsPart(str(file), limit, (layout or DEFAULT_LAYOUT,))
+    name = DATASETS["mcq"].files.get(file, file)
+    part = QuestionsPart(name, limit, (layout or DEFAULT_LAYOUT,))
     plan = Experiment(
-        f"mcq-{file.stem}",
-        f"Isolated inference: {file.name}",
+        f"mcq-{Path(name).stem}",
+        f"Isolated inference: {Path(name).name}",
         "Sec. 4.1",
         (_model(model, generator, scorer, tokenizer),),
         questions=(part,),
@@ -105,7 +113,9 @@ def dialogues(
     split: Annotated[str | None, typer.Option(help="Part of the dataset.")] = None,
     goal_set: Annotated[
         list[str] | None,
-        typer.Option(help="How wrong goals are drawn: random, hard; may be repeated."),
+        typer.Option(
+            help="How wrong goals are drawn: random, hard, complete; by default all of the set."
+        ),
     ] = None,
     goals: Annotated[int, typer.Option(min=2, help="Goals for each dialogue.")] = 20,
     seed: Seed = 1,
@@ -131,6 +141,11 @@ def dialogues(
     Beside it stand word likeness (TF-IDF, BM25), sentence embeddings, and the model asked
     outright. Run again, it does what is missing.
     """
+    if bool(set) == bool(jsonl):
+        raise InvalidInputError(
+            "Name either a set, such as teach, or a file of your own with --jsonl FILE. "
+            "`goalscope data list` shows the sets."
+        )
     from goalscope.experiment.plan import DialoguesPart, Experiment
     from goalscope.likelihood import DEFAULT_LAYOUT
 
@@ -194,9 +209,16 @@ def _run(
     anyway: bool,
     as_json: bool,
 ) -> None:
-    from goalscope.experiment.plan import specs_of
+    from goalscope.experiment.plan import judging, specs_of
     from goalscope.experiment.results import Results
     from goalscope.experiment.run import run, sole
+    from goalscope.experiment.tables import tables_of
+
+    if on not in (None, "dask") and not re.match(r"\w+://[^/]+:\d+$", on or ""):
+        raise InvalidInputError(
+            f"--on must be dask, or the address of a Dask scheduler such as tcp://host:8786, "
+            f"not {on!r}."
+        )
 
     specs = specs_of(plan, folder)
     path = results_folder(results) / f"{plan.name}.db"
@@ -209,25 +231,28 @@ def _run(
         ) from None
     command = shlex.join(["goalscope", *sys.argv[1:]])
     failed: list[str] = []
-    total = 0
+    done = total = 0
     with sole(path), Results.open(path) as kept:
         try:
             with progress(plan.title or plan.name) as show:
-                for step in run(plan, specs, kept, on=on, workers=workers, anyway=anyway):
-                    total = step.total
-                    show(step.done, total)
+                for step in run(
+                    plan, specs, kept, on=on, workers=workers, anyway=anyway, command=command
+                ):
+                    done, total = step.done, step.total
+                    show(done, total)
                     if step.cell is None:
-                        about = {"name": plan.name, "title": plan.title, "source": plan.source}
-                        kept.describe({**about, "command": command})
+                        kept.describe(
+                            {"name": plan.name, "title": plan.title, "source": plan.source}
+                        )
                     elif step.error:
                         failed.append(step.error)
         except (KeyboardInterrupt, GoalscopeError):
-            done = sum(cell.result is not None for cell in kept.cells())
             if total:
                 said = f"{done} of {total} results are kept in {path}; the same command goes on."
                 typer.echo(said, err=True)
             raise
-        show_tables(kept, as_json=as_json)
+        planned = kept.planned(specs)
+        show_tables(tables_of(kept, kept.planned([*specs, *judging(plan, planned)])), as_json)
     if failed:
         raise GoalscopeError(
             f"{len(failed)} of {total} cells could not be measured, one of them so: {failed[0]} "
@@ -240,32 +265,35 @@ def results_folder(given: Path | None) -> Path:
     return given or Path(os.environ.get("GOALSCOPE_RESULTS") or "results")
 
 
-def show_tables(results: Any, *, as_json: bool) -> None:
-    """Print the tables of an experiment."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
+def show_tables(tables: Sequence[Table], as_json: bool) -> None:
+    """Print tables, and below them what one must know to read them, each note once.
 
-    from goalscope.experiment.tables import tables_of
+    A table of few rows that is too wide for the terminal is turned on its side.
+    """
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table as Grid
+
     from goalscope.plain import plain
 
-    tables = tables_of(results)
     if as_json:
         print(json.dumps([table.to_dict() for table in tables], allow_nan=False))
         return
     out = console()
     for table in tables:
-        grid = Table(
+        lines = [table.columns, *table.text_rows()]
+        width = sum(max(map(len, column)) + 1 for column in zip(*lines, strict=True))
+        if width > out.width and len(table.rows) <= 4 < len(table.columns):
+            lines = list(zip(*lines, strict=True))
+        grid = Grid(
             title=plain(table.title), title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0)
         )
-        for n, heading in enumerate(table.columns):
-            words = any(isinstance(row[n], str) for row in table.rows)
-            side = "left" if words else "right"
-            grid.add_column(plain(heading), justify=side, overflow="fold")
-        for row in table.text_rows():
-            grid.add_row(*map(plain, row))
+        for heading in lines[0]:
+            grid.add_column(plain(heading), overflow="fold")
+        for line in lines[1:]:
+            grid.add_row(*map(plain, line))
         out.print(grid)
-        for note in table.notes:
-            out.print(plain(f"  {note}", "dim"))
+    for note in dict.fromkeys(note for table in tables for note in table.notes):
+        out.print(plain(f"  {note}", "dim"))
 
 
 def _folder(data: Path | None) -> Path | None:

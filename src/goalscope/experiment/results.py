@@ -113,11 +113,17 @@ class Results(Store):
             for key, spec, attempts, error, identity, result in rows
         ]
 
-    def ask_for(self, cells: Iterable[Cell]) -> None:
-        """Note that these are the cells of the newest plan with their settings."""
-        asked: dict[str, list[str]] = {}
+    def ask_for(self, cells: Iterable[Cell], command: str = "") -> None:
+        """Note that these are the cells of the newest plan with their settings.
+
+        Args:
+            cells: That were planned.
+            command: What a person said to have them measured.
+        """
+        asked: dict[str, dict[str, Any]] = {}
         for cell in cells:
-            asked.setdefault(dumps(_subject(cell.spec), sort_keys=True), []).append(cell.key)
+            subject = dumps(_subject(cell.spec), sort_keys=True)
+            asked.setdefault(subject, {"command": command, "keys": []})["keys"].append(cell.key)
         self.describe({"asked": {**self.about.get("asked", {}), **asked}})
 
     def asked_for(self) -> list[Cell]:
@@ -127,8 +133,15 @@ class Results(Store):
         who have been edited since, or beyond a limit.
         """
         plans = self.about.get("asked", {}).values()
-        asked = {key for keys in plans for key in keys}
-        return [cell for cell in self.cells() if cell.key in asked or not plans]
+        asked = {key for plan in plans for key in plan["keys"]}
+        return [cell for cell in self.cells() if cell.key in asked]
+
+    def commands(self, cells: Iterable[Cell]) -> list[str]:
+        """The commands that asked for these cells, each once."""
+        keys = {cell.key for cell in cells}
+        plans = self.about.get("asked", {}).values()
+        found = [plan["command"] for plan in plans if keys & set(plan["keys"])]
+        return [command for command in dict.fromkeys(found) if command]
 
     def begin_cell(self, key: str, attempts: int = 1) -> None:
         """Note that a cell is begun, or was begun so many times; a kill leaves this behind."""

@@ -74,6 +74,7 @@ def run(
     on: str | None = None,
     workers: int = 2,
     anyway: bool = False,
+    command: str = "",
 ) -> Iterator[Done]:
     """Measure the cells that have no result, and keep each as soon as it has.
 
@@ -87,6 +88,7 @@ def run(
             of a Dask scheduler, such as "tcp://host:8786".
         workers: Number of processes for "dask".
         anyway: Go on although code, prompts or a model have changed since the first results.
+        command: What a person said to have this done; kept beside the results.
 
     Yields:
         How far it is: first before any cell, then after each.
@@ -106,7 +108,7 @@ def run(
                 if not anyway:
                     results.check(identities[model])
         planned = results.plan([*specs, *judged])
-        results.ask_for(planned)
+        results.ask_for(planned, command)
         done = sum(cell.result is not None for cell in planned)
         if not evaluating:
             yield Done(None, None, done, len(planned))

@@ -235,9 +235,9 @@ def _percent(fraction: float) -> str:
 
 
 def _number(value: float) -> str:
-    if 1e-9 < abs(value) < 0.0005:
-        return f"{value:.1g}"
-    return f"{value:z.3f}"
+    if isinstance(value, int):
+        return f"{value:,}"
+    return "<0.001" if 0 < value < 0.0005 else f"{value:z.3f}"
 
 
 def _line(text: str) -> str:

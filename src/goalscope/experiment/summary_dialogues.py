@@ -77,6 +77,7 @@ class Dialogues:
         goal_set: How the goals beside the true one were chosen.
         model: The model's label.
         n: Number of dialogues.
+        goals: Most goals of a dialogue.
         outcomes: By predictor and turn, where None stands for each dialogue's last; those of the
             dialogues that have that turn and for which the predictor was run.
         notes: What was fitted, and what could not be read.
@@ -87,14 +88,16 @@ class Dialogues:
     goal_set: str
     model: str
     n: int
+    goals: int
     outcomes: Mapping[tuple[str, int | None], Sequence[Outcome]]
     notes: tuple[str, ...]
 
     @property
     def title(self) -> str:
         """What was inferred, and with which model."""
-        goals = f"{self.goal_set} goals"
-        return ", ".join(part for part in (self.set, self.split, goals, self.model) if part)
+        own = self.goal_set == "own"
+        goals = f"{self.goals} goals each" if own else f"{self.goals} {self.goal_set} goals each"
+        return ", ".join(filter(None, (self.set, "" if own else self.split, goals, self.model)))
 
     def accuracy_by_turn(self, turns: int = 10) -> dict[str, list[tuple[int, int, Estimate]]]:
         """Turn, number of dialogues that have it, and top-1 accuracy, for each predictor."""
@@ -232,12 +235,13 @@ def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogue
             low, high = min(fitted), max(fitted)
             span = f"{low:.2g}" if low == high else f"{low:.2g} to {high:.2g}"
             notes.append(f"{predictor}: temperature {span}.")
-    if asked:
+    if unread:
         notes.append(
-            f"The model that is asked gave {unread:,} of {asked:,} answers that name no goal; "
-            "they are scored as uniform."
+            f"{unread:,} of {asked:,} answers of the model that is asked could not be read; they "
+            "are scored as uniform."
         )
-    return Dialogues(*key, n=len(cells), outcomes=outcomes, notes=tuple(notes))
+    goals = max(len(spec["case"]["goals"]) for spec, _ in cells)
+    return Dialogues(*key, len(cells), goals, outcomes, tuple(notes))
 
 
 def _role_play(rows: Sequence[Sequence[float]], temperature: float) -> Iterable[Array]:

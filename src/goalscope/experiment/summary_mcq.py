@@ -27,6 +27,7 @@ Array = npt.NDArray[np.float64]
 PROMPTS = {
     "question": "question",
     "choices": "question and choices",
+    "others": "question and other choices",
     "blank": "no question",
 }
 """How the prompt of each condition is called; other conditions go by their own name."""
@@ -36,6 +37,8 @@ NOTES = (
     'share. "With" Unspecified it is among the goals, and wrong where it wins.',
     "The utterance has the same tokens under each goal, so that the sum and the per-token mean of "
     "its log-probabilities put goals in the same order: accuracy is the same, and log-loss is not.",
+    'The paper\'s row is "question and choices". In "question and other choices" the one that the '
+    "person takes is not shown, so that there is nothing to copy.",
     "Log-loss is that of the right choice in nats, the posterior summed over its rephrasings.",
     "Word overlap asks no model: the goal that shares most words with the utterance wins.",
     "Choices in the same words as the right one are right, too.",

@@ -14,19 +14,19 @@ from goalscope.experiment.summary_mcq import mcq_tables
 __all__ = ["tables_of", "warnings_of"]
 
 
-def tables_of(results: Results) -> list[Table]:
-    """The tables of the newest plan with each setting, of those cells that have results."""
-    asked = results.asked_for()
+def tables_of(results: Results, cells: Sequence[Cell] | None = None) -> list[Table]:
+    """The tables of some cells, those that have results; by default of each newest plan."""
+    asked = results.asked_for() if cells is None else cells
     done = [cell for cell in asked if cell.result is not None]
-    cells = [(cell.spec, cell.result or {}) for cell in done]
-    command = results.about.get("command", "")
-    tables = list(mcq_tables(cells, command=command))
-    for dialogues in read_dialogues(cells):
+    measured = [(cell.spec, cell.result or {}) for cell in done]
+    command = "; ".join(results.commands(asked))
+    tables = list(mcq_tables(measured, command=command))
+    for dialogues in read_dialogues(measured):
         tables.append(dialogues.table(command=command))
-    for episodes in read_episodes(cells, attempts=[cell.attempts for cell in done]):
+    for episodes in read_episodes(measured, attempts=[cell.attempts for cell in done]):
         tables += episodes.tables(command=command)
     notes = tuple(warnings_of(asked))
-    return [replace(table, notes=(*notes, *table.notes)) for table in tables]
+    return [replace(table, notes=(*notes, *table.notes)) for table in tables if table.rows]
 
 
 def warnings_of(cells: Sequence[Cell]) -> Iterator[str]:

@@ -54,8 +54,8 @@ def markdown(sections: Sequence[Section], skipped: Sequence[str]) -> str:
             f"* {markdown_text(name)}: {markdown_text(value)}" for name, value in facts if value
         ))  # fmt: skip
         parts += [f"**{markdown_text(warning)}**" for warning in section.warnings]
-        if section.command:
-            fenced = Table("", "", (), (), (), section.command).to_markdown()
+        for command in section.command.splitlines():
+            fenced = Table("", "", (), (), (), command).to_markdown()
             parts.append(fenced[fenced.index("Made by") :].strip())
         for table in section.tables:
             text = replace(table, command="").to_markdown().strip()

@@ -42,7 +42,7 @@ class Section:
         name: For files and references.
         title: Of the experiment.
         source: What of the paper it reproduces; empty if nothing.
-        command: What made it; empty if that is not known.
+        command: What made it, one command a line; empty if that is not known.
         facts: What it was made with, by name.
         warnings: What one must know before one trusts a figure, a sentence each.
         tables: How many cells there are; then what came of them.
@@ -136,7 +136,7 @@ def _section(results: Results, name: str, stem: str, draw: bool) -> Section | No
         name,
         str(about.get("title") or about.get("name") or stem),
         str(about.get("source", "")),
-        str(about.get("command", "")),
+        "\n".join(results.commands(cells)),
         tuple(_facts(done)),
         tuple(_warnings(cells)),
         _named(tables, name),
