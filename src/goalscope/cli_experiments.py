@@ -1,4 +1,4 @@
-"""`goalscope bench`, `experiment` and `report`: what is measured, and what comes of it."""
+"""`goalscope bench` and `experiment`: what is measured, and the tables of it."""
 
 from __future__ import annotations
 

@@ -5,7 +5,6 @@ Every function that draws does so from its own `seed`, so the same data give the
 
 from __future__ import annotations
 
-import importlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.models.extras import package
 from goalscope.types import GoalscopeError
 
 __all__ = [
@@ -324,9 +324,4 @@ def _finite(values: Sequence[float] | Array, what: str) -> Array:
 
 
 def _scipy_stats() -> Any:
-    try:
-        return importlib.import_module("scipy.stats")
-    except ImportError as error:
-        raise GoalscopeError(
-            f'Statistics need more packages ({error}). Run `pip install "goalscope[experiments]"`.'
-        ) from None
+    return package("scipy.stats", "Statistics need", GoalscopeError)

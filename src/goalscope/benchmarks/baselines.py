@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import logging
 import re
@@ -14,6 +13,7 @@ import numpy.typing as npt
 
 from goalscope.models import Generator
 from goalscope.models.embedding import embedded
+from goalscope.models.extras import package
 from goalscope.prompts import render
 from goalscope.types import Goal, GoalscopeError, Turn
 
@@ -21,74 +21,14 @@ __all__ = ["bm25", "embedding", "outright", "overlap", "tfidf"]
 
 Array = npt.NDArray[np.float64]
 
-_STOPWORDS = frozenset(
-    [
-        "a",
-        "an",
-        "and",
-        "are",
-        "as",
-        "at",
-        "be",
-        "been",
-        "being",
-        "but",
-        "by",
-        "did",
-        "do",
-        "does",
-        "for",
-        "from",
-        "had",
-        "has",
-        "have",
-        "he",
-        "her",
-        "his",
-        "how",
-        "i",
-        "if",
-        "in",
-        "into",
-        "is",
-        "it",
-        "its",
-        "more",
-        "most",
-        "no",
-        "not",
-        "of",
-        "on",
-        "or",
-        "she",
-        "so",
-        "than",
-        "that",
-        "the",
-        "their",
-        "them",
-        "then",
-        "there",
-        "these",
-        "they",
-        "this",
-        "those",
-        "to",
-        "was",
-        "we",
-        "were",
-        "what",
-        "when",
-        "where",
-        "which",
-        "who",
-        "why",
-        "will",
-        "with",
-        "you",
-        "your",
-    ]
-)
+_STOPWORDS = frozenset({
+    "a", "an", "and", "are", "as", "at", "be", "been", "being", "but", "by", "did", "do",
+    "does", "for", "from", "had", "has", "have", "he", "her", "his", "how", "i", "if", "in",
+    "into", "is", "it", "its", "more", "most", "no", "not", "of", "on", "or", "she", "so",
+    "than", "that", "the", "their", "them", "then", "there", "these", "they", "this", "those",
+    "to", "was", "we", "were", "what", "when", "where", "which", "who", "why", "will", "with",
+    "you", "your",
+})  # fmt: skip
 
 
 def overlap(text: str, others: Sequence[str]) -> Array:
@@ -183,10 +123,4 @@ def _words(text: str) -> set[str]:
 
 
 def _needed(module: str) -> Any:
-    try:
-        return importlib.import_module(module)
-    except ImportError as error:
-        raise GoalscopeError(
-            f"The baselines need more packages ({error}). "
-            'Run `pip install "goalscope[experiments]"`.'
-        ) from None
+    return package(module, "The baselines need", GoalscopeError)

@@ -16,6 +16,7 @@ from contextlib import ExitStack, contextmanager
 from queue import Empty, SimpleQueue
 from typing import Any
 
+from goalscope.models.extras import package
 from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = ["on_cluster"]
@@ -68,12 +69,7 @@ def on_cluster(
     if len({key for key, _ in cells}) < len(cells):
         raise InvalidInputError("Two cells have the same key. Give each its own.")
     for module in ("distributed", "cryptography"):
-        try:
-            importlib.import_module(module)
-        except ImportError as error:
-            raise GoalscopeError(
-                f'A cluster needs more packages ({error}). Run `pip install "goalscope[cluster]"`.'
-            ) from None
+        package(module, "A cluster needs", GoalscopeError)
     return _spread(cells, perform, address, workers, attempts)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -39,32 +39,34 @@ def opened(model: Mapping[str, Any]) -> OpenModel:
 
 def identity_of(model: Mapping[str, Any]) -> dict[str, str]:
     """Short hashes of the version, the code, the prompts, and the model (opened once for it)."""
-    root = Path(goalscope.__file__).parent
-    code = [
-        root / file
-        for file in sorted(each.relative_to(root) for each in root.rglob("*"))
-        if file.suffix in (".py", ".csv", ".toml")
-        and (file == _WORK or not file.parts[0].startswith(_SHOWN))
-    ]
     key = _key(model)
     if key not in _fingerprints:
         _fingerprints[key] = _short(opened(model).fingerprint)
     label = f"model {model_label(model)}"
-    return {
-        "version": importlib.metadata.version("goalscope"),
-        "code": _digest(tuple(code)),
-        "prompts": _digest(tuple(sorted(root.rglob("*.jinja")))),
-        f"{label} #{_short(key)[:4]}" if model else label: _fingerprints[key],
-    }
+    return {**_package(), f"{label} #{_short(key)[:4]}" if model else label: _fingerprints[key]}
+
+
+@cache
+def _package() -> dict[str, str]:
+    root = Path(goalscope.__file__).parent
+    files = sorted(each.relative_to(root) for each in root.rglob("*"))
+    code = [
+        file
+        for file in files
+        if file.suffix in (".py", ".csv", ".toml")
+        and (file == _WORK or not file.parts[0].startswith(_SHOWN))
+    ]
+    prompts = [file for file in files if file.suffix == ".jinja"]
+
+    def digest(own: Iterable[Path]) -> str:
+        return _short("".join(f"{f.name} {_short((root / f).read_bytes())}\n" for f in own))
+
+    version = importlib.metadata.version("goalscope")
+    return {"version": version, "code": digest(code), "prompts": digest(prompts)}
 
 
 def _key(model: Mapping[str, Any]) -> str:
     return json.dumps(dict(model), sort_keys=True)
-
-
-@cache
-def _digest(files: tuple[Path, ...]) -> str:
-    return _short("".join(f"{file.name} {_short(file.read_bytes())}\n" for file in files))
 
 
 def _short(content: str | bytes) -> str:

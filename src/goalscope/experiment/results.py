@@ -45,7 +45,7 @@ class Results(Store):
 
     @property
     def about(self) -> dict[str, Any]:
-        """What the experiment says of itself: name, title, command, identity and so on."""
+        """What the experiment says of itself: name, title, source, and what was asked for."""
         with explained(self.path):
             rows = self._connection.execute("SELECT name, value FROM about").fetchall()
         return {name: json.loads(value) for name, value in rows}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
@@ -16,6 +15,7 @@ from goalscope.experiment.identity import identity_of
 from goalscope.experiment.plan import Experiment, judging
 from goalscope.experiment.results import Cell, Results
 from goalscope.experiment.work import measure, perform
+from goalscope.models.extras import package
 from goalscope.store import dumps
 from goalscope.types import GoalscopeError, InvalidInputError
 
@@ -97,16 +97,17 @@ def run(
         InvalidInputError: What is measured with has changed.
         GoalscopeError: Too many cells failed in a row.
     """
-    check_packages()
-    identities: dict[str, dict[str, str]] = {}
+    for module in ("bm25s", "scipy.stats", "sklearn.feature_extraction.text"):
+        package(module, "Experiments need", GoalscopeError)  # not only once the work is done
     for evaluating in (False, True):
         judged = judging(experiment, results.planned(specs))
-        for spec in judged if evaluating else specs:
-            model = json.dumps(spec["model"], sort_keys=True)
-            if model not in identities:
-                identities[model] = identity_of(spec["model"])
-                if not anyway:
-                    results.check(identities[model])
+        models = {
+            json.dumps(spec["model"]): spec["model"] for spec in (judged if evaluating else specs)
+        }
+        for model in models.values():
+            identity = identity_of(model)
+            if not anyway:
+                results.check(identity)
         planned = results.plan([*specs, *judged])
         results.ask_for(planned, command)
         done = sum(cell.result is not None for cell in planned)
@@ -119,7 +120,7 @@ def run(
         ]
         missing.sort(key=lambda cell: cell.error is not None)  # what failed before comes last
         failures = 0
-        with closing(_measured(results, missing, identities, on, workers)) as measured:
+        with closing(_measured(results, missing, on, workers)) as measured:
             for cell, error in measured:
                 done += error is None
                 failures = failures + 1 if error and error != cell.error else 0
@@ -131,33 +132,10 @@ def run(
                     )
 
 
-def check_packages() -> None:
-    """Find out before the work begins whether there are the packages that it ends with.
-
-    Raises:
-        GoalscopeError: One is missing; says what to install.
-    """
-    for name in ("bm25s", "scipy.stats", "sklearn.feature_extraction.text"):
-        try:
-            importlib.import_module(name)
-        except ImportError as error:
-            raise GoalscopeError(
-                f"Experiments need more packages ({error}). "
-                'Run `pip install "goalscope[experiments]"`.'
-            ) from None
-
-
 def _measured(
-    results: Results,
-    cells: Sequence[Cell],
-    identities: Mapping[str, Mapping[str, str]],
-    on: str | None,
-    workers: int,
+    results: Results, cells: Sequence[Cell], on: str | None, workers: int
 ) -> Generator[tuple[Cell, str | None]]:
     """Measure cells and keep what comes, or why it does not."""
-    identity = {
-        cell.key: identities[json.dumps(cell.spec["model"], sort_keys=True)] for cell in cells
-    }
     if on is None:
         for cell in cells:
             results.begin_cell(cell.key)
@@ -165,20 +143,23 @@ def _measured(
                 outcome: Any = measure(cell.spec)
             except Exception as error:  # whatever it is, the other cells go on
                 outcome = error
-            yield cell, _kept(results, cell, outcome, identity[cell.key])
+            yield cell, _kept(results, cell, outcome)
         return
     from goalscope.experiment.cluster import on_cluster
 
     by_key = {cell.key: cell for cell in cells}
-    tasks = [(cell.key, {"spec": cell.spec, "identity": identity[cell.key]}) for cell in cells]
+    tasks = [
+        (cell.key, {"spec": cell.spec, "identity": identity_of(cell.spec["model"])})
+        for cell in cells
+    ]
     address = None if on == "dask" else on
     with closing(on_cluster(tasks, perform, address=address, workers=workers)) as outcomes:
         for key, outcome, attempts in outcomes:
             results.begin_cell(key, attempts)
-            yield by_key[key], _kept(results, by_key[key], outcome, identity[key])
+            yield by_key[key], _kept(results, by_key[key], outcome)
 
 
-def _kept(results: Results, cell: Cell, outcome: Any, identity: Mapping[str, str]) -> str | None:
+def _kept(results: Results, cell: Cell, outcome: Any) -> str | None:
     """Keep a result, or the error in its place, which is returned."""
     if not isinstance(outcome, Exception):
         try:
@@ -186,7 +167,7 @@ def _kept(results: Results, cell: Cell, outcome: Any, identity: Mapping[str, str
         except GoalscopeError as unfit:
             outcome = unfit
         else:
-            results.keep(cell.key, outcome, identity)
+            results.keep(cell.key, outcome, identity_of(cell.spec["model"]))
             return None
     error = str(outcome)
     if not isinstance(outcome, GoalscopeError):

@@ -235,8 +235,6 @@ def _percent(fraction: float) -> str:
 
 
 def _number(value: float) -> str:
-    if isinstance(value, int):
-        return f"{value:,}"
     return "<0.001" if 0 < value < 0.0005 else f"{value:z.3f}"
 
 

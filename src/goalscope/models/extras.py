@@ -1,31 +1,41 @@
-"""Packages that only some models need, and the extra that brings each of them."""
+"""Packages that only some parts need, and the extra that brings each of them."""
 
 from __future__ import annotations
 
 import importlib
 from typing import Any
 
-from goalscope.types import ModelError
+from goalscope.types import GoalscopeError, ModelError
 
 __all__ = ["EXTRAS", "package"]
 
 EXTRAS = {
     **dict.fromkeys(("httpx2", "tokenizers", "huggingface-hub"), "remote"),
     **dict.fromkeys(("torch", "transformers", "llguidance"), "torch"),
+    **dict.fromkeys(("bm25s", "matplotlib", "scikit-learn", "scipy"), "experiments"),
+    **dict.fromkeys(("distributed", "cryptography"), "cluster"),
 }
 """The extra of each package, by the name under which it is installed."""
 
 
-def package(module: str) -> Any:
+def package(
+    module: str, needs: str = "This model needs", error: type[GoalscopeError] = ModelError
+) -> Any:
     """A module of one of `EXTRAS`.
 
+    Args:
+        module: Its name.
+        needs: How the message of the error begins.
+        error: The kind of error.
+
     Raises:
-        ModelError: Its package is missing, or broken; says what to install.
+        GoalscopeError: Its package is missing, or broken; says what to install.
     """
     try:
         return importlib.import_module(module)
-    except ImportError as error:
-        extra = EXTRAS[module.partition(".")[0].replace("_", "-")]
-        raise ModelError(
-            f'This model needs more packages ({error}). Run `pip install "goalscope[{extra}]"`.'
+    except ImportError as cause:
+        name = module.partition(".")[0].replace("_", "-")
+        extra = EXTRAS[{"sklearn": "scikit-learn"}.get(name, name)]
+        raise error(
+            f'{needs} more packages ({cause}). Run `pip install "goalscope[{extra}]"`.'
         ) from None

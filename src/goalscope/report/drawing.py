@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import io
 import re
 import warnings
@@ -11,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 from xml.dom import minidom
 
+from goalscope.models.extras import package
 from goalscope.plain import plain
 from goalscope.types import GoalscopeError
 
@@ -73,14 +73,10 @@ def draw(name: str, title: str, size: tuple[float, float], paint: Callable[[Any]
     Raises:
         GoalscopeError: Matplotlib is missing.
     """
-    try:
-        mpl = importlib.import_module("matplotlib")
-        figures = importlib.import_module("matplotlib.figure")
-        canvas = importlib.import_module("matplotlib.backends.backend_agg")
-    except ImportError as error:
-        raise GoalscopeError(
-            f'Figures need more packages ({error}). Run `pip install "goalscope[experiments]"`.'
-        ) from None
+    mpl, figures, canvas = (
+        package(module, "Figures need", GoalscopeError)
+        for module in ("matplotlib", "matplotlib.figure", "matplotlib.backends.backend_agg")
+    )
     svg, png = io.StringIO(), io.BytesIO()
     with mpl.rc_context(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing from")  # the SVG has it all the same

@@ -8,7 +8,7 @@ import tempfile
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from goalscope.experiment.results import Cell, Results
@@ -170,17 +170,7 @@ def _episodes_alone(results: Results, name: str, stem: str, draw: bool) -> Secti
 def _named(tables: Sequence[Table], section: str) -> tuple[Table, ...]:
     """The tables under names that no other section has."""
     taken: set[str] = set()
-    return tuple(
-        Table(
-            _unique(f"{section}-{table.name}", taken),
-            table.title,
-            table.columns,
-            table.rows,
-            table.notes,
-            table.command,
-        )
-        for table in tables
-    )
+    return tuple(replace(table, name=_unique(f"{section}-{table.name}", taken)) for table in tables)
 
 
 def _progress(cells: Sequence[Cell]) -> Table:
@@ -222,9 +212,8 @@ def _identities(done: Sequence[Cell]) -> Counter[str]:
 def _warnings(cells: Sequence[Cell]) -> Iterator[str]:
     yield from warnings_of(cells)
     failed = [cell for cell in cells if cell.result is None and cell.error]
-    if failed:
-        for error, n in Counter(cell.error for cell in failed).most_common(SHOWN):
-            yield f"{n} of them: {error}"
+    for error, n in Counter(cell.error for cell in failed).most_common(SHOWN):
+        yield f"{n} of them: {error}"
 
 
 def _figures(
