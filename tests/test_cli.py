@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from unittest.mock import patch
 
 import pytest
 from typer.testing import CliRunner
@@ -69,7 +70,9 @@ def shop(tmp_path):
 
 
 def invoke(*args, **options):
-    return CliRunner().invoke(app, [str(arg) for arg in args], **options)
+    words = [str(arg) for arg in args]
+    with patch.object(sys, "argv", ["goalscope", *words]):
+        return CliRunner().invoke(app, words, **options)
 
 
 def fails(code, *args):
@@ -99,7 +102,8 @@ def test_help_of_every_command(command):
 
 def test_the_command_loads_nothing_heavy_before_it_is_needed():
     heavy = {"numpy", "rich", "llama_cpp", "jinja2", "wordllama"}
-    code = f"import sys, goalscope.cli; print([m for m in sys.modules if m in {heavy}])"
+    code = f"import sys
+from unittest.mock import patch, goalscope.cli; print([m for m in sys.modules if m in {heavy}])"
     env = os.environ | {"PYTHONPATH": SOURCE}
     loaded = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, check=True)
     assert loaded.stdout.strip() == b"[]"
