@@ -119,7 +119,7 @@ def report(model: Transformers, goals: list[int], repeats: int, rows: list[dict[
 def dialogue(model: Transformers, layout: str, goals: int, rounds: int) -> list[Pair]:
     """Random tokens in the shape of a round's prompts and the person's reply, one pair a goal."""
     random = np.random.default_rng(0)
-    size = model._network.vocab_size
+    size = model.network.vocab_size
 
     def some(count: int) -> list[int]:
         return random.integers(0, size, count).tolist()
@@ -138,23 +138,23 @@ def one_by_one(model: Transformers, pairs: list[Pair]) -> None:
     """Score each pair from nothing, by one plain forward call."""
     for prompt, answer, _ in pairs:
         places = range(len(prompt) - 1, len(prompt) + len(answer) - 1)
-        logits = model._network.read([*prompt, *answer[:-1]], places)
+        logits = model.network.read([*prompt, *answer[:-1]], places)
         logits.float().log_softmax(-1)[range(len(answer)), answer].cpu()
 
 
 def plain_speed(model: Transformers, repeats: int) -> tuple[float, tuple[int, int]]:
     """Most tokens per second over some shapes of a batch, and the best shape."""
     best = (0.0, (0, 0))
-    most = 512 if model._network.device.type == "cpu" else 8192
+    most = 512 if model.network.device.type == "cpu" else 8192
     for rows, width in PLAIN:
         if rows * width > most:
             continue
-        ids = torch.randint(0, model._network.vocab_size, (rows, width))
-        ids = ids.to(model._network.device)
+        ids = torch.randint(0, model.network.vocab_size, (rows, width))
+        ids = ids.to(model.network.device)
 
         def forward(ids: Any = ids) -> None:
             with torch.inference_mode():
-                model._network.model(input_ids=ids, use_cache=False, logits_to_keep=1)
+                model.network.model(input_ids=ids, use_cache=False, logits_to_keep=1)
 
         forward()
         time_ = min(seconds(model, forward) for _ in range(repeats))
@@ -194,18 +194,18 @@ def seconds(model: Transformers, work: Callable[[], object]) -> float:
 
 def wait(model: Transformers) -> None:
     """Until the device has nothing left to do."""
-    if model._network.device.type == "cuda":
+    if model.network.device.type == "cuda":
         torch.cuda.synchronize()
 
 
 def memory(model: Transformers) -> float:
     """Most GPU memory taken so far, GB."""
-    return torch.cuda.max_memory_allocated() / 1e9 if model._network.device.type == "cuda" else 0.0
+    return torch.cuda.max_memory_allocated() / 1e9 if model.network.device.type == "cuda" else 0.0
 
 
 def card(model: Transformers) -> str:
     """What it runs on."""
-    device = model._network.device
+    device = model.network.device
     return torch.cuda.get_device_name(device) if device.type == "cuda" else device.type
 
 

@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 
 from goalscope.cli import app
 from goalscope.store import Store
+from test_run import NamedModel
 from test_store import a_round
 
 SOURCE = str(Path(__file__).parents[1] / "src")
@@ -102,8 +103,7 @@ def test_help_of_every_command(command):
 
 def test_the_command_loads_nothing_heavy_before_it_is_needed():
     heavy = {"numpy", "rich", "llama_cpp", "jinja2", "wordllama"}
-    code = f"import sys
-from unittest.mock import patch, goalscope.cli; print([m for m in sys.modules if m in {heavy}])"
+    code = f"import sys, goalscope.cli; print([m for m in sys.modules if m in {heavy}])"
     env = os.environ | {"PYTHONPATH": SOURCE}
     loaded = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, check=True)
     assert loaded.stdout.strip() == b"[]"
@@ -256,6 +256,33 @@ def test_a_chat_that_ends_early_is_kept_and_goes_on(shop, store_file):
             "And milk.",
         ]
     assert "--rounds 4" in fails(2, "chat", "--resume", info.id, "--rounds", "2")
+
+
+def test_an_adapter_is_kept_with_an_episode(shop, store_file, tmp_path, monkeypatch):
+    asked = []
+
+    class Closable(NamedModel):
+        def close(self):
+            pass
+
+    def opened(model=None, *, adapter=None, **_):
+        asked.append(adapter)
+        return Closable()
+
+    monkeypatch.setattr("goalscope.models.opening.open_model", opened)
+    monkeypatch.chdir(tmp_path)
+    words = {"input": "I need cocoa powder for a cake.\n"}
+    assert invoke("chat", *shop[:2], "--adapter", "mine", **words).exit_code == 0
+    with Store.open(store_file) as store:
+        (info,) = store.episodes()
+    assert info.settings["adapter"] == str(tmp_path / "mine")
+    assert invoke("chat", "--resume", info.id, **words).exit_code == 0
+    people = ["--profile", "baker", "--rounds", "1", *shop]
+    assert invoke("run", *people, "--adapter", "none").exit_code == 0
+    rows = [rows_file(tmp_path, ROW), "--out", tmp_path / "out.jsonl"]
+    assert invoke("infer", *rows, "--adapter", "mine").exit_code == 0
+    assert invoke("infer", *rows).exit_code == 0
+    assert asked == [str(tmp_path / "mine")] * 2 + ["none", str(tmp_path / "mine"), None]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="the system has no POSIX signals")

@@ -104,6 +104,16 @@ def test_dialogues_of_ones_own_are_measured_beside_the_baselines(here):
     assert "outright" not in cells("dialogues-d")[2].result
 
 
+def test_the_adapter_of_a_bench_is_part_of_its_cells(here):
+    adapters = ("mine", "none")
+    for adapter in adapters:
+        tables("bench", "mcq", "q.jsonl", "--limit", "1", "--adapter", adapter)
+        tables("bench", "dialogues", "--jsonl", "d.jsonl", "--limit", "1", "--adapter", adapter)
+    for name in ("mcq-q", "dialogues-d"):
+        models = [cell.spec["model"] for cell in cells(name)]
+        assert models == [{"adapter": str(here / "mine")}, {"adapter": "none"}]
+
+
 def test_an_experiment_runs_every_kind_of_cell_and_then_has_nothing_left_to_do(here):
     found = tables("experiment", "run", "all.toml")
     assert len(found) >= 3

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from fakes import WordModel
 from goalscope.cli import app
 from goalscope.models.llamacpp import LlamaCpp, embedded_path
-from goalscope.models.opening import TwoModels, open_model, parts
+from goalscope.models.opening import TwoModels, model_label, open_model, parts
 from goalscope.types import InvalidInputError, Message, ModelError
 
 CHAT = [Message("user", "milk and eggs")]
@@ -60,6 +60,34 @@ def test_nothing_names_the_embedded_model_and_one_for_both_is_one(
 def test_a_server_of_no_address_is_refused() -> None:
     with pytest.raises(InvalidInputError, match="no address"):
         open_model(generator="http://")
+
+
+def test_an_adapter_is_named_to_its_server_and_not_here(tmp_path: Path) -> None:
+    for names in ({"model": "http://host/v1#base"}, {"scorer": "https://host/v1"}):
+        with pytest.raises(InvalidInputError, match=r"--lora-modules.*://host/v1#NAME\."):
+            open_model(**names, adapter=tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("names", "label"),
+    [
+        ({}, "SmolLM2-135M-Instruct"),
+        ({"adapter": "/home/me/mine/adapter.gguf"}, "SmolLM2-135M-Instruct + mine"),
+        ({"adapter": "C:\\mine\\adapter.gguf"}, "SmolLM2-135M-Instruct + mine"),
+        ({"adapter": "/home/me/mine"}, "SmolLM2-135M-Instruct + mine"),
+        ({"adapter": "/home/me/mine.gguf"}, "SmolLM2-135M-Instruct + mine"),
+        ({"adapter": "none"}, "SmolLM2-135M-Instruct without adapter"),
+        ({"model": "/big.gguf", "adapter": "/mine"}, "big + mine"),
+        ({"model": "/big.gguf", "adapter": "none"}, "big"),
+        ({"scorer": "/big.gguf", "adapter": "none"}, "SmolLM2-135M-Instruct + big"),
+        (
+            {"generator": "http://host/v1#gpt", "adapter": "none"},
+            "gpt + SmolLM2-135M-Instruct without adapter",
+        ),
+    ],
+)
+def test_a_label_names_the_adapter(names: dict[str, str], label: str) -> None:
+    assert model_label(names) == label
 
 
 def test_a_folder_that_holds_no_model_is_refused(tmp_path: Path) -> None:

@@ -202,6 +202,21 @@ def test_models_are_names_or_tables_and_the_embedded_one_needs_no_name(tmp_path)
         read(tmp_path, "mcq = {file = 'x'}\njudge = {}")
 
 
+def test_an_adapter_is_found_beside_the_file_and_none_stays_none(tmp_path):
+    for name in ("mine", "none"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "mine" / "adapter.gguf").write_text("x")
+    text = """
+    models = [{adapter = "mine"}, {adapter = "mine/adapter.gguf"}, {model = "m", adapter = "none"}]
+    mcq = {file = "x"}
+    """
+    assert read(tmp_path, text).models == (
+        {"adapter": str(tmp_path / "mine")},
+        {"adapter": str(tmp_path / "mine" / "adapter.gguf")},
+        {"model": "m", "adapter": "none"},
+    )
+
+
 def test_there_are_as_many_cells_as_the_product_of_the_axes(tmp_path):
     questions = lines(tmp_path, "q.jsonl", QUESTION, {**QUESTION, "id": "r"})
     own = lines(tmp_path, "d.jsonl", ROW, {**ROW, "id": "b"}, {**ROW, "id": "c"})

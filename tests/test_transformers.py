@@ -124,7 +124,7 @@ def reference(model: Transformers, pairs: list[Pair]) -> list[np.ndarray]:
     for prompt, answer, _ in pairs:
         ids = torch.tensor([[*prompt, *answer]])
         with torch.inference_mode():
-            logits = model._network.model(input_ids=ids, use_cache=False).logits[0].double()
+            logits = model.network.model(input_ids=ids, use_cache=False).logits[0].double()
         rows = logits.log_softmax(-1)[len(prompt) - 1 : -1]
         results.append(rows[range(len(answer)), answer].numpy())
     return results
@@ -201,7 +201,7 @@ def test_too_little_memory_means_smaller_batches(
     llama: Transformers, monkeypatch: pytest.MonkeyPatch, error: Exception
 ) -> None:
     model = Transformers(llama._model, device="cpu")
-    pairs, forward = family(4), model._network.model.forward
+    pairs, forward = family(4), model.network.model.forward
     expected = reference(model, pairs)
     sizes = []
 
@@ -211,10 +211,10 @@ def test_too_little_memory_means_smaller_batches(
             raise error
         return forward(*args, input_ids=input_ids, **rest)
 
-    monkeypatch.setattr(model._network.model, "forward", limited)
+    monkeypatch.setattr(model.network.model, "forward", limited)
     assert_equal(model.score(pairs), expected)
     assert max(sizes) > 70 >= sizes[-1]
-    monkeypatch.setattr(model._network.model, "forward", lambda **_: (_ for _ in ()).throw(error))
+    monkeypatch.setattr(model.network.model, "forward", lambda **_: (_ for _ in ()).throw(error))
     with pytest.raises(ModelError, match="smaller model"):
         model.score(pairs)
 
@@ -223,7 +223,7 @@ def test_other_errors_are_not_taken_for_too_little_memory(
     llama: Transformers, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     llama.score(family(5))
-    monkeypatch.setattr(llama._network, "run", lambda *_: (_ for _ in ()).throw(RuntimeError("x")))
+    monkeypatch.setattr(llama.network, "run", lambda *_: (_ for _ in ()).throw(RuntimeError("x")))
     with pytest.raises(RuntimeError, match="x"):
         llama.score(family(6))
 
@@ -298,7 +298,7 @@ def test_the_embedded_engine_gives_the_same_log_probabilities(tmp_path: Path) ->
     assert "135M" in ours.describe()
     text = ours.generate(chats[0], max_tokens=12, schema={"enum": ["milk", "tea"]}).text
     assert json.loads(text) in {"milk", "tea"}
-    ours._network.model.to(torch.bfloat16)
+    ours.network.model.to(torch.bfloat16)
     ours.clear_cache()
     rounded = ours.token_logprobs(chats, words, end_of_turn=True)
     sums = [[row.sum() for row in rows] for rows in (found, rounded)]

@@ -14,9 +14,11 @@ from typer.core import TyperGroup
 from goalscope.cli_data import data
 from goalscope.cli_episodes import chat, episodes, replay, run
 from goalscope.cli_experiments import bench, experiment
+from goalscope.cli_fit import fit
 from goalscope.cli_house import house
 from goalscope.cli_models import doctor, models
 from goalscope.cli_options import (
+    Adapter,
     Calls,
     EndOfTurn,
     Evidence,
@@ -27,7 +29,7 @@ from goalscope.cli_options import (
     positive,
 )
 from goalscope.cli_report import report
-from goalscope.terminal import console, named, opened_model, progress
+from goalscope.terminal import adapter_named, console, named, opened_model, progress
 from goalscope.types import DEFAULT_TEMPERATURE, GoalscopeError, InvalidInputError
 
 
@@ -78,6 +80,7 @@ def infer(
     out: Annotated[Path, typer.Option(help="Beliefs turn by turn, JSON Lines; continued.")],
     model: Model = None,
     tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
     calls: Calls = None,
     layout: Layout = None,
     evidence: Evidence = "sum",
@@ -101,7 +104,9 @@ def infer(
     positive(temperature)
     dialogues = read_dialogues(file)
     cut: list[str | int] = []
-    with opened_model(named(model), tokenizer=tokenizer, calls=calls) as engine:
+    with opened_model(
+        named(model), tokenizer=tokenizer, adapter=adapter_named(adapter), calls=calls
+    ) as engine:
         likelihood = RolePlay(engine, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
         settings = {
             "model": engine.name,
@@ -128,6 +133,7 @@ def infer(
         )
 
 
+app.command()(fit)
 app.command()(replay)
 app.command()(episodes)
 app.command()(doctor)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from goalscope.cli_options import (
+    Adapter,
     Calls,
     Catalogue,
     Columns,
@@ -35,7 +36,7 @@ from goalscope.cli_options import (
     Writer,
     positive,
 )
-from goalscope.terminal import console, named, opened_model, tokenizer_named
+from goalscope.terminal import adapter_named, console, named, opened_model, tokenizer_named
 from goalscope.types import DEFAULT_TEMPERATURE, GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -59,6 +60,7 @@ def chat(
     generator: Writer = None,
     scorer: Scorer = None,
     tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
     catalogue: Catalogue = None,
     column: Columns = None,
     scene: Scene = None,
@@ -110,6 +112,7 @@ def chat(
                 generator=generator,
                 scorer=scorer,
                 tokenizer=tokenizer,
+                adapter=adapter,
                 catalogue=catalogue,
                 columns=column,
                 scene=scene,
@@ -162,6 +165,7 @@ def run(
     generator: Writer = None,
     scorer: Scorer = None,
     tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
     profiles: Annotated[Path | None, typer.Option(help="TOML file of your own people.")] = None,
     catalogue: Catalogue = None,
     column: Columns = None,
@@ -194,6 +198,7 @@ def run(
         generator=generator,
         scorer=scorer,
         tokenizer=tokenizer,
+        adapter=adapter,
         profiles=profiles,
         catalogue=catalogue,
         columns=column,
@@ -261,7 +266,12 @@ def episodes(store: StoreFile = None, as_json: Json = False) -> None:
 def _engine(settings: Settings, calls: Path | None = None) -> Generator[OpenModel]:
     """The model of an episode."""
     with opened_model(
-        settings.model, settings.generator, settings.scorer, settings.tokenizer, calls
+        settings.model,
+        settings.generator,
+        settings.scorer,
+        settings.tokenizer,
+        settings.adapter,
+        calls,
     ) as engine:
         yield engine
 
@@ -295,6 +305,7 @@ def _settings(picture: Path | None, **given: Any) -> Settings:
         **files,
         **models,
         "tokenizer": tokenizer_named,
+        "adapter": adapter_named,
         "columns": _columns,
         "scene": _scene,
         "temperature": positive,

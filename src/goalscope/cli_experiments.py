@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from goalscope.cli_options import (
+    Adapter,
     EndOfTurn,
     Json,
     Layout,
@@ -23,7 +24,7 @@ from goalscope.cli_options import (
     Tokenizer,
     Writer,
 )
-from goalscope.terminal import console, named, progress, tokenizer_named
+from goalscope.terminal import adapter_named, console, named, progress, tokenizer_named
 from goalscope.types import GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -70,6 +71,7 @@ def mcq(
     generator: Writer = None,
     scorer: Scorer = None,
     tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
     data: Data = None,
     limit: Limit = None,
     layout: Layout = None,
@@ -94,7 +96,7 @@ def mcq(
         f"mcq-{Path(name).stem}",
         f"Isolated inference: {Path(name).name}",
         "Sec. 4.1",
-        (_model(model, generator, scorer, tokenizer),),
+        (_model(model, generator, scorer, tokenizer, adapter),),
         questions=(part,),
     )
     _run(plan, _folder(data), results, on, workers, anyway, as_json)
@@ -107,7 +109,7 @@ def dialogues(
     ] = None,
     jsonl: Annotated[
         Path | None,
-        typer.Option(help='Dialogues of your own: as for `infer`, each with its true "goal".'),
+        typer.Option(help='Dialogues of your own: as for `infer`, each with the "true" one.'),
     ] = None,
     data: Data = None,
     split: Annotated[str | None, typer.Option(help="Part of the dataset.")] = None,
@@ -125,6 +127,7 @@ def dialogues(
     generator: Writer = None,
     scorer: Scorer = None,
     tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
     layout: Layout = None,
     end_of_turn: EndOfTurn = False,
     outright: Annotated[
@@ -166,7 +169,7 @@ def dialogues(
     plan = Experiment(
         f"dialogues-{name}",
         f"Real dialogues: {name}",
-        models=(_model(model, generator, scorer, tokenizer),),
+        models=(_model(model, generator, scorer, tokenizer, adapter),),
         dialogues=(part,),
     )
     _run(plan, _folder(data), results, on, workers, anyway, as_json)
@@ -308,6 +311,7 @@ def _model(
     generator: str | None = None,
     scorer: str | None = None,
     tokenizer: str | None = None,
+    adapter: str | None = None,
 ) -> dict[str, str]:
     """A model as a cell names it."""
     model, generator, scorer = (
@@ -318,5 +322,6 @@ def _model(
         "generator": named(generator),
         "scorer": named(scorer),
         "tokenizer": tokenizer_named(tokenizer),
+        "adapter": adapter_named(adapter),
     }
     return {key: value for key, value in given.items() if value}

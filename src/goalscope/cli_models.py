@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from goalscope.cli_options import Json, Model, Scorer, StoreFile, Tokenizer, Writer
-from goalscope.terminal import console, measuring, named, opened_model
+from goalscope.cli_options import Adapter, Json, Model, Scorer, StoreFile, Tokenizer, Writer
+from goalscope.terminal import adapter_named, console, measuring, named, opened_model
 from goalscope.types import GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -52,6 +52,7 @@ def check(
     generator: Writer = None,
     scorer: Scorer = None,
     tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
     as_json: Json = False,
 ) -> None:
     """Test whether a model writes and scores as it must.
@@ -60,7 +61,9 @@ def check(
     """
     from goalscope.models.check import check as check_model
 
-    with opened_model(named(model), named(generator), named(scorer), tokenizer) as engine:
+    with opened_model(
+        named(model), named(generator), named(scorer), tokenizer, adapter_named(adapter)
+    ) as engine:
         found, problems = check_model(engine)
     _report({**found, "problems": problems}, as_json)
 
@@ -119,6 +122,7 @@ def doctor(
     generator: Writer = None,
     scorer: Scorer = None,
     tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
     store: StoreFile = None,
     as_json: Json = False,
 ) -> None:
@@ -144,7 +148,9 @@ def doctor(
             report[package] = f"missing ({'optional: ' if extra else ''}{wanted})"
     problems: list[str] = []
     try:
-        with opened_model(named(model), named(generator), named(scorer), tokenizer) as engine:
+        with opened_model(
+            named(model), named(generator), named(scorer), tokenizer, adapter_named(adapter)
+        ) as engine:
             found, problems = check_model(engine)
             report |= found
             for part in dict.fromkeys(parts(engine)):

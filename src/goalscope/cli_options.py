@@ -10,6 +10,7 @@ import typer
 from goalscope.types import InvalidInputError
 
 __all__ = [
+    "Adapter",
     "Calls",
     "Catalogue",
     "Columns",
@@ -77,6 +78,14 @@ Scorer = Annotated[
 Tokenizer = Annotated[
     str | None,
     typer.Option(help="GGUF file, folder or hub name of the tokenizer of a server's model."),
+]
+Adapter = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FILE|FOLDER|none",
+        help="LoRA adapter for the model that scores.  "
+        "[default: the one that comes with goalscope, for its own model]",
+    ),
 ]
 Calls = Annotated[
     Path | None, typer.Option(help="File that keeps the model's answers, so none is asked twice.")

@@ -31,10 +31,11 @@ class Settings:
         human: Who answers: "you" at the terminal, the profile's "scripted" or "simulated" one, or
             a simulated one with a `Habit`.
         method: See `Agent`.
-        model: See `open_model`, as for the next three; None for the embedded model.
+        model: See `open_model`, as for the next four; None for the embedded model.
         generator: Writes, if not `model`.
         scorer: Scores, if not `model`.
         tokenizer: Of a served model.
+        adapter: For the model that scores; None for the one that comes with the embedded model.
         profiles: TOML file of profiles; None for those of the domain.
         catalogue: CSV file of the shop; None for the one of the domain.
         columns: Which heading of that file holds what.
@@ -56,6 +57,7 @@ class Settings:
     generator: str | None = None
     scorer: str | None = None
     tokenizer: str | None = None
+    adapter: str | None = None
     profiles: str | None = None
     catalogue: str | None = None
     columns: Mapping[str, str] = field(default_factory=dict[str, str])

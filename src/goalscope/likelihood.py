@@ -83,7 +83,7 @@ class RolePlay:
         for t in range(since, len(turns)):
             start = self.window(task, turns[: t + 1])
             for goal in goals:
-                contexts.append(self._context(task, goal, turns[start : t + 1]))
+                contexts.append(self.context(task, goal, turns[start : t + 1]))
         for goal in goals:
             tokens = self.model.count_tokens([Message("user", goal.text)])
             if tokens > GOAL_TOKENS:
@@ -105,7 +105,7 @@ class RolePlay:
         """
         last = Message("assistant", turns[-1].utterance)
         for start in (*range(0, len(turns) - 1, 4), len(turns) - 1):
-            context = [*self._context(task, UNSPECIFIED, turns[start:]), last]
+            context = [*self.context(task, UNSPECIFIED, turns[start:]), last]
             if self.model.count_tokens(context) + GOAL_TOKENS <= self.model.context_size:
                 return start
         raise InvalidInputError(
@@ -113,7 +113,8 @@ class RolePlay:
             f"it reads {self.model.context_size:,} tokens at once). Say it in fewer words."
         )
 
-    def _context(self, task: str, goal: Goal, turns: Sequence[Turn]) -> list[Message]:
+    def context(self, task: str, goal: Goal, turns: Sequence[Turn]) -> list[Message]:
+        """The chat before the last turn's utterance, which the person with this goal has to say."""
         text = "" if goal == UNSPECIFIED else goal.text
         *past, last = turns
         if self.layout == "goal-first":

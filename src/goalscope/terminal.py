@@ -12,7 +12,15 @@ if TYPE_CHECKING:
 
     from goalscope.models import OpenModel
 
-__all__ = ["console", "measuring", "named", "opened_model", "progress", "tokenizer_named"]
+__all__ = [
+    "adapter_named",
+    "console",
+    "measuring",
+    "named",
+    "opened_model",
+    "progress",
+    "tokenizer_named",
+]
 
 
 def console(*, stderr: bool = False) -> Console:
@@ -75,6 +83,7 @@ def opened_model(
     generator: str | None = None,
     scorer: str | None = None,
     tokenizer: str | None = None,
+    adapter: str | None = None,
     calls: Path | None = None,
 ) -> Generator[OpenModel]:
     """The model that options name, closed in the end; says what servers were asked."""
@@ -86,6 +95,7 @@ def opened_model(
             generator=generator,
             scorer=scorer,
             tokenizer=tokenizer,
+            adapter=adapter,
             calls=calls,
             report=report,
         )
@@ -111,3 +121,10 @@ def named(model: str | None) -> str | None:
 def tokenizer_named(tokenizer: str | None) -> str | None:
     """The same for a tokenizer, or another name that the hub may know if there is no such file."""
     return str(Path(tokenizer).absolute()) if tokenizer and Path(tokenizer).exists() else tokenizer
+
+
+def adapter_named(adapter: str | None) -> str | None:
+    """The same for an adapter; "none" stays as it is."""
+    from goalscope.models.adapters import NO_ADAPTER
+
+    return str(Path(adapter).absolute()) if adapter and adapter != NO_ADAPTER else adapter

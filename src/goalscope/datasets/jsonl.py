@@ -18,8 +18,9 @@ __all__ = ["read_cases"]
 def read_cases(file: Path) -> list[Case]:
     """Read and check a whole file of rows as `goalscope infer` reads them, with the true goal.
 
-    A row is `{"id", "task", "turns": [{"query", "utterance"}, ...], "goals": [...], "goal"}`. Rows
-    with one `"group"` share a dialogue or people; without it, each row is its own group.
+    A row is `{"id", "task", "turns": [{"query", "utterance"}, ...], "goals": [...], "true"}`, where
+    "true" is the text of one of the goals, or its place from 0. Rows with one `"group"` share a
+    dialogue or people; without it, each row is its own group.
 
     Raises:
         InvalidInputError: The file cannot be read, or a row cannot be used; names the line.
@@ -47,9 +48,14 @@ def _case(dialogue: Dialogue, row: dict[str, Any], label: str) -> Case:
             f"{label}: expected at least two goals, of which no two differ in case or in the mark "
             "at the end alone."
         )
-    goal = row.get("goal")
+    goal = row.get("true")
+    if isinstance(goal, int) and not isinstance(goal, bool) and 0 <= goal < len(texts):
+        goal = texts[goal]
     if not isinstance(goal, str):
-        raise InvalidInputError(f'{label}: expected the true goal under "goal", a text.')
+        raise InvalidInputError(
+            f'{label}: expected the true goal under "true", the text of one of the goals or its '
+            f"place among them, counted from 0; got {shown(goal)}."
+        )
     if goal.strip() not in texts:
         raise InvalidInputError(
             f"{label}: the true goal {shown(goal)} is none of the goals; {nearest(goal, texts)}"

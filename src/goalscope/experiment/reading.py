@@ -20,6 +20,7 @@ from goalscope.experiment.plan import (
 )
 from goalscope.habits import Habit
 from goalscope.likelihood import Layout
+from goalscope.models.adapters import NO_ADAPTER
 from goalscope.models.opening import MODEL_KEYS
 from goalscope.types import InvalidInputError
 
@@ -91,7 +92,11 @@ def _model(value: object, label: str, folder: Path) -> Model:
     row = cast("dict[str, Any]", row)
     refuse_unknown(row, MODEL_KEYS, label)
     named = {key: _text(each, f"{label}: {key!r}") for key, each in row.items()}
-    return {key: _place(name, folder) for key, name in named.items() if name != EMBEDDED}
+    return {
+        key: name if key == "adapter" and name == NO_ADAPTER else _place(name, folder)
+        for key, name in named.items()
+        if name != EMBEDDED
+    }
 
 
 _CHOICES: Mapping[str, Sequence[str]] = {

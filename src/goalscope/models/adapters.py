@@ -16,9 +16,20 @@ import numpy.typing as npt
 from goalscope.models.extras import package
 from goalscope.types import ModelError
 
-__all__ = ["MODULES", "Adapter", "adapter_file", "read_adapter", "shipped", "write_adapter"]
+__all__ = [
+    "MODULES",
+    "NO_ADAPTER",
+    "Adapter",
+    "adapter_file",
+    "read_adapter",
+    "shipped",
+    "write_adapter",
+]
 
 Floats = npt.NDArray[np.float32]
+
+NO_ADAPTER = "none"
+"""What is said in place of an adapter's name where there shall be none."""
 
 MODULES: Mapping[str, str] = {
     "q_proj": "attn_q",
@@ -139,15 +150,22 @@ def read_adapter(path: Path, config: Any) -> Adapter:
         match = re.fullmatch(r"blk\.(\d+)\.(\w+)\.weight\.lora_([ab])", tensor.name)
         if match is None or match[2] not in names:
             raise ModelError(f"{path} changes {tensor.name}, which goalscope cannot adapt.")
-        value = np.array(tensor.data, np.float32)
+        value = np.array(gguf.dequantize(tensor.data, tensor.tensor_type), np.float32)
         found.setdefault((int(match[1]), names[match[2]]), {})[match[3]] = value
-    layers = {
-        place: (pair["a"], _parted(pair["b"], _heads(str(architecture), place[1], config)))
-        for place, pair in found.items()
-    }
+    try:
+        layers = {
+            place: (pair["a"], _parted(pair["b"], _heads(str(architecture), place[1], config)))
+            for place, pair in found.items()
+        }
+        rank = next(iter(layers.values()))[0].shape[0]
+        alpha = float(fields["adapter.lora.alpha"])
+    except (KeyError, StopIteration, ValueError):
+        raise ModelError(
+            f"{path} lacks weights, or was fitted on a model of another size. Take that model, or "
+            "fit an adapter on this one with `goalscope fit`."
+        ) from None
     texts = {name: value for name, value in fields.items() if isinstance(value, str)}
-    rank = next(iter(layers.values()))[0].shape[0]
-    return Adapter(layers, rank, float(fields["adapter.lora.alpha"]), texts)
+    return Adapter(layers, rank, alpha, texts)
 
 
 def _heads(architecture: str, name: str, config: Any) -> int | None:

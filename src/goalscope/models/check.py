@@ -7,6 +7,8 @@ import time
 from typing import Any
 
 from goalscope.models import OpenModel
+from goalscope.models.adapters import NO_ADAPTER
+from goalscope.models.local import LocalModel
 from goalscope.models.opening import parts
 from goalscope.models.scoring import TokenScorer
 from goalscope.types import GoalscopeError, Message
@@ -42,6 +44,8 @@ def check(model: OpenModel) -> tuple[dict[str, Any], list[str]]:
 def _try_scoring(model: Any, found: dict[str, Any], problems: list[str]) -> None:
     test = model.self_test() if isinstance(model, TokenScorer) else None
     found["scores"] = model.describe()
+    if isinstance(model, LocalModel):
+        found["adapter"] = _adapter(model)
     if test is None:
         return
     found["self-test error (nats)"] = max(test.generation_error, test.batch_error)
@@ -54,6 +58,18 @@ def _try_scoring(model: Any, found: dict[str, Any], problems: list[str]) -> None
     start = time.perf_counter()
     model.token_logprobs(contexts, ["I would like something for tonight, please."] * len(goals))
     found["scoring 5 goals (s)"] = time.perf_counter() - start
+
+
+def _adapter(model: LocalModel) -> list[str] | str:
+    """The file of a model's adapter and what it says of itself, line by line."""
+    if model.adapter is None:
+        return NO_ADAPTER
+    told = [
+        f"{key}: {text}"
+        for key, text in model.adapter_metadata.items()
+        if key == "general.name" or key.startswith("goalscope.")
+    ]
+    return [str(model.adapter), *told]
 
 
 def _try_writing(model: Any, found: dict[str, Any], problems: list[str]) -> None:

@@ -37,7 +37,6 @@ class LlamaCpp(LocalModel):
 
     Attributes:
         tuning: The file that was loaded, and how it is run.
-        adapter: The file of the adapter, if there is one.
     """
 
     def __init__(
@@ -70,6 +69,7 @@ class LlamaCpp(LocalModel):
         self.adapter = Path(adapter) if adapter is not None else None
         if self.adapter is not None:
             self._weights.adapt(self.adapter)
+        self.adapter_metadata = self._weights.adapter_metadata()
         if self._weights.is_recurrent:
             raise ModelError(
                 f"{source} has recurrent layers, whose state several goals cannot share here. "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,15 @@ __all__ = ["LocalModel"]
 
 
 class LocalModel(TokenScorer):
-    """A model that gives the logits of the next token."""
+    """A model that gives the logits of the next token.
+
+    Attributes:
+        adapter: The file of its LoRA adapter, if it has one.
+        adapter_metadata: The texts that stand in that file, by their key.
+    """
+
+    adapter: Path | None
+    adapter_metadata: Mapping[str, str]
 
     @abstractmethod
     def read(self, prompt: Sequence[int], room: int) -> Logits:

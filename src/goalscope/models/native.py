@@ -8,7 +8,7 @@ import os
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -141,13 +141,18 @@ class Weights:
 
     def metadata(self, key: str) -> str | None:
         """Value of a key of the GGUF file, as text; None if it has no such key."""
-        size = 1 << 12
-        while True:
-            buffer = ctypes.create_string_buffer(size)
-            length = self.lib.llama_model_meta_val_str(self.model, key.encode(), buffer, size)
-            if length < size:
-                return None if length < 0 else buffer.value.decode(errors="replace")
-            size = length + 1
+        return _text(partial(self.lib.llama_model_meta_val_str, self.model, key.encode()))
+
+    def adapter_metadata(self) -> dict[str, str]:
+        """What the adapter's file says, as texts by their keys; nothing where there is none."""
+        if not self.adapter:
+            return {}
+        lib, found = self.lib, dict[str, str]()
+        for number in range(lib.llama_adapter_meta_count(self.adapter)):
+            key = _text(partial(lib.llama_adapter_meta_key_by_index, self.adapter, number)) or ""
+            value = _text(partial(lib.llama_adapter_meta_val_str, self.adapter, key.encode()))
+            found[key] = value or ""
+        return found
 
     def tokenize(self, text: str, *, markup: bool) -> list[int]:
         """Token ids of `text`; names of control tokens become those only with `markup`."""
@@ -371,6 +376,17 @@ class KVCache:
         logits = np.ctypeslib.as_array(self._lib.llama_get_logits(self._context), shape)
         for row, index in zip(logits, outputs, strict=True):
             read(nodes[index], row)
+
+
+def _text(read: Callable[[Any, int], int]) -> str | None:
+    """The text that a function of llama.cpp writes into a buffer of a size; None if it has none."""
+    size = 1 << 12
+    while True:
+        buffer = ctypes.create_string_buffer(size)
+        length = read(buffer, size)
+        if length < size:
+            return None if length < 0 else buffer.value.decode(errors="replace")
+        size = length + 1
 
 
 def _batches(nodes: Sequence[int], wanted: set[int], most: int) -> Iterator[list[int]]:

@@ -9,14 +9,17 @@ from pathlib import Path
 from typing import Any, cast
 
 from goalscope.models import Array, Completion, OpenGenerator, OpenModel, OpenScorer
+from goalscope.models.adapters import NO_ADAPTER, adapter_file, shipped
 from goalscope.models.cache import CachedModel
 from goalscope.models.chat import ChatTokenizer
-from goalscope.types import Message, ModelError
+from goalscope.types import InvalidInputError, Message, ModelError
 
 __all__ = ["MODEL_KEYS", "TwoModels", "model_label", "open_model", "parts"]
 
-MODEL_KEYS = ("model", "generator", "scorer", "tokenizer")
+MODEL_KEYS = ("model", "generator", "scorer", "tokenizer", "adapter")
 """Arguments of `open_model` that say which model it is."""
+
+_ADAPTER_FILE = r"[/\\]adapter\.gguf$"  # says less than the folder's name
 
 
 class TwoModels:
@@ -25,8 +28,12 @@ class TwoModels:
     A text fits if it fits both.
     """
 
-    def __init__(self, generator: OpenGenerator, scorer: OpenScorer) -> None:
+    def __init__(
+        self, generator: OpenGenerator, scorer: OpenScorer, *, one_tokenizer: bool = False
+    ) -> None:
+        """Take both; `one_tokenizer` says that they count a text's tokens alike."""
         self.generator, self.scorer = generator, scorer
+        self._one_tokenizer = one_tokenizer
 
     @property
     def name(self) -> str:
@@ -46,7 +53,8 @@ class TwoModels:
 
     def count_tokens(self, messages: Sequence[Message]) -> int:
         """The larger of both counts."""
-        return max(self.generator.count_tokens(messages), self.scorer.count_tokens(messages))
+        count = self.scorer.count_tokens(messages)
+        return count if self._one_tokenizer else max(self.generator.count_tokens(messages), count)
 
     def generate(
         self,
@@ -102,7 +110,11 @@ def parts(model: OpenModel) -> tuple[OpenGenerator, OpenScorer]:
 def model_label(names: Mapping[str, Any]) -> str:
     """What tables call the model of these `MODEL_KEYS`: of files and folders only the last part."""
     writer, scorer = (names.get(key) or names.get("model") for key in ("generator", "scorer"))
-    return " + ".join(dict.fromkeys(_short(name) for name in (writer, scorer)))
+    label = " + ".join(dict.fromkeys(_short(name) for name in (writer, scorer)))
+    adapter = names.get("adapter")
+    if adapter == NO_ADAPTER:
+        return label if scorer else f"{label} without adapter"
+    return f"{label} + {_short(re.sub(_ADAPTER_FILE, '', adapter))}" if adapter else label
 
 
 def open_model(
@@ -111,6 +123,7 @@ def open_model(
     generator: str | Path | None = None,
     scorer: str | Path | None = None,
     tokenizer: str | Path | None = None,
+    adapter: str | Path | None = None,
     calls: str | Path | None = None,
     report: Callable[[str, float], object] | None = None,
 ) -> OpenModel:
@@ -129,13 +142,18 @@ def open_model(
         scorer: Scores, if not `model`.
         tokenizer: GGUF file, folder or hub name of a served model's tokenizer; by default, where
             the server says that its model is.
+        adapter: GGUF file of a LoRA adapter, or the folder that it is in, for the model that
+            scores; writing is done without it. "none" for none; by default, the one that comes
+            with goalscope if the embedded model scores.
         calls: File that keeps all calls and answers, so that none is repeated; see `CachedModel`.
         report: Told what a first use tries, and the share that is done; see `LlamaCpp`.
 
     Raises:
-        ModelError: A model is missing or broken, or a package that it needs.
+        ModelError: A model or an adapter is missing or broken, or a package that it needs.
+        InvalidInputError: An adapter is named for a server.
     """
     writes, scores = generator or model, scorer or model
+    adapted = _adapter(adapter, scores)
     with ExitStack() as opened:
 
         def kept(part: OpenGenerator | OpenScorer) -> OpenModel:
@@ -143,7 +161,8 @@ def open_model(
             opened.callback(part.close)
             return cast("OpenModel", CachedModel(part, calls) if calls else part)
 
-        if writes == scores and not _is_address(writes):
+        one_file = writes == scores and not _is_address(writes)
+        if one_file and adapted is None:
             result = kept(_local(writes, report))
         else:
             result = TwoModels(
@@ -155,8 +174,9 @@ def open_model(
                 kept(
                     _served_scorer(str(scores), tokenizer)
                     if _is_address(scores)
-                    else _local(scores, report)
+                    else _local(scores, report, adapted)
                 ),
+                one_tokenizer=one_file,
             )
         opened.pop_all()
     return result
@@ -174,15 +194,34 @@ def _is_address(name: str | Path | None) -> bool:
     return str(name).startswith(("http://", "https://"))
 
 
-def _local(name: str | Path | None, report: Callable[[str, float], object] | None) -> OpenModel:
+def _adapter(adapter: str | Path | None, scores: str | Path | None) -> Path | None:
+    """The file of the adapter for the model that scores, if it is to have one."""
+    if adapter is None:
+        return shipped() if scores is None else None
+    if adapter == NO_ADAPTER:
+        return None
+    if _is_address(scores):
+        address = str(scores).partition("#")[0]
+        raise InvalidInputError(
+            f"The server at {address} applies adapters itself (vLLM: --lora-modules NAME=FOLDER). "
+            f"Leave out --adapter, and give the adapter's name as the model's: {address}#NAME."
+        )
+    return adapter_file(adapter)
+
+
+def _local(
+    name: str | Path | None,
+    report: Callable[[str, float], object] | None,
+    adapter: Path | None = None,
+) -> OpenModel:
     text = str(name or "")
     if text.startswith("hf:") or Path(text, "config.json").is_file():
         from goalscope.models.transformers import Transformers
 
-        return Transformers(text.removeprefix("hf:"))
+        return Transformers(text.removeprefix("hf:"), adapter=adapter)
     from goalscope.models.llamacpp import LlamaCpp
 
-    return LlamaCpp(name, report=report)
+    return LlamaCpp(name, adapter=adapter, report=report)
 
 
 def _served_generator(address: str, tokenizer: str | Path | None) -> OpenGenerator:

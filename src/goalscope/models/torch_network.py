@@ -11,12 +11,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.models.adapters import Adapter
 from goalscope.models.extras import package
 from goalscope.types import ModelError
 
 __all__ = ["Network"]
 
 _VOCABULARY_PART = 1 << 14  # entries of the output layer that are widened at once
+_ATTENTION = ("q_proj", "k_proj", "v_proj", "o_proj")
 
 Ints = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
@@ -59,6 +61,33 @@ class Network:
         """Whether all layers are such that an attention mask could say what each token sees."""
         return set(self._layers) <= {"full_attention", "sliding_attention"}
 
+    def adapt(self, adapter: Adapter) -> None:
+        """Add a LoRA adapter to the weights.
+
+        Raises:
+            ModelError: They have no such layer, or one of another shape.
+        """
+        torch = self._torch
+        for (layer, name), factors in adapter.layers.items():
+            block = "self_attn" if name in _ATTENTION else "mlp"
+            a, b = (torch.from_numpy(each).to(self.device) for each in factors)
+            shape = (b.shape[0], a.shape[1])
+            try:
+                weight = self.model.base_model.get_submodule(
+                    f"layers.{layer}.{block}.{name}"
+                ).weight
+            except AttributeError:
+                weight = None
+            if weight is None or weight.shape != shape or a.shape[0] != b.shape[1]:
+                own = "none" if weight is None else f"one of {' x '.join(map(str, weight.shape))}"
+                raise ModelError(
+                    f"The adapter changes a {name} of {' x '.join(map(str, shape))} weights in "
+                    f"layer {layer}, where the model has {own}. Take the model that it was fitted "
+                    "on, or fit one on this model with `goalscope fit`."
+                )
+            with torch.no_grad():
+                weight.copy_(weight.float() + adapter.alpha / a.shape[0] * b @ a)
+
     def read(self, tokens: Sequence[int], places: Sequence[int]) -> Any:
         """Next-token logits [places, vocabulary] at places of a text, by nothing but the model."""
         with self._torch.inference_mode():
@@ -94,6 +123,16 @@ class Network:
             self._shapes, values = cache.flat()
         self.token_numbers = values.shape[-1]
         return logits, values
+
+    def learn(self, ids: Ints, depths: Ints, sees: Flags, places: Sequence[int]) -> Any:
+        """Next-token logits [places, vocabulary] of rows of tokens, with gradients; see `run`."""
+        return self._logits(
+            places,
+            input_ids=self._torch.from_numpy(ids).to(self.device),
+            position_ids=self._torch.from_numpy(depths).to(self.device),
+            attention_mask=self._masks(depths, sees),
+            use_cache=False,
+        )
 
     def is_out_of_memory(self, error: BaseException) -> bool:
         """Whether an error says that the memory is too small."""

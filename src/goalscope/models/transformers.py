@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from goalscope.models import Array
+from goalscope.models.adapters import read_adapter
 from goalscope.models.extras import package
 from goalscope.models.hf_tokenizer import chat_tokenizer, tokenizer_file
 from goalscope.models.local import LocalModel
@@ -55,6 +56,7 @@ class Transformers(LocalModel):
     One object serves one thread at a time.
 
     Attributes:
+        network: The model itself.
         tokens_decoded: Tokens run through the model so far.
     """
 
@@ -62,6 +64,7 @@ class Transformers(LocalModel):
         self,
         model: str | Path,
         *,
+        adapter: str | Path | None = None,
         context_size: int = 4096,
         device: str | None = None,
         dtype: Literal["bfloat16", "float16", "float32"] | None = None,
@@ -71,6 +74,7 @@ class Transformers(LocalModel):
 
         Args:
             model: Its folder, its name on the Hugging Face hub, or a GGUF file.
+            adapter: GGUF file of a LoRA adapter for it, as `goalscope fit` makes them.
             context_size: Most tokens of one prompt with its answer; at most what the model was
                 trained on.
             device: Where it runs, such as "cpu" or "cuda:1"; on a GPU if there is one if None.
@@ -79,7 +83,8 @@ class Transformers(LocalModel):
                 free memory on a GPU if None.
 
         Raises:
-            ModelError: The model is missing or broken or no chat model, or PyTorch is missing.
+            ModelError: The model is missing or broken or no chat model, the adapter is none for
+                it, or PyTorch is missing.
         """
         package("torch")
         self._source = Path(model).expanduser()
@@ -90,15 +95,21 @@ class Transformers(LocalModel):
         else:
             self.tokenizer = chat_tokenizer(model)
         self._model = model
-        self._network = Network(model, device, dtype)
+        self.network = Network(model, device, dtype)
+        self.adapter = Path(adapter) if adapter is not None else None
+        self.adapter_metadata: Mapping[str, str] = {}
+        if self.adapter is not None:
+            read = read_adapter(self.adapter, self.network.model.config)
+            self.network.adapt(read)
+            self.adapter_metadata = read.metadata
         self.name = self._source.stem if self._vocabulary else self._source.name
-        self._context_size = min(context_size, self._network.trained_on or context_size)
-        kind = self._network.device.type
+        self._context_size = min(context_size, self.network.trained_on or context_size)
+        kind = self.network.device.type
         self._batch, self._width = _BATCH.get(kind, 512), _WIDTH.get(kind, 512)
         if cache_bytes is None:
             cache_bytes = _CACHE_BYTES
             if kind == "cuda":
-                free, _ = package("torch").cuda.mem_get_info(self._network.device)
+                free, _ = package("torch").cuda.mem_get_info(self.network.device)
                 cache_bytes = int(free * _CACHE_SHARE)
         # One half is for what is kept, the other for the tree at work.
         self._store = PrefixStore(cache_bytes // 2)
@@ -116,29 +127,32 @@ class Transformers(LocalModel):
     @property
     def parameters(self) -> int:
         """Number of the model's weights."""
-        return sum(weight.numel() for weight in self._network.model.parameters())
+        return sum(weight.numel() for weight in self.network.model.parameters())
 
     @property
     def fingerprint(self) -> str:
-        """The weights, how they are computed with, and how a chat becomes tokens."""
+        """The weights and adapter, how they are computed with, and how a chat becomes tokens."""
         torch, digest = package("torch"), hashlib.sha256()
-        for name, weight in self._network.model.state_dict().items():
+        for name, weight in self.network.model.state_dict().items():
             digest.update(name.encode())
             digest.update(weight.detach().cpu().contiguous().view(-1).view(torch.uint8).numpy())
-        config = self._network.model.config.to_dict()
+        config = self.network.model.config.to_dict()
         config.pop("_name_or_path", None)
         digest.update(json.dumps(config, sort_keys=True, default=str).encode())
         if self._vocabulary is None:
             digest.update(tokenizer_file(self._model).read_bytes())
+        if self.adapter is not None:
+            digest.update(self.adapter.read_bytes())
         chat = self.tokenizer.render([Message("system", "A"), Message("user", "B")])
         versions = [f"{name} {importlib.metadata.version(name)}" for name in _ENGINE]
-        how = f"{self._dtype} {self._network.device.type}"
+        how = f"{self._dtype} {self.network.device.type}"
         return f"{digest.hexdigest()} {how} {' '.join(versions)} {chat}"
 
     def describe(self) -> str:
         """One line on what is loaded."""
-        size = f"{self.parameters / 1e6:.0f}M weights, {self._dtype}, on {self._network.device}"
-        return f"{self.name} ({size}) from {self._model}"
+        size = f"{self.parameters / 1e6:.0f}M weights, {self._dtype}, on {self.network.device}"
+        adapted = f" with {self.adapter}" if self.adapter else ""
+        return f"{self.name} ({size}) from {self._model}{adapted}"
 
     def clear_cache(self) -> None:
         """Forget all cached prompts; results stay the same, the next calls take longer."""
@@ -148,15 +162,15 @@ class Transformers(LocalModel):
     def close(self) -> None:
         """Give the memory back; nothing may be done with the model afterwards."""
         self.clear_cache()
-        self._network.model = None
-        self._network.free_unused()
+        self.network.model = None
+        self.network.free_unused()
 
     def grammar(self, schema: Mapping[str, Any]) -> Grammar:
         """See `LocalModel.grammar`."""
         if self._vocabulary is not None:
             return LlamaGrammar(self._vocabulary, schema)
         if self._guide is None:
-            size = self._network.vocab_size
+            size = self.network.vocab_size
             ends = [token for token in range(size) if self.tokenizer.is_control(token)]
             text = tokenizer_file(self._model).read_text(encoding="utf-8")
             self._guide = package("llguidance").LLTokenizer(text, n_vocab=size, eos_token=ends)
@@ -185,11 +199,11 @@ class Transformers(LocalModel):
         self._written.append(token)
         self.tokens_decoded += 1
         if self._past is None:
-            return _to_numpy(self._network.read(self._written, [at])[0])
+            return _to_numpy(self.network.read(self._written, [at])[0])
         sees = np.ones((1, 1, at + 1), np.bool_)
         past = self._past[None, :at] if at else None
         with self._enough_memory():
-            logits, values = self._network.run(
+            logits, values = self.network.run(
                 np.array([[token]]), np.array([[at]]), sees, past, [0]
             )
         self._past[at] = values[0, 0]
@@ -219,19 +233,19 @@ class Transformers(LocalModel):
             yield
         except Exception as error:
             self.clear_cache()
-            if not self._network.is_out_of_memory(error):
+            if not self.network.is_out_of_memory(error):
                 raise
             raise self._too_large() from None
 
     def _too_large(self) -> ModelError:
         return ModelError(
-            f"The memory of {self._network.device} is too small to run {self.name}. Close other "
+            f"The memory of {self.network.device} is too small to run {self.name}. Close other "
             "programs, or take a smaller model, dtype or context size."
         )
 
     def _plant(self, pairs: Sequence[Pair]) -> tuple[Trie, list[list[tuple[int, int]]]]:
         """A tree of as many pairs as fit, and for each the nodes with the token to score after."""
-        size = self._network.token_numbers * self._network.dtype.itemsize
+        size = self.network.token_numbers * self.network.dtype.itemsize
         most = self._store.limit // size if size else self._batch
         trie = Trie()
         spots: list[list[tuple[int, int]]] = []
@@ -278,9 +292,9 @@ class Transformers(LocalModel):
                 return
             except BaseException as error:
                 self.clear_cache()
-                if not self._network.is_out_of_memory(error):
+                if not self.network.is_out_of_memory(error):
                     raise
-            self._network.free_unused()
+            self.network.free_unused()
             if self._batch <= _LEAST_BATCH:
                 raise self._too_large()
             self._batch //= 2
@@ -329,7 +343,7 @@ class Transformers(LocalModel):
                     sees[number, at, : len(row.trunk)] = True
         nodes = [node for node in places if node in wanted]
         trunks = self._trunks(keys, rows, known) if known else None
-        logits, values = self._network.run(
+        logits, values = self.network.run(
             ids, depths, sees, trunks, [places[node] for node in nodes]
         )
         self.tokens_decoded += len(places)
@@ -349,7 +363,7 @@ class Transformers(LocalModel):
         paths = [[key for node in row.trunk if (key := keys[node])] for row in rows]
         if all(path == paths[0] for path in paths):
             return self._store.gather(paths[0]).expand(len(rows), -1, -1)
-        network = self._network
+        network = self.network
         shape = (len(rows), known, network.token_numbers)
         trunks = package("torch").zeros(shape, dtype=network.dtype, device=network.device)
         for trunk, path in zip(trunks, paths, strict=True):
@@ -362,23 +376,23 @@ class Transformers(LocalModel):
             nodes = [node for node in path if node in wanted]
             if nodes:
                 tokens = [trie.tokens[node] for node in path]
-                read(nodes, self._network.read(tokens, [trie.depths[node] for node in nodes]))
+                read(nodes, self.network.read(tokens, [trie.depths[node] for node in nodes]))
                 self.tokens_decoded += len(path)
                 wanted.difference_update(nodes)
 
     def _reads_trees(self, length: int) -> bool:
         """Whether the model computes trees of such a depth as it would each text alone."""
-        window = self._network.window
+        window = self.network.window
         probe = _PROBE if window is None or length <= window else window + _PROBE
         if probe not in self._follows_mask:
-            self._follows_mask[probe] = self._network.takes_trees and self._probe(probe)
+            self._follows_mask[probe] = self.network.takes_trees and self._probe(probe)
         return self._follows_mask[probe]
 
     def _probe(self, length: int) -> bool:
         """Whether two random texts, most of which they share, get the same logits either way."""
         random, trie = np.random.default_rng(0), Trie()
         start, *ends = (
-            random.integers(0, self._network.vocab_size, size).tolist()
+            random.integers(0, self.network.vocab_size, size).tolist()
             for size in (length - _PROBE // 2, _PROBE // 2, _PROBE // 2)
         )
         for end in ends:
@@ -398,7 +412,7 @@ class Transformers(LocalModel):
         try:  # first all at once, then with the shared part known
             trees = [logits(self._compute_tree) for _ in range(2)]
         except Exception as error:
-            if self._network.is_out_of_memory(error):
+            if self.network.is_out_of_memory(error):
                 raise
             return False
         mismatch = max(float((tree - plain).norm()) for tree in trees)
@@ -407,7 +421,7 @@ class Transformers(LocalModel):
 
     @property
     def _dtype(self) -> str:
-        return str(self._network.dtype).removeprefix("torch.")
+        return str(self.network.dtype).removeprefix("torch.")
 
 
 class LLGuidanceGrammar:

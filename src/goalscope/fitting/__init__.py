@@ -1,0 +1,1 @@
+"""Learn the likelihood from people: LoRA adapters from dialogues whose goals are known."""

@@ -1,0 +1,307 @@
+"""LoRA adapters: llama.cpp and Transformers apply them alike, and only scoring is changed."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from goalscope.models import opening
+from goalscope.models.adapters import (
+    ARCHITECTURES,
+    MODULES,
+    Adapter,
+    _interleaved,
+    adapter_file,
+    read_adapter,
+    write_adapter,
+)
+from goalscope.models.cache import CachedModel
+from goalscope.models.llamacpp import LlamaCpp, embedded_path
+from goalscope.models.native import KVCache, Running, Weights
+from goalscope.models.opening import TwoModels, open_model, parts
+from goalscope.models.transformers import Transformers
+from goalscope.models.trie import Trie
+from goalscope.types import Message, ModelError
+from test_cli import invoke
+from test_model_contract import CONTEXTS, HISTORY, REPLIES, sums
+from test_transformers import ARCHITECTURES as KINDS
+from test_transformers import SMALL, tiny
+
+gguf = pytest.importorskip("gguf")
+torch = pytest.importorskip("torch")
+transformers = pytest.importorskip("transformers")
+
+METADATA = {"general.name": "Mine", "goalscope.data": "10 dialogues", "other.key": "x"}
+EMBEDDED = {
+    "hidden_size": 576,
+    "intermediate_size": 1536,
+    "num_hidden_layers": 30,
+    "num_attention_heads": 9,
+    "num_key_value_heads": 3,
+}
+
+
+def config_of(kind: str, **changes: Any) -> Any:
+    """The configuration of a small model, or of the one that the changes make of it."""
+    settings = {**SMALL, **KINDS[kind][1], **changes}
+    return transformers.AutoConfig.for_model(kind, **settings)
+
+
+def random_adapter(config: Any, size: float, rank: int = 4) -> Adapter:
+    """Random weights for all layers that can be adapted; `size` is that of what they add."""
+    random = np.random.default_rng(0)
+    wide = config.num_attention_heads * config.head_dim
+    narrow = config.num_key_value_heads * config.head_dim
+    hidden, inner = config.hidden_size, config.intermediate_size
+    shapes = {
+        "q_proj": (wide, hidden),
+        "k_proj": (narrow, hidden),
+        "v_proj": (narrow, hidden),
+        "o_proj": (hidden, wide),
+        "gate_proj": (inner, hidden),
+        "up_proj": (inner, hidden),
+        "down_proj": (hidden, inner),
+    }
+    assert set(shapes) == set(MODULES)
+    layers = {
+        (layer, name): (
+            random.normal(0, 1 / many**0.5, (rank, many)).astype(np.float32),
+            random.normal(0, size, (out, rank)).astype(np.float32),
+        )
+        for layer in range(config.num_hidden_layers)
+        for name, (out, many) in shapes.items()
+    }
+    return Adapter(layers, rank, 2.0 * rank, METADATA)
+
+
+def gguf_file(model: Any, path: Path) -> Path:
+    """The weights of a model of Transformers as a GGUF file without a tokenizer."""
+    config, kind = model.config, ARCHITECTURES[model.config.model_type]
+    writer = gguf.GGUFWriter(path, kind)
+    writer.add_context_length(config.max_position_embeddings)
+    writer.add_embedding_length(config.hidden_size)
+    writer.add_block_count(config.num_hidden_layers)
+    writer.add_feed_forward_length(config.intermediate_size)
+    writer.add_head_count(config.num_attention_heads)
+    writer.add_head_count_kv(config.num_key_value_heads)
+    writer.add_key_length(config.head_dim)
+    writer.add_value_length(config.head_dim)
+    writer.add_rope_dimension_count(config.head_dim)
+    writer.add_rope_freq_base(config.rope_parameters["rope_theta"])
+    writer.add_layer_norm_rms_eps(config.rms_norm_eps)
+    writer.add_vocab_size(config.vocab_size)
+    writer.add_tokenizer_model("no_vocab")
+    architecture = next(key for key, name in gguf.MODEL_ARCH_NAMES.items() if name == kind)
+    names = gguf.get_tensor_name_map(architecture, config.num_hidden_layers)
+    heads = {"q_proj": config.num_attention_heads, "k_proj": config.num_key_value_heads}
+    for name, weight in model.state_dict().items():
+        value = weight.float().numpy()
+        turned = next((heads[each] for each in heads if f"{each}.weight" in name), None)
+        value = _interleaved(value, turned if kind == "llama" else None)
+        own = names.get_name(name, try_suffixes=(".weight", ".bias"))
+        writer.add_tensor(own, np.ascontiguousarray(value))
+    writer.write_header_to_file()
+    writer.write_kv_data_to_file()
+    writer.write_tensors_to_file()
+    writer.close()
+    return path
+
+
+@pytest.fixture(scope="module")
+def mine(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with an adapter for the embedded model."""
+    folder = tmp_path_factory.mktemp("adapters") / "mine"
+    folder.mkdir()
+    config = transformers.LlamaConfig(**EMBEDDED)
+    write_adapter(folder / "adapter.gguf", random_adapter(config, 0.1), config)
+    return folder
+
+
+def test_both_engines_apply_an_adapter_alike(exact_gguf: Path, mine: Path) -> None:
+    file = mine / "adapter.gguf"
+    plain, theirs = LlamaCpp(exact_gguf), LlamaCpp(exact_gguf, adapter=file)
+    ours = Transformers(exact_gguf, adapter=file, device="cpu", dtype="float32")
+    before, found, other = (
+        model.token_logprobs(CONTEXTS, REPLIES, end_of_turn=True) for model in (plain, theirs, ours)
+    )
+    np.testing.assert_allclose(np.concatenate(other), np.concatenate(found), atol=0.01)
+    assert np.abs(np.concatenate(found) - np.concatenate(before)).mean() > 0.1
+    assert ours.self_test().passed
+    for model in (theirs, ours):
+        assert str(file) in model.describe()
+        assert model.adapter == file
+        assert METADATA.items() <= dict(model.adapter_metadata).items()
+    assert (plain.adapter, plain.adapter_metadata) == (None, {})
+    for model in (plain, theirs, ours):
+        model.close()
+
+
+@pytest.mark.parametrize("kind", ["llama", "qwen2", "qwen3"])
+def test_rows_stand_in_the_order_of_the_architecture(tmp_path: Path, kind: str) -> None:
+    folder = tiny(tmp_path / "model", kind)
+    plain = Transformers(folder, device="cpu")
+    config = plain.network.model.config
+    file = tmp_path / "adapter.gguf"
+    write_adapter(file, random_adapter(config, 0.5), config)
+    adapted = Transformers(folder, adapter=file, device="cpu")
+    source = gguf_file(plain.network.model, tmp_path / "model.gguf")
+    tokens = np.random.default_rng(1).integers(10, 300, 40).tolist()
+    trie = Trie()
+    trie.add(tokens)
+    results = []
+    for model in (plain, adapted):
+        weights, rows = Weights(source), np.zeros((len(tokens), config.vocab_size))
+        if model is adapted:
+            weights.adapt(file)
+        cache = KVCache(weights, Running(1))
+        cache.load(trie, set(range(len(tokens))), rows.__setitem__)
+        cache.free()
+        weights.free()
+        expected = model.network.read(tokens, range(len(tokens))).numpy()
+        assert np.linalg.norm(rows - expected) < 0.02 * np.linalg.norm(expected)
+        results.append(rows)
+    assert np.linalg.norm(results[1] - results[0]) > 0.2 * np.linalg.norm(results[0])
+    assert adapted.fingerprint != plain.fingerprint
+
+
+@pytest.mark.parametrize("kind", ARCHITECTURES)
+def test_what_is_written_is_read(tmp_path: Path, kind: str) -> None:
+    config = config_of(kind)
+    adapter = random_adapter(config, 0.1)
+    write_adapter(tmp_path / "adapter.gguf", adapter, config)
+    found = read_adapter(tmp_path / "adapter.gguf", config)
+    assert (found.rank, found.alpha) == (adapter.rank, adapter.alpha)
+    assert METADATA.items() <= dict(found.metadata).items()
+    assert set(found.layers) == set(adapter.layers)
+    for place, pair in adapter.layers.items():
+        for one, other in zip(found.layers[place], pair, strict=True):
+            np.testing.assert_allclose(one, other, rtol=1e-3, atol=1e-6)
+
+
+def test_only_scoring_is_changed(mine: Path, model: LlamaCpp, tmp_path: Path) -> None:
+    both = open_model(adapter=mine, calls=tmp_path / "calls.db")
+    assert isinstance(both, TwoModels)
+    writer, scorer = parts(both)
+    assert (writer.adapter, scorer.adapter) == (None, mine / "adapter.gguf")
+    chat = [Message("user", "Name three things to eat for breakfast.")]
+    text = both.generate(chat, max_tokens=20).text
+    assert text == model.generate(chat, max_tokens=20).text
+    changed = sums(both, CONTEXTS, REPLIES)
+    assert np.abs(changed - sums(model, CONTEXTS, REPLIES)).max() > 0.5
+    assert both.name == model.name
+    assert both.fingerprint != f"{writer.fingerprint} {writer.fingerprint}"
+    both.close()
+    plain = open_model(adapter="none", calls=tmp_path / "calls.db")
+    assert isinstance(plain, CachedModel)
+    assert plain.generate(chat, max_tokens=20).text == text
+    plain.token_logprobs(CONTEXTS, REPLIES)
+    assert (plain.hits, plain.misses) == (1, len(REPLIES))
+    plain.close()
+
+
+def test_one_tokenizer_counts_once(mine: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    both = open_model(adapter=mine)
+    with monkeypatch.context() as patch:
+        patch.setattr(parts(both)[0], "count_tokens", lambda _: pytest.fail("counted twice"))
+        assert both.count_tokens(HISTORY) == parts(both)[1].count_tokens(HISTORY)
+    both.close()
+
+
+def test_transformers_writes_without_it_too(tmp_path: Path) -> None:
+    folder = tiny(tmp_path / "model", "llama")
+    config = config_of("llama")
+    write_adapter(tmp_path / "adapter.gguf", random_adapter(config, 0.5), config)
+    plain, both = open_model(folder), open_model(folder, adapter=tmp_path)
+    assert isinstance(both, TwoModels)
+    chat = [Message("user", "Hi")]
+    assert both.generate(chat, max_tokens=8).text == plain.generate(chat, max_tokens=8).text
+    found, before = (model.token_logprobs([chat], ["Tea."])[0] for model in (both, plain))
+    assert np.abs(found - before).max() > 0.1
+
+
+def test_the_shipped_one_is_for_the_embedded_scorer_alone(
+    mine: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(opening, "shipped", lambda: mine / "adapter.gguf")
+    for names, adapter in (
+        ({}, mine / "adapter.gguf"),
+        ({"generator": embedded_path()}, mine / "adapter.gguf"),
+        ({"adapter": "none"}, None),
+        ({"model": embedded_path()}, None),
+        ({"scorer": embedded_path()}, None),
+    ):
+        opened = open_model(**names)
+        writer, scorer = parts(opened)
+        assert (writer.adapter, scorer.adapter) == (None, adapter)
+        opened.close()
+
+
+def test_what_is_no_adapter_for_a_model_is_refused(
+    mine: Path, tmp_path: Path, model: LlamaCpp, capfd: pytest.CaptureFixture[str]
+) -> None:
+    other, small = tmp_path / "qwen2.gguf", tmp_path / "small.gguf"
+    qwen2, llama = config_of("qwen2"), config_of("llama")
+    write_adapter(other, random_adapter(qwen2, 0.1), qwen2)
+    write_adapter(small, random_adapter(llama, 0.1), llama)
+    words, cut = tmp_path / "words.gguf", tmp_path / "cut.gguf"
+    words.write_text("no GGUF file at all")
+    cut.write_bytes((mine / "adapter.gguf").read_bytes()[:100_000])
+    for file in (other, small, words, cut, model.path):
+        with pytest.raises(ModelError, match="no adapter for") as caught:
+            LlamaCpp(adapter=file)
+        assert "\n" not in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+    folder = tiny(tmp_path / "model", "llama")
+    deep = tmp_path / "deep.gguf"
+    adapter = random_adapter(llama, 0.1)
+    layers = {(9, "q_proj"): adapter.layers[0, "q_proj"]}
+    write_adapter(deep, replace(adapter, layers=layers), llama)
+    empty = tmp_path / "empty.gguf"
+    write_adapter(empty, replace(adapter, layers={}), llama)
+    wide = tmp_path / "wide.gguf"
+    config = config_of("llama", intermediate_size=64)
+    write_adapter(wide, random_adapter(config, 0.1), config)
+    odd = tmp_path / "odd.gguf"
+    config = config_of("llama", num_attention_heads=2, num_key_value_heads=1, head_dim=10)
+    write_adapter(odd, random_adapter(config, 0.1), config)
+    for file, cause in (
+        (other, "no LoRA adapter for llama"),
+        (words, "no complete GGUF file"),
+        (cut, "no complete GGUF file"),
+        (model.path, "no LoRA adapter"),
+        (deep, "layer 9, where the model has none"),
+        (empty, "lacks weights"),
+        (mine / "adapter.gguf", "576 x 576 weights in layer 0, where the model has one of 32 x 32"),
+        (odd, "of another size"),
+        (wide, "64 x 32 weights in layer 0, where the model has one of 48 x 32"),
+    ):
+        with pytest.raises(ModelError, match=cause):
+            Transformers(folder, adapter=file, device="cpu")
+
+
+def test_a_missing_adapter_is_named(tmp_path: Path) -> None:
+    for name in (tmp_path, tmp_path / "no.gguf"):
+        for call in (adapter_file, lambda name: open_model(adapter=name)):
+            with pytest.raises(ModelError, match=f"no adapter at {name}"):
+                call(name)
+
+
+def test_the_command_line_shows_it(
+    mine: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("GOALSCOPE_STORE", str(tmp_path / "episodes.db"))
+    monkeypatch.chdir(mine.parent)
+    shown = [str(mine / "adapter.gguf"), "general.name: Mine", "goalscope.data: 10 dialogues"]
+    report = json.loads(invoke("doctor", "--adapter", "mine", "--json").stdout)
+    assert report["adapter"] == shown, report["problems"]
+    told = invoke("models", "check", "--adapter", "mine").stdout.splitlines()
+    assert [line[36:] for line in told if line[36:] in shown] == shown
+    told = invoke("models", "check", "--adapter", "none").stdout.splitlines()
+    assert [line.split() for line in told if line.startswith("adapter")] == [["adapter", "none"]]
+    failed = invoke("models", "check", "--adapter", "yours")
+    assert "There is no adapter at" in failed.stderr
