@@ -25,7 +25,7 @@ DIALOGUE = {
         {"query": "And?", "utterance": "Flour."},
     ],
     "goals": ["bake a cake", "wash the car"],
-    "goal": "bake a cake",
+    "true": "bake a cake",
 }
 PERSON = """
 [[profile]]
@@ -46,7 +46,7 @@ def here(tmp_path, monkeypatch):
         monkeypatch.setattr(module, "opened", lambda model: NamedModel())
     monkeypatch.setattr(identity, "_fingerprints", {})
     (tmp_path / "q.jsonl").write_text("".join(json.dumps(row) + "\n" for row in QUESTIONS))
-    rows = (DIALOGUE, {**DIALOGUE, "id": 2, "goal": "wash the car"})
+    rows = (DIALOGUE, {**DIALOGUE, "id": 2, "true": "wash the car"})
     (tmp_path / "d.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))
     (tmp_path / "shop.csv").write_text(SHOP)
     (tmp_path / "people.toml").write_text(PERSON)

@@ -470,7 +470,7 @@ def own(**changed: object) -> dict[str, Any]:
         "task": "Help in the kitchen.",
         "turns": [{"query": "", "utterance": "Put the kettle on."}],
         "goals": ["bake a cake", "make tea"],
-        "goal": "make tea",
+        "true": "make tea",
         **changed,
     }
 
@@ -482,9 +482,7 @@ def written(folder: Path, *rows: object) -> Path:
 
 
 def test_own_dialogues_are_cases(tmp_path: Path) -> None:
-    first, second = read_cases(
-        written(tmp_path, own(), own(id="b", group="kin", goal="bake a cake"))
-    )
+    first, second = read_cases(written(tmp_path, own(), own(id="b", group="kin", true=0)))
     assert (first.id, first.group, first.truth) == ("1", "1", 1)
     assert (second.id, second.group, second.truth) == ("b", "kin", 0)
     assert first.turns == (Turn("", "Put the kettle on."),)
@@ -493,8 +491,10 @@ def test_own_dialogues_are_cases(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        ({"goal": "make a tea"}, "did you mean 'make tea'"),
-        ({"goal": None}, '"goal"'),
+        ({"true": "make a tea"}, "did you mean 'make tea'"),
+        ({"true": None}, "got None"),
+        ({"true": 2}, "got 2"),
+        ({"true": True}, "got True"),
         ({"goals": ["make tea"]}, "at least two"),
         ({"goals": ["make tea", "Make tea."]}, "at least two"),
         ({"group": []}, '"group"'),

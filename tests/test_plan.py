@@ -29,7 +29,7 @@ ROW = {
     "task": "Sell.",
     "turns": [{"query": "Yes?", "utterance": "Tea."}, {"query": "And?", "utterance": "Milk."}],
     "goals": ["make tea", "bake"],
-    "goal": "make tea",
+    "true": "make tea",
 }
 QUESTION = {"id": "q", "prompt": "Which?", "choices": {"A": "one", "B": "two"}, "answer": "A"}
 
@@ -149,7 +149,7 @@ def test_files_that_are_missing_or_broken_are_named(tmp_path):
     assert "no file" in refused(tmp_path, 'mcq = {file = "a\\u0000b"}', tmp_path)
     lines(tmp_path, "q.jsonl", QUESTION, {**QUESTION, "id": "r", "answer": "Z"})
     assert "q.jsonl, row 2" in refused(tmp_path, "mcq = {file = 'q.jsonl'}", tmp_path)
-    lines(tmp_path, "d.jsonl", ROW, {**ROW, "id": "b", "goal": "fly"})
+    lines(tmp_path, "d.jsonl", ROW, {**ROW, "id": "b", "true": "fly"})
     assert "d.jsonl, line 2" in refused(tmp_path, "dialogues = {jsonl = 'd.jsonl'}", tmp_path)
     with pytest.raises(InvalidInputError, match="not readable"):
         read_experiment(tmp_path / "no.toml")

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from goalscope.stats import (
     Interval,
+    auroc,
     bootstrap_mean,
     calibration,
     paired_difference,
@@ -283,3 +284,34 @@ def test_without_scipy_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setitem(sys.modules, "scipy.stats", None)
     with pytest.raises(GoalscopeError, match=r"goalscope\[experiments\]"):
         bootstrap_mean([0.0, 1.0])
+
+
+def test_auroc_is_the_share_of_pairs_in_the_right_order() -> None:
+    positive, negative = [3.0, 1.0, 2.0], [0.0, 1.0, 2.5]
+    # 3 beats all; 1 beats 0 and ties with 1; 2 beats 0 and 1
+    assert auroc(positive, negative, ["a", "b", "c"])[0] == pytest.approx((3 + 1.5 + 2) / 9)
+    assert auroc(negative, positive, ["a", "b", "c"])[0] == pytest.approx(1 - 6.5 / 9)
+
+
+def test_aurocs_interval_resamples_groups() -> None:
+    rng = np.random.default_rng(1)
+    positive, negative = rng.normal(1, 1, 60), rng.normal(0, 1, 60)
+    alone, own = auroc(positive, negative, [str(i) for i in range(60)])
+    shared = auroc(positive, negative, [str(i % 4) for i in range(60)])[1]
+    assert own is not None
+    assert shared is not None
+    assert own.low < alone < own.high
+    expected = 0.76  # the normal quantile of 1 / sqrt(2)
+    assert own.low < expected < own.high
+    assert 0.05 < own.high - own.low < 0.25
+    assert auroc(positive, negative, ["a"] * 60)[1] is None
+    assert auroc(positive, negative, [str(i) for i in range(60)])[1] == own
+    doubled = auroc([*positive] * 2, [*negative] * 2, [str(i % 60) for i in range(120)])
+    assert doubled == (pytest.approx(alone), own)
+
+
+def test_auroc_needs_cases_of_equal_number() -> None:
+    with pytest.raises(ValueError, match="2 negative"):
+        auroc([1.0], [1.0, 2.0], ["a"])
+    with pytest.raises(ValueError, match="positive"):
+        auroc([], [], [])

@@ -256,6 +256,37 @@ def test_role_play_adds_up_turns_and_divides_by_the_temperature() -> None:
     assert tempered["log-loss"].value == pytest.approx(losses[0])
 
 
+def test_goals_that_an_adapter_was_fitted_on_are_shown_apart() -> None:
+    cells = [
+        dialogue(1, 0, 1, seen=True, **{"role-play": [SURE]}),
+        dialogue(2, 1, 1, seen=False, **{"role-play": [SURE]}),
+        dialogue(3, 1, 1, seen=None, **{"role-play": [SURE]}),
+    ]
+    table = dialogues_table(cells)
+    assert row(table, "goalscope", "1")["n"] == 3
+    assert row(table, "goalscope, goal seen", "1")["top-1"].value == 1.0
+    assert row(table, "goalscope, goal unseen", "1")["top-1"].value == 0.0
+
+
+def test_whether_the_goal_is_in_the_set_is_told_by_unspecified() -> None:
+    cells = [
+        dialogue(1, 0, 2, unspecified=[1.0, 0.0], **{"role-play": [SURE, SURE]}),
+        dialogue(2, 1, 1, unspecified=[-1.0], **{"role-play": [SURE]}),
+    ]
+    (found,) = read_dialogues(cells)
+    table = found.open_set_table(command="make")
+    assert table.command == "make"
+    first, second, last = table.rows
+    # log-odds of the first with its goal and without it: 0.5 - log(e + 3) and 0.5 - log 3; of the
+    # second, where a wrong goal has the evidence: -0.5 - log(e + 3) and -0.5 - log(e + 2)
+    assert first[:2] == ("1", 2)
+    assert [each.value for each in first[2:]] == [0.75, 0.5, 0.0]
+    assert second[:2] == ("2", 1)
+    assert [each.value for each in second[2:]] == [1.0, 1.0, 0.0]
+    assert last[:2] == ("last", 2)
+    assert [each.value for each in last[2:]] == [0.75, 0.5, 0.0]
+
+
 def test_the_last_turn_is_each_dialogues_own() -> None:
     last = row(dialogues_table(), "goalscope", "last")
     e = math.exp(2)

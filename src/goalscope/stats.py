@@ -21,6 +21,7 @@ __all__ = [
     "Difference",
     "Interval",
     "Scores",
+    "auroc",
     "bootstrap_mean",
     "calibration",
     "paired_difference",
@@ -149,6 +150,47 @@ def bootstrap_mean(
         .confidence_interval
     )
     return Interval(float(found.low), float(found.high))
+
+
+def auroc(
+    positive: Sequence[float] | Array,
+    negative: Sequence[float] | Array,
+    groups: Sequence[str],
+    *,
+    seed: int = 0,
+) -> tuple[float, Interval | None]:
+    """How well a score tells two kinds of cases apart: the area under the ROC curve.
+
+    Args:
+        positive: The score of each case as one of the kind that should score high.
+        negative: The score of the same cases as one of the other kind.
+        groups: The group of each case; the bootstrap resamples whole groups.
+        seed: Of the resampling.
+
+    Returns:
+        The chance that a positive score is above a negative one, ties counting half; and its
+        percentile interval, None for a single group.
+
+    Raises:
+        ValueError: There are no cases, one is not finite, or the lengths differ.
+    """
+    high, low = _finite(positive, "positive"), _finite(negative, "negative")
+    if not len(high) == len(low) == len(groups):
+        raise ValueError(f"{len(high)} positive scores, {len(low)} negative, {len(groups)} groups")
+    number = {name: i for i, name in enumerate(dict.fromkeys(groups))}
+    own = np.zeros((len(number), len(groups)))
+    own[[number[name] for name in groups], np.arange(len(groups))] = 1.0
+    apart = high[:, None] - low
+    wins = own @ ((apart > 0) + 0.5 * (apart == 0)) @ own.T
+    sizes = own.sum(1)
+    value = float(wins.sum() / sizes.sum() ** 2)
+    if len(number) == 1:
+        return value, None
+    rng = np.random.default_rng(seed)
+    drawn = rng.multinomial(len(number), np.full(len(number), 1 / len(number)), RESAMPLES)
+    found = np.einsum("rg,gh,rh->r", drawn, wins, drawn, optimize=True) / (drawn @ sizes) ** 2
+    low_end, high_end = np.quantile(found, (0.025, 0.975))
+    return value, Interval(float(low_end), float(high_end))
 
 
 def proportion(successes: float, n: int) -> Interval:

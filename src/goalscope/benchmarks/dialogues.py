@@ -8,8 +8,11 @@ from typing import Any
 
 from goalscope.benchmarks.baselines import bm25, embedding, outright, tfidf
 from goalscope.datasets import Case
+from goalscope.datasets.goal_sets import goal_key
 from goalscope.likelihood import Layout, RolePlay
-from goalscope.models import Model
+from goalscope.models import OpenModel
+from goalscope.models.adapters import FITTED_GOALS
+from goalscope.models.opening import parts
 from goalscope.types import UNSPECIFIED, Goal, Turn
 
 __all__ = ["case_from_json", "case_to_json", "measure_dialogue"]
@@ -35,7 +38,7 @@ def case_from_json(data: Mapping[str, Any]) -> Case:
 
 
 def measure_dialogue(
-    model: Model,
+    model: OpenModel,
     case: Case,
     *,
     layout: Layout,
@@ -47,8 +50,9 @@ def measure_dialogue(
     Returns:
         `role-play` [T, G] log-likelihoods in nats, turn by turn; `unspecified` [T], the same
         without a goal; `tfidf`, `bm25`, `embedding` [T, G], how like each goal is to all words so
-        far; `outright` [T], what the model answers if asked; and `window`, the first turn that it
-        could still read at the end.
+        far; `outright` [T], what the model answers if asked; `window`, the first turn that it
+        could still read at the end; and `seen`, whether its adapter was fitted on the text of the
+        true goal, None where there is no adapter that tells.
     """
     roleplay = RolePlay(model, layout=layout, end_of_turn=end_of_turn)
     table = roleplay.log_likelihood(case.task, [*case.goals, UNSPECIFIED], case.turns)
@@ -59,7 +63,11 @@ def measure_dialogue(
         "tfidf": tfidf(case.goals, case.turns).tolist(),
         "bm25": bm25(case.goals, case.turns).tolist(),
         "embedding": embedding(case.goals, case.turns).tolist(),
+        "seen": None,
     }
+    fitted = getattr(parts(model)[1], "adapter_metadata", {}).get(FITTED_GOALS)
+    if fitted is not None:
+        result["seen"] = goal_key(case.goals[case.truth].text) in fitted.split()
     if ask_outright:
         result["outright"] = outright(model, case.goals, case.turns)
     return result

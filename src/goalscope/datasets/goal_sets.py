@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import random
 import re
 from collections import defaultdict
@@ -9,7 +10,7 @@ from collections.abc import Iterable, Sequence
 
 from goalscope.types import Goal
 
-__all__ = ["by_shared_words", "chance", "draw", "meaning"]
+__all__ = ["by_shared_words", "chance", "draw", "goal_key", "meaning"]
 
 
 def chance(seed: int, id: str) -> random.Random:
@@ -20,6 +21,11 @@ def chance(seed: int, id: str) -> random.Random:
 def meaning(text: str) -> str:
     """What is equal for texts that differ only in case, spaces and the mark at the end."""
     return " ".join(text.casefold().split()).rstrip(".!? ")
+
+
+def goal_key(text: str) -> str:
+    """A short hash of a goal's `meaning`."""
+    return hashlib.sha256(meaning(text).encode()).hexdigest()[:12]
 
 
 def draw(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -22,7 +22,7 @@ from goalscope.experiment.summary import (
     chosen,
     slug,
 )
-from goalscope.stats import Calibration, Scores, bootstrap_mean, calibration, scores
+from goalscope.stats import Calibration, Scores, auroc, bootstrap_mean, calibration, scores
 from goalscope.types import DEFAULT_TEMPERATURE, Goal
 
 __all__ = [
@@ -46,7 +46,10 @@ UNIFORM = "uniform"
 GOALS_ALONE = "goals alone"
 OUTRIGHT = "model asked"
 
-PREDICTORS = (*ROLE_PLAY, UNIFORM, GOALS_ALONE, *SIMILARITIES, OUTRIGHT)
+SEEN = {True: "goalscope, goal seen", False: "goalscope, goal unseen"}
+"""goalscope where its adapter was fitted on the true goal's text, and where it was not."""
+
+PREDICTORS = (*ROLE_PLAY, *SEEN.values(), UNIFORM, GOALS_ALONE, *SIMILARITIES, OUTRIGHT)
 """All predictors, in the order of the tables."""
 
 TURNS = (1, 2, 3, 4, 5, None)
@@ -68,6 +71,23 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
+class Openness:
+    """How likely Unspecified is after one turn of one dialogue, as log-odds in nats.
+
+    Attributes:
+        group: Of the dialogue.
+        present: With the true goal among the goals.
+        absent: Without it.
+        leads: Whether Unspecified is the likeliest, with the true goal and without it.
+    """
+
+    group: str
+    present: float
+    absent: float
+    leads: tuple[bool, bool]
+
+
+@dataclass(frozen=True, slots=True)
 class Dialogues:
     """What the predictors made of one set of dialogues with one model.
 
@@ -81,6 +101,7 @@ class Dialogues:
         outcomes: By predictor and turn, where None stands for each dialogue's last; those of the
             dialogues that have that turn and for which the predictor was run.
         notes: What was fitted, and what could not be read.
+        openness: By turn, as for `outcomes`, of the dialogues with more than two goals.
     """
 
     set: str
@@ -91,6 +112,7 @@ class Dialogues:
     goals: int
     outcomes: Mapping[tuple[str, int | None], Sequence[Outcome]]
     notes: tuple[str, ...]
+    openness: Mapping[int | None, Sequence[Openness]]
 
     @property
     def title(self) -> str:
@@ -134,10 +156,31 @@ class Dialogues:
                     Estimate(made.ece, made.band),
                 )
             )
-        parts = [part for part in (self.set, self.split, self.goal_set, self.model) if part]
-        name = "-".join(map(slug, ("dialogues", *parts)))
         title = f"Goals inferred from dialogues: {self.title}, {self.n} dialogues"
-        return Table(name, title, COLUMNS, tuple(rows), (*NOTES, *self.notes), command)
+        notes = (*NOTES, *self.notes)
+        return Table(self._name("dialogues"), title, COLUMNS, tuple(rows), notes, command)
+
+    def open_set_table(self, *, command: str = "") -> Table:
+        """How well Unspecified tells that the true goal is not among the goals."""
+        rows: list[tuple[Entry, ...]] = []
+        for turn in TURNS:
+            found = self.openness.get(turn)
+            if not found:
+                continue
+            groups = [each.group for each in found]
+            area = auroc([e.absent for e in found], [e.present for e in found], groups)
+            present, absent = (
+                Estimate(sum(leads) / len(leads), bootstrap_mean(leads, groups), "percent")
+                for leads in zip(*(map(float, each.leads) for each in found), strict=True)
+            )
+            which = "last" if turn is None else str(turn)
+            rows.append((which, len(found), Estimate(*area), absent, present))
+        title = f"Is the goal in the set? {self.title}, {self.n} dialogues"
+        return Table(self._name("open-set"), title, OPEN_COLUMNS, tuple(rows), OPEN_NOTES, command)
+
+    def _name(self, what: str) -> str:
+        parts = [part for part in (self.set, self.split, self.goal_set, self.model) if part]
+        return "-".join(map(slug, (what, *parts)))
 
 
 FIELDS = ("top1", "reciprocal_rank", "log_loss", "brier")
@@ -150,6 +193,15 @@ COLUMNS = (
     "log-loss",
     "Brier",
     "ECE [if calibrated]",
+)
+OPEN_COLUMNS = ("turn", "n", "AUROC", "leads if absent", "leads if present")
+OPEN_NOTES = (
+    "Each dialogue counts twice: with the true goal among the goals, and with it left out. AUROC: "
+    "how well the posterior of Unspecified tells the two apart; 0.5 is chance, 1 is always.",
+    "Then the share of dialogues in which Unspecified is the likeliest: it should be if the true "
+    "goal is absent, and should not be if it is present.",
+    "n is the number of dialogues that have the turn; intervals are 95 %, by a bootstrap that "
+    f"resamples whole groups. Evidence is divided by {DEFAULT_TEMPERATURE:g}. {NO_INTERVAL}",
 )
 NOTES = (
     "n is the number of dialogues that have the turn; at the turn called last, each has its own.",
@@ -199,6 +251,7 @@ def _settings(spec: Mapping[str, Any]) -> dict[str, Any]:
 def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogues:
     """Let each predictor believe, and score what it believes."""
     outcomes: dict[tuple[str, int | None], list[Outcome]] = {}
+    openness: dict[int | None, list[Openness]] = {}
     notes: list[str] = []
 
     def keep(predictor: str, cell: Measured, table: Iterable[Array]) -> None:
@@ -219,6 +272,16 @@ def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogue
         if result.get("role-play"):
             for predictor, temperature in ROLE_PLAY.items():
                 keep(predictor, cell, _role_play(result["role-play"], temperature))
+            if result.get("seen") is not None:
+                keep(
+                    SEEN[result["seen"]], cell, _role_play(result["role-play"], DEFAULT_TEMPERATURE)
+                )
+            if goals > 2 and result.get("unspecified"):
+                last = None
+                for turn, last in enumerate(_openness(cell), 1):
+                    openness.setdefault(turn, []).append(last)
+                if last:
+                    openness.setdefault(None, []).append(last)
         if answers := result.get("outright"):
             keep(OUTRIGHT, cell, [_outright(answer, goals) for answer in answers])
             asked += len(answers)
@@ -241,7 +304,22 @@ def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogue
             "are scored as uniform."
         )
     goals = max(len(spec["case"]["goals"]) for spec, _ in cells)
-    return Dialogues(*key, len(cells), goals, outcomes, tuple(notes))
+    return Dialogues(*key, len(cells), goals, outcomes, tuple(notes), openness)
+
+
+def _openness(cell: Measured) -> Iterator[Openness]:
+    """Turn by turn."""
+    case, result = cell[0]["case"], cell[1]
+    goals = np.cumsum(result["role-play"], axis=0) / DEFAULT_TEMPERATURE
+    unspecified = np.cumsum(result["unspecified"]) / DEFAULT_TEMPERATURE
+    for own, belief in zip(unspecified, goals, strict=True):
+        others = np.delete(belief, case["truth"])
+        yield Openness(
+            case["group"],
+            float(own - np.logaddexp.reduce(belief)),
+            float(own - np.logaddexp.reduce(others)),
+            (bool(own > belief.max()), bool(own > others.max())),
+        )
 
 
 def _role_play(rows: Sequence[Sequence[float]], temperature: float) -> Iterable[Array]:

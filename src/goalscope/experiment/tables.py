@@ -22,7 +22,7 @@ def tables_of(results: Results, cells: Sequence[Cell] | None = None) -> list[Tab
     command = "; ".join(results.commands(asked))
     tables = list(mcq_tables(measured, command=command))
     for dialogues in read_dialogues(measured):
-        tables.append(dialogues.table(command=command))
+        tables += [dialogues.table(command=command), dialogues.open_set_table(command=command)]
     for episodes in read_episodes(measured, attempts=[cell.attempts for cell in done]):
         tables += episodes.tables(command=command)
     notes = tuple(warnings_of(asked))

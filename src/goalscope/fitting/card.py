@@ -16,10 +16,7 @@ from jinja2.sandbox import SandboxedEnvironment
 from goalscope.fitting.fit import Fit, Validation
 from goalscope.types import GoalscopeError
 
-__all__ = ["METADATA", "curve", "write_card"]
-
-METADATA = "goalscope.goals"
-"""Key of the adapter's file under which the goals stand that it was fitted on; see `goal_key`."""
+__all__ = ["curve", "write_card"]
 
 _OBJECTIVES = {
     "words": "The loss is minus the log-probability of the person's words under their goal and "

@@ -8,12 +8,13 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from goalscope.fitting.card import METADATA, write_card
+from goalscope.datasets.goal_sets import goal_key
+from goalscope.fitting.card import write_card
 from goalscope.fitting.fit import Fit, Progress, Settings
 from goalscope.fitting.learner import Learner
-from goalscope.fitting.sources import Source, goal_key, parted
+from goalscope.fitting.sources import Source, parted
 from goalscope.likelihood import Layout, RolePlay
-from goalscope.models.adapters import read_adapter, write_adapter
+from goalscope.models.adapters import FITTED_GOALS, read_adapter, write_adapter
 from goalscope.models.extras import package
 from goalscope.models.transformers import Transformers
 from goalscope.types import GoalscopeError
@@ -90,7 +91,7 @@ def fit_adapter(
             "goalscope.base": model.name,
             "goalscope.layout": layout,
             "goalscope.temperature": f"{settings.temperature:g}",
-            METADATA: " ".join(goals),
+            FITTED_GOALS: " ".join(goals),
         }
     )
     more = {

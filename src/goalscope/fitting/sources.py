@@ -10,11 +10,11 @@ from itertools import chain, zip_longest
 from pathlib import Path
 
 from goalscope.datasets import DATASETS, Case, data_folder, load, read_cases
-from goalscope.datasets.goal_sets import chance, meaning
+from goalscope.datasets.goal_sets import chance
 from goalscope.envs.tables import shown
 from goalscope.types import InvalidInputError
 
-__all__ = ["Source", "goal_key", "parted", "read_source"]
+__all__ = ["Source", "parted", "read_source"]
 
 _NAME = re.compile(r"(?P<name>.+?)(\[(?P<start>\d*):(?P<stop>\d*)\])?")
 
@@ -114,8 +114,3 @@ def parted(
         chance(seed, f"validation {source.name}").shuffle(candidates[-1])
     turns = chain.from_iterable(zip_longest(*candidates))
     return train, [case for case in turns if case is not None][:most]
-
-
-def goal_key(text: str) -> str:
-    """What tells a goal's text from others, up to case and the mark at the end."""
-    return hashlib.sha256(meaning(text).encode()).hexdigest()[:12]

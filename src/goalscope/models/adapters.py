@@ -17,6 +17,7 @@ from goalscope.models.extras import package
 from goalscope.types import ModelError
 
 __all__ = [
+    "FITTED_GOALS",
     "MODULES",
     "NO_ADAPTER",
     "Adapter",
@@ -30,6 +31,9 @@ Floats = npt.NDArray[np.float32]
 
 NO_ADAPTER = "none"
 """What is said in place of an adapter's name where there shall be none."""
+
+FITTED_GOALS = "fitted.goals"
+"""Key of the file under which hashes stand of the goals that it was fitted on, with spaces."""
 
 MODULES: Mapping[str, str] = {
     "q_proj": "attn_q",
