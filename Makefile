@@ -1,4 +1,4 @@
-# make demo | make test | make check | make torch | make bench | make results
+# make demo | make test | make check | make torch | make bench | make results | make adapter
 # (needs Python 3.11, a C++ compiler, make)
 
 PYTHON ?= python3
@@ -8,7 +8,7 @@ READY := .venv/ready
 
 TORCH ?= torch==2.13.0
 
-.PHONY: demo test check bench results lock torch
+.PHONY: demo test check bench results adapter lock torch
 
 demo: $(READY)  ## one grocery episode with a scripted human, on the built-in model
 	$(BIN)/goalscope run grocery --profile $(PROFILE)
@@ -38,6 +38,12 @@ $(READY): requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements.lock
 	$(BIN)/python -m pip install --quiet --no-deps --editable .
 	touch $@
+
+FITTED_ON := teach:train casino:train 'multiwoz:val[200:]' 'alfred:train[300:]' 'taskmaster4:dev[200:]'
+
+adapter: torch  ## fit the adapter that goalscope comes with, which takes an hour or two; needs GOALSCOPE_DATA
+	$(BIN)/goalscope fit $(FITTED_ON) --start none --out adapters/general
+	cp adapters/general/adapter.gguf adapters/general/README.md adapters/general/fit.json src/goalscope/models/general/
 
 lock:  ## pin the newest versions that pyproject.toml allows
 	uv pip compile pyproject.toml --extra cluster --extra experiments --extra remote --extra thor --group dev \

@@ -16,7 +16,10 @@ from goalscope.models.opening import MODEL_KEYS, model_label, open_model
 
 __all__ = ["identity_of", "opened"]
 
-_SHOWN = ("cli", "display", "plain", "terminal", "report", "stats", "datasets", "experiment")
+_SHOWN = (
+    *("cli", "display", "plain", "terminal", "report"),
+    *("stats", "datasets", "experiment", "fitting"),
+)
 """Modules, by how their names begin, that do not take part in the measuring of a cell."""
 
 _WORK = Path("experiment", "work.py")

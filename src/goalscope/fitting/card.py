@@ -49,7 +49,7 @@ def write_card(folder: Path, fit: Fit, about: Mapping[str, Any]) -> None:
     }
     (folder / "fit.json").write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
     jinja = SandboxedEnvironment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    source = files("goalscope.fitting").joinpath("card.jinja").read_text(encoding="utf-8")
+    source = files("goalscope.fitting").joinpath("card.md").read_text(encoding="utf-8")
     objective = _OBJECTIVES[fit.settings.objective]
     text = jinja.from_string(source).render(facts, name=folder.name, objective=objective)
     (folder / "README.md").write_text(text + "\n", encoding="utf-8")

@@ -6,7 +6,6 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -77,7 +76,7 @@ class Adapter:
 
 def shipped() -> Path | None:
     """The file of the adapter that comes with goalscope, for the embedded model."""
-    path = Path(str(files("goalscope"))) / "adapters" / "general" / "adapter.gguf"
+    path = Path(__file__).parent / "general" / "adapter.gguf"
     return path if path.is_file() else None
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import warnings
 from collections.abc import Sequence
 from functools import lru_cache
 from itertools import chain
@@ -240,6 +242,7 @@ def _best_device(torch: Any) -> str:
 
 
 def _load(source: str | Path, device: Any, dtype: Any) -> Any:
+    os.environ.setdefault("TQDM_DISABLE", "1")  # read when tqdm is imported
     transformers = package("transformers")
     path = Path(source).expanduser()
     options: dict[str, Any] = {"dtype": dtype, "trust_remote_code": False}
@@ -247,8 +250,11 @@ def _load(source: str | Path, device: Any, dtype: Any) -> Any:
     if path.suffix == ".gguf":
         name, options["gguf_file"] = str(path.parent), path.name
     transformers.utils.logging.disable_progress_bar()
+    transformers.utils.logging.set_verbosity_error()
     try:
-        model = transformers.AutoModelForCausalLM.from_pretrained(name, **options)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FutureWarning)  # of Transformers to itself
+            model = transformers.AutoModelForCausalLM.from_pretrained(name, **options)
         return model.to(device).eval()
     except Exception as error:  # each file format has errors of its own
         reason = str(error).strip().partition("\n")[0]
