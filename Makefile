@@ -1,4 +1,4 @@
-# make demo | make test | make check | make torch | make bench | make results | make adapter
+# make demo | make test | make check | make torch | make bench | make results
 # (needs Python 3.11, a C++ compiler, make)
 
 PYTHON ?= python3
@@ -7,6 +7,16 @@ BIN := .venv/bin
 READY := .venv/ready
 
 TORCH ?= torch==2.13.0
+
+# The first dialogues of a set that has a single split are for judging.
+SETS := teach multiwoz casino alfred taskmaster4
+FIT_teach := teach:train
+FIT_casino := casino:train
+FIT_multiwoz := multiwoz:val[200:]
+FIT_alfred := alfred:train[300:]
+FIT_taskmaster4 := taskmaster4:dev[200:]
+ADAPTERS := $(SETS:%=adapters/without-%/adapter.gguf) $(patsubst %,adapters/teach-%/adapter.gguf,10 30 100 400 1481)
+FIT := $(BIN)/goalscope fit --start none --out adapters
 
 .PHONY: demo test check bench results adapter lock torch
 
@@ -28,7 +38,7 @@ bench: torch  ## speed of a belief update beside other ways, as ratios in one ru
 	$(BIN)/python -m pip install --quiet "$(TORCH)" lm-eval matplotlib minicons
 	$(BIN)/python -W ignore benchmarks/speed.py
 
-results: $(READY)  ## every experiment, which takes hours and goes on where it stopped; needs GOALSCOPE_DATA
+results: $(READY) $(ADAPTERS)  ## every experiment, which takes hours and goes on where it stopped; like `adapter`
 	@failed=0; for each in experiments/*.toml; do $(BIN)/goalscope experiment run $$each || failed=1; done; \
 		$(BIN)/goalscope report results --markdown docs/results.md && exit $$failed
 
@@ -39,11 +49,15 @@ $(READY): requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --no-deps --editable .
 	touch $@
 
-FITTED_ON := teach:train casino:train 'multiwoz:val[200:]' 'alfred:train[300:]' 'taskmaster4:dev[200:]'
+adapter: $(READY)  ## fit the adapter that goalscope comes with, an hour or two; after `make torch`, with GOALSCOPE_DATA
+	$(FIT)/general $(foreach set,$(SETS),"$(FIT_$(set))")
+	cp $(addprefix adapters/general/,adapter.gguf README.md fit.json) src/goalscope/models/general/
 
-adapter: torch  ## fit the adapter that goalscope comes with, which takes an hour or two; needs GOALSCOPE_DATA
-	$(BIN)/goalscope fit $(FITTED_ON) --start none --out adapters/general
-	cp adapters/general/adapter.gguf adapters/general/README.md adapters/general/fit.json src/goalscope/models/general/
+adapters/without-%/adapter.gguf: | $(READY)
+	$(FIT)/without-$* $(foreach set,$(filter-out $*,$(SETS)),"$(FIT_$(set))")
+
+adapters/teach-%/adapter.gguf: | $(READY)
+	$(FIT)/teach-$* "teach:train[:$*]"
 
 lock:  ## pin the newest versions that pyproject.toml allows
 	uv pip compile pyproject.toml --extra cluster --extra experiments --extra remote --extra thor --group dev \

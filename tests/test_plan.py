@@ -202,6 +202,24 @@ def test_models_are_names_or_tables_and_the_embedded_one_needs_no_name(tmp_path)
         read(tmp_path, "mcq = {file = 'x'}\njudge = {}")
 
 
+def test_a_part_may_have_models_of_its_own(tmp_path):
+    lines(tmp_path, "d.jsonl", ROW)
+    text = """
+        models = ["a.gguf", "b.gguf"]
+        [[dialogues]]
+        jsonl = "d.jsonl"
+        models = [{adapter = "none"}]
+        [[dialogues]]
+        jsonl = "d.jsonl"
+    """
+    found = [spec["model"] for spec in specs_of(read(tmp_path, text), tmp_path)]
+    assert found == [
+        {"adapter": "none"},
+        *({"model": str(tmp_path / f"{name}.gguf")} for name in "ab"),
+    ]
+    assert "at least one" in refused(tmp_path, "[dialogues]\njsonl = 'd.jsonl'\nmodels = []")
+
+
 def test_an_adapter_is_found_beside_the_file_and_none_stays_none(tmp_path):
     for name in ("mine", "none"):
         (tmp_path / name).mkdir()

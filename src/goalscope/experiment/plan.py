@@ -65,6 +65,7 @@ class DialoguesPart:
         layouts: Where the likelihood prompt states the goal.
         end_of_turn: Whether the end of the utterance is scored.
         outright: Whether the model is asked for the goal outright, too.
+        models: As for the experiment; its own if there are none.
     """
 
     set: str = ""
@@ -78,6 +79,7 @@ class DialoguesPart:
     layouts: tuple[Layout, ...] = (DEFAULT_LAYOUT,)
     end_of_turn: bool = False
     outright: bool = True
+    models: tuple[Model, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,13 +171,13 @@ def specs_of(experiment: Experiment, folder: Path | None) -> list[dict[str, Any]
         InvalidInputError: A file is missing or broken, or a name is unknown.
     """
     specs: list[dict[str, Any]] = []
-    for model in experiment.models:
-        for part in experiment.questions:
-            specs += _question_specs(part, model, folder)
-        for part in experiment.dialogues:
+    for part, model in itertools.product(experiment.questions, experiment.models):
+        specs += _question_specs(part, model, folder)
+    for part in experiment.dialogues:
+        for model in part.models or experiment.models:
             specs += _dialogue_specs(part, model, folder)
-        for part in experiment.episodes:
-            specs += _episode_specs(part, model)
+    for part, model in itertools.product(experiment.episodes, experiment.models):
+        specs += _episode_specs(part, model)
     return specs
 
 

@@ -41,10 +41,7 @@ def read_experiment(file: Path) -> Experiment:
     label = file.name
     known = ("title", "source", "models", "mcq", "dialogues", "episodes", "judge")
     refuse_unknown(table, known, label)
-    models = table.get("models", EMBEDDED)
-    models = cast("list[object]", models if isinstance(models, list) else [models])
-    if not models:
-        raise InvalidInputError(f"{label}: 'models' must hold at least one model.")
+    models = _models(table.get("models", EMBEDDED), label, file.parent)
     parts: dict[str, tuple[Any, ...]] = {}
     for key, kind in (
         ("mcq", QuestionsPart),
@@ -55,7 +52,7 @@ def read_experiment(file: Path) -> Experiment:
         if not isinstance(given, dict | list):
             raise InvalidInputError(f"{label}: '{key}' must be a table: [{key}] or [[{key}]].")
         found = cast("list[object]", given if isinstance(given, list) else [given])
-        read = (_part(kind, row, f"{label}, [{key}]") for row in found)
+        read = (_part(kind, row, f"{label}, [{key}]", file.parent) for row in found)
         parts[key] = tuple(_found(part, file.parent) for part in read)
     if not any(parts.values()):
         raise InvalidInputError(
@@ -66,7 +63,7 @@ def read_experiment(file: Path) -> Experiment:
         row = dict(_table(table["judge"], f"{label}, [judge]"))
         refuse_unknown(row, [each.name for each in fields(Judge)], f"{label}, [judge]")
         chosen = row.pop("model", None)
-        judge = _part(Judge, row, f"{label}, [judge]")
+        judge = _part(Judge, row, f"{label}, [judge]", file.parent)
         if chosen is not None:
             judge = replace(judge, model=_model(chosen, f"{label}, [judge]", file.parent))
         if not parts["episodes"]:
@@ -75,12 +72,19 @@ def read_experiment(file: Path) -> Experiment:
         file.stem,
         _text(table.get("title", file.stem), f"{label}: 'title'"),
         _text(table.get("source", ""), f"{label}: 'source'"),
-        tuple(_model(each, f"{label}, models", file.parent) for each in models),
+        models,
         parts["mcq"],
         parts["dialogues"],
         parts["episodes"],
         judge,
     )
+
+
+def _models(value: object, label: str, folder: Path) -> tuple[Model, ...]:
+    values = cast("list[object]", value if isinstance(value, list) else [value])
+    if not values:
+        raise InvalidInputError(f"{label}: 'models' must hold at least one model.")
+    return tuple(_model(each, f"{label}, models", folder) for each in values)
 
 
 def _model(value: object, label: str, folder: Path) -> Model:
@@ -109,12 +113,17 @@ _CHOICES: Mapping[str, Sequence[str]] = {
 _LEAST = {"limit": 1, "turns": 1, "goals": 2, "rounds": 1, "trials": 1, "comparisons": 0}
 
 
-def _part(kind: type[Any], value: object, label: str) -> Any:
+def _part(kind: type[Any], value: object, label: str, folder: Path) -> Any:
     """A part of the experiment from its table, each value checked by the type of its field."""
     row = _table(value, label)
     known = {each.name: str(each.type) for each in fields(kind) if each.name != "model"}
     refuse_unknown(row, tuple(known), label)
-    read = {key: _value(key, each, known[key], f"{label}: {key!r}") for key, each in row.items()}
+    read = {
+        key: _models(each, label, folder)
+        if key == "models"
+        else _value(key, each, known[key], f"{label}: {key!r}")
+        for key, each in row.items()
+    }
     try:
         return kind(**read)
     except TypeError:

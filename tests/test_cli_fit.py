@@ -1,0 +1,439 @@
+"""`goalscope fit`: what stands in the folder in the end, and what is refused."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import re
+import shutil
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from goalscope.datasets.goal_sets import goal_key
+from goalscope.fitting import run
+from goalscope.fitting.run import fit_adapter
+from goalscope.fitting.sources import Source, parted, read_source
+from goalscope.likelihood import RolePlay
+from goalscope.models.adapters import FITTED_GOALS, read_adapter
+from goalscope.models.transformers import Transformers
+from goalscope.types import InvalidInputError, Turn
+from test_cli import fails, invoke
+from test_fitting import GOALS, QUICK, TASK, case, rows_file, tiny_folder
+
+torch = pytest.importorskip("torch")
+transformers = pytest.importorskip("transformers")
+peft = pytest.importorskip("peft")
+pytest.importorskip("gguf")
+
+# PEFT asks Transformers for a property by its old name.
+pytestmark = pytest.mark.filterwarnings("ignore:`is_gradient_checkpointing`:FutureWarning")
+
+SETTINGS = replace(QUICK, seed=3)
+TURNS = [Turn("What is it?", "tea"), Turn("Why?", "soap and milk")]
+LEFT = {"adapter.gguf", "adapter_config.json", "adapter_model.safetensors", "README.md", "fit.json"}
+
+
+@dataclass
+class Finished:
+    """A finished fit: its folder, the model as it was adapted, what it was fitted on."""
+
+    folder: Path
+    model: Transformers
+    sources: list[Source]
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tiny_folder(tmp_path_factory.mktemp("models") / "tiny")
+
+
+@pytest.fixture(scope="module")
+def rows(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return rows_file(tmp_path_factory.mktemp("rows") / "own.jsonl", "abcdefgh")
+
+
+@pytest.fixture(scope="module")
+def finished(path: Path, rows: Path, tmp_path_factory: pytest.TempPathFactory) -> Finished:
+    own = replace(read_source(str(rows), None), name="own.jsonl")  # by which it is parted
+    goals = tuple(replace(goal, text=f"{goal.text.upper()} now.") for goal in GOALS)
+    public = [replace(case(n), id=f"p{n}", group=f"p{n}", goals=goals) for n in range(5)]
+    sources = [own, Source("multiwoz:val[:5]", public, "ab" * 32, "MIT")]
+    folder = tmp_path_factory.mktemp("out") / "deep" / "mine"
+    model = Transformers(path, device="cpu", dtype="float32")
+    for each in fit_adapter(
+        model, sources, folder, SETTINGS, start=None, layout="goal-first", command="goalscope fit X"
+    ):
+        assert (folder / "state.pt").exists(), each
+    model.clear_cache()
+    return Finished(folder, model, sources)
+
+
+def likelihood(model: Transformers) -> np.ndarray:
+    return RolePlay(model, layout="goal-first").log_likelihood(TASK, GOALS, TURNS)
+
+
+def fit(rows: Path, out: Path, path: Path, *more: Any) -> list[Any]:
+    """The words of a quick fit."""
+    quick = ["--steps", 4, "--every", 2, "--rank", 2, "--layers", 1, "--device", "cpu"]
+    return ["fit", rows, "--out", out, "--model", path, *quick, *more]
+
+
+def test_the_folder_holds_the_adapter_and_no_state(finished: Finished) -> None:
+    assert {each.name for each in finished.folder.iterdir()} - {"curve.svg"} == LEFT
+    for each in finished.folder.iterdir():
+        if each.suffix != ".gguf" and each.suffix != ".safetensors":
+            assert str(finished.model._source.parent) not in each.read_text()
+    config = json.loads((finished.folder / "adapter_config.json").read_text())
+    assert config["base_model_name_or_path"] == "tiny"
+    assert (config["r"], config["lora_alpha"], config["peft_type"]) == (4, 4, "LORA")
+
+
+def test_goalscope_scores_with_it_as_it_was_fitted(finished: Finished, path: Path) -> None:
+    file = finished.folder / "adapter.gguf"
+    adapted = Transformers(path, adapter=file, device="cpu", dtype="float32")
+    expected = likelihood(finished.model)
+    np.testing.assert_allclose(likelihood(adapted), expected, atol=0.03)
+    plain = Transformers(path, device="cpu", dtype="float32")
+    assert np.abs(likelihood(plain) - expected).max() > 0.5
+
+
+def test_peft_reads_it(finished: Finished, path: Path) -> None:
+    base = transformers.AutoModelForCausalLM.from_pretrained(path, dtype=torch.float32)
+    model = peft.PeftModel.from_pretrained(base, finished.folder).eval()
+    tokens = np.random.default_rng(1).integers(10, 300, 40).tolist()
+    with torch.inference_mode():
+        logits = model(input_ids=torch.tensor([tokens])).logits[0]
+    expected = finished.model.network.read(tokens, range(40))
+    torch.testing.assert_close(logits, expected, atol=1e-4, rtol=1e-4)
+    plain = Transformers(path, device="cpu", dtype="float32").network.read(tokens, range(40))
+    assert (plain - expected).abs().max() > 0.1
+
+
+def test_the_file_says_what_it_was_fitted_on(finished: Finished) -> None:
+    adapter = read_adapter(finished.folder / "adapter.gguf", finished.model.network.model.config)
+    train, validation = parted(
+        finished.sources, share=0.1, most=SETTINGS.validation, seed=SETTINGS.seed
+    )
+    goals = {each.goals[each.truth].text for own in train for each in own}
+    keys = adapter.metadata[FITTED_GOALS].split()
+    assert sorted(keys) == sorted({goal_key(text) for text in goals})
+    assert len(keys) == len(set(keys)) < len(GOALS) * 2 + 1
+    assert goal_key("Buy MILK!") == goal_key("buy milk")
+    assert {key: adapter.metadata[f"goalscope.{key}"] for key in ("base", "layout")} == {
+        "base": "tiny",
+        "layout": "goal-first",
+    }
+    assert float(adapter.metadata["goalscope.temperature"]) == SETTINGS.temperature
+    assert adapter.metadata["general.name"] == "mine"
+    assert (adapter.rank, adapter.alpha, len(adapter.layers)) == (4, 4.0, 14)
+    assert len(validation) == 2
+
+
+def test_the_card_and_its_figures_tell_how_it_was_made(finished: Finished) -> None:
+    card = (finished.folder / "README.md").read_text()
+    facts = json.loads((finished.folder / "fit.json").read_text())
+    assert card.startswith("---\nbase_model: tiny\nlibrary_name: peft\n")
+    own, public = finished.sources
+    for line in (
+        f"| {own.name} | 7 | 1 | your own | `{own.sha256[:16]}` |",
+        f"| multiwoz:val[:5] | 4 | 1 | MIT | `{'ab' * 8}` |",
+        "| " + " | ".join(map(str, asdict(SETTINGS).values())) + " |",
+        "| " + " | ".join(asdict(SETTINGS)) + " |",
+    ):
+        assert line in map(str.strip, card.splitlines())
+    assert "(goal-first)" in card
+    assert "`goalscope fit X`" in card
+    assert "It began with no adapter." in card
+    assert "None" not in card
+    assert facts["settings"] == asdict(SETTINGS)
+    assert [each["step"] for each in facts["history"]] == [0, 3, 6]
+    assert facts["best"] == min(facts["history"], key=lambda each: each["loss"])
+    assert f"The weights are those of step {facts['best']['step']}." in card
+    for each in facts["history"]:
+        figures = (each["loss"], each["log_loss"], each["auroc"])
+        (line,) = [line for line in card.splitlines() if line.startswith(f"| {each['step']} | ")]
+        assert all(f" {figure:.3f} " in line for figure in figures)
+        assert f" {100 * each['top1']:.1f} % " in line
+    kept = {key: facts[key] for key in ("base", "layout", "start", "step", "validated", "device")}
+    assert kept == {
+        "base": "tiny",
+        "layout": "goal-first",
+        "start": "no adapter",
+        "step": 6,
+        "validated": 2,
+        "device": "cpu",
+    }
+    assert [each["sha256"] for each in facts["sources"]] == [own.sha256, public.sha256]
+
+
+def test_tables_of_the_card_are_tables(finished: Finished) -> None:
+    """A blank line within one, or rows of several widths, are text to a reader of Markdown."""
+    blocks = re.split(r"\n\s*\n", (finished.folder / "README.md").read_text())
+    tables = [block.strip().splitlines() for block in blocks if block.strip().startswith("|")]
+    assert [len(table) for table in tables] == [4, 3, 5]
+    for header, rule, *body in tables:
+        assert set(rule) == {"|", "-"}
+        assert len({line.strip().count("|") for line in (header, rule, *body)}) == 1
+
+
+def test_a_fit_may_begin_with_another(finished: Finished, path: Path, tmp_path: Path) -> None:
+    start = finished.folder / "adapter.gguf"
+    model = Transformers(path, device="cpu", dtype="float32")
+    settings = replace(SETTINGS, steps=1, every=1, learning_rate=1e-6)
+    list(
+        fit_adapter(
+            model, finished.sources, tmp_path, settings,
+            start=start, layout="goal-first", command="",
+        )
+    )  # fmt: skip
+    before, after = (json.loads((f / "fit.json").read_text()) for f in (finished.folder, tmp_path))
+    assert after["history"][0]["loss"] == pytest.approx(before["best"]["loss"], abs=0.02)
+    assert re.fullmatch(r"the adapter of SHA-256 `[0-9a-f]{16}`", after["start"])
+    model.clear_cache()
+    np.testing.assert_allclose(likelihood(model), likelihood(finished.model), atol=0.05)
+
+
+def test_the_command_fits_and_finished_folders_are_kept(
+    path: Path, rows: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "mine"
+    result = invoke(*fit(rows, out, path, "--json"))
+    assert result.exit_code == 0, result.output
+    facts = json.loads((out / "fit.json").read_text())
+    assert json.loads(result.stdout) == facts
+    assert "log-loss" not in result.stderr
+    assert facts["command"].startswith("goalscope fit ")
+    assert facts["settings"]["layers"] == 1.0
+    assert facts["layout"] == "goal-last"
+    kept = {each.name: each.read_bytes() for each in out.iterdir()}
+    assert kept.keys() - {"curve.svg"} == LEFT
+    said = fails(2, *fit(rows, out, path))
+    assert said == f"Error: {out} holds a finished adapter. Name another folder with --out."
+    assert {each.name: each.read_bytes() for each in out.iterdir()} == kept
+
+
+def test_the_command_says_how_it_goes(path: Path, rows: Path, tmp_path: Path) -> None:
+    out = tmp_path / "mine"
+    result = invoke(*fit(rows, out, path, "--seed", 3, "--objective", "words"))
+    assert result.exit_code == 0, result.output
+    assert re.fullmatch(
+        re.escape(str(out)) + r": best at step \d, log-loss \d\.\d{3}, top-1 \d+%, "
+        r"AUROC \d\.\d{3} on 1 dialogues?\n",
+        result.stdout,
+    )
+    steps = re.findall(r"^step +(\d) +log-loss \d", result.stderr, re.MULTILINE)
+    assert steps == ["0", "2", "4"]
+    assert f"--adapter{out}" in "".join(result.stderr.split())  # which may be wrapped anywhere
+    settings = json.loads((out / "fit.json").read_text())["settings"]
+    assert (settings["seed"], settings["objective"], settings["rank"]) == (3, "words", 2)
+
+
+class Broken(Exception):
+    """What a test stops a fit with."""
+
+
+def broken_by(error: Exception) -> Callable[..., Any]:
+    def call(*_: Any, **__: Any) -> Any:
+        raise error
+
+    return call
+
+
+def test_the_command_goes_on_where_it_was_stopped(
+    path: Path, rows: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole, out = tmp_path / "whole", tmp_path / "out"
+    assert invoke(*fit(rows, whole, path)).exit_code == 0
+    validate, count = run.Fit._validate, iter(range(9))
+
+    def stopped(*args: Any) -> Any:
+        if next(count) == 2:
+            raise Broken
+        return validate(*args)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(run.Fit, "_validate", stopped)
+        assert isinstance(invoke(*fit(rows, out, path)).exception, Broken)
+    assert [each.name for each in out.iterdir()] == ["state.pt"]
+    said = invoke(*fit(rows, out, path, "--seed", 2))
+    assert said.exit_code == 2
+    assert "begun with another settings" in " ".join(said.stderr.split())
+    result = invoke(*fit(rows, out, path))
+    assert result.exit_code == 0, result.output
+    assert re.findall(r"^step +(\d) ", result.stderr, re.MULTILINE) == ["4"]
+    found, expected = (json.loads((f / "fit.json").read_text()) for f in (out, whole))
+    for one, other in zip(found["history"], expected["history"], strict=True):
+        assert one["loss"] == pytest.approx(other["loss"], rel=1e-3)
+
+
+@pytest.mark.parametrize("width", [64, 32])
+def test_another_model_of_the_same_name_does_not_go_on(
+    path: Path, rows: Path, tmp_path: Path, width: int
+) -> None:
+    other = shutil.copytree(path, tmp_path / "tiny")
+    config = transformers.LlamaConfig.from_pretrained(other, hidden_size=width)
+    torch.manual_seed(1)
+    transformers.LlamaForCausalLM(config).save_pretrained(other)
+    source = [read_source(str(rows), None)]
+
+    def steps(model: Path) -> Any:
+        options: Any = {"start": None, "layout": "goal-last", "command": ""}
+        loaded = Transformers(model, device="cpu", dtype="float32")
+        return fit_adapter(loaded, source, tmp_path / "out", SETTINGS, **options)
+
+    assert next(steps(path)).validation
+    with pytest.raises(InvalidInputError, match="begun with another base"):
+        next(steps(other))
+    assert next(steps(path)).step == 1
+
+
+@pytest.mark.parametrize("what", ["write_adapter", "write_card"])
+def test_where_the_end_cannot_be_written_the_same_command_goes_on(
+    path: Path, rows: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, what: str
+) -> None:
+    out = tmp_path / "out"
+    with monkeypatch.context() as patch:
+        patch.setattr(run, what, broken_by(OSError(28, "No space left on device")))
+        failed = invoke(*fit(rows, out, path))
+    assert failed.exit_code == 1
+    said = " ".join(failed.stderr.split())
+    assert "No space left on device" in said
+    assert "the same command goes on from what is kept" in said
+    again = invoke(*fit(rows, out, path))
+    assert again.exit_code == 0, again.stderr
+    assert {each.name for each in out.iterdir()} - {"curve.svg"} == LEFT
+
+
+def test_its_own_model_begins_with_the_adapter_that_comes_with_it(
+    path: Path, rows: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = tmp_path / "first" / "adapter.gguf"
+    monkeypatch.setattr("goalscope.models.llamacpp.embedded_path", lambda: path)
+    monkeypatch.setattr(
+        "goalscope.models.adapters.shipped", lambda: first if first.exists() else None
+    )
+    quick = ["--steps", 1, "--every", 1, "--device", "cpu", "--json"]
+    for name, more, begins in (
+        ("first", [], False),
+        ("second", [], True),
+        ("none", ["--start", "none"], False),
+        ("rank", ["--rank", 4], False),
+        ("layers", ["--layers", 0.9], False),
+        ("named", ["--model", path], False),
+        ("started", ["--model", path, "--start", tmp_path / "second"], True),
+    ):
+        result = invoke("fit", rows, "--out", tmp_path / name, *quick, *more)
+        assert result.exit_code == 0, result.output
+        assert (json.loads(result.stdout)["start"] != "no adapter") == begins, name
+
+
+@pytest.mark.parametrize(
+    ("code", "more", "said"),
+    [
+        (2, ["--model", "http://host/v1#name"], "A server's model cannot be fitted."),
+        (2, ["--model", "https://host/v1"], "A server's model cannot be fitted."),
+        (2, ["--layers", 0], "--layers must be above 0 and at most 1, not 0.0."),
+        (2, ["--layers", 1.5], "--layers must be above 0"),
+        (2, ["--learning-rate", 2], "--learning-rate must be between 0 and 1, not 2.0."),
+        (2, ["--learning-rate", "nan"], "--learning-rate must be between 0 and 1"),
+        (2, ["nowhere.jsonl"], "nowhere.jsonl cannot be read"),
+        (2, ["nowhere"], "'nowhere' is neither a file"),
+        (1, ["--start", "nowhere"], "There is no adapter at nowhere."),
+        (1, ["--model", "nowhere.gguf"], "nowhere.gguf"),
+        (1, ["--model", "nowhere"], "There is no model folder at"),
+    ],
+)
+def test_what_cannot_be_fitted_is_refused_in_a_line(
+    path: Path, rows: Path, tmp_path: Path, code: int, more: list[Any], said: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    assert said in fails(code, *fit(rows, tmp_path / "out", path, *more))
+    assert not (tmp_path / "out").exists()
+
+
+def test_options_out_of_their_range_are_refused(path: Path, rows: Path, tmp_path: Path) -> None:
+    for option, value in (("--steps", 0), ("--every", 0), ("--rank", 0), ("--objective", "x")):
+        result = invoke(*fit(rows, tmp_path / "out", path, option, value))
+        assert result.exit_code == 2
+        assert option in result.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def last_error(result: Any) -> str:
+    """What is said after the bar of the steps."""
+    assert result.stdout == ""
+    assert "Traceback" not in result.stderr
+    *_, line = result.stderr.strip().splitlines()
+    assert line.startswith("Error: ")
+    return line
+
+
+def test_an_adapter_of_another_rank_is_no_beginning(
+    finished: Finished, path: Path, rows: Path, tmp_path: Path
+) -> None:
+    result = invoke(*fit(rows, tmp_path / "out", path, "--start", finished.folder))
+    assert result.exit_code == 1
+    assert "has rank 4 and 14 layers" in last_error(result)
+
+
+def test_a_single_dialogue_is_too_few(path: Path, tmp_path: Path) -> None:
+    lone = rows_file(tmp_path / "lone.jsonl", "aa")
+    result = invoke(*fit(lone, tmp_path / "out", path))
+    assert result.exit_code == 2
+    assert "single group of dialogues" in last_error(result)
+
+
+def test_a_folder_that_cannot_be_made_is_said(path: Path, rows: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    result = invoke(*fit(rows, tmp_path / "file" / "out", path))
+    assert result.exit_code == 1
+    assert "cannot be made: Not a directory." in last_error(result)
+
+
+@pytest.mark.parametrize("missing", ["torch", "peft"])
+def test_without_its_packages_it_says_what_to_install(
+    path: Path, rows: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, missing: str
+) -> None:
+    found = importlib.import_module
+
+    def without(name: str, *more: Any) -> Any:
+        if name.partition(".")[0] == missing:
+            raise ImportError(f"No module named {name!r}")
+        return found(name, *more)
+
+    monkeypatch.setattr(importlib, "import_module", without)
+    result = invoke(*fit(rows, tmp_path / "out", path))
+    assert result.exit_code == 1
+    said = last_error(result)
+    assert f"No module named '{missing}'" in said
+    assert 'pip install "goalscope[torch]"' in said
+
+
+def test_the_adapter_is_used_by_name(
+    finished: Finished, path: Path, rows: Path, tmp_path: Path
+) -> None:
+    """The folder does what the last line of the command says, with any model by that name."""
+    model = shutil.copytree(path, tmp_path / "tiny")
+    tables: list[list[Any]] = []
+    for name, adapter in (("with", finished.folder), ("without", "none")):
+        out = tmp_path / f"{name}.jsonl"
+        options = ["--out", out, "--model", model, "--adapter", adapter, "--layout", "goal-first"]
+        result = invoke("infer", rows, *options)
+        assert result.exit_code == 0, result.output
+        lines = map(json.loads, out.read_text().splitlines())
+        tables.append([line["log_likelihood"] for line in lines])
+    expected = [
+        list(row)
+        for each in finished.sources[0].cases
+        for row in RolePlay(finished.model, layout="goal-first").log_likelihood(
+            each.task, each.goals, each.turns
+        )
+    ]
+    np.testing.assert_allclose(tables[0], expected, atol=0.03)
+    assert np.abs(np.array(tables[1]) - expected).max() > 0.5
