@@ -277,12 +277,13 @@ def test_whether_the_goal_is_in_the_set_is_told_by_unspecified() -> None:
     table = found.open_set_table(command="make")
     assert table.command == "make"
     first, second, last = table.rows
-    # log-odds of the first with its goal and without it: 0.5 - log(e + 3) and 0.5 - log 3; of the
-    # second, where a wrong goal has the evidence: -0.5 - log(e + 3) and -0.5 - log(e + 2)
+    # log-odds of the first without its goal and without a wrong one: 0.5 - log 3, 0.5 - log(e + 2);
+    # of the second, whose evidence is for a wrong goal: -0.5 - log(e + 2), and the same or more
     assert first[:2] == ("1", 2)
-    assert [each.value for each in first[2:]] == [0.75, 0.5, 0.0]
+    assert [each.value for each in first[2:]] == [0.5, 0.5, 0.0]
     assert second[:2] == ("2", 1)
-    assert [each.value for each in second[2:]] == [1.0, 1.0, 0.0]
+    assert second[2] is None  # a single dialogue is not told from another
+    assert [each.value for each in second[3:]] == [1.0, 0.0]
     assert last[:2] == ("last", 2)
     assert [each.value for each in last[2:]] == [0.75, 0.5, 0.0]
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 import shlex
 import sys
-from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -50,8 +49,10 @@ def fit(
         typer.Option(help="The likelihood of the words, the posterior of the goals, or both."),
     ] = "both",
     steps: Annotated[int, typer.Option(min=1, help="Most steps, of 4 dialogues each.")] = 400,
-    every: Annotated[int, typer.Option(min=1, help="Steps from one validation to the next.")] = 20,
-    learning_rate: Annotated[float, typer.Option(help="At its highest.")] = 1e-3,
+    every: Annotated[int, typer.Option(min=1, help="Steps from one validation to the next.")] = 50,
+    learning_rate: Annotated[
+        float, typer.Option(help="At its highest; less for larger models.")
+    ] = 1e-3,
     rank: Annotated[int | None, typer.Option(min=1, help="Of the adapter.  [default: 8]")] = None,
     layers: Annotated[
         float | None,
@@ -66,16 +67,16 @@ def fit(
 ) -> None:
     """Fit the model that scores to what people really say under a goal.
 
-    A row of a file is as for `infer`, with the true goal under "true". A tenth of the dialogues
-    (at most 40) validates; fitting ends when they have not become better for a while. Run again, it
+    A row of a file is as for `infer`, with the true goal under "true". Up to 60 dialogues (at most
+    a third) validate; fitting ends when they have not become better for a while. Run again, it
     goes on where it stopped. The folder then holds the adapter, for --adapter, and a model card.
     """
     from goalscope.fitting.fit import Settings
     from goalscope.fitting.run import fit_adapter
     from goalscope.fitting.sources import read_source
     from goalscope.likelihood import DEFAULT_LAYOUT
-    from goalscope.models.adapters import adapter_file, shipped
-    from goalscope.models.llamacpp import embedded_path
+    from goalscope.models.adapters import NO_ADAPTER, adapter_file, shipped
+    from goalscope.models.llamacpp import EMBEDDED, embedded_path
     from goalscope.models.transformers import Transformers
     from goalscope.plain import plain
 
@@ -85,21 +86,30 @@ def fit(
         raise InvalidInputError(f"--learning-rate must be between 0 and 1, not {learning_rate}.")
     if layers is not None and not 0 < layers <= 1:
         raise InvalidInputError(f"--layers must be above 0 and at most 1, not {layers}.")
-    if (out / "adapter.gguf").exists():
-        raise InvalidInputError(f"{out} holds a finished adapter. Name another folder with --out.")
-    settings = Settings(
-        objective=objective, steps=steps, every=every, learning_rate=learning_rate, seed=seed
-    )
-    begin = None if start == "none" else adapter_file(start) if start else None
-    if start is None and model is None and rank is None and layers is None:
+    begin = None if start == NO_ADAPTER else adapter_file(start) if start else None
+    shaped = rank is not None or layers is not None
+    if start is None and model is None and not shaped:
         begin = shipped()
-    if rank or layers:
-        settings = replace(settings, rank=rank or settings.rank, layers=layers or settings.layers)
+    if begin is not None and shaped:
+        raise InvalidInputError(
+            "The adapter to begin with has a rank and layers of its own. Leave out --rank and "
+            "--layers, or begin with --start none."
+        )
+    usual = Settings()
+    settings = Settings(
+        objective=objective,
+        rank=rank or usual.rank,
+        layers=layers or usual.layers,
+        learning_rate=learning_rate,
+        steps=steps,
+        validate_every=every,
+        seed=seed,
+    )
     read = [read_source(name, data) for name in sources]
     err = console(stderr=True)
     with measuring("Loading the model"):
         name = (named(model) or "").removeprefix("hf:") or embedded_path()
-        engine = Transformers(name, device=device, dtype=_fastest(device))
+        engine = Transformers(name, context_size=2048, device=device, dtype=_fastest(device))
     command = shlex.join(["goalscope", *sys.argv[1:]])
     try:
         with progress("Steps") as show:
@@ -107,10 +117,11 @@ def fit(
             for each in fit_adapter(
                 engine,
                 read,
-                out,
+                out.resolve(),
                 settings,
                 start=begin,
                 layout=layout or DEFAULT_LAYOUT,
+                base=(model or EMBEDDED).removeprefix("hf:"),
                 command=command,
             ):
                 show(each.step, steps)
@@ -133,7 +144,8 @@ def fit(
         ),
         soft_wrap=True,
     )
-    err.print(plain(f"Use it with: goalscope infer FILE --out OUT --adapter {out}"), style="dim")
+    use = f"Use it with: goalscope infer FILE --out OUT --adapter {out}"
+    err.print(plain(use), style="dim", soft_wrap=True)
 
 
 def _fastest(device: str | None) -> Literal["bfloat16"] | None:
@@ -143,4 +155,5 @@ def _fastest(device: str | None) -> Literal["bfloat16"] | None:
     torch = package("torch")
     if device not in (None, "cpu") or torch.cuda.is_available():
         return None
-    return "bfloat16" if torch.cpu.get_capabilities().get("avx512_bf16") else None
+    can: dict[str, Any] = getattr(torch.cpu, "get_capabilities", dict[str, Any])()
+    return "bfloat16" if can.get("avx512_bf16") or can.get("amx_bf16") else None

@@ -168,11 +168,11 @@ def auroc(
         seed: Of the resampling.
 
     Returns:
-        The chance that a positive score is above a negative one, ties counting half; and its
-        percentile interval, None for a single group.
+        The chance that a positive score is above a negative one of another group, ties counting
+        half; and its percentile interval, None for fewer than three groups.
 
     Raises:
-        ValueError: There are no cases, one is not finite, or the lengths differ.
+        ValueError: There is one group, a score is not finite, or the lengths differ.
     """
     high, low = _finite(positive, "positive"), _finite(negative, "negative")
     if not len(high) == len(low) == len(groups):
@@ -182,13 +182,19 @@ def auroc(
     own[[number[name] for name in groups], np.arange(len(groups))] = 1.0
     apart = high[:, None] - low
     wins = own @ ((apart > 0) + 0.5 * (apart == 0)) @ own.T
-    sizes = own.sum(1)
-    value = float(wins.sum() / sizes.sum() ** 2)
-    if len(number) == 1:
+    pairs = own.sum(1)[:, None] * own.sum(1)
+    for within in (wins, pairs):
+        np.fill_diagonal(within, 0.0)
+    if not pairs.any():
+        raise ValueError("one group has no pairs with another")
+    value = float(wins.sum() / pairs.sum())
+    if len(number) < 3:
         return value, None
     rng = np.random.default_rng(seed)
     drawn = rng.multinomial(len(number), np.full(len(number), 1 / len(number)), RESAMPLES)
-    found = np.einsum("rg,gh,rh->r", drawn, wins, drawn, optimize=True) / (drawn @ sizes) ** 2
+    drawn = drawn[(drawn > 0).sum(1) > 1].astype(float)
+    sums = (np.einsum("rg,gh,rh->r", drawn, each, drawn, optimize=True) for each in (wins, pairs))
+    found = np.divide(*sums)
     low_end, high_end = np.quantile(found, (0.025, 0.975))
     return value, Interval(float(low_end), float(high_end))
 

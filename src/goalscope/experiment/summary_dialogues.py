@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from goalscope.belief import Belief
 from goalscope.benchmarks.baselines import overlap
+from goalscope.datasets.goal_sets import chance
 from goalscope.experiment.summary import (
     NO_INTERVAL,
     Entry,
@@ -76,8 +77,8 @@ class Openness:
 
     Attributes:
         group: Of the dialogue.
-        present: With the true goal among the goals.
-        absent: Without it.
+        present: With the true goal among the goals, and one of the wrong ones left out.
+        absent: With the true goal left out.
         leads: Whether Unspecified is the likeliest, with the true goal and without it.
     """
 
@@ -168,13 +169,17 @@ class Dialogues:
             if not found:
                 continue
             groups = [each.group for each in found]
-            area = auroc([e.absent for e in found], [e.present for e in found], groups)
+            area = (
+                Estimate(*auroc([e.absent for e in found], [e.present for e in found], groups))
+                if len(set(groups)) > 1
+                else None
+            )
             present, absent = (
                 Estimate(sum(leads) / len(leads), bootstrap_mean(leads, groups), "percent")
                 for leads in zip(*(map(float, each.leads) for each in found), strict=True)
             )
             which = "last" if turn is None else str(turn)
-            rows.append((which, len(found), Estimate(*area), absent, present))
+            rows.append((which, len(found), area, absent, present))
         title = f"Is the goal in the set? {self.title}, {self.n} dialogues"
         return Table(self._name("open-set"), title, OPEN_COLUMNS, tuple(rows), OPEN_NOTES, command)
 
@@ -196,8 +201,9 @@ COLUMNS = (
 )
 OPEN_COLUMNS = ("turn", "n", "AUROC", "leads if absent", "leads if present")
 OPEN_NOTES = (
-    "Each dialogue counts twice: with the true goal among the goals, and with it left out. AUROC: "
-    "how well the posterior of Unspecified tells the two apart; 0.5 is chance, 1 is always.",
+    "Each dialogue counts twice: with the true goal left out, and with one of the wrong goals left "
+    "out. AUROC: how well the posterior of Unspecified tells the two apart, for dialogues of "
+    "different groups; 0.5 is chance, 1 is always.",
     "Then the share of dialogues in which Unspecified is the likeliest: it should be if the true "
     "goal is absent, and should not be if it is present.",
     "n is the number of dialogues that have the turn; intervals are 95 %, by a bootstrap that "
@@ -312,13 +318,14 @@ def _openness(cell: Measured) -> Iterator[Openness]:
     case, result = cell[0]["case"], cell[1]
     goals = np.cumsum(result["role-play"], axis=0) / DEFAULT_TEMPERATURE
     unspecified = np.cumsum(result["unspecified"]) / DEFAULT_TEMPERATURE
+    out = chance(0, case["id"]).choice([i for i in range(goals.shape[1]) if i != case["truth"]])
     for own, belief in zip(unspecified, goals, strict=True):
-        others = np.delete(belief, case["truth"])
+        present, absent = np.delete(belief, out), np.delete(belief, case["truth"])
         yield Openness(
             case["group"],
-            float(own - np.logaddexp.reduce(belief)),
-            float(own - np.logaddexp.reduce(others)),
-            (bool(own > belief.max()), bool(own > others.max())),
+            float(own - np.logaddexp.reduce(present)),
+            float(own - np.logaddexp.reduce(absent)),
+            (bool(own > present.max()), bool(own > absent.max())),
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,6 +18,7 @@ from goalscope.datasets import Case
 from goalscope.datasets.goal_sets import chance
 from goalscope.fitting.learner import Example, Learner
 from goalscope.models.extras import package
+from goalscope.stats import auroc
 from goalscope.types import DEFAULT_TEMPERATURE, UNSPECIFIED, GoalscopeError, InvalidInputError
 
 __all__ = ["Fit", "Objective", "Progress", "Settings", "Validation"]
@@ -26,7 +28,6 @@ Objective = Literal["words", "goals", "both"]
 
 _WARM_UP = 0.05  # of the steps, in which the learning rate rises
 _CLIP = 1.0  # largest norm of a gradient
-_FIRST = 8  # turns of a dialogue, from which those to score are drawn
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,33 +39,36 @@ class Settings:
             under the true goal, and under none, nats a token. "goals": minus the log-posterior of
             the true goal, Unspecified among the wrong ones, and that of Unspecified where the true
             goal is left out; the mean over turns. "both": the sum.
-        words: Weight of "words" in "both".
+        words_weight: Weight of "words" in "both".
         rank: Of the adapter.
         layers: The share of the model's layers, the last ones, that are adapted.
-        learning_rate: Of AdamW at its highest; it falls to 0 at the last step.
-        batch: Dialogues of one step.
+        learning_rate: Of AdamW at its highest; it falls to nearly 0 at the last step.
+        batch_size: Dialogues of one step.
         steps: Most steps.
-        every: Steps between two validations.
+        validate_every: Steps between two validations.
         patience: Validations in a row without an improvement, after which it ends.
-        others: Wrong goals beside the true one and Unspecified in a step; twice as many validate.
-        turns: Most turns of a dialogue that are scored in a step.
+        negatives: Wrong goals that are drawn beside the true one and Unspecified; twice as many
+            validate. The loss counts those drawn for all that there are.
+        longest: Most turns of a dialogue: an example ends after any of its first ones.
+        turns: Most turns of an example from whose words is learned; the others are evidence, too.
         validation: Most dialogues that validate.
         temperature: Divides the evidence, as at inference.
         seed: Of all that is drawn.
     """
 
     objective: Objective = "both"
-    words: float = 0.3
+    words_weight: float = 0.3
     rank: int = 8
     layers: float = 0.5
     learning_rate: float = 1e-3
-    batch: int = 4
+    batch_size: int = 4
     steps: int = 400
-    every: int = 20
+    validate_every: int = 50
     patience: int = 6
-    others: int = 2
+    negatives: int = 2
+    longest: int = 6
     turns: int = 2
-    validation: int = 40
+    validation: int = 60
     temperature: float = DEFAULT_TEMPERATURE
     seed: int = 1
 
@@ -78,10 +82,10 @@ class Validation:
         seconds: Since the beginning, without interruptions.
         training: Mean of what was made small since the last validation; None before the first step.
         loss: The objective "goals", which decides.
-        top1: Share of dialogues whose true goal leads after the last scored turn.
+        top1: Share of dialogues whose true goal leads after the last turn.
         log_loss: Minus the log-probability of the true goal then, among the goals alone, nats.
         auroc: How well the posterior of Unspecified then tells dialogues without their true goal
-            from those with it; 0.5 is chance.
+            from those without one of the wrong ones; 0.5 is chance.
     """
 
     step: int
@@ -138,11 +142,10 @@ class Fit:
         self.history: list[Validation] = []
         self.step = 0
         self.ended = False
-        self._learner, self._train = learner, train
-        self._others = 0 if settings.objective == "words" else settings.others
+        self._learner = learner
+        self._train = [_by_truth(cases) for cases in train]
         self._validation = [
-            _drawn(case, settings, 2 * settings.others, f"validation {case.id}")
-            for case in validation
+            _drawn(case, settings, f"validation {case.id}", validates=True) for case in validation
         ]
         self._optimizer = torch.optim.AdamW(
             learner.parameters, lr=settings.learning_rate, betas=(0.9, 0.98), weight_decay=0.01
@@ -171,7 +174,7 @@ class Fit:
         while not self.ended:
             losses.append(self._learn())
             yield Progress(self.step)
-            if self.step % settings.every == 0 or self.step == settings.steps:
+            if self.step % settings.validate_every == 0 or self.step == settings.steps:
                 yield self._validate(float(np.mean(losses)), began)
                 losses = []
         self._learner.restore(self._best)
@@ -184,13 +187,12 @@ class Fit:
             group["lr"] = rate
         self._optimizer.zero_grad()
         total = 0.0
-        for number in range(settings.batch):
+        for number in range(settings.batch_size):
             name = f"step {self.step}, {number}"
             random = chance(settings.seed, name)
-            case = random.choice(random.choice(self._train))
-            example = _drawn(case, settings, self._others, name)
-            table, tokens = self._learner.log_likelihood(example)
-            loss = self._objective(table, tokens) / settings.batch
+            case = random.choice(random.choice(random.choice(self._train)))
+            example = _drawn(case, settings, name)
+            loss = self._loss(example) / settings.batch_size
             loss.backward()
             total += float(loss.detach())
         torch.nn.utils.clip_grad_norm_(self._learner.parameters, _CLIP)
@@ -198,27 +200,39 @@ class Fit:
         self.step += 1
         if not np.isfinite(total):
             raise GoalscopeError(
-                f"The loss is not finite at step {self.step}. Try a smaller --learning-rate."
+                f"The loss is not finite at step {self.step}. Try a smaller --learning-rate, and "
+                "another --out."
             )
         return total
 
-    def _objective(self, table: Any, tokens: int) -> Any:
+    def _loss(self, example: Example) -> Any:
         settings = self.settings
-        words = -(table[:, 0].sum() + table[:, 1].sum()) / (2 * tokens)
-        if settings.objective == "words":
-            return words
-        belief = table.cumsum(0) / settings.temperature
-        goals = -(belief.log_softmax(-1)[:, 0].mean() + belief[:, 1:].log_softmax(-1)[:, 0].mean())
-        return goals if settings.objective == "goals" else goals + settings.words * words
+        table = self._learner.log_likelihood(example)
+        goals = _goals_loss(table / settings.temperature, example)
+        if settings.objective == "goals":
+            return goals
+        words = -table[list(example.learned), :2].sum() / (2 * self._learner.tokens(example))
+        return words if settings.objective == "words" else goals + settings.words_weight * words
 
     def _validate(self, training: float | None, began: float) -> Progress:
-        with package("torch").inference_mode():
-            tables = [self._learner.log_likelihood(each)[0] for each in self._validation]
-        scored = [
-            table.cumsum(0).double().cpu().numpy() / self.settings.temperature for table in tables
+        with package("torch").no_grad():
+            tables = [
+                self._learner.log_likelihood(each) / self.settings.temperature
+                for each in self._validation
+            ]
+        losses = [
+            float(_goals_loss(table, each))
+            for table, each in zip(tables, self._validation, strict=True)
         ]
+        last = [table.sum(0).double().cpu().numpy() for table in tables]
+        scores = _scores(last, [each.group for each in self._validation])
         self._seconds = time.monotonic() - began
-        found = Validation(self.step, self._seconds, training, *_scores(scored))
+        found = Validation(self.step, self._seconds, training, float(np.mean(losses)), *scores)
+        if not np.isfinite(found.loss):
+            raise GoalscopeError(
+                "The loss of the dialogues that validate is not finite. Check that the model is "
+                "sound: `goalscope models check`."
+            )
         if not self.history or found.loss < self.best.loss:
             self._best = self._learner.state()
         self.history.append(found)
@@ -272,32 +286,53 @@ class Fit:
         self._optimizer.load_state_dict(state["optimizer"])
 
 
-def _drawn(case: Case, settings: Settings, others: int, name: str) -> Example:
-    """A part of a dialogue, with so many wrong goals."""
+def _by_truth(cases: Sequence[Case]) -> list[list[Case]]:
+    """Dialogues with one true goal together, so that often and seldom goals are drawn alike.
+
+    Otherwise a goal's text alone would tell how likely it is to be true.
+    """
+    found: dict[str, list[Case]] = {}
+    for case in cases:
+        found.setdefault(case.goals[case.truth].text, []).append(case)
+    return list(found.values())
+
+
+def _drawn(case: Case, settings: Settings, name: str, *, validates: bool = False) -> Example:
+    """The beginning of a dialogue, and some of its wrong goals."""
     random = chance(settings.seed, f"{name} parts")
     wrong = [goal for place, goal in enumerate(case.goals) if place != case.truth]
-    drawn = random.sample(wrong, min(len(wrong), others))
-    turns = case.turns[:_FIRST]
-    scored = sorted(random.sample(range(len(turns)), min(len(turns), settings.turns)))
+    most = min(len(case.turns), settings.longest)
+    if validates:
+        negatives, end, learned = 2 * settings.negatives, most, list[int]()
+    else:
+        end = random.randint(1, most)
+        negatives = 0 if settings.objective == "words" else settings.negatives
+        learned = sorted(random.sample(range(end), min(end, settings.turns)))
+    turns = case.turns[:end]
+    drawn = random.sample(wrong, min(len(wrong), negatives))
     goals = (case.goals[case.truth], UNSPECIFIED, *drawn)
-    return Example(case.task, goals, turns[: scored[-1] + 1], scored)
+    return Example(case.task, goals, turns, learned, len(wrong), case.group)
 
 
-def _scores(beliefs: Sequence[Array]) -> tuple[float, float, float, float]:
-    """Loss, top-1, log-loss and AUROC of unnormalised log-posteriors [turns, goals]."""
-    loss = np.mean([-_log_softmax(b)[:, 0].mean() - _log_softmax(b[:, 1:])[:, 0].mean()
-                    for b in beliefs])  # fmt: skip
-    last = [belief[-1] for belief in beliefs]
-    closed = [_log_softmax(np.delete(belief, 1)) for belief in last]
+def _goals_loss(evidence: Any, example: Example) -> Any:
+    """Minus the log-posteriors that ought to be large, from log-likelihoods [turns, goals]."""
+    belief = evidence.cumsum(0)
+    if belief.shape[1] > 2:
+        each = math.log(example.negatives / (belief.shape[1] - 2))
+        belief = package("torch").cat([belief[:, :2], belief[:, 2:] + each], -1)
+    present = belief.log_softmax(-1)[:, 0]
+    absent = belief[:, 1:].log_softmax(-1)[:, 0]
+    return -(present + absent).mean()
+
+
+def _scores(beliefs: Sequence[Array], groups: Sequence[str]) -> tuple[float, float, float]:
+    """Top-1, log-loss and AUROC of unnormalised log-posteriors [goals]."""
+    closed = [np.delete(belief, 1) for belief in beliefs]
     top1 = np.mean([each[0] >= each[1:].max() for each in closed])
-    log_loss = -np.mean([each[0] for each in closed])
-    without = np.array([_log_softmax(belief[1:])[0] for belief in last])
-    present = np.array([_log_softmax(belief)[1] for belief in last])
-    apart: Array = without[:, None] - present
-    auroc = float(((apart > 0) + 0.5 * (apart == 0)).mean())
-    return float(loss), float(top1), float(log_loss), auroc
-
-
-def _log_softmax(values: Array) -> Array:
-    top = values - values.max(-1, keepdims=True)
-    return top - np.log(np.exp(top).sum(-1, keepdims=True))
+    log_loss = np.mean([np.logaddexp.reduce(each) - each[0] for each in closed])
+    absent = [belief[1] - np.logaddexp.reduce(belief[2:]) for belief in beliefs]
+    present = [
+        belief[1] - np.logaddexp.reduce([belief[0], *belief[3:]]) for belief in beliefs
+    ]  # fmt: skip
+    area = auroc(absent, present, groups)[0] if len(set(groups)) > 1 else 0.5
+    return float(top1), float(log_loss), area

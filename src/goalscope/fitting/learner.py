@@ -3,117 +3,144 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from goalscope.likelihood import RolePlay
-from goalscope.models.adapters import MODULES, Adapter
+from goalscope.models.adapters import ARCHITECTURES, MODULES, Adapter
 from goalscope.models.extras import package
 from goalscope.models.packing import parents
 from goalscope.models.transformers import Transformers
 from goalscope.models.trie import Trie
-from goalscope.types import Goal, ModelError, Turn
+from goalscope.types import Goal, GoalscopeError, ModelError, Turn
 
 __all__ = ["Example", "Learner"]
 
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """A dialogue to learn from, or a part of it.
+    """The beginning of a dialogue.
 
     Attributes:
         task: The assistant's task.
         goals: The true goal, `UNSPECIFIED`, and wrong ones.
-        turns: Of the dialogue.
-        scored: Indices of the turns whose words are scored, in their order.
+        turns: All of them are scored.
+        learned: Indices of the turns whose words are learned from, in their order.
+        negatives: How many wrong goals there are in all, of which some were drawn.
+        group: Of the dialogue.
     """
 
     task: str
     goals: Sequence[Goal]
     turns: Sequence[Turn]
-    scored: Sequence[int]
+    learned: Sequence[int]
+    negatives: int
+    group: str
 
 
 class Learner:
     """A Hugging Face model with LoRA adapters whose weights can be trained.
 
     Attributes:
-        roleplay: Scores words with the adapters as they are.
+        model: The model.
+        roleplay: Puts its prompts.
         parameters: What is trained.
     """
 
     def __init__(
-        self, model: Transformers, roleplay: RolePlay, *, rank: int, layers: float, seed: int
+        self,
+        model: Transformers,
+        roleplay: RolePlay,
+        *,
+        rank: int,
+        layers: float,
+        seed: int,
+        start: Adapter | None = None,
     ) -> None:
-        """Add adapters that change nothing yet.
+        """Add adapters to the model.
 
         Args:
             model: The model; it is changed.
             roleplay: Puts its prompts.
             rank: Of the adapters.
             layers: The share of the model's layers, the last ones, that have adapters.
-            seed: Of the adapters' first weights.
+            seed: Of the adapters' first weights, with which they change nothing yet.
+            start: An adapter to begin with instead; rank and layers are then its own.
 
         Raises:
-            ModelError: The model has other layers than adapters are known for.
+            ModelError: The model has other layers than adapters are known for, or than `start`.
         """
         peft, torch = package("peft"), package("torch")
         self.model, self.roleplay = model, roleplay
         network = model.network.model
-        count = network.config.get_text_config().num_hidden_layers
-        places = list(range(count - max(1, round(layers * count)), count))
-        found = {place for name, _ in network.named_modules() if (place := _place(name))}
-        if not {(number, name) for number in places for name in MODULES} <= found:
+        if network.config.model_type not in ARCHITECTURES:
             raise ModelError(
-                f"{model.name} lacks some of the layers {', '.join(MODULES)}, which adapters are "
-                "made for. Choose a model such as Llama, Qwen or Gemma."
+                f"{model.name} is a {network.config.model_type} model. Adapters can be made for "
+                f"models of the kinds {', '.join(ARCHITECTURES)}."
+            )
+        count = network.config.num_hidden_layers
+        numbers = list(range(count - max(1, round(layers * count)), count))
+        if start is not None:
+            rank, numbers = start.rank, sorted({number for number, _ in start.layers})
+        wanted = {(number, name) for number in numbers for name in MODULES}
+        found = {place for name, _ in network.named_modules() if (place := _place(name))}
+        if not wanted <= found or (start is not None and set(start.layers) != wanted):
+            raise ModelError(
+                f"{model.name} and the adapter to begin with have different layers. Begin with "
+                "--start none."
             )
         torch.manual_seed(seed)
         config = peft.LoraConfig(
-            r=rank, lora_alpha=rank, target_modules=[*MODULES], layers_to_transform=places
+            r=rank, lora_alpha=rank, target_modules=[*MODULES], layers_to_transform=numbers
         )
-        self._peft = peft.get_peft_model(network, config)
-        self._peft.peft_config["default"].base_model_name_or_path = model.name
-        self._layers: dict[tuple[int, str], Any] = {}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FutureWarning)  # of Transformers to PEFT
+            self._peft = peft.get_peft_model(network, config)
+        self._layers: dict[tuple[int, str], tuple[Any, Any]] = {}
         for name, module in network.named_modules():
             if (place := _place(name)) and hasattr(module, "lora_A"):
-                self._layers[place] = module
+                pair = module.lora_A["default"].weight, module.lora_B["default"].weight
+                self._layers[place] = pair
         self.parameters = [each for each in network.parameters() if each.requires_grad]
+        if start is not None:
+            self._begin(start)
 
-    def log_likelihood(self, example: Example) -> tuple[Any, int]:
-        """How likely the scored turns are under each goal, with gradients.
+    def log_likelihood(self, example: Example) -> Any:
+        """How likely the words of each turn are under each goal.
 
         Returns:
-            A tensor [scored turns, goals] in nats; and how many tokens of words were scored.
+            A tensor [turns, goals] in nats; the rows of the turns to learn from have gradients.
+
+        Raises:
+            GoalscopeError: The memory is too small.
         """
         torch = package("torch")
-        trie, spots = Trie(), list[tuple[list[int], list[int]]]()
-        words = 0
-        for t in example.scored:
-            turns = example.turns[
-                self.roleplay.window(example.task, example.turns[: t + 1]) : t + 1
-            ]
-            answer = self.model.tokenizer.tokenize(example.turns[t].utterance)
-            words += len(answer)
-            for goal in example.goals:
-                prompt = self.model.tokenizer.render(
-                    self.roleplay.context(example.task, goal, turns)
-                )
-                path = trie.paths[trie.add([*prompt, *answer[:-1]])]
-                spots.append((path[len(prompt) - 1 :], answer))
-        places = sorted({node for nodes, _ in spots for node in nodes})
-        rows = {node: row for row, node in enumerate(places)}
-        logits = self.model.network.learn(
-            np.array([trie.tokens]), np.array([trie.depths]), _ancestors(trie)[None], places
-        )
-        logprobs = torch.log_softmax(logits.float(), -1)
-        table = torch.stack(
-            [logprobs[[rows[node] for node in nodes], answer].sum() for nodes, answer in spots]
-        )
-        return table.reshape(len(example.scored), len(example.goals)), words
+        others = [t for t in range(len(example.turns)) if t not in example.learned]
+        rows: dict[int, Any] = {}
+        try:
+            if others:
+                with torch.no_grad():
+                    rows |= zip(others, self._score(example, others), strict=True)
+            if example.learned:
+                rows |= zip(example.learned, self._score(example, example.learned), strict=True)
+        except (RuntimeError, MemoryError) as error:
+            if not self.model.network.is_out_of_memory(error):
+                raise
+            raise GoalscopeError(
+                "The memory is too small to learn from a dialogue this long. Take a smaller model, "
+                "or --device cpu; what was learned so far is kept, and the same command goes on."
+            ) from None
+        return torch.stack([rows[t] for t in range(len(example.turns))])
+
+    def tokens(self, example: Example) -> int:
+        """Number of tokens of the words that are learned from."""
+        words = (example.turns[t].utterance for t in example.learned)
+        return sum(len(self.model.tokenizer.tokenize(each)) for each in words)
 
     def state(self) -> dict[str, Any]:
         """The adapters' weights now, as tensors of their own."""
@@ -122,50 +149,61 @@ class Learner:
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take weights of `state`."""
-        torch = package("torch")
-        with torch.no_grad():
+        with package("torch").no_grad():
             for name, each in self._peft.named_parameters():
                 if each.requires_grad:
                     each.copy_(state[name])
 
-    def begin(self, adapter: Adapter) -> None:
-        """Begin with an adapter, of the same rank and layers.
-
-        Raises:
-            ModelError: It has others.
-        """
-        torch = package("torch")
-        for place, module in self._layers.items():
-            own = module.lora_A["default"].weight, module.lora_B["default"].weight
-            given = adapter.layers.get(place)
-            if given is None or any(
-                a.shape != tuple(b.shape) for a, b in zip(given, own, strict=True)
-            ):
-                raise ModelError(
-                    f"The adapter to begin with has rank {adapter.rank} and "
-                    f"{len(adapter.layers)} layers, others than asked for. Leave out --rank and "
-                    "--layers, or begin with --start none."
-                )
-            scale = adapter.alpha / adapter.rank
-            with torch.no_grad():
-                own[0].copy_(torch.from_numpy(given[0]))
-                own[1].copy_(torch.from_numpy(given[1] * scale))
-
     def adapter(self, metadata: dict[str, str]) -> Adapter:
         """The adapters as they are."""
         layers = {
-            place: tuple(
-                getattr(module, name)["default"].weight.detach().float().cpu().numpy()
-                for name in ("lora_A", "lora_B")
-            )
-            for place, module in sorted(self._layers.items())
+            place: (a.detach().float().cpu().numpy(), b.detach().float().cpu().numpy())
+            for place, (a, b) in sorted(self._layers.items())
         }
         rank = next(iter(layers.values()))[0].shape[0]
         return Adapter(layers, rank, float(rank), metadata)
 
-    def save_peft(self, folder: Any) -> None:
+    def save_peft(self, folder: Path, base: str) -> None:
         """Write the adapters as PEFT has them, for other software."""
+        self._peft.peft_config["default"].base_model_name_or_path = base
         self._peft.save_pretrained(folder, save_embedding_layers=False)
+
+    def _score(self, example: Example, turns: Sequence[int]) -> Any:
+        """How likely the words of some turns are under each goal [turns, goals], nats."""
+        torch = package("torch")
+        trie, spots = Trie(), list[tuple[list[int], list[int]]]()
+        for t in turns:
+            start = self.roleplay.window(example.task, example.turns[: t + 1])
+            read = example.turns[start : t + 1]
+            answer = self.model.tokenizer.tokenize(example.turns[t].utterance)
+            for goal in example.goals:
+                context = self.roleplay.context(example.task, goal, read)
+                prompt = self.model.tokenizer.render(context)
+                path = trie.paths[trie.add([*prompt, *answer[:-1]])]
+                spots.append((path[len(prompt) - 1 :], answer))
+        places = sorted({node for nodes, _ in spots for node in nodes})
+        row_of = {node: row for row, node in enumerate(places)}
+        logits = self.model.network.learn(
+            np.array([trie.tokens]), np.array([trie.depths]), _ancestors(trie)[None], places
+        )
+        logprobs = torch.log_softmax(logits.float(), -1)
+        scores = [
+            logprobs[[row_of[node] for node in nodes], answer].sum() for nodes, answer in spots
+        ]
+        return torch.stack(scores).reshape(len(turns), len(example.goals))
+
+    def _begin(self, adapter: Adapter) -> None:
+        torch = package("torch")
+        for place, weights in self._layers.items():
+            a, b = (torch.from_numpy(each) for each in adapter.layers[place])
+            for own, given in zip(weights, (a, b * adapter.alpha / adapter.rank), strict=True):
+                if own.shape != given.shape:
+                    raise ModelError(
+                        f"The adapter to begin with is for a model of another size than "
+                        f"{self.model.name}. Begin with --start none."
+                    )
+                with torch.no_grad():
+                    own.copy_(given)
 
 
 def _place(name: str) -> tuple[int, str] | None:

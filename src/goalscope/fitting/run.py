@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import hashlib
-import os
+import importlib.metadata
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from filelock import FileLock, Timeout
+
+from goalscope.datasets import Case
 from goalscope.datasets.goal_sets import goal_key
 from goalscope.fitting.card import write_card
 from goalscope.fitting.fit import Fit, Progress, Settings
 from goalscope.fitting.learner import Learner
 from goalscope.fitting.sources import Source, parted
-from goalscope.likelihood import Layout, RolePlay
+from goalscope.likelihood import GOAL_TOKENS, Layout, RolePlay
 from goalscope.models.adapters import FITTED_GOALS, read_adapter, write_adapter
 from goalscope.models.extras import package
 from goalscope.models.transformers import Transformers
-from goalscope.types import GoalscopeError
+from goalscope.types import GoalscopeError, InvalidInputError, Message
 
 __all__ = ["fit_adapter"]
-
-_SHARE = 0.1  # of the dialogues, that validates
 
 
 def fit_adapter(
@@ -32,6 +34,7 @@ def fit_adapter(
     *,
     start: Path | None,
     layout: Layout,
+    base: str,
     command: str,
 ) -> Iterator[Progress]:
     """Fit an adapter, yielding each step and validation; in the end it stands in the folder.
@@ -43,73 +46,133 @@ def fit_adapter(
         settings: How to fit.
         start: GGUF file of the adapter to begin with.
         layout: Where the goal stands in the prompt.
+        base: What others call the model, such as its name on the hub.
         command: What asked for it, for the card.
 
     Raises:
-        InvalidInputError: The folder holds something else, or the dialogues are too few.
+        InvalidInputError: The folder holds something else, the dialogues are too few, or one is too
+            long for the model.
         ModelError: The model cannot be adapted.
         GoalscopeError: The folder cannot be written.
     """
-    train, validation = parted(
-        sources, share=_SHARE, most=settings.validation, seed=settings.seed
-    )  # fmt: skip
-    learner = Learner(
-        model,
-        RolePlay(model, layout=layout),
-        rank=settings.rank,
-        layers=settings.layers,
-        seed=settings.seed,
-    )
-    config = model.network.model.config
-    if start is not None:
-        learner.begin(read_adapter(start, config))
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        lock = FileLock(folder / ".lock")
+        lock.acquire(blocking=False)
+    except Timeout:
+        raise InvalidInputError(f"Another process fits an adapter in {folder}.") from None
     except OSError as error:
-        raise GoalscopeError(f"{folder} cannot be made: {error.strerror or error}.") from None
-    about: dict[str, Any] = {
-        "base": model.name,
-        "layout": layout,
-        "start": f"the adapter of SHA-256 `{_digest(start)[:16]}`" if start else "no adapter",
-        "sources": [
-            {
-                "name": source.name,
-                "train": len(own),
-                "validation": sum(case in validation for case in source.cases),
-                "licence": source.licence,
-                "sha256": source.sha256,
-            }
-            for source, own in zip(sources, train, strict=True)
-        ],
-    }
-    fit = Fit(learner, train, validation, settings, folder, about)
-    yield from fit.run()
-    goals = sorted({goal_key(case.goals[case.truth].text) for own in train for case in own})
-    adapter = learner.adapter(
-        {
-            "general.name": folder.name,
-            "goalscope.base": model.name,
-            "goalscope.layout": layout,
-            "goalscope.temperature": f"{settings.temperature:g}",
-            FITTED_GOALS: " ".join(goals),
-        }
-    )
-    more = {
-        "device": str(model.network.device),
-        "memory": _memory(model),
-        "validated": len(validation),
-        "command": command,
-    }
+        raise GoalscopeError(f"{folder} cannot be written: {error.strerror or error}.") from None
     try:
-        learner.save_peft(folder)
-        write_adapter(folder / "adapter.gguf", adapter, config)
-        write_card(folder, fit, {**about, **more})
-        os.unlink(folder / "state.pt")
-    except OSError as error:
-        raise GoalscopeError(
-            f"The adapter cannot be written to {folder}: {error.strerror or error}. Free some "
-            "space; the same command goes on from what is kept."
-        ) from None
+        _refuse_foreign(folder)
+        train, validation = parted(sources, validation=settings.validation, seed=settings.seed)
+        begun = read_adapter(start, model.network.model.config) if start else None
+        about: dict[str, Any] = {
+            "base": base,
+            "layout": layout,
+            "start": f"the adapter of SHA-256 `{_digest(start)[:16]}`" if start else "no adapter",
+            "sources": [
+                {
+                    "name": source.name,
+                    "train": len({case.id for case in own}),
+                    "validation": sum(case in validation for case in source.cases),
+                    "licence": source.licence,
+                    "sha256": source.sha256,
+                }
+                for source, own in zip(sources, train, strict=True)
+            ],
+        }
+        made_by = {
+            "version": importlib.metadata.version("goalscope"),
+            "model": hashlib.sha256(model.fingerprint.encode()).hexdigest()[:16],
+        }
+        roleplay = RolePlay(model, layout=layout)
+        _check_lengths(roleplay, sources, settings)
+        learner = Learner(
+            model,
+            roleplay,
+            rank=settings.rank,
+            layers=settings.layers,
+            seed=settings.seed,
+            start=begun,
+        )
+        fit = Fit(learner, train, validation, settings, folder, {**about, **made_by})
+        yield from fit.run()
+
+        goals = {goal_key(case.goals[case.truth].text) for own in train for case in own}
+        if begun is not None:
+            goals |= set(begun.metadata.get(FITTED_GOALS, "").split())
+        adapter = learner.adapter(
+            {
+                "general.name": folder.name,
+                "goalscope.base": base,
+                "goalscope.layout": layout,
+                "goalscope.temperature": f"{settings.temperature:g}",
+                FITTED_GOALS: " ".join(sorted(goals)),
+            }
+        )
+        more = {
+            "device": str(model.network.device),
+            "memory": _memory(model),
+            "validated": len(validation),
+            "command": command,
+        }
+        try:
+            learner.save_peft(folder, base)
+            write_card(folder, fit, {**about, **more})
+            write_adapter(folder / "adapter.gguf", adapter, model.network.model.config)
+            (folder / "state.pt").unlink()
+        except OSError as error:
+            raise GoalscopeError(
+                f"The adapter cannot be written to {folder}: {error.strerror or error}. Free some "
+                "space; the same command goes on from what is kept."
+            ) from None
+    finally:
+        lock.release()
+        Path(lock.lock_file).unlink(missing_ok=True)
+
+
+def _refuse_foreign(folder: Path) -> None:
+    """Go on with an interrupted fit, or begin in an empty folder, and nowhere else."""
+    if (folder / "state.pt").exists():
+        return
+    others = sorted(each.name for each in folder.iterdir() if each.name != ".lock")
+    if "adapter.gguf" in others:
+        raise InvalidInputError(f"{folder} holds a finished adapter. Name another with --out.")
+    if others and others != ["state.part"]:
+        raise InvalidInputError(
+            f"{folder} holds {others[0]} and no interrupted fit. Name a new folder with --out."
+        )
+
+
+def _check_lengths(roleplay: RolePlay, sources: Sequence[Source], settings: Settings) -> None:
+    """Find what does not fit the model before the work begins.
+
+    Raises:
+        InvalidInputError: A goal or a turn is too long; names the dialogue.
+    """
+    model = roleplay.model
+
+    def check(case: Case) -> None:
+        for goal in case.goals:
+            # A token has at least a byte, so short texts need not be counted.
+            if len(goal.text.encode()) <= GOAL_TOKENS:
+                continue
+            tokens = model.count_tokens([Message("user", goal.text)])
+            if tokens > GOAL_TOKENS:
+                raise InvalidInputError(
+                    f"a goal has {tokens} tokens; it may have {GOAL_TOKENS}: {goal.text[:60]!r}..."
+                )
+        for t, turn in enumerate(case.turns[: settings.longest]):
+            if len(f"{case.task}{turn.query}{turn.utterance}".encode()) > model.context_size // 4:
+                roleplay.window(case.task, case.turns[: t + 1])
+
+    for source in sources:
+        for case in source.cases:
+            try:
+                check(case)
+            except InvalidInputError as error:
+                raise InvalidInputError(f"{source.name}, dialogue {case.id}: {error}") from None
 
 
 def _digest(file: Path) -> str:
@@ -125,4 +188,6 @@ def _memory(model: Transformers) -> str:
         import resource
     except ImportError:  # Windows
         return "an unknown amount of memory"
-    return f"at most {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6:.1f} GB of memory"
+    unit = 1 if sys.platform == "darwin" else 1024
+    bytes_ = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
+    return f"at most {bytes_ / 1e9:.1f} GB of memory"

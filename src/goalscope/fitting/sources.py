@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import chain, zip_longest
 from pathlib import Path
 
 from goalscope.datasets import DATASETS, Case, data_folder, load, read_cases
-from goalscope.datasets.goal_sets import chance
+from goalscope.datasets.goal_sets import chance, goal_key
 from goalscope.envs.tables import shown
 from goalscope.types import InvalidInputError
 
@@ -36,13 +36,13 @@ class Source:
     licence: str = ""
 
 
-def read_source(name: str, folder: Path | None, *, goals: int = 10, seed: int = 1) -> Source:
+def read_source(name: str, folder: Path | None, *, goals: int = 20, seed: int = 1) -> Source:
     """Read a file of dialogues, or a dataset.
 
     Args:
         name: FILE.jsonl, SET or SET:SPLIT; perhaps with the places of the dialogues to take, as in
-            `teach:train[:100]`. Dialogues of a group, some of which stand before the first place,
-            are left out: `multiwoz:val[200:]` has nothing in common with the first 200.
+            `teach:train[:100]`. What stands before the first place is left for judging: with it go
+            all dialogues of its groups, and its true goals, which are no wrong goals of others.
         folder: Of the datasets; that of GOALSCOPE_DATA if None.
         goals: How many for each dialogue of a dataset.
         seed: Of their draw.
@@ -73,10 +73,11 @@ def read_source(name: str, folder: Path | None, *, goals: int = 10, seed: int = 
             load(set, where, split=split, goal_set=goal_set, goals=goals, seed=seed).cases
             for goal_set in dataset.goal_sets
         ]
-    before = {case.group for cases in lists for case in cases[: start or 0]}
-    taken = [
-        case for cases in lists for case in cases[start:stop] if case.group not in before
-    ]  # fmt: skip
+    judging = [case for cases in lists for case in cases[: start or 0]]
+    groups = {case.group for case in judging}
+    taken = [case for cases in lists for case in cases[start:stop] if case.group not in groups]
+    kept = {_truth(case) for case in judging} - {_truth(case) for case in taken}
+    taken = [each for case in taken if (each := _without(case, kept))]
     if not taken:
         raise InvalidInputError(f"{name} holds no dialogue.")
     with file.open("rb") as opened:
@@ -85,32 +86,54 @@ def read_source(name: str, folder: Path | None, *, goals: int = 10, seed: int = 
 
 
 def parted(
-    sources: Iterable[Source], *, share: float, most: int, seed: int
+    sources: Sequence[Source], *, validation: int, seed: int
 ) -> tuple[list[list[Case]], list[Case]]:
     """Part groups of dialogues into those that train, by source, and those that validate.
 
     Args:
         sources: At least one.
-        share: Of the groups that validate.
-        most: Most dialogues that validate; the same number of each source, as far as they go.
+        validation: Most dialogues that validate: of each source the same number, as far as at most
+            a third of its groups goes.
         seed: Of the draw.
 
     Raises:
-        InvalidInputError: There are too few groups.
+        InvalidInputError: A source has a single group, or all its groups validate for another one.
     """
-    train: list[list[Case]] = []
-    candidates: list[list[Case]] = []
+    each = -(-validation // len(sources))
+    held: set[tuple[str, str]] = set()
+    lists: list[list[Case]] = []
     for source in sources:
         groups = sorted({case.group for case in source.cases})
-        chance(seed, source.name).shuffle(groups)
-        held = set(groups[: max(1, round(share * len(groups)))])
         if len(groups) < 2:
             raise InvalidInputError(
                 f"{source.name} holds a single group of dialogues; one part has to train and "
                 "another to validate. Give at least two."
             )
-        train.append([case for case in source.cases if case.group not in held])
-        candidates.append([case for case in source.cases if case.group in held])
-        chance(seed, f"validation {source.name}").shuffle(candidates[-1])
-    turns = chain.from_iterable(zip_longest(*candidates))
-    return train, [case for case in turns if case is not None][:most]
+        chance(seed, source.name).shuffle(groups)
+        own = [case for case in source.cases if case.group in groups[: max(1, len(groups) // 3)]]
+        chance(seed, f"validation {source.name}").shuffle(own)
+        lists.append(list({case.id: case for case in own}.values())[:each])
+        held |= {(source.sha256, case.group) for case in lists[-1]}
+    train = [
+        [case for case in source.cases if (source.sha256, case.group) not in held]
+        for source in sources
+    ]
+    for source, own in zip(sources, train, strict=True):
+        if not own:
+            raise InvalidInputError(
+                f"All dialogues of {source.name} validate for another part of the same file. "
+                "Name each dialogue once."
+            )
+    turns = chain.from_iterable(zip_longest(*lists))
+    return train, [case for case in turns if case is not None][:validation]
+
+
+def _truth(case: Case) -> str:
+    return goal_key(case.goals[case.truth].text)
+
+
+def _without(case: Case, keys: set[str]) -> Case | None:
+    """The case without some wrong goals; None if it then has no wrong one."""
+    truth = case.goals[case.truth]
+    goals = tuple(goal for goal in case.goals if goal == truth or goal_key(goal.text) not in keys)
+    return replace(case, goals=goals, truth=goals.index(truth)) if len(goals) > 1 else None

@@ -22,7 +22,10 @@ from goalscope.models.trie import Trie
 from goalscope.models.tune import prompt_seconds, split_files, tuned
 from goalscope.types import Message, ModelError
 
-__all__ = ["LlamaCpp", "embedded_path", "processors"]
+__all__ = ["EMBEDDED", "LlamaCpp", "embedded_path", "processors"]
+
+EMBEDDED = "HuggingFaceTB/SmolLM2-135M-Instruct"
+"""What the hub calls the embedded model."""
 
 _CACHES = 32  # trees kept at once: one for each goal, and some for other calls in between
 _ONE_TREE = 4096  # tokens; attention looks over the whole tree, so larger ones cost more than save

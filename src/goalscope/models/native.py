@@ -341,6 +341,7 @@ class KVCache:
             adapters = (self._lib.llama_adapter_lora_p_ctypes * 1)(self._weights.adapter)
             scales = (ctypes.c_float * 1)(1.0)
             if self._lib.llama_set_adapters_lora(self._context, adapters, 1, scales) != 0:
+                self.free()
                 raise ModelError("llama.cpp could not apply the adapter.")
 
     def _decode(

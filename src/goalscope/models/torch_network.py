@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -64,31 +64,27 @@ class Network:
         return set(self._layers) <= {"full_attention", "sliding_attention"}
 
     def adapt(self, adapter: Adapter) -> None:
-        """Add a LoRA adapter to the weights.
+        """Let layers add what a LoRA adapter says, in 32 bits whatever the type of the weights.
 
         Raises:
             ModelError: They have no such layer, or one of another shape.
         """
         torch = self._torch
-        for (layer, name), factors in adapter.layers.items():
+        modules: dict[str, Any] = dict(self.model.base_model.named_modules())
+        for (number, name), factors in adapter.layers.items():
             block = "self_attn" if name in _ATTENTION else "mlp"
             a, b = (torch.from_numpy(each).to(self.device) for each in factors)
             shape = (b.shape[0], a.shape[1])
-            try:
-                weight = self.model.base_model.get_submodule(
-                    f"layers.{layer}.{block}.{name}"
-                ).weight
-            except AttributeError:
-                weight = None
-            if weight is None or weight.shape != shape or a.shape[0] != b.shape[1]:
-                own = "none" if weight is None else f"one of {' x '.join(map(str, weight.shape))}"
+            layer = modules.get(f"layers.{number}.{block}.{name}")
+            size = None if layer is None else tuple(layer.weight.shape)
+            if layer is None or size != shape or a.shape[0] != b.shape[1]:
+                own = "none" if size is None else f"one of {' x '.join(map(str, size))}"
                 raise ModelError(
                     f"The adapter changes a {name} of {' x '.join(map(str, shape))} weights in "
-                    f"layer {layer}, where the model has {own}. Take the model that it was fitted "
+                    f"layer {number}, where the model has {own}. Take the model that it was fitted "
                     "on, or fit one on this model with `goalscope fit`."
                 )
-            with torch.no_grad():
-                weight.copy_(weight.float() + adapter.alpha / a.shape[0] * b @ a)
+            layer.register_forward_hook(partial(_added, a, b * (adapter.alpha / adapter.rank)))
 
     def read(self, tokens: Sequence[int], places: Sequence[int]) -> Any:
         """Next-token logits [places, vocabulary] at places of a text, by nothing but the model."""
@@ -193,6 +189,10 @@ class Network:
             torch.set_float32_matmul_precision(precision)
         logits = torch.cat(parts, -1)
         return logits if head.bias is None else logits + head.bias
+
+
+def _added(a: Any, b: Any, _: Any, inputs: tuple[Any, ...], output: Any) -> Any:
+    return output + (inputs[0].float() @ a.T @ b.T).to(output.dtype)
 
 
 @lru_cache(maxsize=1)
