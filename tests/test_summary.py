@@ -285,7 +285,7 @@ def test_whether_the_goal_is_in_the_set_is_told_by_unspecified() -> None:
     assert second[2] is None  # a single dialogue is not told from another
     assert [each.value for each in second[3:]] == [1.0, 0.0]
     assert last[:2] == ("last", 2)
-    assert [each.value for each in last[2:]] == [0.75, 0.5, 0.0]
+    assert [each.value for each in last[2:]] == [0.5, 0.5, 0.0]
 
 
 def test_the_last_turn_is_each_dialogues_own() -> None:
