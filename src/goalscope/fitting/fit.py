@@ -66,9 +66,9 @@ class Settings:
     validate_every: int = 50
     patience: int = 6
     negatives: int = 2
-    longest: int = 6
+    longest: int = 5
     turns: int = 2
-    validation: int = 60
+    validation: int = 30
     temperature: float = DEFAULT_TEMPERATURE
     seed: int = 1
 
