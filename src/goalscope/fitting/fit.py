@@ -28,6 +28,7 @@ Objective = Literal["words", "goals", "both"]
 
 _WARM_UP = 0.05  # of the steps, in which the learning rate rises
 _CLIP = 1.0  # largest norm of a gradient
+_KEPT = 10  # steps after which the state is kept
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,6 +154,7 @@ class Fit:
         self._file = folder / "state.pt"
         self._about = json.loads(json.dumps({"settings": asdict(settings), **about}))
         self._seconds = 0.0
+        self._losses: list[float] = []  # since the last validation
         self._best: dict[str, Any] = learner.state()
         if self._file.exists():
             self._resume()
@@ -163,20 +165,22 @@ class Fit:
         return min(self.history, key=lambda each: each.loss)
 
     def run(self) -> Iterator[Progress]:
-        """Do what is left, step by step; the state is on disk at each validation.
+        """Do what is left, step by step; the state is on disk every ten steps.
 
         In the end the learner has the best weights.
         """
         settings, began = self.settings, time.monotonic() - self._seconds
-        losses: list[float] = []
         if not self.history:
             yield self._validate(None, began)
         while not self.ended:
-            losses.append(self._learn())
+            self._losses.append(self._learn())
             yield Progress(self.step)
             if self.step % settings.validate_every == 0 or self.step == settings.steps:
-                yield self._validate(float(np.mean(losses)), began)
-                losses = []
+                training, self._losses = float(np.mean(self._losses)), []
+                yield self._validate(training, began)
+            elif self.step % _KEPT == 0:
+                self._seconds = time.monotonic() - began
+                self._keep()
         self._learner.restore(self._best)
 
     def _learn(self) -> float:
@@ -248,6 +252,8 @@ class Fit:
             "about": json.dumps(self._about),
             "history": [asdict(each) for each in self.history],
             "step": self.step,
+            "seconds": self._seconds,
+            "losses": self._losses,
             "ended": self.ended,
             "weights": self._learner.state(),
             "best": self._best,
@@ -281,7 +287,7 @@ class Fit:
             )
         self.history = [Validation(**each) for each in state["history"]]
         self.step, self.ended, self._best = state["step"], state["ended"], state["best"]
-        self._seconds = self.history[-1].seconds
+        self._seconds, self._losses = state["seconds"], state["losses"]
         self._learner.restore(state["weights"])
         self._optimizer.load_state_dict(state["optimizer"])
 
