@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib
 import json
 import re
@@ -13,7 +14,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from filelock import FileLock
 
+from goalscope.datasets import DATASETS, read_cases
 from goalscope.datasets.goal_sets import goal_key
 from goalscope.fitting import run
 from goalscope.fitting.run import fit_adapter
@@ -21,9 +24,11 @@ from goalscope.fitting.sources import Source, parted, read_source
 from goalscope.likelihood import RolePlay
 from goalscope.models.adapters import FITTED_GOALS, read_adapter
 from goalscope.models.transformers import Transformers
-from goalscope.types import InvalidInputError, Turn
+from goalscope.types import Goal, InvalidInputError, Turn
 from test_cli import fails, invoke
+from test_datasets import deal, games, packed, refused
 from test_fitting import GOALS, QUICK, TASK, case, rows_file, tiny_folder
+from test_transformers import tiny
 
 torch = pytest.importorskip("torch")
 transformers = pytest.importorskip("transformers")
@@ -66,8 +71,9 @@ def finished(path: Path, rows: Path, tmp_path_factory: pytest.TempPathFactory) -
     folder = tmp_path_factory.mktemp("out") / "deep" / "mine"
     model = Transformers(path, device="cpu", dtype="float32")
     for each in fit_adapter(
-        model, sources, folder, SETTINGS, start=None, layout="goal-first", command="goalscope fit X"
-    ):
+        model, sources, folder, SETTINGS,
+        start=None, layout="goal-first", base="tiny", command="goalscope fit X",
+    ):  # fmt: skip
         assert (folder / "state.pt").exists(), each
     model.clear_cache()
     return Finished(folder, model, sources)
@@ -81,6 +87,15 @@ def fit(rows: Path, out: Path, path: Path, *more: Any) -> list[Any]:
     """The words of a quick fit."""
     quick = ["--steps", 4, "--every", 2, "--rank", 2, "--layers", 1, "--device", "cpu"]
     return ["fit", rows, "--out", out, "--model", path, *quick, *more]
+
+
+def last_error(result: Any) -> str:
+    """What is said after the bar of the steps."""
+    assert result.stdout == ""
+    assert "Traceback" not in result.stderr
+    *_, line = result.stderr.strip().splitlines()
+    assert line.startswith("Error: ")
+    return line
 
 
 def test_the_folder_holds_the_adapter_and_no_state(finished: Finished) -> None:
@@ -116,9 +131,7 @@ def test_peft_reads_it(finished: Finished, path: Path) -> None:
 
 def test_the_file_says_what_it_was_fitted_on(finished: Finished) -> None:
     adapter = read_adapter(finished.folder / "adapter.gguf", finished.model.network.model.config)
-    train, validation = parted(
-        finished.sources, share=0.1, most=SETTINGS.validation, seed=SETTINGS.seed
-    )
+    train, validation = parted(finished.sources, validation=SETTINGS.validation, seed=SETTINGS.seed)
     goals = {each.goals[each.truth].text for own in train for each in own}
     keys = adapter.metadata[FITTED_GOALS].split()
     assert sorted(keys) == sorted({goal_key(text) for text in goals})
@@ -131,7 +144,7 @@ def test_the_file_says_what_it_was_fitted_on(finished: Finished) -> None:
     assert float(adapter.metadata["goalscope.temperature"]) == SETTINGS.temperature
     assert adapter.metadata["general.name"] == "mine"
     assert (adapter.rank, adapter.alpha, len(adapter.layers)) == (4, 4.0, 14)
-    assert len(validation) == 2
+    assert len(validation) == 3
 
 
 def test_the_card_and_its_figures_tell_how_it_was_made(finished: Finished) -> None:
@@ -140,7 +153,7 @@ def test_the_card_and_its_figures_tell_how_it_was_made(finished: Finished) -> No
     assert card.startswith("---\nbase_model: tiny\nlibrary_name: peft\n")
     own, public = finished.sources
     for line in (
-        f"| {own.name} | 7 | 1 | your own | `{own.sha256[:16]}` |",
+        f"| {own.name} | 6 | 2 | your own | `{own.sha256[:16]}` |",
         f"| multiwoz:val[:5] | 4 | 1 | MIT | `{'ab' * 8}` |",
         "| " + " | ".join(map(str, asdict(SETTINGS).values())) + " |",
         "| " + " | ".join(asdict(SETTINGS)) + " |",
@@ -153,7 +166,8 @@ def test_the_card_and_its_figures_tell_how_it_was_made(finished: Finished) -> No
     assert facts["settings"] == asdict(SETTINGS)
     assert [each["step"] for each in facts["history"]] == [0, 3, 6]
     assert facts["best"] == min(facts["history"], key=lambda each: each["loss"])
-    assert f"The weights are those of step {facts['best']['step']}." in card
+    weights = f"The weights are those of step {facts['best']['step']}, chosen on these dialogues"
+    assert weights in " ".join(card.split())
     for each in facts["history"]:
         figures = (each["loss"], each["log_loss"], each["auroc"])
         (line,) = [line for line in card.splitlines() if line.startswith(f"| {each['step']} | ")]
@@ -165,7 +179,7 @@ def test_the_card_and_its_figures_tell_how_it_was_made(finished: Finished) -> No
         "layout": "goal-first",
         "start": "no adapter",
         "step": 6,
-        "validated": 2,
+        "validated": 3,
         "device": "cpu",
     }
     assert [each["sha256"] for each in facts["sources"]] == [own.sha256, public.sha256]
@@ -184,11 +198,11 @@ def test_tables_of_the_card_are_tables(finished: Finished) -> None:
 def test_a_fit_may_begin_with_another(finished: Finished, path: Path, tmp_path: Path) -> None:
     start = finished.folder / "adapter.gguf"
     model = Transformers(path, device="cpu", dtype="float32")
-    settings = replace(SETTINGS, steps=1, every=1, learning_rate=1e-6)
+    settings = replace(SETTINGS, steps=1, validate_every=1, learning_rate=1e-6)
     list(
         fit_adapter(
             model, finished.sources, tmp_path, settings,
-            start=start, layout="goal-first", command="",
+            start=start, layout="goal-first", base="tiny", command="",
         )
     )  # fmt: skip
     before, after = (json.loads((f / "fit.json").read_text()) for f in (finished.folder, tmp_path))
@@ -196,6 +210,28 @@ def test_a_fit_may_begin_with_another(finished: Finished, path: Path, tmp_path: 
     assert re.fullmatch(r"the adapter of SHA-256 `[0-9a-f]{16}`", after["start"])
     model.clear_cache()
     np.testing.assert_allclose(likelihood(model), likelihood(finished.model), atol=0.05)
+
+
+def test_goals_of_the_adapter_it_began_with_stay_in_the_file(
+    finished: Finished, path: Path, tmp_path: Path
+) -> None:
+    model = Transformers(path, device="cpu", dtype="float32")
+    goals = (*GOALS[:2], Goal("buy bread"), Goal("buy salt"))
+    cases = [replace(case(n), goals=goals, truth=2 + n // 3) for n in range(6)]
+    settings = replace(SETTINGS, steps=1, validate_every=1)
+    start = finished.folder / "adapter.gguf"
+    list(
+        fit_adapter(
+            model, [Source("own", cases, "1")], tmp_path, settings,
+            start=start, layout="goal-first", base="tiny", command="",
+        )
+    )  # fmt: skip
+    before, after = (
+        set(read_adapter(file, model.network.model.config).metadata[FITTED_GOALS].split())
+        for file in (start, tmp_path / "adapter.gguf")
+    )
+    assert after == before | {goal_key("buy bread"), goal_key("buy salt")}
+    assert len(after) == len(before) + 2
 
 
 def test_the_command_fits_and_finished_folders_are_kept(
@@ -212,8 +248,9 @@ def test_the_command_fits_and_finished_folders_are_kept(
     assert facts["layout"] == "goal-last"
     kept = {each.name: each.read_bytes() for each in out.iterdir()}
     assert kept.keys() - {"curve.svg"} == LEFT
-    said = fails(2, *fit(rows, out, path))
-    assert said == f"Error: {out} holds a finished adapter. Name another folder with --out."
+    again = invoke(*fit(rows, out, path))
+    assert again.exit_code == 2
+    assert last_error(again) == f"Error: {out} holds a finished adapter. Name another with --out."
     assert {each.name: each.read_bytes() for each in out.iterdir()} == kept
 
 
@@ -223,7 +260,7 @@ def test_the_command_says_how_it_goes(path: Path, rows: Path, tmp_path: Path) ->
     assert result.exit_code == 0, result.output
     assert re.fullmatch(
         re.escape(str(out)) + r": best at step \d, log-loss \d\.\d{3}, top-1 \d+%, "
-        r"AUROC \d\.\d{3} on 1 dialogues?\n",
+        r"AUROC \d\.\d{3} on 2 dialogues\n",
         result.stdout,
     )
     steps = re.findall(r"^step +(\d) +log-loss \d", result.stderr, re.MULTILINE)
@@ -282,12 +319,12 @@ def test_another_model_of_the_same_name_does_not_go_on(
     source = [read_source(str(rows), None)]
 
     def steps(model: Path) -> Any:
-        options: Any = {"start": None, "layout": "goal-last", "command": ""}
+        options: Any = {"start": None, "layout": "goal-last", "base": "tiny", "command": ""}
         loaded = Transformers(model, device="cpu", dtype="float32")
         return fit_adapter(loaded, source, tmp_path / "out", SETTINGS, **options)
 
     assert next(steps(path)).validation
-    with pytest.raises(InvalidInputError, match="begun with another base"):
+    with pytest.raises(InvalidInputError, match="begun with another model"):
         next(steps(other))
     assert next(steps(path)).step == 1
 
@@ -304,8 +341,12 @@ def test_where_the_end_cannot_be_written_the_same_command_goes_on(
     said = " ".join(failed.stderr.split())
     assert "No space left on device" in said
     assert "the same command goes on from what is kept" in said
+    left = {each.name for each in out.iterdir()}
+    assert "state.pt" in left
+    assert "adapter.gguf" not in left
     again = invoke(*fit(rows, out, path))
     assert again.exit_code == 0, again.stderr
+    assert "log-loss" not in again.stderr  # nothing is fitted again
     assert {each.name for each in out.iterdir()} - {"curve.svg"} == LEFT
 
 
@@ -365,21 +406,79 @@ def test_options_out_of_their_range_are_refused(path: Path, rows: Path, tmp_path
     assert not (tmp_path / "out").exists()
 
 
-def last_error(result: Any) -> str:
-    """What is said after the bar of the steps."""
-    assert result.stdout == ""
-    assert "Traceback" not in result.stderr
-    *_, line = result.stderr.strip().splitlines()
-    assert line.startswith("Error: ")
-    return line
-
-
-def test_an_adapter_of_another_rank_is_no_beginning(
+def test_an_adapter_to_begin_with_has_rank_and_layers_of_its_own(
     finished: Finished, path: Path, rows: Path, tmp_path: Path
 ) -> None:
-    result = invoke(*fit(rows, tmp_path / "out", path, "--start", finished.folder))
+    quick = ["--out", tmp_path / "out", "--model", path, "--start", finished.folder]
+    for more in (["--rank", 4], ["--layers", 1]):
+        said = fails(2, "fit", rows, *quick, *more)
+        assert "Leave out --rank and --layers, or begin with --start none." in said
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_model_that_cannot_be_adapted_is_refused_before_anything_is_fitted(
+    rows: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    result = invoke(*fit(rows, out, tiny(tmp_path / "odd", "gpt2", n_positions=1024)))
     assert result.exit_code == 1
-    assert "has rank 4 and 14 layers" in last_error(result)
+    assert "odd is a gpt2 model. Adapters can be made for" in last_error(result)
+    assert list(out.iterdir()) == []
+
+
+def test_a_folder_of_something_else_is_left_as_it_is(
+    path: Path, rows: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "notes.txt").write_text("Milk.")
+    result = invoke(*fit(rows, tmp_path, path))
+    assert result.exit_code == 2
+    said = f"{tmp_path} holds notes.txt and no interrupted fit. Name a new folder with --out."
+    assert last_error(result) == f"Error: {said}"
+    assert [each.name for each in tmp_path.iterdir()] == ["notes.txt"]
+
+
+def test_a_folder_in_which_a_fit_was_stopped_early_is_taken(
+    path: Path, rows: Path, tmp_path: Path
+) -> None:
+    """Killed while the first state was written: a part of it and the lock are left."""
+    (tmp_path / "state.part").write_bytes(b"PK")
+    (tmp_path / ".lock").touch()
+    result = invoke(*fit(rows, tmp_path, path))
+    assert result.exit_code == 0, result.output
+    assert {each.name for each in tmp_path.iterdir()} - {"curve.svg"} == LEFT
+
+
+def test_a_second_process_in_the_same_folder_is_refused(
+    path: Path, rows: Path, tmp_path: Path
+) -> None:
+    with FileLock(tmp_path / ".lock"):
+        result = invoke(*fit(rows, tmp_path, path))
+        assert result.exit_code == 2
+        said = f"Error: Another process fits an adapter in {tmp_path}."
+        assert last_error(result) == said
+        assert [each.name for each in tmp_path.iterdir()] == [".lock"]
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"goals": ["buy milk", "buy " + "tea " * 300], "true": 0}, "a goal has"),
+        ({"turns": [{"query": "What?", "utterance": "milk " * 3000}]}, "turn is too long"),
+        ({"turns": [{"query": "milk " * 3000, "utterance": "tea"}]}, "turn is too long"),
+        ({"task": "milk " * 3000}, "turn is too long"),
+    ],
+)
+def test_what_is_too_long_is_refused_before_the_work_begins(
+    path: Path, tmp_path: Path, changed: dict[str, Any], said: str
+) -> None:
+    rows, out = rows_file(tmp_path / "own.jsonl", "abcdefgh", **changed), tmp_path / "out"
+    result = invoke(*fit(rows, out, path))
+    assert result.exit_code == 2
+    error = " ".join(result.stderr.split())
+    assert "own.jsonl, dialogue c7: " in error
+    assert said in error
+    assert "step " not in error
+    assert list(out.iterdir()) == []
 
 
 def test_a_single_dialogue_is_too_few(path: Path, tmp_path: Path) -> None:
@@ -393,7 +492,7 @@ def test_a_folder_that_cannot_be_made_is_said(path: Path, rows: Path, tmp_path: 
     (tmp_path / "file").write_text("")
     result = invoke(*fit(rows, tmp_path / "file" / "out", path))
     assert result.exit_code == 1
-    assert "cannot be made: Not a directory." in last_error(result)
+    assert "cannot be written: Not a directory." in last_error(result)
 
 
 @pytest.mark.parametrize("missing", ["torch", "peft"])
@@ -437,3 +536,108 @@ def test_the_adapter_is_used_by_name(
     ]
     np.testing.assert_allclose(tables[0], expected, atol=0.03)
     assert np.abs(np.array(tables[1]) - expected).max() > 0.5
+
+
+# Which dialogues a name stands for
+
+
+def ids(source: Source) -> list[str]:
+    return [each.id for each in source.cases]
+
+
+def digest(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def test_a_file_is_a_source(tmp_path: Path) -> None:
+    file = rows_file(tmp_path / "own.jsonl", "abc")
+    source = read_source(str(file), None)
+    assert source == Source(str(file), read_cases(file), digest(file))
+    assert source.cases[1] == replace(case(1), group="b")
+
+
+def test_a_dataset_is_a_source_with_all_its_ways_to_draw_goals(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    train = packed(tmp_path, "teach", games(), "train")
+    valid = packed(tmp_path, "teach", games()[:4])
+    packed(tmp_path, "casino", [deal(n) for n in range(3)])
+    source = read_source("teach", tmp_path, goals=3)
+    assert source.name == "teach"
+    assert ids(source) == [f"g{n}" for n in range(6)] * 2
+    assert {len(each.goals) for each in source.cases} == {3}
+    assert source.cases[:6] != source.cases[6:]
+    assert (source.sha256, source.licence) == (digest(train), DATASETS["teach"].licence)
+    assert read_source("teach", tmp_path, goals=3, seed=2) != source
+    monkeypatch.setenv("GOALSCOPE_DATA", str(tmp_path))
+    other = read_source("teach:valid_seen", None, goals=3)
+    assert ids(other) == [f"g{n}" for n in range(4)] * 2
+    assert other.sha256 == digest(valid)
+    assert len(read_source("casino:valid", None).cases) == 6
+
+
+@pytest.mark.parametrize(
+    ("places", "taken"),
+    [("[:2]", "01"), ("[2:]", "2345"), ("[:]", "012345"), ("[1:3]", "2"), ("[3:]", "45")],
+)
+def test_what_shares_a_group_with_what_stands_before_is_left_out(
+    tmp_path: Path, places: str, taken: str
+) -> None:
+    file = rows_file(tmp_path / "own.jsonl", "aabbcc")
+    source = read_source(f"{file}{places}", None)
+    assert ids(source) == [f"c{number}" for number in taken]
+    assert source.name == f"{file}{places}"
+
+
+def test_places_count_in_each_of_a_datasets_lists(tmp_path: Path) -> None:
+    packed(tmp_path, "teach", games())
+    packed(tmp_path, "casino", [deal(n) for n in range(3)])
+    assert ids(read_source("teach:valid_seen[:2]", tmp_path, goals=3)) == ["g0", "g1"] * 2
+    rest = read_source("teach:valid_seen[1:]", tmp_path, goals=3)
+    assert ids(rest) == ["g1", "g2", "g3", "g4", "g5"] * 2
+    groups = [each.group for each in read_source("casino:valid[1:]", tmp_path).cases]
+    assert groups == ["1", "1", "2", "2"]  # both campers of the first deal are left out
+
+
+def test_true_goals_of_what_stands_before_are_no_wrong_goals(tmp_path: Path) -> None:
+    file = rows_file(tmp_path / "own.jsonl", "abcdefgh", goals=["Buy  MILK!", "buy tea"], true=1)
+    source = read_source(f"{file}[2:]", None)
+    # Milk and tea are true before [2:]; of the taken ones, c6 has milk and c7 tea, too.
+    assert [each.goals for each in source.cases[:5]] == [GOALS] * 5
+    some = read_source(f"{file}[2:6]", None)
+    assert [each.goals for each in some.cases] == [GOALS[2:]] * 4
+    assert [each.goals[each.truth] for each in some.cases] == list(GOALS[2:])
+    one = read_source(f"{file}[1:]", None).cases
+    assert [each.goals for each in one] == [*[GOALS] * 6, (Goal("Buy  MILK!"), GOALS[1])]
+
+
+def test_a_dialogue_without_a_wrong_goal_left_is_left_out(tmp_path: Path) -> None:
+    file = rows_file(tmp_path / "own.jsonl", "abc", goals=["Buy  MILK!", "buy rice"], true=1)
+    assert ids(read_source(f"{file}[1:]", None)) == ["c1"]
+    assert "holds no dialogue" in refused(lambda: read_source(f"{file}[2:]", None))
+    assert ids(read_source(str(file), None)) == ["c0", "c1", "c2"]
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("", "empty"),
+        ("nowhere", "'nowhere' is neither a file FILE.jsonl nor one of the datasets teach"),
+        ("mcq", "neither"),
+        ("own.json", "neither"),
+        ("teach:night", "no split 'night'"),
+        ("teach:train", "there is no file"),
+        ("none.jsonl", "cannot be read"),
+        ("own.jsonl[3:]", "holds no dialogue"),
+        ("own.jsonl[1:1]", "holds no dialogue"),
+        ("own.jsonl[1:2]", "holds no dialogue"),
+    ],
+)
+def test_what_names_no_dialogue_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, said: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    rows_file(Path("own.jsonl"), "aab")
+    message = refused(lambda: read_source(name, tmp_path))
+    assert said in message
+    assert "\n" not in message

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import warnings
@@ -14,15 +13,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from goalscope.datasets import DATASETS, Case, read_cases
-from goalscope.fitting.fit import Fit, Settings, Validation, _scores
+from goalscope.datasets import Case
+from goalscope.fitting.fit import Fit, Settings, Validation, _by_truth, _goals_loss, _scores
 from goalscope.fitting.learner import Example, Learner
-from goalscope.fitting.sources import Source, parted, read_source
+from goalscope.fitting.sources import Source, parted
 from goalscope.likelihood import Layout, RolePlay
-from goalscope.models.adapters import read_adapter, write_adapter
+from goalscope.models.adapters import Adapter, read_adapter, write_adapter
 from goalscope.models.transformers import Transformers
 from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, ModelError, Turn
-from test_datasets import deal, games, packed, refused
+from test_datasets import refused
 from test_transformers import SMALL, folder, tiny
 
 torch = pytest.importorskip("torch")
@@ -37,7 +36,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:`is_gradient_checkpointing`:Futu
 TASK = "You sell groceries."
 WORDS = ["milk", "tea", "flour", "soap", "rice", "eggs"]
 GOALS = tuple(Goal(f"buy {word}") for word in WORDS)
-QUICK = Settings(rank=4, layers=1.0, learning_rate=0.01, steps=6, every=3)
+QUICK = Settings(rank=4, layers=1.0, learning_rate=0.01, steps=6, validate_every=3)
 
 
 def case(number: int) -> Case:
@@ -50,30 +49,13 @@ def case(number: int) -> Case:
 def rows_file(file: Path, groups: Sequence[str], **changed: Any) -> Path:
     """A row for each group; all of them as `case` has them, up to what the last one changes."""
     rows: list[dict[str, Any]] = []
-    for number, group in enumerate(groups):
-        own = case(number)
-        rows.append(
-            {
-                "id": own.id,
-                "group": group,
-                "task": TASK,
-                "turns": [asdict(turn) for turn in own.turns],
-                "goals": [goal.text for goal in GOALS],
-                "true": own.truth,
-            }
-        )
-    last = {**rows.pop(), **changed}
-    rows.append({key: value for key, value in last.items() if value is not None})
+    for own, group in zip(map(case, range(len(groups))), groups, strict=True):
+        row = {key: value for key, value in asdict(own).items() if key != "truth"}
+        goals = [goal.text for goal in own.goals]
+        rows.append({**row, "group": group, "goals": goals, "true": own.truth})
+    rows[-1] |= changed
     file.write_text("".join(json.dumps(row) + "\n" for row in rows))
     return file
-
-
-def ids(source: Source) -> list[str]:
-    return [each.id for each in source.cases]
-
-
-def digest(file: Path) -> str:
-    return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
 def tiny_folder(path: Path) -> Path:
@@ -106,10 +88,12 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def learner_of(
-    path: Path, *, layout: Layout = "goal-last", rank: int = 4, layers: float = 1.0, **options: Any
-) -> Learner:
-    model = Transformers(path, device="cpu", dtype="float32", **options)
-    return Learner(model, RolePlay(model, layout=layout), rank=rank, layers=layers, seed=1)
+    path: Path, *, layout: Layout = "goal-last", rank: int = 4, layers: float = 1.0,
+    start: Adapter | None = None, **options: Any
+) -> Learner:  # fmt: skip
+    model = Transformers(path, **{"device": "cpu", "dtype": "float32", **options})
+    roleplay = RolePlay(model, layout=layout)
+    return Learner(model, roleplay, rank=rank, layers=layers, seed=1, start=start)
 
 
 def scramble(learner: Learner, size: float = 0.3) -> None:
@@ -121,113 +105,20 @@ def scramble(learner: Learner, size: float = 0.3) -> None:
     learner.model.clear_cache()
 
 
-def example(scored: Sequence[int] = (0, 2)) -> Example:
+def example(learned: Sequence[int] = (0, 2)) -> Example:
     turns = (Turn("What is it?", "milk and tea"), Turn("Why?", "soap"), Turn("Else?", "Eggs, 6."))
-    return Example(TASK, (GOALS[0], UNSPECIFIED, GOALS[3], GOALS[5]), turns, scored)
+    return Example(TASK, (GOALS[0], UNSPECIFIED, GOALS[3], GOALS[5]), turns, learned, 5, "g")
 
 
-def by_roleplay(learner: Learner, of: Example, likelihood: RolePlay | None = None) -> np.ndarray:
-    table = (likelihood or learner.roleplay).log_likelihood(of.task, of.goals, of.turns)
-    return table[list(of.scored)]
+def by_roleplay(learner: Learner, of: Example) -> np.ndarray:
+    return learner.roleplay.log_likelihood(of.task, of.goals, of.turns)
 
 
-def learned(learner: Learner, of: Example) -> np.ndarray:
-    return learner.log_likelihood(of)[0].detach().numpy()
+def scores(learner: Learner, of: Example) -> np.ndarray:
+    return learner.log_likelihood(of).detach().numpy()
 
 
 # Sources
-
-
-def test_a_file_is_a_source(tmp_path: Path) -> None:
-    file = rows_file(tmp_path / "own.jsonl", "abc")
-    source = read_source(str(file), None)
-    assert source == Source(str(file), read_cases(file), digest(file))
-    assert source.cases[1] == replace(case(1), group="b")
-
-
-def test_a_dataset_is_a_source_with_all_its_ways_to_draw_goals(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    train = packed(tmp_path, "teach", games(), "train")
-    valid = packed(tmp_path, "teach", games()[:4])
-    packed(tmp_path, "casino", [deal(n) for n in range(3)])
-    source = read_source("teach", tmp_path, goals=3)
-    assert source.name == "teach"
-    assert ids(source) == [f"g{n}" for n in range(6)] * 2
-    assert {len(each.goals) for each in source.cases} == {3}
-    assert source.cases[:6] != source.cases[6:]
-    assert (source.sha256, source.licence) == (digest(train), DATASETS["teach"].licence)
-    assert read_source("teach", tmp_path, goals=3, seed=2) != source
-    monkeypatch.setenv("GOALSCOPE_DATA", str(tmp_path))
-    other = read_source("teach:valid_seen", None, goals=3)
-    assert ids(other) == [f"g{n}" for n in range(4)] * 2
-    assert other.sha256 == digest(valid)
-    assert len(read_source("casino:valid", None).cases) == 6
-
-
-@pytest.mark.parametrize(
-    ("places", "taken"),
-    [("[:2]", "01"), ("[2:]", "2345"), ("[:]", "012345"), ("[1:3]", "2"), ("[3:]", "45")],
-)
-def test_what_shares_a_group_with_what_stands_before_is_left_out(
-    tmp_path: Path, places: str, taken: str
-) -> None:
-    file = rows_file(tmp_path / "own.jsonl", "aabbcc")
-    source = read_source(f"{file}{places}", None)
-    assert ids(source) == [f"c{number}" for number in taken]
-    assert source.name == f"{file}{places}"
-
-
-def test_places_count_in_each_of_a_datasets_lists(tmp_path: Path) -> None:
-    packed(tmp_path, "teach", games())
-    packed(tmp_path, "casino", [deal(n) for n in range(3)])
-    assert ids(read_source("teach:valid_seen[:2]", tmp_path, goals=3)) == ["g0", "g1"] * 2
-    assert ids(read_source("teach:valid_seen[4:]", tmp_path, goals=3)) == ["g4", "g5"] * 2
-    groups = [each.group for each in read_source("casino:valid[1:]", tmp_path).cases]
-    assert groups == ["1", "1", "2", "2"]  # both campers of the first deal are left out
-
-
-@pytest.mark.parametrize(
-    ("name", "said"),
-    [
-        ("", "empty"),
-        ("nowhere", "'nowhere' is neither a file FILE.jsonl nor one of the datasets teach"),
-        ("mcq", "neither"),
-        ("own.json", "neither"),
-        ("teach:night", "no split 'night'"),
-        ("teach:train", "there is no file"),
-        ("none.jsonl", "cannot be read"),
-        ("own.jsonl[3:]", "holds no dialogue"),
-        ("own.jsonl[1:1]", "holds no dialogue"),
-        ("own.jsonl[1:2]", "holds no dialogue"),
-    ],
-)
-def test_what_names_no_dialogue_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, said: str
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    rows_file(Path("own.jsonl"), "aab")
-    message = refused(lambda: read_source(name, tmp_path))
-    assert said in message
-    assert "\n" not in message
-
-
-@pytest.mark.parametrize(
-    ("changed", "said"),
-    [
-        ({"true": None}, '"true"'),
-        ({"goals": ["buy milk"], "true": 0}, "at least two goals"),
-        ({"turns": []}, '"turns"'),
-    ],
-)
-def test_rows_that_cannot_teach_are_refused(
-    tmp_path: Path, changed: dict[str, Any], said: str
-) -> None:
-    file = rows_file(tmp_path / "own.jsonl", "ab", **changed)
-    message = refused(lambda: read_source(str(file), None))
-    assert said in message
-    assert "line 2" in message
-    assert "\n" not in message
 
 
 def sources() -> list[Source]:
@@ -236,46 +127,66 @@ def sources() -> list[Source]:
     return [Source("pairs", pairs, "1"), Source("singles", [case(n) for n in range(60, 65)], "2")]
 
 
-def test_no_group_is_on_both_sides() -> None:
-    train, validation = parted(sources(), share=0.1, most=99, seed=1)
-    sides = [{each.group for own in train for each in own}, {each.group for each in validation}]
-    assert not sides[0] & sides[1]
-    assert [len(own) for own in train] == [54, 4]
-    assert len(validation) == 6 + 1  # of the smaller source one at least
+def groups_of(cases: Sequence[Case]) -> set[str]:
+    return {each.group for each in cases}
+
+
+def test_no_group_is_on_both_sides_and_at_most_a_third_validates() -> None:
+    train, validation = parted(sources(), validation=99, seed=1)
+    assert not groups_of([*train[0], *train[1]]) & groups_of(validation)
+    assert [len(own) for own in train] == [40, 4]
+    assert len(validation) == 20 + 1  # of the smaller source one at least
     everything = [each.id for own in [*train, validation] for each in own]
     assert sorted(everything) == sorted(each.id for own in sources() for each in own.cases)
 
 
 def test_the_seed_alone_parts_them() -> None:
-    first = parted(sources(), share=0.1, most=4, seed=1)
-    assert parted(sources(), share=0.1, most=4, seed=1) == first
-    assert parted(sources(), share=0.1, most=4, seed=2) != first
-    assert parted(sources()[::-1], share=0.1, most=99, seed=1)[0] == first[0][::-1]
+    first = parted(sources(), validation=4, seed=1)
+    assert parted(sources(), validation=4, seed=1) == first
+    assert parted(sources(), validation=4, seed=2) != first
+    assert parted(sources()[::-1], validation=4, seed=1)[0] == first[0][::-1]
 
 
-def test_sources_take_turns_among_those_that_validate() -> None:
-    train, validation = parted(sources(), share=0.4, most=5, seed=1)
-    assert ["pairs" if each.group[0] == "p" else "singles" for each in validation] == [
-        "pairs", "singles", "pairs", "singles", "pairs"
-    ]  # fmt: skip
-    assert [len(own) for own in train] == [36, 3]
+@pytest.mark.parametrize(("most", "kinds"), [(1, "p"), (2, "pg"), (3, "pgp"), (6, "pgpp")])
+def test_sources_take_turns_among_those_that_validate(most: int, kinds: str) -> None:
+    train, validation = parted(sources(), validation=most, seed=1)
+    assert [each.group[0] for each in validation] == list(kinds)
+    assert len(train[1]) == 4
+    assert len(train[0]) == 60 - 2 * len(groups_of(validation) - groups_of(sources()[1].cases))
+
+
+def test_a_dialogue_validates_once_with_either_of_its_goal_sets() -> None:
+    cases = [case(n) for n in range(30)]
+    others = [replace(each, goals=GOALS[:3], truth=0) for each in cases]
+    train, validation = parted([Source("both", [*cases, *others], "1")], validation=99, seed=1)
+    assert len(validation) == len({each.id for each in validation}) == 10
+    assert {len(each.goals) for each in validation} == {3, 6}
+    assert len(train[0]) == 40
+    assert not groups_of(train[0]) & groups_of(validation)
 
 
 def test_a_single_group_is_refused() -> None:
     lone = Source("lone.jsonl", [replace(case(n), group="a") for n in range(9)], "3")
-    message = refused(lambda: parted([*sources(), lone], share=0.1, most=9, seed=1))
+    message = refused(lambda: parted([*sources(), lone], validation=9, seed=1))
     assert "lone.jsonl holds a single group" in message
 
 
-def test_parts_of_one_file_that_overlap_do_not_validate_what_the_other_teaches(
-    tmp_path: Path,
-) -> None:
-    file = rows_file(tmp_path / "own.jsonl", [f"g{n}" for n in range(20)])
-    overlapping = [read_source(f"{file}{places}", None) for places in ("", "[:18]")]
+def test_overlapping_parts_of_a_file_do_not_validate_what_the_other_teaches() -> None:
+    cases = [case(n) for n in range(20)]
+    parts = [Source("x", cases, "1"), Source("x[:18]", cases[:18], "1")]
+    other = replace(parts[1], sha256="2")  # whose groups are others, though of the same names
     for seed in range(1, 6):
-        train, validation = parted(overlapping, share=0.1, most=9, seed=seed)
-        taught = {each.group for own in train for each in own}
-        assert not taught & {each.group for each in validation}
+        train, validation = parted(parts, validation=9, seed=seed)
+        assert not groups_of([*train[0], *train[1]]) & groups_of(validation)
+        train, _ = parted([parts[0], other], validation=2, seed=seed)
+        assert [len(own) for own in train] == [19, 17]
+
+
+def test_a_source_that_validates_for_another_with_all_it_has_is_refused() -> None:
+    parts = [Source(name, [case(0), case(1)], "1") for name in ("x", "x[:2]")]
+    assert len(parted(parts, validation=9, seed=0)[0][1]) == 1
+    said = refused(lambda: parted(parts, validation=9, seed=2))
+    assert said.startswith("All dialogues of x validate for another part of the same file. ")
 
 
 # The model that learns
@@ -285,16 +196,14 @@ def test_parts_of_one_file_that_overlap_do_not_validate_what_the_other_teaches(
 def test_words_are_as_likely_as_to_the_likelihood(path: Path, layout: Layout) -> None:
     learner, of = learner_of(path, layout=layout), example()
     plain = by_roleplay(learner, of)
-    table, words = learner.log_likelihood(of)
-    tokens = [learner.model.tokenizer.tokenize(of.turns[t].utterance) for t in of.scored]
-    assert words == sum(map(len, tokens)) > 4
-    np.testing.assert_allclose(table.detach(), plain, atol=1e-4)
+    tokens = [learner.model.tokenizer.tokenize(of.turns[t].utterance) for t in of.learned]
+    assert learner.tokens(of) == sum(map(len, tokens)) > 4
+    np.testing.assert_allclose(scores(learner, of), plain, atol=1e-4)
     scramble(learner)
     changed = by_roleplay(learner, of)
     assert np.abs(changed - plain).max() > 0.5
-    np.testing.assert_allclose(learned(learner, of), changed, atol=1e-4)
-    some = replace(of, turns=of.turns[:2], scored=[1])
-    np.testing.assert_allclose(learned(learner, some), by_roleplay(learner, some), atol=1e-4)
+    for learned in ((0, 2), (1,), (), (0, 1, 2)):
+        np.testing.assert_allclose(scores(learner, example(learned)), changed, atol=1e-4)
 
 
 @pytest.mark.parametrize("kind", ["mistral", "qwen3", "gemma3_text"])
@@ -302,30 +211,44 @@ def test_so_they_are_where_layers_look_back_a_little(tmp_path: Path, kind: str) 
     learner = learner_of(tiny(tmp_path, kind, max_position_embeddings=1024))
     scramble(learner)
     expected = by_roleplay(learner, example())
-    np.testing.assert_allclose(learned(learner, example()), expected, atol=1e-3)
+    np.testing.assert_allclose(scores(learner, example()), expected, atol=1e-3)
 
 
 def test_so_they_are_where_the_oldest_turns_do_not_fit(path: Path) -> None:
     learner = learner_of(path, context_size=420)
     turns = [Turn("What is it?", f"{word} and tea") for word in WORDS * 2]
-    of = Example(TASK, (GOALS[1], UNSPECIFIED), turns, [2, 11])
+    of = Example(TASK, (GOALS[1], UNSPECIFIED), turns, [2, 11], 1, "g")
     assert learner.roleplay.window(TASK, turns) == 8
-    np.testing.assert_allclose(learned(learner, of), by_roleplay(learner, of), atol=1e-4)
+    np.testing.assert_allclose(scores(learner, of), by_roleplay(learner, of), atol=1e-4)
+
+
+def test_only_the_turns_to_learn_from_have_gradients(path: Path) -> None:
+    learner = learner_of(path)
+    scramble(learner)
+
+    def gradients(of: Example, rows: Sequence[int]) -> Any:
+        wanted = learner.log_likelihood(of)[list(rows)].sum()
+        return torch.cat([x.flatten() for x in torch.autograd.grad(wanted, learner.parameters)])
+
+    assert not learner.log_likelihood(example(())).requires_grad
+    assert not gradients(example(), [1]).any()
+    some = gradients(example(), [0, 1, 2])
+    torch.testing.assert_close(some, gradients(example((0, 1, 2)), [0, 2]), rtol=1e-3, atol=1e-3)
+    assert (some - gradients(example((0, 1, 2)), [0, 1, 2])).abs().max() > 0.1
 
 
 def test_half_as_many_bits_learn_too(path: Path, tmp_path: Path) -> None:
-    model = Transformers(path, device="cpu", dtype="bfloat16")
-    learner = Learner(model, RolePlay(model), rank=4, layers=1.0, seed=1)
-    exact = learner_of(path)
+    learner, exact = learner_of(path, dtype="bfloat16"), learner_of(path)
     scramble(learner, 0.1)
     scramble(exact, 0.1)
-    np.testing.assert_allclose(learned(learner, example()), learned(exact, example()), atol=1)
+    np.testing.assert_allclose(scores(learner, example()), scores(exact, example()), atol=1)
     cases = [case(n) for n in range(4)]
     fit = Fit(learner, [cases[:3]], cases[3:], QUICK, tmp_path, {})
     before = learner.state()
     list(fit.run())
     assert fit.history[-1].step == QUICK.steps
-    assert any(not torch.equal(each, before[name]) for name, each in fit._learner.state().items())
+    kept = torch.load(tmp_path / "state.pt", weights_only=True)["weights"]
+    assert any(not torch.equal(each, before[name]) for name, each in kept.items())
 
 
 @pytest.mark.parametrize(("share", "adapted"), [(0.01, {3}), (0.5, {2, 3}), (1.0, {0, 1, 2, 3})])
@@ -335,7 +258,7 @@ def test_only_adapters_of_the_last_layers_learn(
     folder = tiny(tmp_path, "llama", num_hidden_layers=4, max_position_embeddings=1024)
     learner = learner_of(folder, rank=3, layers=share)
     scramble(learner)
-    learner.log_likelihood(example())[0].sum().backward()
+    learner.log_likelihood(example()).sum().backward()
     named = dict(learner.model.network.model.named_parameters())
     with_gradients = {name for name, each in named.items() if each.grad is not None}
     assert with_gradients == {name for name, each in named.items() if each.requires_grad}
@@ -346,52 +269,41 @@ def test_only_adapters_of_the_last_layers_learn(
     assert {min(each.shape) for each in learner.parameters} == {3}
 
 
-def test_a_state_is_taken_again(path: Path) -> None:
-    learner = learner_of(path)
-    scramble(learner)
-    state, before = learner.state(), learned(learner, example())
-    kept = {name: each.clone() for name, each in state.items()}
-    scramble(learner, 0.5)
-    assert np.abs(learned(learner, example()) - before).max() > 0.1
-    assert all(torch.equal(state[name], each) for name, each in kept.items())
-    learner.restore(state)
-    np.testing.assert_array_equal(learned(learner, example()), before)
-
-
-def test_it_begins_with_an_adapter_of_its_own_kind(path: Path, tmp_path: Path) -> None:
-    first, second = learner_of(path), learner_of(path)
+def test_it_begins_with_an_adapter_whose_rank_and_layers_it_takes(
+    path: Path, tmp_path: Path
+) -> None:
+    first = learner_of(path, rank=3, layers=0.5)
     scramble(first)
     file, config = tmp_path / "adapter.gguf", first.model.network.model.config
     made = first.adapter({"a": "b"})
-    assert (made.rank, made.alpha, made.metadata, len(made.layers)) == (4, 4.0, {"a": "b"}, 14)
+    assert (made.rank, made.alpha, made.metadata, len(made.layers)) == (3, 3.0, {"a": "b"}, 7)
     write_adapter(file, made, config)
-    second.begin(read_adapter(file, config))
-    expected = learned(first, example())
-    np.testing.assert_allclose(learned(second, example()), expected, atol=0.02)
-    second.begin(
-        replace(made, alpha=8.0, layers={k: (a, b / 2) for k, (a, b) in made.layers.items()})
-    )
-    np.testing.assert_allclose(learned(second, example()), expected, atol=1e-4)
+    second = learner_of(path, start=read_adapter(file, config))  # not of rank 4 in 14 layers
+    own = second.adapter({})
+    assert (own.rank, own.alpha, own.layers.keys()) == (3, 3.0, made.layers.keys())
+    assert len(second.parameters) == 14
+    expected = scores(first, example())
+    np.testing.assert_allclose(scores(second, example()), expected, atol=0.02)
+    halves = {k: (a, b / 2) for k, (a, b) in made.layers.items()}
+    third = learner_of(path, start=replace(made, alpha=6.0, layers=halves))
+    np.testing.assert_allclose(scores(third, example()), expected, atol=1e-4)
 
 
-def test_it_begins_with_no_other_adapter(path: Path) -> None:
-    other = learner_of(path, rank=2).adapter({})
-    last = learner_of(path, layers=0.5).adapter({})
-    for adapter, said in ((other, "rank 2 and 14 layers"), (last, "rank 4 and 7 layers")):
-        with pytest.raises(ModelError, match=f"{said}.*--rank.*--start none"):
-            learner_of(path).begin(adapter)
+def test_it_begins_with_no_adapter_of_other_layers_or_another_size(path: Path) -> None:
+    made = learner_of(path).adapter({})
+    lacking = {place: pair for place, pair in made.layers.items() if place != (1, "v_proj")}
+    beyond = {(number + 1, name): pair for (number, name), pair in made.layers.items()}
+    wider = {k: (np.hstack([a, a]), np.vstack([b, b])) for k, (a, b) in made.layers.items()}
+    for layers, said in (
+        (lacking, "different layers"), (beyond, "different layers"), (wider, "of another size")
+    ):  # fmt: skip
+        with pytest.raises(ModelError, match=rf"{said}.*\. Begin with --start none\."):
+            learner_of(path, start=replace(made, layers=layers))
 
 
-def test_an_adapter_of_more_layers_is_not_begun_with_in_part(path: Path) -> None:
-    whole = learner_of(path).adapter({})
-    with pytest.raises(ModelError, match="rank 4 and 14 layers"):
-        learner_of(path, layers=0.5).begin(whole)
-
-
-def test_a_model_without_the_layers_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match="lacks some of the layers q_proj, k_proj") as caught:
+def test_a_model_of_another_kind_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match=r"^odd is a gpt2 model.*of the kinds llama, mistral,"):
         learner_of(tiny(tmp_path / "odd", "gpt2"))
-    assert str(caught.value).startswith("odd ")
 
 
 def test_adapters_are_added_without_a_warning_that_no_user_can_heed(path: Path) -> None:
@@ -406,15 +318,18 @@ def test_adapters_are_added_without_a_warning_that_no_user_can_heed(path: Path) 
 class Scripted:
     """In place of a model: one weight, and tables that a test makes of it."""
 
-    def __init__(self, table: Callable[[Any], Any], tokens: int = 4) -> None:
+    def __init__(self, table: Callable[[Any], Any]) -> None:
         self.weight = torch.nn.Parameter(torch.ones(1))
         self.parameters = [self.weight]
         self.examples: list[Example] = []
-        self._table, self._tokens = table, tokens
+        self._table = table
 
-    def log_likelihood(self, of: Example) -> tuple[Any, int]:
+    def log_likelihood(self, of: Example) -> Any:
         self.examples.append(of)
-        return self._table(self.weight), self._tokens
+        return self._table(self.weight)
+
+    def tokens(self, of: Example) -> int:
+        return 2 * len(of.learned)
 
     def state(self) -> dict[str, Any]:
         return {"weight": self.weight.detach().clone()}
@@ -430,67 +345,104 @@ TABLE = [[-2.0, -4.0, -3.0], [-1.0, -5.0, -2.0]]  # of two turns: true, Unspecif
 def scripted(
     folder: Path, table: Callable[[Any], Any] = lambda weight: torch.tensor(TABLE) * weight,
     settings: Settings = QUICK, about: dict[str, Any] | None = None,
+    train: Sequence[Sequence[Case]] = ([case(n) for n in range(3)],)
 ) -> tuple[Fit, Scripted]:  # fmt: skip
     learner: Any = Scripted(table)
-    cases = [case(n) for n in range(4)]
-    return Fit(learner, [cases[:3]], cases[3:], settings, folder, about or {}), learner
+    return Fit(learner, train, [case(3)], settings, folder, about or {}), learner
 
 
-def test_the_objectives_are_what_they_say(tmp_path: Path) -> None:
-    words = (2 + 1 + 4 + 5) / (2 * 4)
-    # Summed over turns and divided by 2: [-1, -2, -1.5], then [-1.5, -4.5, -2.5].
-    true = math.log(1 + math.exp(-1) + math.exp(-0.5)) + math.log(1 + math.exp(-3) + math.exp(-1))
-    absent = math.log(1 + math.exp(0.5)) + math.log(1 + math.exp(2))
+@pytest.mark.parametrize(
+    ("learned", "words"), [((0, 1), (2 + 4 + 1 + 5) / (2 * 4)), ((1,), (1 + 5) / (2 * 2))]
+)
+def test_the_objectives_are_what_they_say(
+    tmp_path: Path, learned: Sequence[int], words: float
+) -> None:
+    # Divided by 2 and summed over turns: [-1, -2, -1.5], then [-1.5, -4.5, -2.5]; the wrong goal
+    # that was drawn stands for three.
+    exp, log = math.exp, math.log
+    true = log(1 + exp(-1) + 3 * exp(-0.5)) + log(1 + exp(-3) + 3 * exp(-1))
+    absent = log(1 + 3 * exp(0.5)) + log(1 + 3 * exp(2))
     goals = (true + absent) / 2
-    for objective, expected in (
-        ("words", words),
-        ("goals", goals),
-        ("both", goals + 0.25 * words),
-    ):
-        settings = replace(QUICK, objective=objective, words=0.25, temperature=2.0)
+    of = replace(example(learned), negatives=3)
+    both = goals + 0.25 * words
+    for objective, expected in (("words", words), ("goals", goals), ("both", both)):
+        settings = replace(QUICK, objective=objective, words_weight=0.25, temperature=2.0)
         fit, _ = scripted(tmp_path, settings=settings)
-        assert float(fit._objective(torch.tensor(TABLE), 4)) == pytest.approx(expected)
+        assert float(fit._loss(of).detach()) == pytest.approx(expected)
+
+
+def test_the_loss_counts_the_drawn_goals_for_all() -> None:
+    of, rows = replace(example(), negatives=6), torch.zeros(1, 4)
+    for drawn, expected in ((2, math.log(8 * 7)), (1, math.log(8 * 7)), (0, math.log(2))):
+        assert float(_goals_loss(rows[:, : 2 + drawn], of)) == pytest.approx(expected)
 
 
 def test_scores_are_what_they_say() -> None:
     beliefs = [
-        np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]),
-        np.array([[0.0, 0.0, -1000.0]]),
-        np.array([[-1.0, 0.0, 0.0]]),
-    ]
-    e, two = math.e, math.log(2)
-    losses = [
-        (math.log(3) + two + math.log(e + 2) - 1 + two) / 2,
-        two + 0,
-        math.log(1 / e + 2) + 1 + two,
-    ]
-    loss, top1, log_loss, auroc = _scores(beliefs)
-    assert loss == pytest.approx(sum(losses) / 3)
-    assert top1 == pytest.approx(2 / 3)
-    assert log_loss == pytest.approx((math.log(1 + 1 / e) + 0 + math.log(1 + e)) / 3)
-    # Unspecified without the true goal: 1/2, 1, 1/2; with it: 1 / (e + 2), 1/2, 1 / (1/e + 2).
-    assert auroc == pytest.approx((2.5 + 3 + 2.5) / 9)
+        np.array([2.0, 0.0, 1.0, 0.0]), np.array([0.0, 1.0, 1.0]), np.array([0.0, -2.0, 0.0])
+    ]  # fmt: skip
+    e = math.e
+    top1, log_loss, auroc = _scores(beliefs, ["x", "y", "y"])
+    assert top1 == pytest.approx(2 / 3)  # the last is a tie
+    losses = [math.log(e**2 + e + 1) - 2, math.log(1 + e), math.log(2)]
+    assert log_loss == pytest.approx(sum(losses) / 3)
+    # Unspecified without the true goal: -log(e + 1), 0, -2; without one wrong goal:
+    # -log(e^2 + 1), 1, -2. Across groups -1.3 > 1 is wrong; -1.3 > -2, 0 > -2.1, -2 > -2.1 hold.
+    assert auroc == pytest.approx(3 / 4)
+    assert _scores(beliefs, ["x"] * 3) == (top1, log_loss, 0.5)
 
 
 @pytest.mark.parametrize(("objective", "wrong"), [("words", 0), ("goals", 2), ("both", 2)])
 def test_steps_and_validations_draw_their_goals(tmp_path: Path, objective: Any, wrong: int) -> None:
-    fit, learner = scripted(tmp_path, settings=replace(QUICK, objective=objective, turns=1))
+    settings = replace(QUICK, objective=objective, turns=1, batch_size=6)
+    fit, learner = scripted(tmp_path, settings=settings)
     list(fit.run())
     counts = [len(of.goals) - 2 for of in learner.examples]
-    batch = [wrong] * (3 * QUICK.batch)
+    batch = [wrong] * (3 * settings.batch_size)
     assert counts == [4, *batch, 4, *batch, 4]
     for of in learner.examples:
         assert of.turns[-1].utterance in of.goals[0].text
         assert of.goals[1] == UNSPECIFIED
         assert len(set(of.goals)) == len(of.goals)
-        assert of.scored == [len(of.turns) - 1]
-    assert {of.goals[0] for of in learner.examples[1:13]} <= set(GOALS[:3])
-    assert len({len(of.turns) for of in learner.examples}) == 2
-    assert learner.examples[0] == learner.examples[13]
+        assert (of.negatives, f"c{GOALS.index(of.goals[0])}") == (5, of.group.replace("g", "c"))
+    steps = [of for of in learner.examples if of.learned]
+    assert {of.goals[0] for of in steps} == set(GOALS[:3])
+    parts = {(len(of.turns), tuple(of.learned)) for of in steps}
+    assert parts == {(1, (0,)), (2, (0,)), (2, (1,))}
+    first, second, third = [of for of in learner.examples if not of.learned]
+    assert first == second == third
+    assert (len(first.turns), first.goals[0]) == (2, GOALS[3])
+
+
+def test_a_dialogue_ends_after_its_first_turns(tmp_path: Path) -> None:
+    long = [replace(case(0), turns=tuple(Turn("Else?", word) for word in WORDS))]
+    settings, table = (
+        replace(QUICK, longest=3, batch_size=8),
+        lambda weight: torch.ones(3, 3) * weight,
+    )
+    fit, learner = scripted(tmp_path, table, settings, train=[long])
+    list(fit.run())
+    steps = [of for of in learner.examples if of.learned]
+    assert all(of.turns == long[0].turns[: len(of.turns)] for of in steps)
+    parts = {(len(of.turns), tuple(of.learned)) for of in steps}
+    assert parts == {(1, (0,)), (2, (0, 1)), (3, (0, 1)), (3, (0, 2)), (3, (1, 2))}
+
+
+def test_seldom_and_often_goals_and_sources_are_drawn_alike(tmp_path: Path) -> None:
+    often, seldom, other = [replace(case(0), id=f"o{n}") for n in range(19)], case(1), case(2)
+    assert _by_truth([*often, seldom]) == [often, [seldom]]
+    settings = replace(QUICK, steps=50, validate_every=50, batch_size=8)
+    fit, learner = scripted(tmp_path, settings=settings, train=[[seldom, *often], [other]])
+    list(fit.run())
+    truths = [of.goals[0] for of in learner.examples if of.learned]
+    shares = [truths.count(goal) / 400 for goal in GOALS[:3]]
+    assert shares == pytest.approx([0.25, 0.25, 0.5], abs=0.08)
 
 
 def test_a_fit_learns_which_word_a_goal_means(path: Path, tmp_path: Path) -> None:
-    settings = replace(QUICK, objective="goals", steps=40, every=20, learning_rate=0.02, seed=3)
+    settings = replace(
+        QUICK, objective="goals", steps=40, validate_every=20, learning_rate=0.02, seed=3
+    )
     cases = [case(n) for n in range(24)]
     fit = Fit(learner_of(path), [cases[:18]], cases[18:], settings, tmp_path, {})
     seen = [each.step for each in fit.run() if each.validation is None]
@@ -512,7 +464,7 @@ def without_time(history: Sequence[Validation]) -> list[Any]:
 
 @pytest.mark.parametrize("stop", [0, 4, 6, 8])
 def test_an_interruption_changes_nothing(path: Path, tmp_path: Path, stop: int) -> None:
-    settings = replace(QUICK, objective="both", steps=8, every=4, batch=2)
+    settings = replace(QUICK, objective="both", steps=8, validate_every=4, batch_size=2)
 
     def fit(name: str) -> tuple[Fit, Learner]:
         learner, cases = learner_of(path), [case(n) for n in range(9)]
@@ -569,15 +521,15 @@ def margins(found: Iterator[float]) -> Callable[[Any], Any]:
     """Tables of one turn whose true goal is so far ahead, one after another, when validating."""
 
     def table(weight: Any) -> Any:
-        if torch.is_inference_mode_enabled():
-            return torch.tensor([[next(found), 0.0, 0.0]])
+        if not torch.is_grad_enabled():
+            return torch.tensor([[next(found), 0.0, 0.0]] * 2)
         return torch.tensor(TABLE) * weight
 
     return table
 
 
 def test_it_ends_where_it_has_not_become_better_for_a_while(tmp_path: Path) -> None:
-    settings = replace(QUICK, steps=30, every=3, patience=2)
+    settings = replace(QUICK, steps=30, validate_every=3, patience=2)
     fit, learner = scripted(tmp_path, margins(iter([0, 1, 0.5, 2, 1.5, 2])), settings)
     weights: dict[int, float] = {}
     for each in fit.run():
@@ -593,10 +545,10 @@ def test_it_ends_where_it_has_not_become_better_for_a_while(tmp_path: Path) -> N
 
 
 def test_a_loss_that_is_not_finite_is_an_error_and_keeps_what_was(tmp_path: Path) -> None:
-    steps = iter([*[1.0] * 4 * QUICK.batch, *[math.nan] * 99])
+    steps = iter([*[1.0] * 4 * QUICK.batch_size, *[math.nan] * 99])
 
     def table(weight: Any) -> Any:
-        factor = 1.0 if torch.is_inference_mode_enabled() else next(steps)
+        factor = 1.0 if not torch.is_grad_enabled() else next(steps)
         return torch.tensor(TABLE) * weight * factor
 
     fit, _ = scripted(tmp_path, table)

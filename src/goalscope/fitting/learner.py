@@ -89,10 +89,15 @@ class Learner:
             rank, numbers = start.rank, sorted({number for number, _ in start.layers})
         wanted = {(number, name) for number in numbers for name in MODULES}
         found = {place for name, _ in network.named_modules() if (place := _place(name))}
-        if not wanted <= found or (start is not None and set(start.layers) != wanted):
+        if start is not None and (set(start.layers) != wanted or not wanted <= found):
             raise ModelError(
                 f"{model.name} and the adapter to begin with have different layers. Begin with "
                 "--start none."
+            )
+        if not wanted <= found:
+            raise ModelError(
+                f"{model.name} lacks some of the layers {', '.join(MODULES)}, which adapters are "
+                "made for. Choose another model."
             )
         torch.manual_seed(seed)
         config = peft.LoraConfig(

@@ -6,6 +6,7 @@ import hashlib
 import importlib.metadata
 import sys
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +68,10 @@ def fit_adapter(
         _refuse_foreign(folder)
         train, validation = parted(sources, validation=settings.validation, seed=settings.seed)
         begun = read_adapter(start, model.network.model.config) if start else None
+        if begun is not None:
+            count = model.network.model.config.num_hidden_layers
+            adapted = len({number for number, _ in begun.layers})
+            settings = replace(settings, rank=begun.rank, layers=adapted / count)
         about: dict[str, Any] = {
             "base": base,
             "layout": layout,

@@ -112,7 +112,8 @@ def parted(
         chance(seed, source.name).shuffle(groups)
         own = [case for case in source.cases if case.group in groups[: max(1, len(groups) // 3)]]
         chance(seed, f"validation {source.name}").shuffle(own)
-        lists.append(list({case.id: case for case in own}.values())[:each])
+        new = {case.id: case for case in own if (source.sha256, case.group) not in held}
+        lists.append([*new.values()][:each])
         held |= {(source.sha256, case.group) for case in lists[-1]}
     train = [
         [case for case in source.cases if (source.sha256, case.group) not in held]
