@@ -127,7 +127,7 @@ def test_an_experiment_runs_every_kind_of_cell_and_then_has_nothing_left_to_do(h
         ids = {cell.result["episode"] for cell in done if cell.spec["kind"] == "episode"}
         assert {info.id for info in results.episodes()} == ids
         assert results.about["title"] == "Everything [/b]"
-        assert results.commands(results.asked_for()) == ["goalscope experiment run all.toml"]
+        assert results.commands(results.asked_for()) == ["goalscope experiment run all.toml --json"]
     shown = invoke("replay", ids.pop(), "--store", "results/all.db")
     assert "whole milk" in shown.stdout
 

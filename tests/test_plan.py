@@ -215,7 +215,8 @@ def test_a_part_may_have_models_of_its_own(tmp_path):
     found = [spec["model"] for spec in specs_of(read(tmp_path, text), tmp_path)]
     assert found == [
         {"adapter": "none"},
-        *({"model": str(tmp_path / f"{name}.gguf")} for name in "ab"),
+        {"model": "a.gguf"},
+        {"model": "b.gguf"},
     ]
     assert "at least one" in refused(tmp_path, "[dialogues]\njsonl = 'd.jsonl'\nmodels = []")
 
