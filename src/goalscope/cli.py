@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import logging
+import os
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -147,6 +148,7 @@ app.add_typer(models, name="models")
 
 def main() -> None:
     """Run the command line."""
+    os.environ.setdefault("TQDM_DISABLE", "1")  # goalscope has progress bars of its own
     logging.basicConfig(level=logging.WARNING)  # before a library sets one that tells everything
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):

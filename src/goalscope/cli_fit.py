@@ -136,11 +136,12 @@ def fit(
     if as_json:
         print(json.dumps(facts))
         return
-    best = facts["best"]
+    best, number = facts["best"], facts["validated"]
     console().print(
         plain(
             f"{out}: best at step {best['step']}, log-loss {best['log_loss']:.3f}, "
-            f"top-1 {best['top1']:.0%}, AUROC {best['auroc']:.3f} on {facts['validated']} dialogues"
+            f"top-1 {best['top1']:.0%}, AUROC {best['auroc']:.3f} on {number} "
+            f"dialogue{'s' if number != 1 else ''}"
         ),
         soft_wrap=True,
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Sequence
 from functools import lru_cache, partial
@@ -242,7 +241,6 @@ def _best_device(torch: Any) -> str:
 
 
 def _load(source: str | Path, device: Any, dtype: Any) -> Any:
-    os.environ.setdefault("TQDM_DISABLE", "1")  # read when tqdm is imported
     transformers = package("transformers")
     path = Path(source).expanduser()
     options: dict[str, Any] = {"dtype": dtype, "trust_remote_code": False}
