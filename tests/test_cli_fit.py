@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import importlib
 import json
 import re
@@ -16,7 +15,6 @@ import numpy as np
 import pytest
 from filelock import FileLock
 
-from goalscope.datasets import DATASETS, read_cases
 from goalscope.datasets.goal_sets import goal_key
 from goalscope.fitting import run
 from goalscope.fitting.run import fit_adapter
@@ -26,7 +24,6 @@ from goalscope.models.adapters import FITTED_GOALS, read_adapter
 from goalscope.models.transformers import Transformers
 from goalscope.types import Goal, InvalidInputError, Turn
 from test_cli import fails, invoke
-from test_datasets import deal, games, packed, refused
 from test_fitting import GOALS, QUICK, TASK, case, rows_file, tiny_folder
 from test_transformers import tiny
 
@@ -535,108 +532,3 @@ def test_the_adapter_is_used_by_name(
     ]
     np.testing.assert_allclose(tables[0], expected, atol=0.03)
     assert np.abs(np.array(tables[1]) - expected).max() > 0.5
-
-
-# Which dialogues a name stands for
-
-
-def ids(source: Source) -> list[str]:
-    return [each.id for each in source.cases]
-
-
-def digest(file: Path) -> str:
-    return hashlib.sha256(file.read_bytes()).hexdigest()
-
-
-def test_a_file_is_a_source(tmp_path: Path) -> None:
-    file = rows_file(tmp_path / "own.jsonl", "abc")
-    source = read_source(str(file), None)
-    assert source == Source(str(file), read_cases(file), digest(file))
-    assert source.cases[1] == replace(case(1), group="b")
-
-
-def test_a_dataset_is_a_source_with_all_its_ways_to_draw_goals(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    train = packed(tmp_path, "teach", games(), "train")
-    valid = packed(tmp_path, "teach", games()[:4])
-    packed(tmp_path, "casino", [deal(n) for n in range(3)])
-    source = read_source("teach", tmp_path, goals=3)
-    assert source.name == "teach"
-    assert ids(source) == [f"g{n}" for n in range(6)] * 2
-    assert {len(each.goals) for each in source.cases} == {3}
-    assert source.cases[:6] != source.cases[6:]
-    assert (source.sha256, source.licence) == (digest(train), DATASETS["teach"].licence)
-    assert read_source("teach", tmp_path, goals=3, seed=2) != source
-    monkeypatch.setenv("GOALSCOPE_DATA", str(tmp_path))
-    other = read_source("teach:valid_seen", None, goals=3)
-    assert ids(other) == [f"g{n}" for n in range(4)] * 2
-    assert other.sha256 == digest(valid)
-    assert len(read_source("casino:valid", None).cases) == 6
-
-
-@pytest.mark.parametrize(
-    ("places", "taken"),
-    [("[:2]", "01"), ("[2:]", "2345"), ("[:]", "012345"), ("[1:3]", "2"), ("[3:]", "45")],
-)
-def test_what_shares_a_group_with_what_stands_before_is_left_out(
-    tmp_path: Path, places: str, taken: str
-) -> None:
-    file = rows_file(tmp_path / "own.jsonl", "aabbcc")
-    source = read_source(f"{file}{places}", None)
-    assert ids(source) == [f"c{number}" for number in taken]
-    assert source.name == f"{file}{places}"
-
-
-def test_places_count_in_each_of_a_datasets_lists(tmp_path: Path) -> None:
-    packed(tmp_path, "teach", games())
-    packed(tmp_path, "casino", [deal(n) for n in range(3)])
-    assert ids(read_source("teach:valid_seen[:2]", tmp_path, goals=3)) == ["g0", "g1"] * 2
-    rest = read_source("teach:valid_seen[1:]", tmp_path, goals=3)
-    assert ids(rest) == ["g1", "g2", "g3", "g4", "g5"] * 2
-    groups = [each.group for each in read_source("casino:valid[1:]", tmp_path).cases]
-    assert groups == ["1", "1", "2", "2"]  # both campers of the first deal are left out
-
-
-def test_true_goals_of_what_stands_before_are_no_wrong_goals(tmp_path: Path) -> None:
-    file = rows_file(tmp_path / "own.jsonl", "abcdefgh", goals=["Buy  MILK!", "buy tea"], true=1)
-    source = read_source(f"{file}[2:]", None)
-    # Milk and tea are true before [2:]; of the taken ones, c6 has milk and c7 tea, too.
-    assert [each.goals for each in source.cases[:5]] == [GOALS] * 5
-    some = read_source(f"{file}[2:6]", None)
-    assert [each.goals for each in some.cases] == [GOALS[2:]] * 4
-    assert [each.goals[each.truth] for each in some.cases] == list(GOALS[2:])
-    one = read_source(f"{file}[1:]", None).cases
-    assert [each.goals for each in one] == [*[GOALS] * 6, (Goal("Buy  MILK!"), GOALS[1])]
-
-
-def test_a_dialogue_without_a_wrong_goal_left_is_left_out(tmp_path: Path) -> None:
-    file = rows_file(tmp_path / "own.jsonl", "abc", goals=["Buy  MILK!", "buy rice"], true=1)
-    assert ids(read_source(f"{file}[1:]", None)) == ["c1"]
-    assert "holds no dialogue" in refused(lambda: read_source(f"{file}[2:]", None))
-    assert ids(read_source(str(file), None)) == ["c0", "c1", "c2"]
-
-
-@pytest.mark.parametrize(
-    ("name", "said"),
-    [
-        ("", "empty"),
-        ("nowhere", "'nowhere' is neither a file FILE.jsonl nor one of the datasets teach"),
-        ("mcq", "neither"),
-        ("own.json", "neither"),
-        ("teach:night", "no split 'night'"),
-        ("teach:train", "there is no file"),
-        ("none.jsonl", "cannot be read"),
-        ("own.jsonl[3:]", "holds no dialogue"),
-        ("own.jsonl[1:1]", "holds no dialogue"),
-        ("own.jsonl[1:2]", "holds no dialogue"),
-    ],
-)
-def test_what_names_no_dialogue_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, said: str
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    rows_file(Path("own.jsonl"), "aab")
-    message = refused(lambda: read_source(name, tmp_path))
-    assert said in message
-    assert "\n" not in message

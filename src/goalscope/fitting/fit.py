@@ -337,8 +337,6 @@ def _scores(beliefs: Sequence[Array], groups: Sequence[str]) -> tuple[float, flo
     top1 = np.mean([each[0] >= each[1:].max() for each in closed])
     log_loss = np.mean([np.logaddexp.reduce(each) - each[0] for each in closed])
     absent = [belief[1] - np.logaddexp.reduce(belief[2:]) for belief in beliefs]
-    present = [
-        belief[1] - np.logaddexp.reduce([belief[0], *belief[3:]]) for belief in beliefs
-    ]  # fmt: skip
+    present = [belief[1] - np.logaddexp.reduce([belief[0], *belief[3:]]) for belief in beliefs]
     area = auroc(absent, present, groups)[0] if len(set(groups)) > 1 else 0.5
     return float(top1), float(log_loss), area

@@ -17,7 +17,7 @@ from goalscope.datasets.goal_sets import goal_key
 from goalscope.fitting.card import write_card
 from goalscope.fitting.fit import Fit, Progress, Settings
 from goalscope.fitting.learner import Learner
-from goalscope.fitting.sources import Source, parted
+from goalscope.fitting.sources import Source, digest_of, parted
 from goalscope.likelihood import GOAL_TOKENS, Layout, RolePlay
 from goalscope.models.adapters import FITTED_GOALS, read_adapter, write_adapter
 from goalscope.models.extras import package
@@ -75,7 +75,7 @@ def fit_adapter(
         about: dict[str, Any] = {
             "base": base,
             "layout": layout,
-            "start": f"the adapter of SHA-256 `{_digest(start)[:16]}`" if start else "no adapter",
+            "start": f"the adapter of SHA-256 `{digest_of(start)[:16]}`" if start else "no adapter",
             "sources": [
                 {
                     "name": source.name,
@@ -178,11 +178,6 @@ def _check_lengths(roleplay: RolePlay, sources: Sequence[Source], settings: Sett
                 check(case)
             except InvalidInputError as error:
                 raise InvalidInputError(f"{source.name}, dialogue {case.id}: {error}") from None
-
-
-def _digest(file: Path) -> str:
-    with file.open("rb") as opened:
-        return hashlib.file_digest(opened, "sha256").hexdigest()
 
 
 def _memory(model: Transformers) -> str:

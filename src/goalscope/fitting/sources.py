@@ -14,7 +14,7 @@ from goalscope.datasets.goal_sets import chance, goal_key
 from goalscope.envs.tables import shown
 from goalscope.types import InvalidInputError
 
-__all__ = ["Source", "parted", "read_source"]
+__all__ = ["Source", "digest_of", "parted", "read_source"]
 
 _NAME = re.compile(r"(?P<name>.+?)(\[(?P<start>\d*):(?P<stop>\d*)\])?")
 
@@ -80,9 +80,7 @@ def read_source(name: str, folder: Path | None, *, goals: int = 20, seed: int = 
     taken = [each for case in taken if (each := _without(case, kept))]
     if not taken:
         raise InvalidInputError(f"{name} holds no dialogue.")
-    with file.open("rb") as opened:
-        digest = hashlib.file_digest(opened, "sha256").hexdigest()
-    return Source(name, taken, digest, licence)
+    return Source(name, taken, digest_of(file), licence)
 
 
 def parted(
@@ -127,6 +125,12 @@ def parted(
             )
     turns = chain.from_iterable(zip_longest(*lists))
     return train, [case for case in turns if case is not None][:validation]
+
+
+def digest_of(file: Path) -> str:
+    """The SHA-256 of a file."""
+    with file.open("rb") as opened:
+        return hashlib.file_digest(opened, "sha256").hexdigest()
 
 
 def _truth(case: Case) -> str:
