@@ -82,6 +82,12 @@ def tiny_folder(path: Path) -> Path:
     return path
 
 
+@pytest.fixture(autouse=True)
+def exact(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All products are of 32-bit numbers."""
+    monkeypatch.setattr(torch.cpu, "get_capabilities", dict, raising=False)
+
+
 @pytest.fixture(scope="module")
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tiny_folder(tmp_path_factory.mktemp("models") / "tiny")
@@ -105,9 +111,9 @@ def scramble(learner: Learner, size: float = 0.3) -> None:
     learner.model.clear_cache()
 
 
-def example(learned: Sequence[int] = (0, 2)) -> Example:
+def example() -> Example:
     turns = (Turn("What is it?", "milk and tea"), Turn("Why?", "soap"), Turn("Else?", "Eggs, 6."))
-    return Example(TASK, (GOALS[0], UNSPECIFIED, GOALS[3], GOALS[5]), turns, learned, 5, "g")
+    return Example(TASK, (GOALS[0], UNSPECIFIED, GOALS[3], GOALS[5]), turns, 5, "g")
 
 
 def by_roleplay(learner: Learner, of: Example) -> np.ndarray:
@@ -196,14 +202,44 @@ def test_a_source_that_validates_for_another_with_all_it_has_is_refused() -> Non
 def test_words_are_as_likely_as_to_the_likelihood(path: Path, layout: Layout) -> None:
     learner, of = learner_of(path, layout=layout), example()
     plain = by_roleplay(learner, of)
-    tokens = [learner.model.tokenizer.tokenize(of.turns[t].utterance) for t in of.learned]
+    tokens = [learner.model.tokenizer.tokenize(turn.utterance) for turn in of.turns]
     assert learner.tokens(of) == sum(map(len, tokens)) > 4
     np.testing.assert_allclose(scores(learner, of), plain, atol=1e-4)
     scramble(learner)
     changed = by_roleplay(learner, of)
     assert np.abs(changed - plain).max() > 0.5
-    for learned in ((0, 2), (1,), (), (0, 1, 2)):
-        np.testing.assert_allclose(scores(learner, example(learned)), changed, atol=1e-4)
+    np.testing.assert_allclose(scores(learner, of), changed, atol=1e-4)
+    for turns in (1, 2):
+        part = replace(of, turns=of.turns[:turns])
+        np.testing.assert_allclose(scores(learner, part), changed[:turns], atol=1e-4)
+
+
+@pytest.mark.parametrize("tree", [1, 150])
+def test_so_they_are_in_several_trees(
+    path: Path, tree: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    learner, of = learner_of(path), example()
+    scramble(learner)
+    whole = learner.log_likelihood(of)
+    whole.sum().backward()
+    gradients = [each.grad.clone() for each in learner.parameters]
+    monkeypatch.setattr("goalscope.fitting.learner._TREE", tree)
+    for each in learner.parameters:
+        each.grad = None
+    parts = learner.log_likelihood(of)
+    torch.testing.assert_close(parts, whole, atol=1e-4, rtol=0)
+    parts.sum().backward()
+    for each, gradient in zip(learner.parameters, gradients, strict=True):
+        torch.testing.assert_close(each.grad, gradient, atol=1e-2, rtol=1e-3)
+
+
+def test_products_of_16_bits_change_little(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    learner, of = learner_of(path), example()
+    scramble(learner)
+    exact = by_roleplay(learner, of)
+    monkeypatch.setattr(torch.cpu, "get_capabilities", lambda: {"avx512_bf16": True}, raising=False)
+    rounded = scores(learner, of)
+    assert 0 < np.abs(rounded - exact).max() < 0.05 * np.abs(exact).max()
 
 
 @pytest.mark.parametrize("kind", ["mistral", "qwen3", "gemma3_text"])
@@ -217,24 +253,18 @@ def test_so_they_are_where_layers_look_back_a_little(tmp_path: Path, kind: str) 
 def test_so_they_are_where_the_oldest_turns_do_not_fit(path: Path) -> None:
     learner = learner_of(path, context_size=420)
     turns = [Turn("What is it?", f"{word} and tea") for word in WORDS * 2]
-    of = Example(TASK, (GOALS[1], UNSPECIFIED), turns, [2, 11], 1, "g")
+    of = Example(TASK, (GOALS[1], UNSPECIFIED), turns, 1, "g")
     assert learner.roleplay.window(TASK, turns) == 8
     np.testing.assert_allclose(scores(learner, of), by_roleplay(learner, of), atol=1e-4)
 
 
-def test_only_the_turns_to_learn_from_have_gradients(path: Path) -> None:
+def test_each_turn_teaches(path: Path) -> None:
     learner = learner_of(path)
     scramble(learner)
-
-    def gradients(of: Example, rows: Sequence[int]) -> Any:
-        wanted = learner.log_likelihood(of)[list(rows)].sum()
-        return torch.cat([x.flatten() for x in torch.autograd.grad(wanted, learner.parameters)])
-
-    assert not learner.log_likelihood(example(())).requires_grad
-    assert not gradients(example(), [1]).any()
-    some = gradients(example(), [0, 1, 2])
-    torch.testing.assert_close(some, gradients(example((0, 1, 2)), [0, 2]), rtol=1e-3, atol=1e-3)
-    assert (some - gradients(example((0, 1, 2)), [0, 1, 2])).abs().max() > 0.1
+    for row in learner.log_likelihood(example()):
+        wanted = row.sum()
+        parts = torch.autograd.grad(wanted, learner.parameters, retain_graph=True)
+        assert all(part.abs().max() > 0.001 for part in parts)
 
 
 def test_half_as_many_bits_learn_too(path: Path, tmp_path: Path) -> None:
@@ -329,7 +359,7 @@ class Scripted:
         return self._table(self.weight)
 
     def tokens(self, of: Example) -> int:
-        return 2 * len(of.learned)
+        return 2 * len(of.turns)
 
     def state(self) -> dict[str, Any]:
         return {"weight": self.weight.detach().clone()}
@@ -351,19 +381,15 @@ def scripted(
     return Fit(learner, train, [case(3)], settings, folder, about or {}), learner
 
 
-@pytest.mark.parametrize(
-    ("learned", "words"), [((0, 1), (2 + 4 + 1 + 5) / (2 * 4)), ((1,), (1 + 5) / (2 * 2))]
-)
-def test_the_objectives_are_what_they_say(
-    tmp_path: Path, learned: Sequence[int], words: float
-) -> None:
+def test_the_objectives_are_what_they_say(tmp_path: Path) -> None:
+    words = (2 + 4 + 1 + 5) / (2 * 4)
     # Divided by 2 and summed over turns: [-1, -2, -1.5], then [-1.5, -4.5, -2.5]; the wrong goal
     # that was drawn stands for three.
     exp, log = math.exp, math.log
     true = log(1 + exp(-1) + 3 * exp(-0.5)) + log(1 + exp(-3) + 3 * exp(-1))
     absent = log(1 + 3 * exp(0.5)) + log(1 + 3 * exp(2))
     goals = (true + absent) / 2
-    of = replace(example(learned), negatives=3)
+    of = replace(example(), turns=example().turns[:2], negatives=3)
     both = goals + 0.25 * words
     for objective, expected in (("words", words), ("goals", goals), ("both", both)):
         settings = replace(QUICK, objective=objective, words_weight=0.25, temperature=2.0)
@@ -394,7 +420,7 @@ def test_scores_are_what_they_say() -> None:
 
 @pytest.mark.parametrize(("objective", "wrong"), [("words", 0), ("goals", 2), ("both", 2)])
 def test_steps_and_validations_draw_their_goals(tmp_path: Path, objective: Any, wrong: int) -> None:
-    settings = replace(QUICK, objective=objective, turns=1, batch_size=6)
+    settings = replace(QUICK, objective=objective, batch_size=6)
     fit, learner = scripted(tmp_path, settings=settings)
     list(fit.run())
     counts = [len(of.goals) - 2 for of in learner.examples]
@@ -405,11 +431,10 @@ def test_steps_and_validations_draw_their_goals(tmp_path: Path, objective: Any, 
         assert of.goals[1] == UNSPECIFIED
         assert len(set(of.goals)) == len(of.goals)
         assert (of.negatives, f"c{GOALS.index(of.goals[0])}") == (5, of.group.replace("g", "c"))
-    steps = [of for of in learner.examples if of.learned]
+    steps = [of for of in learner.examples if of.group != "g3"]
     assert {of.goals[0] for of in steps} == set(GOALS[:3])
-    parts = {(len(of.turns), tuple(of.learned)) for of in steps}
-    assert parts == {(1, (0,)), (2, (0,)), (2, (1,))}
-    first, second, third = [of for of in learner.examples if not of.learned]
+    assert {len(of.turns) for of in steps} == {1, 2}
+    first, second, third = [of for of in learner.examples if of.group == "g3"]
     assert first == second == third
     assert (len(first.turns), first.goals[0]) == (2, GOALS[3])
 
@@ -422,10 +447,9 @@ def test_a_dialogue_ends_after_its_first_turns(tmp_path: Path) -> None:
     )
     fit, learner = scripted(tmp_path, table, settings, train=[long])
     list(fit.run())
-    steps = [of for of in learner.examples if of.learned]
+    steps = [of for of in learner.examples if of.group == "g0"]
     assert all(of.turns == long[0].turns[: len(of.turns)] for of in steps)
-    parts = {(len(of.turns), tuple(of.learned)) for of in steps}
-    assert parts == {(1, (0,)), (2, (0, 1)), (3, (0, 1)), (3, (0, 2)), (3, (1, 2))}
+    assert {len(of.turns) for of in steps} == {1, 2, 3}
 
 
 def test_seldom_and_often_goals_and_sources_are_drawn_alike(tmp_path: Path) -> None:
@@ -434,7 +458,7 @@ def test_seldom_and_often_goals_and_sources_are_drawn_alike(tmp_path: Path) -> N
     settings = replace(QUICK, steps=50, validate_every=50, batch_size=8)
     fit, learner = scripted(tmp_path, settings=settings, train=[[seldom, *often], [other]])
     list(fit.run())
-    truths = [of.goals[0] for of in learner.examples if of.learned]
+    truths = [of.goals[0] for of in learner.examples if of.group != "g3"]
     shares = [truths.count(goal) / 400 for goal in GOALS[:3]]
     assert shares == pytest.approx([0.25, 0.25, 0.5], abs=0.08)
 

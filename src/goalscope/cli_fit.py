@@ -67,7 +67,7 @@ def fit(
 ) -> None:
     """Fit the model that scores to what people really say under a goal.
 
-    A row of a file is as for `infer`, with the true goal under "true". Up to 30 dialogues (at most
+    A row of a file is as for `infer`, with the true goal under "true". Up to 60 dialogues (at most
     a third) validate; fitting ends when they have not become better for a while. Run again, it
     goes on where it stopped. The folder then holds the adapter, for --adapter, and a model card.
     """

@@ -51,7 +51,6 @@ class Settings:
         negatives: Wrong goals that are drawn beside the true one and Unspecified; twice as many
             validate. The loss counts those drawn for all that there are.
         longest: Most turns of a dialogue: an example ends after any of its first ones.
-        turns: Most turns of an example from whose words is learned; the others are evidence, too.
         validation: Most dialogues that validate.
         temperature: Divides the evidence, as at inference.
         seed: Of all that is drawn.
@@ -68,8 +67,7 @@ class Settings:
     patience: int = 6
     negatives: int = 2
     longest: int = 5
-    turns: int = 2
-    validation: int = 30
+    validation: int = 60
     temperature: float = DEFAULT_TEMPERATURE
     seed: int = 1
 
@@ -215,7 +213,7 @@ class Fit:
         goals = _goals_loss(table / settings.temperature, example)
         if settings.objective == "goals":
             return goals
-        words = -table[list(example.learned), :2].sum() / (2 * self._learner.tokens(example))
+        words = -table[:, :2].sum() / (2 * self._learner.tokens(example))
         return words if settings.objective == "words" else goals + settings.words_weight * words
 
     def _validate(self, training: float | None, began: float) -> Progress:
@@ -309,15 +307,13 @@ def _drawn(case: Case, settings: Settings, name: str, *, validates: bool = False
     wrong = [goal for place, goal in enumerate(case.goals) if place != case.truth]
     most = min(len(case.turns), settings.longest)
     if validates:
-        negatives, end, learned = 2 * settings.negatives, most, list[int]()
+        negatives, end = 2 * settings.negatives, most
     else:
         end = random.randint(1, most)
         negatives = 0 if settings.objective == "words" else settings.negatives
-        learned = sorted(random.sample(range(end), min(end, settings.turns)))
-    turns = case.turns[:end]
     drawn = random.sample(wrong, min(len(wrong), negatives))
     goals = (case.goals[case.truth], UNSPECIFIED, *drawn)
-    return Example(case.task, goals, turns, learned, len(wrong), case.group)
+    return Example(case.task, goals, case.turns[:end], len(wrong), case.group)
 
 
 def _goals_loss(evidence: Any, example: Example) -> Any:

@@ -21,6 +21,8 @@ from goalscope.types import Goal, GoalscopeError, ModelError, Turn
 
 __all__ = ["Example", "Learner"]
 
+_TREE = 700  # tokens of a tree that takes no further turn: attention looks from each to each
+
 
 @dataclass(frozen=True, slots=True)
 class Example:
@@ -29,8 +31,7 @@ class Example:
     Attributes:
         task: The assistant's task.
         goals: The true goal, `UNSPECIFIED`, and wrong ones.
-        turns: All of them are scored.
-        learned: Indices of the turns whose words are learned from, in their order.
+        turns: All of them.
         negatives: How many wrong goals there are in all, of which some were drawn.
         group: Of the dialogue.
     """
@@ -38,7 +39,6 @@ class Example:
     task: str
     goals: Sequence[Goal]
     turns: Sequence[Turn]
-    learned: Sequence[int]
     negatives: int
     group: str
 
@@ -119,20 +119,13 @@ class Learner:
         """How likely the words of each turn are under each goal.
 
         Returns:
-            A tensor [turns, goals] in nats; the rows of the turns to learn from have gradients.
+            A tensor [turns, goals] in nats, with gradients.
 
         Raises:
             GoalscopeError: The memory is too small.
         """
-        torch = package("torch")
-        others = [t for t in range(len(example.turns)) if t not in example.learned]
-        rows: dict[int, Any] = {}
         try:
-            if others:
-                with torch.no_grad():
-                    rows |= zip(others, self._score(example, others), strict=True)
-            if example.learned:
-                rows |= zip(example.learned, self._score(example, example.learned), strict=True)
+            return self._score(example)
         except (RuntimeError, MemoryError) as error:
             if not self.model.network.is_out_of_memory(error):
                 raise
@@ -140,12 +133,10 @@ class Learner:
                 "The memory is too small to learn from a dialogue this long. Take a smaller model, "
                 "or --device cpu; what was learned so far is kept, and the same command goes on."
             ) from None
-        return torch.stack([rows[t] for t in range(len(example.turns))])
 
     def tokens(self, example: Example) -> int:
-        """Number of tokens of the words that are learned from."""
-        words = (example.turns[t].utterance for t in example.learned)
-        return sum(len(self.model.tokenizer.tokenize(each)) for each in words)
+        """Number of tokens of the person's words."""
+        return sum(len(self.model.tokenizer.tokenize(turn.utterance)) for turn in example.turns)
 
     def state(self) -> dict[str, Any]:
         """The adapters' weights now, as tensors of their own."""
@@ -173,29 +164,33 @@ class Learner:
         self._peft.peft_config["default"].base_model_name_or_path = base
         self._peft.save_pretrained(folder, save_embedding_layers=False)
 
-    def _score(self, example: Example, turns: Sequence[int]) -> Any:
-        """How likely the words of some turns are under each goal [turns, goals], nats."""
+    def _score(self, example: Example) -> Any:
         torch = package("torch")
+        scores: list[Any] = []
         trie, spots = Trie(), list[tuple[list[int], list[int]]]()
-        for t in turns:
+        for t, turn in enumerate(example.turns):
             start = self.roleplay.window(example.task, example.turns[: t + 1])
             read = example.turns[start : t + 1]
-            answer = self.model.tokenizer.tokenize(example.turns[t].utterance)
+            answer = self.model.tokenizer.tokenize(turn.utterance)
             for goal in example.goals:
                 context = self.roleplay.context(example.task, goal, read)
                 prompt = self.model.tokenizer.render(context)
                 path = trie.paths[trie.add([*prompt, *answer[:-1]])]
                 spots.append((path[len(prompt) - 1 :], answer))
+            if len(trie) >= _TREE or t == len(example.turns) - 1:
+                scores += self._read(trie, spots)
+                trie, spots = Trie(), []
+        return torch.stack(scores).reshape(len(example.turns), len(example.goals))
+
+    def _read(self, trie: Trie, spots: Sequence[tuple[list[int], list[int]]]) -> list[Any]:
+        """How likely the tokens of each answer are after the nodes that lead to them, nats."""
         places = sorted({node for nodes, _ in spots for node in nodes})
         row_of = {node: row for row, node in enumerate(places)}
         logits = self.model.network.learn(
             np.array([trie.tokens]), np.array([trie.depths]), _ancestors(trie)[None], places
         )
-        logprobs = torch.log_softmax(logits.float(), -1)
-        scores = [
-            logprobs[[row_of[node] for node in nodes], answer].sum() for nodes, answer in spots
-        ]
-        return torch.stack(scores).reshape(len(turns), len(example.goals))
+        logprobs = package("torch").log_softmax(logits.float(), -1)
+        return [logprobs[[row_of[node] for node in nodes], answer].sum() for nodes, answer in spots]
 
     def _begin(self, adapter: Adapter) -> None:
         torch = package("torch")

@@ -122,14 +122,19 @@ class Network:
         return logits, values
 
     def learn(self, ids: Ints, depths: Ints, sees: Flags, places: Sequence[int]) -> Any:
-        """Next-token logits [places, vocabulary] of rows of tokens, with gradients; see `run`."""
-        return self._logits(
-            places,
-            input_ids=self._torch.from_numpy(ids).to(self.device),
-            position_ids=self._torch.from_numpy(depths).to(self.device),
-            attention_mask=self._masks(depths, sees),
-            use_cache=False,
-        )
+        """Next-token logits [places, vocabulary] of rows of tokens, with gradients; see `run`.
+
+        Products are of 16-bit numbers where that is faster, so the logits are rounded to these.
+        """
+        torch = self._torch
+        with torch.autocast(self.device.type, torch.bfloat16, enabled=self._multiplies_bfloat16):
+            return self._logits(
+                places,
+                input_ids=torch.from_numpy(ids).to(self.device),
+                position_ids=torch.from_numpy(depths).to(self.device),
+                attention_mask=self._masks(depths, sees),
+                use_cache=False,
+            )
 
     def is_out_of_memory(self, error: BaseException) -> bool:
         """Whether an error says that the memory is too small."""
@@ -142,6 +147,13 @@ class Network:
         """Give back what PyTorch holds in reserve."""
         if self.device.type == "cuda":
             self._torch.cuda.empty_cache()
+
+    @property
+    def _multiplies_bfloat16(self) -> bool:
+        """Whether this is a processor with instructions for products of 16-bit numbers."""
+        told = getattr(self._torch.cpu, "get_capabilities", dict)  # PyTorch 2.9 and later
+        known = told() if self.device.type == "cpu" else {}
+        return any(known.get(each, False) for each in ("avx512_bf16", "amx_bf16"))
 
     def _masks(self, depths: Ints, sees: Flags) -> Any:
         """What attention adds [rows, 1, tokens, known + tokens]; one for each kind of layer."""
