@@ -16,6 +16,7 @@ from goalscope.experiment.summary import NO_INTERVAL, Estimate, Labels, Table, s
 from goalscope.experiment.summary_dialogues import PREDICTORS, read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
 from goalscope.experiment.summary_mcq import mcq_tables
+from goalscope.experiment.summary_models import model_tables
 from goalscope.stats import Interval, bootstrap_mean, proportion
 
 pytest.importorskip("scipy.stats")
@@ -411,12 +412,52 @@ def test_sets_goal_sets_and_models_have_tables_of_their_own() -> None:
     others = [({**spec, "goal_set": "random"}, result), ({**spec, "model": {}}, result)]
     found = read_dialogues([*DIALOGUES, *others])
     assert [(d.goal_set, d.model, d.n) for d in found] == [
-        ("hard", "SmolLM2-135M-Instruct", 1),
         ("hard", "small", 2),
+        ("hard", "SmolLM2-135M-Instruct", 1),
         ("random", "small", 1),
     ]
     assert len({d.table().name for d in found}) == 3
     assert read_dialogues([]) == ()
+
+
+def test_models_that_met_the_same_dialogues_are_compared() -> None:
+    base = [
+        dialogue(n, n % 2, 2, group=f"g{n // 2}", unspecified=[0.0, 0.0],
+                 **{"role-play": [SURE, SURE]})
+        for n in range(4)
+    ]  # fmt: skip
+    better = [
+        (
+            {**spec, "model": {}},
+            {
+                "role-play": [[4.0 * (i == n % 2) for i in range(4)]] * turns,
+                "unspecified": [0.0] * turns,
+            },
+        )
+        for n, (spec, _) in enumerate(base)
+        for turns in [2 if n else 1]
+    ]
+    (table,) = model_tables(read_dialogues([*base, *better[:3]]), command="make")
+    assert (table.name, table.command) == ("models-teach-valid-hard", "make")
+    assert table.title == "Models compared: teach, valid, 4 hard goals each"
+    found = {entries[:2]: dict(zip(table.columns, entries, strict=True)) for entries in table.rows}
+    small, large = "small", "SmolLM2-135M-Instruct"
+    assert list(found) == [
+        (small, "1"), (large, "1"), (small, "2"), (large, "2"), (small, "last"), (large, "last")
+    ]  # fmt: skip
+    first, other = found[small, "1"], found[large, "1"]
+    assert (first["n"], first["top-1"].value, first["top-1, difference"]) == (4, 0.5, None)
+    assert (other["n"], other["top-1"].value) == (3, 1.0)
+    assert other["top-1, difference"].value == pytest.approx(1 / 3)
+    right, wrong = math.log(1 + 3 * math.exp(-1)), math.log(3 + math.exp(1))
+    assert first["log-loss"].value == pytest.approx((right + wrong) / 2)
+    now = math.log(1 + 3 * math.exp(-2))
+    assert other["log-loss, difference"].value == pytest.approx(now - (2 * right + wrong) / 3)
+    assert other["log-loss, difference"].interval is not None  # the groups differ
+    assert found[large, "2"]["n"] == 2
+    area = {each.model: each.area(1) for each in read_dialogues([*base, *better])}
+    assert first["open-set AUROC"] == area[small]
+    assert list(model_tables(read_dialogues(base))) == []
 
 
 def test_figures_get_the_tables_numbers() -> None:

@@ -66,6 +66,7 @@ MOST_SURE = 0.995
 class Outcome:
     """One predictor's belief after one turn of one dialogue."""
 
+    id: str
     group: str
     scores: Scores
     confidence: float
@@ -116,11 +117,16 @@ class Dialogues:
     openness: Mapping[int | None, Sequence[Openness]]
 
     @property
-    def title(self) -> str:
-        """What was inferred, and with which model."""
+    def task(self) -> str:
+        """What was inferred."""
         own = self.goal_set == "own"
         goals = f"{self.goals} goals each" if own else f"{self.goals} {self.goal_set} goals each"
-        return ", ".join(filter(None, (self.set, "" if own else self.split, goals, self.model)))
+        return ", ".join(filter(None, (self.set, "" if own else self.split, goals)))
+
+    @property
+    def title(self) -> str:
+        """What was inferred, and with which model."""
+        return f"{self.task}, {self.model}"
 
     def accuracy_by_turn(self, turns: int = 10) -> dict[str, list[tuple[int, int, Estimate]]]:
         """Turn, number of dialogues that have it, and top-1 accuracy, for each predictor."""
@@ -169,19 +175,22 @@ class Dialogues:
             if not found:
                 continue
             groups = [each.group for each in found]
-            area = (
-                Estimate(*auroc([e.absent for e in found], [e.present for e in found], groups))
-                if len(set(groups)) > 1
-                else None
-            )
             present, absent = (
                 Estimate(sum(leads) / len(leads), bootstrap_mean(leads, groups), "percent")
                 for leads in zip(*(map(float, each.leads) for each in found), strict=True)
             )
             which = "last" if turn is None else str(turn)
-            rows.append((which, len(found), area, absent, present))
+            rows.append((which, len(found), self.area(turn), absent, present))
         title = f"Is the goal in the set? {self.title}, {self.n} dialogues"
         return Table(self._name("open-set"), title, OPEN_COLUMNS, tuple(rows), OPEN_NOTES, command)
+
+    def area(self, turn: int | None) -> Estimate | None:
+        """The AUROC of `open_set_table`; None where it is not defined."""
+        found = self.openness.get(turn, ())
+        groups = [each.group for each in found]
+        if len(set(groups)) < 2:
+            return None
+        return Estimate(*auroc([e.absent for e in found], [e.present for e in found], groups))
 
     def _name(self, what: str) -> str:
         parts = [part for part in (self.set, self.split, self.goal_set, self.model) if part]
@@ -234,7 +243,7 @@ NOTES = (
 
 
 def read_dialogues(cells: Iterable[Measured]) -> tuple[Dialogues, ...]:
-    """The cells of the kind "dialogue", for each set, split, goal set and model.
+    """The cells of the kind "dialogue", for each set, split, goal set and model, in this order.
 
     Args:
         cells: Of any kind.
@@ -246,7 +255,8 @@ def read_dialogues(cells: Iterable[Measured]) -> tuple[Dialogues, ...]:
         spec = cell[0]
         key = (spec["set"], spec["split"] or "", spec["goal_set"], labels[_settings(spec)])
         groups.setdefault(key, []).append(cell)
-    return tuple(_read(key, group) for key, group in sorted(groups.items()))
+    by_task = sorted(groups.items(), key=lambda each: each[0][:3])  # models stay in their order
+    return tuple(_read(key, group) for key, group in by_task)
 
 
 def _settings(spec: Mapping[str, Any]) -> dict[str, Any]:
@@ -263,9 +273,8 @@ def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogue
     def keep(predictor: str, cell: Measured, table: Iterable[Array]) -> None:
         case, last = cell[0]["case"], None
         for turn, belief in enumerate(table, 1):
-            last = Outcome(
-                case["group"], scores(belief, case["truth"]), float(np.exp(belief.max()))
-            )
+            scored = scores(belief, case["truth"])
+            last = Outcome(case["id"], case["group"], scored, float(np.exp(belief.max())))
             outcomes.setdefault((predictor, turn), []).append(last)
         if last:
             outcomes.setdefault((predictor, None), []).append(last)

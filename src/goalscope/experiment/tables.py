@@ -10,6 +10,7 @@ from goalscope.experiment.summary import Table
 from goalscope.experiment.summary_dialogues import read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
 from goalscope.experiment.summary_mcq import mcq_tables
+from goalscope.experiment.summary_models import model_tables
 
 __all__ = ["tables_of", "warnings_of"]
 
@@ -21,7 +22,9 @@ def tables_of(results: Results, cells: Sequence[Cell] | None = None) -> list[Tab
     measured = [(cell.spec, cell.result or {}) for cell in done]
     command = "; ".join(results.commands(asked))
     tables = list(mcq_tables(measured, command=command))
-    for dialogues in read_dialogues(measured):
+    found = read_dialogues(measured)
+    tables += model_tables(found, command=command)
+    for dialogues in found:
         tables += [dialogues.table(command=command), dialogues.open_set_table(command=command)]
     for episodes in read_episodes(measured, attempts=[cell.attempts for cell in done]):
         tables += episodes.tables(command=command)

@@ -1,0 +1,79 @@
+"""Several models on the same dialogues: how good each is, and how far from the first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate, Table, slug
+from goalscope.experiment.summary_dialogues import GOALSCOPE, Dialogues, Outcome
+from goalscope.stats import bootstrap_mean
+
+__all__ = ["model_tables"]
+
+COLUMNS = (
+    "model",
+    "turn",
+    "n",
+    "top-1",
+    "top-1, difference",
+    "log-loss",
+    "log-loss, difference",
+    "open-set AUROC",
+)
+TURNS = (1, 2, 3, None)
+"""Turns that are shown; None for each dialogue's last."""
+
+NOTES = (
+    "goalscope with each model, as in the tables of each. Difference: from the first model, on the "
+    "dialogues that both have met; less log-loss is better. AUROC: is the goal in the set?",
+    "Intervals are 95 %, by a bootstrap that resamples whole groups of dialogues that share "
+    f"people. {NO_INTERVAL}",
+)
+
+
+def model_tables(found: Iterable[Dialogues], *, command: str = "") -> Iterator[Table]:
+    """A table for each task that more than one model has met.
+
+    Args:
+        found: Of each task and model; the first model is what the others are compared with.
+        command: What makes it again.
+    """
+    tasks: dict[tuple[str, str, str], list[Dialogues]] = {}
+    for each in found:
+        tasks.setdefault((each.set, each.split, each.goal_set), []).append(each)
+    for key, models in tasks.items():
+        longer = any((GOALSCOPE, 2) in each.outcomes for each in models)
+        rows = [
+            _row(each, models[0], turn)
+            for turn in (TURNS if longer else TURNS[:1])
+            for each in models
+            if each.outcomes.get((GOALSCOPE, turn))
+        ]
+        if len(models) > 1:
+            name = "-".join(slug(part) for part in ("models", *key) if part)
+            title = f"Models compared: {models[0].task}"
+            yield Table(name, title, COLUMNS, tuple(rows), NOTES, command)
+
+
+def _row(own: Dialogues, first: Dialogues, turn: int | None) -> tuple[Entry, ...]:
+    after = "last" if turn is None else str(turn)
+    outcomes = own.outcomes[GOALSCOPE, turn]
+    row: list[Entry] = [own.model, after, len(outcomes)]
+    before = {each.id: each for each in first.outcomes.get((GOALSCOPE, turn), ())}
+    pairs = [(each, before[each.id]) for each in outcomes if each.id in before]
+    for field in ("top1", "log_loss"):
+        row.append(_mean([(_value(each, field), each.group) for each in outcomes], field))
+        gaps = [(_value(a, field) - _value(b, field), a.group) for a, b in pairs]
+        row.append(_mean(gaps, field) if gaps and own is not first else None)
+    return (*row, own.area(turn))
+
+
+def _value(outcome: Outcome, field: str) -> float:
+    return getattr(outcome.scores, field)
+
+
+def _mean(values: Sequence[tuple[float, str]], field: str) -> Estimate:
+    numbers, groups = [value for value, _ in values], [group for _, group in values]
+    interval = bootstrap_mean(numbers, groups)
+    form = "percent" if field == "top1" else "number"
+    return Estimate(sum(numbers) / len(numbers), interval, form)
