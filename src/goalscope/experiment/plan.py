@@ -100,6 +100,7 @@ class EpisodesPart:
         rounds: Most rounds.
         catalogue: CSV file of the shop; None for the domain's own.
         scene: Of the house; None for the profile's.
+        models: As for the experiment; its own if there are none.
     """
 
     domain: Domain
@@ -115,6 +116,7 @@ class EpisodesPart:
     rounds: int = 20
     catalogue: str | None = None
     scene: str | None = None
+    models: tuple[Model, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,8 +178,9 @@ def specs_of(experiment: Experiment, folder: Path | None) -> list[dict[str, Any]
     for part in experiment.dialogues:
         for model in part.models or experiment.models:
             specs += _dialogue_specs(part, model, folder)
-    for part, model in itertools.product(experiment.episodes, experiment.models):
-        specs += _episode_specs(part, model)
+    for part in experiment.episodes:
+        for model in part.models or experiment.models:
+            specs += _episode_specs(part, model)
     return specs
 
 
