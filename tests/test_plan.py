@@ -211,12 +211,18 @@ def test_a_part_may_have_models_of_its_own(tmp_path):
         models = [{adapter = "none"}]
         [[dialogues]]
         jsonl = "d.jsonl"
+        [[episodes]]
+        domain = "grocery"
+        methods = "good"
+        profiles = "cafe"
+        models = [{adapter = "none"}]
     """
-    found = [spec["model"] for spec in specs_of(read(tmp_path, text), tmp_path)]
+    found = [(spec["kind"], spec["model"]) for spec in specs_of(read(tmp_path, text), tmp_path)]
     assert found == [
-        {"adapter": "none"},
-        {"model": "a.gguf"},
-        {"model": "b.gguf"},
+        ("dialogue", {"adapter": "none"}),
+        ("dialogue", {"model": "a.gguf"}),
+        ("dialogue", {"model": "b.gguf"}),
+        ("episode", {"adapter": "none"}),
     ]
     assert "at least one" in refused(tmp_path, "[dialogues]\njsonl = 'd.jsonl'\nmodels = []")
 
