@@ -17,6 +17,7 @@ FIT_alfred := alfred:train[300:]
 FIT_taskmaster4 := taskmaster4:dev[200:]
 ADAPTERS := $(SETS:%=adapters/without-%/adapter.gguf) $(patsubst %,adapters/teach-%/adapter.gguf,10 30 100 400 1481)
 FIT := $(BIN)/goalscope fit --start none --out adapters
+SHORT := --steps 100
 
 .PHONY: demo test check bench results adapter lock torch
 
@@ -50,14 +51,14 @@ $(READY): requirements.lock pyproject.toml
 	touch $@
 
 adapter: $(READY)  ## fit the adapter that goalscope comes with, an hour or two; after `make torch`, with GOALSCOPE_DATA
-	$(FIT)/general $(foreach set,$(SETS),"$(FIT_$(set))")
+	$(FIT)/general $(foreach set,$(SETS),"$(FIT_$(set))") --steps 400 --every 100 --learning-rate 5e-4
 	cp $(addprefix adapters/general/,adapter.gguf README.md fit.json) src/goalscope/models/general/
 
 adapters/without-%/adapter.gguf: | $(READY)
-	$(FIT)/without-$* $(foreach set,$(filter-out $*,$(SETS)),"$(FIT_$(set))")
+	$(FIT)/without-$* $(foreach set,$(filter-out $*,$(SETS)),"$(FIT_$(set))") $(SHORT)
 
 adapters/teach-%/adapter.gguf: | $(READY)
-	$(FIT)/teach-$* "teach:train[:$*]"
+	$(FIT)/teach-$* "teach:train[:$*]" $(SHORT)
 
 lock:  ## pin the newest versions that pyproject.toml allows
 	uv pip compile pyproject.toml --extra cluster --extra experiments --extra remote --extra thor --group dev \

@@ -111,7 +111,7 @@ def test_goalscope_scores_with_it_as_it_was_fitted(finished: Finished, path: Pat
     expected = likelihood(finished.model)
     np.testing.assert_allclose(likelihood(adapted), expected, atol=0.03)
     plain = Transformers(path, device="cpu", dtype="float32")
-    assert np.abs(likelihood(plain) - expected).max() > 0.5
+    assert np.abs(likelihood(plain) - expected).max() > 0.2
 
 
 def test_peft_reads_it(finished: Finished, path: Path) -> None:
