@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from goalscope.likelihood import RolePlay
 from goalscope.models import opening
 from goalscope.models.adapters import (
     ARCHITECTURES,
@@ -183,7 +184,9 @@ def test_what_is_written_is_read(tmp_path: Path, kind: str) -> None:
             np.testing.assert_allclose(one, other, rtol=1e-3, atol=1e-6)
 
 
-def test_only_scoring_is_changed(mine: Path, model: LlamaCpp, tmp_path: Path) -> None:
+def test_only_what_people_say_is_scored_with_it(
+    mine: Path, model: LlamaCpp, tmp_path: Path
+) -> None:
     both = open_model(adapter=mine, calls=tmp_path / "calls.db")
     assert isinstance(both, TwoModels)
     writer, scorer = parts(both)
@@ -191,10 +194,13 @@ def test_only_scoring_is_changed(mine: Path, model: LlamaCpp, tmp_path: Path) ->
     chat = [Message("user", "Name three things to eat for breakfast.")]
     text = both.generate(chat, max_tokens=20).text
     assert text == model.generate(chat, max_tokens=20).text
-    changed = sums(both, CONTEXTS, REPLIES)
-    assert np.abs(changed - sums(model, CONTEXTS, REPLIES)).max() > 0.5
+    usual = sums(model, CONTEXTS, REPLIES)
+    assert np.abs(sums(both.speaker, CONTEXTS, REPLIES) - usual).max() > 0.5
+    assert RolePlay(both).model is both.speaker
+    np.testing.assert_allclose(sums(both, CONTEXTS, REPLIES), usual, atol=0.15)
     assert both.name == model.name
-    assert both.fingerprint != f"{writer.fingerprint} {writer.fingerprint}"
+    assert both.fingerprint == " ".join([writer.fingerprint] * 2 + [scorer.fingerprint])
+    assert f"; scores what people say: {scorer.describe()}" in both.describe()
     both.close()
     plain = open_model(adapter="none", calls=tmp_path / "calls.db")
     assert isinstance(plain, CachedModel)
@@ -206,9 +212,12 @@ def test_only_scoring_is_changed(mine: Path, model: LlamaCpp, tmp_path: Path) ->
 
 def test_one_tokenizer_counts_once(mine: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     both = open_model(adapter=mine)
+    counted: list[object] = []
+    count = both.scorer.count_tokens
     with monkeypatch.context() as patch:
-        patch.setattr(parts(both)[0], "count_tokens", lambda _: pytest.fail("counted twice"))
+        patch.setattr(both.scorer, "count_tokens", lambda of: counted.append(of) or count(of))
         assert both.count_tokens(HISTORY) == parts(both)[1].count_tokens(HISTORY)
+    assert counted == [HISTORY]
     both.close()
 
 
@@ -220,7 +229,7 @@ def test_transformers_writes_without_it_too(tmp_path: Path) -> None:
     assert isinstance(both, TwoModels)
     chat = [Message("user", "Hi")]
     assert both.generate(chat, max_tokens=8).text == plain.generate(chat, max_tokens=8).text
-    found, before = (model.token_logprobs([chat], ["Tea."])[0] for model in (both, plain))
+    found, before = (each.token_logprobs([chat], ["Tea."])[0] for each in (both.speaker, plain))
     assert np.abs(found - before).max() > 0.1
 
 

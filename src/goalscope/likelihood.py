@@ -56,7 +56,7 @@ class RolePlay:
     the oldest turns are left out, the same for every goal; task and goal always stay.
 
     Args:
-        model: Scores the words.
+        model: Scores the words; by its `speaker`, if it has one (see `TwoModels`).
         layout: Where the goal stands: in the instruction ("goal-first"), or beside the agent's
             last query ("goal-last"). Both share all that goals have in common in the cache.
         end_of_turn: Whether that the person stops there is part of what they said.
@@ -71,7 +71,7 @@ class RolePlay:
     ) -> None:
         if layout not in ("goal-first", "goal-last"):
             raise InvalidInputError(f'layout must be "goal-first" or "goal-last", not {layout!r}')
-        self.model = model
+        self.model: LikelihoodModel = getattr(model, "speaker", model)
         self.layout: Layout = layout
         self.end_of_turn = end_of_turn
 

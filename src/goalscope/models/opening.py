@@ -26,13 +26,23 @@ class TwoModels:
     """One model that writes and another that scores, as one (the paper's GPT-4o-mini and Llama 3).
 
     A text fits if it fits both.
+
+    Attributes:
+        generator: Writes.
+        scorer: Scores.
+        speaker: Scores what people say: the scorer, perhaps with an adapter for that.
     """
 
     def __init__(
-        self, generator: OpenGenerator, scorer: OpenScorer, *, one_tokenizer: bool = False
+        self,
+        generator: OpenGenerator,
+        scorer: OpenScorer,
+        *,
+        speaker: OpenScorer | None = None,
+        one_tokenizer: bool = False,
     ) -> None:
-        """Take both; `one_tokenizer` says that they count a text's tokens alike."""
-        self.generator, self.scorer = generator, scorer
+        """Take them; `one_tokenizer` says that they count a text's tokens alike."""
+        self.generator, self.scorer, self.speaker = generator, scorer, speaker or scorer
         self._one_tokenizer = one_tokenizer
 
     @property
@@ -43,13 +53,14 @@ class TwoModels:
 
     @property
     def context_size(self) -> int:
-        """The smaller of both."""
+        """The smaller of both; an adapter changes none."""
         return min(self.generator.context_size, self.scorer.context_size)
 
     @property
     def fingerprint(self) -> str:
-        """Both."""
-        return f"{self.generator.fingerprint} {self.scorer.fingerprint}"
+        """Of all."""
+        both = f"{self.generator.fingerprint} {self.scorer.fingerprint}"
+        return both if self.speaker is self.scorer else f"{both} {self.speaker.fingerprint}"
 
     def count_tokens(self, messages: Sequence[Message]) -> int:
         """The larger of both counts."""
@@ -87,19 +98,23 @@ class TwoModels:
         return self.scorer.token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
 
     def describe(self) -> str:
-        """One line on both."""
-        return f"writes: {self.generator.describe()}; scores: {self.scorer.describe()}"
+        """One line on all."""
+        both = f"writes: {self.generator.describe()}; scores: {self.scorer.describe()}"
+        adapted = f"; scores what people say: {self.speaker.describe()}"
+        return both if self.speaker is self.scorer else both + adapted
 
     def close(self) -> None:
-        """Close both."""
-        self.generator.close()
-        self.scorer.close()
+        """Close all."""
+        for part in {
+            id(each): each for each in (self.generator, self.scorer, self.speaker)
+        }.values():
+            part.close()
 
 
 def parts(model: OpenModel) -> tuple[OpenGenerator, OpenScorer]:
-    """The model that writes and the one that scores, without any cache around them."""
+    """What writes and what scores the words of people, without any cache around them."""
     writer, scorer = (
-        (model.generator, model.scorer) if isinstance(model, TwoModels) else (model, model)
+        (model.generator, model.speaker) if isinstance(model, TwoModels) else (model, model)
     )
     return (
         writer.model if isinstance(writer, CachedModel) else writer,
@@ -143,8 +158,8 @@ def open_model(
         tokenizer: GGUF file, folder or hub name of a served model's tokenizer; by default, where
             the server says that its model is.
         adapter: GGUF file of a LoRA adapter, or the folder that it is in, for the model that
-            scores; writing is done without it. "none" for none; by default, the one that comes
-            with goalscope if the embedded model scores.
+            scores, when that scores what people say and nothing else (`TwoModels.speaker`). "none"
+            for none; by default, the one that comes with goalscope if the embedded model scores.
         calls: File that keeps all calls and answers, so that none is repeated; see `CachedModel`.
         report: Told what a first use tries, and the share that is done; see `LlamaCpp`.
 
@@ -162,22 +177,26 @@ def open_model(
             return cast("OpenModel", CachedModel(part, calls) if calls else part)
 
         one_file = writes == scores and not _is_address(writes)
-        if one_file and adapted is None:
-            result = kept(_local(writes, report))
-        else:
-            result = TwoModels(
-                kept(
-                    _served_generator(str(writes), tokenizer)
-                    if _is_address(writes)
-                    else _local(writes, report)
-                ),
-                kept(
-                    _served_scorer(str(scores), tokenizer)
-                    if _is_address(scores)
-                    else _local(scores, report, adapted)
-                ),
-                one_tokenizer=one_file,
+        writer = kept(
+            _served_generator(str(writes), tokenizer)
+            if _is_address(writes)
+            else _local(writes, report)
+        )
+        scorer = (
+            writer
+            if one_file
+            else kept(
+                _served_scorer(str(scores), tokenizer)
+                if _is_address(scores)
+                else _local(scores, report)
             )
+        )
+        speaker = kept(_local(scores, report, adapted)) if adapted else scorer
+        result = (
+            writer
+            if speaker is writer
+            else TwoModels(writer, scorer, speaker=speaker, one_tokenizer=one_file)
+        )
         opened.pop_all()
     return result
 
