@@ -177,25 +177,23 @@ def open_model(
             return cast("OpenModel", CachedModel(part, calls) if calls else part)
 
         one_file = writes == scores and not _is_address(writes)
-        writer = kept(
+        writing = kept(
             _served_generator(str(writes), tokenizer)
             if _is_address(writes)
             else _local(writes, report)
         )
-        scorer = (
-            writer
-            if one_file
-            else kept(
+        scoring = writing
+        if not one_file:
+            scoring = kept(
                 _served_scorer(str(scores), tokenizer)
                 if _is_address(scores)
                 else _local(scores, report)
             )
-        )
-        speaker = kept(_local(scores, report, adapted)) if adapted else scorer
+        speaking = kept(_local(scores, report, adapted)) if adapted else scoring
         result = (
-            writer
-            if speaker is writer
-            else TwoModels(writer, scorer, speaker=speaker, one_tokenizer=one_file)
+            writing
+            if speaking is writing
+            else TwoModels(writing, scoring, speaker=speaking, one_tokenizer=one_file)
         )
         opened.pop_all()
     return result

@@ -151,8 +151,8 @@ class Network:
     @property
     def _multiplies_bfloat16(self) -> bool:
         """Whether this is a processor with instructions for products of 16-bit numbers."""
-        told = getattr(self._torch.cpu, "get_capabilities", dict)  # PyTorch 2.9 and later
-        known = told() if self.device.type == "cpu" else {}
+        told = getattr(self._torch.cpu, "get_capabilities", dict)  # newer versions have it
+        known: dict[str, Any] = told() if self.device.type == "cpu" else {}
         return any(known.get(each, False) for each in ("avx512_bf16", "amx_bf16"))
 
     def _masks(self, depths: Ints, sees: Flags) -> Any:
