@@ -205,8 +205,8 @@ def test_only_what_people_say_is_scored_with_it(
     plain = open_model(adapter="none", calls=tmp_path / "calls.db")
     assert isinstance(plain, CachedModel)
     assert plain.generate(chat, max_tokens=20).text == text
-    plain.token_logprobs(CONTEXTS, REPLIES)
-    assert (plain.hits, plain.misses) == (1, len(REPLIES))
+    np.testing.assert_allclose(sums(plain, CONTEXTS, REPLIES), usual, atol=0.15)
+    assert (plain.hits, plain.misses) == (1 + len(REPLIES), 0)
     plain.close()
 
 
