@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import settings
 
 from goalscope.models.llamacpp import LlamaCpp
 from servers import (  # noqa: F401
@@ -11,6 +12,10 @@ from servers import (  # noqa: F401
     llama_server,
     llama_server_address,
 )
+
+
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 
 
 @pytest.fixture(scope="session")

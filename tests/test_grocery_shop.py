@@ -33,14 +33,14 @@ def test_the_shop_is_an_environment() -> None:
     assert environment.is_completion(Turn("", environment.completion_phrase))
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(additions)
 def test_the_total_is_the_sum_of_prices(added: list[tuple[str, int]]) -> None:
     prices = ((CATALOGUE.get(name), number) for name, number in added)
     assert shop(*added).total == sum((i.price * n for i, n in prices if i and i.price), Decimal(0))
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(additions, st.sampled_from(NAMES), st.integers(1, 9))
 def test_adding_then_removing_changes_nothing(
     added: list[tuple[str, int]], name: str, number: int

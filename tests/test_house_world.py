@@ -228,7 +228,7 @@ def check(metadata: dict[str, Any]) -> None:
     json.dumps(metadata, allow_nan=False)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(steps=STEPS)
 def test_any_actions_leave_the_house_in_order_and_failures_leave_it_as_it_was(
     small: Any, steps: list[tuple[str, int, bool]]
@@ -245,7 +245,7 @@ def test_any_actions_leave_the_house_in_order_and_failures_leave_it_as_it_was(
         before = after
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(steps=STEPS)
 def test_the_same_actions_lead_to_the_same_house_and_earlier_metadata_stays(
     small: Any, steps: list[tuple[str, int, bool]]

@@ -27,7 +27,7 @@ unit = st.floats(0, 1)
 numbers = st.floats(-1e3, 1e3)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.lists(st.tuples(numbers, st.sampled_from("abcd")), min_size=1, max_size=12))
 def test_bootstrap_interval_lies_between_the_means_of_groups(rows) -> None:
     values, groups = zip(*rows, strict=True)
@@ -150,7 +150,7 @@ def test_pooled_sd_needs_a_run_of_two_trials() -> None:
     assert pooled_sd_of_mean([[1.0], [2.0, 2.0]]) == 0
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.lists(st.integers(-5, 5), min_size=2, max_size=6))
 def test_sign_flip_test_is_exact_where_small(gaps: list[int]) -> None:
     flipped = [
