@@ -13,7 +13,6 @@ from servers import (  # noqa: F401
     llama_server_address,
 )
 
-
 settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")
 
