@@ -34,6 +34,8 @@ __all__ = [
     "UNIFORM",
     "UNTEMPERED",
     "Dialogues",
+    "Outcome",
+    "mean_of",
     "read_dialogues",
 ]
 
@@ -405,9 +407,13 @@ def _estimate(outcomes: Sequence[Outcome], field: str) -> Estimate | None:
     if not outcomes:
         return None
     values: list[float] = [getattr(each.scores, field) for each in outcomes]
-    interval = bootstrap_mean(values, [each.group for each in outcomes])
+    return mean_of(values, [each.group for each in outcomes], field)
+
+
+def mean_of(values: Sequence[float], groups: Sequence[str], field: str) -> Estimate:
+    """Mean of one of the `Scores`, or of its differences, with an interval over groups."""
     form = "percent" if field == "top1" else "number"
-    return Estimate(sum(values) / len(values), interval, form)
+    return Estimate(sum(values) / len(values), bootstrap_mean(values, groups), form)
 
 
 def _calibration(outcomes: Sequence[Outcome]) -> Calibration:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
-from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate, Table, slug
-from goalscope.experiment.summary_dialogues import GOALSCOPE, Dialogues, Outcome
-from goalscope.stats import bootstrap_mean
+from goalscope.experiment.summary import NO_INTERVAL, Entry, Table, slug
+from goalscope.experiment.summary_dialogues import GOALSCOPE, Dialogues, Outcome, mean_of
 
 __all__ = ["model_tables"]
 
@@ -61,19 +60,13 @@ def _row(own: Dialogues, first: Dialogues, turn: int | None) -> tuple[Entry, ...
     row: list[Entry] = [own.model, after, len(outcomes)]
     before = {each.id: each for each in first.outcomes.get((GOALSCOPE, turn), ())}
     pairs = [(each, before[each.id]) for each in outcomes if each.id in before]
+    groups, shared = [each.group for each in outcomes], [each.group for each, _ in pairs]
     for field in ("top1", "log_loss"):
-        row.append(_mean([(_value(each, field), each.group) for each in outcomes], field))
-        gaps = [(_value(a, field) - _value(b, field), a.group) for a, b in pairs]
-        row.append(_mean(gaps, field) if gaps and own is not first else None)
+        row.append(mean_of([_value(each, field) for each in outcomes], groups, field))
+        gaps = [_value(one, field) - _value(other, field) for one, other in pairs]
+        row.append(mean_of(gaps, shared, field) if gaps and own is not first else None)
     return (*row, own.area(turn))
 
 
 def _value(outcome: Outcome, field: str) -> float:
     return getattr(outcome.scores, field)
-
-
-def _mean(values: Sequence[tuple[float, str]], field: str) -> Estimate:
-    numbers, groups = [value for value, _ in values], [group for _, group in values]
-    interval = bootstrap_mean(numbers, groups)
-    form = "percent" if field == "top1" else "number"
-    return Estimate(sum(numbers) / len(numbers), interval, form)
