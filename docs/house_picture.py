@@ -8,12 +8,12 @@ from pathlib import Path
 
 from rich.console import Console
 
+from goalscope.acting import ActionPlanner
 from goalscope.agent import Agent
 from goalscope.display import show_round
 from goalscope.envs.house import HomeRobot, HouseController, load_profiles
 from goalscope.envs.house.picture import terminal_picture
 from goalscope.models.opening import open_model
-from goalscope.acting import ActionPlanner
 
 ROUNDS = 3
 

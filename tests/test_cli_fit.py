@@ -234,13 +234,14 @@ def test_the_command_fits_and_finished_folders_are_kept(
     path: Path, rows: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "mine"
-    result = invoke(*fit(rows, out, path, "--json"))
+    result = invoke(*fit(rows, out, path, "--validation", 1, "--json"))
     assert result.exit_code == 0, result.output
     facts = json.loads((out / "fit.json").read_text())
     assert json.loads(result.stdout) == facts
     assert "log-loss" not in result.stderr
     assert facts["command"].startswith("goalscope fit ")
     assert facts["settings"]["layers"] == 1.0
+    assert facts["validated"] == 1
     assert facts["layout"] == "goal-last"
     kept = {each.name: each.read_bytes() for each in out.iterdir()}
     assert kept.keys() - {"curve.svg"} == LEFT
@@ -395,7 +396,8 @@ def test_what_cannot_be_fitted_is_refused_in_a_line(
 
 
 def test_options_out_of_their_range_are_refused(path: Path, rows: Path, tmp_path: Path) -> None:
-    for option, value in (("--steps", 0), ("--every", 0), ("--rank", 0), ("--objective", "x")):
+    zero = ("--steps", "--every", "--validation", "--rank")
+    for option, value in (*((each, 0) for each in zero), ("--objective", "x")):
         result = invoke(*fit(rows, tmp_path / "out", path, option, value))
         assert result.exit_code == 2
         assert option in result.stderr

@@ -1,10 +1,9 @@
-"""Fitting: which dialogues teach and which validate, what a model learns, and what is kept."""
+"""Fitting: what is drawn, what is made small, and what is kept."""
 
 from __future__ import annotations
 
 import json
 import math
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -16,13 +15,12 @@ import pytest
 from goalscope.datasets import Case
 from goalscope.fitting.fit import Fit, Settings, Validation, _by_truth, _goals_loss, _scores
 from goalscope.fitting.learner import Example, Learner
-from goalscope.fitting.sources import Source, parted
 from goalscope.likelihood import Layout, RolePlay
-from goalscope.models.adapters import Adapter, read_adapter, write_adapter
+from goalscope.models.adapters import Adapter
 from goalscope.models.transformers import Transformers
-from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, ModelError, Turn
+from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, Turn
 from test_datasets import refused
-from test_transformers import SMALL, folder, tiny
+from test_transformers import SMALL, folder
 
 torch = pytest.importorskip("torch")
 transformers = pytest.importorskip("transformers")
@@ -102,247 +100,9 @@ def learner_of(
     return Learner(model, roleplay, rank=rank, layers=layers, seed=1, start=start)
 
 
-def scramble(learner: Learner, size: float = 0.3) -> None:
-    """Give the adapters weights that change something."""
-    random = torch.Generator().manual_seed(2)
-    with torch.no_grad():
-        for each in learner.parameters:
-            each.copy_(torch.randn(each.shape, generator=random) * size)
-    learner.model.clear_cache()
-
-
 def example() -> Example:
     turns = (Turn("What is it?", "milk and tea"), Turn("Why?", "soap"), Turn("Else?", "Eggs, 6."))
     return Example(TASK, (GOALS[0], UNSPECIFIED, GOALS[3], GOALS[5]), turns, 5, "g")
-
-
-def by_roleplay(learner: Learner, of: Example) -> np.ndarray:
-    return learner.roleplay.log_likelihood(of.task, of.goals, of.turns)
-
-
-def scores(learner: Learner, of: Example) -> np.ndarray:
-    return learner.log_likelihood(of).detach().numpy()
-
-
-# Sources
-
-
-def sources() -> list[Source]:
-    """30 groups of two dialogues, and 5 of one."""
-    pairs = [replace(case(n), group=f"p{n // 2}") for n in range(60)]
-    return [Source("pairs", pairs, "1"), Source("singles", [case(n) for n in range(60, 65)], "2")]
-
-
-def groups_of(cases: Sequence[Case]) -> set[str]:
-    return {each.group for each in cases}
-
-
-def test_no_group_is_on_both_sides_and_at_most_a_third_validates() -> None:
-    train, validation = parted(sources(), validation=99, seed=1)
-    assert not groups_of([*train[0], *train[1]]) & groups_of(validation)
-    assert [len(own) for own in train] == [40, 4]
-    assert len(validation) == 20 + 1  # of the smaller source one at least
-    everything = [each.id for own in [*train, validation] for each in own]
-    assert sorted(everything) == sorted(each.id for own in sources() for each in own.cases)
-
-
-def test_the_seed_alone_parts_them() -> None:
-    first = parted(sources(), validation=4, seed=1)
-    assert parted(sources(), validation=4, seed=1) == first
-    assert parted(sources(), validation=4, seed=2) != first
-    assert parted(sources()[::-1], validation=4, seed=1)[0] == first[0][::-1]
-
-
-@pytest.mark.parametrize(("most", "kinds"), [(1, "p"), (2, "pg"), (3, "pgp"), (6, "pgpp")])
-def test_sources_take_turns_among_those_that_validate(most: int, kinds: str) -> None:
-    train, validation = parted(sources(), validation=most, seed=1)
-    assert [each.group[0] for each in validation] == list(kinds)
-    assert len(train[1]) == 4
-    assert len(train[0]) == 60 - 2 * len(groups_of(validation) - groups_of(sources()[1].cases))
-
-
-def test_a_dialogue_validates_once_with_either_of_its_goal_sets() -> None:
-    cases = [case(n) for n in range(30)]
-    others = [replace(each, goals=GOALS[:3], truth=0) for each in cases]
-    train, validation = parted([Source("both", [*cases, *others], "1")], validation=99, seed=1)
-    assert len(validation) == len({each.id for each in validation}) == 10
-    assert {len(each.goals) for each in validation} == {3, 6}
-    assert len(train[0]) == 40
-    assert not groups_of(train[0]) & groups_of(validation)
-
-
-def test_a_single_group_is_refused() -> None:
-    lone = Source("lone.jsonl", [replace(case(n), group="a") for n in range(9)], "3")
-    message = refused(lambda: parted([*sources(), lone], validation=9, seed=1))
-    assert "lone.jsonl holds a single group" in message
-
-
-def test_overlapping_parts_of_a_file_do_not_validate_what_the_other_teaches() -> None:
-    cases = [case(n) for n in range(20)]
-    parts = [Source("x", cases, "1"), Source("x[:18]", cases[:18], "1")]
-    other = replace(parts[1], sha256="2")  # whose groups are others, though of the same names
-    for seed in range(1, 6):
-        train, validation = parted(parts, validation=9, seed=seed)
-        assert not groups_of([*train[0], *train[1]]) & groups_of(validation)
-        train, _ = parted([parts[0], other], validation=2, seed=seed)
-        assert [len(own) for own in train] == [19, 17]
-
-
-def test_a_source_that_validates_for_another_with_all_it_has_is_refused() -> None:
-    parts = [Source(name, [case(0), case(1)], "1") for name in ("x", "x[:2]")]
-    assert len(parted(parts, validation=9, seed=0)[0][1]) == 1
-    said = refused(lambda: parted(parts, validation=9, seed=2))
-    assert said.startswith("All dialogues of x validate for another part of the same file. ")
-
-
-# The model that learns
-
-
-@pytest.mark.parametrize("layout", ["goal-first", "goal-last"])
-def test_words_are_as_likely_as_to_the_likelihood(path: Path, layout: Layout) -> None:
-    learner, of = learner_of(path, layout=layout), example()
-    plain = by_roleplay(learner, of)
-    tokens = [learner.model.tokenizer.tokenize(turn.utterance) for turn in of.turns]
-    assert learner.tokens(of) == sum(map(len, tokens)) > 4
-    np.testing.assert_allclose(scores(learner, of), plain, atol=1e-4)
-    scramble(learner)
-    changed = by_roleplay(learner, of)
-    assert np.abs(changed - plain).max() > 0.5
-    np.testing.assert_allclose(scores(learner, of), changed, atol=1e-4)
-    for turns in (1, 2):
-        part = replace(of, turns=of.turns[:turns])
-        np.testing.assert_allclose(scores(learner, part), changed[:turns], atol=1e-4)
-
-
-@pytest.mark.parametrize("tree", [1, 150])
-def test_so_they_are_in_several_trees(
-    path: Path, tree: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    learner, of = learner_of(path), example()
-    scramble(learner)
-    whole = learner.log_likelihood(of)
-    whole.sum().backward()
-    gradients = [each.grad.clone() for each in learner.parameters]
-    monkeypatch.setattr("goalscope.fitting.learner._TREE", tree)
-    for each in learner.parameters:
-        each.grad = None
-    parts = learner.log_likelihood(of)
-    torch.testing.assert_close(parts, whole, atol=1e-4, rtol=0)
-    parts.sum().backward()
-    for each, gradient in zip(learner.parameters, gradients, strict=True):
-        torch.testing.assert_close(each.grad, gradient, atol=1e-2, rtol=1e-3)
-
-
-def test_products_of_16_bits_change_little(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    learner, of = learner_of(path), example()
-    scramble(learner)
-    exact = by_roleplay(learner, of)
-    monkeypatch.setattr(torch.cpu, "get_capabilities", lambda: {"avx512_bf16": True}, raising=False)
-    rounded = scores(learner, of)
-    assert 0 < np.abs(rounded - exact).max() < 0.05 * np.abs(exact).max()
-
-
-@pytest.mark.parametrize("kind", ["mistral", "qwen3", "gemma3_text"])
-def test_so_they_are_where_layers_look_back_a_little(tmp_path: Path, kind: str) -> None:
-    learner = learner_of(tiny(tmp_path, kind, max_position_embeddings=1024))
-    scramble(learner)
-    expected = by_roleplay(learner, example())
-    np.testing.assert_allclose(scores(learner, example()), expected, atol=1e-3)
-
-
-def test_so_they_are_where_the_oldest_turns_do_not_fit(path: Path) -> None:
-    learner = learner_of(path, context_size=420)
-    turns = [Turn("What is it?", f"{word} and tea") for word in WORDS * 2]
-    of = Example(TASK, (GOALS[1], UNSPECIFIED), turns, 1, "g")
-    assert learner.roleplay.window(TASK, turns) == 8
-    np.testing.assert_allclose(scores(learner, of), by_roleplay(learner, of), atol=1e-4)
-
-
-def test_each_turn_teaches(path: Path) -> None:
-    learner = learner_of(path)
-    scramble(learner)
-    for row in learner.log_likelihood(example()):
-        wanted = row.sum()
-        parts = torch.autograd.grad(wanted, learner.parameters, retain_graph=True)
-        assert all(part.abs().max() > 0.001 for part in parts)
-
-
-def test_half_as_many_bits_learn_too(path: Path, tmp_path: Path) -> None:
-    learner, exact = learner_of(path, dtype="bfloat16"), learner_of(path)
-    scramble(learner, 0.1)
-    scramble(exact, 0.1)
-    np.testing.assert_allclose(scores(learner, example()), scores(exact, example()), atol=1)
-    cases = [case(n) for n in range(4)]
-    fit = Fit(learner, [cases[:3]], cases[3:], QUICK, tmp_path, {})
-    before = learner.state()
-    list(fit.run())
-    assert fit.history[-1].step == QUICK.steps
-    kept = torch.load(tmp_path / "state.pt", weights_only=True)["weights"]
-    assert any(not torch.equal(each, before[name]) for name, each in kept.items())
-
-
-@pytest.mark.parametrize(("share", "adapted"), [(0.01, {3}), (0.5, {2, 3}), (1.0, {0, 1, 2, 3})])
-def test_only_adapters_of_the_last_layers_learn(
-    tmp_path: Path, share: float, adapted: set[int]
-) -> None:
-    folder = tiny(tmp_path, "llama", num_hidden_layers=4, max_position_embeddings=1024)
-    learner = learner_of(folder, rank=3, layers=share)
-    scramble(learner)
-    learner.log_likelihood(example()).sum().backward()
-    named = dict(learner.model.network.model.named_parameters())
-    with_gradients = {name for name, each in named.items() if each.grad is not None}
-    assert with_gradients == {name for name, each in named.items() if each.requires_grad}
-    assert all("lora_" in name for name in with_gradients)
-    assert {int(name.split("layers.")[1].split(".")[0]) for name in with_gradients} == adapted
-    assert len(learner.parameters) == len(with_gradients) == 2 * 7 * len(adapted)
-    assert all(named[name].grad.abs().max() > 0 for name in with_gradients)
-    assert {min(each.shape) for each in learner.parameters} == {3}
-
-
-def test_it_begins_with_an_adapter_whose_rank_and_layers_it_takes(
-    path: Path, tmp_path: Path
-) -> None:
-    first = learner_of(path, rank=3, layers=0.5)
-    scramble(first)
-    file, config = tmp_path / "adapter.gguf", first.model.network.model.config
-    made = first.adapter({"a": "b"})
-    assert (made.rank, made.alpha, made.metadata, len(made.layers)) == (3, 3.0, {"a": "b"}, 7)
-    write_adapter(file, made, config)
-    second = learner_of(path, start=read_adapter(file, config))  # not of rank 4 in 14 layers
-    own = second.adapter({})
-    assert (own.rank, own.alpha, own.layers.keys()) == (3, 3.0, made.layers.keys())
-    assert len(second.parameters) == 14
-    expected = scores(first, example())
-    np.testing.assert_allclose(scores(second, example()), expected, atol=0.02)
-    halves = {k: (a, b / 2) for k, (a, b) in made.layers.items()}
-    third = learner_of(path, start=replace(made, alpha=6.0, layers=halves))
-    np.testing.assert_allclose(scores(third, example()), expected, atol=1e-4)
-
-
-def test_it_begins_with_no_adapter_of_other_layers_or_another_size(path: Path) -> None:
-    made = learner_of(path).adapter({})
-    lacking = {place: pair for place, pair in made.layers.items() if place != (1, "v_proj")}
-    beyond = {(number + 1, name): pair for (number, name), pair in made.layers.items()}
-    wider = {k: (np.hstack([a, a]), np.vstack([b, b])) for k, (a, b) in made.layers.items()}
-    for layers, said in (
-        (lacking, "different layers"), (beyond, "different layers"), (wider, "of another size")
-    ):  # fmt: skip
-        with pytest.raises(ModelError, match=rf"{said}.*\. Begin with --start none\."):
-            learner_of(path, start=replace(made, layers=layers))
-
-
-def test_a_model_of_another_kind_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match=r"^odd is a gpt2 model.*of the kinds llama, mistral,"):
-        learner_of(tiny(tmp_path / "odd", "gpt2"))
-
-
-def test_adapters_are_added_without_a_warning_that_no_user_can_heed(path: Path) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert learner_of(path).parameters
-
-
-# The fit
 
 
 class Scripted:

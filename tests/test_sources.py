@@ -1,15 +1,16 @@
-"""Which dialogues a name stands for, and what of them nothing may be learned from."""
+"""Which dialogues a name stands for, which teach and which validate, and what judges alone."""
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from goalscope.datasets import DATASETS, read_cases
-from goalscope.fitting.sources import Source, read_source
+from goalscope.datasets import DATASETS, Case, read_cases
+from goalscope.fitting.sources import Source, parted, read_source
 from goalscope.types import Goal
 from test_datasets import deal, games, packed, refused
 from test_fitting import GOALS, case, rows_file
@@ -115,3 +116,71 @@ def test_what_names_no_dialogue_is_refused(
     message = refused(lambda: read_source(name, tmp_path))
     assert said in message
     assert "\n" not in message
+
+
+def sources() -> list[Source]:
+    """30 groups of two dialogues, and 5 of one."""
+    pairs = [replace(case(n), group=f"p{n // 2}") for n in range(60)]
+    return [Source("pairs", pairs, "1"), Source("singles", [case(n) for n in range(60, 65)], "2")]
+
+
+def groups_of(cases: Sequence[Case]) -> set[str]:
+    return {each.group for each in cases}
+
+
+def test_no_group_is_on_both_sides_and_at_most_a_third_validates() -> None:
+    train, validation = parted(sources(), validation=99, seed=1)
+    assert not groups_of([*train[0], *train[1]]) & groups_of(validation)
+    assert [len(own) for own in train] == [40, 4]
+    assert len(validation) == 20 + 1  # of the smaller source one at least
+    everything = [each.id for own in [*train, validation] for each in own]
+    assert sorted(everything) == sorted(each.id for own in sources() for each in own.cases)
+
+
+def test_the_seed_alone_parts_them() -> None:
+    first = parted(sources(), validation=4, seed=1)
+    assert parted(sources(), validation=4, seed=1) == first
+    assert parted(sources(), validation=4, seed=2) != first
+    assert parted(sources()[::-1], validation=4, seed=1)[0] == first[0][::-1]
+
+
+@pytest.mark.parametrize(("most", "kinds"), [(1, "p"), (2, "pg"), (3, "pgp"), (6, "pgpp")])
+def test_sources_take_turns_among_those_that_validate(most: int, kinds: str) -> None:
+    train, validation = parted(sources(), validation=most, seed=1)
+    assert [each.group[0] for each in validation] == list(kinds)
+    assert len(train[1]) == 4
+    assert len(train[0]) == 60 - 2 * len(groups_of(validation) - groups_of(sources()[1].cases))
+
+
+def test_a_dialogue_validates_once_with_either_of_its_goal_sets() -> None:
+    cases = [case(n) for n in range(30)]
+    others = [replace(each, goals=GOALS[:3], truth=0) for each in cases]
+    train, validation = parted([Source("both", [*cases, *others], "1")], validation=99, seed=1)
+    assert len(validation) == len({each.id for each in validation}) == 10
+    assert {len(each.goals) for each in validation} == {3, 6}
+    assert len(train[0]) == 40
+    assert not groups_of(train[0]) & groups_of(validation)
+
+
+def test_a_single_group_is_refused() -> None:
+    lone = Source("lone.jsonl", [replace(case(n), group="a") for n in range(9)], "3")
+    message = refused(lambda: parted([*sources(), lone], validation=9, seed=1))
+    assert "lone.jsonl holds a single group" in message
+
+
+def test_overlapping_parts_of_a_file_do_not_validate_what_the_other_teaches() -> None:
+    cases = [case(n) for n in range(20)]
+    parts = [Source("x", cases, "1"), Source("x[:18]", cases[:18], "1")]
+    other = replace(parts[1], sha256="2")  # whose groups are others, though of the same names
+    for seed in range(1, 6):
+        train, validation = parted(parts, validation=9, seed=seed)
+        assert not groups_of([*train[0], *train[1]]) & groups_of(validation)
+        train, _ = parted([parts[0], other], validation=2, seed=seed)
+        assert [len(own) for own in train] == [19, 17]
+
+
+def test_a_source_that_validates_for_another_with_all_it_has_is_refused() -> None:
+    parts = [Source(name, [case(0), case(1)], "1") for name in ("x", "x[:2]")]
+    assert len(parted(parts, validation=9, seed=0)[0][1]) == 1
+    said = refused(lambda: parted(parts, validation=9, seed=2))
+    assert said.startswith("All dialogues of x validate for another part of the same file. ")

@@ -50,6 +50,7 @@ def fit(
     ] = "both",
     steps: Annotated[int, typer.Option(min=1, help="Most steps, of 4 dialogues each.")] = 400,
     every: Annotated[int, typer.Option(min=1, help="Steps from one validation to the next.")] = 50,
+    validation: Annotated[int, typer.Option(min=1, help="Most dialogues that validate.")] = 60,
     learning_rate: Annotated[
         float, typer.Option(help="At its highest; less for larger models.")
     ] = 1e-3,
@@ -67,8 +68,8 @@ def fit(
 ) -> None:
     """Fit the model that scores to what people really say under a goal.
 
-    A row of a file is as for `infer`, with the true goal under "true". Up to 60 dialogues (at most
-    a third) validate; fitting ends when they have not become better for a while. Run again, it
+    A row of a file is as for `infer`, with the true goal under "true". At most a third of the
+    dialogues validate; fitting ends when they have not become better for a while. Run again, it
     goes on where it stopped. The folder then holds the adapter, for --adapter, and a model card.
     """
     from goalscope.fitting.fit import Settings
@@ -103,6 +104,7 @@ def fit(
         learning_rate=learning_rate,
         steps=steps,
         validate_every=every,
+        validation=validation,
         seed=seed,
     )
     read = [read_source(name, data) for name in sources]

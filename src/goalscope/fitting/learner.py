@@ -89,7 +89,7 @@ class Learner:
             rank, numbers = start.rank, sorted({number for number, _ in start.layers})
         wanted = {(number, name) for number in numbers for name in MODULES}
         found = {place for name, _ in network.named_modules() if (place := _place(name))}
-        if start is not None and (set(start.layers) != wanted or not wanted <= found):
+        if start is not None and not set(start.layers) == wanted <= found:
             raise ModelError(
                 f"{model.name} and the adapter to begin with have different layers. Begin with "
                 "--start none."

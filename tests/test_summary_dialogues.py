@@ -1,0 +1,286 @@
+"""Tables of people's dialogues and of models that met them, by hand from a few cells."""
+
+import math
+
+import numpy as np
+import pytest
+
+from goalscope.experiment.summary import NO_INTERVAL, Estimate, Table
+from goalscope.experiment.summary_dialogues import PREDICTORS, read_dialogues
+from goalscope.experiment.summary_episodes import read_episodes
+from goalscope.experiment.summary_mcq import mcq_tables
+from goalscope.experiment.summary_models import model_tables
+from goalscope.stats import bootstrap_mean
+from test_summary import MCQ, MODEL, column, row
+from test_summary_episodes import GOOD, episode
+
+
+def dialogue(id: int, truth: int, turns: int, *, group: str | None = None, **result):
+    case = {
+        "id": str(id),
+        "group": group or str(id),
+        "task": "Help.",
+        "turns": [{"query": "?", "utterance": "!"}] * turns,
+        "goals": ["a", "b", "c", "d"],
+        "truth": truth,
+    }
+    spec = {"kind": "dialogue", "set": "teach", "split": "valid", "goal_set": "hard", "case": case}
+    return {**spec, "model": MODEL, "layout": "goal-last", "end_of_turn": False}, result
+
+
+SURE = [2.0, 0.0, 0.0, 0.0]
+DIALOGUES = [
+    dialogue(
+        1,
+        0,
+        2,
+        **{"role-play": [SURE, SURE]},
+        outright=[{"goal": 0, "sure": 1.0}, {"goal": None, "sure": None}],
+        tfidf=[[1.0, 0, 0, 0], [1.0, 0, 0, 0]],
+    ),
+    dialogue(
+        2,
+        1,
+        1,
+        **{"role-play": [SURE]},
+        outright=[{"goal": 1, "sure": 0.0}],
+        tfidf=[[0, 1.0, 0, 0]],
+    ),
+]
+
+
+def dialogues_table(cells: list = DIALOGUES) -> Table:
+    (found,) = read_dialogues(cells)
+    return found.table(command="make")
+
+
+def test_role_play_adds_up_turns_and_divides_by_the_temperature() -> None:
+    table = dialogues_table()
+    first = row(table, "goalscope, T = 1", "1")
+    e = math.exp(2)
+    losses = [-math.log(e / (e + 3)), -math.log(1 / (e + 3))]
+    assert (first["n"], first["top-1"].value, first["MRR"].value) == (2, 0.5, (1 + 1 / 3) / 2)
+    assert first["log-loss"].value == pytest.approx(np.mean(losses))
+    second = row(table, "goalscope, T = 1", "2")
+    assert (second["n"], second["top-1"]) == (1, Estimate(1.0, None, "percent"))
+    assert second["log-loss"].value == pytest.approx(-math.log(e**2 / (e**2 + 3)))
+    tempered = row(table, "goalscope", "2")
+    assert tempered["log-loss"].value == pytest.approx(losses[0])
+
+
+def test_goals_that_an_adapter_was_fitted_on_are_shown_apart() -> None:
+    cells = [
+        dialogue(1, 0, 1, seen=True, **{"role-play": [SURE]}),
+        dialogue(2, 1, 1, seen=False, **{"role-play": [SURE]}),
+        dialogue(3, 1, 1, seen=None, **{"role-play": [SURE]}),
+    ]
+    table = dialogues_table(cells)
+    assert row(table, "goalscope", "1")["n"] == 3
+    assert row(table, "goalscope, goal seen", "1")["top-1"].value == 1.0
+    assert row(table, "goalscope, goal unseen", "1")["top-1"].value == 0.0
+
+
+def test_whether_the_goal_is_in_the_set_is_told_by_unspecified() -> None:
+    cells = [
+        dialogue(1, 0, 2, unspecified=[1.0, 0.0], **{"role-play": [SURE, SURE]}),
+        dialogue(2, 1, 1, unspecified=[-1.0], **{"role-play": [SURE]}),
+    ]
+    (found,) = read_dialogues(cells)
+    table = found.open_set_table(command="make")
+    assert table.command == "make"
+    first, second, last = table.rows
+    # log-odds of the first without its goal and without a wrong one: 0.5 - log 3, 0.5 - log(e + 2);
+    # of the second, whose evidence is for a wrong goal: -0.5 - log(e + 2), and the same or more
+    assert first[:2] == ("1", 2)
+    assert [each.value for each in first[2:]] == [0.5, 0.5, 0.0]
+    assert second[:2] == ("2", 1)
+    assert second[2] is None  # a single dialogue is not told from another
+    assert [each.value for each in second[3:]] == [1.0, 0.0]
+    assert last[:2] == ("last", 2)
+    assert [each.value for each in last[2:]] == [0.5, 0.5, 0.0]
+
+
+def test_the_last_turn_is_each_dialogues_own() -> None:
+    last = row(dialogues_table(), "goalscope", "last")
+    e = math.exp(2)
+    assert last["n"] == 2
+    expected = (-math.log(e / (e + 3)) - math.log(1 / (math.exp(1) + 3))) / 2
+    assert last["log-loss"].value == pytest.approx(expected)
+
+
+def test_uniform_is_what_one_expects() -> None:
+    found = row(dialogues_table(), "uniform", "last")
+    assert found["top-1"] == Estimate(0.25, None, "percent")
+    assert found["MRR"].value == 0.4
+    assert found["log-loss"].value == pytest.approx(math.log(4))
+    assert found["Brier"].value == pytest.approx(0.75)
+    assert found["ECE [if calibrated]"].value == pytest.approx(0)
+
+
+def test_an_answer_counts_as_it_was_meant() -> None:
+    table = dialogues_table()
+    first = row(table, "model asked", "1")
+    assert first["top-1"].value == 1.0  # what was named is its first choice, however unsure
+    assert first["log-loss"].value == pytest.approx((-math.log(0.995) + math.log(4)) / 2, abs=1e-5)
+    cells = [dialogue(1, 2, 1, outright=[{"goal": 2, "sure": None}])]
+    unsure = row(dialogues_table(cells), "model asked", "1")
+    assert (unsure["top-1"].value, unsure["n"]) == (1.0, 1)
+    assert unsure["log-loss"].value == pytest.approx(math.log(4), abs=1e-5)
+    unread = row(table, "model asked", "2")
+    assert unread["log-loss"].value == pytest.approx(math.log(4))
+    assert any("1 of 3 answers of the model" in note for note in table.notes)
+
+
+def test_what_was_not_run_is_not_shown() -> None:
+    table = dialogues_table()
+    assert "BM25" not in column(table, "predictor")
+    assert set(column(table, "turn")) == {"1", "2", "last"}
+    assert all(column(table, "n"))
+
+
+def test_a_file_of_ones_own_has_no_split() -> None:
+    (found,) = read_dialogues([({**spec, "split": None}, result) for spec, result in DIALOGUES])
+    assert found.table().name == "dialogues-teach-hard-small"
+    assert "teach, 4 hard goals each, small" in found.table().title
+
+
+def test_temperatures_are_fitted_on_other_groups() -> None:
+    # What is similar is right in one group and wrong in the other: each gets the other's doubt.
+    cells = [
+        dialogue(i, 0, 1, group="right" if i < 3 else "wrong", tfidf=[[x, 0.0, 0.0, 0.0]])
+        for i, x in enumerate([1.0] * 3 + [-1.0] * 3)
+    ]
+    table = dialogues_table(cells)
+    found = row(table, "TF-IDF", "1")
+    losses = [math.log(math.exp(0.01) + 3) - 0.01, 1000 + math.log(3)]
+    assert found["top-1"].value == 0.5
+    assert found["log-loss"].value == pytest.approx(np.mean(losses))
+    assert any(note == "TF-IDF: temperature 0.001 to 1e+02." for note in table.notes)
+
+
+def test_one_group_is_too_few_to_fit_on() -> None:
+    table = dialogues_table(DIALOGUES[:1])
+    assert "TF-IDF" not in column(table, "predictor")
+    assert any("TF-IDF: one group is too few" in note for note in table.notes)
+
+
+def test_intervals_resample_groups() -> None:
+    cells = [dialogue(i, i % 2, 1, group=str(i // 4), **{"role-play": [SURE]}) for i in range(12)]
+    found = row(dialogues_table(cells), "goalscope", "1")
+    assert found["top-1"].interval is None  # all groups are half right
+    values = [1.0, 0.0] * 6
+    cells = [
+        dialogue(i, 0 if value else 1, 1, group=str(i // 3), **{"role-play": [SURE]})
+        for i, value in enumerate(values)
+    ]
+    found = row(dialogues_table(cells), "goalscope", "1")
+    groups = [str(i // 3) for i in range(12)]
+    assert found["top-1"] == Estimate(0.5, bootstrap_mean(values, groups), "percent")
+    assert found["top-1"].interval != bootstrap_mean(values)
+
+
+def test_equal_values_have_no_interval_and_the_notes_say_so() -> None:
+    (found,) = read_episodes([*GOOD[:1], episode("good", "soup", 1.0)])
+    assert row(found.by_method(), "good")["score"] == Estimate(1.0, None, "percent")
+    for table in (found.by_method(), found.differences(), dialogues_table(), *mcq_tables(MCQ)):
+        assert any(NO_INTERVAL in note for note in table.notes)
+
+
+ALONE = ["red big cup", "red big pan", "red old cup", "blue big cup"]
+"""The first goal differs from each other one in one word, and they from each other in two."""
+
+
+def alone(id: int, truth: int, turns: int = 1):
+    spec, result = dialogue(id, truth, turns)
+    return {**spec, "case": {**spec["case"], "goals": ALONE}}, result
+
+
+def test_goals_alone_prefer_the_goal_that_is_most_like_the_others() -> None:
+    table = dialogues_table([alone(1, 0, 2), alone(2, 0), alone(3, 1)])
+    found = row(table, "goals alone", "1")
+    assert (found["n"], found["top-1"].value) == (3, pytest.approx(2 / 3))
+    assert row(table, "goals alone", "2")["top-1"].value == 1.0
+    note = [each for each in table.notes if "goals alone" in each]
+    assert "reads no dialogue" in note[0]
+    assert "goals alone: temperature" in note[1]
+
+
+def test_goals_alone_have_jaccard_overlap_over_a_fitted_temperature() -> None:
+    # The likeliest is right in one group and never in the other: each gets the other's doubt.
+    table = dialogues_table([alone(1, 0), alone(2, 1)])
+    likeness = [1 / 2, (1 / 2 + 2 * 1 / 5) / 3]  # of the first goal; of each other one
+    gap = likeness[0] - likeness[1]
+    losses = [
+        math.log(1 + 3 * math.exp(-gap / 100)),
+        gap / 0.001 + math.log(1 + 3 * math.exp(-gap / 0.001)),
+    ]
+    found = row(table, "goals alone", "1")
+    assert found["log-loss"].value == pytest.approx(np.mean(losses))
+
+
+def test_sets_goal_sets_and_models_have_tables_of_their_own() -> None:
+    spec, result = DIALOGUES[0]
+    others = [({**spec, "goal_set": "random"}, result), ({**spec, "model": {}}, result)]
+    found = read_dialogues([*DIALOGUES, *others])
+    assert [(d.goal_set, d.model, d.n) for d in found] == [
+        ("hard", "small", 2),
+        ("hard", "SmolLM2-135M-Instruct", 1),
+        ("random", "small", 1),
+    ]
+    assert len({d.table().name for d in found}) == 3
+    assert read_dialogues([]) == ()
+
+
+def test_models_that_met_the_same_dialogues_are_compared() -> None:
+    base = [
+        dialogue(n, n % 2, 2, group=f"g{n // 2}", unspecified=[0.0, 0.0],
+                 **{"role-play": [SURE, SURE]})
+        for n in range(4)
+    ]  # fmt: skip
+    better = [
+        (
+            {**spec, "model": {}},
+            {
+                "role-play": [[4.0 * (i == n % 2) for i in range(4)]] * turns,
+                "unspecified": [0.0] * turns,
+            },
+        )
+        for n, (spec, _) in enumerate(base)
+        for turns in [2 if n else 1]
+    ]
+    (table,) = model_tables(read_dialogues([*base, *better[:3]]), command="make")
+    assert (table.name, table.command) == ("models-teach-valid-hard", "make")
+    assert table.title == "Models compared: teach, valid, 4 hard goals each"
+    found = {entries[:2]: dict(zip(table.columns, entries, strict=True)) for entries in table.rows}
+    small, large = "small", "SmolLM2-135M-Instruct"
+    assert list(found) == [
+        (small, "1"), (large, "1"), (small, "2"), (large, "2"), (small, "last"), (large, "last")
+    ]  # fmt: skip
+    first, other = found[small, "1"], found[large, "1"]
+    assert (first["n"], first["top-1"].value, first["top-1, difference"]) == (4, 0.5, None)
+    assert (other["n"], other["top-1"].value) == (3, 1.0)
+    assert other["top-1, difference"].value == pytest.approx(1 / 3)
+    right, wrong = math.log(1 + 3 * math.exp(-1)), math.log(3 + math.exp(1))
+    assert first["log-loss"].value == pytest.approx((right + wrong) / 2)
+    now = math.log(1 + 3 * math.exp(-2))
+    assert other["log-loss, difference"].value == pytest.approx(now - (2 * right + wrong) / 3)
+    assert other["log-loss, difference"].interval is not None  # the groups differ
+    assert found[large, "2"]["n"] == 2
+    area = {each.model: each.area(1) for each in read_dialogues([*base, *better])}
+    assert first["open-set AUROC"] == area[small]
+    assert list(model_tables(read_dialogues(base))) == []
+
+
+def test_figures_get_the_tables_numbers() -> None:
+    (found,) = read_dialogues(DIALOGUES)
+    table = found.table()
+    by_turn = found.accuracy_by_turn()
+    assert list(by_turn) == list(PREDICTORS)
+    assert by_turn["BM25"] == []
+    name = "goalscope"
+    assert [(t, n) for t, n, _ in by_turn[name]] == [(1, 2), (2, 1)]
+    assert by_turn[name][0][2] == row(table, name, "1")["top-1"]
+    made = found.calibrations()
+    assert "BM25" not in made
+    assert made[name].ece == row(table, name, "last")["ECE [if calibrated]"].value
+    assert made[name].n == 2
