@@ -525,6 +525,10 @@ def test_the_adapter_is_used_by_name(
         assert result.exit_code == 0, result.output
         lines = map(json.loads, out.read_text().splitlines())
         tables.append([line["log_likelihood"] for line in lines])
+    said = fails(
+        2, "infer", rows, "--out", tmp_path / "x", *options[2:4], "--adapter", finished.folder
+    )
+    assert "fitted with the layout goal-first, not goal-last. Give --layout goal-first" in said
     expected = [
         list(row)
         for each in finished.sources[0].cases

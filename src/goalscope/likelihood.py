@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from goalscope.models import Generator, LikelihoodModel
+from goalscope.models.adapters import FITTED_LAYOUT, NO_ADAPTER
+from goalscope.models.opening import parts
 from goalscope.prompts import recent, render, transcript
 from goalscope.types import (
     UNSPECIFIED,
@@ -60,6 +62,9 @@ class RolePlay:
         layout: Where the goal stands: in the instruction ("goal-first"), or beside the agent's
             last query ("goal-last"). Both share all that goals have in common in the cache.
         end_of_turn: Whether that the person stops there is part of what they said.
+
+    Raises:
+        InvalidInputError: There is no such layout, or the model's adapter was fitted with another.
     """
 
     def __init__(
@@ -71,6 +76,13 @@ class RolePlay:
     ) -> None:
         if layout not in ("goal-first", "goal-last"):
             raise InvalidInputError(f'layout must be "goal-first" or "goal-last", not {layout!r}')
+        speaker: Any = parts(cast("Any", model))[1]
+        fitted: str = getattr(speaker, "adapter_metadata", {}).get(FITTED_LAYOUT, layout)
+        if fitted != layout:
+            raise InvalidInputError(
+                f"The adapter was fitted with the layout {fitted}, not {layout}. Give --layout "
+                f"{fitted}, or --adapter {NO_ADAPTER}."
+            )
         self.model: LikelihoodModel = getattr(model, "speaker", model)
         self.layout: Layout = layout
         self.end_of_turn = end_of_turn

@@ -19,7 +19,7 @@ from goalscope.fitting.fit import Fit, Progress, Settings
 from goalscope.fitting.learner import Learner
 from goalscope.fitting.sources import Source, digest_of, parted
 from goalscope.likelihood import GOAL_TOKENS, Layout, RolePlay
-from goalscope.models.adapters import FITTED_GOALS, read_adapter, write_adapter
+from goalscope.models.adapters import FITTED_GOALS, FITTED_LAYOUT, read_adapter, write_adapter
 from goalscope.models.extras import package
 from goalscope.models.transformers import Transformers
 from goalscope.types import GoalscopeError, InvalidInputError, Message
@@ -111,7 +111,7 @@ def fit_adapter(
             {
                 "general.name": folder.name,
                 "goalscope.base": base,
-                "goalscope.layout": layout,
+                FITTED_LAYOUT: layout,
                 "goalscope.temperature": f"{settings.temperature:g}",
                 FITTED_GOALS: " ".join(sorted(goals)),
             }

@@ -17,6 +17,7 @@ from goalscope.types import ModelError
 
 __all__ = [
     "FITTED_GOALS",
+    "FITTED_LAYOUT",
     "MODULES",
     "NO_ADAPTER",
     "Adapter",
@@ -33,6 +34,9 @@ NO_ADAPTER = "none"
 
 FITTED_GOALS = "fitted.goals"
 """Key of the file under which hashes stand of the goals that it was fitted on, with spaces."""
+
+FITTED_LAYOUT = "goalscope.layout"
+"""Key of the file under which stands where the prompt stated the goal (see `RolePlay`)."""
 
 MODULES: Mapping[str, str] = {
     "q_proj": "attn_q",
