@@ -15,7 +15,7 @@ FIT_casino := casino:train[100:]
 FIT_multiwoz := multiwoz:val[200:]
 FIT_alfred := alfred:train[300:]
 FIT_taskmaster4 := taskmaster4:dev[200:]
-ADAPTERS := $(SETS:%=adapters/without-%/adapter.gguf) $(patsubst %,adapters/teach-%/adapter.gguf,10 30 100 400 1481)
+ADAPTERS := $(SETS:%=adapters/without-%/adapter.gguf) $(patsubst %,adapters/teach-%/adapter.gguf,10 30 100 400 1481 long)
 FIT := $(BIN)/goalscope fit --start none --out adapters
 SHORT := --steps 100 --every 100 --validation 20
 
@@ -50,15 +50,18 @@ $(READY): requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --no-deps --editable .
 	touch $@
 
-adapter: $(READY)  ## fit the adapter that goalscope comes with, an hour or two; after `make torch`, with GOALSCOPE_DATA
-	$(FIT)/general $(foreach set,$(SETS),"$(FIT_$(set))") --steps 400 --every 100 --learning-rate 5e-4
+adapter: adapters/general/adapter.gguf  ## the adapter that goalscope comes with; after `make torch`, with GOALSCOPE_DATA
 	cp $(addprefix adapters/general/,adapter.gguf README.md fit.json) src/goalscope/models/general/
+
+# An hour or two, and up to half an hour for each of the next ones; delete the folder of one to fit it again.
+adapters/general/adapter.gguf: | $(READY)
+	$(FIT)/general $(foreach set,$(SETS),"$(FIT_$(set))") --steps 400 --every 100 --learning-rate 5e-4
 
 adapters/without-%/adapter.gguf: | $(READY)
 	$(FIT)/without-$* $(foreach set,$(filter-out $*,$(SETS)),"$(FIT_$(set))") $(SHORT)
 
-# All games of TEACh are read once.
-adapters/teach-1481/adapter.gguf: SHORT := --steps 370 --every 185 --validation 20
+adapters/teach-long/adapter.gguf: | $(READY)
+	$(FIT)/teach-long "teach:train[:1481]" --steps 370 --every 185 --validation 20
 
 adapters/teach-%/adapter.gguf: | $(READY)
 	$(FIT)/teach-$* "teach:train[:$*]" $(SHORT)

@@ -278,7 +278,19 @@ def test_what_is_no_adapter_for_a_model_is_refused(
     odd = tmp_path / "odd.gguf"
     config = config_of("llama", num_attention_heads=2, num_key_value_heads=1, head_dim=10)
     write_adapter(odd, random_adapter(config, 0.1), config)
+    uneven, scaleless = tmp_path / "uneven.gguf", tmp_path / "scaleless.gguf"
+    a, b = adapter.layers[0, "o_proj"]
+    layers = {**adapter.layers, (0, "o_proj"): (np.vstack([a, a]), np.hstack([b, b]))}
+    write_adapter(uneven, replace(adapter, layers=layers), llama)
+    write_adapter(scaleless, replace(adapter, alpha=0.0), llama)
+    endless, flat = tmp_path / "endless.gguf", tmp_path / "flat.gguf"
+    write_adapter(endless, replace(adapter, alpha=float("nan")), llama)
+    write_adapter(flat, replace(adapter, layers={(0, "o_proj"): (a[0], b[:, 0])}), llama)
     for file, cause in (
+        (uneven, "several ranks, or no scale"),
+        (scaleless, "several ranks, or no scale"),
+        (endless, "several ranks, or no scale"),
+        (flat, "changes blk.0.attn_output.weight.lora_a, which goalscope cannot adapt"),
         (other, "no LoRA adapter for llama"),
         (words, "no complete GGUF file"),
         (cut, "no complete GGUF file"),

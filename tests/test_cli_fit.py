@@ -15,12 +15,19 @@ import numpy as np
 import pytest
 from filelock import FileLock
 
-from goalscope.datasets.goal_sets import goal_key
+from goalscope.datasets import said_key
+from goalscope.datasets.goal_sets import chance, goal_key
 from goalscope.fitting import run
+from goalscope.fitting.fit import _by_truth
 from goalscope.fitting.run import fit_adapter
 from goalscope.fitting.sources import Source, parted, read_source
 from goalscope.likelihood import RolePlay
-from goalscope.models.adapters import FITTED_GOALS, read_adapter
+from goalscope.models.adapters import (
+    FITTED_DIALOGUES,
+    FITTED_GOALS,
+    read_adapter,
+    write_adapter,
+)
 from goalscope.models.transformers import Transformers
 from goalscope.types import Goal, InvalidInputError, Turn
 from test_cli import fails, invoke
@@ -30,6 +37,7 @@ from test_transformers import tiny
 torch = pytest.importorskip("torch")
 transformers = pytest.importorskip("transformers")
 peft = pytest.importorskip("peft")
+safetensors = pytest.importorskip("safetensors")
 pytest.importorskip("gguf")
 
 # PEFT asks Transformers for a property by its old name.
@@ -129,10 +137,22 @@ def test_peft_reads_it(finished: Finished, path: Path) -> None:
 def test_the_file_says_what_it_was_fitted_on(finished: Finished) -> None:
     adapter = read_adapter(finished.folder / "adapter.gguf", finished.model.network.model.config)
     train, validation = parted(finished.sources, validation=SETTINGS.validation, seed=SETTINGS.seed)
-    goals = {each.goals[each.truth].text for own in train for each in own}
-    keys = adapter.metadata[FITTED_GOALS].split()
-    assert sorted(keys) == sorted({goal_key(text) for text in goals})
-    assert len(keys) == len(set(keys)) < len(GOALS) * 2 + 1
+    best = json.loads((finished.folder / "fit.json").read_text())["best"]["step"]
+    assert best > 0
+    taught: dict[int, set[str]] = {0: set(), 1: set()}
+    goals, words = set[str](), set[str]()
+    for step in range(best):
+        for number in range(SETTINGS.batch_size):
+            random = chance(SETTINGS.seed, f"step {step}, {number}")
+            source = random.randrange(2)
+            drawn = random.choice(random.choice(_by_truth(train[source])))
+            taught[source].add(drawn.id)
+            goals.add(goal_key(drawn.goals[drawn.truth].text))
+            words.add(said_key(drawn.turns))
+    assert adapter.metadata[FITTED_GOALS] == " ".join(sorted(goals))
+    assert adapter.metadata[FITTED_DIALOGUES] == " ".join(sorted(words))
+    facts = json.loads((finished.folder / "fit.json").read_text())
+    assert [each["learned"] for each in facts["sources"]] == [len(taught[0]), len(taught[1])]
     assert goal_key("Buy MILK!") == goal_key("buy milk")
     assert {key: adapter.metadata[f"goalscope.{key}"] for key in ("base", "layout")} == {
         "base": "tiny",
@@ -149,9 +169,10 @@ def test_the_card_and_its_figures_tell_how_it_was_made(finished: Finished) -> No
     facts = json.loads((finished.folder / "fit.json").read_text())
     assert card.startswith("---\nbase_model: tiny\nlibrary_name: peft\n")
     own, public = finished.sources
+    read = [each["learned"] for each in facts["sources"]]
     for line in (
-        f"| {own.name} | 6 | 2 | your own | `{own.sha256[:16]}` |",
-        f"| multiwoz:val[:5] | 4 | 1 | MIT | `{'ab' * 8}` |",
+        f"| {own.name} | 6 | {read[0]} | 2 | your own | `{own.sha256[:16]}` |",
+        f"| multiwoz:val[:5] | 4 | {read[1]} | 1 | MIT | `{'ab' * 8}` |",
         *(f"| {key} | {value} |" for key, value in asdict(SETTINGS).items()),
     ):
         assert line in map(str.strip, card.splitlines())
@@ -192,8 +213,12 @@ def test_tables_of_the_card_are_tables(finished: Finished) -> None:
 
 
 def test_a_fit_may_begin_with_another(finished: Finished, path: Path, tmp_path: Path) -> None:
-    start = finished.folder / "adapter.gguf"
     model = Transformers(path, device="cpu", dtype="float32")
+    config = model.network.model.config
+    made = read_adapter(finished.folder / "adapter.gguf", config)
+    silent = {key: text for key, text in made.metadata.items() if key != FITTED_DIALOGUES}
+    start = tmp_path.parent / "silent.gguf"
+    write_adapter(start, replace(made, metadata=silent), config)
     settings = replace(SETTINGS, steps=1, validate_every=1, learning_rate=1e-6)
     list(
         fit_adapter(
@@ -203,7 +228,11 @@ def test_a_fit_may_begin_with_another(finished: Finished, path: Path, tmp_path: 
     )  # fmt: skip
     before, after = (json.loads((f / "fit.json").read_text()) for f in (finished.folder, tmp_path))
     assert after["history"][0]["loss"] == pytest.approx(before["best"]["loss"], abs=0.02)
-    assert re.fullmatch(r"the adapter of SHA-256 `[0-9a-f]{16}`", after["start"])
+    assert re.fullmatch(
+        r"the adapter of SHA-256 `[0-9a-f]{16}`, which does not tell what it learned from: perhaps "
+        r"from some that validate",
+        after["start"],
+    )
     model.clear_cache()
     np.testing.assert_allclose(likelihood(model), likelihood(finished.model), atol=0.05)
 
@@ -213,7 +242,10 @@ def test_goals_of_the_adapter_it_began_with_stay_in_the_file(
 ) -> None:
     model = Transformers(path, device="cpu", dtype="float32")
     goals = (*GOALS[:2], Goal("buy bread"), Goal("buy salt"))
-    cases = [replace(case(n), goals=goals, truth=2 + n // 3) for n in range(6)]
+    cases = [
+        replace(case(n), turns=(Turn("What?", f"soap {n}"),), goals=goals, truth=2 + n // 3)
+        for n in range(6)
+    ]
     settings = replace(SETTINGS, steps=1, validate_every=1)
     start = finished.folder / "adapter.gguf"
     list(
@@ -242,6 +274,8 @@ def test_the_command_fits_and_finished_folders_are_kept(
     assert facts["command"].startswith("goalscope fit ")
     assert facts["settings"]["layers"] == 1.0
     assert facts["validated"] == 1
+    assert facts["base"] == "tiny"
+    assert str(path.parent) not in (out / "adapter_config.json").read_text()
     assert facts["layout"] == "goal-last"
     kept = {each.name: each.read_bytes() for each in out.iterdir()}
     assert kept.keys() - {"curve.svg"} == LEFT
@@ -326,13 +360,44 @@ def test_another_model_of_the_same_name_does_not_go_on(
     assert next(steps(path)).step == 1
 
 
-@pytest.mark.parametrize("what", ["write_adapter", "write_card"])
-def test_where_the_end_cannot_be_written_the_same_command_goes_on(
-    path: Path, rows: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, what: str
+def test_what_it_began_with_neither_validates_nor_has_another_layout(
+    finished: Finished, path: Path, tmp_path: Path
 ) -> None:
+    start = finished.folder / "adapter.gguf"
+    model = Transformers(path, device="cpu", dtype="float32")
+    learned = read_adapter(start, model.network.model.config).metadata[FITTED_DIALOGUES].split()
+    known = [case(n) for n in range(6) if said_key(case(n).turns) in learned]
+    others = [
+        replace(case(n), group=f"o{n}", turns=(Turn("What?", f"soap {n}"),)) for n in range(6)
+    ]
+    for sources, said in (
+        ([Source("known", known, "1")], "has learned from all these dialogues"),
+        ([Source("both", [*known, *others], "2")], "fitted with the layout goal-first, not goal-l"),
+    ):
+        steps = fit_adapter(
+            model, sources, tmp_path, SETTINGS,
+            start=start, layout="goal-last", base="tiny", command="",
+        )  # fmt: skip
+        with pytest.raises(InvalidInputError, match=said):
+            next(steps)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("what", "error"),
+    [
+        ("run.write_adapter", OSError(28, "No space left on device")),
+        ("run.write_card", OSError(28, "No space left on device")),
+        ("peft.PeftModel.save_pretrained", safetensors.SafetensorError("No space left on device")),
+    ],
+)
+def test_where_the_end_cannot_be_written_the_same_command_goes_on(
+    path: Path, rows: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, what: str,
+    error: Exception,
+) -> None:  # fmt: skip
     out = tmp_path / "out"
     with monkeypatch.context() as patch:
-        patch.setattr(run, what, broken_by(OSError(28, "No space left on device")))
+        patch.setattr(what.replace("run", run.__name__, 1), broken_by(error))
         failed = invoke(*fit(rows, out, path))
     assert failed.exit_code == 1
     said = " ".join(failed.stderr.split())
@@ -360,8 +425,7 @@ def test_its_own_model_begins_with_the_adapter_that_comes_with_it(
         ("first", [], False),
         ("second", [], True),
         ("none", ["--start", "none"], False),
-        ("rank", ["--rank", 4], False),
-        ("layers", ["--layers", 0.9], False),
+        ("rank", ["--rank", 4, "--start", "none"], False),
         ("named", ["--model", path], False),
         ("started", ["--model", path, "--start", tmp_path / "second"], True),
     ):
@@ -405,11 +469,13 @@ def test_options_out_of_their_range_are_refused(path: Path, rows: Path, tmp_path
 
 
 def test_an_adapter_to_begin_with_has_rank_and_layers_of_its_own(
-    finished: Finished, path: Path, rows: Path, tmp_path: Path
+    finished: Finished, path: Path, rows: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    quick = ["--out", tmp_path / "out", "--model", path, "--start", finished.folder]
-    for more in (["--rank", 4], ["--layers", 1]):
-        said = fails(2, "fit", rows, *quick, *more)
+    adapter = finished.folder / "adapter.gguf"
+    monkeypatch.setattr("goalscope.models.adapters.shipped", lambda: adapter)
+    named = ["--model", path, "--start", finished.folder]
+    for more in (["--rank", 4, *named], ["--layers", 1, *named], ["--rank", 4], ["--layers", 1]):
+        said = fails(2, "fit", rows, "--out", tmp_path / "out", *more)
         assert "Leave out --rank and --layers, or begin with --start none." in said
     assert not (tmp_path / "out").exists()
 

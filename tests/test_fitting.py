@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import io
+import itertools
 import json
 import math
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -118,6 +121,9 @@ class Scripted:
         self.examples.append(of)
         return self._table(self.weight)
 
+    def enough_memory(self) -> AbstractContextManager[None]:
+        return nullcontext()
+
     def tokens(self, of: Example) -> int:
         return 2 * len(of.turns)
 
@@ -223,6 +229,25 @@ def test_seldom_and_often_goals_and_sources_are_drawn_alike(tmp_path: Path) -> N
     assert shares == pytest.approx([0.25, 0.25, 0.5], abs=0.08)
 
 
+def test_it_knows_what_taught_the_best_weights(tmp_path: Path) -> None:
+    settings = replace(QUICK, steps=4, validate_every=2, batch_size=2)
+    train = [[case(n) for n in range(40)], [replace(case(n), id=f"o{n}") for n in range(40)]]
+    margin = iter([0, 1, -1])  # the weights after two steps are the best
+    fit, learner = scripted(tmp_path, margins(margin), settings, train=train)
+    assert fit.history == []
+    list(fit.run())
+    drawn = [of for of in learner.examples if of.group != "g3"][:4]
+    taught = fit.taught()
+    assert len(taught) == 2
+    assert sorted(each.group for own in taught for each in own) == sorted(of.group for of in drawn)
+    assert {each.id[0] for each in taught[0]} <= {"c"}
+    assert {each.id[0] for each in taught[1]} <= {"o"}
+    never, _ = scripted(tmp_path / "never", margins(iter([1, 0, 0])), settings, train=train)
+    (tmp_path / "never").mkdir()
+    list(never.run())
+    assert never.taught() == [[], []]
+
+
 def test_a_fit_learns_which_word_a_goal_means(path: Path, tmp_path: Path) -> None:
     settings = replace(
         QUICK, objective="goals", steps=40, validate_every=20, learning_rate=0.02, seed=3
@@ -293,7 +318,12 @@ def test_what_no_fit_left_is_refused(tmp_path: Path) -> None:
     whole = file.read_bytes()
     torch.save({"weights": torch.ones(2)}, file)
     foreign = file.read_bytes()
-    for content in (foreign, whole[: len(whole) // 2], b"", b"A diary.\n"):
+    state = torch.load(io.BytesIO(whole))
+    torn = []
+    for name, value in (("history", [{}]), ("weights", {}), ("about", "3"), ("optimizer", {})):
+        torch.save({**state, name: value}, file)
+        torn.append(file.read_bytes())
+    for content in (*torn, foreign, whole[: len(whole) // 2], b"", b"A diary.\n"):
         file.write_bytes(content)
         message = refused(lambda: scripted(tmp_path))
         assert f"{file} is not what an interrupted fit leaves" in message
@@ -341,6 +371,33 @@ def test_a_loss_that_is_not_finite_is_an_error_and_keeps_what_was(tmp_path: Path
     again, learner = scripted(tmp_path)
     assert (again.step, len(again.history)) == (3, 2)
     assert math.isfinite(float(learner.weight.detach()))
+
+
+@pytest.mark.parametrize("groups", [1, 2])
+def test_a_validation_that_is_not_finite_is_an_error(tmp_path: Path, groups: int) -> None:
+    def fit(name: str, found: Iterator[float]) -> Fit:
+        (tmp_path / name).mkdir()
+        cases, learner = [case(n) for n in range(3)], Scripted(margins(found))
+        held: Any = [case(3), case(4)][:groups]
+        model: Any = learner
+        return Fit(model, [cases], held, QUICK, tmp_path / name, {})
+
+    with pytest.raises(GoalscopeError, match="Check that it is sound: `goalscope models check`"):
+        list(fit("first", itertools.repeat(math.nan)).run())
+    later = itertools.chain([0.0] * groups, itertools.repeat(math.nan))
+    with pytest.raises(GoalscopeError, match=r"not finite at step 3\. Try a smaller --learning"):
+        list(fit("later", later).run())
+
+
+def test_a_gradient_that_is_not_finite_changes_nothing(tmp_path: Path) -> None:
+    def table(weight: Any) -> Any:
+        root = (weight - weight.detach()).sqrt()  # 0, and infinitely steep
+        return torch.tensor(TABLE) + root * torch.tensor(TABLE)
+
+    fit, learner = scripted(tmp_path, table)
+    with pytest.raises(GoalscopeError, match=r"not finite at step 1\. Try a smaller --learning"):
+        list(fit.run())
+    assert float(learner.weight.detach()) == 1.0
 
 
 def test_a_state_that_cannot_be_kept_is_an_error(tmp_path: Path) -> None:

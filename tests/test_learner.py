@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from goalscope.fitting.fit import Fit
 from goalscope.fitting.learner import Example, Learner
 from goalscope.likelihood import Layout
 from goalscope.models.adapters import read_adapter, write_adapter
-from goalscope.types import UNSPECIFIED, ModelError, Turn
+from goalscope.types import UNSPECIFIED, GoalscopeError, ModelError, Turn
 from test_fitting import GOALS, QUICK, TASK, WORDS, case, example, learner_of, tiny_folder
 from test_transformers import tiny
 
@@ -95,6 +96,39 @@ def test_products_of_16_bits_change_little(path: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr(torch.cpu, "get_capabilities", lambda: {"avx512_bf16": True}, raising=False)
     rounded = scores(learner, of)
     assert 0 < np.abs(rounded - exact).max() < 0.05 * np.abs(exact).max()
+
+
+def test_16_bits_round_no_logit(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The weights and products of a processor with instructions for them, against the scorer."""
+    learner, of = learner_of(path, dtype="bfloat16"), example()
+    scramble(learner, 0.05)
+    monkeypatch.setattr(torch.cpu, "get_capabilities", lambda: {"avx512_bf16": True}, raising=False)
+    head = learner.model.network.model.get_output_embeddings()
+    with torch.no_grad():
+        head.weight.mul_(64)  # logits of tens, where bfloat16 knows eighths
+    learner.model.clear_cache()
+    states: list[Any] = []
+    with head.register_forward_pre_hook(lambda _, given: states.append(given[0])):
+        logits = learner.model.network.learn(
+            np.array([[5, 6, 7]]), np.arange(3)[None], np.tri(3, dtype=bool)[None], [0, 1, 2]
+        )
+    exact = states[0].flatten(0, -2).float() @ head.weight.float().T
+    assert logits.dtype == torch.float32
+    assert exact.abs().max() > 8
+    torch.testing.assert_close(logits, exact, atol=1e-3, rtol=1e-5)
+    assert np.isfinite(scores(learner, of)).all()
+
+
+def test_memory_that_is_too_small_is_said(path: Path) -> None:
+    learner = learner_of(path)
+    for error in (MemoryError(), torch.OutOfMemoryError("CUDA out of memory.")):
+        with (
+            pytest.raises(GoalscopeError, match=r"too small to learn.*another --out"),
+            learner.enough_memory(),
+        ):
+            raise error
+    with pytest.raises(RuntimeError, match="another cause"), learner.enough_memory():
+        raise RuntimeError("another cause")
 
 
 @pytest.mark.parametrize("kind", ["mistral", "qwen3", "gemma3_text"])

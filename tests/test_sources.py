@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from goalscope.datasets import DATASETS, Case, read_cases
+from goalscope.datasets import DATASETS, Case, read_cases, said_key
 from goalscope.fitting.sources import Source, parted, read_source
-from goalscope.types import Goal
+from goalscope.types import Goal, InvalidInputError, Turn
 from test_datasets import deal, games, packed, refused
 from test_fitting import GOALS, case, rows_file
 
@@ -177,6 +177,24 @@ def test_overlapping_parts_of_a_file_do_not_validate_what_the_other_teaches() ->
         assert not groups_of([*train[0], *train[1]]) & groups_of(validation)
         train, _ = parted([parts[0], other], validation=2, seed=seed)
         assert [len(own) for own in train] == [19, 17]
+
+
+def test_what_was_learned_from_does_not_validate() -> None:
+    whole = parted(sources(), validation=12, seed=1)[1]
+    learned = {said_key(each.turns) for each in whole}
+    mine = [replace(case(n), turns=(Turn("What?", f"no. {n}"),)) for n in range(30)]
+    source = Source("mine", mine, "3")
+    first = parted([source], validation=10, seed=1)[1]
+    keys = {said_key(each.turns) for each in first[:4]}
+    train, second = parted([source], validation=10, seed=1, learned=keys)
+    assert len(second) == 10
+    assert not keys & {said_key(each.turns) for each in second}
+    assert {each.id for each in first[4:]} < {each.id for each in second}
+    assert {each.id for each in first[:4]} < {each.id for each in train[0]}
+    every = {said_key(each.turns) for each in mine}
+    with pytest.raises(InvalidInputError, match="learned from all these dialogues"):
+        parted([source], validation=10, seed=1, learned=every)
+    assert parted([source], validation=10, seed=1, learned=learned)[1] == first
 
 
 def test_a_source_that_validates_for_another_with_all_it_has_is_refused() -> None:

@@ -100,6 +100,14 @@ def test_whether_the_goal_is_in_the_set_is_told_by_unspecified() -> None:
     assert [each.value for each in last[2:]] == [0.5, 0.5, 0.0]
 
 
+def test_dialogues_that_the_adapter_learned_from_are_counted() -> None:
+    cells = [dialogue(n, 0, 1, **{"role-play": [SURE]}, learned=n < 2) for n in range(3)]
+    (note,) = [each for each in dialogues_table(cells).notes if "adapter" in each]
+    assert note == "The model's adapter has LEARNED from 2 of these dialogues."
+    cells = [dialogue(n, 0, 1, **{"role-play": [SURE]}, learned=False) for n in range(3)]
+    assert not [each for each in dialogues_table(cells).notes if "adapter" in each]
+
+
 def test_the_last_turn_is_each_dialogues_own() -> None:
     last = row(dialogues_table(), "goalscope", "last")
     e = math.exp(2)
@@ -249,7 +257,7 @@ def test_models_that_met_the_same_dialogues_are_compared() -> None:
         for turns in [2 if n else 1]
     ]
     (table,) = model_tables(read_dialogues([*base, *better[:3]]), command="make")
-    assert (table.name, table.command) == ("models-teach-valid-hard", "make")
+    assert (table.name, table.command) == ("models-teach-valid-4-hard-goals-each", "make")
     assert table.title == "Models compared: teach, valid, 4 hard goals each"
     found = {entries[:2]: dict(zip(table.columns, entries, strict=True)) for entries in table.rows}
     small, large = "small", "SmolLM2-135M-Instruct"

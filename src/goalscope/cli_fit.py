@@ -6,7 +6,7 @@ import json
 import shlex
 import sys
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import typer
 
@@ -77,7 +77,9 @@ def fit(
     from goalscope.fitting.sources import read_source
     from goalscope.likelihood import DEFAULT_LAYOUT
     from goalscope.models.adapters import NO_ADAPTER, adapter_file, shipped
+    from goalscope.models.extras import package
     from goalscope.models.llamacpp import EMBEDDED, embedded_path
+    from goalscope.models.torch_network import multiplies_bfloat16
     from goalscope.models.transformers import Transformers
     from goalscope.plain import plain
 
@@ -88,10 +90,9 @@ def fit(
     if layers is not None and not 0 < layers <= 1:
         raise InvalidInputError(f"--layers must be above 0 and at most 1, not {layers}.")
     begin = None if start == NO_ADAPTER else adapter_file(start) if start else None
-    shaped = rank is not None or layers is not None
-    if start is None and model is None and not shaped:
+    if start is None and model is None:
         begin = shipped()
-    if begin is not None and shaped:
+    if begin is not None and (rank is not None or layers is not None):
         raise InvalidInputError(
             "The adapter to begin with has a rank and layers of its own. Leave out --rank and "
             "--layers, or begin with --start none."
@@ -111,7 +112,11 @@ def fit(
     err = console(stderr=True)
     with measuring("Loading the model"):
         name = (named(model) or "").removeprefix("hf:") or embedded_path()
-        engine = Transformers(name, context_size=2048, device=device, dtype=_fastest(device))
+        on_processor = device in (None, "cpu") and not package("torch").cuda.is_available()
+        dtype = "bfloat16" if on_processor and multiplies_bfloat16() else None
+        engine = Transformers(name, context_size=2048, device=device, dtype=dtype)
+    own = model is not None and Path(model).exists()
+    base = engine.name if own else (model or EMBEDDED).removeprefix("hf:")
     command = shlex.join(["goalscope", *sys.argv[1:]])
     try:
         with progress("Steps") as show:
@@ -123,7 +128,7 @@ def fit(
                 settings,
                 start=begin,
                 layout=layout or DEFAULT_LAYOUT,
-                base=(model or EMBEDDED).removeprefix("hf:"),
+                base=base,
                 command=command,
             ):
                 show(each.step, steps)
@@ -149,14 +154,3 @@ def fit(
     )
     use = f"Use it with: goalscope infer FILE --out OUT --adapter {out}"
     err.print(plain(use), style="dim", soft_wrap=True)
-
-
-def _fastest(device: str | None) -> Literal["bfloat16"] | None:
-    """Half as many bits where this processor multiplies them faster; None for the usual type."""
-    from goalscope.models.extras import package
-
-    torch = package("torch")
-    if device not in (None, "cpu") or torch.cuda.is_available():
-        return None
-    can: dict[str, Any] = getattr(torch.cpu, "get_capabilities", dict[str, Any])()
-    return "bfloat16" if can.get("avx512_bf16") or can.get("amx_bf16") else None

@@ -7,11 +7,11 @@ from dataclasses import asdict
 from typing import Any
 
 from goalscope.benchmarks.baselines import bm25, embedding, outright, tfidf
-from goalscope.datasets import Case
+from goalscope.datasets import Case, said_key
 from goalscope.datasets.goal_sets import goal_key
 from goalscope.likelihood import Layout, RolePlay
 from goalscope.models import OpenModel
-from goalscope.models.adapters import FITTED_GOALS
+from goalscope.models.adapters import FITTED_DIALOGUES, FITTED_GOALS
 from goalscope.models.opening import parts
 from goalscope.types import UNSPECIFIED, Goal, Turn
 
@@ -51,8 +51,8 @@ def measure_dialogue(
         `role-play` [T, G] log-likelihoods in nats, turn by turn; `unspecified` [T], the same
         without a goal; `tfidf`, `bm25`, `embedding` [T, G], how like each goal is to all words so
         far; `outright` [T], what the model answers if asked; `window`, the first turn that it
-        could still read at the end; and `seen`, whether its adapter was fitted on the text of the
-        true goal, None where there is no adapter that tells.
+        could still read at the end; `seen`, whether its adapter was fitted on the text of the
+        true goal, and `learned`, whether on these very words; None where no adapter tells.
     """
     roleplay = RolePlay(model, layout=layout, end_of_turn=end_of_turn)
     table = roleplay.log_likelihood(case.task, [*case.goals, UNSPECIFIED], case.turns)
@@ -63,11 +63,13 @@ def measure_dialogue(
         "tfidf": tfidf(case.goals, case.turns).tolist(),
         "bm25": bm25(case.goals, case.turns).tolist(),
         "embedding": embedding(case.goals, case.turns).tolist(),
-        "seen": None,
     }
-    fitted = getattr(parts(model)[1], "adapter_metadata", {}).get(FITTED_GOALS)
-    if fitted is not None:
-        result["seen"] = goal_key(case.goals[case.truth].text) in fitted.split()
+    told = getattr(parts(model)[1], "adapter_metadata", {})
+    for name, key, own in (
+        ("seen", FITTED_GOALS, goal_key(case.goals[case.truth].text)),
+        ("learned", FITTED_DIALOGUES, said_key(case.turns)),
+    ):
+        result[name] = own in told[key].split() if key in told else None
     if ask_outright:
         result["outright"] = outright(model, case.goals, case.turns)
     return result

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from goalscope.datasets.alfred import alfred
-from goalscope.datasets.case import OPENING, Case, turns_of
+from goalscope.datasets.case import OPENING, Case, said_key, turns_of
 from goalscope.datasets.casino import casino
 from goalscope.datasets.jsonl import read_cases
 from goalscope.datasets.multiwoz import multiwoz
@@ -26,6 +26,7 @@ __all__ = [
     "data_folder",
     "load",
     "read_cases",
+    "said_key",
     "turns_of",
 ]
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 from goalscope.types import Goal, Turn
 
-__all__ = ["OPENING", "Case", "turns_of"]
+__all__ = ["OPENING", "Case", "said_key", "turns_of"]
 
 OPENING = "Hello, how can I help you?"
 """What the assistant is taken to have said where the person speaks first."""
@@ -32,6 +33,12 @@ class Case:
     turns: tuple[Turn, ...]
     goals: tuple[Goal, ...]
     truth: int
+
+
+def said_key(turns: Iterable[Turn]) -> str:
+    """A short hash of what the person said, by which a dialogue is known in whatever file."""
+    words = "\n".join(turn.utterance for turn in turns)
+    return hashlib.sha256(words.encode()).hexdigest()[:12]
 
 
 def turns_of(said: Iterable[tuple[bool, str]], opening: str = OPENING) -> tuple[Turn, ...]:

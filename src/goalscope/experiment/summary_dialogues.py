@@ -320,6 +320,8 @@ def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogue
             f"{unread:,} of {asked:,} answers of the model that is asked could not be read; they "
             "are scored as uniform."
         )
+    if learned := sum(bool(result.get("learned")) for _, result in cells):
+        notes.append(f"The model's adapter has LEARNED from {learned:,} of these dialogues.")
     goals = max(len(spec["case"]["goals"]) for spec, _ in cells)
     return Dialogues(*key, len(cells), goals, outcomes, tuple(notes), openness)
 

@@ -37,10 +37,10 @@ def model_tables(found: Iterable[Dialogues], *, command: str = "") -> Iterator[T
         found: Of each task and model; the first model is what the others are compared with.
         command: What makes it again.
     """
-    tasks: dict[tuple[str, str, str], list[Dialogues]] = {}
+    tasks: dict[str, list[Dialogues]] = {}
     for each in found:
-        tasks.setdefault((each.set, each.split, each.goal_set), []).append(each)
-    for key, models in tasks.items():
+        tasks.setdefault(each.task, []).append(each)
+    for task, models in tasks.items():
         longer = any((GOALSCOPE, 2) in each.outcomes for each in models)
         rows = [
             _row(each, models[0], turn)
@@ -49,9 +49,14 @@ def model_tables(found: Iterable[Dialogues], *, command: str = "") -> Iterator[T
             if each.outcomes.get((GOALSCOPE, turn))
         ]
         if len(models) > 1:
-            name = "-".join(slug(part) for part in ("models", *key) if part)
-            title = f"Models compared: {models[0].task}"
-            yield Table(name, title, COLUMNS, tuple(rows), NOTES, command)
+            yield Table(
+                f"models-{slug(task)}",
+                f"Models compared: {task}",
+                COLUMNS,
+                tuple(rows),
+                NOTES,
+                command,
+            )
 
 
 def _row(own: Dialogues, first: Dialogues, turn: int | None) -> tuple[Entry, ...]:

@@ -35,8 +35,8 @@ def write_card(folder: Path, fit: Fit, about: Mapping[str, Any]) -> None:
     Args:
         folder: Of the adapter.
         fit: The finished fit.
-        about: base, sources (name, train, validation, licence, sha256), start, layout, device,
-            memory, validated, command.
+        about: base, sources (name, train, learned, validation, licence, sha256), start, layout,
+            device, memory, validated, command.
     """
     facts = {
         **about,

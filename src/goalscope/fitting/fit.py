@@ -39,8 +39,8 @@ class Settings:
         objective: What is made small. "words": minus the log-probability of the person's words
             under the true goal, and under none, nats a token. "goals": minus the log-posterior of
             the true goal, Unspecified among the wrong ones, and that of Unspecified where the true
-            goal is left out; the mean over turns. "both": the sum.
-        words_weight: Weight of "words" in "both".
+            goal is left out; the mean over turns. "both": "goals" and some of "words".
+        words_weight: How much of "words" is in "both".
         rank: Of the adapter.
         layers: The share of the model's layers, the last ones, that are adapted.
         learning_rate: Of AdamW at its highest; it falls to nearly 0 at the last step.
@@ -81,7 +81,7 @@ class Validation:
         seconds: Since the beginning, without interruptions.
         training: Mean of what was made small since the last validation; None before the first step.
         loss: The objective "goals", which decides.
-        top1: Share of dialogues whose true goal leads after the last turn.
+        top1: Share of dialogues whose true goal leads after the last turn that was read.
         log_loss: Minus the log-probability of the true goal then, among the goals alone, nats.
         auroc: How well the posterior of Unspecified then tells dialogues without their true goal
             from those without one of the wrong ones; 0.5 is chance.
@@ -144,7 +144,7 @@ class Fit:
         self._learner = learner
         self._train = [_by_truth(cases) for cases in train]
         self._validation = [
-            _drawn(case, settings, f"validation {case.id}", validates=True) for case in validation
+            _example(case, settings, f"validation {case.id}", validates=True) for case in validation
         ]
         self._optimizer = torch.optim.AdamW(
             learner.parameters, lr=settings.learning_rate, betas=(0.9, 0.98), weight_decay=0.01
@@ -161,6 +161,14 @@ class Fit:
     def best(self) -> Validation:
         """The validation with the smallest loss."""
         return min(self.history, key=lambda each: each.loss)
+
+    def taught(self) -> list[list[Case]]:
+        """The dialogues that the best weights have learned from, each once, by source."""
+        found: list[dict[str, Case]] = [{} for _ in self._train]
+        for step in range(self.best.step):
+            for source, case, _ in self._draw(step):
+                found[source][case.id] = case
+        return [[*each.values()] for each in found]
 
     def run(self) -> Iterator[Progress]:
         """Do what is left, step by step; the state is on disk every ten steps.
@@ -189,23 +197,25 @@ class Fit:
             group["lr"] = rate
         self._optimizer.zero_grad()
         total = 0.0
-        for number in range(settings.batch_size):
-            name = f"step {self.step}, {number}"
-            random = chance(settings.seed, name)
-            case = random.choice(random.choice(random.choice(self._train)))
-            example = _drawn(case, settings, name)
-            loss = self._loss(example) / settings.batch_size
-            loss.backward()
-            total += float(loss.detach())
-        torch.nn.utils.clip_grad_norm_(self._learner.parameters, _CLIP)
-        self._optimizer.step()
+        with self._learner.enough_memory():
+            for _, case, name in self._draw(self.step):
+                loss = self._loss(_example(case, settings, name)) / settings.batch_size
+                loss.backward()
+                total += float(loss.detach())
+            norm = float(torch.nn.utils.clip_grad_norm_(self._learner.parameters, _CLIP))
+            if not math.isfinite(total + norm):
+                raise _diverged(self.step + 1)
+            self._optimizer.step()
         self.step += 1
-        if not np.isfinite(total):
-            raise GoalscopeError(
-                f"The loss is not finite at step {self.step}. Try a smaller --learning-rate, and "
-                "another --out."
-            )
         return total
+
+    def _draw(self, step: int) -> Iterator[tuple[int, Case, str]]:
+        """The dialogues of a step: number of the source, dialogue, name of the draw."""
+        for number in range(self.settings.batch_size):
+            name = f"step {step}, {number}"
+            random = chance(self.settings.seed, name)
+            source = random.randrange(len(self._train))
+            yield source, random.choice(random.choice(self._train[source])), name
 
     def _loss(self, example: Example) -> Any:
         settings = self.settings
@@ -217,7 +227,7 @@ class Fit:
         return words if settings.objective == "words" else goals + settings.words_weight * words
 
     def _validate(self, training: float | None, began: float) -> Progress:
-        with package("torch").no_grad():
+        with package("torch").no_grad(), self._learner.enough_memory():
             tables = [
                 self._learner.log_likelihood(each) / self.settings.temperature
                 for each in self._validation
@@ -226,15 +236,17 @@ class Fit:
             float(_goals_loss(table, each))
             for table, each in zip(tables, self._validation, strict=True)
         ]
+        if not np.isfinite(losses).all():
+            if self.step:
+                raise _diverged(self.step)
+            raise GoalscopeError(
+                "The model's log-probabilities are not finite. Check that it is sound: `goalscope "
+                "models check`."
+            )
         last = [table.sum(0).double().cpu().numpy() for table in tables]
         scores = _scores(last, [each.group for each in self._validation])
         self._seconds = time.monotonic() - began
         found = Validation(self.step, self._seconds, training, float(np.mean(losses)), *scores)
-        if not np.isfinite(found.loss):
-            raise GoalscopeError(
-                "The loss of the dialogues that validate is not finite. Check that the model is "
-                "sound: `goalscope models check`."
-            )
         if not self.history or found.loss < self.best.loss:
             self._best = self._learner.state()
         self.history.append(found)
@@ -270,24 +282,33 @@ class Fit:
         torch = package("torch")
         try:
             state = torch.load(self._file, map_location="cpu", weights_only=True)
-            about = json.loads(state["about"])
-        except Exception as error:  # whatever unpickling and unzipping raise
+            about = dict(json.loads(state["about"]))
+            other = [
+                key for key in {**about, **self._about} if about.get(key) != self._about.get(key)
+            ]
+            if not other:
+                self.history = [Validation(**each) for each in state["history"]]
+                self.step, self.ended, self._best = state["step"], state["ended"], state["best"]
+                self._seconds, self._losses = state["seconds"], state["losses"]
+                self._learner.restore(state["weights"])
+                self._optimizer.load_state_dict(state["optimizer"])
+        except Exception as error:  # whatever unpickling, unzipping and a foreign content raise
             raise InvalidInputError(
                 f"{self._file} is not what an interrupted fit leaves ({error}). Delete it, or name "
                 "another folder with --out."
             ) from None
-        if about != self._about:
-            other = [key for key in self._about if about.get(key) != self._about[key]]
+        if other:
             raise InvalidInputError(
                 f"{self._file.parent} holds a fit that was begun with another "
                 f"{' and another '.join(other)}. Give the same options to go on, or name another "
                 "folder with --out."
             )
-        self.history = [Validation(**each) for each in state["history"]]
-        self.step, self.ended, self._best = state["step"], state["ended"], state["best"]
-        self._seconds, self._losses = state["seconds"], state["losses"]
-        self._learner.restore(state["weights"])
-        self._optimizer.load_state_dict(state["optimizer"])
+
+
+def _diverged(step: int) -> GoalscopeError:
+    return GoalscopeError(
+        f"The loss is not finite at step {step}. Try a smaller --learning-rate, and another --out."
+    )
 
 
 def _by_truth(cases: Sequence[Case]) -> list[list[Case]]:
@@ -301,7 +322,7 @@ def _by_truth(cases: Sequence[Case]) -> list[list[Case]]:
     return list(found.values())
 
 
-def _drawn(case: Case, settings: Settings, name: str, *, validates: bool = False) -> Example:
+def _example(case: Case, settings: Settings, name: str, *, validates: bool = False) -> Example:
     """The beginning of a dialogue, and some of its wrong goals."""
     random = chance(settings.seed, f"{name} parts")
     wrong = [goal for place, goal in enumerate(case.goals) if place != case.truth]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -120,18 +121,36 @@ class Learner:
 
         Returns:
             A tensor [turns, goals] in nats, with gradients.
-
-        Raises:
-            GoalscopeError: The memory is too small.
         """
+        torch = package("torch")
+        scores: list[Any] = []
+        trie, spots = Trie(), list[tuple[list[int], list[int]]]()
+        for t, turn in enumerate(example.turns):
+            start = self.roleplay.window(example.task, example.turns[: t + 1])
+            read = example.turns[start : t + 1]
+            answer = self.model.tokenizer.tokenize(turn.utterance)
+            for goal in example.goals:
+                context = self.roleplay.context(example.task, goal, read)
+                prompt = self.model.tokenizer.render(context)
+                path = trie.paths[trie.add([*prompt, *answer[:-1]])]
+                spots.append((path[len(prompt) - 1 :], answer))
+            if len(trie) >= _TREE or t == len(example.turns) - 1:
+                scores += self._read(trie, spots)
+                trie, spots = Trie(), []
+        return torch.stack(scores).reshape(len(example.turns), len(example.goals))
+
+    @contextmanager
+    def enough_memory(self) -> Generator[None]:
+        """Within it, memory that is too small is a `GoalscopeError`."""
         try:
-            return self._score(example)
+            yield
         except (RuntimeError, MemoryError) as error:
             if not self.model.network.is_out_of_memory(error):
                 raise
             raise GoalscopeError(
-                "The memory is too small to learn from a dialogue this long. Take a smaller model, "
-                "or --device cpu; what was learned so far is kept, and the same command goes on."
+                "The memory is too small to learn from a dialogue this long. Close what else needs "
+                "it, and the same command goes on; or take --device cpu or a smaller model, and "
+                "another --out."
             ) from None
 
     def tokens(self, example: Example) -> int:
@@ -160,27 +179,16 @@ class Learner:
         return Adapter(layers, rank, float(rank), metadata)
 
     def save_peft(self, folder: Path, base: str) -> None:
-        """Write the adapters as PEFT has them, for other software."""
-        self._peft.peft_config["default"].base_model_name_or_path = base
-        self._peft.save_pretrained(folder, save_embedding_layers=False)
+        """Write the adapters as PEFT has them, for other software.
 
-    def _score(self, example: Example) -> Any:
-        torch = package("torch")
-        scores: list[Any] = []
-        trie, spots = Trie(), list[tuple[list[int], list[int]]]()
-        for t, turn in enumerate(example.turns):
-            start = self.roleplay.window(example.task, example.turns[: t + 1])
-            read = example.turns[start : t + 1]
-            answer = self.model.tokenizer.tokenize(turn.utterance)
-            for goal in example.goals:
-                context = self.roleplay.context(example.task, goal, read)
-                prompt = self.model.tokenizer.render(context)
-                path = trie.paths[trie.add([*prompt, *answer[:-1]])]
-                spots.append((path[len(prompt) - 1 :], answer))
-            if len(trie) >= _TREE or t == len(example.turns) - 1:
-                scores += self._read(trie, spots)
-                trie, spots = Trie(), []
-        return torch.stack(scores).reshape(len(example.turns), len(example.goals))
+        Raises:
+            OSError: The folder cannot be written.
+        """
+        self._peft.peft_config["default"].base_model_name_or_path = base
+        try:
+            self._peft.save_pretrained(folder, save_embedding_layers=False)
+        except package("safetensors").SafetensorError as error:
+            raise OSError(str(error)) from None
 
     def _read(self, trie: Trie, spots: Sequence[tuple[list[int], list[int]]]) -> list[Any]:
         """How likely the tokens of each answer are after the nodes that lead to them, nats."""

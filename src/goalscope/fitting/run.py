@@ -7,19 +7,27 @@ import importlib.metadata
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from filelock import FileLock, Timeout
 
-from goalscope.datasets import Case
+from goalscope.datasets import Case, said_key
 from goalscope.datasets.goal_sets import goal_key
 from goalscope.fitting.card import write_card
 from goalscope.fitting.fit import Fit, Progress, Settings
 from goalscope.fitting.learner import Learner
 from goalscope.fitting.sources import Source, digest_of, parted
 from goalscope.likelihood import GOAL_TOKENS, Layout, RolePlay
-from goalscope.models.adapters import FITTED_GOALS, FITTED_LAYOUT, read_adapter, write_adapter
+from goalscope.models.adapters import (
+    FITTED_DIALOGUES,
+    FITTED_GOALS,
+    FITTED_LAYOUT,
+    Adapter,
+    read_adapter,
+    write_adapter,
+)
 from goalscope.models.extras import package
 from goalscope.models.transformers import Transformers
 from goalscope.types import GoalscopeError, InvalidInputError, Message
@@ -66,16 +74,31 @@ def fit_adapter(
         raise GoalscopeError(f"{folder} cannot be written: {error.strerror or error}.") from None
     try:
         _refuse_foreign(folder)
-        train, validation = parted(sources, validation=settings.validation, seed=settings.seed)
         begun = read_adapter(start, model.network.model.config) if start else None
+        known = {
+            key: set(begun.metadata.get(key, "").split() if begun else ())
+            for key in (FITTED_DIALOGUES, FITTED_GOALS)
+        }
+        train, validation = parted(
+            sources,
+            validation=settings.validation,
+            seed=settings.seed,
+            learned=known[FITTED_DIALOGUES],
+        )
         if begun is not None:
+            fitted = begun.metadata.get(FITTED_LAYOUT, layout)
+            if fitted != layout:
+                raise InvalidInputError(
+                    f"The adapter to begin with was fitted with the layout {fitted}, not {layout}. "
+                    f"Give --layout {fitted}, or begin with --start none."
+                )
             count = model.network.model.config.num_hidden_layers
             adapted = len({number for number, _ in begun.layers})
             settings = replace(settings, rank=begun.rank, layers=adapted / count)
         about: dict[str, Any] = {
             "base": base,
             "layout": layout,
-            "start": f"the adapter of SHA-256 `{digest_of(start)[:16]}`" if start else "no adapter",
+            "start": _beginning(start, begun),
             "sources": [
                 {
                     "name": source.name,
@@ -104,19 +127,24 @@ def fit_adapter(
         fit = Fit(learner, train, validation, settings, folder, {**about, **made_by})
         yield from fit.run()
 
-        goals = {goal_key(case.goals[case.truth].text) for own in train for case in own}
-        if begun is not None:
-            goals |= set(begun.metadata.get(FITTED_GOALS, "").split())
+        taught = fit.taught()
+        for case in chain.from_iterable(taught):
+            known[FITTED_DIALOGUES].add(said_key(case.turns))
+            known[FITTED_GOALS].add(goal_key(case.goals[case.truth].text))
         adapter = learner.adapter(
             {
                 "general.name": folder.name,
                 "goalscope.base": base,
                 FITTED_LAYOUT: layout,
                 "goalscope.temperature": f"{settings.temperature:g}",
-                FITTED_GOALS: " ".join(sorted(goals)),
+                **{key: " ".join(sorted(keys)) for key, keys in known.items()},
             }
         )
         more = {
+            "sources": [
+                {**source, "learned": len(own)}
+                for source, own in zip(about["sources"], taught, strict=True)
+            ],
             "device": str(model.network.device),
             "memory": _memory(model),
             "validated": len(validation),
@@ -135,6 +163,15 @@ def fit_adapter(
     finally:
         lock.release()
         Path(lock.lock_file).unlink(missing_ok=True)
+
+
+def _beginning(start: Path | None, adapter: Adapter | None) -> str:
+    if start is None or adapter is None:
+        return "no adapter"
+    text = f"the adapter of SHA-256 `{digest_of(start)[:16]}`"
+    if FITTED_DIALOGUES in adapter.metadata:
+        return text
+    return f"{text}, which does not tell what it learned from: perhaps from some that validate"
 
 
 def _refuse_foreign(folder: Path) -> None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, zip_longest
 from pathlib import Path
 
-from goalscope.datasets import DATASETS, Case, data_folder, load, read_cases
+from goalscope.datasets import DATASETS, Case, data_folder, load, read_cases, said_key
 from goalscope.datasets.goal_sets import chance, goal_key
 from goalscope.envs.tables import shown
 from goalscope.types import InvalidInputError
@@ -42,7 +42,8 @@ def read_source(name: str, folder: Path | None, *, goals: int = 20, seed: int = 
     Args:
         name: FILE.jsonl, SET or SET:SPLIT; perhaps with the places of the dialogues to take, as in
             `teach:train[:100]`. What stands before the first place is left for judging: with it go
-            all dialogues of its groups, and its true goals, which are no wrong goals of others.
+            all dialogues of its groups, and its true goals, which are no wrong goals of others
+            (those that are true in what is taken, too, stay).
         folder: Of the datasets; that of GOALSCOPE_DATA if None.
         goals: How many for each dialogue of a dataset.
         seed: Of their draw.
@@ -84,7 +85,7 @@ def read_source(name: str, folder: Path | None, *, goals: int = 20, seed: int = 
 
 
 def parted(
-    sources: Sequence[Source], *, validation: int, seed: int
+    sources: Sequence[Source], *, validation: int, seed: int, learned: Collection[str] = ()
 ) -> tuple[list[list[Case]], list[Case]]:
     """Part groups of dialogues into those that train, by source, and those that validate.
 
@@ -93,9 +94,12 @@ def parted(
         validation: Most dialogues that validate: of each source the same number, as far as at most
             a third of its groups goes.
         seed: Of the draw.
+        learned: Keys (`said_key`) of dialogues that are already learned from: their groups do not
+            validate.
 
     Raises:
-        InvalidInputError: A source has a single group, or all its groups validate for another one.
+        InvalidInputError: A source has a single group, all its groups validate for another one, or
+            none is left to validate.
     """
     each = -(-validation // len(sources))
     held: set[tuple[str, str]] = set()
@@ -107,12 +111,20 @@ def parted(
                 f"{source.name} holds a single group of dialogues; one part has to train and "
                 "another to validate. Give at least two."
             )
+        known = {case.group for case in source.cases if said_key(case.turns) in learned}
         chance(seed, source.name).shuffle(groups)
-        own = [case for case in source.cases if case.group in groups[: max(1, len(groups) // 3)]]
+        most = max(1, len(groups) // 3)
+        fresh = [group for group in groups if group not in known][:most]
+        own = [case for case in source.cases if case.group in fresh]
         chance(seed, f"validation {source.name}").shuffle(own)
         new = {case.id: case for case in own if (source.sha256, case.group) not in held}
         lists.append([*new.values()][:each])
         held |= {(source.sha256, case.group) for case in lists[-1]}
+    if not any(lists):
+        raise InvalidInputError(
+            "The adapter to begin with has learned from all these dialogues, so none can validate. "
+            "Give others, or begin with --start none."
+        )
     train = [
         [case for case in source.cases if (source.sha256, case.group) not in held]
         for source in sources

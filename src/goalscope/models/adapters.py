@@ -16,6 +16,7 @@ from goalscope.models.extras import package
 from goalscope.types import ModelError
 
 __all__ = [
+    "FITTED_DIALOGUES",
     "FITTED_GOALS",
     "FITTED_LAYOUT",
     "MODULES",
@@ -32,11 +33,14 @@ Floats = npt.NDArray[np.float32]
 NO_ADAPTER = "none"
 """What is said in place of an adapter's name where there shall be none."""
 
+FITTED_DIALOGUES = "fitted.dialogues"
+"""Key of the file under which hashes stand of the dialogues that it learned from, with spaces."""
+
 FITTED_GOALS = "fitted.goals"
-"""Key of the file under which hashes stand of the goals that it was fitted on, with spaces."""
+"""The same for their true goals."""
 
 FITTED_LAYOUT = "goalscope.layout"
-"""Key of the file under which stands where the prompt stated the goal (see `RolePlay`)."""
+"""Key under which stands where the prompt stated the goal (see `RolePlay`)."""
 
 MODULES: Mapping[str, str] = {
     "q_proj": "attn_q",
@@ -155,9 +159,12 @@ def read_adapter(path: Path, config: Any) -> Adapter:
     found: dict[tuple[int, str], dict[str, Floats]] = {}
     for tensor in reader.tensors:
         match = re.fullmatch(r"blk\.(\d+)\.(\w+)\.weight\.lora_([ab])", tensor.name)
-        if match is None or match[2] not in names:
+        if match is None or match[2] not in names or len(tensor.shape) != 2:
             raise ModelError(f"{path} changes {tensor.name}, which goalscope cannot adapt.")
-        value = np.array(gguf.dequantize(tensor.data, tensor.tensor_type), np.float32)
+        try:
+            value = np.array(gguf.dequantize(tensor.data, tensor.tensor_type), np.float32)
+        except NotImplementedError as error:
+            raise ModelError(f"{path} has weights of an unknown type ({error}).") from None
         found.setdefault((int(match[1]), names[match[2]]), {})[match[3]] = value
     try:
         layers = {
@@ -166,11 +173,17 @@ def read_adapter(path: Path, config: Any) -> Adapter:
         }
         rank = next(iter(layers.values()))[0].shape[0]
         alpha = float(fields["adapter.lora.alpha"])
-    except (KeyError, StopIteration, ValueError):
+    except (KeyError, StopIteration, ValueError, TypeError):
         raise ModelError(
             f"{path} lacks weights, or was fitted on a model of another size. Take that model, or "
             "fit an adapter on this one with `goalscope fit`."
         ) from None
+    ranks = {size for a, b in layers.values() for size in (a.shape[0], b.shape[1])}
+    if ranks != {rank} or rank == 0 or not 0 < alpha < float("inf"):
+        raise ModelError(
+            f"{path} has layers of several ranks, or no scale. Only adapters of one rank for all "
+            "layers are known, as `goalscope fit` makes them."
+        )
     texts = {name: value for name, value in fields.items() if isinstance(value, str)}
     return Adapter(layers, rank, alpha, texts)
 

@@ -16,7 +16,7 @@ from goalscope.models.adapters import Adapter
 from goalscope.models.extras import package
 from goalscope.types import ModelError
 
-__all__ = ["Network"]
+__all__ = ["Network", "multiplies_bfloat16"]
 
 _VOCABULARY_PART = 1 << 14  # entries of the output layer that are widened at once
 _ATTENTION = ("q_proj", "k_proj", "v_proj", "o_proj")
@@ -127,7 +127,8 @@ class Network:
         Products are of 16-bit numbers where that is faster, so the logits are rounded to these.
         """
         torch = self._torch
-        with torch.autocast(self.device.type, torch.bfloat16, enabled=self._multiplies_bfloat16):
+        narrow = self.device.type == "cpu" and multiplies_bfloat16()
+        with torch.autocast(self.device.type, torch.bfloat16, enabled=narrow):
             return self._logits(
                 places,
                 input_ids=torch.from_numpy(ids).to(self.device),
@@ -147,13 +148,6 @@ class Network:
         """Give back what PyTorch holds in reserve."""
         if self.device.type == "cuda":
             self._torch.cuda.empty_cache()
-
-    @property
-    def _multiplies_bfloat16(self) -> bool:
-        """Whether this is a processor with instructions for products of 16-bit numbers."""
-        told = getattr(self._torch.cpu, "get_capabilities", dict)  # newer versions have it
-        known: dict[str, Any] = told() if self.device.type == "cpu" else {}
-        return any(known.get(each, False) for each in ("avx512_bf16", "amx_bf16"))
 
     def _masks(self, depths: Ints, sees: Flags) -> Any:
         """What attention adds [rows, 1, tokens, known + tokens]; one for each kind of layer."""
@@ -195,11 +189,18 @@ class Network:
         torch.set_float32_matmul_precision("high")  # exact: TF32 holds all 16-bit numbers
         try:
             states = hidden[0].float()
-            parts = [states @ part.float().T for part in head.weight.split(_VOCABULARY_PART)]
+            with torch.autocast(self.device.type, enabled=False):
+                parts = [states @ part.float().T for part in head.weight.split(_VOCABULARY_PART)]
         finally:
             torch.set_float32_matmul_precision(precision)
         logits = torch.cat(parts, -1)
         return logits if head.bias is None else logits + head.bias
+
+
+def multiplies_bfloat16() -> bool:
+    """Whether the processor has instructions for products of 16-bit numbers."""
+    known: dict[str, Any] = getattr(package("torch").cpu, "get_capabilities", dict[str, Any])()
+    return any(known.get(each, False) for each in ("avx512_bf16", "amx_bf16"))
 
 
 def _added(a: Any, b: Any, _: Any, inputs: tuple[Any, ...], output: Any) -> Any:
