@@ -15,7 +15,7 @@ FIT_casino := casino:train[100:]
 FIT_multiwoz := multiwoz:val[200:]
 FIT_alfred := alfred:train[300:]
 FIT_taskmaster4 := taskmaster4:dev[200:]
-ADAPTERS := $(SETS:%=adapters/without-%/adapter.gguf) $(patsubst %,adapters/teach-%/adapter.gguf,10 30 100 400 1481 long)
+ADAPTERS := $(SETS:%=adapters/without-%/adapter.gguf) $(patsubst %,adapters/teach-%/adapter.gguf,10 30 100 400 1481)
 FIT := $(BIN)/goalscope fit --start none --out adapters
 SHORT := --steps 100 --every 100 --validation 20
 
@@ -60,8 +60,7 @@ adapters/general/adapter.gguf: | $(READY)
 adapters/without-%/adapter.gguf: | $(READY)
 	$(FIT)/without-$* $(foreach set,$(filter-out $*,$(SETS)),"$(FIT_$(set))") $(SHORT)
 
-adapters/teach-long/adapter.gguf: | $(READY)
-	$(FIT)/teach-long "teach:train[:1481]" --steps 370 --every 185 --validation 20
+adapters/teach-1481/adapter.gguf: SHORT := --steps 370 --every 185 --validation 20
 
 adapters/teach-%/adapter.gguf: | $(READY)
 	$(FIT)/teach-$* "teach:train[:$*]" $(SHORT)
