@@ -187,7 +187,10 @@ def test_infer_does_not_mix_settings(tmp_path):
     out, file = tmp_path / "out.jsonl", rows_file(tmp_path, ROW)
     plain = ("infer", file, "--out", out, "--adapter", "none")
     assert invoke(*plain).exit_code == 0
-    assert "Name another file" in fails(2, *plain, "--layout", "goal-first")
+    said = fails(2, *plain, "--layout", "goal-first")
+    assert "made with layout 'goal-last' and not 'goal-first'. Name another file" in said
+    said = fails(2, *plain[:-2])
+    assert "made with adapter None and not 'general', weights" in said
 
 
 def test_replay_and_episodes_need_no_model(store_file, monkeypatch):

@@ -229,8 +229,8 @@ def test_a_fit_may_begin_with_another(finished: Finished, path: Path, tmp_path: 
     before, after = (json.loads((f / "fit.json").read_text()) for f in (finished.folder, tmp_path))
     assert after["history"][0]["loss"] == pytest.approx(before["best"]["loss"], abs=0.02)
     assert re.fullmatch(
-        r"the adapter of SHA-256 `[0-9a-f]{16}`, which does not tell what it learned from: perhaps "
-        r"from some that validate",
+        r"the adapter mine \(SHA-256 `[0-9a-f]{16}`\), which does not tell what it learned from: "
+        r"perhaps from some that validate",
         after["start"],
     )
     model.clear_cache()
@@ -279,9 +279,14 @@ def test_the_command_fits_and_finished_folders_are_kept(
     assert facts["layout"] == "goal-last"
     kept = {each.name: each.read_bytes() for each in out.iterdir()}
     assert kept.keys() - {"curve.svg"} == LEFT
-    again = invoke(*fit(rows, out, path))
-    assert again.exit_code == 2
-    assert last_error(again) == f"Error: {out} holds a finished adapter. Name another with --out."
+    again = invoke(*fit(rows, out, path, "--validation", 1, "--json"))
+    assert (again.exit_code, again.stdout) == (0, result.stdout)
+    assert "Loading" not in again.stderr
+    other = invoke(*fit(rows, out, path, "--validation", 1, "--objective", "words"))
+    assert other.exit_code == 2
+    said = f"Error: {out} holds a finished adapter with another objective. Name another folder"
+    assert last_error(other) == f"{said} with --out."
+    assert len({each.stat().st_mode for each in out.iterdir()}) == 1
     assert {each.name: each.read_bytes() for each in out.iterdir()} == kept
 
 
@@ -290,10 +295,11 @@ def test_the_command_says_how_it_goes(path: Path, rows: Path, tmp_path: Path) ->
     result = invoke(*fit(rows, out, path, "--seed", 3, "--objective", "words"))
     assert result.exit_code == 0, result.output
     assert re.fullmatch(
-        re.escape(str(out)) + r": best at step \d, log-loss \d\.\d{3}, top-1 \d+%, "
-        r"AUROC \d\.\d{3} on 2 dialogues\n",
+        re.escape(str(out)) + r": best at step \d, log-loss \d\.\d{3} \(before \d\.\d{3}\), top-1 "
+        r"\d+% \(\d+%\), AUROC \d\.\d{3} \(\d\.\d{3}\) on 2 dialogues\n",
         result.stdout,
     )
+    assert "Fewer than 20 dialogues that validate tell little." in result.stderr
     steps = re.findall(r"^step +(\d) +log-loss \d", result.stderr, re.MULTILINE)
     assert steps == ["0", "2", "4"]
     assert f"--adapter{out}" in "".join(result.stderr.split())  # which may be wrapped anywhere
@@ -331,8 +337,14 @@ def test_the_command_goes_on_where_it_was_stopped(
     said = invoke(*fit(rows, out, path, "--seed", 2))
     assert said.exit_code == 2
     assert "begun with another settings" in " ".join(said.stderr.split())
+    with monkeypatch.context() as patch:
+        patch.setattr(run.Fit, "_learn", broken_by(KeyboardInterrupt()))
+        result = invoke(*fit(rows, out, path))
+    assert result.exit_code == 130
+    assert "Interrupted. The same command goes on, at most ten steps back." in result.stderr
     result = invoke(*fit(rows, out, path))
     assert result.exit_code == 0, result.output
+    assert "Goes on after step 2." in result.stderr
     assert re.findall(r"^step +(\d) ", result.stderr, re.MULTILINE) == ["4"]
     found, expected = (json.loads((f / "fit.json").read_text()) for f in (out, whole))
     for one, other in zip(found["history"], expected["history"], strict=True):
@@ -357,7 +369,7 @@ def test_another_model_of_the_same_name_does_not_go_on(
     assert next(steps(path)).validation
     with pytest.raises(InvalidInputError, match="begun with another model"):
         next(steps(other))
-    assert next(steps(path)).step == 1
+    assert [next(going).step for going in [steps(path)] for _ in range(2)] == [0, 1]
 
 
 def test_what_it_began_with_neither_validates_nor_has_another_layout(
@@ -370,13 +382,13 @@ def test_what_it_began_with_neither_validates_nor_has_another_layout(
     others = [
         replace(case(n), group=f"o{n}", turns=(Turn("What?", f"soap {n}"),)) for n in range(6)
     ]
-    for sources, said in (
-        ([Source("known", known, "1")], "has learned from all these dialogues"),
-        ([Source("both", [*known, *others], "2")], "fitted with the layout goal-first, not goal-l"),
+    for sources, layout, said in (
+        ([Source("known", known, "1")], "goal-first", "has learned from all these dialogues"),
+        ([Source("both", [*known, *others], "2")], "goal-last", "with the layout goal-first, not"),
     ):
         steps = fit_adapter(
             model, sources, tmp_path, SETTINGS,
-            start=start, layout="goal-last", base="tiny", command="",
+            start=start, layout=layout, base="tiny", command="",
         )  # fmt: skip
         with pytest.raises(InvalidInputError, match=said):
             next(steps)
@@ -546,10 +558,10 @@ def test_what_is_too_long_is_refused_before_the_work_begins(
 
 
 def test_a_single_dialogue_is_too_few(path: Path, tmp_path: Path) -> None:
-    lone = rows_file(tmp_path / "lone.jsonl", "aa")
-    result = invoke(*fit(lone, tmp_path / "out", path))
-    assert result.exit_code == 2
-    assert "single group of dialogues" in last_error(result)
+    out = tmp_path / "out"
+    for groups, said in (("a", "holds a single dialogue"), ("aa", "are of one group; some have")):
+        assert said in fails(2, *fit(rows_file(tmp_path / "lone.jsonl", groups), out, path))
+    assert not out.exists()
 
 
 def test_a_folder_that_cannot_be_made_is_said(path: Path, rows: Path, tmp_path: Path) -> None:

@@ -96,8 +96,11 @@ def test_a_dialogue_without_a_wrong_goal_left_is_left_out(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("", "empty"),
-        ("nowhere", "'nowhere' is neither a file FILE.jsonl nor one of the datasets teach"),
+        ("", "names no file or dataset"),
+        ("nowhere", "'nowhere' is neither a file whose name ends in .jsonl nor a dataset; "),
+        ("teech:train", "did you mean 'teach'?"),
+        ("own.jsonl[-4:]", "places are [FROM:TO], counted from 0"),
+        ("own.jsonl[2]", "places are [FROM:TO], counted from 0"),
         ("mcq", "neither"),
         ("own.json", "neither"),
         ("teach:night", "no split 'night'"),
@@ -165,7 +168,7 @@ def test_a_dialogue_validates_once_with_either_of_its_goal_sets() -> None:
 def test_a_single_group_is_refused() -> None:
     lone = Source("lone.jsonl", [replace(case(n), group="a") for n in range(9)], "3")
     message = refused(lambda: parted([*sources(), lone], validation=9, seed=1))
-    assert "lone.jsonl holds a single group" in message
+    assert "All dialogues of lone.jsonl are of one group" in message
 
 
 def test_overlapping_parts_of_a_file_do_not_validate_what_the_other_teaches() -> None:

@@ -109,9 +109,11 @@ def infer(
         named(model), tokenizer=tokenizer, adapter=adapter_named(adapter), calls=calls
     ) as engine:
         likelihood = RolePlay(engine, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
+        scorer: Any = parts(engine)[1]
         settings = {
             "model": engine.name,
-            "weights": sha256(parts(engine)[1].fingerprint.encode()).hexdigest()[:12],
+            "adapter": getattr(scorer, "adapter_metadata", {}).get("general.name"),
+            "weights": sha256(scorer.fingerprint.encode()).hexdigest()[:12],
             "layout": likelihood.layout,
             "end_of_turn": end_of_turn,
             "temperature": temperature,

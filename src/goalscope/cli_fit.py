@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import shlex
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -16,13 +17,16 @@ from goalscope.types import InvalidInputError
 
 __all__ = ["fit"]
 
+FEW = 20
+
 
 def fit(
     sources: Annotated[
         list[str],
         typer.Argument(
             metavar="DIALOGUES...",
-            help="FILE.jsonl, or SET:SPLIT of the datasets; perhaps with places, such as [200:].",
+            help="FILE.jsonl, or SET:SPLIT of `goalscope data list`; [200:] after it leaves out "
+            "its first 200 dialogues.",
         ),
     ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the adapter.")],
@@ -52,12 +56,18 @@ def fit(
     every: Annotated[int, typer.Option(min=1, help="Steps from one validation to the next.")] = 50,
     validation: Annotated[int, typer.Option(min=1, help="Most dialogues that validate.")] = 60,
     learning_rate: Annotated[
-        float, typer.Option(help="At its highest; less for larger models.")
+        float, typer.Option(help="At its highest. Larger models need less.")
     ] = 1e-3,
-    rank: Annotated[int | None, typer.Option(min=1, help="Of the adapter.  [default: 8]")] = None,
+    rank: Annotated[
+        int | None,
+        typer.Option(min=1, help="Of the adapter, if it begins with none.  [default: 8]"),
+    ] = None,
     layers: Annotated[
         float | None,
-        typer.Option(help="Share of the layers, the last ones, to adapt.  [default: 0.5]"),
+        typer.Option(
+            help="Share of the layers, the last ones, to adapt, if it begins with none.  "
+            "[default: 0.5]"
+        ),
     ] = None,
     layout: Layout = None,
     seed: Seed = 1,
@@ -68,11 +78,13 @@ def fit(
 ) -> None:
     """Fit the model that scores to what people really say under a goal.
 
-    A row of a file is as for `infer`, with the true goal under "true". At most a third of the
-    dialogues validate; fitting ends when they have not become better for a while. Run again, it
-    goes on where it stopped. The folder then holds the adapter, for --adapter, and a model card.
+    A row of a file is as for `infer`, with the true goal, or its place from 0, under "true", and
+    perhaps a "group", such as who speaks. At most a third of the groups validate; fitting ends
+    when they have not become better for a while. Run again, it goes on where it stopped. The
+    folder then holds the adapter, for --adapter, and a model card.
     """
     from goalscope.fitting.fit import Settings
+    from goalscope.fitting.plan import plan_fit
     from goalscope.fitting.run import fit_adapter
     from goalscope.fitting.sources import read_source
     from goalscope.likelihood import DEFAULT_LAYOUT
@@ -81,7 +93,6 @@ def fit(
     from goalscope.models.llamacpp import EMBEDDED, embedded_path
     from goalscope.models.torch_network import multiplies_bfloat16
     from goalscope.models.transformers import Transformers
-    from goalscope.plain import plain
 
     if model and model.startswith(("http://", "https://")):
         raise InvalidInputError("A server's model cannot be fitted. Name its folder or file.")
@@ -109,48 +120,69 @@ def fit(
         seed=seed,
     )
     read = [read_source(name, data) for name in sources]
-    err = console(stderr=True)
+    err, out = console(stderr=True), out.resolve()
+    base = (model or EMBEDDED).removeprefix("hf:")
+    if model and (path := Path(model)).exists():
+        base = path.stem if path.is_file() else path.name
+    way: dict[str, Any] = {"start": begin, "layout": layout or DEFAULT_LAYOUT, "base": base}
+    if done := plan_fit(read, out, settings, **way).done:
+        _tell(done, out, as_json)
+        return
     with measuring("Loading the model"):
         name = (named(model) or "").removeprefix("hf:") or embedded_path()
         on_processor = device in (None, "cpu") and not package("torch").cuda.is_available()
         dtype = "bfloat16" if on_processor and multiplies_bfloat16() else None
         engine = Transformers(name, context_size=2048, device=device, dtype=dtype)
-    own = model is not None and Path(model).exists()
-    base = engine.name if own else (model or EMBEDDED).removeprefix("hf:")
     command = shlex.join(["goalscope", *sys.argv[1:]])
+    began = False
     try:
         with progress("Steps") as show:
             show(0, steps)
             for each in fit_adapter(
                 engine,
                 read,
-                out.resolve(),
+                out,
                 settings,
-                start=begin,
-                layout=layout or DEFAULT_LAYOUT,
-                base=base,
+                **way,
                 command=command,
             ):
                 show(each.step, steps)
+                if each.validation is None and not began and not as_json:
+                    err.print(f"Goes on after step {each.step}.")
+                began = True
                 if (found := each.validation) and not as_json:
                     err.print(
                         f"step {found.step:4}  log-loss {found.log_loss:.3f}  "
                         f"top-1 {found.top1:4.0%}  AUROC {found.auroc:.3f}"
                     )
+    except KeyboardInterrupt:
+        if (out / "state.pt").exists():
+            err.print("Interrupted. The same command goes on, at most ten steps back.")
+        raise
     finally:
         engine.close()
-    facts = json.loads((out / "fit.json").read_text(encoding="utf-8"))
+    _tell(json.loads((out / "fit.json").read_text(encoding="utf-8")), out, as_json)
+
+
+def _tell(facts: Mapping[str, Any], out: Path, as_json: bool) -> None:
+    """Say what a finished fit has led to."""
+    from goalscope.plain import plain
+
     if as_json:
         print(json.dumps(facts))
         return
-    best, number = facts["best"], facts["validated"]
+    best, first, number = facts["best"], facts["history"][0], facts["validated"]
     console().print(
         plain(
-            f"{out}: best at step {best['step']}, log-loss {best['log_loss']:.3f}, "
-            f"top-1 {best['top1']:.0%}, AUROC {best['auroc']:.3f} on {number} "
+            f"{out}: best at step {best['step']}, log-loss {best['log_loss']:.3f} (before "
+            f"{first['log_loss']:.3f}), top-1 {best['top1']:.0%} ({first['top1']:.0%}), AUROC "
+            f"{best['auroc']:.3f} ({first['auroc']:.3f}) on {number} "
             f"dialogue{'s' if number != 1 else ''}"
         ),
         soft_wrap=True,
     )
+    err = console(stderr=True)
+    if number < FEW:
+        err.print(f"Fewer than {FEW} dialogues that validate tell little. Give more dialogues.")
     use = f"Use it with: goalscope infer FILE --out OUT --adapter {out}"
     err.print(plain(use), style="dim", soft_wrap=True)

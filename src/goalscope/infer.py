@@ -203,9 +203,14 @@ def _check_line(
             "The file belongs to other dialogues; name another one."
         )
     if made_with != settings:
+        made = cast("dict[str, Any]", made_with if isinstance(made_with, dict) else {})
+        other = ", ".join(
+            f"{key} {made.get(key)!r} and not {settings.get(key)!r}"
+            for key in {**settings, **made}
+            if made.get(key) != settings.get(key)
+        )
         raise InvalidInputError(
-            f"{out}, line {number}: made with {made_with}, not {dict(settings)}. "
-            "Name another file, or delete this one."
+            f"{out}, line {number}: made with {other}. Name another file, or delete this one."
         )
 
 

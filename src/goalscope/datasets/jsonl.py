@@ -43,10 +43,12 @@ def read_cases(file: Path) -> list[Case]:
 
 def _case(dialogue: Dialogue, row: dict[str, Any], label: str) -> Case:
     texts = [goal.text for goal in dialogue.goals]
-    if len({meaning(text) for text in texts}) < max(2, len(texts)):
+    if len(row["goals"]) < 2:
+        raise InvalidInputError(f"{label}: there is one goal; expected at least two.")
+    if len({meaning(text) for text in texts}) < len(row["goals"]):
         raise InvalidInputError(
-            f"{label}: expected at least two goals, of which no two differ in case or in the mark "
-            "at the end alone."
+            f"{label}: two of the goals are the same, or differ in case or in the mark at the end "
+            "alone. Leave out one."
         )
     goal = row.get("true")
     if isinstance(goal, int) and not isinstance(goal, bool) and 0 <= goal < len(texts):

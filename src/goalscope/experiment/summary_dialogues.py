@@ -166,7 +166,7 @@ class Dialogues:
                 )
             )
         title = f"Goals inferred from dialogues: {self.title}, {self.n} dialogues"
-        notes = (*NOTES, *self.notes)
+        notes = (*self.notes, *NOTES)
         return Table(self._name("dialogues"), title, COLUMNS, tuple(rows), notes, command)
 
     def open_set_table(self, *, command: str = "") -> Table:
@@ -230,6 +230,8 @@ NOTES = (
     "ECE: expected calibration error; in brackets, where that of a perfectly calibrated forecaster "
     "with the same confidences lies in 95 % of samples of this size. Only above it is a predictor "
     "too sure, or not sure enough.",
+    "goal seen: goalscope where the adapter was fitted on the text of the true goal, with other "
+    "people's words; goal unseen: where it was not.",
     "TF-IDF, BM25 and embedding compare each goal with all of the person's words so far. Their "
     f"similarities become probabilities by a temperature that has the least log-loss on the "
     f"other folds of {FOLDS} (groups stay together), which favours them: goalscope's is fixed.",
@@ -281,6 +283,7 @@ def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogue
         if last:
             outcomes.setdefault((predictor, None), []).append(last)
 
+    known = {result["seen"] for _, result in cells if result.get("seen") is not None}
     unread = asked = 0
     for cell in cells:
         spec, result = cell
@@ -289,7 +292,7 @@ def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogue
         if result.get("role-play"):
             for predictor, temperature in ROLE_PLAY.items():
                 keep(predictor, cell, _role_play(result["role-play"], temperature))
-            if result.get("seen") is not None:
+            if len(known) == 2 and result.get("seen") is not None:
                 keep(
                     SEEN[result["seen"]], cell, _role_play(result["role-play"], DEFAULT_TEMPERATURE)
                 )
@@ -321,7 +324,7 @@ def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogue
             "are scored as uniform."
         )
     if learned := sum(bool(result.get("learned")) for _, result in cells):
-        notes.append(f"The model's adapter has LEARNED from {learned:,} of these dialogues.")
+        notes.insert(0, f"The model's adapter has LEARNED from {learned:,} of these dialogues.")
     goals = max(len(spec["case"]["goals"]) for spec, _ in cells)
     return Dialogues(*key, len(cells), goals, outcomes, tuple(notes), openness)
 

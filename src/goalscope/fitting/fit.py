@@ -173,11 +173,14 @@ class Fit:
     def run(self) -> Iterator[Progress]:
         """Do what is left, step by step; the state is on disk every ten steps.
 
-        In the end the learner has the best weights.
+        A fit that goes on first yields the step from which it does. In the end the learner has the
+        best weights.
         """
         settings, began = self.settings, time.monotonic() - self._seconds
         if not self.history:
             yield self._validate(None, began)
+        elif not self.ended:
+            yield Progress(self.step)
         while not self.ended:
             self._losses.append(self._learn())
             yield Progress(self.step)

@@ -8,6 +8,7 @@ from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from shutil import copymode
 from typing import Any
 
 import numpy as np
@@ -189,6 +190,7 @@ class Learner:
             self._peft.save_pretrained(folder, save_embedding_layers=False)
         except package("safetensors").SafetensorError as error:
             raise OSError(str(error)) from None
+        copymode(folder / "adapter_config.json", folder / "adapter_model.safetensors")
 
     def _read(self, trie: Trie, spots: Sequence[tuple[list[int], list[int]]]) -> list[Any]:
         """How likely the tokens of each answer are after the nodes that lead to them, nats."""

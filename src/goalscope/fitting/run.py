@@ -9,7 +9,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
-from typing import Any
 
 from filelock import FileLock, Timeout
 
@@ -18,13 +17,14 @@ from goalscope.datasets.goal_sets import goal_key
 from goalscope.fitting.card import write_card
 from goalscope.fitting.fit import Fit, Progress, Settings
 from goalscope.fitting.learner import Learner
-from goalscope.fitting.sources import Source, digest_of, parted
+from goalscope.fitting.plan import plan_fit
+from goalscope.fitting.sources import Source
 from goalscope.likelihood import GOAL_TOKENS, Layout, RolePlay
 from goalscope.models.adapters import (
     FITTED_DIALOGUES,
     FITTED_GOALS,
     FITTED_LAYOUT,
-    Adapter,
+    FITTED_SOURCES,
     read_adapter,
     write_adapter,
 )
@@ -47,6 +47,8 @@ def fit_adapter(
     command: str,
 ) -> Iterator[Progress]:
     """Fit an adapter, yielding each step and validation; in the end it stands in the folder.
+
+    Nothing is done where it stands there already.
 
     Args:
         model: The model to adapt; it is changed.
@@ -73,43 +75,14 @@ def fit_adapter(
     except OSError as error:
         raise GoalscopeError(f"{folder} cannot be written: {error.strerror or error}.") from None
     try:
-        _refuse_foreign(folder)
+        plan = plan_fit(sources, folder, settings, start=start, layout=layout, base=base)
+        if plan.done is not None:
+            return
         begun = read_adapter(start, model.network.model.config) if start else None
-        known = {
-            key: set(begun.metadata.get(key, "").split() if begun else ())
-            for key in (FITTED_DIALOGUES, FITTED_GOALS)
-        }
-        train, validation = parted(
-            sources,
-            validation=settings.validation,
-            seed=settings.seed,
-            learned=known[FITTED_DIALOGUES],
-        )
         if begun is not None:
-            fitted = begun.metadata.get(FITTED_LAYOUT, layout)
-            if fitted != layout:
-                raise InvalidInputError(
-                    f"The adapter to begin with was fitted with the layout {fitted}, not {layout}. "
-                    f"Give --layout {fitted}, or begin with --start none."
-                )
             count = model.network.model.config.num_hidden_layers
             adapted = len({number for number, _ in begun.layers})
             settings = replace(settings, rank=begun.rank, layers=adapted / count)
-        about: dict[str, Any] = {
-            "base": base,
-            "layout": layout,
-            "start": _beginning(start, begun),
-            "sources": [
-                {
-                    "name": source.name,
-                    "train": len({case.id for case in own}),
-                    "validation": sum(case in validation for case in source.cases),
-                    "licence": source.licence,
-                    "sha256": source.sha256,
-                }
-                for source, own in zip(sources, train, strict=True)
-            ],
-        }
         made_by = {
             "version": importlib.metadata.version("goalscope"),
             "model": hashlib.sha256(model.fingerprint.encode()).hexdigest()[:16],
@@ -124,35 +97,40 @@ def fit_adapter(
             seed=settings.seed,
             start=begun,
         )
-        fit = Fit(learner, train, validation, settings, folder, {**about, **made_by})
+        about = {**plan.about, **made_by}
+        fit = Fit(learner, plan.train, plan.validation, settings, folder, about)
         yield from fit.run()
 
         taught = fit.taught()
-        for case in chain.from_iterable(taught):
-            known[FITTED_DIALOGUES].add(said_key(case.turns))
-            known[FITTED_GOALS].add(goal_key(case.goals[case.truth].text))
+        cases = list(chain.from_iterable(taught))
+        own = {
+            FITTED_DIALOGUES: {said_key(case.turns) for case in cases},
+            FITTED_GOALS: {goal_key(case.goals[case.truth].text) for case in cases},
+        }
+        named = [f"{each.name} ({each.licence or 'own'})" for each in sources]
         adapter = learner.adapter(
             {
                 "general.name": folder.name,
                 "goalscope.base": base,
                 FITTED_LAYOUT: layout,
                 "goalscope.temperature": f"{settings.temperature:g}",
-                **{key: " ".join(sorted(keys)) for key, keys in known.items()},
+                **{key: " ".join(sorted(own[key] | plan.known(key))) for key in own},
+                FITTED_SOURCES: ", ".join(filter(None, (plan.start.get(FITTED_SOURCES), *named))),
             }
         )
         more = {
             "sources": [
                 {**source, "learned": len(own)}
-                for source, own in zip(about["sources"], taught, strict=True)
+                for source, own in zip(plan.about["sources"], taught, strict=True)
             ],
             "device": str(model.network.device),
             "memory": _memory(model),
-            "validated": len(validation),
+            "validated": len(plan.validation),
             "command": command,
         }
         try:
             learner.save_peft(folder, base)
-            write_card(folder, fit, {**about, **more})
+            write_card(folder, fit, {**plan.about, **more})
             write_adapter(folder / "adapter.gguf", adapter, model.network.model.config)
             (folder / "state.pt").unlink()
         except OSError as error:
@@ -163,28 +141,6 @@ def fit_adapter(
     finally:
         lock.release()
         Path(lock.lock_file).unlink(missing_ok=True)
-
-
-def _beginning(start: Path | None, adapter: Adapter | None) -> str:
-    if start is None or adapter is None:
-        return "no adapter"
-    text = f"the adapter of SHA-256 `{digest_of(start)[:16]}`"
-    if FITTED_DIALOGUES in adapter.metadata:
-        return text
-    return f"{text}, which does not tell what it learned from: perhaps from some that validate"
-
-
-def _refuse_foreign(folder: Path) -> None:
-    """Go on with an interrupted fit, or begin in an empty folder, and nowhere else."""
-    if (folder / "state.pt").exists():
-        return
-    others = sorted(each.name for each in folder.iterdir() if each.name != ".lock")
-    if "adapter.gguf" in others:
-        raise InvalidInputError(f"{folder} holds a finished adapter. Name another with --out.")
-    if others and others != ["state.part"]:
-        raise InvalidInputError(
-            f"{folder} holds {others[0]} and no interrupted fit. Name a new folder with --out."
-        )
 
 
 def _check_lengths(roleplay: RolePlay, sources: Sequence[Source], settings: Settings) -> None:

@@ -11,12 +11,13 @@ from pathlib import Path
 
 from goalscope.datasets import DATASETS, Case, data_folder, load, read_cases, said_key
 from goalscope.datasets.goal_sets import chance, goal_key
-from goalscope.envs.tables import shown
+from goalscope.envs.tables import nearest, shown
 from goalscope.types import InvalidInputError
 
 __all__ = ["Source", "digest_of", "parted", "read_source"]
 
-_NAME = re.compile(r"(?P<name>.+?)(\[(?P<start>\d*):(?P<stop>\d*)\])?")
+_NAME = re.compile(r"(?P<name>[^\[]+)(\[(?P<places>[^\]]*)\])?")
+_PLACES = re.compile(r"(?P<start>\d*):(?P<stop>\d*)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,8 +54,14 @@ def read_source(name: str, folder: Path | None, *, goals: int = 20, seed: int = 
     """
     match = _NAME.fullmatch(name)
     if match is None:
-        raise InvalidInputError("The name of a file or dataset to fit on is empty.")
-    start, stop = (int(match[key]) if match[key] else None for key in ("start", "stop"))
+        raise InvalidInputError(f"{shown(name)} names no file or dataset to fit on.")
+    places = _PLACES.fullmatch(match["places"] or ":")
+    if places is None:
+        raise InvalidInputError(
+            f"{shown(name)}: places are [FROM:TO], counted from 0, either of them left out: [200:] "
+            "are all dialogues but the first 200."
+        )
+    start, stop = (int(places[key]) if places[key] else None for key in ("start", "stop"))
     text, licence = match["name"], ""
     if text.endswith(".jsonl"):
         file = Path(text).expanduser()
@@ -64,8 +71,8 @@ def read_source(name: str, folder: Path | None, *, goals: int = 20, seed: int = 
         known = [each for each, dataset in DATASETS.items() if dataset.goal_sets]
         if set not in known:
             raise InvalidInputError(
-                f"{shown(name)} is neither a file FILE.jsonl nor one of the datasets "
-                f"{', '.join(known)}."
+                f"{shown(text)} is neither a file whose name ends in .jsonl nor a dataset; "
+                f"{nearest(set, known)}"
             )
         dataset, where = DATASETS[set], data_folder(folder)
         split = split or ("train" if "train" in dataset.files else dataset.split)
@@ -80,7 +87,10 @@ def read_source(name: str, folder: Path | None, *, goals: int = 20, seed: int = 
     kept = {_truth(case) for case in judging} - {_truth(case) for case in taken}
     taken = [each for case in taken if (each := _without(case, kept))]
     if not taken:
-        raise InvalidInputError(f"{name} holds no dialogue.")
+        raise InvalidInputError(
+            f"{name} holds no dialogue to fit on; of {len(lists[0])} in all, some may be of the "
+            "groups or goals of those before the first place."
+        )
     return Source(name, taken, digest_of(file), licence)
 
 
@@ -108,8 +118,11 @@ def parted(
         groups = sorted({case.group for case in source.cases})
         if len(groups) < 2:
             raise InvalidInputError(
-                f"{source.name} holds a single group of dialogues; one part has to train and "
-                "another to validate. Give at least two."
+                f"All dialogues of {source.name} are of one group; some have to train and others "
+                "to validate. Give some of another group."
+                if len(source.cases) > 1
+                else f"{source.name} holds a single dialogue; one has to train and another to "
+                "validate. Give at least two."
             )
         known = {case.group for case in source.cases if said_key(case.turns) in learned}
         chance(seed, source.name).shuffle(groups)

@@ -19,10 +19,12 @@ __all__ = [
     "FITTED_DIALOGUES",
     "FITTED_GOALS",
     "FITTED_LAYOUT",
+    "FITTED_SOURCES",
     "MODULES",
     "NO_ADAPTER",
     "Adapter",
     "adapter_file",
+    "adapter_metadata",
     "read_adapter",
     "shipped",
     "write_adapter",
@@ -41,6 +43,9 @@ FITTED_GOALS = "fitted.goals"
 
 FITTED_LAYOUT = "goalscope.layout"
 """Key under which stands where the prompt stated the goal (see `RolePlay`)."""
+
+FITTED_SOURCES = "fitted.sources"
+"""Key under which stands what it was fitted on, for people."""
 
 MODULES: Mapping[str, str] = {
     "q_proj": "attn_q",
@@ -137,6 +142,16 @@ def write_adapter(path: Path, adapter: Adapter, config: Any) -> None:
     os.replace(part, path)
 
 
+def adapter_metadata(path: Path) -> dict[str, str]:
+    """The texts that stand in an adapter's file, by their key.
+
+    Raises:
+        ModelError: It is no GGUF file.
+    """
+    _, fields = _opened(path)
+    return {name: value for name, value in fields.items() if isinstance(value, str)}
+
+
 def read_adapter(path: Path, config: Any) -> Adapter:
     """Read an adapter for a model with this configuration of Transformers.
 
@@ -144,11 +159,7 @@ def read_adapter(path: Path, config: Any) -> Adapter:
         ModelError: The file is no LoRA adapter, or one for another kind of model.
     """
     gguf = package("gguf")
-    try:
-        reader = gguf.GGUFReader(path)
-        fields = {name: each.contents() for name, each in reader.fields.items()}
-    except (OSError, ValueError, IndexError) as error:
-        raise ModelError(f"{path} is no complete GGUF file ({error}).") from None
+    reader, fields = _opened(path)
     architecture = fields.get("general.architecture")
     if fields.get("adapter.type") != "lora" or architecture != ARCHITECTURES.get(config.model_type):
         raise ModelError(
@@ -186,6 +197,15 @@ def read_adapter(path: Path, config: Any) -> Adapter:
         )
     texts = {name: value for name, value in fields.items() if isinstance(value, str)}
     return Adapter(layers, rank, alpha, texts)
+
+
+def _opened(path: Path) -> tuple[Any, dict[str, Any]]:
+    """The reader of a GGUF file, and its fields."""
+    try:
+        reader = package("gguf").GGUFReader(path)
+        return reader, {name: each.contents() for name, each in reader.fields.items()}
+    except (OSError, ValueError, IndexError) as error:
+        raise ModelError(f"{path} is no complete GGUF file ({error}).") from None
 
 
 def _heads(architecture: str, name: str, config: Any) -> int | None:
