@@ -16,11 +16,14 @@ from goalscope.belief import Belief
 from goalscope.cli_report import report
 from goalscope.episode import Round
 from goalscope.experiment.results import Results, cell_key
+from goalscope.experiment.summary_dialogues import PREDICTORS, SEEN, UNIFORM, read_dialogues
 from goalscope.report import read_report, write_markdown, write_report
 from goalscope.report.drawing import clean, draw
-from goalscope.report.figures import belief_figure
+from goalscope.report.figures import accuracy_figure, belief_figure
 from goalscope.store import Store, round_to_json
 from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError, Turn
+from test_summary_dialogues import SURE
+from test_summary_dialogues import dialogue as measured
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("scipy.stats")
@@ -166,6 +169,18 @@ def test_the_same_results_give_the_same_bytes(folder: Path, tmp_path: Path) -> N
     assert {n[:-4] for n in one if n.endswith(".csv")} == {
         n[:-4] for n in one if n.endswith(".tex")
     }
+
+
+def test_all_ways_to_infer_have_a_line_but_goals_told_apart_have_none() -> None:
+    likeness = {name: [[1.0, 0, 0, 0]] for name in ("tfidf", "bm25", "embedding")}
+    answer = {"outright": [{"goal": 0, "sure": 1.0}], **likeness, "role-play": [SURE]}
+    cells = [measured(n, 0, 1, seen=n % 2 == 0, **answer) for n in range(6)]
+    (found,) = read_dialogues(cells)
+    assert {*PREDICTORS} == {predictor for predictor, _ in found.outcomes}
+    figure = accuracy_figure("x", found)
+    assert figure is not None
+    drawn = {name for name in PREDICTORS if f">{name}</text>" in figure.drawing.svg}
+    assert drawn == {*PREDICTORS} - {*SEEN.values(), UNIFORM}
 
 
 def test_the_figures_of_each_kind_are_there(folder: Path) -> None:

@@ -242,6 +242,20 @@ def test_sets_goal_sets_and_models_have_tables_of_their_own() -> None:
     assert read_dialogues([]) == ()
 
 
+def test_labels_tell_the_models_of_one_task_apart_and_not_the_tasks() -> None:
+    def met(spec: dict, **own: object) -> dict:
+        return {**spec, **own, "model": {"model": "small"}}
+
+    cells = [dialogue(n, 0, 1, **{"role-play": [SURE]}) for n in range(2)]
+    shop = [(met(spec, set="shop", goals=9), result) for spec, result in cells]
+    home = [(met(spec, set="home", goals=5), result) for spec, result in cells]
+    assert [each.model for each in read_dialogues([*shop, *home])] == ["small", "small"]
+    more = [(met(spec, set="home", goals=7), result) for spec, result in cells]
+    assert [each.model for each in read_dialogues([*shop, *home, *more])] == [
+        "small, goals 5", "small, goals 7", "small"
+    ]  # fmt: skip
+
+
 def test_models_that_met_the_same_dialogues_are_compared() -> None:
     base = [
         dialogue(n, n % 2, 2, group=f"g{n // 2}", unspecified=[0.0, 0.0],

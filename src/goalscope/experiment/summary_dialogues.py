@@ -31,6 +31,7 @@ __all__ = [
     "GOALS_ALONE",
     "OUTRIGHT",
     "PREDICTORS",
+    "SEEN",
     "UNIFORM",
     "UNTEMPERED",
     "Dialogues",
@@ -252,15 +253,18 @@ def read_dialogues(cells: Iterable[Measured]) -> tuple[Dialogues, ...]:
     Args:
         cells: Of any kind.
     """
-    found = chosen(cells, "dialogue")
-    labels = Labels(_settings(spec) for spec, _ in found)
-    groups: dict[tuple[str, str, str, str], list[Measured]] = {}
-    for cell in found:
+    tasks: dict[tuple[str, str, str], list[Measured]] = {}
+    for cell in chosen(cells, "dialogue"):
         spec = cell[0]
-        key = (spec["set"], spec["split"] or "", spec["goal_set"], labels[_settings(spec)])
-        groups.setdefault(key, []).append(cell)
-    by_task = sorted(groups.items(), key=lambda each: each[0][:3])  # models stay in their order
-    return tuple(_read(key, group) for key, group in by_task)
+        tasks.setdefault((spec["set"], spec["split"] or "", spec["goal_set"]), []).append(cell)
+    read: list[Dialogues] = []
+    for task, found in sorted(tasks.items()):
+        labels = Labels(_settings(spec) for spec, _ in found)
+        groups: dict[str, list[Measured]] = {}
+        for cell in found:
+            groups.setdefault(labels[_settings(cell[0])], []).append(cell)
+        read += [_read((*task, label), group) for label, group in groups.items()]
+    return tuple(read)
 
 
 def _settings(spec: Mapping[str, Any]) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from goalscope.experiment.summary_dialogues import (
     GOALSCOPE,
     OUTRIGHT,
     PREDICTORS,
+    SEEN,
     UNIFORM,
     UNTEMPERED,
     Dialogues,
@@ -188,7 +189,8 @@ def accuracy_figure(name: str, dialogues: Dialogues) -> Figure | None:
     least = min(LEAST, dialogues.n)
     every = dialogues.accuracy_by_turn(TURNS)
     found = {p: [row for row in rows if row[1] >= least] for p, rows in every.items()}
-    lines = [p for p in PREDICTORS if found[p] and p != UNIFORM]
+    apart = (UNIFORM, *SEEN.values())
+    lines = [p for p in PREDICTORS if found[p] and p not in apart]
     if not lines:
         return None
     counts: dict[int, int] = {}
