@@ -19,6 +19,7 @@ from goalscope.datasets import said_key
 from goalscope.datasets.goal_sets import chance, goal_key
 from goalscope.fitting import run
 from goalscope.fitting.fit import _by_truth
+from goalscope.fitting.plan import plan_fit
 from goalscope.fitting.run import fit_adapter
 from goalscope.fitting.sources import Source, parted, read_source
 from goalscope.likelihood import RolePlay
@@ -75,10 +76,8 @@ def finished(path: Path, rows: Path, tmp_path_factory: pytest.TempPathFactory) -
     sources = [own, Source("multiwoz:val[:5]", public, "ab" * 32, "MIT")]
     folder = tmp_path_factory.mktemp("out") / "deep" / "mine"
     model = Transformers(path, device="cpu", dtype="float32")
-    for each in fit_adapter(
-        model, sources, folder, SETTINGS,
-        start=None, layout="goal-first", base="tiny", command="goalscope fit X",
-    ):  # fmt: skip
+    plan = plan_fit(sources, folder, SETTINGS, start=None, layout="goal-first", base="tiny")
+    for each in fit_adapter(model, plan, command="goalscope fit X"):
         assert (folder / "state.pt").exists(), each
     model.clear_cache()
     return Finished(folder, model, sources)
@@ -220,12 +219,8 @@ def test_a_fit_may_begin_with_another(finished: Finished, path: Path, tmp_path: 
     start = tmp_path.parent / "silent.gguf"
     write_adapter(start, replace(made, metadata=silent), config)
     settings = replace(SETTINGS, steps=1, validate_every=1, learning_rate=1e-6)
-    list(
-        fit_adapter(
-            model, finished.sources, tmp_path, settings,
-            start=start, layout="goal-first", base="tiny", command="",
-        )
-    )  # fmt: skip
+    way: Any = {"start": start, "layout": "goal-first", "base": "tiny"}
+    list(fit_adapter(model, plan_fit(finished.sources, tmp_path, settings, **way), command=""))
     before, after = (json.loads((f / "fit.json").read_text()) for f in (finished.folder, tmp_path))
     assert after["history"][0]["loss"] == pytest.approx(before["best"]["loss"], abs=0.02)
     assert re.fullmatch(
@@ -248,12 +243,9 @@ def test_goals_of_the_adapter_it_began_with_stay_in_the_file(
     ]
     settings = replace(SETTINGS, steps=1, validate_every=1)
     start = finished.folder / "adapter.gguf"
-    list(
-        fit_adapter(
-            model, [Source("own", cases, "1")], tmp_path, settings,
-            start=start, layout="goal-first", base="tiny", command="",
-        )
-    )  # fmt: skip
+    way: Any = {"start": start, "layout": "goal-first", "base": "tiny"}
+    plan = plan_fit([Source("own", cases, "1")], tmp_path, settings, **way)
+    list(fit_adapter(model, plan, command=""))
     before, after = (
         set(read_adapter(file, model.network.model.config).metadata[FITTED_GOALS].split())
         for file in (start, tmp_path / "adapter.gguf")
@@ -362,9 +354,10 @@ def test_another_model_of_the_same_name_does_not_go_on(
     source = [read_source(str(rows), None)]
 
     def steps(model: Path) -> Any:
-        options: Any = {"start": None, "layout": "goal-last", "base": "tiny", "command": ""}
+        options: Any = {"start": None, "layout": "goal-last", "base": "tiny"}
         loaded = Transformers(model, device="cpu", dtype="float32")
-        return fit_adapter(loaded, source, tmp_path / "out", SETTINGS, **options)
+        plan = plan_fit(source, tmp_path / "out", SETTINGS, **options)
+        return fit_adapter(loaded, plan, command="")
 
     assert next(steps(path)).validation
     with pytest.raises(InvalidInputError, match="begun with another model"):
@@ -386,12 +379,8 @@ def test_what_it_began_with_neither_validates_nor_has_another_layout(
         ([Source("known", known, "1")], "goal-first", "has learned from all these dialogues"),
         ([Source("both", [*known, *others], "2")], "goal-last", "with the layout goal-first, not"),
     ):
-        steps = fit_adapter(
-            model, sources, tmp_path, SETTINGS,
-            start=start, layout=layout, base="tiny", command="",
-        )  # fmt: skip
         with pytest.raises(InvalidInputError, match=said):
-            next(steps)
+            plan_fit(sources, tmp_path, SETTINGS, start=start, layout=layout, base="tiny")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -124,9 +124,9 @@ def fit(
     base = (model or EMBEDDED).removeprefix("hf:")
     if model and (path := Path(model)).exists():
         base = path.stem if path.is_file() else path.name
-    way: dict[str, Any] = {"start": begin, "layout": layout or DEFAULT_LAYOUT, "base": base}
-    if done := plan_fit(read, out, settings, **way).done:
-        _tell(done, out, as_json)
+    plan = plan_fit(read, out, settings, start=begin, layout=layout or DEFAULT_LAYOUT, base=base)
+    if facts := plan.finished():
+        _tell(facts, out, as_json)
         return
     with measuring("Loading the model"):
         name = (named(model) or "").removeprefix("hf:") or embedded_path()
@@ -138,14 +138,7 @@ def fit(
     try:
         with progress("Steps") as show:
             show(0, steps)
-            for each in fit_adapter(
-                engine,
-                read,
-                out,
-                settings,
-                **way,
-                command=command,
-            ):
+            for each in fit_adapter(engine, plan, command=command):
                 show(each.step, steps)
                 if each.validation is None and not began and not as_json:
                     err.print(f"Goes on after step {each.step}.")

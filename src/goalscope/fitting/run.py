@@ -17,9 +17,9 @@ from goalscope.datasets.goal_sets import goal_key
 from goalscope.fitting.card import write_card
 from goalscope.fitting.fit import Fit, Progress, Settings
 from goalscope.fitting.learner import Learner
-from goalscope.fitting.plan import plan_fit
+from goalscope.fitting.plan import Plan
 from goalscope.fitting.sources import Source
-from goalscope.likelihood import GOAL_TOKENS, Layout, RolePlay
+from goalscope.likelihood import GOAL_TOKENS, RolePlay
 from goalscope.models.adapters import (
     FITTED_DIALOGUES,
     FITTED_GOALS,
@@ -35,37 +35,22 @@ from goalscope.types import GoalscopeError, InvalidInputError, Message
 __all__ = ["fit_adapter"]
 
 
-def fit_adapter(
-    model: Transformers,
-    sources: Sequence[Source],
-    folder: Path,
-    settings: Settings,
-    *,
-    start: Path | None,
-    layout: Layout,
-    base: str,
-    command: str,
-) -> Iterator[Progress]:
+def fit_adapter(model: Transformers, plan: Plan, *, command: str) -> Iterator[Progress]:
     """Fit an adapter, yielding each step and validation; in the end it stands in the folder.
 
     Nothing is done where it stands there already.
 
     Args:
         model: The model to adapt; it is changed.
-        sources: The dialogues.
-        folder: Of the adapter; an interrupted fit in it goes on.
-        settings: How to fit.
-        start: GGUF file of the adapter to begin with.
-        layout: Where the goal stands in the prompt.
-        base: What others call the model, such as its name on the hub.
+        plan: What to do.
         command: What asked for it, for the card.
 
     Raises:
-        InvalidInputError: The folder holds something else, the dialogues are too few, or one is too
-            long for the model.
+        InvalidInputError: The folder holds something else, or a dialogue is too long for the model.
         ModelError: The model cannot be adapted.
         GoalscopeError: The folder cannot be written.
     """
+    folder, settings, start = plan.folder, plan.settings, plan.start
     try:
         folder.mkdir(parents=True, exist_ok=True)
         lock = FileLock(folder / ".lock")
@@ -75,8 +60,7 @@ def fit_adapter(
     except OSError as error:
         raise GoalscopeError(f"{folder} cannot be written: {error.strerror or error}.") from None
     try:
-        plan = plan_fit(sources, folder, settings, start=start, layout=layout, base=base)
-        if plan.done is not None:
+        if plan.finished() is not None:
             return
         begun = read_adapter(start, model.network.model.config) if start else None
         if begun is not None:
@@ -87,8 +71,8 @@ def fit_adapter(
             "version": importlib.metadata.version("goalscope"),
             "model": hashlib.sha256(model.fingerprint.encode()).hexdigest()[:16],
         }
-        roleplay = RolePlay(model, layout=layout)
-        _check_lengths(roleplay, sources, settings)
+        roleplay = RolePlay(model, layout=plan.layout)
+        _check_lengths(roleplay, plan.sources, settings)
         learner = Learner(
             model,
             roleplay,
@@ -107,15 +91,15 @@ def fit_adapter(
             FITTED_DIALOGUES: {said_key(case.turns) for case in cases},
             FITTED_GOALS: {goal_key(case.goals[case.truth].text) for case in cases},
         }
-        named = [f"{each.name} ({each.licence or 'own'})" for each in sources]
+        named = [f"{each.name} ({each.licence or 'own'})" for each in plan.sources]
         adapter = learner.adapter(
             {
                 "general.name": folder.name,
-                "goalscope.base": base,
-                FITTED_LAYOUT: layout,
+                "goalscope.base": plan.base,
+                FITTED_LAYOUT: plan.layout,
                 "goalscope.temperature": f"{settings.temperature:g}",
                 **{key: " ".join(sorted(own[key] | plan.known(key))) for key in own},
-                FITTED_SOURCES: ", ".join(filter(None, (plan.start.get(FITTED_SOURCES), *named))),
+                FITTED_SOURCES: ", ".join(filter(None, (plan.told.get(FITTED_SOURCES), *named))),
             }
         )
         more = {
@@ -129,7 +113,7 @@ def fit_adapter(
             "command": command,
         }
         try:
-            learner.save_peft(folder, base)
+            learner.save_peft(folder, plan.base)
             write_card(folder, fit, {**plan.about, **more})
             write_adapter(folder / "adapter.gguf", adapter, model.network.model.config)
             (folder / "state.pt").unlink()
