@@ -1,105 +1,53 @@
-"""`goalscope fit`: what stands in the folder in the end, and what is refused."""
+"""`goalscope fit`: what it says, what it leaves, and how it goes on."""
 
 from __future__ import annotations
 
-import importlib
 import json
 import re
 import shutil
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from filelock import FileLock
 
+import fits
+from fits import GOALS, OLD_NAME, SETTINGS, TASK, Finished, case, fit, last_error
 from goalscope.datasets import said_key
 from goalscope.datasets.goal_sets import chance, goal_key
 from goalscope.fitting import run
 from goalscope.fitting.fit import _by_truth
 from goalscope.fitting.plan import plan_fit
 from goalscope.fitting.run import fit_adapter
-from goalscope.fitting.sources import Source, parted, read_source
+from goalscope.fitting.sources import Source, parted
 from goalscope.likelihood import RolePlay
 from goalscope.models.adapters import (
     FITTED_DIALOGUES,
     FITTED_GOALS,
+    FITTED_SOURCES,
     read_adapter,
     write_adapter,
 )
 from goalscope.models.transformers import Transformers
-from goalscope.types import Goal, InvalidInputError, Turn
+from goalscope.types import Goal, Turn
 from test_cli import fails, invoke
-from test_fitting import GOALS, QUICK, TASK, case, rows_file, tiny_folder
-from test_transformers import tiny
 
 torch = pytest.importorskip("torch")
 transformers = pytest.importorskip("transformers")
 peft = pytest.importorskip("peft")
 safetensors = pytest.importorskip("safetensors")
-pytest.importorskip("gguf")
 
-# PEFT asks Transformers for a property by its old name.
-pytestmark = pytest.mark.filterwarnings("ignore:`is_gradient_checkpointing`:FutureWarning")
+pytestmark = OLD_NAME
+path, rows, finished = fits.path, fits.rows, fits.finished
 
-SETTINGS = replace(QUICK, seed=3)
 TURNS = [Turn("What is it?", "tea"), Turn("Why?", "soap and milk")]
 LEFT = {"adapter.gguf", "adapter_config.json", "adapter_model.safetensors", "README.md", "fit.json"}
 
 
-@dataclass
-class Finished:
-    """A finished fit: its folder, the model as it was adapted, what it was fitted on."""
-
-    folder: Path
-    model: Transformers
-    sources: list[Source]
-
-
-@pytest.fixture(scope="module")
-def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tiny_folder(tmp_path_factory.mktemp("models") / "tiny")
-
-
-@pytest.fixture(scope="module")
-def rows(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return rows_file(tmp_path_factory.mktemp("rows") / "own.jsonl", "abcdefgh")
-
-
-@pytest.fixture(scope="module")
-def finished(path: Path, rows: Path, tmp_path_factory: pytest.TempPathFactory) -> Finished:
-    own = replace(read_source(str(rows), None), name="own.jsonl")  # by which it is parted
-    goals = tuple(replace(goal, text=f"{goal.text.upper()} now.") for goal in GOALS)
-    public = [replace(case(n), id=f"p{n}", group=f"p{n}", goals=goals) for n in range(5)]
-    sources = [own, Source("multiwoz:val[:5]", public, "ab" * 32, "MIT")]
-    folder = tmp_path_factory.mktemp("out") / "deep" / "mine"
-    model = Transformers(path, device="cpu", dtype="float32")
-    plan = plan_fit(sources, folder, SETTINGS, start=None, layout="goal-first", base="tiny")
-    for each in fit_adapter(model, plan, command="goalscope fit X"):
-        assert (folder / "state.pt").exists(), each
-    model.clear_cache()
-    return Finished(folder, model, sources)
-
-
 def likelihood(model: Transformers) -> np.ndarray:
     return RolePlay(model, layout="goal-first").log_likelihood(TASK, GOALS, TURNS)
-
-
-def fit(rows: Path, out: Path, path: Path, *more: Any) -> list[Any]:
-    """The words of a quick fit."""
-    quick = ["--steps", 4, "--every", 2, "--rank", 2, "--layers", 1, "--device", "cpu"]
-    return ["fit", rows, "--out", out, "--model", path, *quick, *more]
-
-
-def last_error(result: Any) -> str:
-    """What is said after the bar of the steps."""
-    assert result.stdout == ""
-    assert "Traceback" not in result.stderr
-    *_, line = result.stderr.strip().splitlines()
-    assert line.startswith("Error: ")
-    return line
 
 
 def test_the_folder_holds_the_adapter_and_no_state(finished: Finished) -> None:
@@ -232,7 +180,7 @@ def test_a_fit_may_begin_with_another(finished: Finished, path: Path, tmp_path: 
     np.testing.assert_allclose(likelihood(model), likelihood(finished.model), atol=0.05)
 
 
-def test_goals_of_the_adapter_it_began_with_stay_in_the_file(
+def test_what_the_adapter_it_began_with_learned_stays_in_the_file(
     finished: Finished, path: Path, tmp_path: Path
 ) -> None:
     model = Transformers(path, device="cpu", dtype="float32")
@@ -244,12 +192,15 @@ def test_goals_of_the_adapter_it_began_with_stay_in_the_file(
     settings = replace(SETTINGS, steps=1, validate_every=1)
     start = finished.folder / "adapter.gguf"
     way: Any = {"start": start, "layout": "goal-first", "base": "tiny"}
-    plan = plan_fit([Source("own", cases, "1")], tmp_path, settings, **way)
-    list(fit_adapter(model, plan, command=""))
-    before, after = (
-        set(read_adapter(file, model.network.model.config).metadata[FITTED_GOALS].split())
+    sources = [Source("own.jsonl", cases, "1"), Source("more", cases[:4], "2")]
+    list(fit_adapter(model, plan_fit(sources, tmp_path, settings, **way), command=""))
+    said = [
+        read_adapter(file, model.network.model.config).metadata
         for file in (start, tmp_path / "adapter.gguf")
-    )
+    ]
+    assert said[0][FITTED_SOURCES] == "own.jsonl (own), multiwoz:val[:5] (MIT)"
+    assert said[1][FITTED_SOURCES] == f"{said[0][FITTED_SOURCES]}, more (own)"
+    before, after = (set(each[FITTED_GOALS].split()) for each in said)
     assert after == before | {goal_key("buy bread"), goal_key("buy salt")}
     assert len(after) == len(before) + 2
 
@@ -343,47 +294,6 @@ def test_the_command_goes_on_where_it_was_stopped(
         assert one["loss"] == pytest.approx(other["loss"], rel=1e-3)
 
 
-@pytest.mark.parametrize("width", [64, 32])
-def test_another_model_of_the_same_name_does_not_go_on(
-    path: Path, rows: Path, tmp_path: Path, width: int
-) -> None:
-    other = shutil.copytree(path, tmp_path / "tiny")
-    config = transformers.LlamaConfig.from_pretrained(other, hidden_size=width)
-    torch.manual_seed(1)
-    transformers.LlamaForCausalLM(config).save_pretrained(other)
-    source = [read_source(str(rows), None)]
-
-    def steps(model: Path) -> Any:
-        options: Any = {"start": None, "layout": "goal-last", "base": "tiny"}
-        loaded = Transformers(model, device="cpu", dtype="float32")
-        plan = plan_fit(source, tmp_path / "out", SETTINGS, **options)
-        return fit_adapter(loaded, plan, command="")
-
-    assert next(steps(path)).validation
-    with pytest.raises(InvalidInputError, match="begun with another model"):
-        next(steps(other))
-    assert [next(going).step for going in [steps(path)] for _ in range(2)] == [0, 1]
-
-
-def test_what_it_began_with_neither_validates_nor_has_another_layout(
-    finished: Finished, path: Path, tmp_path: Path
-) -> None:
-    start = finished.folder / "adapter.gguf"
-    model = Transformers(path, device="cpu", dtype="float32")
-    learned = read_adapter(start, model.network.model.config).metadata[FITTED_DIALOGUES].split()
-    known = [case(n) for n in range(6) if said_key(case(n).turns) in learned]
-    others = [
-        replace(case(n), group=f"o{n}", turns=(Turn("What?", f"soap {n}"),)) for n in range(6)
-    ]
-    for sources, layout, said in (
-        ([Source("known", known, "1")], "goal-first", "has learned from all these dialogues"),
-        ([Source("both", [*known, *others], "2")], "goal-last", "with the layout goal-first, not"),
-    ):
-        with pytest.raises(InvalidInputError, match=said):
-            plan_fit(sources, tmp_path, SETTINGS, start=start, layout=layout, base="tiny")
-    assert list(tmp_path.iterdir()) == []
-
-
 @pytest.mark.parametrize(
     ("what", "error"),
     [
@@ -435,73 +345,6 @@ def test_its_own_model_begins_with_the_adapter_that_comes_with_it(
         assert (json.loads(result.stdout)["start"] != "no adapter") == begins, name
 
 
-@pytest.mark.parametrize(
-    ("code", "more", "said"),
-    [
-        (2, ["--model", "http://host/v1#name"], "A server's model cannot be fitted."),
-        (2, ["--model", "https://host/v1"], "A server's model cannot be fitted."),
-        (2, ["--layers", 0], "--layers must be above 0 and at most 1, not 0.0."),
-        (2, ["--layers", 1.5], "--layers must be above 0"),
-        (2, ["--learning-rate", 2], "--learning-rate must be between 0 and 1, not 2.0."),
-        (2, ["--learning-rate", "nan"], "--learning-rate must be between 0 and 1"),
-        (2, ["nowhere.jsonl"], "nowhere.jsonl cannot be read"),
-        (2, ["nowhere"], "'nowhere' is neither a file"),
-        (1, ["--start", "nowhere"], "There is no adapter at nowhere."),
-        (1, ["--model", "nowhere.gguf"], "nowhere.gguf"),
-        (1, ["--model", "nowhere"], "There is no model folder at"),
-    ],
-)
-def test_what_cannot_be_fitted_is_refused_in_a_line(
-    path: Path, rows: Path, tmp_path: Path, code: int, more: list[Any], said: str,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
-    monkeypatch.chdir(tmp_path)
-    assert said in fails(code, *fit(rows, tmp_path / "out", path, *more))
-    assert not (tmp_path / "out").exists()
-
-
-def test_options_out_of_their_range_are_refused(path: Path, rows: Path, tmp_path: Path) -> None:
-    zero = ("--steps", "--every", "--validation", "--rank")
-    for option, value in (*((each, 0) for each in zero), ("--objective", "x")):
-        result = invoke(*fit(rows, tmp_path / "out", path, option, value))
-        assert result.exit_code == 2
-        assert option in result.stderr
-    assert not (tmp_path / "out").exists()
-
-
-def test_an_adapter_to_begin_with_has_rank_and_layers_of_its_own(
-    finished: Finished, path: Path, rows: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    adapter = finished.folder / "adapter.gguf"
-    monkeypatch.setattr("goalscope.models.adapters.shipped", lambda: adapter)
-    named = ["--model", path, "--start", finished.folder]
-    for more in (["--rank", 4, *named], ["--layers", 1, *named], ["--rank", 4], ["--layers", 1]):
-        said = fails(2, "fit", rows, "--out", tmp_path / "out", *more)
-        assert "Leave out --rank and --layers, or begin with --start none." in said
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_model_that_cannot_be_adapted_is_refused_before_anything_is_fitted(
-    rows: Path, tmp_path: Path
-) -> None:
-    out = tmp_path / "out"
-    result = invoke(*fit(rows, out, tiny(tmp_path / "odd", "gpt2", n_positions=1024)))
-    assert result.exit_code == 1
-    assert "odd is a gpt2 model. Adapters can be made for" in last_error(result)
-    assert list(out.iterdir()) == []
-
-
-def test_a_folder_of_something_else_is_left_as_it_is(
-    path: Path, rows: Path, tmp_path: Path
-) -> None:
-    (tmp_path / "notes.txt").write_text("Milk.")
-    result = invoke(*fit(rows, tmp_path, path))
-    assert result.exit_code == 2
-    said = f"{tmp_path} holds notes.txt and no interrupted fit. Name a new folder with --out."
-    assert last_error(result) == f"Error: {said}"
-    assert [each.name for each in tmp_path.iterdir()] == ["notes.txt"]
-
-
 def test_a_folder_in_which_a_fit_was_stopped_early_is_taken(
     path: Path, rows: Path, tmp_path: Path
 ) -> None:
@@ -511,72 +354,6 @@ def test_a_folder_in_which_a_fit_was_stopped_early_is_taken(
     result = invoke(*fit(rows, tmp_path, path))
     assert result.exit_code == 0, result.output
     assert {each.name for each in tmp_path.iterdir()} - {"curve.svg"} == LEFT
-
-
-def test_a_second_process_in_the_same_folder_is_refused(
-    path: Path, rows: Path, tmp_path: Path
-) -> None:
-    with FileLock(tmp_path / ".lock"):
-        result = invoke(*fit(rows, tmp_path, path))
-        assert result.exit_code == 2
-        said = f"Error: Another process fits an adapter in {tmp_path}."
-        assert last_error(result) == said
-        assert [each.name for each in tmp_path.iterdir()] == [".lock"]
-
-
-@pytest.mark.parametrize(
-    ("changed", "said"),
-    [
-        ({"goals": ["buy milk", "buy " + "tea " * 300], "true": 0}, "a goal has"),
-        ({"turns": [{"query": "What?", "utterance": "milk " * 3000}]}, "turn is too long"),
-        ({"turns": [{"query": "milk " * 3000, "utterance": "tea"}]}, "turn is too long"),
-        ({"task": "milk " * 3000}, "turn is too long"),
-    ],
-)
-def test_what_is_too_long_is_refused_before_the_work_begins(
-    path: Path, tmp_path: Path, changed: dict[str, Any], said: str
-) -> None:
-    rows, out = rows_file(tmp_path / "own.jsonl", "abcdefgh", **changed), tmp_path / "out"
-    result = invoke(*fit(rows, out, path))
-    assert result.exit_code == 2
-    error = " ".join(result.stderr.split())
-    assert "own.jsonl, dialogue c7: " in error
-    assert said in error
-    assert "step " not in error
-    assert list(out.iterdir()) == []
-
-
-def test_a_single_dialogue_is_too_few(path: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    for groups, said in (("a", "holds a single dialogue"), ("aa", "are of one group; some have")):
-        assert said in fails(2, *fit(rows_file(tmp_path / "lone.jsonl", groups), out, path))
-    assert not out.exists()
-
-
-def test_a_folder_that_cannot_be_made_is_said(path: Path, rows: Path, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    result = invoke(*fit(rows, tmp_path / "file" / "out", path))
-    assert result.exit_code == 1
-    assert "cannot be written: Not a directory." in last_error(result)
-
-
-@pytest.mark.parametrize("missing", ["torch", "peft"])
-def test_without_its_packages_it_says_what_to_install(
-    path: Path, rows: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, missing: str
-) -> None:
-    found = importlib.import_module
-
-    def without(name: str, *more: Any) -> Any:
-        if name.partition(".")[0] == missing:
-            raise ImportError(f"No module named {name!r}")
-        return found(name, *more)
-
-    monkeypatch.setattr(importlib, "import_module", without)
-    result = invoke(*fit(rows, tmp_path / "out", path))
-    assert result.exit_code == 1
-    said = last_error(result)
-    assert f"No module named '{missing}'" in said
-    assert 'pip install "goalscope[torch]"' in said
 
 
 def test_the_adapter_is_used_by_name(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import itertools
-import json
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -15,97 +14,26 @@ from typing import Any
 import numpy as np
 import pytest
 
+import fits
+from fits import (
+    GOALS,
+    OLD_NAME,
+    QUICK,
+    WORDS,
+    case,
+    example,
+    learner_of,
+)
 from goalscope.datasets import Case
 from goalscope.fitting.fit import Fit, Settings, Validation, _by_truth, _goals_loss, _scores
 from goalscope.fitting.learner import Example, Learner
-from goalscope.likelihood import Layout, RolePlay
-from goalscope.models.adapters import Adapter
-from goalscope.models.transformers import Transformers
-from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, Turn
+from goalscope.types import UNSPECIFIED, GoalscopeError, Turn
 from test_datasets import refused
-from test_transformers import SMALL, folder
 
 torch = pytest.importorskip("torch")
-transformers = pytest.importorskip("transformers")
-tokenizers = pytest.importorskip("tokenizers")
-pytest.importorskip("peft")
-pytest.importorskip("gguf")
 
-# PEFT asks Transformers for a property by its old name.
-pytestmark = pytest.mark.filterwarnings("ignore:`is_gradient_checkpointing`:FutureWarning")
-
-TASK = "You sell groceries."
-WORDS = ["milk", "tea", "flour", "soap", "rice", "eggs"]
-GOALS = tuple(Goal(f"buy {word}") for word in WORDS)
-QUICK = Settings(rank=4, layers=1.0, learning_rate=0.01, steps=6, validate_every=3)
-
-
-def case(number: int) -> Case:
-    """A person who says nothing but the word of their goal."""
-    truth = number % len(WORDS)
-    turns = (Turn("What is it?", WORDS[truth]), Turn("Anything else?", WORDS[truth]))
-    return Case(f"c{number}", f"g{number}", TASK, turns, GOALS, truth)
-
-
-def rows_file(file: Path, groups: Sequence[str], **changed: Any) -> Path:
-    """A row for each group; all of them as `case` has them, up to what the last one changes."""
-    rows: list[dict[str, Any]] = []
-    for own, group in zip(map(case, range(len(groups))), groups, strict=True):
-        row = {key: value for key, value in asdict(own).items() if key != "truth"}
-        goals = [goal.text for goal in own.goals]
-        rows.append({**row, "group": group, "goals": goals, "true": own.truth})
-    rows[-1] |= changed
-    file.write_text("".join(json.dumps(row) + "\n" for row in rows))
-    return file
-
-
-def tiny_folder(path: Path) -> Path:
-    """A Llama with random weights, whose tokenizer has the words of the prompts."""
-    file = folder(path) / "tokenizer.json"
-    tokenizer = tokenizers.Tokenizer.from_file(str(file))
-    prompts = RolePlay.__new__(RolePlay)
-    said: list[str] = []
-    for layout in ("goal-first", "goal-last"):
-        prompts.layout = layout
-        said += [m.content for goal in GOALS for m in prompts.context(TASK, goal, case(0).turns)]
-    trainer = tokenizers.trainers.BpeTrainer(
-        vocab_size=500,
-        special_tokens=["<s>", "<|im_end|>", "<|im_start|>"],
-        initial_alphabet=tokenizers.pre_tokenizers.ByteLevel.alphabet(),
-        show_progress=False,
-    )
-    tokenizer.train_from_iterator([*said, *WORDS], trainer)
-    tokenizer.save(str(file))
-    torch.manual_seed(0)
-    sizes = {"vocab_size": 512, "hidden_size": 64, "head_dim": 16, "initializer_range": 0.15}
-    config = transformers.LlamaConfig(**{**SMALL, **sizes, "max_position_embeddings": 1024})
-    transformers.LlamaForCausalLM(config).save_pretrained(path)
-    return path
-
-
-@pytest.fixture(autouse=True)
-def exact(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All products are of 32-bit numbers."""
-    monkeypatch.setattr(torch.cpu, "get_capabilities", dict, raising=False)
-
-
-@pytest.fixture(scope="module")
-def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tiny_folder(tmp_path_factory.mktemp("models") / "tiny")
-
-
-def learner_of(
-    path: Path, *, layout: Layout = "goal-last", rank: int = 4, layers: float = 1.0,
-    start: Adapter | None = None, **options: Any
-) -> Learner:  # fmt: skip
-    model = Transformers(path, **{"device": "cpu", "dtype": "float32", **options})
-    roleplay = RolePlay(model, layout=layout)
-    return Learner(model, roleplay, rank=rank, layers=layers, seed=1, start=start)
-
-
-def example() -> Example:
-    turns = (Turn("What is it?", "milk and tea"), Turn("Why?", "soap"), Turn("Else?", "Eggs, 6."))
-    return Example(TASK, (GOALS[0], UNSPECIFIED, GOALS[3], GOALS[5]), turns, 5, "g")
+pytestmark = OLD_NAME
+exact, path = fits.exact, fits.path
 
 
 class Scripted:

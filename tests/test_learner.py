@@ -10,31 +10,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+import fits
+from fits import GOALS, OLD_NAME, QUICK, TASK, WORDS, case, example, learner_of
 from goalscope.fitting.fit import Fit
 from goalscope.fitting.learner import Example, Learner
 from goalscope.likelihood import Layout
 from goalscope.models.adapters import read_adapter, write_adapter
 from goalscope.types import UNSPECIFIED, GoalscopeError, ModelError, Turn
-from test_fitting import GOALS, QUICK, TASK, WORDS, case, example, learner_of, tiny_folder
 from test_transformers import tiny
 
 torch = pytest.importorskip("torch")
-pytest.importorskip("peft")
-pytest.importorskip("gguf")
 
-# PEFT asks Transformers for a property by its old name.
-pytestmark = pytest.mark.filterwarnings("ignore:`is_gradient_checkpointing`:FutureWarning")
-
-
-@pytest.fixture(autouse=True)
-def exact(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All products are of 32-bit numbers."""
-    monkeypatch.setattr(torch.cpu, "get_capabilities", dict, raising=False)
-
-
-@pytest.fixture(scope="module")
-def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tiny_folder(tmp_path_factory.mktemp("models") / "tiny")
+pytestmark = OLD_NAME
+exact, path = fits.exact, fits.path
 
 
 def scramble(learner: Learner, size: float = 0.3) -> None:

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from fits import GOALS, case, rows_file
 from goalscope.datasets import DATASETS, Case, read_cases, said_key
 from goalscope.fitting.sources import Source, parted, read_source
 from goalscope.types import Goal, InvalidInputError, Turn
 from test_datasets import deal, games, packed, refused
-from test_fitting import GOALS, case, rows_file
 
 
 def ids(source: Source) -> list[str]:

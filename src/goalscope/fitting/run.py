@@ -91,6 +91,7 @@ def fit_adapter(model: Transformers, plan: Plan, *, command: str) -> Iterator[Pr
             FITTED_DIALOGUES: {said_key(case.turns) for case in cases},
             FITTED_GOALS: {goal_key(case.goals[case.truth].text) for case in cases},
         }
+        before = plan.told.get(FITTED_SOURCES, "").split(", ")
         named = [f"{each.name} ({each.licence or 'own'})" for each in plan.sources]
         adapter = learner.adapter(
             {
@@ -99,7 +100,7 @@ def fit_adapter(model: Transformers, plan: Plan, *, command: str) -> Iterator[Pr
                 FITTED_LAYOUT: plan.layout,
                 "goalscope.temperature": f"{settings.temperature:g}",
                 **{key: " ".join(sorted(own[key] | plan.known(key))) for key in own},
-                FITTED_SOURCES: ", ".join(filter(None, (plan.told.get(FITTED_SOURCES), *named))),
+                FITTED_SOURCES: ", ".join(filter(None, dict.fromkeys([*before, *named]))),
             }
         )
         more = {

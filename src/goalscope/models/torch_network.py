@@ -124,7 +124,8 @@ class Network:
     def learn(self, ids: Ints, depths: Ints, sees: Flags, places: Sequence[int]) -> Any:
         """Next-token logits [places, vocabulary] of rows of tokens, with gradients; see `run`.
 
-        Products are of 16-bit numbers where that is faster, so the logits are rounded to these.
+        Products are of 16-bit numbers where the processor has instructions for them; those of an
+        output layer of 16 bits are exact.
         """
         torch = self._torch
         narrow = self.device.type == "cpu" and multiplies_bfloat16()

@@ -1,0 +1,204 @@
+"""`goalscope fit`: what is refused, and what is left as it was."""
+
+from __future__ import annotations
+
+import importlib
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from filelock import FileLock
+
+import fits
+from fits import OLD_NAME, SETTINGS, Finished, case, fit, last_error, rows_file
+from goalscope.datasets import said_key
+from goalscope.fitting.plan import plan_fit
+from goalscope.fitting.run import fit_adapter
+from goalscope.fitting.sources import Source, read_source
+from goalscope.models.adapters import FITTED_DIALOGUES, read_adapter
+from goalscope.models.transformers import Transformers
+from goalscope.types import InvalidInputError, Turn
+from test_cli import fails, invoke
+from test_transformers import tiny
+
+torch = pytest.importorskip("torch")
+transformers = pytest.importorskip("transformers")
+
+pytestmark = OLD_NAME
+path, rows, finished = fits.path, fits.rows, fits.finished
+
+
+@pytest.mark.parametrize("width", [64, 32])
+def test_another_model_of_the_same_name_does_not_go_on(
+    path: Path, rows: Path, tmp_path: Path, width: int
+) -> None:
+    other = shutil.copytree(path, tmp_path / "tiny")
+    config = transformers.LlamaConfig.from_pretrained(other, hidden_size=width)
+    torch.manual_seed(1)
+    transformers.LlamaForCausalLM(config).save_pretrained(other)
+    source = [read_source(str(rows), None)]
+
+    def steps(model: Path) -> Any:
+        options: Any = {"start": None, "layout": "goal-last", "base": "tiny"}
+        loaded = Transformers(model, device="cpu", dtype="float32")
+        plan = plan_fit(source, tmp_path / "out", SETTINGS, **options)
+        return fit_adapter(loaded, plan, command="")
+
+    assert next(steps(path)).validation
+    with pytest.raises(InvalidInputError, match="begun with another model"):
+        next(steps(other))
+    assert [next(going).step for going in [steps(path)] for _ in range(2)] == [0, 1]
+
+
+def test_what_it_began_with_neither_validates_nor_has_another_layout(
+    finished: Finished, path: Path, tmp_path: Path
+) -> None:
+    start = finished.folder / "adapter.gguf"
+    model = Transformers(path, device="cpu", dtype="float32")
+    learned = read_adapter(start, model.network.model.config).metadata[FITTED_DIALOGUES].split()
+    known = [case(n) for n in range(6) if said_key(case(n).turns) in learned]
+    others = [
+        replace(case(n), group=f"o{n}", turns=(Turn("What?", f"soap {n}"),)) for n in range(6)
+    ]
+    for sources, layout, said in (
+        ([Source("known", known, "1")], "goal-first", "has learned from all these dialogues"),
+        ([Source("both", [*known, *others], "2")], "goal-last", "with the layout goal-first, not"),
+    ):
+        with pytest.raises(InvalidInputError, match=said):
+            plan_fit(sources, tmp_path, SETTINGS, start=start, layout=layout, base="tiny")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("code", "more", "said"),
+    [
+        (2, ["--model", "http://host/v1#name"], "A server's model cannot be fitted."),
+        (2, ["--model", "https://host/v1"], "A server's model cannot be fitted."),
+        (2, ["--layers", 0], "--layers must be above 0 and at most 1, not 0.0."),
+        (2, ["--layers", 1.5], "--layers must be above 0"),
+        (2, ["--learning-rate", 2], "--learning-rate must be between 0 and 1, not 2.0."),
+        (2, ["--learning-rate", "nan"], "--learning-rate must be between 0 and 1"),
+        (2, ["nowhere.jsonl"], "nowhere.jsonl cannot be read"),
+        (2, ["nowhere"], "'nowhere' is neither a file"),
+        (1, ["--start", "nowhere"], "There is no adapter at nowhere."),
+        (1, ["--model", "nowhere.gguf"], "nowhere.gguf"),
+        (1, ["--model", "nowhere"], "There is no model folder at"),
+    ],
+)
+def test_what_cannot_be_fitted_is_refused_in_a_line(
+    path: Path, rows: Path, tmp_path: Path, code: int, more: list[Any], said: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    assert said in fails(code, *fit(rows, tmp_path / "out", path, *more))
+    assert not (tmp_path / "out").exists()
+
+
+def test_options_out_of_their_range_are_refused(path: Path, rows: Path, tmp_path: Path) -> None:
+    zero = ("--steps", "--every", "--validation", "--rank")
+    for option, value in (*((each, 0) for each in zero), ("--objective", "x")):
+        result = invoke(*fit(rows, tmp_path / "out", path, option, value))
+        assert result.exit_code == 2
+        assert option in result.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_adapter_to_begin_with_has_rank_and_layers_of_its_own(
+    finished: Finished, path: Path, rows: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    adapter = finished.folder / "adapter.gguf"
+    monkeypatch.setattr("goalscope.models.adapters.shipped", lambda: adapter)
+    named = ["--model", path, "--start", finished.folder]
+    for more in (["--rank", 4, *named], ["--layers", 1, *named], ["--rank", 4], ["--layers", 1]):
+        said = fails(2, "fit", rows, "--out", tmp_path / "out", *more)
+        assert "Leave out --rank and --layers, or begin with --start none." in said
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_model_that_cannot_be_adapted_is_refused_before_anything_is_fitted(
+    rows: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    result = invoke(*fit(rows, out, tiny(tmp_path / "odd", "gpt2", n_positions=1024)))
+    assert result.exit_code == 1
+    assert "odd is a gpt2 model. Adapters can be made for" in last_error(result)
+    assert list(out.iterdir()) == []
+
+
+def test_a_folder_of_something_else_is_left_as_it_is(
+    path: Path, rows: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "notes.txt").write_text("Milk.")
+    result = invoke(*fit(rows, tmp_path, path))
+    assert result.exit_code == 2
+    said = f"{tmp_path} holds notes.txt and no interrupted fit. Name a new folder with --out."
+    assert last_error(result) == f"Error: {said}"
+    assert [each.name for each in tmp_path.iterdir()] == ["notes.txt"]
+
+
+def test_a_second_process_in_the_same_folder_is_refused(
+    path: Path, rows: Path, tmp_path: Path
+) -> None:
+    with FileLock(tmp_path / ".lock"):
+        result = invoke(*fit(rows, tmp_path, path))
+        assert result.exit_code == 2
+        said = f"Error: Another process fits an adapter in {tmp_path}."
+        assert last_error(result) == said
+        assert [each.name for each in tmp_path.iterdir()] == [".lock"]
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"goals": ["buy milk", "buy " + "tea " * 300], "true": 0}, "a goal has"),
+        ({"turns": [{"query": "What?", "utterance": "milk " * 3000}]}, "turn is too long"),
+        ({"turns": [{"query": "milk " * 3000, "utterance": "tea"}]}, "turn is too long"),
+        ({"task": "milk " * 3000}, "turn is too long"),
+    ],
+)
+def test_what_is_too_long_is_refused_before_the_work_begins(
+    path: Path, tmp_path: Path, changed: dict[str, Any], said: str
+) -> None:
+    rows, out = rows_file(tmp_path / "own.jsonl", "abcdefgh", **changed), tmp_path / "out"
+    result = invoke(*fit(rows, out, path))
+    assert result.exit_code == 2
+    error = " ".join(result.stderr.split())
+    assert "own.jsonl, dialogue c7: " in error
+    assert said in error
+    assert "step " not in error
+    assert list(out.iterdir()) == []
+
+
+def test_a_single_dialogue_is_too_few(path: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    for groups, said in (("a", "holds a single dialogue"), ("aa", "are of one group; some have")):
+        assert said in fails(2, *fit(rows_file(tmp_path / "lone.jsonl", groups), out, path))
+    assert not out.exists()
+
+
+def test_a_folder_that_cannot_be_made_is_said(path: Path, rows: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    result = invoke(*fit(rows, tmp_path / "file" / "out", path))
+    assert result.exit_code == 1
+    assert "cannot be written: Not a directory." in last_error(result)
+
+
+@pytest.mark.parametrize("missing", ["torch", "peft"])
+def test_without_its_packages_it_says_what_to_install(
+    path: Path, rows: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, missing: str
+) -> None:
+    found = importlib.import_module
+
+    def without(name: str, *more: Any) -> Any:
+        if name.partition(".")[0] == missing:
+            raise ImportError(f"No module named {name!r}")
+        return found(name, *more)
+
+    monkeypatch.setattr(importlib, "import_module", without)
+    result = invoke(*fit(rows, tmp_path / "out", path))
+    assert result.exit_code == 1
+    said = last_error(result)
+    assert f"No module named '{missing}'" in said
+    assert 'pip install "goalscope[torch]"' in said
