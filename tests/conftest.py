@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
 import pytest
 from hypothesis import settings
 
@@ -15,6 +20,17 @@ from servers import (  # noqa: F401
 
 settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")
+
+_data = TemporaryDirectory(prefix="goalscope-tests-")
+os.environ["XDG_DATA_HOME"] = _data.name  # of the processes that tests start
+
+
+@pytest.fixture(autouse=True, scope="session")
+def data_folder() -> Iterator[Path]:
+    """Stands for the user's own, whose calibrations and episodes are none of the tests'."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("platformdirs.user_data_path", lambda *_: Path(_data.name))
+        yield Path(_data.name)
 
 
 @pytest.fixture(scope="session")

@@ -17,6 +17,7 @@ class WordModel:
     the scripted replies, whichever prompt's words they are listed under.
     """
 
+    name = "words"
     vocabulary = 1000
     boost = 50.0
 

@@ -8,6 +8,7 @@ import pytest
 from fakes import LampRoom, WordModel, said
 from goalscope.agent import Agent, run_episode
 from goalscope.belief import Belief
+from goalscope.calibration import LAST_TURN, USUAL
 from goalscope.dialog import ConsoleHuman, ScriptedHuman, ask, question_of
 from goalscope.goals import drawn_lines, irrelevant, objectionable, overdue, propose
 from goalscope.policy import Planner, Want
@@ -132,15 +133,33 @@ def test_changed_world_cannot_be_resumed() -> None:
         Agent(other, WordModel(REPLIES)).resume([round])
 
 
-def test_removed_goals_are_not_proposed_again() -> None:
+@pytest.mark.parametrize("final", [True, False])
+def test_removed_goals_come_back_unless_that_was_for_good(final: bool) -> None:
     agent = Agent(LampRoom(), WordModel(REPLIES))
     lamp = Goal("have lamp light")
     agent.step("What?", "lamp light please")
     assert agent.tracker is not None
     agent.tracker.drop([lamp])
-    agent.rounds[0] = replace(agent.rounds[0], changes=(GoalChange("removed", lamp, "no"),))
+    agent.rounds[0] = replace(agent.rounds[0], changes=(GoalChange("removed", lamp, "no", final),))
     agent.step("What?", "lamp light please, have lamp light")
-    assert lamp not in agent.tracker.belief.goals
+    assert (lamp in agent.tracker.belief.goals) != final
+
+
+@pytest.mark.parametrize("refused", [False, True])
+def test_a_goal_that_was_unlikely_comes_back_with_the_words_for_it(refused) -> None:
+    sleep = Goal("sleep without light")
+    model = RefusesAll(REPLIES) if refused else WordModel(REPLIES)
+    agent = Agent(LampRoom(), model, patience=9 if refused else 0)
+    first = agent.step("What?", "lamp light please")
+    (gone,) = (change for change in first.changes if change.kind == "removed")
+    assert (gone.goal, gone.final) == (sleep, refused)
+    agent.model = WordModel({"name what the human may want": "- sleep without light"})
+    second = agent.step("And?", "sleep without sleep without sleep")
+    added = [change for change in second.changes if change.kind == "added"]
+    assert [change.goal for change in added] == ([] if refused else [sleep])
+    assert all("after it had been removed" in change.reason for change in added)
+    assert agent.tracker is not None
+    assert (sleep in agent.tracker.belief.goals) != refused
 
 
 def test_long_turns_leave_room_in_every_prompt() -> None:
@@ -153,6 +172,15 @@ def test_long_turns_leave_room_in_every_prompt() -> None:
     assert recent(model, turns, 8) == turns[-4:]
     (cut,) = recent(model, [Turn("", "word " * 5000)], 8)
     assert 300 < len(cut.utterance.split()) < 450
+
+
+@pytest.mark.parametrize(("method", "used"), [("good", USUAL), ("no-inference", LAST_TURN)])
+def test_a_calibration_is_the_role_plays_and_not_the_rankings(method, used) -> None:
+    replies = {**REPLIES, "the most likely": '"2"', "the least likely": '"1"'}
+    agent = Agent(LampRoom(), WordModel(replies), method=method, calibration=USUAL)
+    round = agent.step("What?", "lamp light please")
+    assert round.belief is not None
+    assert round.belief.calibration == used
 
 
 def test_unknown_method_is_refused() -> None:
@@ -186,6 +214,19 @@ def test_proposals_are_ranked_by_how_well_they_explain_the_words() -> None:
     changes = propose(model, RolePlay(model), "t", turns, [UNSPECIFIED], keep=1)
     assert [change.goal for change in changes] == [Goal("eat the soup")]
     assert propose(model, None, "t", turns, [], keep=1)[0].goal == Goal("walk the dog")
+
+
+def test_a_past_goal_is_a_candidate_if_the_words_are_for_it() -> None:
+    from goalscope.likelihood import RolePlay
+
+    soup, dog = Goal("eat the soup"), Goal("walk the dog")
+    model = WordModel({"name what the human may want": "- Eat the SOUP\n- soup in a cup"})
+    turns = [Turn("Yes?", "soup soup")]
+    back, new = propose(model, RolePlay(model), "t", turns, [UNSPECIFIED], past=[dog, soup])
+    assert (back.goal, new.goal) == (soup, Goal("soup in a cup"))
+    assert back.reason.endswith("nats against no goal, after it had been removed")
+    assert new.reason.endswith("nats against no goal")
+    assert back.kind == new.kind == "added"
 
 
 def test_drawn_lines_are_distinct_and_clean() -> None:
@@ -222,14 +263,14 @@ class RefusesAll(WordModel):
 
 def test_refused_goals_are_named_with_the_odds() -> None:
     (change,) = objectionable(RefusesAll(), "t", [UNSPECIFIED, Goal("a")])
-    assert change.goal == Goal("a")
+    assert (change.goal, change.final) == (Goal("a"), True)
     assert "unsafe" in change.reason
 
 
 def test_goal_that_the_task_makes_less_likely_is_irrelevant() -> None:
     goals = [UNSPECIFIED, Goal("lamp light"), Goal("sleep"), Goal("helps")]
     (change,) = irrelevant(WordModel(), LampRoom.task, goals)
-    assert change.goal == Goal("helps")
+    assert (change.goal, change.final) == (Goal("helps"), True)
     assert "irrelevant" in change.reason
 
 

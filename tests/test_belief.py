@@ -95,22 +95,6 @@ def test_impossible_everywhere_is_a_state_and_no_nan() -> None:
     assert belief.entropy == 0
 
 
-def test_last_evidence_forgets_and_sum_does_not() -> None:
-    rows = [[0.0, -5.0], [-1.0, 0.0]]
-    total, last = (Belief.uniform(goals(2), evidence=e) for e in ("sum", "last"))
-    for row in rows:
-        total, last = total.observe(row), last.observe(row)
-    assert total.top(1)[0][0] == Goal("goal 0")
-    assert last.top(1)[0][0] == Goal("goal 1")
-
-
-@given(st.floats(0.1, 10))
-def test_temperature_divides_log_odds(temperature: float) -> None:
-    belief = Belief.uniform(goals(2), temperature=temperature).observe([0.0, -3.0])
-    odds = belief.log_posterior[0] - belief.log_posterior[1]
-    assert odds == pytest.approx(3 / temperature)
-
-
 def test_effective_goals_counts_equal_goals() -> None:
     assert Belief.uniform(goals(7)).effective_goals == pytest.approx(7)
     assert Belief.uniform(goals(2)).observe([0.0, -math.inf]).effective_goals == 1
@@ -125,9 +109,3 @@ def test_broken_numbers_are_refused(bad: float) -> None:
 def test_wrong_shape_is_refused() -> None:
     with pytest.raises(ValueError, match="expected 2"):
         Belief.uniform(goals(2)).observe([0.0])
-
-
-@pytest.mark.parametrize("temperature", [0.0, -1.0, math.nan, math.inf])
-def test_temperature_must_be_positive(temperature: float) -> None:
-    with pytest.raises(ValueError, match="temperature"):
-        Belief.uniform(goals(2), temperature=temperature)

@@ -22,8 +22,6 @@ CHAT = [Message("user", "milk or eggs")]
 class Weighed(WordModel):
     """A word model with a fingerprint, which counts the pairs and the prompts that it is asked."""
 
-    name = "words"
-
     def __init__(self, fingerprint: str = "a") -> None:
         super().__init__({"milk": "eggs"})
         self.fingerprint = fingerprint

@@ -7,14 +7,19 @@ import sqlite3
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from unittest.mock import patch
 
 import pytest
 from typer.testing import CliRunner
 
+from goalscope.belief import Belief
+from goalscope.calibration import LAST_TURN, PAPER, USUAL, calibration_from_json
+from goalscope.calibrations import keep_calibration
 from goalscope.cli import app
 from goalscope.store import Store
+from goalscope.types import UNSPECIFIED, Goal
 from test_run import NamedModel
 from test_store import a_round
 
@@ -64,6 +69,23 @@ def store_file(tmp_path, monkeypatch):
 
 
 @pytest.fixture
+def words(monkeypatch):
+    """Models that need no loading; the list of the adapters that were asked for."""
+    asked = []
+
+    class Closable(NamedModel):
+        def close(self):
+            pass
+
+    def opened(model=None, *, adapter=None, **_):
+        asked.append(adapter)
+        return Closable()
+
+    monkeypatch.setattr("goalscope.models.opening.open_model", opened)
+    return asked
+
+
+@pytest.fixture
 def shop(tmp_path):
     (tmp_path / "shop.csv").write_text(CATALOGUE)
     (tmp_path / "people.toml").write_text(PROFILES)
@@ -93,7 +115,8 @@ def rows_file(tmp_path, *rows):
 
 
 @pytest.mark.parametrize(
-    "command", [(), *[(c,) for c in ["chat", "run", "infer", "replay", "episodes", "doctor"]]]
+    "command",
+    [(), *[(c,) for c in ["chat", "run", "infer", "calibrate", "replay", "episodes", "doctor"]]],
 )
 def test_help_of_every_command(command):
     result = invoke(*command, "--help")
@@ -115,7 +138,7 @@ def test_what_cannot_be_found_is_said_in_one_line(shop, tmp_path):
     assert "no.gguf" in fails(1, "run", "--profile", "baker", *shop, "--model", missing)
     assert "no.csv" in fails(2, "chat", "--catalogue", tmp_path / "no.csv")
     assert "NAME=TITLE" in fails(2, "run", "--profile", "baker", *shop, "--column", "name")
-    assert "--temperature" in fails(2, "run", "--profile", "baker", *shop, "--temperature", "nan")
+    assert "last-turn" in fails(2, "run", "--profile", "baker", *shop, "--calibration", "papr")
     assert "goalscope episodes" in fails(2, "replay", "nothing")
     assert "goalscope episodes" in fails(2, "chat", "--resume", "nothing")
 
@@ -157,9 +180,16 @@ def test_infer_writes_a_belief_per_turn_and_continues_after_a_crash(tmp_path):
     assert [(line["id"], line["turn"]) for line in lines] == [("a", 1), ("a", 2), (2, 1), (2, 2)]
     assert lines[2]["goals"] == ["cook soup"]
     first, second = lines[:2]
-    total = [x + y for x, y in zip(first["log_likelihood"], second["log_likelihood"], strict=True)]
-    odds = second["log_posterior"][0] - second["log_posterior"][1]
-    assert (total[0] - total[1]) / second["settings"]["temperature"] == pytest.approx(odds)
+    way = calibration_from_json(second["settings"]["calibration"])
+    belief = Belief.uniform(map(Goal, second["goals"]), way)
+    whether = Belief.uniform([*belief.goals, UNSPECIFIED], way)
+    for line in (first, second):
+        belief = belief.observe(line["log_likelihood"])
+        row = [*line["log_likelihood"], line["unspecified_log_likelihood"]]
+        whether = whether.observe(row)
+        assert line["log_posterior"] == pytest.approx(belief.log_posterior)
+        assert line["probability"] == pytest.approx(belief.probability)
+        assert line["unspecified_probability"] == pytest.approx(whether.probability[-1])
     assert sum(second["probability"]) == pytest.approx(1)
     assert second["probability"][0] > 0.5
     assert first["unspecified_log_likelihood"] < 0
@@ -191,6 +221,53 @@ def test_infer_does_not_mix_settings(tmp_path):
     assert "made with layout 'goal-last' and not 'goal-first'. Name another file" in said
     said = fails(2, *plain[:-2])
     assert "made with adapter None and not 'general', weights" in said
+
+
+def test_infer_believes_as_it_is_told(tmp_path, words):
+    file = rows_file(tmp_path, ROW)
+    keep_calibration(tmp_path / "mine.json", replace(USUAL, temperature=7.0), {})
+    names = {"paper": PAPER, "last-turn": LAST_TURN, str(tmp_path / "mine.json"): None}
+    lines = []
+    for name, known in names.items():
+        out = tmp_path / f"{len(lines)}.jsonl"
+        assert invoke("infer", file, "--out", out, "--calibration", name).exit_code == 0
+        lines.append([json.loads(line) for line in out.read_text().splitlines()])
+        settings = calibration_from_json(lines[-1][1]["settings"]["calibration"])
+        assert settings == (known or replace(USUAL, temperature=7.0))
+    paper, last, mine = ([line["log_posterior"] for line in each] for each in lines)
+    rows = [line["log_likelihood"] for line in lines[0]]
+    odds = [row[0] - row[1] for row in rows]
+    assert paper[1][0] - paper[1][1] == pytest.approx(sum(odds))
+    assert last[1][0] - last[1][1] == pytest.approx(odds[1])
+    assert mine[0][0] - mine[0][1] == pytest.approx(odds[0] / 7)
+    said = fails(2, "infer", file, "--out", tmp_path / "0.jsonl", "--calibration", "usual")
+    assert "made with calibration" in said
+    assert "no.json" in fails(2, "infer", file, "--out", tmp_path / "x", "--calibration", "no.json")
+    assert not (tmp_path / "x").exists()
+
+
+def test_a_runs_calibration_is_kept_and_goes_on_from_any_folder(shop, words, tmp_path, monkeypatch):
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    mine = replace(USUAL, temperature=7.0)
+    keep_calibration(Path("mine.json"), mine, {})
+    said = {"input": "I need cocoa powder for a cake.\n"}
+    for name, kept, used in [
+        ("mine.json", str(tmp_path / "here" / "mine.json"), mine),
+        ("paper", "paper", PAPER),
+    ]:
+        file = tmp_path / f"{name}.db"
+        options = ["--store", file, "--calibration", name]
+        assert invoke("chat", *shop[:2], *options, **said).exit_code == 0
+        with Store.open(file) as store:
+            (info,) = store.episodes()
+        assert info.settings["calibration"] == kept
+        with monkeypatch.context() as elsewhere:
+            elsewhere.chdir(tmp_path)
+            assert invoke("chat", "--resume", info.id, *options[:2], **said).exit_code == 0
+        with Store.open(file) as store:
+            beliefs = [round.belief for round in store.rounds(info.id)]
+        assert [belief.calibration for belief in beliefs] == [used] * 2
 
 
 def test_replay_and_episodes_need_no_model(store_file, monkeypatch):
@@ -262,31 +339,20 @@ def test_a_chat_that_ends_early_is_kept_and_goes_on(shop, store_file):
     assert "--rounds 4" in fails(2, "chat", "--resume", info.id, "--rounds", "2")
 
 
-def test_an_adapter_is_kept_with_an_episode(shop, store_file, tmp_path, monkeypatch):
-    asked = []
-
-    class Closable(NamedModel):
-        def close(self):
-            pass
-
-    def opened(model=None, *, adapter=None, **_):
-        asked.append(adapter)
-        return Closable()
-
-    monkeypatch.setattr("goalscope.models.opening.open_model", opened)
+def test_an_adapter_is_kept_with_an_episode(shop, store_file, words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    words = {"input": "I need cocoa powder for a cake.\n"}
-    assert invoke("chat", *shop[:2], "--adapter", "mine", **words).exit_code == 0
+    said = {"input": "I need cocoa powder for a cake.\n"}
+    assert invoke("chat", *shop[:2], "--adapter", "mine", **said).exit_code == 0
     with Store.open(store_file) as store:
         (info,) = store.episodes()
     assert info.settings["adapter"] == str(tmp_path / "mine")
-    assert invoke("chat", "--resume", info.id, **words).exit_code == 0
+    assert invoke("chat", "--resume", info.id, **said).exit_code == 0
     people = ["--profile", "baker", "--rounds", "1", *shop]
     assert invoke("run", *people, "--adapter", "none").exit_code == 0
     rows = [rows_file(tmp_path, ROW), "--out", tmp_path / "out.jsonl"]
     assert invoke("infer", *rows, "--adapter", "mine").exit_code == 0
     assert invoke("infer", *rows).exit_code == 0
-    assert asked == [str(tmp_path / "mine")] * 2 + ["none", str(tmp_path / "mine"), None]
+    assert words == [str(tmp_path / "mine")] * 2 + ["none", str(tmp_path / "mine"), None]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="the system has no POSIX signals")

@@ -7,18 +7,19 @@ import goalscope
 
 ROOT = Path(goalscope.__file__).parent
 LAYERS = [
-    {"types", "plain"},
-    {"belief", "models", "prompts", "envs", "stats"},
-    {"likelihood", "goals", "dialog", "habits", "policy", "acting"},
+    {"types", "plain", "calibration"},
+    {"belief", "models", "prompts", "envs", "stats", "calibrations"},
+    {"likelihood", "goals", "dialog", "habits", "policy", "acting", "why"},
     {"agent", "episode", "judge"},
     {"store", "infer", "domains", "datasets"},
-    {"session", "display", "benchmarks"},
+    {"session", "display", "benchmarks", "calibrating"},
     {"experiment"},
     {"report"},
     {"fitting"},
     {
         "terminal",
         "cli",
+        "cli_calibrate",
         "cli_data",
         "cli_episodes",
         "cli_experiments",
@@ -27,6 +28,7 @@ LAYERS = [
         "cli_models",
         "cli_options",
         "cli_report",
+        "cli_why",
     },
 ]
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}

@@ -7,6 +7,7 @@ import pytest
 
 from fakes import WordModel
 from goalscope.agent import GoalTracker
+from goalscope.calibration import PAPER, Calibration
 from goalscope.likelihood import GOAL_TOKENS, PromptedRanking, RolePlay
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn
 
@@ -94,6 +95,34 @@ def test_prompted_ranking_is_what_the_model_answers() -> None:
     ranking = PromptedRanking(WordModel({"the most likely": '"2"', "the least likely": '"1"'}))
     row = ranking.log_likelihood("t", [CAKE, SOUP, UNSPECIFIED], TURNS[:1])
     assert row.tolist() == [[-2.0, 0.0, -1.0]]
+
+
+def test_a_tracker_believes_as_its_likelihood_is_calibrated_unless_told_otherwise(
+    monkeypatch,
+) -> None:
+    asked = []
+
+    def known(scorer, layout, *, end_of_turn):
+        asked.append((scorer.name, layout, end_of_turn))
+        return Calibration(temperature=7.0), "known"
+
+    monkeypatch.setattr("goalscope.likelihood.known_calibration", known)
+    roleplay = RolePlay(WordModel(), layout="goal-first", end_of_turn=True)
+    tracker = GoalTracker(likelihood=roleplay, goals=["bake cake", "cook soup"])
+    assert tracker.observe("Yes?", "cake").calibration == Calibration(temperature=7.0)
+    assert asked == [("words", "goal-first", True)]
+    tracker.add(["wash"])
+    tracker.drop(["wash"])
+    assert tracker.belief.calibration == Calibration(temperature=7.0)
+    told = GoalTracker(likelihood=roleplay, goals=["bake cake"], calibration=PAPER)
+    assert told.add(["cook soup"]).calibration is PAPER
+
+
+def test_a_ranking_counts_for_its_turn_alone() -> None:
+    ranking = PromptedRanking(WordModel({"the most likely": '"2"', "the least likely": '"1"'}))
+    tracker = GoalTracker(likelihood=ranking, goals=["bake cake"])
+    one = tracker.observe("Yes?", "cake").probability
+    assert tracker.observe("Yes?", "cake").probability == pytest.approx(one)
 
 
 def test_one_text_is_no_list_of_goals() -> None:

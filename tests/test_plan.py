@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from goalscope.calibration import Calibration
+from goalscope.calibrations import keep_calibration
 from goalscope.datasets import data_folder
 from goalscope.experiment.plan import (
     DialoguesPart,
@@ -92,9 +94,9 @@ def test_an_unknown_key_names_its_place_and_the_nearest_that_is_known(tmp_path, 
         ("[dialogues]\noutright = 'no'", "'outright' must be true or false, not 'no'"),
         ("[episodes]\nseeds = 1", "[episodes]: the key 'domain' is missing"),
         ("episodes = {domain = 'grocery', seeds = [-1]}", "'seeds' must be at least 0"),
-        ("episodes = {domain = 'grocery', temperature = 0}", "'temperature' must be above 0"),
-        ("episodes = {domain = 'grocery', temperature = nan}", "'temperature' must be above 0"),
-        ("episodes = {domain = 'grocery', temperature = inf}", "below a billion"),
+        ("episodes = {domain = 'grocery', rounds = 1000000000}", "below a billion"),
+        ("episodes = {domain = 'grocery', calibrations = 2.0}", "'calibrations' must be a text"),
+        ("episodes = {domain = 'grocery', calibrations = []}", "must not be empty"),
         ("judge = 7\n[mcq]\nfile='x'", "[judge] must be a table"),
         ("models = []\n[mcq]\nfile='x'", "at least one model"),
         ("models = [7]\n[mcq]\nfile='x'", "a model must be a name or a table"),
@@ -117,7 +119,6 @@ def test_what_is_of_the_wrong_kind_or_missing_is_said(tmp_path, text, cause):
         ("episodes = {domain = 'grocery', methods = 'no-goal'}", "'no-goal'", "'no-goals'"),
         ("episodes = {domain = 'grocery', humans = ['you']}", "'you'", "scripted"),
         ("episodes = {domain = 'grocery', humans = 'tersee'}", "'tersee'", "'terse'"),
-        ("episodes = {domain = 'grocery', evidence = 'las'}", "'las'", "'last'"),
         ("episodes = {domain = 'grocery', layouts = 'goal-lst'}", "'goal-lst'", "'goal-last'"),
         ("episodes = {domain = 'grocery', profiles = 'souup'}", "'souup'", "'soup'"),
         ("dialogues = {set = 'teech'}", "'teech'", "'teach'"),
@@ -256,7 +257,7 @@ def test_there_are_as_many_cells_as_the_product_of_the_axes(tmp_path):
                 "grocery",
                 methods=("good", "no-goals", "no-inference"),
                 humans=("scripted", "terse"),
-                evidence=("sum", "last"),
+                calibrations=("usual", "last-turn"),
                 layouts=both,
                 seeds=(0, 1),
             ),
@@ -274,12 +275,42 @@ def test_there_are_as_many_cells_as_the_product_of_the_axes(tmp_path):
     assert (dialogue["goal_set"], dialogue["case"]["truth"]) == ("own", 0)
 
 
-def test_equal_numbers_make_equal_cells(tmp_path):
-    one, other = (
-        specs_of(read(tmp_path, f"episodes = {{domain = 'house', temperature = {value}}}"), None)
-        for value in ("2", "2.0")
-    )
-    assert [cell_key(spec) for spec in one] == [cell_key(spec) for spec in other]
+@pytest.mark.parametrize(
+    ("text", "calibrations"),
+    [("", [None]), (", calibrations = 'paper'", ["paper"]),
+     (", calibrations = ['usual', 'paper']", ["usual", "paper"])],
+)  # fmt: skip
+def test_episodes_have_the_calibration_of_their_model_or_those_that_are_named(
+    tmp_path, text, calibrations
+):
+    part = f"episodes = {{domain = 'house', methods = 'good'{text}}}"
+    specs = specs_of(read(tmp_path, part), None)
+    assert list(dict.fromkeys(spec["settings"]["calibration"] for spec in specs)) == calibrations
+    assert not {"temperature", "evidence"} & set(specs[0]["settings"])
+
+
+def test_a_calibration_is_a_name_or_a_file_beside_the_toml_whose_content_counts(tmp_path):
+    part = "episodes = {{domain = 'grocery', profiles = 'cafe', calibrations = {}}}"
+    for unknown in ("'papr'", "['paper', 'no.json']"):
+        said = refused(tmp_path, part.format(unknown))
+        assert unknown.strip("[]").split(", ")[-1] in said
+        assert "paper, usual, last-turn" in said
+    (tmp_path / "mine.json").write_text("{}")
+    assert "mine.json holds no calibration" in refused(tmp_path, part.format("'mine.json'"))
+    specs = []
+    for temperature in (2.0, 2.0, 3.0):
+        keep_calibration(tmp_path / "mine.json", Calibration(temperature), {})
+        found = specs_of(read(tmp_path, part.format("['mine.json', 'paper']")), None)
+        specs.append([each for each in found if each["settings"]["method"] == "good"])
+    one, same, other = specs
+    named, paper = one
+    assert named["settings"]["calibration"] == str(tmp_path / "mine.json")
+    assert list(named["files"]) == ["calibration"]
+    assert (paper["settings"]["calibration"], paper["files"]) == ("paper", {})
+    keys = [[cell_key(spec) for spec in each] for each in specs]
+    assert one == same
+    assert (keys[0][0] == keys[2][0], keys[0][1] == keys[2][1]) == (False, True)
+    assert other[0]["settings"] == named["settings"]
 
 
 def test_the_evaluator_judges_what_is_done_and_compares_methods_of_one_person():

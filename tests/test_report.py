@@ -3,6 +3,7 @@
 import json
 import re
 import sqlite3
+from dataclasses import asdict
 from html.parser import HTMLParser
 from pathlib import Path
 from xml.dom import minidom
@@ -13,6 +14,7 @@ from typer import Typer
 from typer.testing import CliRunner
 
 from goalscope.belief import Belief
+from goalscope.calibration import USUAL
 from goalscope.cli_report import report
 from goalscope.episode import Round
 from goalscope.experiment.results import Results, cell_key
@@ -62,6 +64,8 @@ def dialogue(n: int) -> tuple[dict, dict]:
     spec = {"kind": "dialogue", "set": "own", "split": None, "goal_set": "own", "case": case}
     result = {
         "role-play": [[0.0, 1.0, 0.5]] * 2,
+        "unspecified": [0.5] * 2,
+        "calibration": asdict(USUAL),
         "outright": [{"goal": 0, "sure": 0.9}] * 2,
         "tfidf": [[0.0, 1.0, 0.0]] * 2,
     }

@@ -50,9 +50,8 @@ checks = [{bought = true}]
 
 
 class NamedModel(WordModel):
-    """A `WordModel` with the names that results keep."""
+    """A `WordModel` with the fingerprint that results keep."""
 
-    name = "words"
     fingerprint = "words 1"
 
 
@@ -157,16 +156,15 @@ def test_only_runs_that_differ_in_the_method_alone_are_compared(
     episode = dict.fromkeys(("task", "description", "outcome"), "x") | {"actions": [], "score": 1.0}
     monkeypatch.setitem(work.KINDS, "episode", lambda model, spec: {**episode, "empty": False})
     monkeypatch.setitem(work.KINDS, "compare", lambda model, spec: {"orders": []})
-    parts = [
-        EpisodesPart("grocery", ("cafe",), methods=("good", "no-goals"), temperature=temperature)
-        for temperature in (1.0, 2.0)
-    ]
-    judged = Experiment("x", episodes=tuple(parts), judge=Judge(trials=0, comparisons=1))
+    part = EpisodesPart(
+        "grocery", ("cafe",), methods=("good", "no-goals"), calibrations=("paper", "usual")
+    )
+    judged = Experiment("x", episodes=(part,), judge=Judge(trials=0, comparisons=1))
     run(specs_of(judged, None), results, judged)
     pairs = [cell.spec["of"] for cell in results.cells() if cell.spec["kind"] == "compare"]
     settings = [[run["settings"] for run in pair] for pair in pairs]
     assert [[each["method"] for each in pair] for pair in settings] == [["good", "no-goals"]] * 2
-    assert all(one["temperature"] == other["temperature"] for one, other in settings)
+    assert [{each["calibration"] for each in pair} for pair in settings] == [{"paper"}, {"usual"}]
 
 
 def test_ctrl_c_keeps_what_is_done_and_the_next_call_does_the_rest(results, fake):

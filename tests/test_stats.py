@@ -13,10 +13,10 @@ from goalscope.stats import (
     Interval,
     auroc,
     bootstrap_mean,
-    calibration,
     paired_difference,
     pooled_sd_of_mean,
     proportion,
+    reliability,
     scores,
 )
 from goalscope.types import GoalscopeError
@@ -92,7 +92,7 @@ def test_what_is_no_number_is_refused(values: list[float]) -> None:
     with pytest.raises(ValueError, match="finite"):
         pooled_sd_of_mean([values])
     with pytest.raises(ValueError, match="finite"):
-        calibration(values, values)
+        reliability(values, values)
 
 
 def test_lengths_must_agree() -> None:
@@ -101,7 +101,7 @@ def test_lengths_must_agree() -> None:
     with pytest.raises(ValueError, match="two values each"):
         paired_difference([1.0, 2.0], [1.0])
     with pytest.raises(ValueError, match="as many outcomes"):
-        calibration([1.0, 0.5], [1.0])
+        reliability([1.0, 0.5], [1.0])
 
 
 @given(st.integers(1, 10_000), st.data())
@@ -238,7 +238,7 @@ def test_the_band_covers_a_perfect_forecaster(n: int) -> None:
     inside = 0
     for seed in range(60):
         sure = rng.random(n)
-        found = calibration(sure, rng.random(n) < sure, seed=seed)
+        found = reliability(sure, rng.random(n) < sure, seed=seed)
         inside += found.ece in found.band
         assert n < 50 or found.expected in found.band
     assert inside >= 51
@@ -246,14 +246,14 @@ def test_the_band_covers_a_perfect_forecaster(n: int) -> None:
 
 def test_a_perfect_forecaster_shows_an_error_in_a_small_sample() -> None:
     sure = np.random.default_rng(0).random(200)
-    found = calibration(sure, sure)
+    found = reliability(sure, sure)
     assert found.ece == pytest.approx(0)
     assert 0.05 < found.expected < 0.09
     assert 0.06 in found.band
 
 
 def test_overconfidence_lies_outside_the_band() -> None:
-    found = calibration([0.95] * 200, [1.0, 0.0] * 100)
+    found = reliability([0.95] * 200, [1.0, 0.0] * 100)
     assert found.ece == pytest.approx(0.45)
     assert found.ece > found.band.high
     assert found.bins == ((pytest.approx(0.95), 0.5, 200),)
@@ -263,7 +263,7 @@ def test_overconfidence_lies_outside_the_band() -> None:
 @settings(max_examples=25, deadline=None)
 def test_bins_hold_every_case_and_make_the_error(rows) -> None:
     sure, right = zip(*rows, strict=True)
-    found = calibration(sure, right)
+    found = reliability(sure, right)
     assert sum(n for _, _, n in found.bins) == found.n == len(rows)
     gap = sum(n * abs(conf - share) for conf, share, n in found.bins) / len(rows)
     assert found.ece == pytest.approx(gap, abs=1e-9)
@@ -271,13 +271,13 @@ def test_bins_hold_every_case_and_make_the_error(rows) -> None:
 
 
 def test_certainty_that_is_right_is_calibrated() -> None:
-    found = calibration([1.0, 0.0], [1.0, 0.0])
+    found = reliability([1.0, 0.0], [1.0, 0.0])
     assert (found.ece, found.expected, found.band) == (0, 0, Interval(0, 0))
 
 
 def test_confidence_is_a_probability() -> None:
     with pytest.raises(ValueError, match="lie in"):
-        calibration([1.1], [1.0])
+        reliability([1.1], [1.0])
 
 
 def test_without_scipy_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

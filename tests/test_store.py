@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from goalscope.belief import Belief
+from goalscope.calibration import Calibration
 from goalscope.episode import Round
 from goalscope.store import VERSION, Store, default_store_path, round_from_json, round_to_json
 from goalscope.types import (
@@ -36,6 +37,17 @@ nats = st.floats(max_value=0, allow_nan=False) | st.just(-np.inf)
 goals = st.builds(Goal, texts)
 actions = st.builds(Action, texts, texts, st.integers(-9, 99))
 
+shares = st.floats(0, 1)
+calibrations = st.builds(
+    Calibration,
+    st.floats(1e-3, 1e3),
+    shares,
+    st.none() | st.floats(0.01, 0.99),
+    shares,
+    st.integers(0, 9),
+    st.lists(st.tuples(shares, shares), max_size=2).map(tuple),
+)
+
 
 @st.composite
 def beliefs(draw):
@@ -43,8 +55,11 @@ def beliefs(draw):
     t = draw(st.integers(0, 3))
     prior = draw(hnp.arrays(np.float64, len(support), elements=nats))
     table = draw(hnp.arrays(np.float64, (t, len(support)), elements=nats))
-    temperature = draw(st.floats(1e-3, 1e3))
-    return Belief(support, prior, table, temperature, draw(st.sampled_from(["sum", "last"])))
+    pinned = ()
+    if support:
+        one = st.tuples(st.integers(0, t), st.sampled_from(support))
+        pinned = draw(st.lists(one, max_size=2).map(tuple))
+    return Belief(support, prior, table, draw(calibrations), pinned)
 
 
 rounds = st.builds(
@@ -53,7 +68,10 @@ rounds = st.builds(
     turn=st.builds(Turn, texts, texts),
     belief=st.none() | beliefs(),
     changes=st.lists(
-        st.builds(GoalChange, st.sampled_from(["added", "removed"]), goals, texts), max_size=3
+        st.builds(
+            GoalChange, st.sampled_from(["added", "removed", "pinned"]), goals, texts, st.booleans()
+        ),
+        max_size=3,
     ).map(tuple),
     results=st.lists(
         st.builds(StepResult, actions, st.booleans(), texts, st.booleans()), max_size=3
@@ -88,8 +106,8 @@ def values_of(round):
         round.belief.log_prior.tobytes(),
         round.belief.log_likelihood.shape,
         round.belief.log_likelihood.tobytes(),
-        round.belief.temperature,
-        round.belief.evidence,
+        round.belief.calibration,
+        round.belief.pinned,
     )
     return [
         belief if name == "belief" else getattr(round, name) for name in Round.__dataclass_fields__

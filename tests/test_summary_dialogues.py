@@ -1,10 +1,12 @@
 """Tables of people's dialogues and of models that met them, by hand from a few cells."""
 
 import math
+from dataclasses import asdict
 
 import numpy as np
 import pytest
 
+from goalscope.calibration import LAST_TURN, Calibration
 from goalscope.experiment.summary import NO_INTERVAL, Estimate, Table
 from goalscope.experiment.summary_dialogues import PREDICTORS, read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
@@ -25,6 +27,8 @@ def dialogue(id: int, truth: int, turns: int, *, group: str | None = None, **res
         "truth": truth,
     }
     spec = {"kind": "dialogue", "set": "teach", "split": "valid", "goal_set": "hard", "case": case}
+    own = {"unspecified": [0.0] * turns, "calibration": asdict(Calibration(temperature=2.0))}
+    result = {**own, **result}
     return {**spec, "model": MODEL, "layout": "goal-last", "end_of_turn": False}, result
 
 
@@ -54,18 +58,23 @@ def dialogues_table(cells: list = DIALOGUES) -> Table:
     return found.table(command="make")
 
 
-def test_role_play_adds_up_turns_and_divides_by_the_temperature() -> None:
+def test_role_play_adds_up_turns_and_is_calibrated_as_its_cell_says() -> None:
     table = dialogues_table()
-    first = row(table, "goalscope, T = 1", "1")
+    first = row(table, "goalscope, Eq. 1", "1")
     e = math.exp(2)
     losses = [-math.log(e / (e + 3)), -math.log(1 / (e + 3))]
     assert (first["n"], first["top-1"].value, first["MRR"].value) == (2, 0.5, (1 + 1 / 3) / 2)
     assert first["log-loss"].value == pytest.approx(np.mean(losses))
-    second = row(table, "goalscope, T = 1", "2")
+    second = row(table, "goalscope, Eq. 1", "2")
     assert (second["n"], second["top-1"]) == (1, Estimate(1.0, None, "percent"))
     assert second["log-loss"].value == pytest.approx(-math.log(e**2 / (e**2 + 3)))
     tempered = row(table, "goalscope", "2")
     assert tempered["log-loss"].value == pytest.approx(losses[0])
+    last = [(s, {**r, "calibration": asdict(LAST_TURN)}) for s, r in DIALOGUES]
+    assert row(dialogues_table(last), "goalscope", "2")["log-loss"].value == pytest.approx(
+        losses[0]
+    )
+    assert row(dialogues_table(last), "goalscope, Eq. 1", "2") == second
 
 
 def test_goals_that_an_adapter_was_fitted_on_are_shown_apart() -> None:
@@ -89,16 +98,60 @@ def test_whether_the_goal_is_in_the_set_is_told_by_unspecified() -> None:
     (found,) = read_dialogues(cells)
     table = found.open_set_table(command="make")
     assert table.command == "make"
-    first, second, last = table.rows
     # log-odds of the first without its goal and without a wrong one: 0.5 - log 3, 0.5 - log(e + 2);
     # of the second, whose evidence is for a wrong goal: -0.5 - log(e + 2), and the same or more
-    assert first[:2] == ("1", 2)
-    assert [each.value for each in first[2:]] == [0.5, 0.5, 0.0]
-    assert second[:2] == ("2", 1)
-    assert second[2] is None  # a single dialogue is not told from another
-    assert [each.value for each in second[3:]] == [1.0, 0.0]
-    assert last[:2] == ("last", 2)
-    assert [each.value for each in last[2:]] == [0.5, 0.5, 0.0]
+    leads = ("leads if absent", "leads if present")
+    for belief in ("goalscope", "goalscope, Eq. 1"):
+        first, second, last = (row(table, belief, turn) for turn in ("1", "2", "last"))
+        assert [each["n"] for each in (first, second, last)] == [2, 1, 2]
+        assert second["AUROC"] is None  # a single dialogue is not told from another
+        assert [second[each].value for each in leads] == [1.0, 0.0]
+        for found in (first, last):
+            assert [found[each].value for each in ("AUROC", *leads)] == [0.5, 0.5, 0.0]
+    assert len(table.rows) == 6
+
+
+def test_the_prior_of_unspecified_counts_where_the_goal_may_be_missing_and_only_there() -> None:
+    def cells(unstated: float | None) -> list:
+        own = {"calibration": asdict(Calibration(unstated=unstated)), "role-play": [SURE]}
+        return [dialogue(n, 0, 1, unspecified=[1.0], **own) for n in range(2)]
+
+    tables = [read_dialogues(cells(each))[0] for each in (None, 0.01, 0.99)]
+    leads = [row(each.open_set_table(), "goalscope", "1") for each in tables]
+    assert [each["leads if absent"].value for each in leads] == [1.0, 0.0, 1.0]
+    assert [each["leads if present"].value for each in leads] == [0.0, 0.0, 1.0]
+    assert len({each.open_set_table().rows[-1] for each in tables}) == 1
+    assert len({row(each.table(), "goalscope", "1")["log-loss"].value for each in tables}) == 1
+
+
+def test_conformal_sets_are_counted_with_and_without_the_true_goal() -> None:
+    # probabilities of Unspecified and the true goal: 0.22, 0.61; without that: 0.48
+    # and where words without a goal are far likelier: 0.68, 0.25; 0.87
+    def shares(threshold: float, unspecified: float) -> list:
+        way = asdict(Calibration(thresholds=((0.1, threshold),)))
+        own = {"calibration": way, "role-play": [SURE], "unspecified": [unspecified]}
+        (found,) = read_dialogues([dialogue(n, 0, 1, **own) for n in range(2)])
+        table = found.open_set_table()
+        plain = row(table, "goalscope, Eq. 1", "1")
+        names = ("90 % set holds it: present", "absent", "size")
+        assert [plain[each] for each in names] == [None, None, None]
+        made = row(table, "goalscope", "1")
+        return [made[each].value for each in names]
+
+    assert shares(0.55, 1.0) == [1.0, 1.0, 1.0]  # the likeliest, though below the threshold
+    assert shares(0.2, 1.0) == [1.0, 1.0, 1.5]
+    assert shares(0.6, 3.0) == [0.0, 1.0, 1.0]
+    assert shares(0.2, 3.0) == [1.0, 1.0, 1.5]
+    assert shares(0.0, 3.0) == [1.0, 1.0, 4.0]
+
+
+def test_cells_without_thresholds_are_in_no_conformal_set() -> None:
+    found = [asdict(Calibration(thresholds=each)) for each in ((), ((0.1, 0.2),), ((0.1, 0.2),))]
+    own = {"role-play": [SURE], "unspecified": [1.0]}
+    cells = [dialogue(n, 0, 1, calibration=each, **own) for n, each in enumerate(found)]
+    (read,) = read_dialogues(cells)
+    made = row(read.open_set_table(), "goalscope", "1")
+    assert (made["n"], made["size"].value) == (3, 1.5)
 
 
 def test_dialogues_that_the_adapter_learned_from_are_counted() -> None:
@@ -268,6 +321,7 @@ def test_models_that_met_the_same_dialogues_are_compared() -> None:
             {
                 "role-play": [[4.0 * (i == n % 2) for i in range(4)]] * turns,
                 "unspecified": [0.0] * turns,
+                "calibration": asdict(Calibration(temperature=2.0)),
             },
         )
         for n, (spec, _) in enumerate(base)
@@ -305,7 +359,7 @@ def test_figures_get_the_tables_numbers() -> None:
     name = "goalscope"
     assert [(t, n) for t, n, _ in by_turn[name]] == [(1, 2), (2, 1)]
     assert by_turn[name][0][2] == row(table, name, "1")["top-1"]
-    made = found.calibrations()
+    made = found.reliabilities()
     assert "BM25" not in made
     assert made[name].ece == row(table, name, "last")["ECE [if calibrated]"].value
     assert made[name].n == 2

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from goalscope.agent import Agent, GoalTracker, run_episode
     from goalscope.belief import Belief
+    from goalscope.calibration import PAPER, Calibration
     from goalscope.episode import Round
     from goalscope.models.opening import open_model
     from goalscope.types import (
@@ -20,9 +21,11 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "PAPER",
     "UNSPECIFIED",
     "Agent",
     "Belief",
+    "Calibration",
     "Goal",
     "GoalTracker",
     "GoalscopeError",
@@ -37,7 +40,9 @@ __all__ = [
 _HOME = {
     "Agent": "agent",
     "Belief": "belief",
+    "Calibration": "calibration",
     "GoalTracker": "agent",
+    "PAPER": "calibration",
     "Round": "episode",
     "open_model": "models.opening",
     "run_episode": "agent",

@@ -7,6 +7,7 @@ from typing import Literal
 
 from goalscope import goals as goal_management
 from goalscope.belief import Belief
+from goalscope.calibration import Calibration
 from goalscope.dialog import Human, ask, with_answer
 from goalscope.envs import Environment
 from goalscope.episode import Round
@@ -15,7 +16,6 @@ from goalscope.models import LikelihoodModel, Model
 from goalscope.models.opening import open_model
 from goalscope.policy import Outcome, Planner, Want, undo
 from goalscope.types import (
-    DEFAULT_TEMPERATURE,
     UNSPECIFIED,
     Goal,
     GoalChange,
@@ -26,9 +26,10 @@ from goalscope.types import (
     checked_text,
 )
 
-__all__ = ["Agent", "GoalTracker", "Method", "run_episode"]
+__all__ = ["Agent", "Correction", "GoalTracker", "Method", "run_episode"]
 
 Method = Literal["good", "no-goals", "no-inference"]
+Correction = Literal["pin", "veto", "reword"]
 
 
 class GoalTracker:
@@ -44,8 +45,7 @@ class GoalTracker:
         goals: Goals to start with, besides `UNSPECIFIED`.
         include_unspecified: Whether "no stated goal" is one of the hypotheses.
         likelihood: Evidence of a turn; by default the role-play likelihood of `model`.
-        temperature: Divides the summed evidence (see `Belief`).
-        evidence: "sum" over all turns, or "last" turn only.
+        calibration: How evidence becomes probabilities; that of the likelihood if None.
     """
 
     def __init__(
@@ -56,15 +56,14 @@ class GoalTracker:
         goals: Iterable[str | Goal] = (),
         include_unspecified: bool = True,
         likelihood: Likelihood | None = None,
-        temperature: float = DEFAULT_TEMPERATURE,
-        evidence: str = "sum",
+        calibration: Calibration | None = None,
     ) -> None:
         self.likelihood = likelihood or RolePlay(model or open_model())
         self.task = checked_text(task, "task")
         self.turns: list[Turn] = []
         support = [UNSPECIFIED] if include_unspecified else []
         self.belief = Belief.uniform(
-            [*support, *_as_goals(goals)], temperature=temperature, evidence=evidence
+            [*support, *_as_goals(goals)], calibration or self.likelihood.calibration
         )
 
     def observe(self, query: str, utterance: str) -> Belief:
@@ -93,16 +92,18 @@ class GoalTracker:
             row = self.likelihood.log_likelihood(
                 self.task, everything, self.turns, since=len(self.turns) - 1
             )[0]
-            self.belief = Belief.uniform(
-                everything,
-                temperature=self.belief.temperature,
-                evidence=self.belief.evidence,
-            ).observe(row)
+            self.belief = Belief.uniform(everything, self.belief.calibration).observe(row)
         return self.belief
 
     def drop(self, goals: Iterable[str | Goal]) -> Belief:
-        """Remove goals: the belief given that none of them is the true one."""
+        """Remove goals; see `Belief.drop`."""
         self.belief = self.belief.drop(_as_goals(goals))
+        return self.belief
+
+    def pin(self, goal: str | Goal) -> Belief:
+        """Take a goal that the person confirms, perhaps a new one (see `Belief.pinned`)."""
+        (pinned,) = _as_goals([goal])
+        self.belief = self.add([pinned]).pin(pinned)
         return self.belief
 
 
@@ -118,8 +119,7 @@ class Agent:
         patience: A goal goes when it was the least likely for more than this many rounds (n).
         layout: Where the likelihood prompt states the goal; None takes the default.
         end_of_turn: Whether the end of the utterance is scored too.
-        temperature: Divides the evidence.
-        evidence: "sum" or "last".
+        calibration: How evidence becomes probabilities; None for that of the model.
         planner: Chooses what to do; None for the one that fills a basket.
         seed: Seed of everything that is drawn.
     """
@@ -134,8 +134,7 @@ class Agent:
         patience: int = 3,
         layout: Layout | None = None,
         end_of_turn: bool = False,
-        temperature: float = DEFAULT_TEMPERATURE,
-        evidence: str = "sum",
+        calibration: Calibration | None = None,
         planner: Planner | None = None,
         seed: int = 0,
     ) -> None:
@@ -147,15 +146,12 @@ class Agent:
         self.planner = planner or Planner(model, seed=seed)
         self.rounds: list[Round] = []
         self.tracker: GoalTracker | None = None
+        self._corrections: list[GoalChange] = []
         if method == "good":
             roleplay = RolePlay(model, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
-            self.tracker = GoalTracker(
-                task=env.task, likelihood=roleplay, temperature=temperature, evidence=evidence
-            )
+            self.tracker = GoalTracker(task=env.task, likelihood=roleplay, calibration=calibration)
         elif method == "no-inference":
-            self.tracker = GoalTracker(
-                task=env.task, likelihood=PromptedRanking(model), evidence="last"
-            )
+            self.tracker = GoalTracker(task=env.task, likelihood=PromptedRanking(model))
         elif method != "no-goals":
             raise InvalidInputError(
                 f'method must be "good", "no-goals" or "no-inference", not {method!r}'
@@ -212,7 +208,7 @@ class Agent:
             number=len(self.rounds) + 1,
             turn=turn,
             belief=tracker.belief if tracker else None,
-            changes=tuple(changes),
+            changes=(*self._corrections, *changes),
             results=results,
             replans=outcome.replans,
             status=self.env.status(),
@@ -222,7 +218,43 @@ class Agent:
             state=self.env.fingerprint(),
         )
         self.rounds.append(round)
+        self._corrections = []
         return round
+
+    def correct(self, correction: Correction, goal: str | Goal, text: str = "") -> Belief:
+        """Take what the person says of the goals themselves; the next round tells of it.
+
+        Args:
+            correction: "pin": it is this goal, perhaps a new one. "veto": it is not, and never will
+                be proposed again. "reword": it is this goal in other words.
+            goal: The goal.
+            text: For "reword" the words.
+
+        Raises:
+            InvalidInputError: There is no such goal or no belief, or a text is empty or broken.
+        """
+        tracker = self.tracker
+        if tracker is None or isinstance(tracker.likelihood, PromptedRanking):
+            raise InvalidInputError("This method holds no belief that could be corrected.")
+        (named,) = _as_goals([goal])
+        named = next((each for each in tracker.belief.goals if _same(each, named)), named)
+        kept = _as_goals([text])[0] if correction == "reword" else named
+        if UNSPECIFIED in (named, kept) or (
+            correction != "pin" and named not in tracker.belief.goals
+        ):
+            raise InvalidInputError(f"There is no goal {named.text!r} to correct so.")
+        changes: list[GoalChange] = []
+        if correction != "veto":
+            if kept not in tracker.belief.goals:
+                changes.append(GoalChange("added", kept, "you named it"))
+            tracker.pin(kept)
+            changes.append(GoalChange("pinned", kept, "you confirmed it"))
+        if correction == "veto" or (correction == "reword" and changes[-1].goal != named):
+            tracker.drop([named])
+            reason = "you ruled it out" if correction == "veto" else "you said it in other words"
+            changes.append(GoalChange("removed", named, reason, final=True))
+        self._corrections += changes
+        return tracker.belief
 
     def resume(self, rounds: Sequence[Round]) -> None:
         """Continue after `rounds`: replay their successful actions, take over their belief.
@@ -260,30 +292,42 @@ class Agent:
                 None if prompted else tracker.likelihood,
                 self.env.task,
                 tracker.turns,
-                [*belief.goals, *self._removed()],
+                [*belief.goals, *self._ruled_out()],
+                past=self._overdue(belief.goals),
                 seed=self.seed + 100 * len(tracker.turns),
             )
             belief = tracker.add(change.goal for change in added)
         past = [round.belief for round in self.rounds if round.belief]
+        pinned = {goal for _, goal in belief.pinned}
+        free = [goal for goal in belief.goals if goal not in pinned]
         removed = {
             change.goal: change
             for change in (
                 *goal_management.overdue([*past, belief], self.patience),
-                *goal_management.irrelevant(self.model, self.env.task, belief.goals),
+                *goal_management.irrelevant(self.model, self.env.task, free),
                 *goal_management.objectionable(self.model, self.env.task, belief.goals),
             )
         }
         if set(belief.goals) - {UNSPECIFIED} <= removed.keys():
             likeliest = next((goal for goal, _ in belief.top() if goal != UNSPECIFIED), None)
-            if likeliest:
+            if likeliest and likeliest not in pinned:
                 del removed[likeliest]
         tracker.drop(removed)
         return [*added, *removed.values()]
 
-    def _removed(self) -> list[Goal]:
-        """Goals that were removed before, and so are not proposed again."""
-        changes = (change for round in self.rounds for change in round.changes)
-        return [change.goal for change in changes if change.kind == "removed"]
+    def _removed(self) -> Iterator[GoalChange]:
+        past = (change for round in self.rounds for change in round.changes)
+        return (each for each in (*past, *self._corrections) if each.kind == "removed")
+
+    def _overdue(self, present: Sequence[Goal]) -> list[Goal]:
+        """Goals that were removed as the least likely: they come back if the evidence turns."""
+        out = [*present, *self._ruled_out()]
+        removed = dict.fromkeys(each.goal for each in self._removed())
+        return [goal for goal in removed if not any(_same(goal, each) for each in out)]
+
+    def _ruled_out(self) -> list[Goal]:
+        """Goals that were removed for another reason, and so are not proposed again."""
+        return [each.goal for each in self._removed() if each.final]
 
     def _wants(self, turns: Sequence[Turn]) -> list[Want]:
         """What to act for: the top k goals; nothing while `UNSPECIFIED` leads."""
@@ -318,6 +362,10 @@ def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator
 
 def _told(failed: StepResult) -> str:
     return f"Not done: {failed.action}. {failed.observation}"
+
+
+def _same(one: Goal, other: Goal) -> bool:
+    return one.text.casefold() == other.text.casefold()
 
 
 def _as_goals(goals: Iterable[str | Goal]) -> list[Goal]:

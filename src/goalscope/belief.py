@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.types import Goal
+from goalscope.calibration import EPSILONS, PAPER, Calibration
+from goalscope.types import UNSPECIFIED, Goal
 
-__all__ = ["Belief"]
+__all__ = ["PINNED", "Belief", "log_posteriors"]
 
 Array = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+
+PINNED = 0.99
+"""Least probability of a goal that the person has just confirmed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,21 +31,24 @@ class Belief:
 
     Attributes:
         goals: The support, `G` distinct goals.
-        log_prior: [G] in nats, unnormalised.
+        log_prior: [G] in nats, unnormalised; that of Unspecified counts where the calibration has
+            no `unstated`.
         log_likelihood: [T, G] in nats, log P(u_t | g, q_t, transcript before t).
-        temperature: Divides the summed evidence; above 1 the belief moves more slowly.
-        evidence: Turns that count: "sum" for all of them, "last" for the last one only.
+        calibration: How these become probabilities.
+        pinned: Goals that the person has confirmed, each with the number of turns before that:
+            evidence of its own kind, after which such a goal has the probability `PINNED` or more.
+            What is said later moves the belief on from there.
 
     Raises:
-        ValueError: Shapes disagree, a goal occurs twice, a value is NaN or +inf, or the
-            temperature is not positive.
+        ValueError: Shapes disagree, a goal occurs twice, one is pinned that is not there, or a
+            value is NaN or +inf.
     """
 
     goals: tuple[Goal, ...]
     log_prior: Array
     log_likelihood: Array
-    temperature: float = 1.0
-    evidence: str = "sum"
+    calibration: Calibration = PAPER
+    pinned: tuple[tuple[int, Goal], ...] = ()
 
     def __post_init__(self) -> None:
         """Check every invariant that the arithmetic rests on."""
@@ -51,40 +60,48 @@ class Belief:
                 f"{g} goals need log_prior [{g}] and log_likelihood [T, {g}], "
                 f"not {self.log_prior.shape} and {self.log_likelihood.shape}"
             )
+        for when, goal in self.pinned:
+            if goal not in self.goals or not 0 <= when <= len(self.log_likelihood):
+                raise ValueError(f"{goal.text!r}, pinned after {when} turns, is not in the belief")
         for name, values in (
             ("log_prior", self.log_prior),
             ("log_likelihood", self.log_likelihood),
         ):
             if np.isnan(values).any() or np.isposinf(values).any():
                 raise ValueError(f"{name} must not hold NaN or +inf; -inf means impossible")
-        if not (np.isfinite(self.temperature) and self.temperature > 0):
-            raise ValueError(f"temperature must be positive, not {self.temperature}")
-        if self.evidence not in ("sum", "last"):
-            raise ValueError(f'evidence must be "sum" or "last", not {self.evidence!r}')
 
     @classmethod
-    def uniform(
-        cls, goals: Iterable[Goal], *, temperature: float = 1.0, evidence: str = "sum"
-    ) -> Belief:
+    def uniform(cls, goals: Iterable[Goal], calibration: Calibration = PAPER) -> Belief:
         """A belief before any evidence, with a flat prior; exact duplicates merge."""
         support = tuple(dict.fromkeys(goals))
         g = len(support)
-        return cls(support, np.zeros(g), np.zeros((0, g)), temperature, evidence)
+        return cls(support, np.zeros(g), np.zeros((0, g)), calibration)
 
     @property
-    def log_evidence(self) -> Array:
-        """[G] evidence in nats that counts, after the temperature."""
-        rows = self.log_likelihood[-1:] if self.evidence == "last" else self.log_likelihood
-        return rows.sum(axis=0) / self.temperature
+    def log_posteriors(self) -> Array:
+        """[T + 1, G] log P(g | transcript up to turn t) in nats; row 0 is before any.
+
+        The forward filter of a hidden Markov model whose hazard rate is `switching`.
+
+        All -inf where no goal can have said what was said.
+        """
+        return log_posteriors(
+            self.log_prior, self.log_likelihood, self._stated, self.calibration, self._confirmed
+        )
+
+    @property
+    def evidence(self) -> Array:
+        """[T, G] what each turn says for each goal in nats, as it counts: after the calibration."""
+        return _counted(self.log_likelihood, self._stated, self.calibration)
+
+    @property
+    def _stated(self) -> Flags:
+        return np.array([goal != UNSPECIFIED for goal in self.goals], dtype=bool)
 
     @property
     def log_posterior(self) -> Array:
         """[G] log P(g | transcript) in nats; all -inf where `is_degenerate`."""
-        joint = self.log_prior + self.log_evidence
-        peak = joint.max(initial=-np.inf)
-        if np.isneginf(peak):
-            return joint
-        return (joint - peak) - np.log(np.exp(joint - peak).sum())
+        return self.log_posteriors[-1]
 
     @property
     def probability(self) -> Array:
@@ -94,7 +111,7 @@ class Belief:
     @property
     def is_degenerate(self) -> bool:
         """Whether no goal can have said what was said (or there is no goal at all)."""
-        return bool(np.isneginf(self.log_prior + self.log_evidence).all())
+        return bool(np.isneginf(self.log_posterior).all())
 
     @property
     def entropy(self) -> float:
@@ -114,6 +131,28 @@ class Belief:
         order = np.argsort(-self.log_posterior, kind="stable")[:k]
         return [(self.goals[i], float(p[i])) for i in order]
 
+    def conformal_set(self, eps: float = 0.1) -> tuple[Goal, ...]:
+        """Goals that could be the true one, likeliest first: the smallest set that is safe to name.
+
+        In all but about a share `eps` of dialogues like those that it was calibrated on, at a turn
+        drawn at random, it holds the true goal, or `UNSPECIFIED` where the true goal is not among
+        them (cross-conformal prediction with least ambiguous sets; Vovk, 2015; Sadinle et al.,
+        2019). Where the calibration has no threshold for `eps`, that for the next smaller one
+        counts. All goals, where the belief is degenerate.
+
+        Raises:
+            ValueError: The calibration has no threshold for `eps` or less.
+        """
+        known = {each: p for each, p in self.calibration.thresholds if each <= eps + 1e-9}
+        if not known:
+            raise ValueError(
+                f"the calibration has no threshold for eps = {eps:g}; `goalscope calibrate` makes "
+                f"some, for {', '.join(f'{each:g}' for each in EPSILONS)}"
+            )
+        ranked = self.top()
+        least = min(known[max(known)], ranked[0][1]) if ranked else 0.0
+        return tuple(goal for goal, p in ranked if p >= least)
+
     def observe(self, row: npt.ArrayLike) -> Belief:
         """Add one turn's evidence.
 
@@ -124,6 +163,17 @@ class Belief:
         if values.shape[1] != len(self.goals):
             raise ValueError(f"expected {len(self.goals)} log-likelihoods, got {values.shape[1]}")
         return replace(self, log_likelihood=np.vstack([self.log_likelihood, values]))
+
+    def without(self, turn: int) -> Belief:
+        """The belief had the evidence of one turn (from 0) not come in.
+
+        Later words keep their evidence, which was weighed with that turn in the transcript.
+        """
+        return replace(
+            self,
+            log_likelihood=np.delete(self.log_likelihood, turn, axis=0),
+            pinned=tuple((when - (when > turn), goal) for when, goal in self.pinned),
+        )
 
     def add(
         self, goals: Iterable[Goal], columns: Callable[[Sequence[Goal]], npt.ArrayLike]
@@ -152,7 +202,11 @@ class Belief:
         )
 
     def drop(self, goals: Iterable[Goal]) -> Belief:
-        """Condition on the true goal being none of `goals`; unknown goals change nothing."""
+        """Take goals out; unknown ones change nothing.
+
+        Where the calibration is that of the paper, this is conditioning on the true goal being none
+        of them.
+        """
         gone = set(goals)
         keep = [i for i, goal in enumerate(self.goals) if goal not in gone]
         return replace(
@@ -160,7 +214,79 @@ class Belief:
             goals=tuple(self.goals[i] for i in keep),
             log_prior=self.log_prior[keep],
             log_likelihood=self.log_likelihood[:, keep],
+            pinned=tuple(each for each in self.pinned if each[1] not in gone),
         )
+
+    def pin(self, goal: Goal) -> Belief:
+        """Take in that the person confirms a goal of the belief (see `pinned`)."""
+        return replace(self, pinned=(*self.pinned, (len(self.log_likelihood), goal)))
+
+    def _confirmed(self, turns: int, row: Array) -> Array:
+        """A row of `log_posteriors` once the goals confirmed after so many turns are."""
+        for when, goal in self.pinned:
+            if when == turns:
+                own = np.array([each == goal for each in self.goals], dtype=bool)
+                sure = max(math.log(PINNED), float(row[own][0]))
+                others = _normalised(np.where(own, -np.inf, row))
+                with np.errstate(divide="ignore"):
+                    row = np.where(own, sure, others + np.log(-np.expm1(sure)))
+                row = _normalised(row)
+        return row
+
+
+def log_posteriors(
+    log_prior: Array,
+    log_likelihood: Array,
+    stated: Flags,
+    calibration: Calibration,
+    after: Callable[[int, Array], Array] = lambda _, row: row,
+) -> Array:
+    """Beliefs turn by turn; of many dialogues at once where there are leading axes.
+
+    Args:
+        log_prior: [..., G] in nats, unnormalised.
+        log_likelihood: [..., T, G] in nats.
+        stated: [G], all but `UNSPECIFIED`.
+        calibration: How these become probabilities.
+        after: Changes the belief [..., G] after so many turns, before the next one counts.
+
+    Returns:
+        [..., T + 1, G] in nats, normalised, or all -inf where nothing is possible.
+    """
+    rows, prior = _counted(log_likelihood, stated, calibration), log_prior
+    unstated = calibration.unstated
+    if unstated is not None and stated.any() and not stated.all():
+        odds = math.log(unstated) - math.log1p(-unstated)
+        rest = np.logaddexp.reduce(np.where(stated, prior, -np.inf), -1, keepdims=True)
+        prior = np.where(stated, prior, rest + odds)
+    prior = _normalised(prior)
+    with np.errstate(divide="ignore"):
+        same, other = np.log1p(-calibration.switching), np.log(calibration.switching)
+    found = [after(0, prior)]
+    for t in range(rows.shape[-2]):
+        before = np.logaddexp(same + found[-1], other + prior) if t else found[0]
+        found.append(after(t + 1, _normalised(before + rows[..., t, :])))
+    return np.stack(found, -2)
+
+
+def _counted(log_likelihood: Array, stated: Flags, calibration: Calibration) -> Array:
+    """[..., T, G] evidence in nats as it counts: after temperature and reference."""
+    rows = log_likelihood / calibration.temperature
+    if not calibration.reference or stated.all() or not stated.any():
+        return rows
+    possible = np.isfinite(rows) & stated
+    counts = np.maximum(np.count_nonzero(possible, axis=-1, keepdims=True), 1)
+    means = np.where(possible, rows, 0.0).sum(-1, keepdims=True) / counts
+    share = calibration.reference * (1 - 1 / counts)
+    return np.where(stated, rows, (1 - share) * rows + share * means)
+
+
+def _normalised(log_values: Array) -> Array:
+    """[..., G] the same but for a constant, so that exp(values) sum to 1; all -inf stay so."""
+    peak: Array = log_values.max(-1, keepdims=True, initial=-np.inf)
+    shifted = log_values - np.where(np.isneginf(peak), 0.0, peak)
+    total = np.logaddexp.reduce(shifted, -1, keepdims=True)
+    return shifted - np.where(np.isneginf(total), 0.0, total)
 
 
 def _log_mean(log_values: Array) -> float:

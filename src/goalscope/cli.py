@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import logging
 import os
 import sys
@@ -12,6 +13,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from goalscope.cli_calibrate import calibrate
 from goalscope.cli_data import data
 from goalscope.cli_episodes import chat, episodes, replay, run
 from goalscope.cli_experiments import bench, experiment
@@ -20,18 +22,17 @@ from goalscope.cli_house import house
 from goalscope.cli_models import doctor, models
 from goalscope.cli_options import (
     Adapter,
+    CalibrationName,
     Calls,
     EndOfTurn,
-    Evidence,
     Layout,
     Model,
-    Temperature,
     Tokenizer,
-    positive,
 )
 from goalscope.cli_report import report
+from goalscope.cli_why import why
 from goalscope.terminal import adapter_named, console, named, opened_model, progress
-from goalscope.types import DEFAULT_TEMPERATURE, GoalscopeError, InvalidInputError
+from goalscope.types import GoalscopeError, InvalidInputError
 
 
 class _Commands(TyperGroup):
@@ -84,25 +85,27 @@ def infer(
     adapter: Adapter = None,
     calls: Calls = None,
     layout: Layout = None,
-    evidence: Evidence = "sum",
     end_of_turn: EndOfTurn = False,
-    temperature: Temperature = DEFAULT_TEMPERATURE,
+    calibration: CalibrationName = None,
 ) -> None:
     """Infer goals in a file of dialogues.
 
     A row is {"id", "task", "turns": [{"query", "utterance"}, ...], "goals": [...]}. For each turn
     a line is written: id, turn (from 1), goals, log_likelihood (this turn's), log_posterior,
-    probability, unspecified_log_likelihood, settings. Run again, it continues where it stopped.
+    probability, unspecified_log_likelihood, unspecified_probability, set_90 (the goals that hold
+    the true one in 90 % of dialogues), settings. Run again, it continues where it stopped.
     """
+    from dataclasses import asdict
     from hashlib import sha256
 
+    from goalscope.calibrations import calibration_named
     from goalscope.infer import infer as infer_dialogues
     from goalscope.infer import read_dialogues, trim_output
     from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
     from goalscope.models.opening import parts
     from goalscope.plain import plain
 
-    positive(temperature)
+    given = calibration_named(calibration) if calibration else None
     dialogues = read_dialogues(file)
     cut: list[str | int] = []
     with opened_model(
@@ -116,16 +119,13 @@ def infer(
             "weights": sha256(scorer.fingerprint.encode()).hexdigest()[:12],
             "layout": likelihood.layout,
             "end_of_turn": end_of_turn,
-            "temperature": temperature,
-            "evidence": evidence,
+            "calibration": json.loads(json.dumps(asdict(given or likelihood.calibration))),
         }
         left = trim_output(out, dialogues, settings)
         done = len(dialogues) - len(left)
         with progress("Dialogues") as show:
             show(done, len(dialogues))
-            for dialogue in infer_dialogues(
-                left, out, likelihood, settings, temperature=temperature, evidence=evidence
-            ):
+            for dialogue in infer_dialogues(left, out, likelihood, settings, given):
                 done += 1
                 show(done, len(dialogues))
                 if likelihood.window(dialogue.task, dialogue.turns):
@@ -137,7 +137,9 @@ def infer(
 
 
 app.command()(fit)
+app.command()(calibrate)
 app.command()(replay)
+app.command()(why)
 app.command()(episodes)
 app.command()(doctor)
 app.add_typer(bench, name="bench")

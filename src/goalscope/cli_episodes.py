@@ -14,12 +14,12 @@ import typer
 
 from goalscope.cli_options import (
     Adapter,
+    CalibrationName,
     Calls,
     Catalogue,
     Columns,
     Domain,
     EndOfTurn,
-    Evidence,
     Json,
     Layout,
     Method,
@@ -30,14 +30,12 @@ from goalscope.cli_options import (
     Seed,
     Simulator,
     StoreFile,
-    Temperature,
     Tokenizer,
     Unity,
     Writer,
-    positive,
 )
 from goalscope.terminal import adapter_named, console, named, opened_model, tokenizer_named
-from goalscope.types import DEFAULT_TEMPERATURE, GoalscopeError, InvalidInputError
+from goalscope.types import GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -68,9 +66,8 @@ def chat(
     unity: Unity = None,
     picture: Picture = None,
     layout: Layout = None,
-    evidence: Evidence = "sum",
     end_of_turn: EndOfTurn = False,
-    temperature: Temperature = DEFAULT_TEMPERATURE,
+    calibration: CalibrationName = None,
     seed: Seed = 0,
     rounds: Annotated[int | None, typer.Option(min=1, help="Most rounds.  [default: 20]")] = None,
     store: StoreFile = None,
@@ -79,6 +76,7 @@ def chat(
 
     A resumed episode keeps its options.
     """
+    from goalscope.cli_why import correct
     from goalscope.display import show_header, show_round, show_summary
     from goalscope.domains import profile_named
     from goalscope.session import Session, saved_settings
@@ -91,13 +89,16 @@ def chat(
 
         busy.stop()
         out.print(plain("Agent  ", "cyan").append_text(plain(query)))
-        words = input("You    ")
-        if not sys.stdin.isatty():
-            out.print(plain(words))
-        if words.strip().casefold() in ("quit", "exit"):
-            raise EOFError
-        busy.start()
-        return words
+        while True:
+            words = input("You    ")
+            if not sys.stdin.isatty():
+                out.print(plain(words))
+            if words.strip().casefold() in ("quit", "exit"):
+                raise EOFError
+            if not words.lstrip().startswith("/"):
+                busy.start()
+                return words
+            correct(out, session, words)
 
     with Store.open(store) as episodes:
         info = episodes.episode(resume) if resume else None
@@ -119,9 +120,8 @@ def chat(
                 simulator=simulator,
                 unity=unity,
                 layout=layout,
-                evidence=evidence,
                 end_of_turn=end_of_turn,
-                temperature=temperature,
+                calibration=calibration,
                 seed=seed,
                 rounds=rounds or 20,
             )
@@ -134,7 +134,8 @@ def chat(
             )
             show_header(out, session.info)
             ends = (
-                f'"{env.completion_phrase}" ends the task; "quit" leaves, and you can go on later.'
+                f'"{env.completion_phrase}" ends the task; "quit" leaves, and you can go on later; '
+                '"/help" tells how to correct the goals.'
             )
             out.print(ends, style="dim")
             before = None
@@ -174,9 +175,8 @@ def run(
     unity: Unity = None,
     picture: Picture = None,
     layout: Layout = None,
-    evidence: Evidence = "sum",
     end_of_turn: EndOfTurn = False,
-    temperature: Temperature = DEFAULT_TEMPERATURE,
+    calibration: CalibrationName = None,
     seed: Seed = 0,
     rounds: Annotated[int, typer.Option(min=1, help="Most rounds.")] = 20,
     calls: Calls = None,
@@ -206,9 +206,8 @@ def run(
         simulator=simulator,
         unity=unity,
         layout=layout,
-        evidence=evidence,
         end_of_turn=end_of_turn,
-        temperature=temperature,
+        calibration=calibration,
         seed=seed,
         rounds=rounds,
     )
@@ -308,7 +307,7 @@ def _settings(picture: Path | None, **given: Any) -> Settings:
         "adapter": adapter_named,
         "columns": _columns,
         "scene": _scene,
-        "temperature": positive,
+        "calibration": _calibration,
     }
     settings = Settings(
         **{key: readers[key](value) if key in readers else value for key, value in given.items()}
@@ -412,6 +411,16 @@ def _scene(given: str | None) -> str | None:
 def _absolute(path: Path | None) -> str | None:
     """The path as a resumed episode finds it again from any folder."""
     return None if path is None else str(path.absolute())
+
+
+def _calibration(given: str | None) -> str | None:
+    """The name or file, once it is known to be one."""
+    from goalscope.calibrations import NAMED, calibration_named
+
+    if given is None or given in NAMED:
+        return given
+    calibration_named(given)
+    return _absolute(Path(given))
 
 
 def _columns(given: list[str] | None) -> dict[str, str]:

@@ -132,6 +132,8 @@ def doctor(
 
     import platformdirs
 
+    from goalscope.calibrations import known_calibration
+    from goalscope.likelihood import DEFAULT_LAYOUT
     from goalscope.models.check import check as check_model
     from goalscope.models.extras import EXTRAS
     from goalscope.models.opening import parts
@@ -153,6 +155,8 @@ def doctor(
         ) as engine:
             found, problems = check_model(engine)
             report |= found
+            made, origin = known_calibration(parts(engine)[1], DEFAULT_LAYOUT, end_of_turn=False)
+            report["calibration"] = f"temperature {made.temperature:g}, {origin}"
             for part in dict.fromkeys(parts(engine)):
                 if hasattr(part, "prompt_seconds"):
                     seconds = getattr(part, "prompt_seconds")(512)  # noqa: B009

@@ -7,16 +7,14 @@ from typing import Annotated, Literal
 
 import typer
 
-from goalscope.types import InvalidInputError
-
 __all__ = [
     "Adapter",
+    "CalibrationName",
     "Calls",
     "Catalogue",
     "Columns",
     "Domain",
     "EndOfTurn",
-    "Evidence",
     "Json",
     "Layout",
     "Method",
@@ -27,7 +25,6 @@ __all__ = [
     "Seed",
     "Simulator",
     "StoreFile",
-    "Temperature",
     "Tokenizer",
     "Unity",
     "Writer",
@@ -57,9 +54,15 @@ Layout = Annotated[
     Literal["goal-first", "goal-last"] | None,
     typer.Option(help="Where the likelihood prompt states the goal."),
 ]
-Evidence = Annotated[Literal["sum", "last"], typer.Option(help="All turns count, or the last.")]
 EndOfTurn = Annotated[bool, typer.Option(help="Score the end of the utterance, too.")]
-Temperature = Annotated[float, typer.Option(help="Divides the evidence; 1 is Eq. 1 as it stands.")]
+CalibrationName = Annotated[
+    str | None,
+    typer.Option(
+        "--calibration",
+        metavar="paper|usual|last-turn|FILE",
+        help="How evidence becomes probabilities.  [default: that of the model; see `calibrate`]",
+    ),
+]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything that is drawn.")]
 Model = Annotated[
     str | None,
@@ -94,14 +97,3 @@ StoreFile = Annotated[
     Path | None, typer.Option("--store", help="File of episodes.  [default: $GOALSCOPE_STORE]")
 ]
 Json = Annotated[bool, typer.Option("--json", help="JSON on standard output, and nothing else.")]
-
-
-def positive(temperature: float) -> float:
-    """The temperature.
-
-    Raises:
-        InvalidInputError: It is not above 0, or not finite.
-    """
-    if not 0 < temperature < float("inf"):
-        raise InvalidInputError(f"--temperature must be above 0, not {temperature}.")
-    return temperature

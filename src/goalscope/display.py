@@ -15,12 +15,15 @@ from goalscope.belief import Belief
 from goalscope.episode import Round
 from goalscope.plain import plain
 from goalscope.store import EpisodeInfo
-from goalscope.types import UNSPECIFIED
+from goalscope.types import UNSPECIFIED, Goal
+from goalscope.why import Reason
 
 __all__ = [
+    "show_belief",
     "show_checks",
     "show_episodes",
     "show_header",
+    "show_reasons",
     "show_round",
     "show_scores",
     "show_summary",
@@ -53,8 +56,8 @@ def show_round(
         _rows(console, [(Text("Agent", "cyan"), plain(round.turn.query))])
         _rows(console, [(Text("Human", "magenta"), plain(round.turn.utterance))])
     if round.belief is not None:
-        _show_belief(console, round.belief, previous)
-    signs = {"added": Text("+", "green"), "removed": Text("-", "red")}
+        show_belief(console, round.belief, previous)
+    signs = {"added": Text("+", "green"), "removed": Text("-", "red"), "pinned": Text("!", "cyan")}
     _rows(
         console,
         [
@@ -145,12 +148,57 @@ def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
     console.print(table)
 
 
-def _show_belief(console: Console, belief: Belief, previous: Belief | None) -> None:
+def show_reasons(
+    console: Console,
+    goal: Goal,
+    reasons: Sequence[Reason],
+    words: Sequence[Sequence[tuple[str, float]]] = (),
+) -> None:
+    """What each utterance says for a goal.
+
+    Args:
+        console: Where to.
+        goal: The goal.
+        reasons: Of each turn.
+        words: Of each turn the words with their evidence, which colours them; or none.
+    """
+    console.print(Text("Why ", "bold").append_text(plain(goal.text)))
+    table = Table()
+    for heading in ("", "evidence (nats)", "then", "without it"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("the person said", overflow="fold")
+    for number, each in enumerate(reasons):
+        said = plain(each.utterance)
+        if words:
+            said = Text()
+            for word, nats in words[number]:
+                style = "" if abs(nats) < 0.1 else "green" if nats > 0 else "red"
+                said.append_text(plain(word, style))
+                if style:
+                    said.append(f"({nats:+.1f})", f"dim {style}")
+        sign = "green" if each.evidence > 0 else "red"
+        table.add_row(
+            str(each.turn),
+            Text(f"{each.evidence:+.2f}", sign),
+            f"{each.probability:.1%}",
+            f"{each.without:.1%}",
+            said,
+        )
+    console.print(table)
+    console.print(
+        "Evidence is against the mean of the other goals; without it: the belief now, had it not "
+        "been said.",
+        style="dim",
+    )
+
+
+def show_belief(console: Console, belief: Belief, previous: Belief | None = None) -> None:
+    """The likeliest goals, numbered from 1, with their probabilities; arrows against `previous`."""
     before = dict(previous.top()) if previous is not None else {}
     full, empty, up, down = "#.^v" if console.options.ascii_only else "█░▲▼"
     table = Table.grid(padding=(0, 1))
     ranked = belief.top()
-    for goal, probability in ranked[:SHOWN]:
+    for number, (goal, probability) in enumerate(ranked[:SHOWN], 1):
         filled = round(probability * BAR)
         arrow = Text(" ")
         change = probability - before.get(goal, probability)
@@ -160,10 +208,12 @@ def _show_belief(console: Console, belief: Belief, previous: Belief | None) -> N
         if goal == UNSPECIFIED:
             name = Text("Unspecified (none of these)", "italic yellow")
         bar = Text(full * filled, "blue").append(empty * (BAR - filled), "dim")
-        table.add_row(bar, Text(f"{probability:6.1%}"), arrow, name)
+        if any(goal == each for _, each in belief.pinned):
+            name.append("  (you confirmed it)", "dim cyan")
+        table.add_row(Text(str(number), "dim"), bar, Text(f"{probability:6.1%}"), arrow, name)
     if rest := ranked[SHOWN:]:
         share = sum(probability for _, probability in rest)
-        table.add_row("", f"{share:6.1%}", "", Text(f"and {len(rest)} more", "dim"))
+        table.add_row("", "", f"{share:6.1%}", "", Text(f"and {len(rest)} more", "dim"))
     console.print(Text("Belief", "bold"))
     if belief.is_degenerate:
         console.print("  No goal explains what was said.")

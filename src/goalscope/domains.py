@@ -12,7 +12,7 @@ from goalscope.habits import Habit
 from goalscope.likelihood import Layout
 from goalscope.models import Model
 from goalscope.policy import Planner
-from goalscope.types import DEFAULT_TEMPERATURE, InvalidInputError, Profile
+from goalscope.types import InvalidInputError, Profile
 
 __all__ = ["Domain", "Settings", "open_environment", "planner_of", "profile_named", "profiles_of"]
 
@@ -42,10 +42,9 @@ class Settings:
         scene: Name or file of the house's scene; None for the profile's, or the first.
         simulator: What the house runs in: "house", the embedded one, or AI2-THOR ("thor").
         unity: Program that AI2-THOR is to start; None for its own build.
-        layout: See `Agent`, as for the next four.
-        evidence: "sum" or "last".
+        layout: See `Agent`, as for the next one.
         end_of_turn: Whether the end of the utterance is scored.
-        temperature: Divides the evidence.
+        calibration: Name or file of one; None for that of the model.
         seed: Seed of everything that is drawn.
         rounds: Most rounds.
     """
@@ -65,9 +64,8 @@ class Settings:
     simulator: Literal["house", "thor"] = "house"
     unity: str | None = None
     layout: Layout | None = None
-    evidence: str = "sum"
     end_of_turn: bool = False
-    temperature: float = DEFAULT_TEMPERATURE
+    calibration: str | None = None
     seed: int = 0
     rounds: int = 20
 

@@ -46,7 +46,7 @@ def drawn_lines(
         if reply.finish == "length":
             whole = whole[:-1]
         for line in whole:
-            text = " ".join(_BULLET.sub("", line).split()).strip(" .\"'")
+            text = " ".join(_BULLET.sub("", line).split()).strip(" .,;\"'")
             if 2 <= len(text) <= 100 and not text.endswith(":"):
                 lines.setdefault(text.casefold(), text)
     return list(lines.values())
@@ -59,6 +59,7 @@ def propose(
     turns: Sequence[Turn],
     goals: Sequence[Goal],
     *,
+    past: Sequence[Goal] = (),
     draws: int = 4,
     keep: int = 3,
     seed: int = 0,
@@ -67,10 +68,12 @@ def propose(
 
     Several lists are drawn from the model. With a likelihood, those `keep` candidates are taken
     that explain the person's words best, and better than no goal; without one, the first
-    `keep`.
+    `keep`. Goals of the `past`, which were removed when other words had been said, are candidates
+    again, where there is a likelihood.
     """
-    known = {goal.text.casefold() for goal in goals}
-    candidates = [
+    known = {goal.text.casefold() for goal in (*goals, *past)}
+    candidates = [*past] if likelihood else []
+    candidates += [
         Goal(text)
         for text in drawn_lines(
             generator,
@@ -91,7 +94,12 @@ def propose(
     gains: list[float] = (table[:, :-1].sum(axis=0) - table[:, -1].sum()).tolist()
     best = sorted(zip(candidates, gains, strict=True), key=lambda each: -each[1])[:keep]
     return [
-        GoalChange("added", goal, f"explains the words {gain:+.1f} nats against no goal")
+        GoalChange(
+            "added",
+            goal,
+            f"explains the words {gain:+.1f} nats against no goal"
+            + (", after it had been removed" if goal in past else ""),
+        )
         for goal, gain in best
         if gain > 0
     ]
@@ -117,7 +125,7 @@ def objectionable(
     )
     odds = [float(no.sum() - yes.sum()) for no, yes in zip(scores[::2], scores[1::2], strict=True)]
     return [
-        GoalChange("removed", goal, f"unsafe: the model refuses it ({value:+.1f} nats)")
+        GoalChange("removed", goal, f"unsafe: the model refuses it ({value:+.1f} nats)", True)
         for goal, value in zip(asked, odds, strict=True)
         if value > margin
     ]
@@ -142,7 +150,9 @@ def irrelevant(
     means = np.array([float(score.mean()) for score in scores]).reshape(2, -1)
     losses: list[float] = (means[0] - means[1]).tolist()
     return [
-        GoalChange("removed", goal, f"irrelevant: the task makes it less likely (-{loss:.1f} nats)")
+        GoalChange(
+            "removed", goal, f"irrelevant: the task makes it less likely (-{loss:.1f} nats)", True
+        )
         for goal, loss in zip(asked, losses, strict=True)
         if loss > margin
     ]

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any, cast
 
 from goalscope.belief import Belief
+from goalscope.calibration import Calibration
 from goalscope.likelihood import Likelihood
 from goalscope.types import (
-    DEFAULT_TEMPERATURE,
     UNSPECIFIED,
     Goal,
     GoalscopeError,
@@ -103,15 +103,22 @@ def infer(
     out: Path,
     likelihood: Likelihood,
     settings: Mapping[str, Any],
-    *,
-    temperature: float = DEFAULT_TEMPERATURE,
-    evidence: str = "sum",
+    calibration: Calibration | None = None,
 ) -> Iterator[Dialogue]:
     """Append one line per turn to `out`, and yield each dialogue when it is on disk.
 
     A line holds `id`, `turn` (1 for the first), `goals`, and in their order `log_likelihood`
     (this turn's, nats), `log_posterior` (nats) and `probability` after this turn, normalised over
-    these goals; `unspecified_log_likelihood`, this turn's under no stated goal; and `settings`.
+    these goals; `unspecified_log_likelihood`, this turn's under no stated goal;
+    `unspecified_probability`, that the person's goal is none of these; `set_90`, the conformal set
+    that holds what is true in 90 % of dialogues, where the calibration has one; and `settings`.
+
+    Args:
+        dialogues: The dialogues.
+        out: The file.
+        likelihood: Scores the words.
+        settings: What is to stand in each line.
+        calibration: How evidence becomes probabilities; that of the likelihood if None.
 
     Raises:
         InvalidInputError: A dialogue does not fit the model; names the line.
@@ -123,10 +130,12 @@ def infer(
             )
         except InvalidInputError as error:
             raise InvalidInputError(f"Line {dialogue.line}: {error}") from error
-        belief = Belief.uniform(dialogue.goals, temperature=temperature, evidence=evidence)
+        way = calibration or likelihood.calibration
+        belief = Belief.uniform(dialogue.goals, way)
+        wider = Belief.uniform([*dialogue.goals, UNSPECIFIED], way)
         lines: list[str] = []
         for turn, row in enumerate(table, 1):
-            belief = belief.observe(row[:-1])
+            belief, wider = belief.observe(row[:-1]), wider.observe(row)
             line = {
                 "id": dialogue.id,
                 "turn": turn,
@@ -135,11 +144,19 @@ def infer(
                 "log_posterior": belief.log_posterior.tolist(),
                 "probability": belief.probability.tolist(),
                 "unspecified_log_likelihood": float(row[-1]),
+                "unspecified_probability": float(wider.probability[-1]),
+                **_set(wider),
                 "settings": dict(settings),
             }
             lines.append(json.dumps(line, allow_nan=False) + "\n")
         _write(out, "".join(lines).encode())
         yield dialogue
+
+
+def _set(belief: Belief) -> dict[str, Any]:
+    if 0.1 not in dict(belief.calibration.thresholds):
+        return {}
+    return {"set_90": [goal.text for goal in belief.conformal_set(0.1)]}
 
 
 def _dialogue(line: int, row: Any) -> Dialogue:
@@ -157,6 +174,8 @@ def _dialogue(line: int, row: Any) -> Dialogue:
         query = _text(_need(turn, "query"), f"query of turn {number}", empty=True)
         read.append(Turn(query, _text(_need(turn, "utterance"), f"utterance of turn {number}")))
     support = [Goal(_text(goal, f"goal {number}")) for number, goal in enumerate(goals, 1)]
+    if UNSPECIFIED in support:
+        raise ValueError('the goal "Unspecified" always counts besides; leave it out')
     task = _text(_need(row, "task"), "task")
     return Dialogue(line, id, task, tuple(read), tuple(dict.fromkeys(support)))
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import Any, Literal, Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.calibration import LAST_TURN, Calibration
+from goalscope.calibrations import known_calibration
 from goalscope.models import Generator, LikelihoodModel
 from goalscope.models.adapters import FITTED_LAYOUT, NO_ADAPTER
 from goalscope.models.opening import parts
@@ -35,6 +38,11 @@ GOAL_TOKENS = 256
 
 class Likelihood(Protocol):
     """Evidence for each goal from each turn."""
+
+    @property
+    def calibration(self) -> Calibration:
+        """How it becomes probabilities, if nothing else is asked for."""
+        ...
 
     def log_likelihood(
         self, task: str, goals: Sequence[Goal], turns: Sequence[Turn], *, since: int = 0
@@ -76,8 +84,8 @@ class RolePlay:
     ) -> None:
         if layout not in ("goal-first", "goal-last"):
             raise InvalidInputError(f'layout must be "goal-first" or "goal-last", not {layout!r}')
-        speaker: Any = parts(cast("Any", model))[1]
-        fitted: str = getattr(speaker, "adapter_metadata", {}).get(FITTED_LAYOUT, layout)
+        self._speaker: Any = parts(cast("Any", model))[1]
+        fitted: str = getattr(self._speaker, "adapter_metadata", {}).get(FITTED_LAYOUT, layout)
         if fitted != layout:
             raise InvalidInputError(
                 f"The adapter was fitted with the layout {fitted}, not {layout}. Give --layout "
@@ -86,6 +94,15 @@ class RolePlay:
         self.model: LikelihoodModel = getattr(model, "speaker", model)
         self.layout: Layout = layout
         self.end_of_turn = end_of_turn
+        self._calibration: Calibration | None = None
+
+    @property
+    def calibration(self) -> Calibration:
+        """That of the model with its adapter and this prompt; see `known_calibration`."""
+        if self._calibration is None:
+            found = known_calibration(self._speaker, self.layout, end_of_turn=self.end_of_turn)
+            self._calibration = found[0]
+        return self._calibration
 
     def log_likelihood(
         self, task: str, goals: Sequence[Goal], turns: Sequence[Turn], *, since: int = 0
@@ -109,6 +126,34 @@ class RolePlay:
         if not np.isfinite(values).all():
             raise ModelError("The model gave a log-probability that is not finite; check the file.")
         return values.reshape(len(turns) - since, len(goals))
+
+    def token_log_likelihood(
+        self, task: str, goals: Sequence[Goal], turns: Sequence[Turn]
+    ) -> tuple[list[str], Array]:
+        """The tokens of the last utterance as text, and [N, G] how likely each is, nats.
+
+        A character of several tokens belongs to the last of them. The end of the utterance is a
+        token without text, if it is scored.
+
+        Raises:
+            ModelError: The model does not tell its tokens.
+        """
+        tokenizer = getattr(self._speaker, "tokenizer", None)
+        if tokenizer is None:
+            raise ModelError("The model that scores does not tell its tokens.")
+        read = turns[self.window(task, turns) :]
+        words = turns[-1].utterance
+        contexts = [self.context(task, goal, read) for goal in goals]
+        scores = self.model.token_logprobs(
+            contexts, [words] * len(goals), end_of_turn=self.end_of_turn
+        )
+        tokens: list[int] = tokenizer.tokenize(words)
+        ends = [
+            len(tokenizer.detokenize(tokens[:end]).rstrip("\N{REPLACEMENT CHARACTER}"))
+            for end in range(len(tokens))
+        ]
+        pieces = [words[start:end] for start, end in itertools.pairwise([*ends, len(words)])]
+        return [*pieces, *[""] * self.end_of_turn], np.stack(scores, axis=1)
 
     def window(self, task: str, turns: Sequence[Turn]) -> int:
         """Index of the first turn that fits the context when the last utterance is scored.
@@ -141,8 +186,10 @@ class PromptedRanking:
     """The No Inference method (Sec. 4.3): the model is asked which goal is most and least likely.
 
     Its rows are an order and no probabilities: 0 for the goal named as the most likely, -2 for
-    the one named as the least likely, -1 for all others. Use them with `evidence="last"`.
+    the one named as the least likely, -1 for all others. Only the last row counts.
     """
+
+    calibration: Calibration = LAST_TURN
 
     def __init__(self, generator: Generator) -> None:
         self.generator = generator

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
 
-from goalscope.agent import Agent, run_episode
+from goalscope.agent import Agent, Correction, run_episode
+from goalscope.belief import Belief
+from goalscope.calibrations import calibration_named
 from goalscope.dialog import ConsoleHuman, Human, ScriptedHuman, SimulatedHuman
 from goalscope.domains import Settings, planner_of, profile_named, profiles_of
 from goalscope.envs import Environment
@@ -13,7 +15,7 @@ from goalscope.episode import Round
 from goalscope.habits import habitual
 from goalscope.models import Model
 from goalscope.store import EpisodeInfo, Store
-from goalscope.types import InvalidInputError
+from goalscope.types import Goal, InvalidInputError, Turn
 
 __all__ = ["Session", "saved_settings"]
 
@@ -85,8 +87,7 @@ class Session:
             method=settings.method,
             layout=settings.layout,
             end_of_turn=settings.end_of_turn,
-            temperature=settings.temperature,
-            evidence=settings.evidence,
+            calibration=calibration_named(settings.calibration) if settings.calibration else None,
             planner=planner_of(settings, model),
             seed=settings.seed,
         )
@@ -127,6 +128,20 @@ class Session:
         ended = "terminated" if rounds and rounds[-1].terminated else "truncated"
         met = self.checks_met()
         self._store.finish(self.id, ended=ended, score=sum(met) / len(met) if met else None)
+
+    def correct(self, correction: Correction, goal: Goal, text: str = "") -> Belief:
+        """See `Agent.correct`; it is stored with the next round."""
+        return self._agent.correct(correction, goal, text)
+
+    @property
+    def belief(self) -> Belief | None:
+        """The belief as it is now; None for the method that holds none."""
+        return self._agent.tracker.belief if self._agent.tracker else None
+
+    @property
+    def turns(self) -> list[Turn]:
+        """The transcript so far."""
+        return self._agent.turns
 
     def checks_met(self) -> list[bool]:
         """Which of the profile's checks the present state meets; none without a profile."""

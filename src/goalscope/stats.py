@@ -17,16 +17,16 @@ from goalscope.models.extras import package
 from goalscope.types import GoalscopeError
 
 __all__ = [
-    "Calibration",
     "Difference",
     "Interval",
+    "Reliability",
     "Scores",
     "auroc",
     "bootstrap_mean",
-    "calibration",
     "paired_difference",
     "pooled_sd_of_mean",
     "proportion",
+    "reliability",
     "scores",
 ]
 
@@ -87,7 +87,7 @@ class Scores:
 
 
 @dataclass(frozen=True, slots=True)
-class Calibration:
+class Reliability:
     """Whether what was believed with probability p was right in a share p of the cases.
 
     Attributes:
@@ -312,13 +312,13 @@ def scores(log_posterior: Sequence[float] | Array, truth: int) -> Scores:
     )
 
 
-def calibration(
+def reliability(
     confidence: Sequence[float] | Array,
     correct: Sequence[float] | Array,
     *,
     bins: int = 10,
     seed: int = 0,
-) -> Calibration:
+) -> Reliability:
     """Expected calibration error over bins of equal width, beside that of a perfect forecaster.
 
     Args:
@@ -353,7 +353,7 @@ def calibration(
         for i in range(bins)
         if counts[i]
     )
-    return Calibration(ece, float(drawn.mean()), Interval(float(low), float(high)), filled, n)
+    return Reliability(ece, float(drawn.mean()), Interval(float(low), float(high)), filled, n)
 
 
 def _ratio(totals: Array, counts: Array, axis: int = -1) -> Array:

@@ -19,6 +19,7 @@ import numpy as np
 import platformdirs
 
 from goalscope.belief import Belief
+from goalscope.calibration import calibration_from_json
 from goalscope.episode import Round
 from goalscope.types import (
     Action,
@@ -79,8 +80,27 @@ CREATE TABLE cells (
     result TEXT
 ) STRICT
 """,
+    """
+UPDATE rounds SET json = json_set(
+    json_remove(json, '$.belief.temperature', '$.belief.evidence'),
+    '$.belief.calibration', json_object(
+        'temperature', json_extract(json, '$.belief.temperature'), 'reference', 0.0,
+        'unstated', NULL, 'switching', json_extract(json, '$.belief.evidence') = 'last', 'n', 0,
+        'thresholds', json_array()
+    ),
+    '$.belief.pinned', json_array()
+) WHERE CASE WHEN json_valid(json) THEN json_type(json, '$.belief.temperature') END IS NOT NULL;
+UPDATE episodes SET settings = json_set(
+    json_remove(settings, '$.temperature', '$.evidence'), '$.calibration', NULL
+) WHERE CASE WHEN json_valid(settings) THEN json_type(settings, '$.temperature') END IS NOT NULL;
+UPDATE cells SET result = json_set(result, '$.calibration', json_object(
+    'temperature', 2.0, 'reference', 0.0, 'unstated', NULL, 'switching', 0.0, 'n', 0,
+    'thresholds', json_array()
+)) WHERE CASE WHEN json_valid(result) THEN json_type(result, '$.role-play') END IS NOT NULL
+""",
 )
-"""What each version added: the first made the tables, the second those of experiments."""
+"""What each version added: the first made the tables, the second those of experiments, the third
+made a calibration of the temperature and the kind of evidence."""
 VERSION = len(MIGRATIONS)
 ADVICE = {
     "SQLITE_FULL": "The disk is full: free some space.",
@@ -307,8 +327,8 @@ def round_to_json(round: Round) -> str:
                 "goals": [goal.text for goal in belief.goals],
                 "log_prior": _numbers(belief.log_prior.tolist()),
                 "log_likelihood": [_numbers(row) for row in belief.log_likelihood.tolist()],
-                "temperature": belief.temperature,
-                "evidence": belief.evidence,
+                "calibration": asdict(belief.calibration),
+                "pinned": [[turns, goal.text] for turns, goal in belief.pinned],
             },
             "changes": [asdict(change) for change in round.changes],
             "results": [asdict(result) for result in round.results],
@@ -333,15 +353,20 @@ def round_from_json(text: str) -> Round:
             goals,
             np.array(belief["log_prior"], dtype=np.float64),
             table.reshape(len(belief["log_likelihood"]), len(goals)),
-            belief["temperature"],
-            belief["evidence"],
+            calibration_from_json(belief["calibration"]),
+            tuple((turns, Goal(text)) for turns, text in belief["pinned"]),
         )
     return Round(
         number=data["number"],
         turn=Turn(**data["turn"]),
         belief=belief,
         changes=tuple(
-            GoalChange(change["kind"], Goal(**change["goal"]), change["reason"])
+            GoalChange(
+                change["kind"],
+                Goal(**change["goal"]),
+                change["reason"],
+                final=change.get("final", change["reason"].startswith(("unsafe", "irrelevant"))),
+            )
             for change in data["changes"]
         ),
         results=tuple(

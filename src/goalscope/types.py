@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 __all__ = [
-    "DEFAULT_TEMPERATURE",
     "UNSPECIFIED",
     "Action",
     "Goal",
@@ -72,11 +71,6 @@ class Goal:
 UNSPECIFIED = Goal("Unspecified")
 """The person with no stated goal. If it is the likeliest, the true goal is missing (Sec. 3.2)."""
 
-DEFAULT_TEMPERATURE = 2.0
-"""What the evidence of the role-play likelihood is divided by: the words of one person are not
-independent given a goal, so that Eq. 1 as it stands (1.0) is too sure. Chosen on development
-dialogues (LOG.md)."""
-
 
 @dataclass(frozen=True, slots=True)
 class Turn:
@@ -137,11 +131,19 @@ class StepResult:
 
 @dataclass(frozen=True, slots=True)
 class GoalChange:
-    """A goal that entered or left the goal set, and why."""
+    """A goal that entered or left the goal set, or that the person confirmed, and why.
 
-    kind: Literal["added", "removed"]
+    Attributes:
+        kind: What happened.
+        goal: To which goal.
+        reason: Why, for people.
+        final: Of a goal that was removed: whether it stays out whatever is said later.
+    """
+
+    kind: Literal["added", "removed", "pinned"]
     goal: Goal
     reason: str
+    final: bool = False
 
 
 @dataclass(frozen=True, slots=True)

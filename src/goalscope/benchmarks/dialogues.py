@@ -49,16 +49,18 @@ def measure_dialogue(
 
     Returns:
         `role-play` [T, G] log-likelihoods in nats, turn by turn; `unspecified` [T], the same
-        without a goal; `tfidf`, `bm25`, `embedding` [T, G], how like each goal is to all words so
-        far; `outright` [T], what the model answers if asked; `window`, the first turn that it
-        could still read at the end; `seen`, whether its adapter was fitted on the text of the
-        true goal, and `learned`, whether on these very words; None where no adapter tells.
+        without a goal; `calibration`, how they become probabilities; `tfidf`, `bm25`,
+        `embedding` [T, G], how like each goal is to all words so far; `outright` [T], what the
+        model answers if asked; `window`, the first turn that it could still read at the end;
+        `seen`, whether its adapter was fitted on the text of the true goal, and `learned`, whether
+        on these very words; None where no adapter tells.
     """
     roleplay = RolePlay(model, layout=layout, end_of_turn=end_of_turn)
     table = roleplay.log_likelihood(case.task, [*case.goals, UNSPECIFIED], case.turns)
     result: dict[str, Any] = {
         "role-play": table[:, :-1].tolist(),
         "unspecified": table[:, -1].tolist(),
+        "calibration": asdict(roleplay.calibration),
         "window": roleplay.window(case.task, case.turns),
         "tfidf": tfidf(case.goals, case.turns).tolist(),
         "bm25": bm25(case.goals, case.turns).tolist(),

@@ -20,11 +20,12 @@ def person_of(profile: Profile) -> dict[str, Any]:
 
 
 def hashes_of(settings: Settings) -> dict[str, str]:
-    """Hashes of the files that the settings name: people, catalogue and scene."""
+    """Hashes of the files that the settings name: people, catalogue, scene, calibration."""
     named = {
         "profiles": settings.profiles,
         "catalogue": settings.catalogue,
         "scene": settings.scene,
+        "calibration": settings.calibration,
     }
     return {
         key: hashlib.sha256(Path(file).read_bytes()).hexdigest()[:12]

@@ -18,7 +18,7 @@ __all__ = ["identity_of", "opened"]
 
 _SHOWN = (
     *("cli", "display", "plain", "terminal", "report"),
-    *("stats", "datasets", "experiment", "fitting"),
+    *("stats", "datasets", "experiment", "fitting", "calibrating", "why"),
 )
 """Modules, by how their names begin, that do not take part in the measuring of a cell."""
 
@@ -56,7 +56,7 @@ def _package() -> dict[str, str]:
     code = [
         file
         for file in files
-        if file.suffix in (".py", ".csv", ".toml")
+        if (file.suffix in (".py", ".csv", ".toml") or file.match("calibrations/*.json"))
         and (file == _WORK or not file.parts[0].startswith(_SHOWN))
     ]
     prompts = [file for file in files if file.suffix == ".jinja"]

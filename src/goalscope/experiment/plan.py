@@ -18,7 +18,7 @@ from goalscope.experiment.files import hashes_of, person_of
 from goalscope.experiment.results import Cell
 from goalscope.habits import Habit
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout
-from goalscope.types import DEFAULT_TEMPERATURE, InvalidInputError
+from goalscope.types import InvalidInputError
 
 __all__ = [
     "DialoguesPart",
@@ -92,10 +92,9 @@ class EpisodesPart:
         people: TOML file of profiles; None for those of the domain.
         methods: See `Agent`.
         humans: How the profile's person is played.
-        evidence: "sum", "last".
         layouts: Where the likelihood prompt states the goal.
         end_of_turn: Whether the end of the utterance is scored.
-        temperature: Divides the evidence.
+        calibrations: Names or files; that of the model if there are none.
         seeds: One run for each.
         rounds: Most rounds.
         catalogue: CSV file of the shop; None for the domain's own.
@@ -108,10 +107,9 @@ class EpisodesPart:
     people: str | None = None
     methods: tuple[Method, ...] = get_args(Method)
     humans: tuple[Human, ...] = ("scripted",)
-    evidence: tuple[Literal["sum", "last"], ...] = ("sum",)
     layouts: tuple[Layout, ...] = (DEFAULT_LAYOUT,)
     end_of_turn: bool = False
-    temperature: float = DEFAULT_TEMPERATURE
+    calibrations: tuple[str, ...] = ()
     seeds: tuple[int, ...] = (0,)
     rounds: int = 20
     catalogue: str | None = None
@@ -285,7 +283,6 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
         "catalogue": part.catalogue,
         "scene": part.scene,
         "end_of_turn": part.end_of_turn,
-        "temperature": part.temperature,
         "rounds": part.rounds,
     }
     settings = Settings(
@@ -294,22 +291,21 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
         catalogue=fixed["catalogue"],
         scene=part.scene,
     )
-    files = hashes_of(settings)
     known = {profile.name: profile for profile in profiles_of(settings)}
     names = tuple(known) if part.profiles == ("all",) else part.profiles
     for name in names:
         if name not in known:
             raise InvalidInputError(f"There is no profile {shown(name)}; {nearest(name, known)}")
-    for human, seed, evidence, layout, name, method in itertools.product(
-        part.humans, part.seeds, part.evidence, part.layouts, names, part.methods
+    for human, seed, calibration, layout, name, method in itertools.product(
+        part.humans, part.seeds, part.calibrations or (None,), part.layouts, names, part.methods
     ):
-        axes = {"human": human, "method": method, "evidence": evidence, "layout": layout}
+        axes = {"human": human, "method": method, "calibration": calibration, "layout": layout}
         yield {
             "kind": "episode",
             "settings": {**fixed, **axes, "seed": seed},
             "profile": name,
             "person": person_of(known[name]),
-            "files": files,
+            "files": hashes_of(replace(settings, calibration=calibration)),
             "model": model,
         }
 

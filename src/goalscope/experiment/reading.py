@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, cast, get_args
 
 from goalscope.agent import Method
+from goalscope.calibrations import NAMED, calibration_named
 from goalscope.domains import Domain
 from goalscope.envs.tables import nearest, read_table, refuse_unknown, shown
 from goalscope.experiment.plan import (
@@ -107,7 +108,6 @@ _CHOICES: Mapping[str, Sequence[str]] = {
     "domain": get_args(Domain),
     "methods": get_args(Method),
     "humans": ("scripted", "simulated", *get_args(Habit)),
-    "evidence": ("sum", "last"),
     "layouts": get_args(Layout),
 }
 _LEAST = {"limit": 1, "turns": 1, "goals": 2, "rounds": 1, "trials": 1, "comparisons": 0}
@@ -142,18 +142,15 @@ def _value(key: str, value: object, kind: str, label: str) -> Any:
         if not isinstance(value, bool):
             raise InvalidInputError(f"{label} must be true or false, not {shown(value)}.")
         return value
-    if kind.startswith(("int", "float")):
-        whole = kind.startswith("int")
-        if isinstance(value, bool) or not isinstance(value, int if whole else int | float):
-            what = "a whole number" if whole else "a number"
-            raise InvalidInputError(f"{label} must be {what}, not {shown(value)}.")
+    if kind.startswith("int"):
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise InvalidInputError(f"{label} must be a whole number, not {shown(value)}.")
         least = _LEAST.get(key, 0)
-        if not least <= value < 1e9 or (not whole and value == 0):
-            bounds = f"at least {least}" if whole else f"above {least}"
+        if not least <= value < 1e9:
             raise InvalidInputError(
-                f"{label} must be {bounds}, and below a billion, not {shown(value)}."
+                f"{label} must be at least {least}, and below a billion, not {shown(value)}."
             )
-        return value if whole else float(value)  # equal numbers make equal cells
+        return value
     text = _text(value, label)
     if key in _CHOICES and text not in _CHOICES[key]:
         raise InvalidInputError(
@@ -177,7 +174,14 @@ def _table(value: object, label: str) -> Mapping[str, Any]:
 def _found(part: Any, folder: Path) -> Any:
     """A part whose files are found from any folder."""
     names = {key: getattr(part, key, None) for key in ("people", "catalogue", "scene")}
-    return replace(part, **{key: _place(name, folder) for key, name in names.items() if name})
+    found: dict[str, Any] = {key: _place(name, folder) for key, name in names.items() if name}
+    if isinstance(part, EpisodesPart):
+        found["calibrations"] = tuple(
+            name if name in NAMED else _place(name, folder) for name in part.calibrations
+        )
+        for name in found["calibrations"]:
+            calibration_named(name)  # an unknown one is refused now
+    return replace(part, **found)
 
 
 def _place(name: str, folder: Path) -> str:

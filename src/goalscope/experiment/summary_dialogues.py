@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.belief import Belief
+from goalscope.belief import log_posteriors
 from goalscope.benchmarks.baselines import overlap
+from goalscope.calibration import PAPER, Calibration, calibration_from_json
 from goalscope.datasets.goal_sets import chance
 from goalscope.experiment.summary import (
     NO_INTERVAL,
@@ -23,17 +24,16 @@ from goalscope.experiment.summary import (
     chosen,
     slug,
 )
-from goalscope.stats import Calibration, Scores, auroc, bootstrap_mean, calibration, scores
-from goalscope.types import DEFAULT_TEMPERATURE, Goal
+from goalscope.stats import Reliability, Scores, auroc, bootstrap_mean, reliability, scores
 
 __all__ = [
+    "AS_IN_PAPER",
     "GOALSCOPE",
     "GOALS_ALONE",
     "OUTRIGHT",
     "PREDICTORS",
     "SEEN",
     "UNIFORM",
-    "UNTEMPERED",
     "Dialogues",
     "Outcome",
     "mean_of",
@@ -43,8 +43,7 @@ __all__ = [
 Array = npt.NDArray[np.float64]
 
 GOALSCOPE = "goalscope"
-UNTEMPERED = "goalscope, T = 1"
-ROLE_PLAY = {GOALSCOPE: DEFAULT_TEMPERATURE, UNTEMPERED: 1.0}
+AS_IN_PAPER = "goalscope, Eq. 1"
 SIMILARITIES = {"TF-IDF": "tfidf", "BM25": "bm25", "embedding": "embedding"}
 UNIFORM = "uniform"
 GOALS_ALONE = "goals alone"
@@ -53,7 +52,7 @@ OUTRIGHT = "model asked"
 SEEN = {True: "goalscope, goal seen", False: "goalscope, goal unseen"}
 """goalscope where its adapter was fitted on the true goal's text, and where it was not."""
 
-PREDICTORS = (*ROLE_PLAY, *SEEN.values(), UNIFORM, GOALS_ALONE, *SIMILARITIES, OUTRIGHT)
+PREDICTORS = (GOALSCOPE, AS_IN_PAPER, *SEEN.values(), UNIFORM, GOALS_ALONE, *SIMILARITIES, OUTRIGHT)
 """All predictors, in the order of the tables."""
 
 TURNS = (1, 2, 3, 4, 5, None)
@@ -84,12 +83,17 @@ class Openness:
         present: With the true goal among the goals, and one of the wrong ones left out.
         absent: With the true goal left out.
         leads: Whether Unspecified is the likeliest, with the true goal and without it.
+        held: Whether the conformal set (`EPS`) holds what is true, in the same order; None where
+            there is no threshold for it.
+        sizes: Number of goals in it; 0 where there is none.
     """
 
     group: str
     present: float
     absent: float
     leads: tuple[bool, bool]
+    held: tuple[bool, bool] | None
+    sizes: tuple[int, int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +110,7 @@ class Dialogues:
         outcomes: By predictor and turn, where None stands for each dialogue's last; those of the
             dialogues that have that turn and for which the predictor was run.
         notes: What was fitted, and what could not be read.
-        openness: By turn, as for `outcomes`, of the dialogues with more than two goals.
+        openness: As `outcomes`, of the dialogues with more than two goals.
     """
 
     set: str
@@ -117,7 +121,7 @@ class Dialogues:
     goals: int
     outcomes: Mapping[tuple[str, int | None], Sequence[Outcome]]
     notes: tuple[str, ...]
-    openness: Mapping[int | None, Sequence[Openness]]
+    openness: Mapping[tuple[str, int | None], Sequence[Openness]]
 
     @property
     def task(self) -> str:
@@ -143,10 +147,10 @@ class Dialogues:
             for predictor in PREDICTORS
         }
 
-    def calibrations(self) -> dict[str, Calibration]:
+    def reliabilities(self) -> dict[str, Reliability]:
         """Of each predictor that has any outcome, at each dialogue's last turn."""
         found = {name: self.outcomes.get((name, None), ()) for name in PREDICTORS}
-        return {name: _calibration(outcomes) for name, outcomes in found.items() if outcomes}
+        return {name: _reliability(outcomes) for name, outcomes in found.items() if outcomes}
 
     def table(self, *, command: str = "") -> Table:
         """What was predicted at turns 1 to 5, and at each dialogue's last."""
@@ -156,7 +160,7 @@ class Dialogues:
             found = self.outcomes.get((predictor, turn))
             if not found:
                 continue
-            made = _calibration(found)
+            made = _reliability(found)
             rows.append(
                 (
                     predictor,
@@ -173,23 +177,38 @@ class Dialogues:
     def open_set_table(self, *, command: str = "") -> Table:
         """How well Unspecified tells that the true goal is not among the goals."""
         rows: list[tuple[Entry, ...]] = []
-        for turn in TURNS:
-            found = self.openness.get(turn)
+        for predictor, turn in product((GOALSCOPE, AS_IN_PAPER), TURNS):
+            found = self.openness.get((predictor, turn))
             if not found:
                 continue
             groups = [each.group for each in found]
-            present, absent = (
-                Estimate(sum(leads) / len(leads), bootstrap_mean(leads, groups), "percent")
-                for leads in zip(*(map(float, each.leads) for each in found), strict=True)
+            sets = [(each.group, each.held, each.sizes) for each in found if each.held is not None]
+            people = [group for group, _, _ in sets]
+            rows.append(
+                (
+                    predictor,
+                    "last" if turn is None else str(turn),
+                    len(found),
+                    self.area(turn, predictor),
+                    mean_of([float(each.leads[1]) for each in found], groups, "leads"),
+                    mean_of([float(each.leads[0]) for each in found], groups, "leads"),
+                    *(
+                        (
+                            mean_of([float(held[0]) for _, held, _ in sets], people, "held"),
+                            mean_of([float(held[1]) for _, held, _ in sets], people, "held"),
+                            mean_of([sum(size) / 2 for _, _, size in sets], people, "size"),
+                        )
+                        if sets
+                        else (None, None, None)
+                    ),
+                )
             )
-            which = "last" if turn is None else str(turn)
-            rows.append((which, len(found), self.area(turn), absent, present))
         title = f"Is the goal in the set? {self.title}, {self.n} dialogues"
         return Table(self._name("open-set"), title, OPEN_COLUMNS, tuple(rows), OPEN_NOTES, command)
 
-    def area(self, turn: int | None) -> Estimate | None:
+    def area(self, turn: int | None, predictor: str = GOALSCOPE) -> Estimate | None:
         """The AUROC of `open_set_table`; None where it is not defined."""
-        found = self.openness.get(turn, ())
+        found = self.openness.get((predictor, turn), ())
         groups = [each.group for each in found]
         if len(set(groups)) < 2:
             return None
@@ -211,23 +230,36 @@ COLUMNS = (
     "Brier",
     "ECE [if calibrated]",
 )
-OPEN_COLUMNS = ("turn", "n", "AUROC", "leads if absent", "leads if present")
+EPS = 0.1
+"""Share of misses of the conformal sets that tables show."""
+
+OPEN_COLUMNS = (
+    *("belief", "turn", "n", "AUROC", "leads if absent", "leads if present"),
+    f"{100 * (1 - EPS):g} % set holds it: present",
+    "absent",
+    "size",
+)
 OPEN_NOTES = (
     "Each dialogue counts twice: with the true goal left out, and with one of the wrong goals left "
     "out. AUROC: how well the posterior of Unspecified tells the two apart, for dialogues of "
     "different groups; 0.5 is chance, 1 is always.",
     "Then the share of dialogues in which Unspecified is the likeliest: it should be if the true "
     "goal is absent, and should not be if it is present.",
+    f"The {100 * (1 - EPS):g} % set is conformal: it holds what is true (Unspecified if the true "
+    "goal is absent) in such a share of dialogues like those of the calibration, at a turn drawn "
+    "at random.",
     "n is the number of dialogues that have the turn; intervals are 95 %, by a bootstrap that "
-    f"resamples whole groups. Evidence is divided by {DEFAULT_TEMPERATURE:g}. {NO_INTERVAL}",
+    f"resamples whole groups. {NO_INTERVAL}",
+    f"{GOALSCOPE}: with the calibration known when it was measured; {AS_IN_PAPER}: neither "
+    "evidence nor prior changed.",
 )
 NOTES = (
     "n is the number of dialogues that have the turn; at the turn called last, each has its own.",
     "Intervals are 95 %, by a bootstrap that resamples whole groups of dialogues that share "
     "people. Goals that tie share the top, or have their mean rank. Log-loss is in nats. "
     f"{NO_INTERVAL}",
-    f"goalscope divides its evidence by the temperature {DEFAULT_TEMPERATURE:g}; at T = 1 it is "
-    "Eq. 1 as it stands.",
+    f"{GOALSCOPE}: with the calibration known when it was measured; {AS_IN_PAPER}: Bayes' rule as "
+    "it stands in the paper.",
     "ECE: expected calibration error; in brackets, where that of a perfectly calibrated forecaster "
     "with the same confidences lies in 95 % of samples of this size. Only above it is a predictor "
     "too sure, or not sure enough.",
@@ -275,7 +307,7 @@ def _settings(spec: Mapping[str, Any]) -> dict[str, Any]:
 def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogues:
     """Let each predictor believe, and score what it believes."""
     outcomes: dict[tuple[str, int | None], list[Outcome]] = {}
-    openness: dict[int | None, list[Openness]] = {}
+    openness: dict[tuple[str, int | None], list[Openness]] = {}
     notes: list[str] = []
 
     def keep(predictor: str, cell: Measured, table: Iterable[Array]) -> None:
@@ -294,18 +326,17 @@ def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogue
         goals, turns = len(spec["case"]["goals"]), len(spec["case"]["turns"])
         keep(UNIFORM, cell, np.full((turns, goals), -np.log(goals)))
         if result.get("role-play"):
-            for predictor, temperature in ROLE_PLAY.items():
-                keep(predictor, cell, _role_play(result["role-play"], temperature))
+            own = calibration_from_json(result["calibration"])
+            for predictor, way in ((GOALSCOPE, own), (AS_IN_PAPER, PAPER)):
+                keep(predictor, cell, _role_play(result, way))
+                if goals > 2:
+                    last = None
+                    for turn, last in enumerate(_openness(cell, way), 1):
+                        openness.setdefault((predictor, turn), []).append(last)
+                    if last:
+                        openness.setdefault((predictor, None), []).append(last)
             if len(known) == 2 and result.get("seen") is not None:
-                keep(
-                    SEEN[result["seen"]], cell, _role_play(result["role-play"], DEFAULT_TEMPERATURE)
-                )
-            if goals > 2 and result.get("unspecified"):
-                last = None
-                for turn, last in enumerate(_openness(cell), 1):
-                    openness.setdefault(turn, []).append(last)
-                if last:
-                    openness.setdefault(None, []).append(last)
+                keep(SEEN[result["seen"]], cell, _role_play(result, own))
         if answers := result.get("outright"):
             keep(OUTRIGHT, cell, [_outright(answer, goals) for answer in answers])
             asked += len(answers)
@@ -333,28 +364,43 @@ def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogue
     return Dialogues(*key, len(cells), goals, outcomes, tuple(notes), openness)
 
 
-def _openness(cell: Measured) -> Iterator[Openness]:
+def _openness(cell: Measured, calibration: Calibration) -> Iterator[Openness]:
     """Turn by turn."""
     case, result = cell[0]["case"], cell[1]
-    goals = np.cumsum(result["role-play"], axis=0) / DEFAULT_TEMPERATURE
-    unspecified = np.cumsum(result["unspecified"]) / DEFAULT_TEMPERATURE
-    out = chance(0, case["id"]).choice([i for i in range(goals.shape[1]) if i != case["truth"]])
-    for own, belief in zip(unspecified, goals, strict=True):
-        present, absent = np.delete(belief, out), np.delete(belief, case["truth"])
+    table = np.column_stack([result["unspecified"], result["role-play"]])
+    truth = case["truth"] + 1
+    wrong = [place for place in range(1, table.shape[1]) if place != truth]
+    out = chance(0, case["id"]).choice(wrong)
+    beliefs = [_beliefs(np.delete(table, gone, axis=1), calibration) for gone in (out, truth)]
+    place = truth - (out < truth)  # of the true goal, once a wrong one is left out
+    threshold = dict(calibration.thresholds).get(EPS)
+    for present, absent in zip(*beliefs, strict=True):
+        held, sizes = None, (0, 0)
+        if threshold is not None:
+            sets = [np.exp(row) >= min(threshold, np.exp(row.max())) for row in (present, absent)]
+            held = bool(sets[0][place]), bool(sets[1][0])
+            sizes = int(sets[0].sum()), int(sets[1].sum())
         yield Openness(
             case["group"],
-            float(own - np.logaddexp.reduce(present)),
-            float(own - np.logaddexp.reduce(absent)),
-            (bool(own > present.max()), bool(own > absent.max())),
+            float(present[0] - np.logaddexp.reduce(present[1:])),
+            float(absent[0] - np.logaddexp.reduce(absent[1:])),
+            (bool(present[0] > present[1:].max()), bool(absent[0] > absent[1:].max())),
+            held,
+            sizes,
         )
 
 
-def _role_play(rows: Sequence[Sequence[float]], temperature: float) -> Iterable[Array]:
-    support = [Goal(str(i)) for i in range(len(rows[0]))]
-    belief = Belief.uniform(support, temperature=temperature)
-    for row in rows:
-        belief = belief.observe(row)
-        yield belief.log_posterior
+def _beliefs(table: Array, calibration: Calibration) -> Array:
+    """[T, 1 + G] log-posteriors turn by turn, where the first column is that of Unspecified."""
+    width = int(table.shape[1])
+    return log_posteriors(np.zeros(width), table, np.arange(width) > 0, calibration)[1:]
+
+
+def _role_play(result: Mapping[str, Any], calibration: Calibration) -> Iterable[Array]:
+    """[T, G] log-posteriors turn by turn, over the goals alone."""
+    table: Array = np.array(result["role-play"], dtype=np.float64)
+    width = int(table.shape[1])
+    return log_posteriors(np.zeros(width), table, np.ones(width, dtype=bool), calibration)[1:]
 
 
 def _outright(answer: Mapping[str, Any], goals: int) -> Array:
@@ -420,12 +466,12 @@ def _estimate(outcomes: Sequence[Outcome], field: str) -> Estimate | None:
 
 
 def mean_of(values: Sequence[float], groups: Sequence[str], field: str) -> Estimate:
-    """Mean of one of the `Scores`, or of its differences, with an interval over groups."""
-    form = "percent" if field == "top1" else "number"
+    """Mean of a figure (one of the `Scores`, or a share), with an interval over groups."""
+    form = "percent" if field in ("top1", "leads", "held") else "number"
     return Estimate(sum(values) / len(values), bootstrap_mean(values, groups), form)
 
 
-def _calibration(outcomes: Sequence[Outcome]) -> Calibration:
-    return calibration(
+def _reliability(outcomes: Sequence[Outcome]) -> Reliability:
+    return reliability(
         [each.confidence for each in outcomes], [each.scores.top1 for each in outcomes]
     )

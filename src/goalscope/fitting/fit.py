@@ -14,12 +14,13 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.calibration import USUAL
 from goalscope.datasets import Case
 from goalscope.datasets.goal_sets import chance
 from goalscope.fitting.learner import Example, Learner
 from goalscope.models.extras import package
 from goalscope.stats import auroc
-from goalscope.types import DEFAULT_TEMPERATURE, UNSPECIFIED, GoalscopeError, InvalidInputError
+from goalscope.types import UNSPECIFIED, GoalscopeError, InvalidInputError
 
 __all__ = ["Fit", "Objective", "Progress", "Settings", "Validation"]
 
@@ -68,7 +69,7 @@ class Settings:
     negatives: int = 2
     longest: int = 5
     validation: int = 60
-    temperature: float = DEFAULT_TEMPERATURE
+    temperature: float = USUAL.temperature
     seed: int = 1
 
 

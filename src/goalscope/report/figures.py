@@ -10,17 +10,17 @@ from typing import Any
 from goalscope.episode import Round
 from goalscope.experiment.summary import Estimate, Table
 from goalscope.experiment.summary_dialogues import (
+    AS_IN_PAPER,
     GOALSCOPE,
     OUTRIGHT,
     PREDICTORS,
     SEEN,
     UNIFORM,
-    UNTEMPERED,
     Dialogues,
 )
 from goalscope.experiment.summary_episodes import Episodes
 from goalscope.report.drawing import COLOURS, GREY, INK, PALE, Drawing, draw, shortened
-from goalscope.stats import Calibration, proportion
+from goalscope.stats import Reliability, proportion
 from goalscope.types import UNSPECIFIED
 
 __all__ = ["Figure", "accuracy_figure", "belief_figure", "calibration_figure", "mcq_figure",
@@ -157,8 +157,8 @@ def belief_figure(name: str, label: str, rounds: Sequence[Round], group: str) ->
 
 def calibration_figure(name: str, dialogues: Dialogues) -> Figure | None:
     """Reliability of each belief after the last turn; None where there is no such belief."""
-    every = dialogues.calibrations()
-    found = {p: every[p] for p in (GOALSCOPE, UNTEMPERED, OUTRIGHT) if p in every}
+    every = dialogues.reliabilities()
+    found = {p: every[p] for p in (GOALSCOPE, AS_IN_PAPER, OUTRIGHT) if p in every}
     if not found:
         return None
 
@@ -174,7 +174,7 @@ def calibration_figure(name: str, dialogues: Dialogues) -> Figure | None:
         for predictor, made in found.items()
     )
     caption = (
-        f"Calibration after each dialogue's last turn: {dialogues.title}. A point is a bin of "
+        f"Reliability after each dialogue's last turn: {dialogues.title}. A point is a bin of "
         "confidence in the first choice, its area the number of dialogues; bars: Wilson's 95 % "
         "interval, as if dialogues were independent; dotted: calibrated. In brackets, where 95 % "
         f"of a calibrated forecaster's errors lie. {errors}."
@@ -290,7 +290,7 @@ def mcq_figure(name: str, table: Table) -> Figure | None:
     return Figure(name, caption, draw(name, "Accuracy on multiple-choice questions", size, paint))
 
 
-def _reliability(axis: Any, predictor: str, made: Calibration) -> None:
+def _reliability(axis: Any, predictor: str, made: Reliability) -> None:
     axis.plot((0, 1), (0, 1), color=INK, ls=":", lw=1)
     for sure, right, n in made.bins:
         interval = proportion(min(right * n, n), n)

@@ -192,7 +192,7 @@ def _facts(done: Sequence[Cell]) -> Iterator[tuple[str, str]]:
     if models:
         yield "models", "; ".join(models)
     settings = [{**cell.spec, **cell.spec.get("settings", {})} for cell in done]
-    for key in ("domain", "human", "layout", "evidence", "temperature", "end_of_turn", "rounds",
+    for key in ("domain", "human", "layout", "calibration", "end_of_turn", "rounds",
                 "seed", "trials"):  # fmt: skip
         values = dict.fromkeys(_text(each[key]) for each in settings if key in each)
         if values:

@@ -1,0 +1,81 @@
+"""How log-likelihoods become probabilities: what Eq. 1 leaves open, in a few numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["EPSILONS", "LAST_TURN", "PAPER", "USUAL", "Calibration", "calibration_from_json"]
+
+EPSILONS = (0.01, 0.02, 0.05, 0.1, 0.2)
+"""Shares of misses for which `goalscope calibrate` finds thresholds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """How much a person's words count, and what "Unspecified" and a change of mind mean.
+
+    Attributes:
+        temperature: Divides the log-likelihoods: above 1 the belief moves more slowly, since a
+            person's turns are not independent given a goal. 1 in the paper.
+        reference: Of the log-likelihood of Unspecified, the share that is the mean over the other
+            goals; the rest is that of the prompt without a goal. Any goal in the prompt makes the
+            words of its domain likelier; against their mean, Unspecified tells better whether one
+            of the goals stands out. Of G goals it counts as (1 - 1/G) of it: one goal is no
+            reference for itself. 0 in the paper.
+        unstated: Prior probability that the person's goal is not among the goals; None for a
+            prior like that of any other goal, as in the paper.
+        switching: Chance, before each turn but the first, that the person has changed their mind
+            and has any goal, by its prior. 0 in the paper; at 1 only the last turn counts.
+        n: Dialogues on which the thresholds were measured.
+        thresholds: Pairs (eps, p): in all but a share eps of these dialogues, what was true had at
+            least the probability p. They make conformal sets (see `Belief.conformal_set`).
+
+    Raises:
+        ValueError: A number is out of its range.
+    """
+
+    temperature: float = 1.0
+    reference: float = 0.0
+    unstated: float | None = None
+    switching: float = 0.0
+    n: int = 0
+    thresholds: tuple[tuple[float, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        if not (math.isfinite(self.temperature) and self.temperature > 0):
+            raise ValueError(f"temperature must be positive, not {self.temperature}")
+        shares = [("reference", self.reference), ("switching", self.switching)]
+        shares += [("threshold", value) for pair in self.thresholds for value in pair]
+        if not (type(self.n) is int and self.n >= 0):
+            raise ValueError(f"n must be a number of dialogues, not {self.n!r}")
+        for name, value in shares:
+            if not 0 <= value <= 1:
+                raise ValueError(f"{name} must lie between 0 and 1, not be {value}")
+        if self.unstated is not None and not 0 < self.unstated < 1:
+            raise ValueError(f"unstated must lie strictly between 0 and 1, not be {self.unstated}")
+
+
+def calibration_from_json(data: Mapping[str, Any]) -> Calibration:
+    """The calibration of `dataclasses.asdict`, perhaps from JSON.
+
+    Raises:
+        ValueError: A number is out of its range.
+        TypeError: A field is unknown, or of another type.
+    """
+    fields: dict[str, Any] = dict(data)
+    fields["thresholds"] = tuple((float(eps), float(p)) for eps, p in data.get("thresholds", ()))
+    return Calibration(**fields)
+
+
+PAPER = Calibration()
+"""Bayes' rule as it stands in the paper (Eq. 1)."""
+
+LAST_TURN = Calibration(switching=1.0)
+"""Only the last turn counts."""
+
+USUAL = Calibration(temperature=2.0, reference=1 / 3, unstated=0.5, switching=0.001)
+"""For a model that nobody has calibrated (LOG.md)."""

@@ -1,0 +1,122 @@
+"""Which calibration goes with which model: those that come with goalscope, and the user's own."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+
+from goalscope.calibration import (
+    LAST_TURN,
+    PAPER,
+    USUAL,
+    Calibration,
+    calibration_from_json,
+)
+from goalscope.prompts import render
+from goalscope.types import GoalscopeError, InvalidInputError
+
+__all__ = [
+    "NAMED",
+    "calibration_file",
+    "calibration_named",
+    "keep_calibration",
+    "known_calibration",
+]
+
+NAMED = {"paper": PAPER, "usual": USUAL, "last-turn": LAST_TURN}
+
+
+def calibration_named(name: str) -> Calibration:
+    """The calibration of a name ("paper", "usual", "last-turn"), or of a file.
+
+    Raises:
+        InvalidInputError: There is no such name or file, or the file holds no calibration.
+    """
+    if name in NAMED:
+        return NAMED[name]
+    file = Path(name)
+    if not file.is_file():
+        raise InvalidInputError(
+            f"There is no calibration {name!r}: name {', '.join(NAMED)}, or a file that "
+            "`goalscope calibrate` wrote."
+        )
+    return _read(file)
+
+
+def known_calibration(scorer: Any, layout: str, *, end_of_turn: bool) -> tuple[Calibration, str]:
+    """What a model was calibrated to, and where that is known from.
+
+    The user's own comes first, then the one that comes with goalscope, then `USUAL`.
+
+    Args:
+        scorer: What scores people's words.
+        layout: Where the prompt states the goal.
+        end_of_turn: Whether the end of the utterance is scored.
+
+    Raises:
+        InvalidInputError: The file is broken.
+    """
+    own = calibration_file(scorer, layout, end_of_turn=end_of_turn)
+    shipped = files(__name__) / own.name
+    for place in (own, shipped):
+        if place.is_file():
+            return _read(place), "yours" if place is own else "comes with goalscope"
+    return USUAL, "not calibrated; `goalscope calibrate` does it"
+
+
+def calibration_file(scorer: Any, layout: str, *, end_of_turn: bool) -> Path:
+    """Where the user's calibration of a model with its adapter and prompt is kept.
+
+    A model is known by its name: how its weights are stored changes little. Prompt and adapter are
+    known by what they are.
+    """
+    chat = render(layout.replace("-", "_"), task="T", goal="G", query="Q")
+    adapter: Path | None = getattr(scorer, "adapter", None)
+    facts = [
+        getattr(scorer, "name", type(scorer).__name__),
+        hashlib.sha256(adapter.read_bytes()).hexdigest() if adapter else None,
+        [[each.role, each.content] for each in chat],
+        end_of_turn,
+    ]
+    key = hashlib.sha256(json.dumps(facts).encode()).hexdigest()[:16]
+    return platformdirs.user_data_path("goalscope", False) / "calibrations" / f"{key}.json"
+
+
+def keep_calibration(file: Path, calibration: Calibration, about: Mapping[str, Any]) -> None:
+    """Write a calibration, with what is to be said of it.
+
+    Raises:
+        GoalscopeError: The file cannot be written.
+    """
+    text = json.dumps({**about, "calibration": asdict(calibration)}, indent=1)
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text + "\n", encoding="utf-8")
+    except OSError as error:
+        raise GoalscopeError(f"{file} cannot be written: {error.strerror or error}.") from None
+
+
+def _read(file: Path | Traversable) -> Calibration:
+    try:
+        return calibration_from_json(json.loads(file.read_text(encoding="utf-8"))["calibration"])
+    except (
+        OSError,
+        ArithmeticError,
+        ValueError,
+        LookupError,
+        TypeError,
+        AttributeError,
+        RecursionError,
+    ) as error:
+        raise InvalidInputError(
+            f"{file} holds no calibration ({error}). `goalscope calibrate` writes one; delete the "
+            "file, or name another one."
+        ) from None

@@ -1,0 +1,142 @@
+"""`goalscope calibrate`: beliefs that can be trusted, from dialogues whose goals are known."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from goalscope.cli_options import Json
+from goalscope.terminal import console, progress
+from goalscope.types import InvalidInputError
+
+__all__ = ["calibrate"]
+
+
+def calibrate(
+    results: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RESULTS.db...",
+            help="What `bench dialogues` or an experiment with dialogues has left.",
+        ),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write it there only, for --calibration; of one model alone."
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Fit how evidence becomes probabilities, so that they can be trusted.
+
+    From dialogues whose goals are known it finds what the evidence has to be divided by, what
+    "Unspecified" is compared with, and how many goals a set must hold to hold the true one. It is
+    kept for the model with its adapter and prompt, and used from then on wherever that is.
+    """
+    from collections import Counter
+    from dataclasses import asdict
+
+    from goalscope.calibrating import FOLDS, fit_calibration, observed_in, quality
+    from goalscope.calibration import PAPER, USUAL
+    from goalscope.calibrations import calibration_file, keep_calibration
+    from goalscope.experiment.identity import opened
+    from goalscope.experiment.results import Results
+    from goalscope.models.opening import model_label, parts
+
+    ways: dict[str, list[tuple[Any, Any]]] = {}
+    for path in results:
+        if not path.is_file():
+            raise InvalidInputError(
+                f"There is no file {path}. `goalscope bench dialogues SET --results DIR` makes one."
+            )
+        with Results.open(path) as kept:
+            for cell in kept.asked_for():
+                spec = cell.spec
+                if spec["kind"] == "dialogue" and cell.result:
+                    way = [spec["model"], spec["layout"], spec["end_of_turn"]]
+                    ways.setdefault(json.dumps(way), []).append((spec, cell.result))
+    if not ways:
+        raise InvalidInputError("These files hold no dialogues with known goals.")
+    if out and len(ways) > 1:
+        raise InvalidInputError(
+            f"These files hold dialogues scored in {len(ways)} ways (models, layouts). Leave --out "
+            "out to keep each for its own model."
+        )
+    told: list[dict[str, Any]] = []
+    taught = sum(bool(result.get("learned")) for cells in ways.values() for _, result in cells)
+    if taught:
+        said = f"{taught} dialogues are left out: the adapter has learned from them."
+        console(stderr=True).print(said)
+    observed = {way: observed_in(cells) for way, cells in ways.items()}
+    if any(len({each.group for each in found}) < 3 for found in observed.values()):
+        raise InvalidInputError(
+            "There are too few dialogues of different people with three goals or more: some are to "
+            "fit on, others to judge by. Give at least three for each model."
+        )
+    for way, found in observed.items():
+        model, layout, end_of_turn = json.loads(way)
+        about: dict[str, Any] = {
+            "model": model_label(model),
+            "layout": layout,
+            "end_of_turn": end_of_turn,
+            "dialogues": dict(Counter(each.origin for each in found)),
+            "quality": {},
+        }
+        with progress(f"Fitting {about['model']}") as show:
+            done, total = 0, 3 * FOLDS + 1
+            for name, known in (("Eq. 1", PAPER), ("usual", USUAL), ("held out", None)):
+                for step in quality(found, known):
+                    show(done, total)
+                    done += step is None
+                    about["quality"][name] = step and asdict(step)
+            fitted = fit_calibration(found)
+            show(total, total)
+        file = out or calibration_file(parts(opened(model))[1], layout, end_of_turn=end_of_turn)
+        keep_calibration(file, fitted, about)
+        told.append({**about, "file": str(file), "calibration": asdict(fitted)})
+    if as_json:
+        print(json.dumps(told))
+    else:
+        _show(told)
+
+
+def _show(told: list[dict[str, Any]]) -> None:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table as Grid
+
+    from goalscope.plain import plain
+
+    out = console()
+    for each in told:
+        dialogues = ", ".join(f"{n} of {name}" for name, n in each["dialogues"].items())
+        grid = Grid(
+            title=plain(f"{each['model']}, {each['layout']}: {dialogues}"),
+            title_justify="left",
+            box=SIMPLE_HEAD,
+        )
+        for heading in ("belief", "log-loss", "AUROC", "90 % set: present", "absent", "size"):
+            grid.add_column(heading)
+        for name, row in each["quality"].items():
+            shares = [f"{100 * share:.1f} %" for share in row["coverage"] or ()] or ["", ""]
+            size = "" if row["size"] is None else f"{row['size']:.1f}"
+            grid.add_row(name, f"{row['log_loss']:.3f}", f"{row['auroc']:.3f}", *shares, size)
+        out.print(grid)
+        made = each["calibration"]
+        out.print(
+            plain(
+                f"temperature {made['temperature']:g}, reference {made['reference']:g}, switching "
+                f"{made['switching']:g}; kept in {each['file']}"
+            )
+        )
+    out.print(
+        plain(
+            "Log-loss of what is true, with the true goal among the goals and without it, where "
+            "Unspecified is the truth. Held out: as calibrated on dialogues of other people. The "
+            "90 % set holds what is true, with the true goal present and absent.",
+            "dim",
+        )
+    )

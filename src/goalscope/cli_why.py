@@ -1,0 +1,161 @@
+"""`goalscope why`, and what a person at the terminal may say of the goals themselves."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from goalscope.cli_options import Json, StoreFile
+from goalscope.terminal import console, opened_model
+from goalscope.types import Goal, InvalidInputError, checked_text
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from goalscope.agent import Correction
+    from goalscope.belief import Belief
+    from goalscope.session import Session
+    from goalscope.store import EpisodeInfo
+    from goalscope.types import Turn
+
+__all__ = ["correct", "why"]
+
+HELP = """\
+/goals            the goals, numbered
+/pin NUMBER|TEXT  it is this goal, perhaps a new one
+/veto NUMBER      it is not this one, and it shall not come back
+/reword NUMBER TEXT  it is this one, in other words
+/why NUMBER       what each of your sentences says for it"""
+
+
+def why(
+    id: Annotated[str, typer.Argument(help="The episode, or how its id begins.")],
+    goal: Annotated[
+        str | None, typer.Option(help="The goal, or how it begins.  [default: the likeliest]")
+    ] = None,
+    round: Annotated[
+        int | None, typer.Option(min=1, help="After this round.  [default: the last]")
+    ] = None,
+    words: Annotated[
+        bool, typer.Option("--words", help="Also word by word; the model scores again for it.")
+    ] = False,
+    store: StoreFile = None,
+    as_json: Json = False,
+) -> None:
+    """Say why a goal is likely: what each utterance says for it, and what if it had not been said.
+
+    Evidence is in nats against the mean of the other goals, as it counts after calibration.
+    """
+    from goalscope.display import show_reasons
+    from goalscope.store import Store, dumps
+    from goalscope.why import reasons
+
+    with Store.open(store) as episodes:
+        info = episodes.episode(id)
+        rounds = episodes.rounds(info.id)[:round]
+    if not rounds or (round and len(rounds) < round):
+        raise InvalidInputError(f"Episode {info.id} has {len(rounds)} rounds.")
+    belief = rounds[-1].belief
+    if belief is None or info.method != "good":
+        raise InvalidInputError(f"The method {info.method} of this episode weighs no evidence.")
+    turns = [each.turn for each in rounds]
+    chosen = _chosen(belief, goal)
+    found = reasons(belief, turns, chosen)
+    said = _words(info, belief, turns, chosen) if words else []
+    if as_json:
+        told: dict[str, Any] = {"goal": chosen.text, "reasons": [asdict(each) for each in found]}
+        print(dumps({**told, "words": said} if words else told))
+    else:
+        show_reasons(console(), chosen, found, said)
+
+
+def correct(out: Console, session: Session, words: str) -> None:
+    """Do what a line that begins with a slash says of the goals, and show the belief."""
+    from goalscope.display import show_belief, show_reasons
+    from goalscope.plain import plain
+    from goalscope.why import reasons
+
+    command, _, rest = words.strip().partition(" ")
+    try:
+        belief = session.belief
+        if command == "/help" or belief is None:
+            raise InvalidInputError(HELP if belief else "This method holds no belief.")
+        if command == "/pin" and rest.strip() and not rest.strip().isdecimal():
+            session.correct("pin", Goal(checked_text(rest, "goal")))
+        elif command in ("/pin", "/veto", "/reword", "/why"):
+            number, _, text = rest.strip().partition(" ")
+            goal = _numbered(belief, number)
+            if command == "/why":
+                show_reasons(out, goal, reasons(belief, session.turns, goal))
+                return
+            corrections: dict[str, Correction] = {
+                "/pin": "pin",
+                "/veto": "veto",
+                "/reword": "reword",
+            }
+            session.correct(corrections[command], goal, text)
+        elif command != "/goals":
+            raise InvalidInputError(HELP)
+        show_belief(out, session.belief or belief, belief)
+    except InvalidInputError as error:
+        out.print(plain(str(error), "dim"))
+
+
+def _numbered(belief: Belief, number: str) -> Goal:
+    """The goal of a number that `show_belief` gives it.
+
+    Raises:
+        InvalidInputError: There is none.
+    """
+    ranked = belief.top()
+    if number.isdecimal() and 1 <= int(number) <= len(ranked):
+        return ranked[int(number) - 1][0]
+    raise InvalidInputError(f"Name a goal by its number, 1 to {len(ranked)}; /goals shows them.")
+
+
+def _chosen(belief: Belief, text: str | None) -> Goal:
+    """The goal that is meant.
+
+    Raises:
+        InvalidInputError: None is, or several are.
+    """
+    if text is None:
+        return belief.top(1)[0][0]
+    known = [each for each in belief.goals if each.text.casefold() == text.casefold()]
+    known = known or [
+        each for each in belief.goals if each.text.casefold().startswith(text.casefold())
+    ]
+    if len(known) != 1:
+        there = "; ".join(each.text for each in belief.goals)
+        what = "Several goals begin" if known else "No goal begins"
+        raise InvalidInputError(f"{what} with {text!r}. There are: {there}")
+    return known[0]
+
+
+def _words(
+    info: EpisodeInfo, belief: Belief, turns: list[Turn], goal: Goal
+) -> list[list[tuple[str, float]]]:
+    """Of each turn, each word with its evidence."""
+    from goalscope.domains import Settings
+    from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
+    from goalscope.why import word_evidence
+
+    settings = Settings(**info.settings)
+    with opened_model(
+        settings.model,
+        settings.generator,
+        settings.scorer,
+        settings.tokenizer,
+        settings.adapter,
+    ) as engine:
+        likelihood = RolePlay(
+            engine,
+            layout=settings.layout or DEFAULT_LAYOUT,
+            end_of_turn=settings.end_of_turn,
+        )
+        return [
+            word_evidence(likelihood, info.task, belief, turns[:end], goal)
+            for end in range(1, len(turns) + 1)
+        ]

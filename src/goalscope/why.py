@@ -1,0 +1,94 @@
+"""Why is a goal likely? What each utterance, and each word of it, says for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.belief import Belief
+from goalscope.likelihood import RolePlay
+from goalscope.types import Goal, InvalidInputError, Turn
+
+__all__ = ["Reason", "reasons", "word_evidence"]
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """What one utterance does to the belief in a goal.
+
+    Attributes:
+        turn: 1 for the first.
+        utterance: What the person said.
+        evidence: For the goal against the mean of the others, nats, as it counts after the
+            calibration.
+        probability: Of the goal after the turn.
+        without: What it would be at the end, had this not been said; later words keep their
+            evidence.
+    """
+
+    turn: int
+    utterance: str
+    evidence: float
+    probability: float
+    without: float
+
+
+def reasons(belief: Belief, turns: Sequence[Turn], goal: Goal) -> list[Reason]:
+    """What each turn says for a goal.
+
+    Raises:
+        InvalidInputError: The belief holds no such goal, or other turns.
+    """
+    if goal not in belief.goals:
+        known = "; ".join(each.text for each in belief.goals)
+        raise InvalidInputError(f"There is no goal {goal.text!r} here; there are: {known}")
+    table, place = belief.evidence, belief.goals.index(goal)
+    if len(turns) != len(table):
+        raise InvalidInputError(
+            f"The belief is over {len(table)} turns, not {len(turns)}: it does not weigh each."
+        )
+    gains = table[:, place] - _mean_of_others(table, place)
+    after = np.exp(belief.log_posteriors[1:, place])
+    return [
+        Reason(
+            number + 1,
+            turn.utterance,
+            float(gains[number]),
+            float(after[number]),
+            float(belief.without(number).probability[place]),
+        )
+        for number, turn in enumerate(turns)
+    ]
+
+
+def word_evidence(
+    likelihood: RolePlay, task: str, belief: Belief, turns: Sequence[Turn], goal: Goal
+) -> list[tuple[str, float]]:
+    """What each word of the last turn says for a goal; together what the turn says.
+
+    Returns:
+        Each word with its evidence against the mean of the other goals, nats, as it counts after
+        the calibration. Spaces belong to the word after them.
+    """
+    pieces, table = likelihood.token_log_likelihood(task, belief.goals, turns)
+    place, counted = belief.goals.index(goal), replace(belief, log_likelihood=table).evidence
+    gains = counted[:, place] - _mean_of_others(counted, place)
+    words: list[tuple[str, float]] = []
+    for piece, gain in zip(pieces, gains.tolist(), strict=True):
+        if words and not piece[:1].isspace():
+            text, before = words.pop()
+            words.append((text + piece, before + gain))
+        else:
+            words.append((piece, gain))
+    return words
+
+
+def _mean_of_others(table: Array, place: int) -> Array:
+    """[T]; 0 where there is no other goal."""
+    others = np.delete(table, place, axis=1)
+    return others.mean(1) if others.shape[1] else np.zeros(len(table))

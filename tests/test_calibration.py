@@ -1,0 +1,386 @@
+"""Laws of the belief under a calibration; and which calibration goes with which model."""
+
+import itertools
+import json
+import math
+from dataclasses import asdict, replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from goalscope import calibrations as shipped
+from goalscope.belief import Belief, log_posteriors
+from goalscope.calibration import (
+    LAST_TURN,
+    PAPER,
+    USUAL,
+    Calibration,
+    calibration_from_json,
+)
+from goalscope.calibrations import (
+    calibration_file,
+    calibration_named,
+    keep_calibration,
+    known_calibration,
+)
+from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError
+
+share = st.floats(0, 1)
+inside = st.floats(0.01, 0.99)
+nats = st.floats(-50, 0)
+anything = st.builds(
+    Calibration, st.floats(0.1, 20), share, st.none() | inside, share | st.just(0.0) | st.just(1.0)
+)
+
+
+def goals(n: int) -> list[Goal]:
+    return [Goal(f"goal {i}") for i in range(n)]
+
+
+@st.composite
+def beliefs(
+    draw: st.DrawFn,
+    calibrations: st.SearchStrategy[Calibration] = anything,
+    values: st.SearchStrategy[float] = nats,
+    least: int = 0,
+    most: int = 5,
+) -> Belief:
+    """With Unspecified at any place."""
+    g = draw(st.integers(1, most))
+    support = draw(st.permutations([UNSPECIFIED, *goals(g)]))
+    row = st.lists(values, min_size=g + 1, max_size=g + 1)
+    belief = Belief(tuple(support), np.array(draw(row)), np.zeros((0, g + 1)), draw(calibrations))
+    for _ in range(draw(st.integers(least, 4))):
+        belief = belief.observe(draw(row))
+    return belief
+
+
+def softmax(values: np.ndarray) -> np.ndarray:
+    weights = np.exp(values - values.max())
+    return weights / weights.sum()
+
+
+@given(beliefs(st.just(PAPER)), st.floats(0.1, 20))
+def test_temperature_divides_log_odds(belief: Belief, temperature: float) -> None:
+    flat = replace(belief, log_prior=np.zeros(len(belief.goals)))
+    cooler = replace(flat, calibration=Calibration(temperature=temperature))
+    odds, tempered = (each.log_posterior - each.log_posterior[0] for each in (flat, cooler))
+    assert tempered * temperature == pytest.approx(odds, abs=1e-6)
+
+
+@given(beliefs(), inside)
+def test_unstated_is_the_prior_of_unspecified_among_any_number_of_goals(
+    belief: Belief, unstated: float
+) -> None:
+    own = replace(belief, calibration=replace(belief.calibration, unstated=unstated))
+    before = np.exp(own.log_posteriors[0])
+    place = own.goals.index(UNSPECIFIED)
+    assert before[place] == pytest.approx(unstated)
+    others = np.delete(own.log_prior, place)
+    assert np.delete(before, place) == pytest.approx((1 - unstated) * softmax(others))
+
+
+@pytest.mark.parametrize("support", [[UNSPECIFIED], goals(3)])
+def test_unstated_and_reference_change_nothing_without_something_to_compare(
+    support: list[Goal],
+) -> None:
+    calibration = Calibration(reference=0.5, unstated=0.9)
+    for row in ([], [-1.0 * i for i in range(len(support))]):
+        one, other = (Belief.uniform(support, each) for each in (calibration, PAPER))
+        if row:
+            one, other = one.observe(row), other.observe(row)
+        assert one.probability.tolist() == other.probability.tolist()
+
+
+@given(beliefs(st.just(PAPER), least=1), share)
+def test_reference_is_the_share_of_the_other_goals_mean_in_the_evidence_of_unspecified(
+    belief: Belief, reference: float
+) -> None:
+    place = belief.goals.index(UNSPECIFIED)
+    table = belief.log_likelihood.copy()
+    own, others = table[:, place], np.delete(table, place, axis=1)
+    for part in (0.0, reference, 1.0):
+        mixed = table.copy()
+        counted = part * (1 - 1 / others.shape[1])
+        mixed[:, place] = (1 - counted) * own + counted * others.mean(1)
+        found = replace(belief, calibration=Calibration(reference=part))
+        expected = softmax(belief.log_prior + mixed.sum(0))
+        assert found.probability == pytest.approx(expected, abs=1e-9)
+
+
+@given(st.integers(1, 4), st.integers(0, 3), share, st.none() | inside, share)
+def test_a_goal_that_is_impossible_does_not_make_unspecified_impossible(
+    g: int, possible: int, reference: float, unstated: float | None, switching: float
+) -> None:
+    calibration = Calibration(2.0, reference, unstated, switching)
+    values = [-3.0 if i < possible else -math.inf for i in range(g)]
+    belief = Belief.uniform([UNSPECIFIED, *goals(g)], calibration).observe([-3.0, *values])
+    n = min(possible, g)  # Unspecified and they explain the words alike
+    prior = 1 / (g + 1) if unstated is None else unstated
+    expected = prior / (prior + n * (1 - prior) / g)
+    assert belief.probability[0] == pytest.approx(expected)
+    assert np.isneginf(belief.log_posterior[1 + n :]).all()
+
+
+@given(beliefs())
+def test_without_switching_all_turns_count_and_with_it_alone_the_last(belief: Belief) -> None:
+    way = replace(belief.calibration, reference=0.0, unstated=None)
+    always, never = (replace(belief, calibration=replace(way, switching=s)) for s in (0.0, 1.0))
+    rows = belief.log_likelihood / way.temperature
+    assert always.probability == pytest.approx(softmax(belief.log_prior + rows.sum(0)), abs=1e-9)
+    last = softmax(belief.log_prior + (rows[-1] if len(rows) else 0.0))
+    assert never.probability == pytest.approx(last, abs=1e-9)
+
+
+@given(beliefs(least=1, values=st.floats(-5, 0), most=2))
+def test_switching_agrees_with_all_sequences_of_goals(belief: Belief) -> None:
+    way = replace(belief.calibration, temperature=1.0, reference=0.0, unstated=None)
+    prior, s, g = softmax(belief.log_prior), way.switching, len(belief.goals)
+    found = np.zeros(g)
+    for path in itertools.product(range(g), repeat=len(belief.log_likelihood)):
+        weight = prior[path[0]]
+        for before, now in itertools.pairwise(path):
+            weight *= (1 - s) * (before == now) + s * prior[now]
+        weight *= math.exp(
+            sum(row[goal] for row, goal in zip(belief.log_likelihood, path, strict=True))
+        )
+        found[path[-1]] += weight
+    exact = replace(belief, calibration=way).probability
+    assert exact == pytest.approx(found / found.sum(), abs=1e-9)
+
+
+@given(st.floats(0.001, 0.2), st.integers(2, 5), st.integers(1, 40), st.floats(1, 1e5))
+def test_after_a_change_of_mind_a_goal_leads_as_soon_however_far_it_trailed(
+    switching: float, g: int, turns: int, behind: float
+) -> None:
+    each = 2.0  # nats for the new goal, a turn
+    enough = math.floor(math.log(g / switching) / each) + 1
+    rows = [[0.0] + [-behind] * (g - 1)] * turns
+    rows += [[-each, 0.0] + [-each] * (g - 2)] * enough
+    tables = [
+        Belief(tuple(goals(g)), np.zeros(g), np.array(rows), way)
+        for way in (Calibration(switching=switching), PAPER)
+    ]
+    moved, stuck = (table.log_posterior for table in tables)
+    assert moved.argmax() == 1
+    if turns * behind > enough * each:
+        assert stuck.argmax() == 0
+
+
+@given(beliefs())
+def test_each_row_is_the_belief_after_as_many_turns(belief: Belief) -> None:
+    rows = belief.log_posteriors
+    assert rows.shape == (len(belief.log_likelihood) + 1, len(belief.goals))
+    for turn, row in enumerate(rows):
+        then = replace(belief, log_likelihood=belief.log_likelihood[:turn])
+        assert row == pytest.approx(then.log_posterior)
+        assert np.exp(row).sum() == pytest.approx(1)
+
+
+@given(beliefs(values=nats | st.just(-math.inf), calibrations=st.builds(
+    Calibration, st.floats(0.1, 20), st.floats(0, 0.99), st.none() | inside, share)))  # fmt: skip
+def test_what_is_impossible_leaves_no_nan(belief: Belief) -> None:
+    for row in belief.log_posteriors:
+        total = np.exp(row).sum()
+        assert total == (0 if np.isneginf(row).all() else pytest.approx(1))
+
+
+def test_a_turn_that_nothing_explains_is_forgotten_by_a_mind_that_can_change() -> None:
+    rows = [[0.0, -9.0], [-math.inf] * 2, [-1.0, 0.0]]
+    belief = Belief(tuple(goals(2)), np.zeros(2), np.array(rows), Calibration(switching=0.1))
+    assert np.exp(belief.log_posteriors[2]).tolist() == [0, 0]
+    assert belief.probability == pytest.approx(softmax(np.array([-1.0, 0.0])))
+    assert replace(belief, calibration=PAPER).is_degenerate
+
+
+@given(anything, st.integers(1, 3), st.integers(1, 4), st.integers(0, 2**32 - 1))
+def test_many_dialogues_at_once_are_as_each_by_itself(
+    calibration: Calibration, turns: int, g: int, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    prior, table = -rng.exponential(2, (2, 3, g + 1)), -rng.exponential(9, (2, 3, turns, g + 1))
+    stated = np.arange(g + 1) != rng.integers(g + 1)
+    found = log_posteriors(prior, table, stated, calibration)
+    assert found.shape == (2, 3, turns + 1, g + 1)
+    for i, j in np.ndindex(2, 3):
+        support = [goal if is_stated else UNSPECIFIED
+                   for goal, is_stated in zip(goals(g + 1), stated, strict=True)]  # fmt: skip
+        alone = Belief(tuple(support), prior[i, j], table[i, j], calibration)
+        assert found[i, j] == pytest.approx(alone.log_posteriors)
+
+
+@given(beliefs(), st.data())
+def test_a_goal_that_comes_late_stands_where_it_would_from_the_start(belief: Belief, data) -> None:
+    flat = replace(belief, log_prior=np.zeros(len(belief.goals)))
+    late = data.draw(st.sampled_from(flat.goals))
+    place = flat.goals.index(late)
+    back = flat.drop([late]).add([late], lambda new: flat.log_likelihood[:, [place]])
+    assert dict(back.top()) == pytest.approx(dict(flat.top()))
+
+
+@given(beliefs(), share)
+def test_a_conformal_set_holds_the_top_goal_and_all_above_the_threshold(
+    belief: Belief, threshold: float
+) -> None:
+    known = replace(belief.calibration, thresholds=((0.05, 0.0), (0.1, threshold)))
+    belief = replace(belief, calibration=known)
+    ranked = [goal for goal, _ in belief.top()]
+    named = belief.conformal_set()
+    assert named == belief.conformal_set(0.1) == tuple(ranked[: len(named)])
+    over = {goal for goal, p in belief.top() if p >= threshold}
+    tied = {goal for goal, p in belief.top() if p == belief.top(1)[0][1]}
+    assert set(named) == (set(ranked) if belief.is_degenerate else over | tied)
+    assert belief.conformal_set(0.05) == tuple(ranked)
+
+
+def test_a_goal_at_the_threshold_is_in_the_set() -> None:
+    belief = Belief.uniform(goals(4), Calibration(thresholds=((0.1, 0.25),)))
+    assert belief.conformal_set() == tuple(goals(4))
+
+
+def test_a_conformal_set_takes_the_threshold_of_eps_or_the_next_smaller_one() -> None:
+    way = Calibration(thresholds=((0.1, 0.0), (0.2, 0.6)))
+    belief = Belief.uniform(goals(2), way).observe([0.0, -1.0])
+    assert belief.conformal_set(1 - 0.9) == belief.conformal_set(0.19) == tuple(goals(2))
+    assert belief.conformal_set(0.2) == belief.conformal_set(0.5) == (goals(2)[0],)
+    with pytest.raises(ValueError, match=r"eps = 0\.05; `goalscope calibrate`"):
+        belief.conformal_set(0.05)
+    with pytest.raises(ValueError, match=r"eps = 0\.1; `goalscope calibrate`"):
+        Belief.uniform(goals(2)).conformal_set()
+
+
+@pytest.mark.parametrize(
+    ("field", "values"),
+    [
+        ("temperature", [0.0, -1.0, math.nan, math.inf]),
+        ("reference", [-0.01, 1.01, math.nan]),
+        ("switching", [-0.01, 1.01, math.nan]),
+        ("unstated", [0.0, 1.0, -0.5, math.nan]),
+        ("thresholds", [((0.1, 1.5),), ((-0.1, 0.5),), ((0.1, math.nan),)]),
+    ],
+)
+def test_numbers_out_of_their_range_are_refused(field: str, values: list) -> None:
+    for value in values:
+        with pytest.raises(ValueError, match=field.removesuffix("s")):
+            Calibration(**{field: value})
+        with pytest.raises(ValueError, match=field.removesuffix("s")):
+            calibration_from_json({field: value})
+
+
+@given(anything, st.integers(0, 999), st.lists(st.tuples(share, share), max_size=3).map(tuple))
+def test_json_gives_it_back(calibration: Calibration, n: int, thresholds) -> None:
+    calibration = replace(calibration, n=n, thresholds=thresholds)
+    assert calibration_from_json(json.loads(json.dumps(asdict(calibration)))) == calibration
+
+
+def test_json_with_unknown_fields_is_refused() -> None:
+    with pytest.raises(TypeError):
+        calibration_from_json({"temperature": 1.0, "evidence": "sum"})
+
+
+def test_names_and_files_name_calibrations(tmp_path: Path) -> None:
+    names = {"paper": PAPER, "usual": USUAL, "last-turn": LAST_TURN}
+    assert {name: calibration_named(name) for name in names} == names
+    assert (PAPER, LAST_TURN.switching) == (Calibration(1.0, 0.0, None, 0.0), 1.0)
+    mine = Calibration(3.0, 0.2, 0.4, 0.01, 7, ((0.1, 0.2),))
+    keep_calibration(tmp_path / "new" / "mine.json", mine, {"model": "m"})
+    assert calibration_named(str(tmp_path / "new" / "mine.json")) == mine
+    assert json.loads((tmp_path / "new" / "mine.json").read_text())["model"] == "m"
+    with pytest.raises(InvalidInputError, match="paper, usual, last-turn"):
+        calibration_named("papr")
+    with pytest.raises(GoalscopeError, match="cannot be written"):
+        keep_calibration(tmp_path, mine, {})
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "no JSON",
+        "[]",
+        "{}",
+        '{"calibration": 7}',
+        '{"calibration": [1, 2]}',
+        '{"calibration": {"temperature": 0}}',
+        '{"calibration": {"temperature": "2"}}',
+        '{"calibration": {"warmth": 2}}',
+        '{"calibration": {"thresholds": [0.1]}}',
+        '{"calibration": {"thresholds": 7}}',
+        b"\xff\xfe",
+    ],
+)
+def test_a_file_that_holds_no_calibration_is_named_in_one_line(tmp_path: Path, text) -> None:
+    file = tmp_path / "broken.json"
+    file.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(InvalidInputError, match=r"broken\.json holds no calibration") as caught:
+        calibration_named(str(file))
+    assert "\n" not in str(caught.value)
+
+
+SCORER = SimpleNamespace(name="nobody's", adapter=None)
+
+
+@pytest.fixture
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The user's data folder."""
+    monkeypatch.setattr("platformdirs.user_data_path", lambda *_: tmp_path / "data")
+    return tmp_path / "data"
+
+
+def known(scorer=SCORER, layout: str = "goal-last", *, end_of_turn: bool = False) -> Calibration:
+    return known_calibration(scorer, layout, end_of_turn=end_of_turn)[0]
+
+
+def test_a_model_has_the_users_calibration_or_the_shipped_one_or_the_usual(
+    own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found, origin = known_calibration(SCORER, "goal-last", end_of_turn=False)
+    assert found == USUAL
+    assert "goalscope calibrate" in origin
+    file = calibration_file(SCORER, "goal-last", end_of_turn=False)
+    assert file.is_relative_to(own)
+    monkeypatch.setattr(shipped, "files", lambda _: tmp_path / "shipped")
+    keep_calibration(tmp_path / "shipped" / file.name, replace(USUAL, temperature=3.0), {})
+    assert known() == replace(USUAL, temperature=3.0)
+    keep_calibration(file, replace(USUAL, temperature=4.0), {})
+    found, origin = known_calibration(SCORER, "goal-last", end_of_turn=False)
+    assert (found.temperature, origin) == (4.0, "yours")
+    file.write_text("{}")
+    with pytest.raises(InvalidInputError, match="delete the file"):
+        known()
+
+
+def test_a_calibration_is_of_one_model_with_its_adapter_and_prompt(
+    own: Path, tmp_path: Path
+) -> None:
+    one, same, other = (tmp_path / name for name in ("one.gguf", "same.gguf", "other.gguf"))
+    one.write_bytes(b"a")
+    same.write_bytes(b"a")
+    other.write_bytes(b"b")
+    adapted = SimpleNamespace(name=SCORER.name, adapter=one)
+    keep_calibration(calibration_file(adapted, "goal-last", end_of_turn=False), LAST_TURN, {})
+    assert known(adapted) == LAST_TURN
+    assert known(SimpleNamespace(name=SCORER.name, adapter=same)) == LAST_TURN
+    for unlike in (SCORER, SimpleNamespace(name=SCORER.name, adapter=other),
+                   SimpleNamespace(name="another", adapter=one)):  # fmt: skip
+        assert known(unlike) == USUAL
+    assert known(adapted, "goal-first") == USUAL
+    assert known(adapted, end_of_turn=True) == USUAL
+    keep_calibration(calibration_file(SCORER, "goal-last", end_of_turn=False), PAPER, {})
+    assert known(SimpleNamespace(name=SCORER.name)) == PAPER  # served models have no adapter
+
+
+def test_those_that_are_shipped_can_be_read() -> None:
+    for file in Path(shipped.__file__).parent.glob("*.json"):
+        made = calibration_named(str(file))
+        assert made.n > 0
+        assert made.thresholds
+
+
+def test_tests_see_none_of_the_calibrations_of_this_machine(data_folder: Path) -> None:
+    file = calibration_file(SCORER, "goal-last", end_of_turn=False)
+    assert file.is_relative_to(data_folder)
+    assert not file.parent.exists()

@@ -1,0 +1,160 @@
+"""`goalscope calibrate`: from a file of results to a calibration that is used from then on."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from goalscope.calibration import PAPER, calibration_from_json
+from goalscope.calibrations import calibration_file, calibration_named, known_calibration
+from goalscope.experiment import identity
+from goalscope.experiment.results import Results
+from goalscope.store import Store
+from test_calibrating import some
+from test_cli import fails, invoke
+
+pytest.importorskip("scipy.optimize")
+
+MODEL = {"model": "/m/small.gguf"}
+SCORER = SimpleNamespace(name="small", adapter=None)
+
+
+@pytest.fixture(autouse=True)
+def data(tmp_path, monkeypatch):
+    """A data folder of one's own; a model that needs no loading."""
+    monkeypatch.setattr("platformdirs.user_data_path", lambda *_: tmp_path / "data")
+    monkeypatch.setattr(identity, "opened", lambda model: scorer_of(model))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path / "data"
+
+
+def scorer_of(model):
+    return SCORER if model == MODEL else SimpleNamespace(name=str(model), adapter=None)
+
+
+def cells(n, seed=0, *, model=MODEL, layout="goal-last", set="teach", goals=5, groups=99):
+    """Specs with results, of people to whom a temperature of 3 is right."""
+    for i, each in enumerate(some(n, seed, factor=3.0, goals=goals)):
+        case = {"id": each.id, "group": f"g{i % groups}", "task": "t", "truth": each.truth}
+        case |= {"goals": [f"g{k}" for k in range(goals)], "turns": [{}] * len(each.goals)}
+        spec = {"kind": "dialogue", "set": set, "split": "valid", "goal_set": "hard", "case": case}
+        spec |= {"model": model, "layout": layout, "end_of_turn": False}
+        yield spec, {"role-play": each.goals.tolist(), "unspecified": each.unspecified.tolist()}
+
+
+def fill(name, *rows):
+    with Results.open(name) as results:
+        planned = results.plan([spec for spec, _ in rows])
+        results.ask_for(planned)
+        for cell, (_, result) in zip(planned, rows, strict=True):
+            if result is not None:
+                results.keep(cell.key, result, {})
+    return name
+
+
+def calibrated(*args):
+    """What the command says, which must succeed, of each model."""
+    result = invoke("calibrate", *args, "--json")
+    assert result.exit_code == 0, result.output
+    return json.loads(result.stdout)
+
+
+def test_a_model_is_calibrated_from_then_on(data):
+    fill("r.db", *cells(60))
+    before = known_calibration(SCORER, "goal-last", end_of_turn=False)
+    assert "not calibrated" in before[1]
+    (told,) = calibrated("r.db")
+    found, origin = known_calibration(SCORER, "goal-last", end_of_turn=False)
+    assert origin == "yours"
+    assert found == calibration_from_json(told["calibration"])
+    assert found.temperature == pytest.approx(3, rel=0.3)
+    assert (found.n, len(found.thresholds)) == (60, 5)
+    file = calibration_file(SCORER, "goal-last", end_of_turn=False)
+    assert told["file"] == str(file)
+    assert [each for each in data.rglob("*") if each.is_file()] == [file]
+    kept = json.loads(file.read_text())
+    assert kept == {key: value for key, value in told.items() if key != "file"}
+    assert (told["model"], told["layout"], told["end_of_turn"]) == ("small", "goal-last", False)
+    assert told["dialogues"] == {"teach hard": 60}
+    quality = told["quality"]
+    assert list(quality) == ["Eq. 1", "usual", "held out"]
+    assert {row["n"] for row in quality.values()} == {60}
+    assert quality["held out"]["log_loss"] < quality["Eq. 1"]["log_loss"]
+    assert all(0.7 < share <= 1 for share in quality["held out"]["coverage"])
+    assert quality["Eq. 1"]["coverage"] is None
+
+
+def test_it_is_shown_in_words(data):
+    fill("r.db", *cells(12), *cells(6, 1, set="[/b]"))
+    shown = invoke("calibrate", "r.db")
+    assert shown.exit_code == 0, shown.output
+    made, _ = known_calibration(SCORER, "goal-last", end_of_turn=False)
+    text = " ".join(shown.stdout.split())
+    for words in ("small, goal-last", "12 of teach hard", "6 of [/b] hard", "held out", " %",
+                  f"temperature {made.temperature:g}", "kept in"):  # fmt: skip
+        assert words in text
+
+
+def test_with_out_it_is_written_there_only_and_can_be_named(data):
+    fill("r.db", *cells(12))
+    (told,) = calibrated("r.db", "--out", "new/mine.json")
+    made = calibration_named("new/mine.json")
+    assert made == calibration_from_json(told["calibration"]) != PAPER
+    assert told["file"] == str(Path("new/mine.json"))
+    assert not data.exists()
+
+
+def test_each_model_and_layout_has_its_own_from_all_files():
+    fill("one.db", *cells(8), *cells(8, 2, layout="goal-first"), *cells(8, 4, model={}))
+    fill("two.db", *cells(8, 1, set="casino"))
+    said = fails(2, "calibrate", "one.db", "two.db", "--out", "mine.json")
+    assert "3 ways" in said
+    assert "--out" in said
+    told = calibrated("one.db", "two.db")
+    assert [(each["model"], each["layout"], each["dialogues"]) for each in told] == [
+        ("small", "goal-last", {"teach hard": 8, "casino hard": 8}),
+        ("small", "goal-first", {"teach hard": 8}),
+        ("SmolLM2-135M-Instruct", "goal-last", {"teach hard": 8}),
+    ]
+    assert len({each["file"] for each in told}) == 3
+    for model, layout in ((MODEL, "goal-last"), (MODEL, "goal-first"), ({}, "goal-last")):
+        made = known_calibration(scorer_of(model), layout, end_of_turn=False)
+        assert made[1] == "yours"
+    assert known_calibration(SCORER, "goal-last", end_of_turn=True)[1] != "yours"
+
+
+def test_what_was_not_measured_or_asked_for_is_passed_over(data):
+    rows = list(cells(10))
+    fill("r.db", *rows[:2])
+    later = [(spec, None if i < 3 else result) for i, (spec, result) in enumerate(rows[2:])]
+    mcq = {"kind": "mcq", "row": {}, "model": MODEL, "layout": "goal-last"}
+    fill("r.db", *later, (mcq, {"tokens": 2}))
+    (told,) = calibrated("r.db")
+    assert told["dialogues"] == {"teach hard": 5}
+
+
+def test_what_cannot_be_used_is_said_in_one_line(data, tmp_path):
+    (tmp_path / "text.db").write_text("no database at all, only words " * 99)
+    Store.open(tmp_path / "episodes.db").close()
+    fill("mcq.db", ({"kind": "mcq", "row": {}, "model": {}, "layout": "goal-last"}, {"tokens": 2}))
+    fill("undone.db", *[(spec, None) for spec, _ in cells(4)])
+    for code, file, cause in [
+        (2, "no.db", "There is no file no.db"),
+        (1, "text.db", "no SQLite file"),
+        (2, "episodes.db", "no dialogues"),
+        (2, "mcq.db", "no dialogues"),
+        (2, "undone.db", "no dialogues"),
+    ]:
+        assert cause in fails(code, "calibrate", file)
+    assert not data.exists()
+
+
+def test_one_group_of_people_is_too_few(data):
+    fill("r.db", *cells(6, groups=1))
+    result = invoke("calibrate", "r.db")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "different people" in result.stderr.splitlines()[-1]
+    assert not data.exists()

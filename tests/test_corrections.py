@@ -1,0 +1,396 @@
+"""What a person says of the goals themselves: confirmed, ruled out, in other words."""
+
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.console import Console
+
+from fakes import LampRoom, WordModel
+from goalscope.agent import Agent, GoalTracker
+from goalscope.belief import PINNED, Belief
+from goalscope.calibration import PAPER, USUAL
+from goalscope.cli_why import correct
+from goalscope.domains import Settings
+from goalscope.session import Session
+from goalscope.store import Store, round_from_json, round_to_json
+from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError
+from test_agent import REPLIES
+from test_cli import invoke, shop, store_file, words  # noqa: F401
+from test_store import a_round
+
+A, B, C = (Goal(each) for each in "abc")
+LAMP, SLEEP, TEA = Goal("have lamp light"), Goal("sleep without light"), Goal("drink tea")
+
+nats = st.lists(st.floats(-200, 0), min_size=4, max_size=4)
+tables = st.lists(nats, max_size=4)
+calibrations = st.sampled_from([PAPER, USUAL, replace(USUAL, switching=0.3)])
+
+
+def belief_of(table, calibration=PAPER) -> Belief:
+    rows = np.array(table, dtype=np.float64).reshape(-1, 4)
+    return replace(Belief.uniform([UNSPECIFIED, A, B, C], calibration), log_likelihood=rows)
+
+
+def p(belief: Belief, goal: Goal) -> float:
+    return dict(belief.top())[goal]
+
+
+@given(tables, calibrations, st.sampled_from([A, B, C]))
+def test_a_confirmed_goal_is_all_but_sure_and_the_others_share_the_rest(table, way, goal) -> None:
+    before = belief_of(table, way)
+    after = before.pin(goal)
+    assert p(after, goal) == pytest.approx(max(PINNED, p(before, goal)), abs=1e-12)
+    assert after.probability.sum() == pytest.approx(1)
+    (place,) = (i for i, each in enumerate(before.goals) if each == goal)
+    one, other = (np.delete(each.log_posterior, place) for each in (before, after))
+    if p(after, goal) < 1 - 1e-9:
+        assert np.diff(other) == pytest.approx(np.diff(one), abs=1e-6)
+    assert before.pinned == ()
+
+
+@given(tables, nats)
+def test_later_words_count_from_there(table, row) -> None:
+    pinned = belief_of(table).pin(B)
+    after = pinned.observe(row)
+    moved = after.log_posterior - pinned.log_posterior
+    odds = np.array(row)
+    assert moved - moved[0] == pytest.approx(odds - odds[0], abs=1e-6)
+    assert (after.log_posteriors[:-1] == pinned.log_posteriors).all()
+    assert (pinned.log_posteriors[:-1] == belief_of(table).log_posteriors[:-1]).all()
+
+
+def test_a_goal_that_was_confirmed_can_be_overruled_by_what_is_said() -> None:
+    belief = belief_of([]).pin(A)
+    assert belief.probability == pytest.approx([0.01 / 3, 0.99, 0.01 / 3, 0.01 / 3])
+    assert p(belief.observe([-9.0, -9.0, -1.0, -9.0]), B) > 0.9
+
+
+def test_the_last_of_several_is_the_one_that_is_meant() -> None:
+    belief = belief_of([]).pin(A).pin(B)
+    assert p(belief, B) == pytest.approx(0.99)
+    assert p(belief, A) == pytest.approx(0.01 * 0.99 / (1 - 0.01 / 3))
+    later = belief.observe([0.0] * 4).pin(A)
+    assert later.pinned == ((0, A), (0, B), (1, A))
+    assert p(later, A) >= PINNED
+    assert later.log_posteriors[0] == pytest.approx(belief.log_posterior)
+
+
+def test_what_nothing_explains_is_explained_by_the_goal_that_is_confirmed() -> None:
+    belief = belief_of([[-np.inf] * 4])
+    assert belief.is_degenerate
+    assert belief.pin(C).probability.tolist() == [0, 0, 0, 1]
+    alone = Belief.uniform([A]).pin(A)
+    assert alone.probability.tolist() == [1]
+
+
+@given(tables, st.integers(0, 4), calibrations)
+def test_a_dropped_goal_takes_its_confirmation_along(table, when, way) -> None:
+    when = min(when, len(table))
+    whole = replace(belief_of(table, way), pinned=((0, B), (when, A), (when, C)))
+    rest = whole.drop([A])
+    assert rest.pinned == ((0, B), (when, C))
+    assert rest.probability.sum() == pytest.approx(1)
+    assert whole.drop([A, B, C]).pinned == ()
+
+
+@given(st.lists(nats, min_size=1, max_size=4), st.integers(0, 3))
+def test_confirmations_stay_between_the_same_words_when_some_are_left_out(table, turn) -> None:
+    turn %= len(table)
+    pinned = tuple((when, A if when % 2 else B) for when in range(len(table) + 1))
+    less = replace(belief_of(table), pinned=pinned).without(turn)
+    expected = belief_of([])
+    for when in range(len(table) + 1):
+        expected = expected.pin(A if when % 2 else B)
+        if when < len(table) and when != turn:
+            expected = expected.observe(table[when])
+    assert less.pinned == expected.pinned
+    assert less.probability == pytest.approx(expected.probability, abs=1e-9)
+
+
+def test_confirmations_are_stored() -> None:
+    belief = belief_of([[-1.0, -2.0, -3.0, -4.0]]).pin(B).observe([-1.0] * 4).pin(A)
+    read = round_from_json(round_to_json(a_round(belief=belief))).belief
+    assert read is not None
+    assert read.pinned == ((1, B), (2, A))
+    assert (read.log_posteriors == belief.log_posteriors).all()
+
+
+def test_a_tracker_takes_a_goal_that_is_new_with_all_that_was_said() -> None:
+    tracker = GoalTracker(WordModel(), goals=["bake cake"], calibration=PAPER)
+    tracker.observe("Yes?", "soup soup")
+    early = GoalTracker(WordModel(), goals=["bake cake", "cook soup"], calibration=PAPER)
+    belief = tracker.pin("cook soup")
+    assert belief is tracker.belief
+    assert belief.pinned == ((1, Goal("cook soup")),)
+    assert p(belief, Goal("cook soup")) >= PINNED
+    assert belief.log_likelihood == pytest.approx(early.observe("Yes?", "soup soup").log_likelihood)
+    assert tracker.pin(Goal("bake cake")).goals == belief.goals
+    with pytest.raises(InvalidInputError, match="empty"):
+        tracker.pin(" ")
+
+
+def begun(model=None, **options) -> Agent:
+    """An agent that knows of light and of sleep."""
+    agent = Agent(LampRoom(), model or WordModel(REPLIES), **options)
+    agent.step("What?", "lamp light please")
+    return agent
+
+
+def belief_in(agent: Agent) -> Belief:
+    assert agent.tracker is not None
+    return agent.tracker.belief
+
+
+@pytest.mark.parametrize(("goal", "new"), [(SLEEP, False), (TEA, True), ("drink tea", True)])
+def test_a_confirmed_goal_stands_and_the_next_round_tells_of_it(goal, new) -> None:
+    agent = begun()
+    belief = agent.correct("pin", goal)
+    named = TEA if new else SLEEP
+    assert belief is belief_in(agent)
+    assert p(belief, named) >= PINNED
+    round = agent.step("And?", "light please")
+    told = [GoalChange("added", TEA, "you named it")] * new
+    told += [GoalChange("pinned", named, "you confirmed it")]
+    assert list(round.changes[: len(told)]) == told
+    assert round.belief is not None
+    assert round.belief.pinned == ((1, named),)
+    assert "pinned" not in [change.kind for change in agent.step("?", "light").changes]
+
+
+def test_a_goal_is_confirmed_before_a_word_is_said() -> None:
+    agent = Agent(LampRoom(), WordModel(REPLIES))
+    assert p(agent.correct("pin", LAMP), LAMP) >= PINNED
+    round = agent.step("What?", "please")
+    assert agent.env.status() == "On: lamp."
+    assert round.belief is not None
+    assert p(round.belief, LAMP) > 0.9
+
+
+def test_a_goal_that_is_ruled_out_is_gone_and_never_proposed_again() -> None:
+    agent = begun()
+    assert agent.correct("veto", LAMP).goals == (UNSPECIFIED, SLEEP)
+    rounds = [agent.step("And?", "have lamp light"), agent.step("And?", "have lamp light")]
+    assert rounds[0].changes[0] == GoalChange("removed", LAMP, "you ruled it out", final=True)
+    other = Agent(LampRoom(), WordModel(REPLIES))
+    other.resume([round_from_json(round_to_json(round)) for round in agent.rounds])
+    rounds.append(other.step("And?", "have lamp light"))
+    for round in rounds:
+        assert round.belief is not None
+        assert LAMP not in round.belief.goals
+        assert not [c for c in round.changes if c.kind == "added"]
+    assert p(agent.correct("pin", LAMP), LAMP) >= PINNED  # unless the person says so
+
+
+def test_a_goal_in_other_words_takes_the_place_of_the_old_ones() -> None:
+    agent = begun()
+    belief = agent.correct("reword", SLEEP, " drink tea ")
+    assert belief.goals == (UNSPECIFIED, LAMP, TEA)
+    assert p(belief, TEA) >= PINNED
+    added, pinned, removed = agent.step("And?", "light please").changes[:3]
+    assert [(c.kind, c.goal) for c in (added, pinned)] == [("added", TEA), ("pinned", TEA)]
+    assert removed == GoalChange("removed", SLEEP, "you said it in other words", final=True)
+
+
+def test_a_goal_in_the_words_of_another_or_its_own_is_that_one() -> None:
+    agent = begun()
+    assert agent.correct("reword", SLEEP, SLEEP.text).goals == (UNSPECIFIED, LAMP, SLEEP)
+    belief = agent.correct("reword", SLEEP, LAMP.text)
+    assert belief.goals == (UNSPECIFIED, LAMP)
+    assert belief.pinned == ((1, LAMP),)
+    kinds = [change.kind for change in agent.step("And?", "light").changes]
+    assert kinds[:3] == ["pinned", "pinned", "removed"]
+    assert "added" not in kinds
+
+
+@pytest.mark.parametrize(
+    ("correction", "goal", "text", "cause"),
+    [
+        ("pin", UNSPECIFIED, "", "no goal 'Unspecified'"),
+        ("veto", UNSPECIFIED, "", "no goal 'Unspecified'"),
+        ("reword", UNSPECIFIED, "tea", "no goal 'Unspecified'"),
+        ("veto", TEA, "", "no goal 'drink tea'"),
+        ("reword", TEA, "tea", "no goal 'drink tea'"),
+        ("reword", SLEEP, " ", "empty"),
+        ("reword", SLEEP, "\ud83c", "surrogate"),
+        ("reword", SLEEP, "word " * 300, "fewer words"),
+        ("pin", "", "", "empty"),
+    ],
+)
+def test_what_cannot_be_done_changes_nothing(correction, goal, text, cause) -> None:
+    agent = begun()
+    before = belief_in(agent)
+    with pytest.raises(InvalidInputError, match=cause):
+        agent.correct(correction, goal, text)
+    assert belief_in(agent) is before
+    assert agent.step("And?", "lamp").changes == begun().step("And?", "lamp").changes
+
+
+@pytest.mark.parametrize("method", ["no-goals", "no-inference"])
+def test_a_method_without_probabilities_has_nothing_to_correct(method) -> None:
+    model = WordModel({**REPLIES, "the most likely": '"2"', "the least likely": '"1"'})
+    with pytest.raises(InvalidInputError, match="holds no belief"):
+        begun(model, method=method).correct("pin", LAMP)
+
+
+def test_a_round_that_fails_loses_no_correction() -> None:
+    agent = begun()
+    agent.correct("veto", LAMP)
+    belief = agent.correct("pin", SLEEP)
+    with pytest.raises(InvalidInputError):
+        agent.step("And?", "word " * 5000)
+    assert belief_in(agent) is belief
+    found = [(c.kind, c.goal) for c in agent.step("And?", "please").changes]
+    assert found[:2] == [("removed", LAMP), ("pinned", SLEEP)]
+
+
+class Refuses(WordModel):
+    """Refuses goals of tea, and finds the task a hindrance to those that help."""
+
+    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+        rows = super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+        return [
+            np.zeros(1) if text.startswith("I'm sorry") and "tea" in context[-1].content else row
+            for context, text, row in zip(contexts, continuations, rows, strict=True)
+        ]
+
+
+def test_a_confirmed_goal_may_seem_irrelevant_but_not_be_unsafe() -> None:
+    helps = Goal("helps")
+    for confirmed in (False, True):
+        agent = begun(Refuses(REPLIES))
+        assert agent.tracker is not None
+        agent.tracker.add([helps])
+        for goal in (helps, TEA) if confirmed else ():
+            agent.correct("pin", goal)
+        round = agent.step("And?", "light please")
+        assert (helps in belief_in(agent).goals) == confirmed
+    assert TEA not in belief_in(agent).goals
+    (removed,) = (change for change in round.changes if change.kind == "removed")
+    assert (removed.goal, removed.final) == (TEA, True)
+    assert "unsafe" in removed.reason
+
+
+def session(tmp_path, lines, **settings):
+    """What is shown of lines of a person, and the rounds that are stored."""
+    out = io.StringIO()
+    left = iter(lines)
+
+    def read(query):
+        while (line := next(left)).startswith("/"):
+            out.write(f"\n> {line}\n")
+            correct(console, opened, line)
+        return line
+
+    console = Console(file=out, width=100, markup=False, emoji=False, highlight=False)
+    spoken = sum(not line.startswith("/") for line in lines)
+    with Store.open(tmp_path / "s.db") as store:
+        chosen = Settings(calibration="usual", rounds=spoken, **settings)
+        opened = Session(store, chosen, LampRoom(), WordModel(REPLIES), read=read)
+        list(opened.run())
+        return out.getvalue().split("\n> ")[1:], store.rounds(opened.id)
+
+
+def test_lines_of_a_chat_correct_the_goals_and_are_stored_with_the_round(tmp_path) -> None:
+    lines = ["lamp light please", "/goals", "/pin  drink tea", "/veto 2", "/reword 1 a cup of tea"]
+    shown, (first, second) = session(tmp_path, [*lines, "please"])
+    goals, pin, veto, reword = shown
+    ranked = [goal for goal, _ in first.belief.top()]
+    numbers = [line.split()[0] for line in goals.splitlines() if "%" in line]
+    assert numbers == ["1", "2", "3"]
+    (line,) = (line for line in pin.splitlines() if "drink tea" in line and "%" in line)
+    assert line.split()[0] == "1"
+    assert "(you confirmed it)" in line
+    assert "99.0%" in line
+    assert (ranked[0].text in goals, ranked[0].text in veto) == (True, False)
+    assert "a cup of tea" in reword
+    assert "drink tea" not in reword.partition("Belief")[2]
+    cup = Goal("a cup of tea")
+    assert [(c.kind, c.goal) for c in second.changes[:6]] == [
+        ("added", TEA), ("pinned", TEA), ("removed", ranked[0]),
+        ("added", cup), ("pinned", cup), ("removed", TEA),
+    ]  # fmt: skip
+    assert second.belief.pinned == ((1, cup),)
+    assert not first.belief.pinned
+
+
+def test_a_number_names_the_goal_that_has_it_in_the_list(tmp_path) -> None:
+    lines = ["lamp light please", "/pin drink tea", "/pin 2", "/why 1", "/why"]
+    shown, (_, second) = session(tmp_path, [*lines, "please"])
+    (line,) = (line for line in shown[0].splitlines() if line.split()[:1] == ["2"])
+    _, tea, pinned = second.changes[:3]
+    assert tea.goal == TEA
+    assert pinned.goal.text in line
+    assert f"Why {pinned.goal.text}" in shown[2]
+    assert "lamp light please" in shown[2]
+    assert "by its number, 1 to 4" in shown[3]
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("/help", "/reword NUMBER TEXT"),
+        ("/pinn 1", "/veto NUMBER"),
+        ("/", "/goals"),
+        ("/veto", "1 to 3"),
+        ("/veto 0", "1 to 3"),
+        ("/pin 4", "1 to 3"),
+        ("/pin", "1 to 3"),
+        ("/why lamp", "1 to 3"),
+        ("/reword 1", "empty"),
+        ("/pin \ud83c", "surrogate"),
+        ("/veto 1\x1b[31m", "1 to 3"),
+    ],
+)
+def test_a_line_that_cannot_be_done_is_answered_and_changes_nothing(tmp_path, line, said) -> None:
+    (shown,), (_, second) = session(tmp_path, ["lamp light please", line, "please"])
+    assert said in shown.partition("\n")[2]
+    assert "\x1b" not in shown.partition("\n")[2]
+    assert not second.belief.pinned
+    assert not [c for c in second.changes if c.reason.startswith("you ")]
+
+
+def test_a_chat_without_a_belief_says_so(tmp_path) -> None:
+    (shown,), _ = session(tmp_path, ["lamp", "/goals", "please"], method="no-goals")
+    assert "holds no belief" in shown
+
+
+def test_slashes_in_a_chat_are_no_words_of_the_dialogue(shop, words, store_file) -> None:  # noqa: F811
+    lines = "I need cocoa powder.\n/pin bake a cake\n/goals\nAnd flour.\n"
+    result = invoke("chat", *shop[:2], input=lines)
+    assert result.exit_code == 0, result.output
+    assert "(you confirmed it)" in result.stdout
+    with Store.open(store_file) as store:
+        (info,) = store.episodes()
+        rounds = store.rounds(info.id)
+    said = [round.turn for round in rounds]
+    assert [turn.utterance for turn in said] == ["I need cocoa powder.", "And flour."]
+    assert said[1].query
+    assert ("pinned", Goal("bake a cake")) in [(c.kind, c.goal) for c in rounds[1].changes]
+
+
+def test_a_vetoed_goal_that_had_come_back_stays_out() -> None:
+    agent = begun(patience=0)
+    assert SLEEP not in belief_in(agent).goals
+    agent.step("And?", "sleep without sleep without sleep")
+    assert SLEEP in belief_in(agent).goals
+    agent.correct("veto", SLEEP)
+    agent.step("And?", "sleep without sleep")
+    assert SLEEP not in belief_in(agent).goals
+
+
+def test_no_goal_is_reworded_to_none() -> None:
+    agent = begun()
+    with pytest.raises(InvalidInputError, match="There is no goal"):
+        agent.correct("reword", SLEEP, "Unspecified")
+    assert SLEEP in belief_in(agent).goals
+
+
+def test_an_unsafe_goal_goes_though_it_is_confirmed_and_the_only_one() -> None:
+    agent = Agent(LampRoom(), Refuses({}))
+    agent.correct("pin", TEA)
+    agent.step("?", "tea")
+    assert TEA not in belief_in(agent).goals

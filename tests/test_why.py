@@ -1,0 +1,275 @@
+"""Why a goal is likely: what each utterance and each word says for it, and how that is shown."""
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fakes import WordModel, said
+from goalscope.belief import Belief
+from goalscope.calibration import PAPER, USUAL, Calibration
+from goalscope.display import show_reasons
+from goalscope.likelihood import RolePlay
+from goalscope.store import Store
+from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, ModelError, Turn
+from goalscope.why import Reason, reasons, word_evidence
+from test_cli import fails, invoke, store_file  # noqa: F401
+from test_display import HOSTILE, drawn
+from test_store import EPISODE, a_round
+
+CAKE, SOUP, WASH = Goal("bake cake"), Goal("cook soup"), Goal("wash")
+SUPPORT = (UNSPECIFIED, CAKE, SOUP, WASH)
+CALIBRATIONS = (PAPER, Calibration(temperature=4.0), replace(USUAL, switching=0.2))
+TURNS = [Turn("What now?", "Cake, cupcakes"), Turn("And then?", "a soup   and soap!")]
+
+rows = st.lists(st.lists(st.floats(-50, 0), min_size=4, max_size=4), min_size=1, max_size=4)
+
+
+def belief_of(table, calibration: Calibration = PAPER) -> Belief:
+    return replace(Belief.uniform(SUPPORT, calibration), log_likelihood=np.array(table))
+
+
+class Pieces:
+    """A tokenizer whose tokens are at most three letters, and may begin with spaces."""
+
+    def tokenize(self, text: str) -> list[str]:
+        return re.findall(r"\s*\S{1,3}", text)
+
+    def detokenize(self, tokens: Sequence[str]) -> str:
+        return "".join(tokens)
+
+
+class Speller(WordModel):
+    """Tokens that the context holds are likelier, and more so if they are long."""
+
+    tokenizer = Pieces()
+
+    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+        texts = [" ".join(message.content for message in context).lower() for context in contexts]
+        pieces = [self.tokenizer.tokenize(words) for words in continuations]
+        return [
+            np.array([-9.0 + len(p) * (p.strip().lower() in text) for p in row], dtype=float)
+            for text, row in zip(texts, pieces, strict=True)
+        ]
+
+
+@given(rows, st.sampled_from([*CALIBRATIONS[:2], replace(USUAL, switching=0.0)]))
+def test_evidence_is_what_moves_the_belief_after_the_calibration(table, way) -> None:
+    belief = belief_of(table, way)
+    moved = np.diff(belief.log_posteriors, axis=0)
+    odds = belief.evidence - belief.evidence[:, :1]
+    assert odds == pytest.approx(moved - moved[:, :1], abs=1e-7)
+    stated = np.array(table)[:, 1:] / way.temperature
+    assert belief.evidence[:, 1:] == pytest.approx(stated)
+
+
+@given(rows, st.sampled_from(CALIBRATIONS), st.sampled_from(SUPPORT))
+def test_evidence_is_against_the_mean_of_the_others_as_it_counts(table, way, goal) -> None:
+    belief = belief_of(table, way)
+    found = reasons(belief, said(*map(str, range(len(table)))), goal)
+    place = SUPPORT.index(goal)
+    for number, (row, each) in enumerate(zip(belief.evidence, found, strict=True)):
+        others = (row.sum() - row[place]) / 3
+        assert each.evidence == pytest.approx(row[place] - others, abs=1e-9)
+        assert (each.turn, each.utterance) == (number + 1, str(number))
+        until = belief_of(table[: number + 1], way).probability[place]
+        assert each.probability == pytest.approx(until, abs=1e-9)
+        rest = np.array([*table[:number], *table[number + 1 :]]).reshape(-1, 4)
+        assert each.without == pytest.approx(belief_of(rest, way).probability[place], abs=1e-9)
+
+
+def test_a_goal_without_others_has_the_evidence_of_its_words() -> None:
+    belief = Belief.uniform([CAKE], Calibration(temperature=2.0)).observe([-3.0])
+    assert reasons(belief, said("x"), CAKE) == [Reason(1, "x", -1.5, 1.0, 1.0)]
+
+
+def test_other_goals_and_other_turns_are_refused() -> None:
+    belief = Belief.uniform([CAKE, SOUP]).observe([-3.0, -1.0])
+    with pytest.raises(InvalidInputError, match=r"'wash'.*bake cake; cook soup"):
+        reasons(belief, said("x"), WASH)
+    with pytest.raises(InvalidInputError, match="1 turns, not 2"):
+        reasons(belief, said("x", "y"), CAKE)
+
+
+@pytest.mark.parametrize("way", CALIBRATIONS)
+@pytest.mark.parametrize("goal", [CAKE, UNSPECIFIED])
+def test_words_add_up_to_what_their_turn_says(way, goal) -> None:
+    likelihood = RolePlay(Speller())
+    table = likelihood.log_likelihood("t", SUPPORT, TURNS)
+    belief = belief_of(table, way)
+    whole = reasons(belief, TURNS, goal)
+    for end, reason in enumerate(whole, 1):
+        found = word_evidence(likelihood, "t", belief, TURNS[:end], goal)
+        assert "".join(word for word, _ in found) == TURNS[end - 1].utterance
+        assert sum(nats for _, nats in found) == pytest.approx(reason.evidence, abs=1e-9)
+        assert abs(reason.evidence) > 0.1
+
+
+def test_a_word_is_all_its_tokens_and_the_space_before_it() -> None:
+    likelihood = RolePlay(Speller())
+    belief = belief_of(likelihood.log_likelihood("t", SUPPORT, TURNS))
+    first, second = (word_evidence(likelihood, "t", belief, TURNS[:n], CAKE) for n in (1, 2))
+    assert [word for word, _ in first] == ["Cake,", " cupcakes"]
+    assert [word for word, _ in second] == ["a", " soup", "   and", " soap!"]
+    assert first[0][1] > 1 > second[1][1]
+
+
+def test_tokens_are_scored_as_their_utterance_is_in_the_part_that_is_still_read() -> None:
+    turns = [TURNS[1], *(Turn("what else", f"word{i} " * 20) for i in range(25)), *TURNS]
+    model = Speller(context_size=456)
+    likelihood = RolePlay(model)
+    assert likelihood.window("t", turns) > 0
+    pieces, table = likelihood.token_log_likelihood("t", SUPPORT, turns)
+    assert pieces == model.tokenizer.tokenize(TURNS[-1].utterance)
+    assert table.shape == (len(pieces), 4)
+    whole = likelihood.log_likelihood("t", SUPPORT, turns, since=27)
+    assert table.sum(0) == pytest.approx(whole[0])
+
+
+@given(rows, st.sampled_from(CALIBRATIONS[:2]), st.integers(0, 3), st.data())
+def test_without_a_turn_that_says_nothing_nothing_changes(table, way, when, data) -> None:
+    belief = belief_of(table, way)
+    place = when % (len(table) + 1)
+    flat = np.insert(belief.log_likelihood, place, data.draw(st.floats(-50, 0)), axis=0)
+    less = replace(belief, log_likelihood=flat).without(place)
+    assert (less.log_likelihood == belief.log_likelihood).all()
+    after = replace(belief, log_likelihood=flat).probability
+    assert less.probability == pytest.approx(after, abs=1e-9)
+    assert (less.goals, less.calibration) == (belief.goals, way)
+
+
+def shown(utterance: str, *words: tuple[str, float], width: int = 80, goal: Goal = CAKE) -> str:
+    found = [Reason(1, utterance, 1.26, 0.5, 0.25)]
+    return drawn(show_reasons, goal, found, [words] if words else [], width=width)
+
+
+def test_reasons_are_shown_with_their_numbers_and_words_with_theirs() -> None:
+    (line,) = (line for line in shown("I need cocoa").splitlines() if "cocoa" in line)
+    assert re.findall(r"[-+.\w%]+", line) == ["1", "+1.26", "50.0%", "25.0%", "I", "need", "cocoa"]
+    text = shown("I need cocoa", ("I", 0.04), (" need", -0.26), (" cocoa", 2.0))
+    assert "I need(-0.3) cocoa(+2.0)" in text
+    assert "Why bake cake" in text
+    assert max(map(len, shown("word " * 50, width=60).splitlines())) <= 60
+
+
+@pytest.mark.parametrize("words", [(), ((HOSTILE, 1.0), (HOSTILE, 0.0))])
+def test_hostile_words_are_shown_and_not_obeyed(words) -> None:
+    text = shown(HOSTILE, *words, width=300, goal=Goal(HOSTILE))
+    assert text.count("[red]x[/red][/]") == 1 + max(1, len(words))
+    assert ":smile:" in text
+    assert not set(text) & set("\x1b\x07\r\u202e")
+
+
+GOALS = ["Make tea", "make toast", "bake"]
+
+
+@pytest.fixture
+def kept(store_file):  # noqa: F811
+    """Id of an episode of two rounds, in which what is likeliest changes."""
+    belief = Belief.uniform([UNSPECIFIED, *map(Goal, GOALS)]).observe([-3.0, -1.0, -4.0, -4.0])
+    after = belief.observe([-9.0, -9.0, -8.0, -1.0])
+    with Store.open(store_file) as store:
+        id = store.begin(**EPISODE)
+        store.append(id, a_round(1, belief=belief, turn=Turn("Yes?", "Tea")))
+        store.append(id, a_round(2, belief=after, turn=Turn("And?", "Flour \x1b[31m")))
+    return id
+
+
+def test_why_tells_of_the_likeliest_goal_after_the_last_round_or_the_named_one(kept) -> None:
+    last = json.loads(invoke("why", kept, "--json").stdout)
+    assert last["goal"] == "bake"
+    assert set(last) == {"goal", "reasons"}
+    assert [each["utterance"] for each in last["reasons"]] == ["Tea", "Flour \x1b[31m"]
+    evidence = [each["evidence"] for each in last["reasons"]]
+    assert evidence == pytest.approx([-4 + 8 / 3, -1 + 26 / 3])
+    first = json.loads(invoke("why", kept[:6], "--round", 1, "--json").stdout)
+    assert (first["goal"], len(first["reasons"])) == ("Make tea", 1)
+    assert first["reasons"][0]["without"] == pytest.approx(0.25)
+    for name in ("make TOAST", "MAKE to"):
+        named = json.loads(invoke("why", kept, "--goal", name, "--json").stdout)
+        assert named["goal"] == "make toast"
+
+
+def test_why_is_drawn_for_people_without_what_a_terminal_would_obey(kept) -> None:
+    result = invoke("why", kept)
+    assert result.exit_code == 0, result.output
+    assert "Why bake" in result.stdout
+    assert "Flour" in result.stdout
+    assert "\x1b" not in result.stdout
+
+
+def test_why_scores_words_only_when_asked(kept, monkeypatch) -> None:
+    opened = []
+
+    class Closable(Speller):
+        def close(self):
+            pass
+
+    def open_model(*_, **options):
+        opened.append(options)
+        return Closable()
+
+    monkeypatch.setattr("goalscope.models.opening.open_model", open_model)
+    invoke("why", kept, "--json")
+    assert not opened
+    told = json.loads(invoke("why", kept, "--words", "--json").stdout)
+    assert len(opened) == 1
+    assert [[word for word, _ in turn] for turn in told["words"]] == [
+        ["Tea"], ["Flour", " \x1b[31m"]
+    ]  # fmt: skip
+
+
+def test_what_why_cannot_tell_is_said_in_one_line(kept, store_file) -> None:  # noqa: F811
+    with Store.open(store_file) as store:
+        blind = store.begin(**{**EPISODE, "method": "no-goals"})
+        store.append(blind, a_round(1, belief=None))
+        unborn = store.begin(**EPISODE)
+    line = fails(2, "why", kept, "--goal", "wash")
+    assert "No goal begins with 'wash'" in line
+    assert "Unspecified; Make tea; make toast; bake" in line
+    assert "Several goals begin with 'make'" in fails(2, "why", kept, "--goal", "make")
+    assert "2 rounds" in fails(2, "why", kept, "--round", 3)
+    assert "no-goals" in fails(2, "why", blind)
+    assert "0 rounds" in fails(2, "why", unborn)
+    assert "goalscope episodes" in fails(2, "why", "nothing")
+    assert invoke("why", kept, "--round", 0).exit_code == 2
+
+
+def test_words_add_up_where_the_end_of_the_turn_counts() -> None:
+    class Ending(Speller):
+        def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+            rows = super().token_logprobs(contexts, continuations)
+            ends = [-len(str(context)) / 50.0 for context in contexts]
+            return (
+                [np.append(row, end) for row, end in zip(rows, ends, strict=True)]
+                if end_of_turn
+                else rows
+            )
+
+    likelihood = RolePlay(Ending(), end_of_turn=True)
+    table = likelihood.log_likelihood("t", SUPPORT, TURNS)
+    belief = replace(Belief.uniform(SUPPORT), log_likelihood=table)
+    words = word_evidence(likelihood, "t", belief, TURNS, SUPPORT[1])
+    expected = reasons(belief, TURNS, SUPPORT[1])[-1].evidence
+    assert sum(nats for _, nats in words) == pytest.approx(expected)
+
+
+def test_characters_of_several_tokens_stay_whole(tmp_path: Path) -> None:
+    fits = pytest.importorskip("fits")
+    words = "Crème brûlée 🎂 für 茶"
+    model = fits.Transformers(fits.tiny_folder(tmp_path / "t"), device="cpu", dtype="float32")
+    pieces, table = RolePlay(model).token_log_likelihood("t", SUPPORT, [Turn("?", words)])
+    assert "".join(pieces) == words
+    assert len(pieces) == len(table) > len(words.split())
+
+
+def test_a_scorer_without_tokens_is_said() -> None:
+    belief = Belief.uniform(SUPPORT).observe([0.0] * len(SUPPORT))
+    with pytest.raises(ModelError, match="does not tell its tokens"):
+        word_evidence(RolePlay(WordModel()), "t", belief, TURNS[:1], SUPPORT[1])
