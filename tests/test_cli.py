@@ -218,7 +218,7 @@ def test_infer_does_not_mix_settings(tmp_path):
     plain = ("infer", file, "--out", out, "--adapter", "none")
     assert invoke(*plain).exit_code == 0
     said = fails(2, *plain, "--layout", "goal-first")
-    assert "made with layout 'goal-last' and not 'goal-first'. Name another file" in said
+    assert "made with layout 'goal-last' and not 'goal-first', calibration" in said
     said = fails(2, *plain[:-2])
     assert "made with adapter None and not 'general', weights" in said
 

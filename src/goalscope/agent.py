@@ -7,7 +7,7 @@ from typing import Literal
 
 from goalscope import goals as goal_management
 from goalscope.belief import Belief
-from goalscope.calibration import Calibration
+from goalscope.calibration import USUAL, Calibration
 from goalscope.dialog import Human, ask, with_answer
 from goalscope.envs import Environment
 from goalscope.episode import Round
@@ -119,7 +119,8 @@ class Agent:
         patience: A goal goes when it was the least likely for more than this many rounds (n).
         layout: Where the likelihood prompt states the goal; None takes the default.
         end_of_turn: Whether the end of the utterance is scored too.
-        calibration: How evidence becomes probabilities; None for that of the model.
+        calibration: How evidence becomes probabilities; None for `USUAL`: what was calibrated on
+            given goals is too unsure of goals that the agent proposes itself (LOG.md).
         planner: Chooses what to do; None for the one that fills a basket.
         seed: Seed of everything that is drawn.
     """
@@ -149,7 +150,9 @@ class Agent:
         self._corrections: list[GoalChange] = []
         if method == "good":
             roleplay = RolePlay(model, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
-            self.tracker = GoalTracker(task=env.task, likelihood=roleplay, calibration=calibration)
+            self.tracker = GoalTracker(
+                task=env.task, likelihood=roleplay, calibration=calibration or USUAL
+            )
         elif method == "no-inference":
             self.tracker = GoalTracker(task=env.task, likelihood=PromptedRanking(model))
         elif method != "no-goals":

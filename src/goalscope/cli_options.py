@@ -60,7 +60,8 @@ CalibrationName = Annotated[
     typer.Option(
         "--calibration",
         metavar="paper|usual|last-turn|FILE",
-        help="How evidence becomes probabilities.  [default: that of the model; see `calibrate`]",
+        help="How evidence becomes probabilities.  [default: for given goals what `calibrate` "
+        "found for the model, for an agent's own usual]",
     ),
 ]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything that is drawn.")]

@@ -44,7 +44,7 @@ class Settings:
         unity: Program that AI2-THOR is to start; None for its own build.
         layout: See `Agent`, as for the next one.
         end_of_turn: Whether the end of the utterance is scored.
-        calibration: Name or file of one; None for that of the model.
+        calibration: Name or file of one; None for that of `Agent`.
         seed: Seed of everything that is drawn.
         rounds: Most rounds.
     """

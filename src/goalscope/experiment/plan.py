@@ -94,7 +94,7 @@ class EpisodesPart:
         humans: How the profile's person is played.
         layouts: Where the likelihood prompt states the goal.
         end_of_turn: Whether the end of the utterance is scored.
-        calibrations: Names or files; that of the model if there are none.
+        calibrations: Names or files; that of `Agent` if there are none.
         seeds: One run for each.
         rounds: Most rounds.
         catalogue: CSV file of the shop; None for the domain's own.
