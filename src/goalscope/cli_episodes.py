@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from goalscope.store import EpisodeInfo
     from goalscope.types import Profile
 
-__all__ = ["chat", "episodes", "replay", "run"]
+__all__ = ["chat", "engine_of", "episodes", "replay", "run"]
 
 
 def chat(
@@ -128,7 +128,7 @@ def chat(
         )
         profile = info.profile if info else None
         person = profile_named(settings, profile) if profile else None
-        with _engine(settings) as engine, _environment(settings, person) as env:
+        with engine_of(settings) as engine, _environment(settings, person) as env:
             session = Session(
                 episodes, settings, env, engine, profile=profile, read=read, resume=info
             )
@@ -214,7 +214,7 @@ def run(
     everyone = profile == "all"
     people = profiles_of(settings) if everyone else (profile_named(settings, profile),)
     infos: list[EpisodeInfo] = []
-    with Store.open(store) as episodes, _engine(settings, calls) as engine:
+    with Store.open(store) as episodes, engine_of(settings, calls) as engine:
         for person in people:
             with _environment(settings, person) as env:
                 session = Session(episodes, settings, env, engine, profile=person.name)
@@ -262,7 +262,7 @@ def episodes(store: StoreFile = None, as_json: Json = False) -> None:
 
 
 @contextmanager
-def _engine(settings: Settings, calls: Path | None = None) -> Generator[OpenModel]:
+def engine_of(settings: Settings, calls: Path | None = None) -> Generator[OpenModel]:
     """The model of an episode."""
     with opened_model(
         settings.model,

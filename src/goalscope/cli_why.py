@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from goalscope.cli_options import Json, StoreFile
-from goalscope.terminal import console, opened_model
+from goalscope.terminal import console
 from goalscope.types import Goal, InvalidInputError, checked_text
 
 if TYPE_CHECKING:
@@ -138,18 +138,13 @@ def _words(
     info: EpisodeInfo, belief: Belief, turns: list[Turn], goal: Goal
 ) -> list[list[tuple[str, float]]]:
     """Of each turn, each word with its evidence."""
+    from goalscope.cli_episodes import engine_of
     from goalscope.domains import Settings
     from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
     from goalscope.why import word_evidence
 
     settings = Settings(**info.settings)
-    with opened_model(
-        settings.model,
-        settings.generator,
-        settings.scorer,
-        settings.tokenizer,
-        settings.adapter,
-    ) as engine:
+    with engine_of(settings) as engine:
         likelihood = RolePlay(
             engine,
             layout=settings.layout or DEFAULT_LAYOUT,
