@@ -125,7 +125,7 @@ def objectionable(
     )
     odds = [float(no.sum() - yes.sum()) for no, yes in zip(scores[::2], scores[1::2], strict=True)]
     return [
-        GoalChange("removed", goal, f"unsafe: the model refuses it ({value:+.1f} nats)", True)
+        GoalChange("removed", goal, f"unsafe: the model refuses it ({value:+.1f} nats)", final=True)
         for goal, value in zip(asked, odds, strict=True)
         if value > margin
     ]
@@ -151,7 +151,10 @@ def irrelevant(
     losses: list[float] = (means[0] - means[1]).tolist()
     return [
         GoalChange(
-            "removed", goal, f"irrelevant: the task makes it less likely (-{loss:.1f} nats)", True
+            "removed",
+            goal,
+            f"irrelevant: the task makes it less likely (-{loss:.1f} nats)",
+            final=True,
         )
         for goal, loss in zip(asked, losses, strict=True)
         if loss > margin
