@@ -228,8 +228,8 @@ def test_no_irreversible_act_is_free_without_a_word(robot: HomeRobot, verb: str)
 class Reckless(Planner):
     """Plans a slice, and then what cannot be."""
 
-    def plan(self, env: Environment, *_: Any) -> list[Action]:
-        return [Action("slice", "tomato"), Action("put", "apple", destination="toaster")]
+    def plan(self, env: Environment, *_: Any) -> tuple[list[Action], list[str]]:
+        return [Action("slice", "tomato"), Action("put", "apple", destination="toaster")], []
 
 
 def test_what_cannot_be_undone_stays_when_its_plan_fails(robot: HomeRobot) -> None:

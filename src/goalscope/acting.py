@@ -8,7 +8,7 @@ from typing import Protocol, cast
 
 from goalscope.envs import Environment
 from goalscope.models import Model
-from goalscope.policy import Array, Planner, Want, Wordings, weighed
+from goalscope.policy import Array, Planner, Want, Wordings, choose, weigh
 from goalscope.types import Action, StepResult, Turn
 
 __all__ = ["ActionPlanner", "SpokenEnvironment"]
@@ -78,16 +78,16 @@ class ActionPlanner(Planner):
 
     def search_terms(
         self, env: Environment, wants: Sequence[Want], utterances: Sequence[str]
-    ) -> list[str]:
+    ) -> tuple[list[str], list[str]]:
         """See `Planner.search_terms`; what nobody named only when nothing was named just now."""
         newest = " ".join(utterances[-1:]).casefold()
         if _QUESTION.fullmatch(newest):
-            return []
+            return [], []
         named = env.mentioned(utterances) if env.mentioned(utterances[-1:]) else []
         if not named and (len(newest.split()) < FEW_WORDS or _ASIDE.search(newest)):
-            return []
-        terms = super().search_terms(env, wants, utterances)
-        return [term for term in terms if term in named] if named else terms
+            return [], []
+        terms, held = super().search_terms(env, wants, utterances)
+        return ([term for term in terms if term in named], []) if named else (terms, held)
 
     def plan(
         self,
@@ -96,10 +96,14 @@ class ActionPlanner(Planner):
         terms: Sequence[str],
         turns: Sequence[Turn],
         history: Sequence[StepResult],
-    ) -> list[Action]:
-        """What the person asks for outright, and that alone; else the best for each thing."""
+    ) -> tuple[list[Action], list[str]]:
+        """What the person asks for outright, and that alone; else the best for each thing.
+
+        And what to hold back, in words: what is best on average, but wrong for some goal.
+        """
         if plan := env.requests(turns):
-            return plan
+            return plan, []
+        held: list[str] = []
         served: set[str] = set()
         before = {result.action.target for result in history}
         before |= {result.action.destination for result in history}
@@ -116,24 +120,29 @@ class ActionPlanner(Planner):
                 continue
             fulfilled = [phrase for phrase in speaker.fulfilled(term) if phrase not in options]
             phrases = [LEAVE.format(thing=term), *fulfilled, *options]
-            log_gains = self.log_gains(term, phrases, wants, turns)
-            best = int(log_gains.argmax())
+            probability, gains = self.log_gains(term, phrases, wants, turns)
+            best = int((probability @ gains).argmax())
+            if best <= len(fulfilled):
+                continue
             enough = self.margin if term in named else self.bar
-            if best > len(fulfilled) and log_gains[best] > log_gains[0] + enough:
+            choice = choose(probability, gains[:, [best]] - gains[:, [0]] - enough, self.cost)
+            if choice.ask[0]:
+                held.append(phrases[best])
+            if choice.act[0]:
                 chosen = options[phrases[best]]
                 if env.permission(chosen[0], []):
                     chosen = chosen[:1]
                 plan += chosen
                 served |= {action.target for action in chosen}
                 served |= {action.destination for action in chosen}
-        return plan
+        return plan, held
 
     def log_gains(
         self, thing: str, phrases: Sequence[str], wants: Sequence[Want], turns: Sequence[Turn]
-    ) -> Array:
-        """[len(phrases)] in nats: how much the goals and the person's words speak for each."""
+    ) -> tuple[Array, Array]:
+        """How much each goal, with the person's words, speaks for each phrase; see `weigh`."""
         words = self.newest([turn.utterance for turn in turns])
-        wanted, without = weighed(
+        probability, gains, _ = weigh(
             wants, words, lambda goal: self.log_probability(phrases, goal, ACT, thing=thing)
         )
-        return wanted - self.discount * without
+        return probability, gains

@@ -215,7 +215,11 @@ class Agent:
             results=results,
             replans=outcome.replans,
             status=self.env.status(),
-            notes=(*self._notes(turn), *(_told(each) for each in outcome.failed)),
+            notes=(
+                *self._notes(turn),
+                *(_told(each) for each in outcome.failed),
+                *(f"Not before it is clear what you want: {each}." for each in outcome.held),
+            ),
             terminated=complete or any(result.terminated for result in results),
             question=outcome.question,
             state=self.env.fingerprint(),

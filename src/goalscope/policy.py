@@ -1,4 +1,4 @@
-"""Acting on likely goals (Sec. 3.2 and 4.2): search terms, a plan, and replanning."""
+"""Acting on likely goals (Sec. 3.2 and 4.2): act, ask first or wait; a plan, and replanning."""
 
 from __future__ import annotations
 
@@ -15,18 +15,23 @@ from goalscope.models import Model
 from goalscope.prompts import recent, render
 from goalscope.types import Action, GoalscopeError, StepResult, Turn
 
-__all__ = ["Outcome", "Planner", "Want", "undo", "weighed"]
+__all__ = ["Choice", "Outcome", "Planner", "Want", "choose", "undo", "weigh"]
 
 OTHER_GOALS = ("get through the week", "clean the bathroom", "have breakfast")
 """Everyday goals that stand for having no particular one."""
 
 Array = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
 Wordings = tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Want:
-    """Something to act for: a goal, or in No Goals the person's own words."""
+    """Something to act for: a goal, or in No Goals the person's own words.
+
+    Where the probabilities of all that is wanted do not sum to 1, the rest is that of other goals,
+    of which nothing is known but what the person said.
+    """
 
     text: str
     probability: float
@@ -41,12 +46,47 @@ class Outcome:
         replans: How many plans were impossible before them.
         question: Leave to ask for, before what the plan holds besides may be done.
         failed: What was tried and could not be done.
+        held: What would be right for one goal and wrong for another: a question comes first.
     """
 
     results: tuple[StepResult, ...]
     replans: int
     question: str = ""
     failed: tuple[StepResult, ...] = ()
+    held: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """What to do about each of `n` things under the whole belief; to do nothing where neither.
+
+    Attributes:
+        act: [n] whether to act at once.
+        ask: [n] whether a question is worth its cost before that.
+    """
+
+    act: Flags
+    ask: Flags
+
+
+def choose(probability: Array, advantage: Array, cost: float) -> Choice:
+    """Act, ask first, or wait: whichever has the greatest expected value.
+
+    To act is worth tanh(advantage / 2) under a goal: the probability that it is right less that
+    it is wrong, if both were as likely before. To wait is worth nothing. To ask, and then to act if
+    that is right, saves the expected harm of acting now, and has its cost (value of information;
+    Howard, 1966).
+
+    Args:
+        probability: [G] of each goal; sums to 1.
+        advantage: [G, n] log-odds in nats that something is right under each goal.
+        cost: Of a question, where something wrong costs 1.
+    """
+    value = np.tanh(advantage / 2)
+    now = probability @ value
+    asked = probability @ np.maximum(value, 0) - cost
+    act = (now > 0) & (now >= asked)
+    return Choice(act=act, ask=~act & (asked > 0))
 
 
 class Planner:
@@ -62,7 +102,8 @@ class Planner:
         kinds: Kinds of things that the environment may add for each want.
         near: Kinds of things that it may add for the person's words.
         limit: Most search terms that one round acts on.
-        bar: Nats by which the goals must make a term likelier that nobody mentioned.
+        bar: Nats by which a goal must make a term likelier that nobody mentioned.
+        cost: Of a question before acting (see `choose`).
         discount: Weight of a term's log-probability without the goal. At 1 rare things are
             favoured, at 0 things that people need for anything.
         replans: Most plans to make in one round after the first.
@@ -81,6 +122,7 @@ class Planner:
         near: int = 20,
         limit: int = 8,
         bar: float = 0.0,
+        cost: float = 0.2,
         discount: float = 0.6,
         replans: int = 2,
         seed: int = 0,
@@ -91,6 +133,7 @@ class Planner:
         self.near = near
         self.limit = limit
         self.bar = bar
+        self.cost = cost
         self.discount = discount
         self.replans = replans
         self.seed = seed
@@ -120,12 +163,13 @@ class Planner:
         """
         impossible: dict[Action, StepResult] = {}
         standing: list[StepResult] = []
-        terms = self.search_terms(env, wants, [turn.utterance for turn in turns])
+        terms, held = self.search_terms(env, wants, [turn.utterance for turn in turns])
         question = ""
         for replans in range(self.replans + 1):
             results: list[StepResult] = []
             states = [env.fingerprint()]
-            for action in self.plan(env, wants, terms, turns, [*history, *standing]):
+            plan, unsure = self.plan(env, wants, terms, turns, [*history, *standing])
+            for action in plan:
                 if action in impossible:
                     continue
                 if leave := env.permission(action, turns):
@@ -139,7 +183,8 @@ class Planner:
                 states.append(env.fingerprint())
             else:
                 failed = tuple(impossible.values())
-                return Outcome((*standing, *results), replans, question, failed)
+                waiting = tuple(dict.fromkeys([*held, *unsure]))
+                return Outcome((*standing, *results), replans, question, failed, waiting)
             kept = max((n for n, each in enumerate(results, 1) if each.irreversible), default=0)
             standing += results[:kept]
             undo(env, [*history, *standing], states[kept])
@@ -148,14 +193,14 @@ class Planner:
 
     def search_terms(
         self, env: Environment, wants: Sequence[Want], utterances: Sequence[str]
-    ) -> list[str]:
-        """What to look for, best first: given the likely goals, and given the person's words.
+    ) -> tuple[list[str], list[str]]:
+        """What to look for, best first, and what to hold back until a question is answered.
 
         All must be likelier with what is wanted than without it. Things that the person mentioned
         come first; of those that nobody mentioned there are at most `limit`.
         """
         if not wants:
-            return []
+            return [], []
         for want in wants:
             if want.text not in self._candidates:
                 drawn = drawn_lines(
@@ -172,14 +217,20 @@ class Planner:
         wanted_kinds = (term for want in wants for term in self._candidates[want.text])
         terms = list(dict.fromkeys([*mentioned, *env.kinds(words, self.near), *wanted_kinds]))
         if not terms:
-            return []
-        wanted, without = weighed(wants, words, partial(self.log_probability, terms))
-        gains = dict(zip(terms, wanted - without, strict=True))
-        values = dict(zip(terms, wanted - self.discount * without, strict=True))
-        best = sorted(terms, key=lambda term: -values[term])
-        named = [term for term in mentioned if gains[term] > 0]
-        unnamed = [term for term in best if gains[term] > self.bar and term not in mentioned]
-        return named + unnamed[: self.limit]
+            return [], []
+        probability, gains, without = weigh(wants, words, partial(self.log_probability, terms))
+        mean = probability @ gains
+        choice = choose(probability, gains - self.bar, self.cost)
+        best = np.argsort(-(mean + (1 - self.discount) * without), kind="stable").tolist()
+        named = [
+            term for term, gain in zip(terms, mean, strict=True) if gain > 0 and term in mentioned
+        ]
+        unnamed = [i for i in best if terms[i] not in mentioned and (choice.act | choice.ask)[i]]
+        unnamed = unnamed[: self.limit]
+        return (
+            named + [terms[i] for i in unnamed if choice.act[i]],
+            [terms[i] for i in unnamed if choice.ask[i]],
+        )
 
     def newest(self, utterances: Sequence[str]) -> str:
         """The newest of the person's words, as many as a prompt can hold."""
@@ -193,8 +244,11 @@ class Planner:
         terms: Sequence[str],
         turns: Sequence[Turn],
         history: Sequence[StepResult],
-    ) -> list[Action]:
-        """What the person asked for outright, then for each term a search and its best find."""
+    ) -> tuple[list[Action], list[str]]:
+        """What the person asked for outright, then for each term a search and its best find.
+
+        And what to hold back: nothing more than what `search_terms` does.
+        """
         plan = env.requests(turns)
         served = {action.target for action in plan}
         for term in terms:
@@ -202,7 +256,7 @@ class Planner:
             if actions and not any(action.target in served for action in actions):
                 served.add(actions[0].target)
                 plan += [Action("search inventory", term), actions[0]]
-        return plan
+        return plan, []
 
     def log_probability(
         self, texts: Sequence[str], goal: str, wordings: Wordings = (), **values: str
@@ -233,20 +287,25 @@ class Planner:
         return np.array([known[*key, text] for text in texts])
 
 
-def weighed(
+def weigh(
     wants: Sequence[Want], words: str, score: Callable[[str], Array]
-) -> tuple[Array, Array]:
-    """Scores given what is wanted and what the person said, half each; and without a goal.
+) -> tuple[Array, Array, Array]:
+    """How much each goal, and what the person said, half each, speak for something.
 
     Args:
-        wants: Weighed by their probability.
+        wants: What is wanted.
         words: The person's own.
-        score: Log-probabilities in nats, given a goal or words.
+        score: [n] log-probabilities in nats, given a goal or words.
+
+    Returns:
+        [G + 1] probabilities of what is wanted, and of other goals at the end; [G + 1, n] gains in
+        nats against having no particular goal; and [n] log-probabilities without one.
     """
-    weights = np.array([want.probability for want in wants])
-    given = np.array([score(want.text) for want in wants])
-    wanted = (weights @ given / weights.sum() + score(words)) / 2
-    return wanted, np.mean([score(goal) for goal in OTHER_GOALS], axis=0)
+    without = np.mean([score(goal) for goal in OTHER_GOALS], axis=0)
+    known = np.array([want.probability for want in wants])
+    given = np.array([*(score(want.text) for want in wants), without])
+    probability = np.append(known, max(0.0, 1.0 - known.sum()))
+    return probability / probability.sum(), (given + score(words)) / 2 - without, without
 
 
 def undo(env: Environment, history: Sequence[StepResult], expected: str | None = None) -> None:
