@@ -315,7 +315,7 @@ def test_other_files_of_a_folder_are_left_out_and_named(folder: Path) -> None:
     other.close()
     Store.open(folder / "empty.db").close()
     found = read_report(folder, draw=False)
-    assert [section.name for section in found.sections] == ["mcq", "people", "talk"]
+    assert [section.name for section in found.sections] == ["beliefs", "mcq", "people", "talk"]
     assert ["broken.db" in found.skipped[0], "foreign.db" in found.skipped[1]] == [True] * 2
     with pytest.raises(GoalscopeError, match=r"foreign\.db is another program's file"):
         read_report(folder / "foreign.db")

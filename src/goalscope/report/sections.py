@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from goalscope.experiment.results import Cell, Results
-from goalscope.experiment.summary import Entry, Estimate, Table, slug
+from goalscope.experiment.summary import Entry, Estimate, Measured, Table, slug
+from goalscope.experiment.summary_beliefs import belief_table
 from goalscope.experiment.summary_dialogues import read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
 from goalscope.experiment.tables import tables_of, warnings_of
@@ -81,12 +82,16 @@ def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list
     files = [source] if alone else sorted(source.glob("*.db"))
     sections: list[Section] = []
     skipped: list[str] = []
+    measured: list[Measured] = []
     taken: set[str] = set()
     for file in files:
         try:
             with _copied(file) as results:
                 name = _unique(slug(str(results.about.get("name") or file.stem)), taken)
                 section = _section(results, name, file.stem, draw)
+                measured += [
+                    (cell.spec, cell.result) for cell in results.asked_for() if cell.result
+                ]
         except (LookupError, TypeError, ValueError) as error:
             skipped.append(f"{file} holds cells of a form that is unknown here: {error!r}.")
             continue
@@ -102,6 +107,10 @@ def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list
         raise InvalidInputError(
             f"{source} holds no results.{why} Make some with `goalscope experiment run` or `bench`."
         )
+    if (beliefs := belief_table(measured)).rows:
+        name = _unique("beliefs", taken)
+        table = _named([beliefs], name)
+        sections.insert(0, Section(name, "All dialogues", "", "", (), (), table, ()))
     return sections, skipped
 
 

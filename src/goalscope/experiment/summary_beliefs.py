@@ -1,0 +1,140 @@
+"""Beliefs before and after: what each part of the calibration, and the adapter, gives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.belief import log_posteriors
+from goalscope.calibrating import Observed, Tables, observed_in
+from goalscope.calibration import PAPER, Calibration, calibration_from_json
+from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate, Measured, Table, chosen
+from goalscope.experiment.summary_dialogues import EPS, mean_of
+from goalscope.models.opening import model_label
+from goalscope.stats import auroc
+
+__all__ = ["belief_table"]
+
+Array = npt.NDArray[np.float64]
+
+TURN = 3
+"""By this turn, or by the last of a shorter dialogue, it is to be known that a goal is missing."""
+
+COLUMNS = (
+    *("dialogues", "model", "belief", "n", "top-1", "log-loss", "open log-loss", "AUROC"),
+    *("proposes if absent", "if present"),
+    *(f"{100 * (1 - EPS):g} % set holds it: present", "absent", "size"),
+)
+NOTES = (
+    "Each line adds one part to the line above it: Eq. 1 as it stands in the paper; a prior "
+    "probability of Unspecified that does not depend on the number of goals; the temperature; the "
+    "reference; the chance of a change of mind. The first line without adapter is goalscope as the "
+    "paper has it, the last line with it is what goalscope does.",
+    "Top-1 and log-loss (nats) after the last turn, among the goals alone. Open log-loss: of what "
+    "is true over all turns, half of the time with the true goal left out, where Unspecified is "
+    "the truth, otherwise with a wrong goal left out.",
+    f"AUROC: how well the posterior of Unspecified tells the two apart by turn {TURN}. Proposes: "
+    "share of dialogues in which Unspecified has more than half of the probability after one of "
+    f"the first {TURN} turns; it should if the true goal is absent.",
+    f"The {100 * (1 - EPS):g} % set is conformal, at a turn drawn at random; thresholds belong to "
+    "the whole calibration alone. What comes with goalscope was calibrated on dialogues of these "
+    "sets; `goalscope calibrate` says how good that is on dialogues of other people.",
+    f"Intervals are 95 %, by a bootstrap that resamples whole groups. {NO_INTERVAL} Dialogues from "
+    "which the adapter has learned are left out.",
+)
+
+
+def belief_table(cells: Iterable[Measured], *, command: str = "") -> Table:
+    """One table over all dialogues, whatever their set; no rows where there are none.
+
+    Args:
+        cells: Of any kind.
+        command: What makes it again.
+    """
+    groups: dict[tuple[str, str], list[Measured]] = {}
+    for cell in chosen(cells, "dialogue"):
+        spec = cell[0]
+        own = spec["goal_set"] == "own"
+        task = ", ".join([spec["set"], *([] if own else [spec["split"], spec["goal_set"]])])
+        groups.setdefault((task, model_label(spec["model"])), []).append(cell)
+    rows: list[tuple[Entry, ...]] = []
+    for (task, model), found in groups.items():
+        observed = observed_in(found)
+        if not observed:
+            continue
+        own = calibration_from_json(found[0][1]["calibration"])
+        rows += [(task, model, *row) for row in _rows(observed, own)]
+    title = "Beliefs before and after, and what each part gives"
+    return Table("beliefs", title, COLUMNS, tuple(rows), NOTES, command)
+
+
+def _parts(own: Calibration) -> Mapping[str, Calibration]:
+    """The parts of a calibration, each added to the ones before it."""
+    prior = replace(PAPER, unstated=own.unstated)
+    warm = replace(prior, temperature=own.temperature)
+    reference = replace(warm, reference=own.reference)
+    return {
+        "Eq. 1": PAPER,
+        "+ prior": prior,
+        "+ temperature": warm,
+        "+ reference": reference,
+        "+ switching": own,
+    }
+
+
+def _rows(dialogues: Sequence[Observed], own: Calibration) -> Iterator[tuple[Entry, ...]]:
+    tables = Tables(dialogues)
+    groups = [each.group for each in dialogues]
+    everyone = np.arange(len(dialogues))
+    by_then = np.minimum(TURN, tables.turns) - 1
+    for name, way in _parts(own).items():
+        closed = [_among_goals(each, way) for each in dialogues]
+        top1 = [
+            float(row.argmax() == each.truth) for row, each in zip(closed, dialogues, strict=True)
+        ]
+        loss = [-float(row[each.truth]) for row, each in zip(closed, dialogues, strict=True)]
+        beliefs = tables.believe(way)
+        then: Array = beliefs[:, everyone, by_then]
+        odds = then[..., 0] - np.logaddexp.reduce(then[..., 1:], axis=-1)
+        late = np.greater(np.arange(len(beliefs[0, 0])), by_then[:, None])
+        most: Array = np.where(late, 0.0, np.exp(beliefs[..., 0])).max(-1)
+        present, absent = np.greater(most, 0.5).astype(float).tolist()
+        yield (
+            name,
+            len(dialogues),
+            mean_of(top1, groups, "top1"),
+            mean_of(loss, groups, "log_loss"),
+            mean_of(tables.losses(beliefs).tolist(), groups, "log_loss"),
+            Estimate(*auroc(odds[1], odds[0], groups)) if len(set(groups)) > 1 else None,
+            mean_of(absent, groups, "leads"),
+            mean_of(present, groups, "leads"),
+            *_sets(tables, beliefs, way, groups),
+        )
+
+
+def _among_goals(dialogue: Observed, calibration: Calibration) -> Array:
+    """[G] log-posterior after the last turn, without Unspecified."""
+    width = len(dialogue.goals[0])
+    stated = np.ones(width, dtype=bool)
+    return log_posteriors(np.zeros(width), dialogue.goals, stated, calibration)[-1]
+
+
+def _sets(
+    tables: Tables, beliefs: Array, calibration: Calibration, groups: Sequence[str]
+) -> tuple[Entry, Entry, Entry]:
+    """Coverage with the true goal and without it, and size; None without thresholds."""
+    threshold = dict(calibration.thresholds).get(EPS)
+    if threshold is None:
+        return None, None, None
+    found, sure = tables.drawn_turn(beliefs)
+    held = np.logical_or(sure >= threshold, sure >= found.max(-1))
+    sizes: Array = np.maximum(np.greater_equal(found, threshold).sum(-1), 1).mean(0)
+    present, absent = held.astype(float).tolist()
+    return (
+        mean_of(present, groups, "held"),
+        mean_of(absent, groups, "held"),
+        mean_of(sizes.tolist(), groups, "size"),
+    )
