@@ -360,8 +360,8 @@ def test_the_command_writes_or_prints(folder: Path, tmp_path: Path) -> None:
     printed = CliRunner().invoke(app, [str(folder), "--json"])
     assert printed.exit_code == 0
     sections = json.loads(printed.stdout)
-    assert [section["name"] for section in sections] == ["mcq", "people", "talk"]
-    assert sections[0]["tables"][1]["columns"][0] == "model"
+    assert [section["name"] for section in sections] == ["beliefs", "mcq", "people", "talk"]
+    assert sections[1]["tables"][1]["columns"][0] == "model"
     assert not (folder / "report").exists()
     written = CliRunner().invoke(
         app, [str(folder / "mcq.db"), "--markdown", str(tmp_path / "m.md")]
