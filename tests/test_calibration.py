@@ -33,7 +33,12 @@ share = st.floats(0, 1)
 inside = st.floats(0.01, 0.99)
 nats = st.floats(-50, 0)
 anything = st.builds(
-    Calibration, st.floats(0.1, 20), share, st.none() | inside, share | st.just(0.0) | st.just(1.0)
+    Calibration,
+    st.floats(0.1, 20),
+    share,
+    st.none() | inside,
+    share | st.just(0.0) | st.just(1.0),
+    st.just(0.0) | st.floats(0, 0.99),
 )
 
 
@@ -128,7 +133,7 @@ def test_a_goal_that_is_impossible_does_not_make_unspecified_impossible(
 
 @given(beliefs())
 def test_without_switching_all_turns_count_and_with_it_alone_the_last(belief: Belief) -> None:
-    way = replace(belief.calibration, reference=0.0, unstated=None)
+    way = replace(belief.calibration, reference=0.0, unstated=None, forgetting=0.0)
     always, never = (replace(belief, calibration=replace(way, switching=s)) for s in (0.0, 1.0))
     rows = belief.log_likelihood / way.temperature
     assert always.probability == pytest.approx(softmax(belief.log_prior + rows.sum(0)), abs=1e-9)
@@ -138,7 +143,8 @@ def test_without_switching_all_turns_count_and_with_it_alone_the_last(belief: Be
 
 @given(beliefs(least=1, values=st.floats(-5, 0), most=2))
 def test_switching_agrees_with_all_sequences_of_goals(belief: Belief) -> None:
-    way = replace(belief.calibration, temperature=1.0, reference=0.0, unstated=None)
+    plain = {"temperature": 1.0, "reference": 0.0, "unstated": None, "forgetting": 0.0}
+    way = replace(belief.calibration, **plain)
     prior, s, g = softmax(belief.log_prior), way.switching, len(belief.goals)
     found = np.zeros(g)
     for path in itertools.product(range(g), repeat=len(belief.log_likelihood)):
@@ -151,6 +157,15 @@ def test_switching_agrees_with_all_sequences_of_goals(belief: Belief) -> None:
         found[path[-1]] += weight
     exact = replace(belief, calibration=way).probability
     assert exact == pytest.approx(found / found.sum(), abs=1e-9)
+
+
+@given(beliefs(), st.floats(0, 0.99))
+def test_forgetting_discounts_each_turn_by_its_age(belief: Belief, share: float) -> None:
+    way = replace(belief.calibration, reference=0.0, unstated=None, switching=0.0, forgetting=share)
+    age = np.arange(len(belief.log_likelihood))[::-1]
+    rows = (1 - share) ** age[:, None] * belief.log_likelihood / way.temperature
+    found = replace(belief, calibration=way).probability
+    assert found == pytest.approx(softmax(belief.log_prior + rows.sum(0)), abs=1e-9)
 
 
 @given(st.floats(0.001, 0.2), st.integers(2, 5), st.integers(1, 40), st.floats(1, 1e5))
@@ -182,7 +197,8 @@ def test_each_row_is_the_belief_after_as_many_turns(belief: Belief) -> None:
 
 
 @given(beliefs(values=nats | st.just(-math.inf), calibrations=st.builds(
-    Calibration, st.floats(0.1, 20), st.floats(0, 0.99), st.none() | inside, share)))  # fmt: skip
+    Calibration, st.floats(0.1, 20), st.floats(0, 0.99), st.none() | inside, share,
+    st.floats(0, 0.99))))  # fmt: skip
 def test_what_is_impossible_leaves_no_nan(belief: Belief) -> None:
     for row in belief.log_posteriors:
         total = np.exp(row).sum()
@@ -259,6 +275,7 @@ def test_a_conformal_set_takes_the_threshold_of_eps_or_the_next_smaller_one() ->
         ("temperature", [0.0, -1.0, math.nan, math.inf]),
         ("reference", [-0.01, 1.01, math.nan]),
         ("switching", [-0.01, 1.01, math.nan]),
+        ("forgetting", [-0.01, 1.0, math.nan]),
         ("unstated", [0.0, 1.0, -0.5, math.nan]),
         ("thresholds", [((0.1, 1.5),), ((-0.1, 0.5),), ((0.1, math.nan),)]),
     ],
@@ -285,8 +302,8 @@ def test_json_with_unknown_fields_is_refused() -> None:
 def test_names_and_files_name_calibrations(tmp_path: Path) -> None:
     names = {"paper": PAPER, "usual": USUAL, "last-turn": LAST_TURN}
     assert {name: calibration_named(name) for name in names} == names
-    assert (PAPER, LAST_TURN.switching) == (Calibration(1.0, 0.0, None, 0.0), 1.0)
-    mine = Calibration(3.0, 0.2, 0.4, 0.01, 7, ((0.1, 0.2),))
+    assert (PAPER, LAST_TURN.switching) == (Calibration(1.0, 0.0, None, 0.0, 0.0), 1.0)
+    mine = Calibration(3.0, 0.2, 0.4, 0.01, 0.1, 7, ((0.1, 0.2),))
     keep_calibration(tmp_path / "new" / "mine.json", mine, {"model": "m"})
     assert calibration_named(str(tmp_path / "new" / "mine.json")) == mine
     assert json.loads((tmp_path / "new" / "mine.json").read_text())["model"] == "m"

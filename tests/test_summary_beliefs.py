@@ -36,7 +36,7 @@ def test_each_line_adds_a_part_and_the_last_is_the_whole() -> None:
     table = belief_table(cell(each, own) for each in DIALOGUES)
     rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
     assert [row["belief"] for row in rows] == [
-        *("Eq. 1", "+ prior", "+ temperature", "+ reference", "+ switching")
+        *("Eq. 1", "+ prior", "+ temperature", "+ reference", "+ switching", "+ forgetting")
     ]
     *_, whole = quality(DIALOGUES, own)
     *_, warm = quality(DIALOGUES, replace(PAPER, unstated=0.5, temperature=own.temperature))

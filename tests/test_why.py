@@ -59,7 +59,7 @@ class Speller(WordModel):
         ]
 
 
-@given(rows, st.sampled_from([*CALIBRATIONS[:2], replace(USUAL, switching=0.0)]))
+@given(rows, st.sampled_from([*CALIBRATIONS[:2], replace(USUAL, switching=0.0, forgetting=0.0)]))
 def test_evidence_is_what_moves_the_belief_after_the_calibration(table, way) -> None:
     belief = belief_of(table, way)
     moved = np.diff(belief.log_posteriors, axis=0)

@@ -81,7 +81,8 @@ class Belief:
     def log_posteriors(self) -> Array:
         """[T + 1, G] log P(g | transcript up to turn t) in nats; row 0 is before any.
 
-        The forward filter of a hidden Markov model whose hazard rate is `switching`.
+        The forward filter of a hidden Markov model whose hazard rate is `switching`, and which
+        discounts the past by `forgetting`.
 
         All -inf where no goal can have said what was said.
         """
@@ -264,7 +265,12 @@ def log_posteriors(
         same, other = np.log1p(-calibration.switching), np.log(calibration.switching)
     found = [after(0, prior)]
     for t in range(rows.shape[-2]):
-        before = np.logaddexp(same + found[-1], other + prior) if t else found[0]
+        before = found[-1]
+        if t:
+            with np.errstate(invalid="ignore"):  # what was impossible from the start stays so
+                gained = np.where(np.isneginf(prior), 0.0, before - prior)
+            faded = _normalised(prior + (1 - calibration.forgetting) * gained)
+            before = np.logaddexp(same + faded, other + prior)
         found.append(after(t + 1, _normalised(before + rows[..., t, :])))
     return np.stack(found, -2)
 

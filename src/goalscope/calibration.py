@@ -29,6 +29,10 @@ class Calibration:
             prior like that of any other goal, as in the paper.
         switching: Chance, before each turn but the first, that the person has changed their mind
             and has any goal, by its prior. 0 in the paper; at 1 only the last turn counts.
+        forgetting: Share of what the belief has gained over the prior, in nats, that is forgotten
+            before each turn but the first (a discount factor; West & Harrison, 1997): words of one
+            person repeat each other, so that many turns say less than their sum, and a new goal
+            need not outweigh all that was said for the old one. 0 in the paper.
         n: Dialogues on which the thresholds were measured.
         thresholds: Pairs (eps, p): in all but a share eps of these dialogues, what was true had at
             least the probability p. They make conformal sets (see `Belief.conformal_set`).
@@ -41,6 +45,7 @@ class Calibration:
     reference: float = 0.0
     unstated: float | None = None
     switching: float = 0.0
+    forgetting: float = 0.0
     n: int = 0
     thresholds: tuple[tuple[float, float], ...] = ()
 
@@ -48,13 +53,15 @@ class Calibration:
         """Check the ranges."""
         if not (math.isfinite(self.temperature) and self.temperature > 0):
             raise ValueError(f"temperature must be positive, not {self.temperature}")
-        shares = [("reference", self.reference), ("switching", self.switching)]
+        shares = [(name, getattr(self, name)) for name in ("reference", "switching", "forgetting")]
         shares += [("threshold", value) for pair in self.thresholds for value in pair]
         if not (type(self.n) is int and self.n >= 0):
             raise ValueError(f"n must be a number of dialogues, not {self.n!r}")
         for name, value in shares:
             if not 0 <= value <= 1:
                 raise ValueError(f"{name} must lie between 0 and 1, not be {value}")
+        if self.forgetting == 1:
+            raise ValueError("forgetting must be below 1; at switching 1 only the last turn counts")
         if self.unstated is not None and not 0 < self.unstated < 1:
             raise ValueError(f"unstated must lie strictly between 0 and 1, not be {self.unstated}")
 
@@ -77,5 +84,5 @@ PAPER = Calibration()
 LAST_TURN = Calibration(switching=1.0)
 """Only the last turn counts."""
 
-USUAL = Calibration(temperature=2.0, reference=1 / 3, unstated=0.5, switching=0.001)
+USUAL = Calibration(temperature=2.0, reference=1 / 3, unstated=0.5, switching=0.03, forgetting=0.1)
 """For a model that nobody has calibrated (LOG.md)."""

@@ -129,7 +129,7 @@ def _show(told: list[dict[str, Any]]) -> None:
         out.print(
             plain(
                 f"temperature {made['temperature']:g}, reference {made['reference']:g}, switching "
-                f"{made['switching']:g}; kept in {each['file']}"
+                f"{made['switching']:g}, forgetting {made['forgetting']:g}; kept in {each['file']}"
             )
         )
     out.print(

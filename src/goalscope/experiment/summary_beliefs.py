@@ -31,8 +31,8 @@ COLUMNS = (
 NOTES = (
     "Each line adds one part to the line above it: Eq. 1 as it stands in the paper; a prior "
     "probability of Unspecified that does not depend on the number of goals; the temperature; the "
-    "reference; the chance of a change of mind. The first line without adapter is goalscope as the "
-    "paper has it, the last line with it is what goalscope does.",
+    "reference; the chance of a change of mind; forgetting. The first line without adapter is "
+    "goalscope as the paper has it, the last line with it is what goalscope does.",
     "Top-1 and log-loss (nats) after the last turn, among the goals alone. Open log-loss: of what "
     "is true over all turns, half of the time with the true goal left out, where Unspecified is "
     "the truth, otherwise with a wrong goal left out.",
@@ -76,12 +76,14 @@ def _parts(own: Calibration) -> Mapping[str, Calibration]:
     prior = replace(PAPER, unstated=own.unstated)
     warm = replace(prior, temperature=own.temperature)
     reference = replace(warm, reference=own.reference)
+    changing = replace(reference, switching=own.switching)
     return {
         "Eq. 1": PAPER,
         "+ prior": prior,
         "+ temperature": warm,
         "+ reference": reference,
-        "+ switching": own,
+        "+ switching": changing,
+        "+ forgetting": own,
     }
 
 
