@@ -177,7 +177,7 @@ def changes_table(*cells: tuple[dict, dict]) -> Table:
 
 
 FIRST = "first goal leads, rounds 1-2"
-LAST = "after round 2"
+LAST = "round 2"
 
 
 def shares(table: Table, way: str) -> list[float]:
@@ -215,6 +215,9 @@ def test_who_expects_a_change_follows_sooner() -> None:
     )
     # Each of two turns has six nats for one of three goals; between them the person may change.
     assert kept == pytest.approx(math.exp(12) / (math.exp(12) + 2), rel=1e-9)
+    assert row(table, "goalscope, switching 0")["log-loss, round 2"].value == pytest.approx(
+        math.log1p(2 * math.exp(-12)), rel=1e-6
+    )
     prior = 0.98 * math.exp(6) / (math.exp(6) + 2) + 0.02 / 3
     assert lost == pytest.approx(1 / (1 + math.exp(-6) * (1 - prior) / prior), rel=1e-9)
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from goalscope.belief import log_posteriors
 from goalscope.calibration import PAPER, Calibration, calibration_from_json
 from goalscope.datasets.changes import AFTER
-from goalscope.experiment.summary import NO_INTERVAL, Entry, Measured, Table, slug
+from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate, Measured, Table, slug
 from goalscope.experiment.summary_dialogues import AS_IN_PAPER, GOALSCOPE, by_settings, mean_of
 
 __all__ = ["FRESH", "Changes", "read_changes"]
@@ -27,8 +27,8 @@ FRESH = "goalscope, told of the change"
 NOTES = (
     "Each dialogue is scripted: turns of real people who had one goal, then of one who had another "
     f"({AFTER} turns). Followed within k rounds: the second goal was the likeliest after at least "
-    "one of the first k turns of that person. Then, before the change: the share of rounds, and "
-    "of dialogues after the last of these rounds, in which the first goal was the likeliest.",
+    "one of the first k turns of that person. Then, before the change: how often the first goal "
+    "was the likeliest, in all of these rounds and in the last, and there its log-loss in nats.",
     f"{GOALSCOPE}: with the calibration known when it was measured; switching: with another chance "
     f"of a change of mind before each turn; {AS_IN_PAPER}: Bayes' rule as it stands in the paper; "
     f"{FRESH}: the evidence before the change is left out, as if it were forgotten at once.",
@@ -75,20 +75,9 @@ class Changes:
         rows: list[tuple[Entry, ...]] = []
         for way, beliefs in self.beliefs.items():
             followed = np.logical_or.accumulate(_leads(beliefs[:, -AFTER:], 1), axis=1)
-            shares: list[Array | None] = [*followed.T.astype(float)]
-            if way == FRESH:
-                shares += [None, None]
-            else:
-                first = _leads(beliefs[:, :-AFTER], 0).astype(float)
-                shares += [first.mean(axis=1), first[:, -1]]
-            rows.append((
-                way,
-                len(self.groups),
-                *(
-                    None if each is None else mean_of(each.tolist(), self.groups, "leads")
-                    for each in shares
-                ),
-            ))  # fmt: skip
+            before = [None] * 3 if way == FRESH else self._before(beliefs[:, :-AFTER])
+            after = (self._mean(followed[:, k], "leads") for k in range(AFTER))
+            rows.append((way, len(self.groups), *after, *before))
         last = self.round - 1
         return Table(
             "-".join(map(slug, ("changes", self.set, self.split, self.model))),
@@ -96,7 +85,7 @@ class Changes:
             (
                 *("belief", "n"),
                 *(f"followed within {k}" for k in range(1, AFTER + 1)),
-                *(f"first goal leads, rounds 1-{last}", f"after round {last}"),
+                *(f"first goal leads, rounds 1-{last}", f"round {last}", f"log-loss, round {last}"),
             ),
             tuple(rows),
             NOTES,
@@ -108,6 +97,18 @@ class Changes:
         mean: Array = np.exp(self.beliefs[way][:, :, :2]).mean(axis=0)
         return mean
 
+    def _before(self, beliefs: Array) -> list[Estimate]:
+        """What a table says of the first goal, from the beliefs before the change."""
+        leads = _leads(beliefs, 0)
+        return [
+            self._mean(leads.mean(axis=1), "leads"),
+            self._mean(leads[:, -1], "leads"),
+            self._mean(-beliefs[:, -1, 0], "log_loss"),
+        ]
+
+    def _mean(self, values: Array | Flags, field: str) -> Estimate:
+        return mean_of(values.astype(float).tolist(), self.groups, field)
+
 
 def read_changes(cells: Iterable[Measured]) -> tuple[Changes, ...]:
     """The cells of the kind "change", for each set, split and model, in this order.
@@ -117,14 +118,14 @@ def read_changes(cells: Iterable[Measured]) -> tuple[Changes, ...]:
     """
     return tuple(
         Changes(
-            set,
+            name,
             split,
             model,
             group[0][0]["change"],
             tuple(spec["case"]["group"] for spec, _ in group),
             _beliefs(group),
         )
-        for (set, split, _, model), group in by_settings(cells, "change")
+        for (name, split, _, model), group in by_settings(cells, "change")
     )
 
 
