@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from fakes import WordModel
 from goalscope.calibration import Calibration
-from goalscope.datasets import Case
+from goalscope.datasets import Case, data_folder, load
 from goalscope.datasets.changes import AFTER, changes_of
 from goalscope.experiment.plan import specs_of
 from goalscope.experiment.summary import Estimate, Table
@@ -21,7 +21,7 @@ from goalscope.experiment.summary_dialogues import read_dialogues
 from goalscope.experiment.work import KINDS
 from goalscope.stats import bootstrap_mean
 from goalscope.types import Goal, InvalidInputError, Turn
-from test_datasets import game, packed
+from test_datasets import game, packed, real
 from test_plan import read, refused
 from test_summary import MODEL, column, row
 
@@ -103,6 +103,14 @@ def test_no_two_dialogues_of_a_script_share_people() -> None:
         assert len({int(id[1:]) // 2 for id in ids}) == len(ids) == 3
     with pytest.raises(InvalidInputError, match="6 dialogues"):
         changes_of(cases, round=8, goals=2, seed=1)
+
+
+@real
+def test_a_hundred_people_of_teach_change_their_mind_at_round_ten() -> None:
+    cases = load("teach", data_folder(None), goals=10).cases
+    scripts = changes_of(cases, round=10, goals=10, seed=1)
+    assert len(scripts) >= 100
+    assert {(len(each.case.turns), len(each.case.goals)) for each in scripts} == {(12, 10)}
 
 
 @pytest.fixture
