@@ -232,7 +232,7 @@ def test_who_expects_a_change_follows_sooner() -> None:
 
 def test_the_chance_of_the_calibration_has_no_second_row() -> None:
     usual = [cell(str(n), "b", "bbccc") for n in range(2)]
-    ways = ["goalscope", "goalscope, switching 0", "goalscope, switching 0.02"]
+    ways = ["goalscope", *(f"goalscope, switching {share}" for share in ("0", "0.02", "0.2"))]
     rest = ["goalscope, Eq. 1", "goalscope, told of the change"]
     assert column(changes_table(*usual), "belief") == ways + rest
     mixed = column(changes_table(usual[0], cell("2", "b", "bbccc", 0.5)), "belief")

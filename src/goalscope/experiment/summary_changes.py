@@ -19,7 +19,7 @@ __all__ = ["FRESH", "Changes", "read_changes"]
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
-SWITCHING = (0.0, 0.001, 0.02)
+SWITCHING = (0.0, 0.001, 0.02, 0.2)
 """Chances of a change of mind that are tried beside that of the calibration."""
 
 FRESH = "goalscope, told of the change"
