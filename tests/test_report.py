@@ -24,6 +24,7 @@ from goalscope.report.drawing import clean, draw
 from goalscope.report.figures import accuracy_figure, belief_figure
 from goalscope.store import Store, round_to_json
 from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError, Turn
+from test_changes import cell as change
 from test_summary_dialogues import SURE
 from test_summary_dialogues import dialogue as measured
 
@@ -203,6 +204,21 @@ def test_the_figures_of_each_kind_are_there(folder: Path) -> None:
     assert "n = 6 dialogues" in talk
     assert "ECE" in talk
     assert "94.4 %" in found["mcq"].figures[0].caption
+
+
+def test_a_change_of_mind_has_a_table_and_a_figure(tmp_path: Path) -> None:
+    file = fill(tmp_path / "mind.db", [change(str(n), "b", "bbCcc") for n in range(3)])
+    (section,) = read_report(file).sections
+    assert [table.name for table in section.tables] == [
+        "mind-cells",
+        "mind-changes-teach-valid-small",
+    ]
+    (figure,) = section.figures
+    assert figure.name == "mind-change-teach-valid-small"
+    assert "Mean of 3 dialogues; dotted: the change, at round 3" in figure.caption
+    for way in (str(row[0]) for row in section.tables[1].rows):
+        assert f">{way}</text>" in figure.drawing.svg
+    assert all(f">{round}</text>" in figure.drawing.svg for round in range(1, 6))
 
 
 def test_goals_are_drawn_as_they_are_written() -> None:

@@ -15,7 +15,7 @@ from goalscope.models.adapters import FITTED_DIALOGUES, FITTED_GOALS
 from goalscope.models.opening import parts
 from goalscope.types import UNSPECIFIED, Goal, Turn
 
-__all__ = ["case_from_json", "case_to_json", "measure_dialogue"]
+__all__ = ["case_from_json", "case_to_json", "measure_dialogue", "measure_evidence"]
 
 
 def case_to_json(case: Case) -> dict[str, Any]:
@@ -37,6 +37,26 @@ def case_from_json(data: Mapping[str, Any]) -> Case:
     return Case(data["id"], data["group"], data["task"], turns, goals, data["truth"])
 
 
+def measure_evidence(
+    model: OpenModel, case: Case, *, layout: Layout, end_of_turn: bool = False
+) -> dict[str, Any]:
+    """Evidence for each goal from each turn.
+
+    Returns:
+        `role-play` [T, G] log-likelihoods in nats, turn by turn; `unspecified` [T], the same
+        without a goal; `calibration`, how they become probabilities; `window`, the first turn that
+        the model could still read at the end.
+    """
+    roleplay = RolePlay(model, layout=layout, end_of_turn=end_of_turn)
+    table = roleplay.log_likelihood(case.task, [*case.goals, UNSPECIFIED], case.turns)
+    return {
+        "role-play": table[:, :-1].tolist(),
+        "unspecified": table[:, -1].tolist(),
+        "calibration": asdict(roleplay.calibration),
+        "window": roleplay.window(case.task, case.turns),
+    }
+
+
 def measure_dialogue(
     model: OpenModel,
     case: Case,
@@ -48,20 +68,13 @@ def measure_dialogue(
     """Evidence for each goal after each turn, by every way.
 
     Returns:
-        `role-play` [T, G] log-likelihoods in nats, turn by turn; `unspecified` [T], the same
-        without a goal; `calibration`, how they become probabilities; `tfidf`, `bm25`,
-        `embedding` [T, G], how like each goal is to all words so far; `outright` [T], what the
-        model answers if asked; `window`, the first turn that it could still read at the end;
-        `seen`, whether its adapter was fitted on the text of the true goal, and `learned`, whether
-        on these very words; None where no adapter tells.
+        What `measure_evidence` does; `tfidf`, `bm25`, `embedding` [T, G], how like each goal is to
+        all words so far; `outright` [T], what the model answers if asked; `seen`, whether its
+        adapter was fitted on the text of the true goal, and `learned`, whether on these very
+        words; None where no adapter tells.
     """
-    roleplay = RolePlay(model, layout=layout, end_of_turn=end_of_turn)
-    table = roleplay.log_likelihood(case.task, [*case.goals, UNSPECIFIED], case.turns)
     result: dict[str, Any] = {
-        "role-play": table[:, :-1].tolist(),
-        "unspecified": table[:, -1].tolist(),
-        "calibration": asdict(roleplay.calibration),
-        "window": roleplay.window(case.task, case.turns),
+        **measure_evidence(model, case, layout=layout, end_of_turn=end_of_turn),
         "tfidf": tfidf(case.goals, case.turns).tolist(),
         "bm25": bm25(case.goals, case.turns).tolist(),
         "embedding": embedding(case.goals, case.turns).tolist(),

@@ -12,6 +12,7 @@ from goalscope.agent import Method
 from goalscope.benchmarks.dialogues import case_to_json
 from goalscope.benchmarks.mcq import read_questions
 from goalscope.datasets import DATASETS, load, read_cases
+from goalscope.datasets.changes import changes_of
 from goalscope.domains import Domain, Settings, profiles_of
 from goalscope.envs.tables import nearest, shown
 from goalscope.experiment.files import hashes_of, person_of
@@ -65,6 +66,8 @@ class DialoguesPart:
         layouts: Where the likelihood prompt states the goal.
         end_of_turn: Whether the end of the utterance is scored.
         outright: Whether the model is asked for the goal outright, too.
+        change: The round (from 1) at which people change their mind (see `changes_of`); None where
+            they do not. Then the goals are random ones, and the model is not asked outright.
         models: As for the experiment; its own if there are none.
     """
 
@@ -79,6 +82,7 @@ class DialoguesPart:
     layouts: tuple[Layout, ...] = (DEFAULT_LAYOUT,)
     end_of_turn: bool = False
     outright: bool = True
+    change: int | None = None
     models: tuple[Model, ...] = ()
 
 
@@ -239,6 +243,9 @@ def _dialogue_specs(
             f"{part.jsonl} names the goals of its dialogues itself. Leave out the split and the "
             "goal sets, which are those of a dataset."
         )
+    if part.change is not None:
+        yield from _change_specs(part, part.change, model, folder)
+        return
     goal_sets = part.goal_sets or (DATASETS[part.set].goal_sets if part.set else ("own",))
     for goal_set in goal_sets:
         is_drawn = goal_set in ("random", "hard")
@@ -247,12 +254,10 @@ def _dialogue_specs(
             split = "own"
             cases = read_cases(_file(part.jsonl, folder))[: part.limit]
         else:
-            if folder is None:
-                raise InvalidInputError("Name the folder of the datasets with --data.")
             split = part.split or DATASETS[part.set].split
             cases = load(
                 part.set,
-                folder,
+                _needed(folder),
                 split=split,
                 goal_set=goal_set,
                 goals=part.goals,
@@ -274,6 +279,33 @@ def _dialogue_specs(
                     "end_of_turn": part.end_of_turn,
                     "outright": part.outright,
                 }
+
+
+def _change_specs(
+    part: DialoguesPart, round: int, model: Model, folder: Path | None
+) -> Iterator[dict[str, Any]]:
+    if part.jsonl or part.turns or part.goal_sets not in ((), ("random",)):
+        raise InvalidInputError(
+            "A change of mind is scripted from the dialogues of a dataset, with goals drawn at "
+            "random and turns up to the third after it. Leave out 'jsonl', 'turns', 'goal_sets'."
+        )
+    split = part.split or DATASETS[part.set].split
+    cases = load(part.set, _needed(folder), split=split, goals=part.goals, seed=part.seed).cases
+    found = changes_of(cases, round=round, goals=part.goals, seed=part.seed)
+    for script, layout in itertools.product(found[: part.limit], part.layouts):
+        yield {
+            "kind": "change",
+            "set": part.set,
+            "split": split,
+            "goal_set": "random",
+            "case": {**case_to_json(script.case), "second": script.second},
+            "change": round,
+            "model": model,
+            "goals": part.goals,
+            "seed": part.seed,
+            "layout": layout,
+            "end_of_turn": part.end_of_turn,
+        }
 
 
 def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]:
@@ -329,6 +361,12 @@ def _achieved(cell: Cell) -> dict[str, Any]:
     if cell.spec["settings"]["domain"] == "grocery":
         return {"outcome": result["outcome"], "actions": []}
     return {"outcome": "", "actions": result["actions"]}
+
+
+def _needed(folder: Path | None) -> Path:
+    if folder is None:
+        raise InvalidInputError("Name the folder of the datasets with --data.")
+    return folder
 
 
 def _file(name: str, folder: Path | None) -> Path:

@@ -110,7 +110,7 @@ _CHOICES: Mapping[str, Sequence[str]] = {
     "humans": ("scripted", "simulated", *get_args(Habit)),
     "layouts": get_args(Layout),
 }
-_LEAST = {"limit": 1, "turns": 1, "goals": 2, "rounds": 1, "trials": 1, "comparisons": 0}
+_LEAST = {"limit": 1, "turns": 1, "goals": 2, "change": 2, "rounds": 1, "trials": 1}
 
 
 def _part(kind: type[Any], value: object, label: str, folder: Path) -> Any:

@@ -36,6 +36,7 @@ __all__ = [
     "UNIFORM",
     "Dialogues",
     "Outcome",
+    "by_settings",
     "mean_of",
     "read_dialogues",
 ]
@@ -285,18 +286,24 @@ def read_dialogues(cells: Iterable[Measured]) -> tuple[Dialogues, ...]:
     Args:
         cells: Of any kind.
     """
+    return tuple(_read(key, group) for key, group in by_settings(cells, "dialogue"))
+
+
+def by_settings(
+    cells: Iterable[Measured], kind: str
+) -> Iterator[tuple[tuple[str, str, str, str], list[Measured]]]:
+    """The cells of one kind, for each set, split, goal set and label of what else was set."""
     tasks: dict[tuple[str, str, str], list[Measured]] = {}
-    for cell in chosen(cells, "dialogue"):
+    for cell in chosen(cells, kind):
         spec = cell[0]
         tasks.setdefault((spec["set"], spec["split"] or "", spec["goal_set"]), []).append(cell)
-    read: list[Dialogues] = []
     for task, found in sorted(tasks.items()):
         labels = Labels(_settings(spec) for spec, _ in found)
         groups: dict[str, list[Measured]] = {}
         for cell in found:
             groups.setdefault(labels[_settings(cell[0])], []).append(cell)
-        read += [_read((*task, label), group) for label, group in groups.items()]
-    return tuple(read)
+        for label, group in groups.items():
+            yield (*task, label), group
 
 
 def _settings(spec: Mapping[str, Any]) -> dict[str, Any]:

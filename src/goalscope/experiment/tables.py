@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from goalscope.experiment.results import Cell, Results
 from goalscope.experiment.summary import Table
+from goalscope.experiment.summary_changes import read_changes
 from goalscope.experiment.summary_dialogues import read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
 from goalscope.experiment.summary_mcq import mcq_tables
@@ -26,6 +27,7 @@ def tables_of(results: Results, cells: Sequence[Cell] | None = None) -> list[Tab
     tables += model_tables(found, command=command)
     for dialogues in found:
         tables += [dialogues.table(command=command), dialogues.open_set_table(command=command)]
+    tables += [changes.table(command=command) for changes in read_changes(measured)]
     for episodes in read_episodes(measured, attempts=[cell.attempts for cell in done]):
         tables += episodes.tables(command=command)
     notes = tuple(warnings_of(asked))

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from goalscope.benchmarks.dialogues import case_from_json, measure_dialogue
+from goalscope.benchmarks.dialogues import case_from_json, measure_dialogue, measure_evidence
 from goalscope.benchmarks.mcq import Question, measure_question, rephrase
 from goalscope.domains import Settings, open_environment, profile_named
 from goalscope.envs.grocery import GroceryShop
@@ -72,6 +72,15 @@ def _dialogue(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
         layout=spec["layout"],
         end_of_turn=spec["end_of_turn"],
         ask_outright=spec["outright"],
+    )
+
+
+def _change(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
+    return measure_evidence(
+        model,
+        case_from_json(spec["case"]),
+        layout=spec["layout"],
+        end_of_turn=spec["end_of_turn"],
     )
 
 
@@ -163,6 +172,7 @@ def _compare(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
 KINDS = {
     "mcq": _question,
     "dialogue": _dialogue,
+    "change": _change,
     "episode": _episode,
     "judge": _judge,
     "compare": _compare,

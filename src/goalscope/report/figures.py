@@ -9,6 +9,7 @@ from typing import Any
 
 from goalscope.episode import Round
 from goalscope.experiment.summary import Estimate, Table
+from goalscope.experiment.summary_changes import Changes
 from goalscope.experiment.summary_dialogues import (
     AS_IN_PAPER,
     GOALSCOPE,
@@ -23,8 +24,8 @@ from goalscope.report.drawing import COLOURS, GREY, INK, PALE, Drawing, draw, sh
 from goalscope.stats import Reliability, proportion
 from goalscope.types import UNSPECIFIED
 
-__all__ = ["Figure", "accuracy_figure", "belief_figure", "calibration_figure", "mcq_figure",
-           "methods_figure"]  # fmt: skip
+__all__ = ["Figure", "accuracy_figure", "belief_figure", "calibration_figure", "change_figure",
+           "mcq_figure", "methods_figure"]  # fmt: skip
 
 RIBBONS = 9
 """Goals of an episode that have a ribbon of their own, besides Unspecified."""
@@ -234,6 +235,30 @@ def accuracy_figure(name: str, dialogues: Dialogues) -> Figure | None:
     )
     drawing = draw(name, f"Accuracy by turn: {dialogues.title}", (7.4, 3.3), paint)
     return Figure(name, caption, drawing)
+
+
+def change_figure(name: str, changes: Changes) -> Figure:
+    """Probability of the first and of the second goal by round, under each belief."""
+
+    def paint(figure: Any) -> None:
+        axis = figure.subplots()
+        for way, colour in zip(changes.beliefs, COLOURS, strict=False):
+            means = changes.probabilities(way)
+            rounds = range(changes.rounds - len(means) + 1, changes.rounds + 1)
+            axis.plot(rounds, means[:, 1], color=colour, marker="o", ms=3, lw=1.4, label=way)
+            axis.plot(rounds, means[:, 0], color=colour, ls="--", lw=1)
+        axis.axvline(changes.round - 0.5, color=INK, ls=":", lw=1)
+        axis.set(ylim=(-0.02, 1.02), xlabel="round", ylabel="probability")
+        axis.set_xticks(range(1, changes.rounds + 1))
+        figure.legend(loc="outside right upper")
+
+    caption = (
+        "Probability of the goal before the change (dashed), and of the one after it (solid): "
+        f"{changes.title}. Mean of {len(changes.groups)} dialogues; dotted: the change, at round "
+        f"{changes.round}."
+    )
+    title = f"Belief over a change of mind: {changes.title}"
+    return Figure(name, caption, draw(name, title, (7.4, 3.3), paint))
 
 
 def mcq_figure(name: str, table: Table) -> Figure | None:

@@ -14,6 +14,7 @@ from pathlib import Path
 from goalscope.experiment.results import Cell, Results
 from goalscope.experiment.summary import Entry, Estimate, Measured, Table, slug
 from goalscope.experiment.summary_beliefs import belief_table
+from goalscope.experiment.summary_changes import read_changes
 from goalscope.experiment.summary_dialogues import read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
 from goalscope.experiment.tables import tables_of, warnings_of
@@ -23,6 +24,7 @@ from goalscope.report.figures import (
     accuracy_figure,
     belief_figure,
     calibration_figure,
+    change_figure,
     mcq_figure,
     methods_figure,
 )
@@ -242,6 +244,9 @@ def _figures(
                                     dialogues.model) if p)  # fmt: skip
         yield from _made(accuracy_figure(unique(f"turns-{what}"), dialogues))
         yield from _made(calibration_figure(unique(f"calibration-{what}"), dialogues))
+    for changes in read_changes(cells):
+        what = f"change-{changes.set}-{changes.split}-{changes.model}"
+        yield change_figure(unique(what), changes)
     for episodes in read_episodes(cells):
         what = f"methods-{episodes.domain}-{episodes.human}-{episodes.model}"
         yield methods_figure(unique(what), episodes)

@@ -1,0 +1,164 @@
+"""People who change their mind: how soon a belief follows, and what it costs to expect that."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.belief import log_posteriors
+from goalscope.calibration import PAPER, Calibration, calibration_from_json
+from goalscope.datasets.changes import AFTER
+from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate, Measured, Table, slug
+from goalscope.experiment.summary_dialogues import AS_IN_PAPER, GOALSCOPE, by_settings, mean_of
+
+__all__ = ["FRESH", "Changes", "read_changes"]
+
+Array = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+
+SWITCHING = (0.0, 0.001, 0.02, 0.2)
+"""Chances of a change of mind that are tried beside that of the calibration."""
+
+FRESH = "goalscope, told of the change"
+
+NOTES = (
+    "Each dialogue is scripted: turns of real people who had one goal, then of one who had another "
+    f"({AFTER} turns). Followed within k rounds: the second goal was the likeliest after at least "
+    "one of the first k turns of that person. Then, before the change: how often the first goal "
+    "was the likeliest, in all of these rounds and in the last, and there its log-loss in nats.",
+    f"{GOALSCOPE}: with the calibration known when it was measured; switching: with another chance "
+    f"of a change of mind before each turn; {AS_IN_PAPER}: Bayes' rule as it stands in the paper; "
+    f"{FRESH}: the evidence before the change is left out, as if it were forgotten at once.",
+    "Beliefs are over the goals alone. Intervals are 95 %, by a bootstrap that resamples whole "
+    "groups of dialogues with the same first goal, since these begin with the same people's words. "
+    f"{NO_INTERVAL}",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Changes:
+    """What beliefs made of one set of scripted changes of mind with one model.
+
+    Attributes:
+        set: Name of the data set.
+        split: Which part of it.
+        model: The model's label.
+        round: The first round (from 1) of the second goal.
+        groups: Of each dialogue.
+        beliefs: [N, T, G] log-posteriors in nats after each turn, first those of the first and of
+            the second goal, by the way in which they came about; T is `AFTER` for `FRESH`.
+    """
+
+    set: str
+    split: str
+    model: str
+    round: int
+    groups: tuple[str, ...]
+    beliefs: Mapping[str, Array]
+
+    @property
+    def title(self) -> str:
+        """What changed, and with which model it was followed."""
+        goals = self.beliefs[GOALSCOPE].shape[-1]
+        return f"{self.set}, {self.split}, {goals} random goals each, {self.model}"
+
+    @property
+    def rounds(self) -> int:
+        """How many there are in all."""
+        return self.round + AFTER - 1
+
+    def table(self, *, command: str = "") -> Table:
+        """In how many dialogues each belief follows, and holds the first goal before that."""
+        rows: list[tuple[Entry, ...]] = []
+        for way, beliefs in self.beliefs.items():
+            followed = np.logical_or.accumulate(_leads(beliefs[:, -AFTER:], 1), axis=1)
+            before = [None] * 3 if way == FRESH else self._before(beliefs[:, :-AFTER])
+            after = (self._mean(followed[:, k], "leads") for k in range(AFTER))
+            rows.append((way, len(self.groups), *after, *before))
+        last = self.round - 1
+        return Table(
+            "-".join(map(slug, ("changes", self.set, self.split, self.model))),
+            f"A change of mind at round {self.round}: {self.title}, {len(self.groups)} dialogues",
+            (
+                *("belief", "n"),
+                *(f"followed within {k}" for k in range(1, AFTER + 1)),
+                *(f"first goal leads, rounds 1-{last}", f"round {last}", f"log-loss, round {last}"),
+            ),
+            tuple(rows),
+            NOTES,
+            command,
+        )
+
+    def probabilities(self, way: str) -> Array:
+        """[T, 2] of the first and the second goal after each turn, mean over the dialogues."""
+        mean: Array = np.exp(self.beliefs[way][:, :, :2]).mean(axis=0)
+        return mean
+
+    def _before(self, beliefs: Array) -> list[Estimate]:
+        """What a table says of the first goal, from the beliefs before the change."""
+        leads = _leads(beliefs, 0)
+        return [
+            self._mean(leads.mean(axis=1), "leads"),
+            self._mean(leads[:, -1], "leads"),
+            self._mean(-beliefs[:, -1, 0], "log_loss"),
+        ]
+
+    def _mean(self, values: Array | Flags, field: str) -> Estimate:
+        return mean_of(values.astype(float).tolist(), self.groups, field)
+
+
+def read_changes(cells: Iterable[Measured]) -> tuple[Changes, ...]:
+    """The cells of the kind "change", for each set, split and model, in this order.
+
+    Args:
+        cells: Of any kind.
+    """
+    return tuple(
+        Changes(
+            name,
+            split,
+            model,
+            group[0][0]["change"],
+            tuple(spec["case"]["group"] for spec, _ in group),
+            _beliefs(group),
+        )
+        for (name, split, _, model), group in by_settings(cells, "change")
+    )
+
+
+def _beliefs(cells: Sequence[Measured]) -> dict[str, Array]:
+    known = {result["calibration"]["switching"] for _, result in cells}
+    found: dict[str, list[Array]] = {}
+    for spec, result in cells:
+        own = calibration_from_json(result["calibration"])
+        ways = {
+            GOALSCOPE: own,
+            **{
+                f"{GOALSCOPE}, switching {share:g}": replace(own, switching=share)
+                for share in SWITCHING
+                if known != {share}
+            },
+            AS_IN_PAPER: PAPER,
+        }
+        table = np.array(result["role-play"], dtype=np.float64)
+        pair = [spec["case"]["truth"], spec["case"]["second"]]
+        table = np.column_stack([table[:, pair], np.delete(table, pair, axis=1)])
+        for way, calibration in ways.items():
+            found.setdefault(way, []).append(_believe(table, calibration))
+        found.setdefault(FRESH, []).append(_believe(table[-AFTER:], own))
+    return {way: np.stack(beliefs) for way, beliefs in found.items()}
+
+
+def _believe(table: Array, calibration: Calibration) -> Array:
+    """[T, G] log-posteriors turn by turn, over the goals alone."""
+    goals = int(table.shape[1])
+    return log_posteriors(np.zeros(goals), table, np.ones(goals, dtype=bool), calibration)[1:]
+
+
+def _leads(beliefs: Array, goal: int) -> Flags:
+    """[N, T] whether this goal is likelier than each other one."""
+    others: Array = np.delete(beliefs, goal, axis=2).max(axis=2)
+    return beliefs[:, :, goal] > others
