@@ -293,7 +293,7 @@ class Agent:
         """Update; propose if no goal explains the words; remove; and update again."""
         belief = tracker.observe(turn.query, turn.utterance)
         changes: list[GoalChange] = []
-        if propose and incomplete(belief, self.goals.propose, since=self._foreseen):
+        if propose and incomplete(belief, self.goals.propose, since=self._made_from):
             changes += self.goals.added(tracker.likelihood, belief, tracker.turns, self._changes)
             belief = tracker.add(change.goal for change in changes)
         past = [round.belief for round in self.rounds if round.belief]
@@ -302,7 +302,7 @@ class Agent:
         return [*changes, *removed]
 
     @property
-    def _foreseen(self) -> int:
+    def _made_from(self) -> int:
         """Number of turns that the newest goals were made from."""
         added = (r.number for r in self.rounds if any(c.kind == "added" for c in r.changes))
         return max(added, default=0)

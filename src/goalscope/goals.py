@@ -76,7 +76,7 @@ class GoalManager:
     ) -> None:
         if propose != "paper" and not 0 <= propose <= 1:
             raise InvalidInputError(
-                f'propose must be a probability or "paper", not {propose!r}; such as {UNEXPLAINED}'
+                f'propose must be a probability such as {UNEXPLAINED}, or "paper", not {propose!r}'
             )
         self.model = model
         self.task = task
@@ -117,8 +117,8 @@ class GoalManager:
     def removed(self, beliefs: Sequence[Belief]) -> list[GoalChange]:
         """Goals to remove: irrelevant, unsafe, and long the least likely ones.
 
-        The likeliest goal stays, if otherwise none would, and so do goals that the person has
-        confirmed, unless they are unsafe.
+        The likeliest goal stays, if otherwise none would. What the person has confirmed is
+        relevant.
 
         Args:
             beliefs: The belief after each round, the present one last.
