@@ -51,6 +51,17 @@ class WordModel:
         return Completion(text, "stop", len(words(prompt)), len(words(text)))
 
 
+class RefusesAll(WordModel):
+    """Finds every refusal likelier than any consent."""
+
+    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+        rows = super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+        return [
+            np.zeros(1) if text.startswith("I'm sorry") else row
+            for row, text in zip(rows, continuations, strict=True)
+        ]
+
+
 class LampRoom:
     """An environment with lamps; the switch `broken` always fails, and `smash` needs leave."""
 

@@ -1,16 +1,13 @@
-"""Algorithm 1, round by round, on a room with a lamp; and goal management."""
+"""Algorithm 1, round by round, on a room with a lamp."""
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
-from fakes import LampRoom, WordModel, said
+from fakes import LampRoom, RefusesAll, WordModel, said
 from goalscope.agent import Agent, run_episode
-from goalscope.belief import Belief
 from goalscope.calibration import LAST_TURN, USUAL
 from goalscope.dialog import ConsoleHuman, ScriptedHuman, ask, question_of
-from goalscope.goals import drawn_lines, irrelevant, objectionable, overdue, propose
 from goalscope.policy import Planner, Want
 from goalscope.prompts import recent
 from goalscope.types import (
@@ -137,11 +134,12 @@ def test_changed_world_cannot_be_resumed() -> None:
 def test_removed_goals_come_back_unless_that_was_for_good(final: bool) -> None:
     agent = Agent(LampRoom(), WordModel(REPLIES))
     lamp = Goal("have lamp light")
-    agent.step("What?", "lamp light please")
+    first = agent.step("What?", "lamp light please")
     assert agent.tracker is not None
     agent.tracker.drop([lamp])
-    agent.rounds[0] = replace(agent.rounds[0], changes=(GoalChange("removed", lamp, "no", final),))
-    agent.step("What?", "lamp light please, have lamp light")
+    changes = (*first.changes, GoalChange("removed", lamp, "no", final))
+    agent.rounds[0] = replace(first, changes=changes)
+    agent.step("What?", "have lamp please")
     assert (lamp in agent.tracker.belief.goals) != final
 
 
@@ -206,72 +204,12 @@ def test_plan_that_stays_impossible_ends_in_the_state_before_it() -> None:
     assert env.on == []
 
 
-def test_proposals_are_ranked_by_how_well_they_explain_the_words() -> None:
-    from goalscope.likelihood import RolePlay
-
-    model = WordModel({"name what the human may want": "- walk the dog\n- eat the soup"})
-    turns = [Turn("Yes?", "soup soup")]
-    changes = propose(model, RolePlay(model), "t", turns, [UNSPECIFIED], keep=1)
-    assert [change.goal for change in changes] == [Goal("eat the soup")]
-    assert propose(model, None, "t", turns, [], keep=1)[0].goal == Goal("walk the dog")
-
-
-def test_a_past_goal_is_a_candidate_if_the_words_are_for_it() -> None:
-    from goalscope.likelihood import RolePlay
-
-    soup, dog = Goal("eat the soup"), Goal("walk the dog")
-    model = WordModel({"name what the human may want": "- Eat the SOUP\n- soup in a cup"})
-    turns = [Turn("Yes?", "soup soup")]
-    back, new = propose(model, RolePlay(model), "t", turns, [UNSPECIFIED], past=[dog, soup])
-    assert (back.goal, new.goal) == (soup, Goal("soup in a cup"))
-    assert back.reason.endswith("nats against no goal, after it had been removed")
-    assert new.reason.endswith("nats against no goal")
-    assert back.kind == new.kind == "added"
-
-
-def test_drawn_lines_are_distinct_and_clean() -> None:
-    model = WordModel({"lists of what is needed": "1. Lamp.\n- lamp\nHere you are:\n* 'a book'"})
-    assert drawn_lines(model, "relevant", draws=2, seed=0, goal="read") == ["Lamp", "a book"]
-
-
-def test_least_likely_goal_goes_after_patience_and_unspecified_never() -> None:
-    goals = (UNSPECIFIED, Goal("a"), Goal("b"))
-    belief = Belief(goals, np.zeros(3), np.array([[-9.0, -1.0, -2.0]]))
-    assert overdue([belief] * 3, 3) == []
-    assert [change.goal for change in overdue([belief] * 4, 3)] == [Goal("b")]
-    assert overdue([belief.drop([Goal("b")])] * 9, 3) == []
-
-
 def test_not_all_goals_are_removed() -> None:
     agent = Agent(LampRoom(), RefusesAll(REPLIES))
     round = agent.step("What now?", "lamp light please")
     assert round.belief is not None
     assert [goal.text for goal in round.belief.goals] == ["Unspecified", "have lamp light"]
     assert [c.goal.text for c in round.changes if c.kind == "removed"] == ["sleep without light"]
-
-
-class RefusesAll(WordModel):
-    """Finds every refusal likelier than any consent."""
-
-    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
-        rows = super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
-        return [
-            np.zeros(1) if text.startswith("I'm sorry") else row
-            for row, text in zip(rows, continuations, strict=True)
-        ]
-
-
-def test_refused_goals_are_named_with_the_odds() -> None:
-    (change,) = objectionable(RefusesAll(), "t", [UNSPECIFIED, Goal("a")])
-    assert (change.goal, change.final) == (Goal("a"), True)
-    assert "unsafe" in change.reason
-
-
-def test_goal_that_the_task_makes_less_likely_is_irrelevant() -> None:
-    goals = [UNSPECIFIED, Goal("lamp light"), Goal("sleep"), Goal("helps")]
-    (change,) = irrelevant(WordModel(), LampRoom.task, goals)
-    assert (change.goal, change.final) == (Goal("helps"), True)
-    assert "irrelevant" in change.reason
 
 
 def test_question_is_answered_before_the_next_is_asked() -> None:

@@ -139,6 +139,8 @@ def test_what_cannot_be_found_is_said_in_one_line(shop, tmp_path):
     assert "no.csv" in fails(2, "chat", "--catalogue", tmp_path / "no.csv")
     assert "NAME=TITLE" in fails(2, "run", "--profile", "baker", *shop, "--column", "name")
     assert "last-turn" in fails(2, "run", "--profile", "baker", *shop, "--calibration", "papr")
+    for given in ("often", "1.5"):
+        assert '"paper"' in fails(2, "run", "--profile", "baker", *shop, "--propose", given)
     assert "goalscope episodes" in fails(2, "replay", "nothing")
     assert "goalscope episodes" in fails(2, "chat", "--resume", "nothing")
 
@@ -246,22 +248,24 @@ def test_infer_believes_as_it_is_told(tmp_path, words):
     assert not (tmp_path / "x").exists()
 
 
-def test_a_runs_calibration_is_kept_and_goes_on_from_any_folder(shop, words, tmp_path, monkeypatch):
+def test_a_runs_calibration_and_trigger_are_kept_from_any_folder(
+    shop, words, tmp_path, monkeypatch
+):
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
     mine = replace(USUAL, temperature=7.0)
     keep_calibration(Path("mine.json"), mine, {})
     said = {"input": "I need cocoa powder for a cake.\n"}
-    for name, kept, used in [
-        ("mine.json", str(tmp_path / "here" / "mine.json"), mine),
-        ("paper", "paper", PAPER),
+    for name, kept, used, propose in [
+        ("mine.json", str(tmp_path / "here" / "mine.json"), mine, 0.7),
+        ("paper", "paper", PAPER, "paper"),
     ]:
         file = tmp_path / f"{name}.db"
-        options = ["--store", file, "--calibration", name]
+        options = ["--store", file, "--calibration", name, "--propose", propose]
         assert invoke("chat", *shop[:2], *options, **said).exit_code == 0
         with Store.open(file) as store:
             (info,) = store.episodes()
-        assert info.settings["calibration"] == kept
+        assert (info.settings["calibration"], info.settings["propose"]) == (kept, propose)
         with monkeypatch.context() as elsewhere:
             elsewhere.chdir(tmp_path)
             assert invoke("chat", "--resume", info.id, *options[:2], **said).exit_code == 0

@@ -14,9 +14,9 @@ from typer.testing import CliRunner
 
 from goalscope.cli_data import data
 from goalscope.datasets import DATASETS, Case, data_folder, load, read_cases, turns_of
-from goalscope.datasets.goal_sets import by_shared_words, chance, draw, meaning
+from goalscope.datasets.goal_sets import by_shared_words, chance, draw
 from goalscope.datasets.multiwoz import detokenised
-from goalscope.types import InvalidInputError, Turn
+from goalscope.types import InvalidInputError, Turn, meaning
 
 DATA = os.environ.get("GOALSCOPE_DATA")
 real = pytest.mark.skipif(not DATA, reason="GOALSCOPE_DATA names no folder of the datasets")

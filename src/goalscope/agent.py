@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Literal
 
-from goalscope import goals as goal_management
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL, Calibration
 from goalscope.dialog import Human, ask, with_answer
 from goalscope.envs import Environment
 from goalscope.episode import Round
+from goalscope.goals import UNEXPLAINED, GoalManager, Trigger, incomplete
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, Likelihood, PromptedRanking, RolePlay
 from goalscope.models import LikelihoodModel, Model
 from goalscope.models.opening import open_model
@@ -24,6 +24,7 @@ from goalscope.types import (
     StepResult,
     Turn,
     checked_text,
+    meaning,
 )
 
 __all__ = ["Agent", "Correction", "GoalTracker", "Method", "run_episode"]
@@ -116,7 +117,8 @@ class Agent:
         method: "good"; or an ablation of Sec. 4.3: "no-goals" acts on the transcript alone,
             "no-inference" asks the model which goal is likeliest.
         k: Goals to act on.
-        patience: A goal goes when it was the least likely for more than this many rounds (n).
+        patience: See `GoalManager`, as for the next one.
+        propose: When goals are proposed; where there are no probabilities, as in the paper.
         layout: Where the likelihood prompt states the goal; None takes the default.
         end_of_turn: Whether the end of the utterance is scored too.
         calibration: How evidence becomes probabilities; None for `USUAL`: what was calibrated on
@@ -133,6 +135,7 @@ class Agent:
         method: Method = "good",
         k: int = 3,
         patience: int = 3,
+        propose: Trigger = UNEXPLAINED,
         layout: Layout | None = None,
         end_of_turn: bool = False,
         calibration: Calibration | None = None,
@@ -142,9 +145,15 @@ class Agent:
         self.env = env
         self.model = model
         self.k = k
-        self.patience = patience
         self.seed = seed
         self.planner = planner or Planner(model, seed=seed)
+        self.goals = GoalManager(
+            model,
+            env.task,
+            propose="paper" if method == "no-inference" else propose,
+            patience=patience,
+            seed=seed,
+        )
         self.rounds: list[Round] = []
         self.tracker: GoalTracker | None = None
         self._corrections: list[GoalChange] = []
@@ -244,7 +253,8 @@ class Agent:
         if tracker is None or isinstance(tracker.likelihood, PromptedRanking):
             raise InvalidInputError("This method holds no belief that could be corrected.")
         (named,) = _as_goals([goal])
-        named = next((each for each in tracker.belief.goals if _same(each, named)), named)
+        present = {meaning(each.text): each for each in tracker.belief.goals}
+        named = present.get(meaning(named.text), named)
         kept = _as_goals([text])[0] if correction == "reword" else named
         if UNSPECIFIED in (named, kept) or (
             correction != "pin" and named not in tracker.belief.goals
@@ -283,58 +293,28 @@ class Agent:
             self.tracker.belief = rounds[-1].belief
             self.tracker.turns = self.turns
 
-    def _update(self, tracker: GoalTracker, turn: Turn, *, propose: bool) -> Sequence[GoalChange]:
-        """Update, propose if no goal explains the words, remove, and update again.
-
-        Goals are proposed when `UNSPECIFIED` explains the newest words best, or all of them: a
-        person who has named one goal may go on to say what none of the goals foresees.
-        """
+    def _update(self, tracker: GoalTracker, turn: Turn, *, propose: bool) -> list[GoalChange]:
+        """Update; propose if no goal explains the words; remove; and update again."""
         belief = tracker.observe(turn.query, turn.utterance)
-        added: list[GoalChange] = []
-        newest = belief.goals[int(belief.log_likelihood[-1].argmax())]
-        if propose and UNSPECIFIED in (newest, belief.top(1)[0][0]):
-            prompted = isinstance(tracker.likelihood, PromptedRanking)
-            added = goal_management.propose(
-                self.model,
-                None if prompted else tracker.likelihood,
-                self.env.task,
-                tracker.turns,
-                [*belief.goals, *self._ruled_out()],
-                past=self._overdue(belief.goals),
-                seed=self.seed + 100 * len(tracker.turns),
-            )
-            belief = tracker.add(change.goal for change in added)
+        changes: list[GoalChange] = []
+        if propose and incomplete(belief, self.goals.propose, since=self._made_from):
+            changes += self.goals.added(tracker.likelihood, belief, tracker.turns, self._changes)
+            belief = tracker.add(change.goal for change in changes)
         past = [round.belief for round in self.rounds if round.belief]
-        pinned = {goal for _, goal in belief.pinned}
-        free = [goal for goal in belief.goals if goal not in pinned]
-        removed = {
-            change.goal: change
-            for change in (
-                *goal_management.overdue([*past, belief], self.patience),
-                *goal_management.irrelevant(self.model, self.env.task, free),
-                *goal_management.objectionable(self.model, self.env.task, belief.goals),
-            )
-        }
-        if set(belief.goals) - {UNSPECIFIED} <= removed.keys():
-            likeliest = next((goal for goal, _ in belief.top() if goal != UNSPECIFIED), None)
-            if likeliest and likeliest not in pinned:
-                del removed[likeliest]
-        tracker.drop(removed)
-        return [*added, *removed.values()]
+        removed = self.goals.removed([*past, belief])
+        tracker.drop(change.goal for change in removed)
+        return [*changes, *removed]
 
-    def _removed(self) -> Iterator[GoalChange]:
-        past = (change for round in self.rounds for change in round.changes)
-        return (each for each in (*past, *self._corrections) if each.kind == "removed")
+    @property
+    def _made_from(self) -> int:
+        """Number of turns that the newest goals were made from."""
+        added = (r.number for r in self.rounds if any(c.kind == "added" for c in r.changes))
+        return max(added, default=0)
 
-    def _overdue(self, present: Sequence[Goal]) -> list[Goal]:
-        """Goals that were removed as the least likely: they come back if the evidence turns."""
-        out = [*present, *self._ruled_out()]
-        removed = dict.fromkeys(each.goal for each in self._removed())
-        return [goal for goal in removed if not any(_same(goal, each) for each in out)]
-
-    def _ruled_out(self) -> list[Goal]:
-        """Goals that were removed for another reason, and so are not proposed again."""
-        return [each.goal for each in self._removed() if each.final]
+    @property
+    def _changes(self) -> list[GoalChange]:
+        """All changes of the goals so far."""
+        return [*(change for round in self.rounds for change in round.changes), *self._corrections]
 
     def _wants(self, turns: Sequence[Turn]) -> list[Want]:
         """What to act for: the top k goals; nothing while `UNSPECIFIED` leads."""
@@ -369,10 +349,6 @@ def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator
 
 def _told(failed: StepResult) -> str:
     return f"Not done: {failed.action}. {failed.observation}"
-
-
-def _same(one: Goal, other: Goal) -> bool:
-    return one.text.casefold() == other.text.casefold()
 
 
 def _as_goals(goals: Iterable[str | Goal]) -> list[Goal]:

@@ -176,6 +176,18 @@ class Belief:
             pinned=tuple((when - (when > turn), goal) for when, goal in self.pinned),
         )
 
+    def since(self, turn: int) -> Belief:
+        """The belief by the words from one turn (from 0) on, where that before it is the prior.
+
+        Where the calibration has an `unstated`, Unspecified has that probability again.
+        """
+        return replace(
+            self,
+            log_prior=self.log_posteriors[turn],
+            log_likelihood=self.log_likelihood[turn:],
+            pinned=tuple((when - turn, goal) for when, goal in self.pinned if when > turn),
+        )
+
     def add(
         self, goals: Iterable[Goal], columns: Callable[[Sequence[Goal]], npt.ArrayLike]
     ) -> Belief:

@@ -25,6 +25,7 @@ from goalscope.cli_options import (
     Method,
     Model,
     Picture,
+    Propose,
     Scene,
     Scorer,
     Seed,
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
 
     from goalscope.domains import Settings
     from goalscope.envs import Environment
+    from goalscope.goals import Trigger
     from goalscope.models import OpenModel
     from goalscope.session import Session
     from goalscope.store import EpisodeInfo
@@ -68,6 +70,7 @@ def chat(
     layout: Layout = None,
     end_of_turn: EndOfTurn = False,
     calibration: CalibrationName = None,
+    propose: Propose = None,
     seed: Seed = 0,
     rounds: Annotated[int | None, typer.Option(min=1, help="Most rounds.  [default: 20]")] = None,
     store: StoreFile = None,
@@ -122,6 +125,7 @@ def chat(
                 layout=layout,
                 end_of_turn=end_of_turn,
                 calibration=calibration,
+                propose=propose,
                 seed=seed,
                 rounds=rounds or 20,
             )
@@ -177,6 +181,7 @@ def run(
     layout: Layout = None,
     end_of_turn: EndOfTurn = False,
     calibration: CalibrationName = None,
+    propose: Propose = None,
     seed: Seed = 0,
     rounds: Annotated[int, typer.Option(min=1, help="Most rounds.")] = 20,
     calls: Calls = None,
@@ -208,6 +213,7 @@ def run(
         layout=layout,
         end_of_turn=end_of_turn,
         calibration=calibration,
+        propose=propose,
         seed=seed,
         rounds=rounds,
     )
@@ -308,6 +314,7 @@ def _settings(picture: Path | None, **given: Any) -> Settings:
         "columns": _columns,
         "scene": _scene,
         "calibration": _calibration,
+        "propose": _propose,
     }
     settings = Settings(
         **{key: readers[key](value) if key in readers else value for key, value in given.items()}
@@ -421,6 +428,20 @@ def _calibration(given: str | None) -> str | None:
         return given
     calibration_named(given)
     return _absolute(Path(given))
+
+
+def _propose(given: str | None) -> Trigger:
+    """A probability, or "paper"."""
+    from goalscope.goals import UNEXPLAINED
+
+    if given is None or given == "paper":
+        return given or UNEXPLAINED
+    try:
+        return float(given)
+    except ValueError:
+        raise InvalidInputError(
+            f'--propose takes a probability or "paper", not "{given}".'
+        ) from None
 
 
 def _columns(given: list[str] | None) -> dict[str, str]:

@@ -20,6 +20,7 @@ __all__ = [
     "Method",
     "Model",
     "Picture",
+    "Propose",
     "Scene",
     "Scorer",
     "Seed",
@@ -62,6 +63,14 @@ CalibrationName = Annotated[
         metavar="paper|usual|last-turn|FILE",
         help="How evidence becomes probabilities.  [default: for given goals what `calibrate` "
         "found for the model, for an agent's own usual]",
+    ),
+]
+Propose = Annotated[
+    str | None,
+    typer.Option(
+        metavar="PROBABILITY|paper",
+        help="Propose goals once Unspecified is so likely; paper: once it is the likeliest.  "
+        "[default: 0.5]",
     ),
 ]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything that is drawn.")]

@@ -8,6 +8,7 @@ from typing import Literal
 
 from goalscope.agent import Method
 from goalscope.envs import Environment
+from goalscope.goals import UNEXPLAINED, Trigger
 from goalscope.habits import Habit
 from goalscope.likelihood import Layout
 from goalscope.models import Model
@@ -45,6 +46,7 @@ class Settings:
         layout: See `Agent`, as for the next one.
         end_of_turn: Whether the end of the utterance is scored.
         calibration: Name or file of one; None for that of `Agent`.
+        propose: See `Agent`.
         seed: Seed of everything that is drawn.
         rounds: Most rounds.
     """
@@ -66,6 +68,7 @@ class Settings:
     layout: Layout | None = None
     end_of_turn: bool = False
     calibration: str | None = None
+    propose: Trigger = UNEXPLAINED
     seed: int = 0
     rounds: int = 20
 

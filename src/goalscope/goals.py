@@ -4,22 +4,141 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 
 from goalscope.belief import Belief
-from goalscope.likelihood import Likelihood
-from goalscope.models import Generator, LikelihoodModel
+from goalscope.likelihood import Likelihood, PromptedRanking
+from goalscope.models import Generator, LikelihoodModel, Model
 from goalscope.prompts import recent, render
-from goalscope.types import UNSPECIFIED, Goal, GoalChange, Turn
+from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError, Turn, meaning
 
-__all__ = ["drawn_lines", "irrelevant", "objectionable", "overdue", "propose"]
+__all__ = [
+    "UNEXPLAINED",
+    "GoalManager",
+    "Trigger",
+    "drawn_lines",
+    "incomplete",
+    "irrelevant",
+    "objectionable",
+    "overdue",
+    "propose",
+]
+
+Trigger = float | Literal["paper"]
+
+UNEXPLAINED = 0.5
+"""Probability of Unspecified from which on goals are proposed (LOG.md)."""
 
 CONSENT = "Sure, I can help you with that."
 REFUSAL = "I'm sorry, but I can't help you with that."
 ANY_TASK = "The agent helps the human."
 
 _BULLET = re.compile(r"^\s*(?:[-*•]|\d+[.)])\s*")
+
+
+def incomplete(belief: Belief, propose: Trigger = UNEXPLAINED, *, since: int = 0) -> bool:
+    """Whether the person's goal seems to be missing, so that some are to be proposed.
+
+    Args:
+        belief: The present one; `UNSPECIFIED` is one of its goals.
+        propose: See `GoalManager`.
+        since: Number of turns that the newest goals were made from. They explain these words well,
+            whatever they are worth; only later ones put them to the test.
+    """
+    if propose == "paper":
+        return belief.top(1)[0][0] == UNSPECIFIED
+    later = belief.since(since)
+    return bool(later.probability[later.goals.index(UNSPECIFIED)] >= propose)
+
+
+class GoalManager:
+    """Decides which goals the belief is over (Sec. 3.2): proposes some, and removes some.
+
+    Args:
+        model: Writes goals, and tells which are relevant and safe.
+        task: The agent's task.
+        propose: Goals are proposed once Unspecified has this probability or more; in the "paper",
+            once it is the likeliest.
+        patience: A goal goes when it was the least likely for more than this many rounds (n).
+        seed: Seed of what is drawn.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        task: str,
+        *,
+        propose: Trigger = UNEXPLAINED,
+        patience: int = 3,
+        seed: int = 0,
+    ) -> None:
+        if propose != "paper" and not 0 <= propose <= 1:
+            raise InvalidInputError(
+                f'propose must be a probability such as {UNEXPLAINED}, or "paper", not {propose!r}'
+            )
+        self.model = model
+        self.task = task
+        self.propose: Trigger = propose
+        self.patience = patience
+        self.seed = seed
+
+    def added(
+        self,
+        likelihood: Likelihood,
+        belief: Belief,
+        turns: Sequence[Turn],
+        changes: Sequence[GoalChange],
+    ) -> list[GoalChange]:
+        """Goals to add.
+
+        Args:
+            likelihood: Evidence of a turn.
+            belief: The present goals.
+            turns: The transcript.
+            changes: All changes before. A goal that was removed as the least likely can come back
+                if the evidence turns; one that was removed for good is not proposed again.
+        """
+        removed = [change for change in changes if change.kind == "removed"]
+        ruled_out = [change.goal for change in removed if change.final]
+        out = {meaning(goal.text) for goal in (*belief.goals, *ruled_out)}
+        past = {meaning(change.goal.text): change.goal for change in removed}
+        return propose(
+            self.model,
+            None if isinstance(likelihood, PromptedRanking) else likelihood,
+            self.task,
+            turns,
+            [*belief.goals, *ruled_out],
+            past=[goal for text, goal in past.items() if text not in out],
+            seed=self.seed + 100 * len(turns),
+        )
+
+    def removed(self, beliefs: Sequence[Belief]) -> list[GoalChange]:
+        """Goals to remove: irrelevant, unsafe, and long the least likely ones.
+
+        The likeliest goal stays, if otherwise none would. What the person has confirmed is
+        relevant.
+
+        Args:
+            beliefs: The belief after each round, the present one last.
+        """
+        belief = beliefs[-1]
+        pinned = {goal for _, goal in belief.pinned}
+        free = [goal for goal in belief.goals if goal not in pinned]
+        found = {
+            change.goal: change
+            for change in (
+                *overdue(beliefs, self.patience),
+                *irrelevant(self.model, self.task, free),
+                *objectionable(self.model, self.task, belief.goals),
+            )
+        }
+        if set(belief.goals) - {UNSPECIFIED} <= found.keys():
+            likeliest = next((goal for goal, _ in belief.top() if goal != UNSPECIFIED), None)
+            if likeliest and likeliest not in pinned:
+                del found[likeliest]
+        return list(found.values())
 
 
 def drawn_lines(
@@ -71,7 +190,7 @@ def propose(
     `keep`. Goals of the `past`, which were removed when other words had been said, are candidates
     again, where there is a likelihood.
     """
-    known = {goal.text.casefold() for goal in (*goals, *past)}
+    known = {meaning(goal.text) for goal in (*goals, *past)}
     candidates = [*past] if likelihood else []
     candidates += [
         Goal(text)
@@ -84,7 +203,7 @@ def propose(
             turns=recent(generator, turns, 6),
             goals=[goal for goal in goals if goal != UNSPECIFIED],
         )
-        if text.casefold() not in known
+        if meaning(text) not in known
     ]
     if likelihood is None:
         return [GoalChange("added", goal, "the model proposed it") for goal in candidates[:keep]]

@@ -20,6 +20,7 @@ __all__ = [
     "Turn",
     "UnreadableAnswerError",
     "checked_text",
+    "meaning",
 ]
 
 
@@ -56,6 +57,11 @@ def checked_text(text: str, what: str) -> str:
     if not stripped:
         raise InvalidInputError(f"The {what} is empty. Give at least one word.")
     return stripped
+
+
+def meaning(text: str) -> str:
+    """What is equal for goals that differ only in case, spaces and the mark at the end."""
+    return " ".join(text.casefold().split()).rstrip(".!? ")
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,12 +13,19 @@ from pathlib import Path
 from typing import Any, cast
 
 from goalscope.benchmarks.baselines import overlap
-from goalscope.datasets.goal_sets import meaning
 from goalscope.envs.tables import shown
 from goalscope.likelihood import Layout, RolePlay
 from goalscope.models import Generator, LikelihoodModel
 from goalscope.prompts import render
-from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, ModelError, Turn, checked_text
+from goalscope.types import (
+    UNSPECIFIED,
+    Goal,
+    InvalidInputError,
+    ModelError,
+    Turn,
+    checked_text,
+    meaning,
+)
 
 __all__ = ["Question", "measure_question", "read_questions", "rephrase"]
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from goalscope.datasets.case import OPENING, Case
 from goalscope.datasets.files import Row, line_rows
-from goalscope.datasets.goal_sets import chance, draw, meaning
-from goalscope.types import Turn
+from goalscope.datasets.goal_sets import chance, draw
+from goalscope.types import Turn, meaning
 
 __all__ = ["TASK", "alfred"]
 

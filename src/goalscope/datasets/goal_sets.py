@@ -8,19 +8,14 @@ import re
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 
-from goalscope.types import Goal
+from goalscope.types import Goal, meaning
 
-__all__ = ["by_shared_words", "chance", "draw", "goal_key", "meaning"]
+__all__ = ["by_shared_words", "chance", "draw", "goal_key"]
 
 
 def chance(seed: int, id: str) -> random.Random:
     """The source of chance of one case, whatever other cases there are."""
     return random.Random(f"{seed} {id}")
-
-
-def meaning(text: str) -> str:
-    """What is equal for texts that differ only in case, spaces and the mark at the end."""
-    return " ".join(text.casefold().split()).rstrip(".!? ")
 
 
 def goal_key(text: str) -> str:

@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from goalscope.datasets.case import Case
-from goalscope.datasets.goal_sets import meaning
 from goalscope.envs.tables import nearest, shown
 from goalscope.infer import Dialogue, read_dialogues
-from goalscope.types import InvalidInputError
+from goalscope.types import InvalidInputError, meaning
 
 __all__ = ["read_cases"]
 

@@ -1,0 +1,125 @@
+"""Which goals the belief is over: when some are proposed, which, and which go."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fakes import LampRoom, RefusesAll, WordModel
+from goalscope.belief import Belief
+from goalscope.calibration import PAPER, USUAL, Calibration
+from goalscope.goals import (
+    GoalManager,
+    drawn_lines,
+    incomplete,
+    irrelevant,
+    objectionable,
+    overdue,
+    propose,
+)
+from goalscope.likelihood import RolePlay
+from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn
+
+
+def test_proposals_are_ranked_by_how_well_they_explain_the_words() -> None:
+    model = WordModel({"name what the human may want": "- walk the dog\n- eat the soup"})
+    turns = [Turn("Yes?", "soup soup")]
+    changes = propose(model, RolePlay(model), "t", turns, [UNSPECIFIED], keep=1)
+    assert [change.goal for change in changes] == [Goal("eat the soup")]
+    assert propose(model, None, "t", turns, [], keep=1)[0].goal == Goal("walk the dog")
+
+
+def test_a_past_goal_is_a_candidate_if_the_words_are_for_it() -> None:
+    soup, dog = Goal("eat the soup"), Goal("walk the dog")
+    model = WordModel({"name what the human may want": "- Eat the SOUP\n- soup in a cup"})
+    turns = [Turn("Yes?", "soup soup")]
+    back, new = propose(model, RolePlay(model), "t", turns, [UNSPECIFIED], past=[dog, soup])
+    assert (back.goal, new.goal) == (soup, Goal("soup in a cup"))
+    assert back.reason.endswith("nats against no goal, after it had been removed")
+    assert new.reason.endswith("nats against no goal")
+    assert back.kind == new.kind == "added"
+
+
+def test_drawn_lines_are_distinct_and_clean() -> None:
+    model = WordModel({"lists of what is needed": "1. Lamp.\n- lamp\nHere you are:\n* 'a book'"})
+    assert drawn_lines(model, "relevant", draws=2, seed=0, goal="read") == ["Lamp", "a book"]
+
+
+def test_least_likely_goal_goes_after_patience_and_unspecified_never() -> None:
+    goals = (UNSPECIFIED, Goal("a"), Goal("b"))
+    belief = Belief(goals, np.zeros(3), np.array([[-9.0, -1.0, -2.0]]))
+    assert overdue([belief] * 3, 3) == []
+    assert [change.goal for change in overdue([belief] * 4, 3)] == [Goal("b")]
+    assert overdue([belief.drop([Goal("b")])] * 9, 3) == []
+
+
+def test_refused_goals_are_named_with_the_odds() -> None:
+    (change,) = objectionable(RefusesAll(), "t", [UNSPECIFIED, Goal("a")])
+    assert (change.goal, change.final) == (Goal("a"), True)
+    assert "unsafe" in change.reason
+
+
+def test_goal_that_the_task_makes_less_likely_is_irrelevant() -> None:
+    goals = [UNSPECIFIED, Goal("lamp light"), Goal("sleep"), Goal("helps")]
+    (change,) = irrelevant(WordModel(), LampRoom.task, goals)
+    assert (change.goal, change.final) == (Goal("helps"), True)
+    assert "irrelevant" in change.reason
+
+
+def belief_of(*rows: list[float], calibration: Calibration = USUAL) -> Belief:
+    goals = (UNSPECIFIED, Goal("a"), Goal("b"))
+    return Belief(goals, np.zeros(3), np.array(rows).reshape(-1, 3), calibration)
+
+
+def test_goals_are_missing_once_unspecified_has_the_probability_that_is_asked_for() -> None:
+    belief = belief_of([1.0, 0.0, 0.0], calibration=PAPER)  # e / (e + 2) = 0.576
+    assert incomplete(belief, 0.57)
+    assert not incomplete(belief, 0.58)
+    assert incomplete(Belief.uniform([UNSPECIFIED], USUAL))
+
+
+def test_in_the_paper_goals_are_missing_while_unspecified_leads() -> None:
+    sure, unsure = ([9.0, 0.0, 0.0], [0.5, 0.0, 0.0])
+    for row in (sure, unsure):
+        assert incomplete(belief_of(row, calibration=PAPER), "paper")
+    assert not incomplete(belief_of(unsure, calibration=PAPER))
+    assert not incomplete(belief_of([0.0, 1.0, 0.0], calibration=PAPER), "paper")
+
+
+def test_words_that_the_goals_were_made_from_do_not_speak_for_them() -> None:
+    made_from, later = [-30.0, -10.0, -10.0], [-10.0, -14.0, -16.0]
+    belief = belief_of(made_from, later)
+    assert not incomplete(belief)
+    assert incomplete(belief, since=1)
+    assert not incomplete(belief_of(made_from, later, [-30.0, -10.0, -10.0]), since=1)
+
+
+rows = st.lists(st.lists(st.floats(-30, 0), min_size=3, max_size=3), min_size=1, max_size=5)
+
+
+@given(rows, st.data())
+def test_words_count_for_the_goals_as_they_stood_when_the_words_came(table, data) -> None:
+    belief = belief_of(*table, calibration=Calibration(temperature=2.0, unstated=0.5))
+    since = data.draw(st.integers(0, len(table)))
+    odds = belief.log_posteriors[since, 1:]
+    later = belief.log_likelihood[since:].sum(axis=0) / 2
+    goals = np.logaddexp.reduce(odds - np.logaddexp.reduce(odds) + later[1:])
+    expected = 1 / (1 + np.exp(goals - later[0]))
+    found = belief.since(since)
+    assert found.probability[0] == pytest.approx(expected)
+    assert belief.since(0).probability == pytest.approx(belief.probability)
+
+
+def test_what_was_confirmed_counts_before_and_after() -> None:
+    a, b = Goal("a"), Goal("b")
+    belief = belief_of([-1.0, -2.0, -3.0]).pin(b).observe([-1.0, -1.0, -1.0]).pin(a)
+    assert belief.since(0).pinned == ((1, b), (2, a))
+    assert belief.since(1).pinned == ((1, a),)
+    assert [belief.since(turn).top(1)[0][0] for turn in (0, 1)] == [a, a]
+    assert belief.since(2).pinned == ()
+
+
+@pytest.mark.parametrize("given", [-0.1, 1.1, float("nan")])
+def test_a_trigger_is_a_probability(given: float) -> None:
+    with pytest.raises(InvalidInputError, match="probability"):
+        GoalManager(WordModel(), LampRoom.task, propose=given)
