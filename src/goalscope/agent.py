@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Literal
+from typing import Literal, get_args
 
 from goalscope import goals as goal_management
+from goalscope.asking import informative
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL, Calibration
 from goalscope.dialog import Human, ask, with_answer
@@ -26,10 +27,11 @@ from goalscope.types import (
     checked_text,
 )
 
-__all__ = ["Agent", "Correction", "GoalTracker", "Method", "run_episode"]
+__all__ = ["Agent", "Correction", "GoalTracker", "Method", "Questions", "run_episode"]
 
 Method = Literal["good", "no-goals", "no-inference"]
 Correction = Literal["pin", "veto", "reword"]
+Questions = Literal["likeliest", "informative"]
 
 
 class GoalTracker:
@@ -121,8 +123,14 @@ class Agent:
         end_of_turn: Whether the end of the utterance is scored too.
         calibration: How evidence becomes probabilities; None for `USUAL`: what was calibrated on
             given goals is too unsure of goals that the agent proposes itself (LOG.md).
+        questions: "likeliest" asks the question whose words the model finds likeliest, as in the
+            paper; "informative" the one whose answer is expected to tell most (see `informative`).
         planner: Chooses what to do; None for the one that fills a basket.
         seed: Seed of everything that is drawn.
+
+    Raises:
+        InvalidInputError: There is no such method or way to ask, or the method holds no belief
+            that questions could inform.
     """
 
     def __init__(
@@ -136,6 +144,7 @@ class Agent:
         layout: Layout | None = None,
         end_of_turn: bool = False,
         calibration: Calibration | None = None,
+        questions: Questions = "likeliest",
         planner: Planner | None = None,
         seed: int = 0,
     ) -> None:
@@ -143,6 +152,7 @@ class Agent:
         self.model = model
         self.k = k
         self.patience = patience
+        self.questions = questions
         self.seed = seed
         self.planner = planner or Planner(model, seed=seed)
         self.rounds: list[Round] = []
@@ -159,6 +169,14 @@ class Agent:
             raise InvalidInputError(
                 f'method must be "good", "no-goals" or "no-inference", not {method!r}'
             )
+        if questions not in get_args(Questions):
+            raise InvalidInputError(
+                f'questions must be "likeliest" or "informative", not {questions!r}'
+            )
+        if questions == "informative" and method != "good":
+            raise InvalidInputError(
+                f'Informative questions need the belief of the method "good", not {method!r}.'
+            )
 
     @property
     def turns(self) -> list[Turn]:
@@ -169,7 +187,12 @@ class Agent:
         """The next query (and before it the answer to what the person asked)."""
         if self.rounds and (question := self.rounds[-1].question):
             return with_answer(self.env, self.turns[-1], question)
-        return ask(self.model, self.env, self.turns, seed=self.seed + len(self.rounds))
+        seed = self.seed + len(self.rounds)
+        tracker = self.tracker
+        if self.questions == "informative" and tracker and isinstance(tracker.likelihood, RolePlay):
+            likelihood, belief = tracker.likelihood, tracker.belief
+            return informative(self.model, likelihood, self.env, belief, self.turns, seed=seed)
+        return ask(self.model, self.env, self.turns, seed=seed)
 
     def step(self, query: str, utterance: str) -> Round:
         """Take in one turn, and act; on an error agent and environment stay as they were.

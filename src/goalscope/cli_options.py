@@ -20,6 +20,7 @@ __all__ = [
     "Method",
     "Model",
     "Picture",
+    "Questions",
     "Scene",
     "Scorer",
     "Seed",
@@ -63,6 +64,10 @@ CalibrationName = Annotated[
         help="How evidence becomes probabilities.  [default: for given goals what `calibrate` "
         "found for the model, for an agent's own usual]",
     ),
+]
+Questions = Annotated[
+    Literal["likeliest", "informative"],
+    typer.Option(help="What the agent asks: what it is likeliest to, or what tells most."),
 ]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything that is drawn.")]
 Model = Annotated[

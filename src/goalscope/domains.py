@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from goalscope.agent import Method
+from goalscope.agent import Method, Questions
 from goalscope.envs import Environment
 from goalscope.habits import Habit
 from goalscope.likelihood import Layout
@@ -45,6 +45,7 @@ class Settings:
         layout: See `Agent`, as for the next one.
         end_of_turn: Whether the end of the utterance is scored.
         calibration: Name or file of one; None for that of `Agent`.
+        questions: See `Agent`.
         seed: Seed of everything that is drawn.
         rounds: Most rounds.
     """
@@ -66,6 +67,7 @@ class Settings:
     layout: Layout | None = None
     end_of_turn: bool = False
     calibration: str | None = None
+    questions: Questions = "likeliest"
     seed: int = 0
     rounds: int = 20
 

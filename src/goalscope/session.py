@@ -88,6 +88,7 @@ class Session:
             layout=settings.layout,
             end_of_turn=settings.end_of_turn,
             calibration=calibration_named(settings.calibration) if settings.calibration else None,
+            questions=settings.questions,
             planner=planner_of(settings, model),
             seed=settings.seed,
         )
