@@ -19,14 +19,15 @@ __all__ = ["COST", "expected_gain", "information_gain", "informative", "narrowed
 
 Array = npt.NDArray[np.float64]
 
-COST = 0.05
+COST = 0.1
 """Nats that a question must be expected to tell."""
 
 SAME = 0.7
 """Cosine of two questions' vectors from which on they ask the same (LOG.md)."""
 
-_ANSWER = 16
-"""Most tokens of a simulated answer."""
+_ANSWER = 12
+"""Most tokens of a simulated answer, which is one sentence at most."""
+_ENDS = (".", "!", "?", "\n")
 
 
 def informative(
@@ -117,7 +118,7 @@ def expected_gain(
             max_tokens=_ANSWER,
             temperature=1.0,
             seed=seed + number,
-            stop=("\n",),
+            stop=_ENDS,
         ).text.strip()
         for number, goal in enumerate(belief.goals)
     ]
