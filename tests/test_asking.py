@@ -27,7 +27,7 @@ DARK = [Turn(OPENING, "it is dark")]
 class People(WordModel):
     """People who say their goal if they are asked the telling question, and else the same.
 
-    The goal is what `RolePlay` puts into the prompt; the questions are what it is told to write.
+    The questions that it writes are given.
     """
 
     def __init__(self, *questions: str, context_size: int = 4096) -> None:
@@ -36,13 +36,12 @@ class People(WordModel):
         self.asked: list[str] = []
 
     def generate(self, messages: Sequence[Message], *, seed: int = 0, **settings) -> Completion:
-        query = messages[-1].content
-        if "role-playing" not in messages[0].content:
+        if "You play a human" not in messages[0].content:
             text = self.questions[seed % len(self.questions)]
         else:
-            self.asked.append(query)
-            _, _, goal = query.partition("who wants this: ")
-            text = goal.rstrip(")") if TELLING in query and goal else "nothing"
+            self.asked.append(messages[-1].content)
+            _, _, wish = messages[-1].content.partition("You want this: ")
+            text = wish.partition(".)")[0] if TELLING in wish else "nothing"
         return Completion(text, "stop", 0, len(words(text)))
 
 
@@ -231,6 +230,9 @@ def test_an_agent_asks_what_tells_its_goals_apart() -> None:
         resumed.resume(agent.rounds)
         assert resumed.ask() == answers[questions]
     assert answers == {"likeliest": IDLE, "informative": TELLING}
+    frugal = Agent(LampRoom(), Proposing(TELLING), questions="informative", cost=2.0)
+    frugal.resume(agent.rounds)
+    assert frugal.ask() == FALLBACK
 
 
 @pytest.mark.parametrize("method", ["no-goals", "no-inference"])

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Literal, get_args
 
 from goalscope import goals as goal_management
-from goalscope.asking import informative
+from goalscope.asking import COST, informative
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL, Calibration
 from goalscope.dialog import Human, ask, with_answer
@@ -125,6 +125,7 @@ class Agent:
             given goals is too unsure of goals that the agent proposes itself (LOG.md).
         questions: "likeliest" asks the question whose words the model finds likeliest, as in the
             paper; "informative" the one whose answer is expected to tell most (see `informative`).
+        cost: Nats that an informative question must be expected to tell.
         planner: Chooses what to do; None for the one that fills a basket.
         seed: Seed of everything that is drawn.
 
@@ -145,6 +146,7 @@ class Agent:
         end_of_turn: bool = False,
         calibration: Calibration | None = None,
         questions: Questions = "likeliest",
+        cost: float = COST,
         planner: Planner | None = None,
         seed: int = 0,
     ) -> None:
@@ -153,6 +155,7 @@ class Agent:
         self.k = k
         self.patience = patience
         self.questions = questions
+        self.cost = cost
         self.seed = seed
         self.planner = planner or Planner(model, seed=seed)
         self.rounds: list[Round] = []
@@ -190,8 +193,15 @@ class Agent:
         seed = self.seed + len(self.rounds)
         tracker = self.tracker
         if self.questions == "informative" and tracker and isinstance(tracker.likelihood, RolePlay):
-            likelihood, belief = tracker.likelihood, tracker.belief
-            return informative(self.model, likelihood, self.env, belief, self.turns, seed=seed)
+            return informative(
+                self.model,
+                tracker.likelihood,
+                self.env,
+                tracker.belief,
+                self.turns,
+                cost=self.cost,
+                seed=seed,
+            )
         return ask(self.model, self.env, self.turns, seed=seed)
 
     def step(self, query: str, utterance: str) -> Round:

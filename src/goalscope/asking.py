@@ -13,6 +13,7 @@ from goalscope.dialog import FALLBACK, OPENING, question_of, with_answer, writte
 from goalscope.envs import Environment
 from goalscope.likelihood import RolePlay
 from goalscope.models import Generator
+from goalscope.prompts import recent, render, transcript
 from goalscope.types import UNSPECIFIED, Turn
 
 __all__ = ["COST", "expected_gain", "information_gain", "informative", "narrowed", "unasked"]
@@ -25,9 +26,8 @@ COST = 0.1
 SAME = 0.7
 """Cosine of two questions' vectors from which on they ask the same (LOG.md)."""
 
-_ANSWER = 12
+_ANSWER = 16
 """Most tokens of a simulated answer, which is one sentence at most."""
-_ENDS = (".", "!", "?", "\n")
 
 
 def informative(
@@ -107,29 +107,30 @@ def expected_gain(
     """What the answer to a question is expected to tell about the goal, in nats.
 
     That is the mutual information of goal and answer (Lindley, 1956), by nested Monte Carlo with
-    one answer for each goal (Rainforth et al., 2018): `model` writes it in the prompt of the
-    likelihood, as the person with that goal, and it is scored under all goals, as real words are.
+    one answer for each goal (Rainforth et al., 2018): `model` plays the person who has it, and what
+    they say is scored under all goals, as real words are. They are played by the prompt of
+    simulated people, not that of the likelihood, which tells its goal whatever is asked (LOG.md).
     """
-    asked = [*turns, Turn(question, "")]
-    read = asked[likelihood.window(task, asked) :]
-    answers = [
-        model.generate(
-            likelihood.context(task, goal, read),
+    past = recent(model, turns, 8)
+    rows: list[Array] = []
+    for number, goal in enumerate(belief.goals):
+        wish = "You do not know yet what you want."
+        if goal != UNSPECIFIED:
+            wish = f"You want this: {goal.text}."
+        *before, last = render("human", description=wish, turns=(), query=question, words=None)
+        reply = model.generate(
+            [*before, *transcript(past), last],
             max_tokens=_ANSWER,
             temperature=1.0,
             seed=seed + number,
-            stop=_ENDS,
-        ).text.strip()
-        for number, goal in enumerate(belief.goals)
-    ]
-    rows = [
-        likelihood.log_likelihood(
-            task, belief.goals, [*turns, Turn(question, said)], since=len(turns)
-        )[0]
-        if said
-        else np.zeros(len(belief.goals))
-        for said in answers
-    ]
+            stop=(".", "!", "?", "\n"),
+        )
+        said = [*turns, Turn(question, " ".join(reply.text.split()).strip('" '))]
+        rows.append(
+            likelihood.log_likelihood(task, belief.goals, said, since=len(turns))[0]
+            if said[-1].utterance
+            else np.zeros(len(belief.goals))
+        )
     return information_gain(belief, np.array(rows))
 
 
