@@ -1,4 +1,4 @@
-"""Questions are asked for what their answers tell, in a world where that can be computed by hand."""
+"""Questions are asked for what their answers tell, in a world that can be computed by hand."""
 
 import math
 from collections.abc import Sequence
