@@ -151,6 +151,18 @@ def test_a_person_without_a_goal_is_simulated_too() -> None:
     assert [READ.text in query for query in model.asked] == [False, True]
 
 
+def test_questions_are_written_to_tell_the_stated_goals_apart() -> None:
+    prompts: list[str] = []
+
+    class Listening(People):
+        def generate(self, messages: Sequence[Message], **settings) -> Completion:
+            prompts.append(messages[-1].content)
+            return super().generate(messages, **settings)
+
+    asked(Listening(TELLING), flat(UNSPECIFIED, READ, SLEEP))
+    assert prompts[0].endswith("The human may want: read novels; sleep deeply")
+
+
 def test_only_the_likeliest_goals_are_simulated() -> None:
     belief = flat(*(Goal(f"goal {n}") for n in range(9))).observe(-np.arange(9.0))
     model = People(TELLING)
