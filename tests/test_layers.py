@@ -9,7 +9,7 @@ ROOT = Path(goalscope.__file__).parent
 LAYERS = [
     {"types", "plain", "calibration"},
     {"belief", "models", "prompts", "envs", "stats", "calibrations"},
-    {"likelihood", "goals", "dialog", "habits", "policy", "acting", "why"},
+    {"likelihood", "goals", "dialog", "asking", "habits", "policy", "acting", "why"},
     {"agent", "episode", "judge"},
     {"store", "infer", "domains", "datasets"},
     {"session", "display", "benchmarks", "calibrating"},

@@ -117,7 +117,7 @@ def test_an_episode_can_go_on_with_its_settings(old):
     with Store.open(path) as store:
         settings = saved_settings(store.episode("e"))
         assert store.episode("bare").settings == {}
-    assert settings.calibration is None
+    assert (settings.calibration, settings.questions) == (None, "likeliest")
     assert (settings.layout, settings.end_of_turn, settings.seed) == ("goal-first", True, 7)
     assert (settings.columns, settings.rounds) == ({"name": "temperature"}, 9)
 

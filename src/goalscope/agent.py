@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Literal
+from typing import Literal, get_args
 
+from goalscope.asking import COST, informative
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL, Calibration
 from goalscope.dialog import Human, ask, with_answer
@@ -27,10 +28,11 @@ from goalscope.types import (
     meaning,
 )
 
-__all__ = ["Agent", "Correction", "GoalTracker", "Method", "run_episode"]
+__all__ = ["Agent", "Correction", "GoalTracker", "Method", "Questions", "run_episode"]
 
 Method = Literal["good", "no-goals", "no-inference"]
 Correction = Literal["pin", "veto", "reword"]
+Questions = Literal["likeliest", "informative"]
 
 
 class GoalTracker:
@@ -123,8 +125,15 @@ class Agent:
         end_of_turn: Whether the end of the utterance is scored too.
         calibration: How evidence becomes probabilities; None for `USUAL`: what was calibrated on
             given goals is too unsure of goals that the agent proposes itself (LOG.md).
+        questions: "likeliest" asks the question whose words the model finds likeliest, as in the
+            paper; "informative" the one whose answer is expected to tell most (see `informative`).
+        cost: Nats that an informative question must be expected to tell.
         planner: Chooses what to do; None for the one that fills a basket.
         seed: Seed of everything that is drawn.
+
+    Raises:
+        InvalidInputError: There is no such method or way to ask, or the method holds no belief
+            that questions could inform.
     """
 
     def __init__(
@@ -139,12 +148,16 @@ class Agent:
         layout: Layout | None = None,
         end_of_turn: bool = False,
         calibration: Calibration | None = None,
+        questions: Questions = "likeliest",
+        cost: float = COST,
         planner: Planner | None = None,
         seed: int = 0,
     ) -> None:
         self.env = env
         self.model = model
         self.k = k
+        self.questions = questions
+        self.cost = cost
         self.seed = seed
         self.planner = planner or Planner(model, seed=seed)
         self.goals = GoalManager(
@@ -168,6 +181,14 @@ class Agent:
             raise InvalidInputError(
                 f'method must be "good", "no-goals" or "no-inference", not {method!r}'
             )
+        if questions not in get_args(Questions):
+            raise InvalidInputError(
+                f'questions must be "likeliest" or "informative", not {questions!r}'
+            )
+        if questions == "informative" and method != "good":
+            raise InvalidInputError(
+                f'Informative questions need the belief of the method "good", not {method!r}.'
+            )
 
     @property
     def turns(self) -> list[Turn]:
@@ -178,7 +199,19 @@ class Agent:
         """The next query (and before it the answer to what the person asked)."""
         if self.rounds and (question := self.rounds[-1].question):
             return with_answer(self.env, self.turns[-1], question)
-        return ask(self.model, self.env, self.turns, seed=self.seed + len(self.rounds))
+        seed = self.seed + len(self.rounds)
+        tracker = self.tracker
+        if self.questions == "informative" and tracker and isinstance(tracker.likelihood, RolePlay):
+            return informative(
+                self.model,
+                tracker.likelihood,
+                self.env,
+                tracker.belief,
+                self.turns,
+                cost=self.cost,
+                seed=seed,
+            )
+        return ask(self.model, self.env, self.turns, seed=seed)
 
     def step(self, query: str, utterance: str) -> Round:
         """Take in one turn, and act; on an error agent and environment stay as they were.

@@ -21,6 +21,7 @@ __all__ = [
     "Model",
     "Picture",
     "Propose",
+    "Questions",
     "Scene",
     "Scorer",
     "Seed",
@@ -72,6 +73,10 @@ Propose = Annotated[
         help="Propose goals once Unspecified is so likely; paper: once it is the likeliest.  "
         "[default: 0.5]",
     ),
+]
+Questions = Annotated[
+    Literal["likeliest", "informative"],
+    typer.Option(help="What the agent asks: what it is likeliest to, or what tells most."),
 ]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything that is drawn.")]
 Model = Annotated[

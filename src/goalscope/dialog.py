@@ -9,9 +9,18 @@ from typing import Protocol
 from goalscope.envs import Environment
 from goalscope.models import Generator, LanguageModel, Model
 from goalscope.prompts import recent, render, transcript
-from goalscope.types import InvalidInputError, Message, Profile, Turn, checked_text
+from goalscope.types import Goal, InvalidInputError, Message, Profile, Turn, checked_text
 
-__all__ = ["ConsoleHuman", "Human", "ScriptedHuman", "SimulatedHuman", "ask", "with_answer"]
+__all__ = [
+    "ConsoleHuman",
+    "Human",
+    "ScriptedHuman",
+    "SimulatedHuman",
+    "ask",
+    "question_of",
+    "with_answer",
+    "written",
+]
 
 OPENING = "What can I help you with?"
 FALLBACK = "What else would you like?"
@@ -44,9 +53,42 @@ def ask(
     """
     if not turns:
         return OPENING
+    prompt, questions = written(model, env, turns, draws=draws, seed=seed)
+    question = FALLBACK
+    if questions:
+        scores = model.token_logprobs([prompt] * len(questions), questions)
+        question = questions[max(range(len(questions)), key=lambda i: scores[i].mean())]
+    return with_answer(env, turns[-1], question)
+
+
+def written(
+    model: Generator,
+    env: Environment,
+    turns: Sequence[Turn],
+    goals: Sequence[Goal] = (),
+    *,
+    draws: int = 4,
+    seed: int = 0,
+) -> tuple[list[Message], list[str]]:
+    """A prompt for the next question, and the distinct ones that the model writes; none is old.
+
+    Args:
+        model: Writes.
+        env: Where the agent acts.
+        turns: The conversation, at least one turn.
+        goals: What the person may want, which the questions are to tell apart; none for any
+            question, as in the paper.
+        draws: How often the model writes.
+        seed: Of the draws.
+    """
     asked = {question_of(turn.query) for turn in turns}
     prompt = _with_status(
-        model, "query", env.status(), task=env.task, turns=recent(model, turns, 4)
+        model,
+        "tell_apart" if goals else "query",
+        env.status(),
+        task=env.task,
+        turns=recent(model, turns, 4),
+        goals=goals,
     )
     asked |= {message.content for message in prompt if message.role == "assistant"}  # examples
     questions: list[str] = []
@@ -57,12 +99,7 @@ def ask(
         question = question_of(reply.text)
         if question.endswith("?") and question not in asked and question not in questions:
             questions.append(question)
-    if questions:
-        scores = model.token_logprobs([prompt] * len(questions), questions)
-        question = questions[max(range(len(questions)), key=lambda i: scores[i].mean())]
-    else:
-        question = FALLBACK
-    return with_answer(env, turns[-1], question)
+    return prompt, questions
 
 
 def with_answer(env: Environment, turn: Turn, question: str) -> str:

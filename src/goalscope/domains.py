@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from goalscope.agent import Method
+from goalscope.agent import Method, Questions
 from goalscope.envs import Environment
 from goalscope.goals import UNEXPLAINED, Trigger
 from goalscope.habits import Habit
@@ -47,6 +47,7 @@ class Settings:
         end_of_turn: Whether the end of the utterance is scored.
         calibration: Name or file of one; None for that of `Agent`.
         propose: See `Agent`.
+        questions: See `Agent`.
         seed: Seed of everything that is drawn.
         rounds: Most rounds.
     """
@@ -69,6 +70,7 @@ class Settings:
     end_of_turn: bool = False
     calibration: str | None = None
     propose: Trigger = UNEXPLAINED
+    questions: Questions = "likeliest"
     seed: int = 0
     rounds: int = 20
 
