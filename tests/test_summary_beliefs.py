@@ -36,11 +36,19 @@ def test_each_line_adds_a_part_and_the_last_is_the_whole() -> None:
     table = belief_table(cell(each, own) for each in DIALOGUES)
     rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
     assert [row["belief"] for row in rows] == [
-        *("Eq. 1", "+ prior", "+ temperature", "+ reference", "+ switching", "+ forgetting")
+        *(
+            "Eq. 1",
+            "+ prior",
+            "+ temperature",
+            "+ reference",
+            "+ switching",
+            "+ forgetting",
+            "an agent's",
+        )
     ]
     *_, whole = quality(DIALOGUES, own)
     *_, warm = quality(DIALOGUES, replace(PAPER, unstated=0.5, temperature=own.temperature))
-    last, third = rows[-1], rows[2]
+    last, third = rows[-2], rows[2]
     assert last["open log-loss"].value == pytest.approx(whole.log_loss)
     assert third["open log-loss"].value == pytest.approx(warm.log_loss)
     shares = [last["90 % set holds it: present"].value, last["absent"].value]
@@ -60,7 +68,7 @@ def test_unspecified_is_read_at_the_third_turn_and_before() -> None:
         for kind, out in (("absent", each.truth), ("present", chance(0, each.id).choice(wrong))):
             first = believed(each, out, PAPER).log_posteriors[1:4]
             odds[kind].append(first[-1, -1] - np.logaddexp.reduce(first[-1, :-1]))
-            proposed[kind].append(bool((np.exp(first[:, -1]) > 0.5).any()))
+            proposed[kind].append(bool((first.argmax(-1) == first.shape[-1] - 1).any()))
     groups = [each.group for each in DIALOGUES]
     assert found["AUROC"].value == pytest.approx(auroc(odds["absent"], odds["present"], groups)[0])
     assert found["proposes if absent"].value == np.mean(proposed["absent"])

@@ -10,10 +10,10 @@ import numpy.typing as npt
 
 from goalscope.belief import log_posteriors
 from goalscope.calibrating import Observed, Tables, observed_in
-from goalscope.calibration import PAPER, Calibration, calibration_from_json
-from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate, Measured, Table, chosen
-from goalscope.experiment.summary_dialogues import EPS, mean_of
-from goalscope.models.opening import model_label
+from goalscope.calibration import PAPER, USUAL, Calibration, calibration_from_json
+from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate, Measured, Table
+from goalscope.experiment.summary_dialogues import EPS, by_settings, mean_of
+from goalscope.goals import UNEXPLAINED
 from goalscope.stats import auroc
 
 __all__ = ["belief_table"]
@@ -22,6 +22,9 @@ Array = npt.NDArray[np.float64]
 
 TURN = 3
 """By this turn, or by the last of a shorter dialogue, it is to be known that a goal is missing."""
+
+WHOLE = "+ forgetting"
+AGENT = "an agent's"
 
 COLUMNS = (
     *("dialogues", "model", "belief", "n", "top-1", "log-loss", "open log-loss", "AUROC"),
@@ -32,13 +35,15 @@ NOTES = (
     "Each line adds one part to the line above it: Eq. 1 as it stands in the paper; a prior "
     "probability of Unspecified that does not depend on the number of goals; the temperature; the "
     "reference; the chance of a change of mind; forgetting. The first line without adapter is "
-    "goalscope as the paper has it, the last line with it is what goalscope does.",
+    f"goalscope as the paper has it, {WHOLE!r} with it is what goalscope does. {AGENT!r}: the "
+    "calibration of an agent that proposes its goals itself.",
     "Top-1 and log-loss (nats) after the last turn, among the goals alone. Open log-loss: of what "
     "is true over all turns, half of the time with the true goal left out, where Unspecified is "
     "the truth, otherwise with a wrong goal left out.",
     f"AUROC: how well the posterior of Unspecified tells the two apart by turn {TURN}. Proposes: "
-    "share of dialogues in which Unspecified has more than half of the probability after one of "
-    f"the first {TURN} turns; it should if the true goal is absent.",
+    f"share of dialogues in which goals would be proposed after one of the first {TURN} turns, "
+    "which they should be if the true goal is absent: under Eq. 1 once Unspecified is the "
+    f"likeliest, otherwise once it has {100 * UNEXPLAINED:g} % of the probability.",
     f"The {100 * (1 - EPS):g} % set is conformal, at a turn drawn at random; thresholds belong to "
     "the whole calibration alone. What comes with goalscope was calibrated on dialogues of these "
     "sets; `goalscope calibrate` says how good that is on dialogues of other people.",
@@ -54,25 +59,18 @@ def belief_table(cells: Iterable[Measured], *, command: str = "") -> Table:
         cells: Of any kind.
         command: What makes it again.
     """
-    groups: dict[tuple[str, str], list[Measured]] = {}
-    for cell in chosen(cells, "dialogue"):
-        spec = cell[0]
-        own = spec["goal_set"] == "own"
-        task = ", ".join([spec["set"], *([] if own else [spec["split"], spec["goal_set"]])])
-        groups.setdefault((task, model_label(spec["model"])), []).append(cell)
     rows: list[tuple[Entry, ...]] = []
-    for (task, model), found in groups.items():
-        observed = observed_in(found)
-        if not observed:
-            continue
-        own = calibration_from_json(found[0][1]["calibration"])
-        rows += [(task, model, *row) for row in _rows(observed, own)]
+    for (name, split, goal_set, model), found in by_settings(cells, "dialogue"):
+        if observed := observed_in(found):
+            task = ", ".join([name] if goal_set == "own" else [name, split, goal_set])
+            own = calibration_from_json(found[0][1]["calibration"])
+            rows += [(task, model, *row) for row in _rows(observed, own)]
     title = "Beliefs before and after, and what each part gives"
     return Table("beliefs", title, COLUMNS, tuple(rows), NOTES, command)
 
 
 def _parts(own: Calibration) -> Mapping[str, Calibration]:
-    """The parts of a calibration, each added to the ones before it."""
+    """The parts of a calibration, each added to the ones before it; and that of an agent."""
     prior = replace(PAPER, unstated=own.unstated)
     warm = replace(prior, temperature=own.temperature)
     reference = replace(warm, reference=own.reference)
@@ -83,7 +81,8 @@ def _parts(own: Calibration) -> Mapping[str, Calibration]:
         "+ temperature": warm,
         "+ reference": reference,
         "+ switching": changing,
-        "+ forgetting": own,
+        WHOLE: own,
+        AGENT: USUAL,
     }
 
 
@@ -102,8 +101,9 @@ def _rows(dialogues: Sequence[Observed], own: Calibration) -> Iterator[tuple[Ent
         then: Array = beliefs[:, everyone, by_then]
         odds = then[..., 0] - np.logaddexp.reduce(then[..., 1:], axis=-1)
         late = np.greater(np.arange(len(beliefs[0, 0])), by_then[:, None])
-        most: Array = np.where(late, 0.0, np.exp(beliefs[..., 0])).max(-1)
-        present, absent = np.greater(most, 0.5).astype(float).tolist()
+        leads = beliefs[..., 0] > beliefs[..., 1:].max(-1)
+        proposes = leads if way is PAPER else beliefs[..., 0] >= np.log(UNEXPLAINED)
+        present, absent = np.where(late, 0.0, proposes).max(-1).tolist()
         yield (
             name,
             len(dialogues),

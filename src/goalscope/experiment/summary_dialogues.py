@@ -37,7 +37,6 @@ __all__ = [
     "Dialogues",
     "Outcome",
     "by_settings",
-    "left_out",
     "mean_of",
     "read_dialogues",
 ]
@@ -113,7 +112,6 @@ class Dialogues:
             dialogues that have that turn and for which the predictor was run.
         notes: What was fitted, and what could not be read.
         openness: As `outcomes`, of the dialogues with more than two goals.
-        cells: What all this was made of.
     """
 
     set: str
@@ -125,7 +123,6 @@ class Dialogues:
     outcomes: Mapping[tuple[str, int | None], Sequence[Outcome]]
     notes: tuple[str, ...]
     openness: Mapping[tuple[str, int | None], Sequence[Openness]]
-    cells: Sequence[Measured]
 
     @property
     def task(self) -> str:
@@ -176,7 +173,7 @@ class Dialogues:
             )
         title = f"Goals inferred from dialogues: {self.title}, {self.n} dialogues"
         notes = (*self.notes, *NOTES)
-        return Table(self.name("dialogues"), title, COLUMNS, tuple(rows), notes, command)
+        return Table(self._name("dialogues"), title, COLUMNS, tuple(rows), notes, command)
 
     def open_set_table(self, *, command: str = "") -> Table:
         """How well Unspecified tells that the true goal is not among the goals."""
@@ -208,7 +205,7 @@ class Dialogues:
                 )
             )
         title = f"Is the goal in the set? {self.title}, {self.n} dialogues"
-        return Table(self.name("open-set"), title, OPEN_COLUMNS, tuple(rows), OPEN_NOTES, command)
+        return Table(self._name("open-set"), title, OPEN_COLUMNS, tuple(rows), OPEN_NOTES, command)
 
     def area(self, turn: int | None, predictor: str = GOALSCOPE) -> Estimate | None:
         """The AUROC of `open_set_table`; None where it is not defined."""
@@ -218,8 +215,7 @@ class Dialogues:
             return None
         return Estimate(*auroc([e.absent for e in found], [e.present for e in found], groups))
 
-    def name(self, what: str) -> str:
-        """Of a table of these dialogues."""
+    def _name(self, what: str) -> str:
         parts = [part for part in (self.set, self.split, self.goal_set, self.model) if part]
         return "-".join(map(slug, (what, *parts)))
 
@@ -372,14 +368,18 @@ def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogue
     if learned := sum(bool(result.get("learned")) for _, result in cells):
         notes.insert(0, f"The model's adapter has LEARNED from {learned:,} of these dialogues.")
     goals = max(len(spec["case"]["goals"]) for spec, _ in cells)
-    return Dialogues(*key, len(cells), goals, outcomes, tuple(notes), openness, cells)
+    return Dialogues(*key, len(cells), goals, outcomes, tuple(notes), openness)
 
 
 def _openness(cell: Measured, calibration: Calibration) -> Iterator[Openness]:
     """Turn by turn."""
-    case = cell[0]["case"]
-    *tables, place = left_out(cell)
-    beliefs = [_beliefs(table, calibration) for table in tables]
+    case, result = cell[0]["case"], cell[1]
+    table = np.column_stack([result["unspecified"], result["role-play"]])
+    truth = case["truth"] + 1
+    wrong = [place for place in range(1, table.shape[1]) if place != truth]
+    out = chance(0, case["id"]).choice(wrong)
+    beliefs = [_beliefs(np.delete(table, gone, axis=1), calibration) for gone in (out, truth)]
+    place = truth - (out < truth)  # of the true goal, once a wrong one is left out
     threshold = dict(calibration.thresholds).get(EPS)
     for present, absent in zip(*beliefs, strict=True):
         held, sizes = None, (0, 0)
@@ -395,22 +395,6 @@ def _openness(cell: Measured, calibration: Calibration) -> Iterator[Openness]:
             held,
             sizes,
         )
-
-
-def left_out(cell: Measured) -> tuple[Array, Array, int]:
-    """Goals left out, as in `Openness`.
-
-    Returns:
-        [T, G] log-likelihoods in nats without one of the wrong goals, and without the true one,
-        where the first column is that of Unspecified; and which column of the former is the true
-        goal's.
-    """
-    case, result = cell[0]["case"], cell[1]
-    table = np.column_stack([result["unspecified"], result["role-play"]])
-    truth = case["truth"] + 1
-    wrong = [place for place in range(1, table.shape[1]) if place != truth]
-    out = chance(0, case["id"]).choice(wrong)
-    return np.delete(table, out, axis=1), np.delete(table, truth, axis=1), truth - (out < truth)
 
 
 def _beliefs(table: Array, calibration: Calibration) -> Array:

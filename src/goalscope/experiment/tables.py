@@ -12,7 +12,6 @@ from goalscope.experiment.summary_dialogues import read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
 from goalscope.experiment.summary_mcq import mcq_tables
 from goalscope.experiment.summary_models import model_tables
-from goalscope.experiment.summary_proposals import proposals_table
 
 __all__ = ["tables_of", "warnings_of"]
 
@@ -28,7 +27,6 @@ def tables_of(results: Results, cells: Sequence[Cell] | None = None) -> list[Tab
     tables += model_tables(found, command=command)
     for dialogues in found:
         tables += [dialogues.table(command=command), dialogues.open_set_table(command=command)]
-        tables.append(proposals_table(dialogues, command=command))
     tables += [changes.table(command=command) for changes in read_changes(measured)]
     for episodes in read_episodes(measured, attempts=[cell.attempts for cell in done]):
         tables += episodes.tables(command=command)
