@@ -167,12 +167,12 @@ def test_a_cell_is_the_evidence_of_each_turn_for_each_goal(tmp_path: Path, teach
     assert len(result["unspecified"]) == 5 + AFTER
 
 
-def cell(id: str, group: str, evidence: str, switching: float = 0.001):
+def cell(id: str, group: str, evidence: str, forgetting: float = 0.0):
     """A change at round 3 from `b` to `c`; a turn says one nat for a goal, in capitals three."""
     case = {"id": id, "group": group, "task": "Help.", "goals": [*"abc"], "truth": 1, "second": 2}
     case |= {"turns": [{"query": "?", "utterance": "!"}] * len(evidence)}
     spec = {"kind": "change", "set": "teach", "split": "valid", "goal_set": "random", "case": case}
-    calibration = asdict(Calibration(temperature=0.5, switching=switching))
+    calibration = asdict(Calibration(0.5, switching=0.02, forgetting=forgetting))
     nats = [[(goal == said) + 3.0 * (goal == said.lower() != said) for goal in "abc"]
             for said in evidence]  # fmt: skip
     result = {"role-play": nats, "calibration": calibration}
@@ -199,7 +199,7 @@ def test_followed_is_that_the_second_goal_has_led_by_then() -> None:
     # Of the first, b leads by 2 nats, then by 1, then c by 2. Of the second, a leads from its
     # second turn on, with or without the turns before the change.
     assert shares(table, "goalscope, Eq. 1") == [0, 0.5, 0.5, 0.75, 0.5]
-    assert shares(table, "goalscope, switching 0") == [0, 0.5, 0.5, 0.75, 0.5]
+    assert shares(table, "goalscope, without both") == [0, 0.5, 0.5, 0.75, 0.5]
     assert shares(table, "goalscope, told of the change") == [0.5, 0.5, 0.5, None, None]
     assert column(table, "n") == [2] * len(table.rows)
     assert (table.name, table.command) == ("changes-teach-valid-small", "make")
@@ -216,27 +216,24 @@ def test_a_lead_that_was_lost_again_counts_as_followed() -> None:
 def test_who_expects_a_change_follows_sooner() -> None:
     (found,) = read_changes([cell(str(n), str(n), "BBCca") for n in range(2)])
     table = found.table()
-    assert shares(table, "goalscope, switching 0")[2] == 0
-    assert shares(table, "goalscope, switching 0.02")[0] == 1
+    assert shares(table, "goalscope, without switching")[2] == 0
+    assert shares(table, "goalscope")[0] == 1
     kept, lost = (
-        found.probabilities(f"goalscope, switching {share:g}")[1, 0] for share in (0.0, 0.02)
+        found.probabilities(way)[1, 0] for way in ("goalscope, without switching", "goalscope")
     )
     # Each of two turns has six nats for one of three goals; between them the person may change.
     assert kept == pytest.approx(math.exp(12) / (math.exp(12) + 2), rel=1e-9)
-    assert row(table, "goalscope, switching 0")["log-loss, round 2"].value == pytest.approx(
+    assert row(table, "goalscope, without switching")["log-loss, round 2"].value == pytest.approx(
         math.log1p(2 * math.exp(-12)), rel=1e-6
     )
     prior = 0.98 * math.exp(6) / (math.exp(6) + 2) + 0.02 / 3
     assert lost == pytest.approx(1 / (1 + math.exp(-6) * (1 - prior) / prior), rel=1e-9)
 
 
-def test_the_chance_of_the_calibration_has_no_second_row() -> None:
-    usual = [cell(str(n), "b", "bbccc") for n in range(2)]
-    ways = ["goalscope", *(f"goalscope, switching {share}" for share in ("0", "0.02", "0.2"))]
-    rest = ["goalscope, Eq. 1", "goalscope, told of the change"]
-    assert column(changes_table(*usual), "belief") == ways + rest
-    mixed = column(changes_table(usual[0], cell("2", "b", "bbccc", 0.5)), "belief")
-    assert "goalscope, switching 0.001" in mixed
+def test_who_forgets_follows_sooner_without_expecting_a_change() -> None:
+    table = changes_table(*(cell(str(n), str(n), "BBCca", 0.7) for n in range(2)))
+    assert shares(table, "goalscope, without switching")[0] == 1
+    assert shares(table, "goalscope, without both")[2] == 0
 
 
 def test_intervals_resample_first_goals() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from goalscope.belief import log_posteriors
-from goalscope.calibration import PAPER, Calibration, calibration_from_json
+from goalscope.calibration import PAPER, USUAL, Calibration, calibration_from_json
 from goalscope.datasets.changes import AFTER
 from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate, Measured, Table, slug
 from goalscope.experiment.summary_dialogues import AS_IN_PAPER, GOALSCOPE, by_settings, mean_of
@@ -19,9 +19,7 @@ __all__ = ["FRESH", "Changes", "read_changes"]
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
-SWITCHING = (0.0, 0.001, 0.02, 0.2)
-"""Chances of a change of mind that are tried beside that of the calibration."""
-
+AS_AGENT = "goalscope, an agent's"
 FRESH = "goalscope, told of the change"
 
 NOTES = (
@@ -29,8 +27,8 @@ NOTES = (
     f"({AFTER} turns). Followed within k rounds: the second goal was the likeliest after at least "
     "one of the first k turns of that person. Then, before the change: how often the first goal "
     "was the likeliest, in all of these rounds and in the last, and there its log-loss in nats.",
-    f"{GOALSCOPE}: with the calibration known when it was measured; switching: with another chance "
-    f"of a change of mind before each turn; {AS_IN_PAPER}: Bayes' rule as it stands in the paper; "
+    f"{GOALSCOPE}: with the calibration known when it was measured; {AS_AGENT}: with that of an "
+    f"agent that proposes its goals itself; {AS_IN_PAPER}: Bayes' rule as it stands in the paper; "
     f"{FRESH}: the evidence before the change is left out, as if it were forgotten at once.",
     "Beliefs are over the goals alone. Intervals are 95 %, by a bootstrap that resamples whole "
     "groups of dialogues with the same first goal, since these begin with the same people's words. "
@@ -130,17 +128,15 @@ def read_changes(cells: Iterable[Measured]) -> tuple[Changes, ...]:
 
 
 def _beliefs(cells: Sequence[Measured]) -> dict[str, Array]:
-    known = {result["calibration"]["switching"] for _, result in cells}
     found: dict[str, list[Array]] = {}
     for spec, result in cells:
         own = calibration_from_json(result["calibration"])
         ways = {
             GOALSCOPE: own,
-            **{
-                f"{GOALSCOPE}, switching {share:g}": replace(own, switching=share)
-                for share in SWITCHING
-                if known != {share}
-            },
+            f"{GOALSCOPE}, without switching": replace(own, switching=0.0),
+            f"{GOALSCOPE}, without forgetting": replace(own, forgetting=0.0),
+            f"{GOALSCOPE}, without both": replace(own, switching=0.0, forgetting=0.0),
+            AS_AGENT: USUAL,
             AS_IN_PAPER: PAPER,
         }
         table = np.array(result["role-play"], dtype=np.float64)
