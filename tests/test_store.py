@@ -44,6 +44,7 @@ calibrations = st.builds(
     shares,
     st.none() | st.floats(0.01, 0.99),
     shares,
+    st.floats(0, 0.99),
     st.integers(0, 9),
     st.lists(st.tuples(shares, shares), max_size=2).map(tuple),
 )
