@@ -68,7 +68,7 @@ def _proposed(cell: Measured, way: Calibration | None, rule: Trigger) -> tuple[b
     """Whether goals are proposed with the true goal, and without it; None is the cell's own way."""
     present, absent, _ = left_out(cell)
     calibration = way or calibration_from_json(cell[1]["calibration"])
-    width = present.shape[1]
+    width = int(present.shape[1])
     goals = (UNSPECIFIED, *(Goal(str(number)) for number in range(1, width)))
     with_goal, without = (
         any(
