@@ -98,17 +98,25 @@ def test_a_dropped_goal_takes_its_confirmation_along(table, when, way) -> None:
 
 
 @given(st.lists(nats, min_size=1, max_size=4), st.integers(0, 3))
-def test_confirmations_stay_between_the_same_words_when_some_are_left_out(table, turn) -> None:
+def test_words_that_are_left_out_count_as_words_that_say_nothing(table, turn) -> None:
     turn %= len(table)
     pinned = tuple((when, A if when % 2 else B) for when in range(len(table) + 1))
     less = replace(belief_of(table), pinned=pinned).without(turn)
     expected = belief_of([])
     for when in range(len(table) + 1):
         expected = expected.pin(A if when % 2 else B)
-        if when < len(table) and when != turn:
-            expected = expected.observe(table[when])
+        if when < len(table):
+            expected = expected.observe([0.0] * 4 if when == turn else table[when])
     assert less.pinned == expected.pinned
     assert less.probability == pytest.approx(expected.probability, abs=1e-9)
+
+
+@given(st.integers(0, 15), st.sampled_from([USUAL, replace(USUAL, forgetting=0.5)]))
+def test_what_was_confirmed_is_not_forgotten(turns, way) -> None:
+    belief = replace(belief_of([[-1.0, -9.0, -2.0, -5.0]]), calibration=way).pin(B)
+    for _ in range(turns):
+        belief = belief.observe([-3.0] * 4)
+    assert belief.probability[belief.goals.index(B)] >= PINNED - 1e-9
 
 
 def test_confirmations_are_stored() -> None:

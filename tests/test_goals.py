@@ -1,5 +1,7 @@
 """Which goals the belief is over: when some are proposed, which, and which go."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,6 +11,7 @@ from fakes import LampRoom, RefusesAll, WordModel
 from goalscope.belief import Belief
 from goalscope.calibration import PAPER, USUAL, Calibration
 from goalscope.goals import (
+    UNEXPLAINED,
     GoalManager,
     drawn_lines,
     incomplete,
@@ -114,12 +117,21 @@ def test_what_was_confirmed_counts_before_and_after() -> None:
     a, b = Goal("a"), Goal("b")
     belief = belief_of([-1.0, -2.0, -3.0]).pin(b).observe([-1.0, -1.0, -1.0]).pin(a)
     assert belief.since(0).pinned == ((1, b), (2, a))
-    assert belief.since(1).pinned == ((1, a),)
-    assert [belief.since(turn).top(1)[0][0] for turn in (0, 1)] == [a, a]
-    assert belief.since(2).pinned == ()
+    assert belief.since(1).pinned == ((0, b), (1, a))
+    assert belief.since(2).pinned == ((0, a),)
+    assert [belief.since(turn).top(1)[0][0] for turn in (0, 1, 2)] == [a, a, a]
 
 
-@pytest.mark.parametrize("given", [-0.1, 1.1, float("nan")])
-def test_a_trigger_is_a_probability(given: float) -> None:
+def test_a_confirmed_goal_and_words_that_say_nothing_are_no_reason_to_propose() -> None:
+    way = replace(USUAL, unstated=UNEXPLAINED)
+    belief = belief_of([-3.0, -2.0, -9.0], calibration=way).pin(Goal("b"))
+    assert not incomplete(belief, since=1)
+    for older in (-1.0, -20.0, -300.0):
+        flat = belief_of([-3.0, older, -9.0], [-4.0] * 3, [-0.3] * 3, calibration=way)
+        assert not incomplete(flat, since=1)
+
+
+@pytest.mark.parametrize("given", [-0.1, 1.1, float("nan"), "often"])
+def test_a_trigger_is_a_probability(given) -> None:
     with pytest.raises(InvalidInputError, match="probability"):
         GoalManager(WordModel(), LampRoom.task, propose=given)

@@ -1,4 +1,4 @@
-"""What to do about something, under the whole belief: act, ask first, or wait."""
+"""What to do about something, under the whole belief: act, hold back, or do nothing."""
 
 from collections.abc import Sequence
 
@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import LampRoom, WordModel, said
+from goalscope.agent import Agent
 from goalscope.policy import OTHER_GOALS, Planner, Want, choose, weigh
 
 LIKELY = 3.0
@@ -31,8 +32,8 @@ def test_the_choice_has_the_greatest_expected_value(case) -> None:
         value = right - (1 - right)
         known_first = sum(p * max(v, 0.0) for p, v in zip(probability, value, strict=True)) - cost
         ways = {"act": probability @ value, "ask": known_first, "wait": 0.0}
-        chosen = "act" if choice.act[thing] else "ask" if choice.ask[thing] else "wait"
-        assert not (choice.act[thing] and choice.ask[thing])
+        chosen = "act" if choice.act[thing] else "ask" if choice.hold[thing] else "wait"
+        assert not (choice.act[thing] and choice.hold[thing])
         assert ways[chosen] >= max(ways.values()) - 1e-9
 
 
@@ -40,14 +41,14 @@ def test_the_choice_has_the_greatest_expected_value(case) -> None:
 def test_one_who_is_sure_never_asks(case) -> None:
     _, advantage, cost = case
     choice = choose(np.ones(1), advantage[:1], cost)
-    assert not choice.ask.any()
+    assert not choice.hold.any()
     assert (choice.act == (advantage[0] > 0)).all()
 
 
 def test_good_for_one_goal_and_wrong_for_another_is_asked_about() -> None:
     advantage = np.array([[4.0, 4.0, 0.5], [-4.0, 4.0, -0.5]])
     choice = choose(np.array([0.6, 0.4]), advantage, 0.2)
-    assert choice.ask.tolist() == [True, False, False]
+    assert choice.hold.tolist() == [True, False, False]
     assert choice.act.tolist() == [False, True, True]
 
 
@@ -70,6 +71,35 @@ def test_what_is_wrong_for_a_likely_goal_waits_until_the_belief_is_clear() -> No
     assert (unsure.results, unsure.held, room.on) == ((), ("lamp",), [])
     sure = planner.act(room, [Want("read", 0.97), Want("sleep", 0.03)], said("hello"), [])
     assert (sure.held, room.on) == ((), ["lamp"])
+
+
+def test_what_is_held_back_could_be_done_and_takes_no_place_of_what_is_done() -> None:
+    room = LampRoom(["candle", "lamp", "torch"])
+    planner = Tabled({"read": ("candle", "lamp", "torch")}, {"sleep": ("candle", "lamp")})
+    planner.limit = 1
+    wants = [Want("read", 0.55), Want("sleep", 0.45)]
+    terms, unsure = planner.search_terms(room, wants, ["hello"])
+    assert (terms, unsure) == (["torch"], ["candle"])
+    room.actions = lambda relevant, turns=(): []
+    assert planner.act(room, wants, said("hello"), []).held == ()
+
+
+def test_what_is_held_back_is_told_when_all_plans_fail_too() -> None:
+    room = LampRoom(["lamp", "broken"])
+    planner = Tabled({"read": ("lamp", "broken"), "sleep": ("broken",)}, {"sleep": ("lamp",)})
+    planner.replans = 0
+    outcome = planner.act(room, [Want("read", 0.55), Want("sleep", 0.45)], said("hello"), [])
+    assert (outcome.results, outcome.held) == ((), ("lamp",))
+
+
+def test_the_person_is_told_what_is_held_back() -> None:
+    planner = Tabled({"read": ("lamp",)}, {"sleep": ("lamp",)})
+    agent = Agent(LampRoom(), WordModel(), planner=planner)
+    agent.correct("pin", "read")
+    assert agent.tracker is not None
+    agent._wants = lambda turns: [Want("read", 0.55), Want("sleep", 0.45)]
+    round = agent.step("What?", "hello there")
+    assert "Not before it is clear what you want: lamp." in round.notes
 
 
 def test_what_serves_all_likely_goals_is_done_at_once() -> None:

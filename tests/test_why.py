@@ -80,7 +80,7 @@ def test_evidence_is_against_the_mean_of_the_others_as_it_counts(table, way, goa
         assert (each.turn, each.utterance) == (number + 1, str(number))
         until = belief_of(table[: number + 1], way).probability[place]
         assert each.probability == pytest.approx(until, abs=1e-9)
-        rest = np.array([*table[:number], *table[number + 1 :]]).reshape(-1, 4)
+        rest = [*table[:number], [0.0] * 4, *table[number + 1 :]]
         assert each.without == pytest.approx(belief_of(rest, way).probability[place], abs=1e-9)
 
 
@@ -132,13 +132,13 @@ def test_tokens_are_scored_as_their_utterance_is_in_the_part_that_is_still_read(
     assert table.sum(0) == pytest.approx(whole[0])
 
 
-@given(rows, st.sampled_from(CALIBRATIONS[:2]), st.integers(0, 3), st.data())
+@given(rows, st.sampled_from(CALIBRATIONS), st.integers(0, 3), st.data())
 def test_without_a_turn_that_says_nothing_nothing_changes(table, way, when, data) -> None:
     belief = belief_of(table, way)
     place = when % (len(table) + 1)
     flat = np.insert(belief.log_likelihood, place, data.draw(st.floats(-50, 0)), axis=0)
     less = replace(belief, log_likelihood=flat).without(place)
-    assert (less.log_likelihood == belief.log_likelihood).all()
+    assert (np.delete(less.log_likelihood, place, axis=0) == belief.log_likelihood).all()
     after = replace(belief, log_likelihood=flat).probability
     assert less.probability == pytest.approx(after, abs=1e-9)
     assert (less.goals, less.calibration) == (belief.goals, way)

@@ -126,7 +126,7 @@ class ActionPlanner(Planner):
                 continue
             enough = self.margin if term in named else self.bar
             choice = choose(probability, gains[:, [best]] - gains[:, [0]] - enough, self.cost)
-            if choice.ask[0]:
+            if choice.hold[0]:
                 held.append(phrases[best])
             if choice.act[0]:
                 chosen = options[phrases[best]]
@@ -140,7 +140,7 @@ class ActionPlanner(Planner):
     def log_gains(
         self, thing: str, phrases: Sequence[str], wants: Sequence[Want], turns: Sequence[Turn]
     ) -> tuple[Array, Array]:
-        """How much each goal, with the person's words, speaks for each phrase; see `weigh`."""
+        """[G + 1] probabilities, and [G + 1, len(phrases)] gains in nats; see `weigh`."""
         words = self.newest([turn.utterance for turn in turns])
         probability, gains, _ = weigh(
             wants, words, lambda goal: self.log_probability(phrases, goal, ACT, thing=thing)

@@ -289,6 +289,7 @@ class Agent:
         present = {meaning(each.text): each for each in tracker.belief.goals}
         named = present.get(meaning(named.text), named)
         kept = _as_goals([text])[0] if correction == "reword" else named
+        kept = present.get(meaning(kept.text), kept)
         if UNSPECIFIED in (named, kept) or (
             correction != "pin" and named not in tracker.belief.goals
         ):
@@ -341,8 +342,12 @@ class Agent:
     @property
     def _made_from(self) -> int:
         """Number of turns that the newest goals were made from."""
-        added = (r.number for r in self.rounds if any(c.kind == "added" for c in r.changes))
-        return max(added, default=0)
+        made = 0
+        for round in self.rounds:
+            named = {each.goal for each in round.changes if each.kind == "pinned"}
+            if any(each.kind == "added" and each.goal not in named for each in round.changes):
+                made = round.number
+        return made
 
     @property
     def _changes(self) -> list[GoalChange]:

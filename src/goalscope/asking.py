@@ -60,19 +60,20 @@ def informative(
     if not turns:
         return OPENING
     now = narrowed(belief, most)
+    known = sum(p for _, p in belief.top(most))
     question, gain = FALLBACK, cost
     if now.entropy > cost:
         stated = [goal for goal in now.goals if goal != UNSPECIFIED]
         _, questions = written(model, env, turns, stated, seed=seed)
         for each in unasked(questions, turns):
-            found = expected_gain(each, model, likelihood, env.task, now, turns, seed=seed)
+            found = known * expected_gain(each, model, likelihood, env.task, now, turns, seed=seed)
             if found > gain:
                 question, gain = each, found
     return with_answer(env, turns[-1], question)
 
 
 def narrowed(belief: Belief, most: int) -> Belief:
-    """A belief over the `most` likeliest goals alone, which stands where this one does."""
+    """A belief over the `most` likeliest goals alone, as likely beside each other as they are."""
     top = belief.top(most)
     kept = [(goal, p) for goal, p in top if p > 0]
     return Belief(
@@ -106,10 +107,11 @@ def expected_gain(
 ) -> float:
     """What the answer to a question is expected to tell about the goal, in nats.
 
-    That is the mutual information of goal and answer (Lindley, 1956), by nested Monte Carlo with
-    one answer for each goal (Rainforth et al., 2018): `model` plays the person who has it, and what
-    they say is scored under all goals, as real words are. They are played by the prompt of
-    simulated people, not that of the likelihood, which tells its goal whatever is asked (LOG.md).
+    One answer is drawn for each goal: `model` plays the person who has it, and what they say is
+    scored under all goals, as real words are. The mean is at most the mutual information of goal
+    and such answers (Lindley, 1956), since the scores are not those that the answers are drawn by
+    (Barber and Agakov, 2003): people are played by the prompt of simulated ones, and not by that of
+    the likelihood, which tells its goal whatever is asked (LOG.md).
     """
     past = recent(model, turns, 8)
     rows: list[Array] = []

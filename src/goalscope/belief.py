@@ -37,7 +37,7 @@ class Belief:
         calibration: How these become probabilities.
         pinned: Goals that the person has confirmed, each with the number of turns before that:
             evidence of its own kind, after which such a goal has the probability `PINNED` or more.
-            What is said later moves the belief on from there.
+            What is said later moves the belief on from there, and what is forgotten is that.
 
     Raises:
         ValueError: Shapes disagree, a goal occurs twice, one is pinned that is not there, or a
@@ -92,7 +92,10 @@ class Belief:
 
     @property
     def evidence(self) -> Array:
-        """[T, G] what each turn says for each goal in nats, as it counts: after the calibration."""
+        """[T, G] what each turn says for each goal in nats, as it counts when it is said.
+
+        That is, after temperature and reference, and before any of it is forgotten.
+        """
         return _counted(self.log_likelihood, self._stated, self.calibration)
 
     @property
@@ -170,11 +173,9 @@ class Belief:
 
         Later words keep their evidence, which was weighed with that turn in the transcript.
         """
-        return replace(
-            self,
-            log_likelihood=np.delete(self.log_likelihood, turn, axis=0),
-            pinned=tuple((when - (when > turn), goal) for when, goal in self.pinned),
-        )
+        table = self.log_likelihood.copy()
+        table[turn] = 0.0
+        return replace(self, log_likelihood=table)
 
     def since(self, turn: int) -> Belief:
         """The belief by the words from one turn (from 0) on, where that before it is the prior.
@@ -185,7 +186,7 @@ class Belief:
             self,
             log_prior=self.log_posteriors[turn],
             log_likelihood=self.log_likelihood[turn:],
-            pinned=tuple((when - turn, goal) for when, goal in self.pinned if when > turn),
+            pinned=tuple((when - turn, goal) for when, goal in self.pinned if when >= turn),
         )
 
     def add(
@@ -261,7 +262,8 @@ def log_posteriors(
         log_likelihood: [..., T, G] in nats.
         stated: [G], all but `UNSPECIFIED`.
         calibration: How these become probabilities.
-        after: Changes the belief [..., G] after so many turns, before the next one counts.
+        after: Changes the belief [..., G] after so many turns, before the next one counts. What it
+            gives, if it changes anything, is what forgetting and switching go back to from then on.
 
     Returns:
         [..., T + 1, G] in nats, normalised, or all -inf where nothing is possible.
@@ -275,15 +277,21 @@ def log_posteriors(
     prior = _normalised(prior)
     with np.errstate(divide="ignore"):
         same, other = np.log1p(-calibration.switching), np.log(calibration.switching)
-    found = [after(0, prior)]
-    for t in range(rows.shape[-2]):
-        before = found[-1]
+    found: list[Array] = []
+    row = prior
+    for t in range(rows.shape[-2] + 1):
+        if t > 1:
+            if calibration.forgetting:
+                with np.errstate(invalid="ignore"):  # what was impossible from the start stays so
+                    gained = np.where(np.isneginf(prior), 0.0, row - prior)
+                row = _normalised(prior + (1 - calibration.forgetting) * gained)
+            row = np.logaddexp(same + row, other + prior)
         if t:
-            with np.errstate(invalid="ignore"):  # what was impossible from the start stays so
-                gained = np.where(np.isneginf(prior), 0.0, before - prior)
-            faded = _normalised(prior + (1 - calibration.forgetting) * gained)
-            before = np.logaddexp(same + faded, other + prior)
-        found.append(after(t + 1, _normalised(before + rows[..., t, :])))
+            row = _normalised(row + rows[..., t - 1, :])
+        changed = after(t, row)
+        if changed is not row:
+            row = prior = changed
+        found.append(row)
     return np.stack(found, -2)
 
 

@@ -32,7 +32,8 @@ class Calibration:
         forgetting: Share of what the belief has gained over the prior, in nats, that is forgotten
             before each turn but the first (a discount factor; West & Harrison, 1997): words of one
             person repeat each other, so that many turns say less than their sum, and a new goal
-            need not outweigh all that was said for the old one. 0 in the paper.
+            need not outweigh all that was said for the old one. Turns that say nothing count as
+            turns. 0 in the paper.
         n: Dialogues on which the thresholds were measured.
         thresholds: Pairs (eps, p): in all but a share eps of these dialogues, what was true had at
             least the probability p. They make conformal sets (see `Belief.conformal_set`).

@@ -70,8 +70,8 @@ Propose = Annotated[
     str | None,
     typer.Option(
         metavar="PROBABILITY|paper",
-        help="Propose goals once Unspecified is so likely; paper: once it is the likeliest.  "
-        "[default: 0.5]",
+        help="Propose goals once Unspecified is likelier than this by the words since the newest "
+        "goals; paper: once it is the likeliest.  [default: 0.5]",
     ),
 ]
 Questions = Annotated[

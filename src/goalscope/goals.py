@@ -29,7 +29,7 @@ __all__ = [
 Trigger = float | Literal["paper"]
 
 UNEXPLAINED = 0.5
-"""Probability of Unspecified from which on goals are proposed (LOG.md)."""
+"""Probability of Unspecified above which goals are proposed (LOG.md)."""
 
 CONSENT = "Sure, I can help you with that."
 REFUSAL = "I'm sorry, but I can't help you with that."
@@ -50,7 +50,7 @@ def incomplete(belief: Belief, propose: Trigger = UNEXPLAINED, *, since: int = 0
     if propose == "paper":
         return belief.top(1)[0][0] == UNSPECIFIED
     later = belief.since(since)
-    return bool(later.probability[later.goals.index(UNSPECIFIED)] >= propose)
+    return bool(later.probability[later.goals.index(UNSPECIFIED)] > propose + 1e-9)
 
 
 class GoalManager:
@@ -59,8 +59,8 @@ class GoalManager:
     Args:
         model: Writes goals, and tells which are relevant and safe.
         task: The agent's task.
-        propose: Goals are proposed once Unspecified has this probability or more; in the "paper",
-            once it is the likeliest.
+        propose: Goals are proposed once Unspecified is likelier than this by the words since the
+            newest goals; in the "paper", once it is the likeliest.
         patience: A goal goes when it was the least likely for more than this many rounds (n).
         seed: Seed of what is drawn.
     """
@@ -74,7 +74,11 @@ class GoalManager:
         patience: int = 3,
         seed: int = 0,
     ) -> None:
-        if propose != "paper" and not 0 <= propose <= 1:
+        try:
+            known = propose == "paper" or 0 <= propose <= 1
+        except TypeError:
+            known = False
+        if not known:
             raise InvalidInputError(
                 f'propose must be a probability such as {UNEXPLAINED}, or "paper", not {propose!r}'
             )
@@ -167,7 +171,7 @@ def drawn_lines(
         for line in whole:
             text = " ".join(_BULLET.sub("", line).split()).strip(" .,;\"'")
             if 2 <= len(text) <= 100 and not text.endswith(":"):
-                lines.setdefault(text.casefold(), text)
+                lines.setdefault(meaning(text), text)
     return list(lines.values())
 
 

@@ -1,4 +1,4 @@
-"""Acting on likely goals (Sec. 3.2 and 4.2): act, ask first or wait; a plan, and replanning."""
+"""Acting on likely goals (Sec. 3.2 and 4.2): act, hold back or not; a plan, and replanning."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Outcome:
         replans: How many plans were impossible before them.
         question: Leave to ask for, before what the plan holds besides may be done.
         failed: What was tried and could not be done.
-        held: What would be right for one goal and wrong for another: a question comes first.
+        held: What would be right for one goal and wrong for another, and waits for an answer.
     """
 
     results: tuple[StepResult, ...]
@@ -62,31 +62,31 @@ class Choice:
 
     Attributes:
         act: [n] whether to act at once.
-        ask: [n] whether a question is worth its cost before that.
+        hold: [n] whether an answer is worth a question's cost before that.
     """
 
     act: Flags
-    ask: Flags
+    hold: Flags
 
 
 def choose(probability: Array, advantage: Array, cost: float) -> Choice:
-    """Act, ask first, or wait: whichever has the greatest expected value.
+    """Act, hold back for an answer, or do nothing: whichever has the greatest expected value.
 
     To act is worth tanh(advantage / 2) under a goal: the probability that it is right less that
-    it is wrong, if both were as likely before. To wait is worth nothing. To ask, and then to act if
-    that is right, saves the expected harm of acting now, and has its cost (value of information;
-    Howard, 1966).
+    it is wrong, if both were as likely before. To do nothing is worth nothing. To ask, and then to
+    act if that is right, saves the expected harm of acting now, and has its cost (value of perfect
+    information; Howard, 1966).
 
     Args:
         probability: [G] of each goal; sums to 1.
-        advantage: [G, n] log-odds in nats that something is right under each goal.
+        advantage: [G, n] nats by which each goal speaks for something, as `weigh` finds them.
         cost: Of a question, where something wrong costs 1.
     """
     value = np.tanh(advantage / 2)
     now = probability @ value
     asked = probability @ np.maximum(value, 0) - cost
     act = (now > 0) & (now >= asked)
-    return Choice(act=act, ask=~act & (asked > 0))
+    return Choice(act=act, hold=~act & (asked > 0))
 
 
 class Planner:
@@ -164,6 +164,7 @@ class Planner:
         impossible: dict[Action, StepResult] = {}
         standing: list[StepResult] = []
         terms, held = self.search_terms(env, wants, [turn.utterance for turn in turns])
+        held = [term for term in held if env.actions([term], turns)]
         question = ""
         for replans in range(self.replans + 1):
             results: list[StepResult] = []
@@ -183,13 +184,12 @@ class Planner:
                 states.append(env.fingerprint())
             else:
                 failed = tuple(impossible.values())
-                waiting = tuple(dict.fromkeys([*held, *unsure]))
-                return Outcome((*standing, *results), replans, question, failed, waiting)
+                return Outcome((*standing, *results), replans, question, failed, (*held, *unsure))
             kept = max((n for n, each in enumerate(results, 1) if each.irreversible), default=0)
             standing += results[:kept]
             undo(env, [*history, *standing], states[kept])
         failed = tuple(impossible.values())
-        return Outcome(tuple(standing), self.replans + 1, question, failed)
+        return Outcome(tuple(standing), self.replans + 1, question, failed, tuple(held))
 
     def search_terms(
         self, env: Environment, wants: Sequence[Want], utterances: Sequence[str]
@@ -221,16 +221,16 @@ class Planner:
         probability, gains, without = weigh(wants, words, partial(self.log_probability, terms))
         mean = probability @ gains
         choice = choose(probability, gains - self.bar, self.cost)
-        best = np.argsort(-(mean + (1 - self.discount) * without), kind="stable").tolist()
+        best: list[int] = np.argsort(
+            -(mean + (1 - self.discount) * without), kind="stable"
+        ).tolist()
         named = [
             term for term, gain in zip(terms, mean, strict=True) if gain > 0 and term in mentioned
         ]
-        unnamed = [i for i in best if terms[i] not in mentioned and (choice.act | choice.ask)[i]]
-        unnamed = unnamed[: self.limit]
-        return (
-            named + [terms[i] for i in unnamed if choice.act[i]],
-            [terms[i] for i in unnamed if choice.ask[i]],
-        )
+        unnamed = [i for i in best if terms[i] not in mentioned]
+        act = [terms[i] for i in unnamed if choice.act[i]]
+        hold = [terms[i] for i in unnamed if choice.hold[i]]
+        return named + act[: self.limit], hold[: self.limit]
 
     def newest(self, utterances: Sequence[str]) -> str:
         """The newest of the person's words, as many as a prompt can hold."""

@@ -24,8 +24,7 @@ class Reason:
     Attributes:
         turn: 1 for the first.
         utterance: What the person said.
-        evidence: For the goal against the mean of the others, nats, as it counts after the
-            calibration.
+        evidence: For the goal against the mean of the others, nats, as it counts when it is said.
         probability: Of the goal after the turn.
         without: What it would be at the end, had this not been said; later words keep their
             evidence.

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.belief import log_posteriors
 from goalscope.calibrating import Observed, Tables, observed_in
 from goalscope.calibration import PAPER, USUAL, Calibration, calibration_from_json
 from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate, Measured, Table
-from goalscope.experiment.summary_dialogues import EPS, by_settings, mean_of
+from goalscope.experiment.summary_dialogues import (
+    EPS,
+    among_goals,
+    by_settings,
+    mean_of,
+)
 from goalscope.goals import UNEXPLAINED
 from goalscope.stats import auroc
 
@@ -61,12 +66,20 @@ def belief_table(cells: Iterable[Measured], *, command: str = "") -> Table:
     """
     rows: list[tuple[Entry, ...]] = []
     for (name, split, goal_set, model), found in by_settings(cells, "dialogue"):
-        if observed := observed_in(found):
-            task = ", ".join([name] if goal_set == "own" else [name, split, goal_set])
-            own = calibration_from_json(found[0][1]["calibration"])
-            rows += [(task, model, *row) for row in _rows(observed, own)]
+        task = ", ".join([name] if goal_set == "own" else [name, split, goal_set])
+        ways: dict[str, list[Measured]] = {}
+        for cell in found:
+            if cell[1].get("role-play"):
+                ways.setdefault(json.dumps(cell[1]["calibration"]), []).append(cell)
+        for own, same in ways.items():
+            if observed := observed_in(same):
+                rows += [(task, model, *row) for row in _rows(observed, _read(own))]
     title = "Beliefs before and after, and what each part gives"
     return Table("beliefs", title, COLUMNS, tuple(rows), NOTES, command)
+
+
+def _read(calibration: str) -> Calibration:
+    return calibration_from_json(json.loads(calibration))
 
 
 def _parts(own: Calibration) -> Mapping[str, Calibration]:
@@ -92,7 +105,7 @@ def _rows(dialogues: Sequence[Observed], own: Calibration) -> Iterator[tuple[Ent
     everyone = np.arange(len(dialogues))
     by_then = np.minimum(TURN, tables.turns) - 1
     for name, way in _parts(own).items():
-        closed = [_among_goals(each, way) for each in dialogues]
+        closed = [among_goals(each.goals, way)[-1] for each in dialogues]
         top1 = [
             float(row.argmax() == each.truth) for row, each in zip(closed, dialogues, strict=True)
         ]
@@ -115,13 +128,6 @@ def _rows(dialogues: Sequence[Observed], own: Calibration) -> Iterator[tuple[Ent
             mean_of(present, groups, "leads"),
             *_sets(tables, beliefs, way, groups),
         )
-
-
-def _among_goals(dialogue: Observed, calibration: Calibration) -> Array:
-    """[G] log-posterior after the last turn, without Unspecified."""
-    width = len(dialogue.goals[0])
-    stated = np.ones(width, dtype=bool)
-    return log_posteriors(np.zeros(width), dialogue.goals, stated, calibration)[-1]
 
 
 def _sets(

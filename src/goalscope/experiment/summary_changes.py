@@ -8,11 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.belief import log_posteriors
-from goalscope.calibration import PAPER, USUAL, Calibration, calibration_from_json
+from goalscope.calibration import PAPER, USUAL, calibration_from_json
 from goalscope.datasets.changes import AFTER
 from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate, Measured, Table, slug
-from goalscope.experiment.summary_dialogues import AS_IN_PAPER, GOALSCOPE, by_settings, mean_of
+from goalscope.experiment.summary_dialogues import (
+    AS_IN_PAPER,
+    GOALSCOPE,
+    among_goals,
+    by_settings,
+    mean_of,
+)
 
 __all__ = ["FRESH", "Changes", "read_changes"]
 
@@ -30,6 +35,8 @@ NOTES = (
     f"{GOALSCOPE}: with the calibration known when it was measured; {AS_AGENT}: with that of an "
     f"agent that proposes its goals itself; {AS_IN_PAPER}: Bayes' rule as it stands in the paper; "
     f"{FRESH}: the evidence before the change is left out, as if it were forgotten at once.",
+    "What comes with goalscope was calibrated on dialogues of these sets; whether a script's words "
+    "taught the adapter is not looked up.",
     "Beliefs are over the goals alone. Intervals are 95 %, by a bootstrap that resamples whole "
     "groups of dialogues with the same first goal, since these begin with the same people's words. "
     f"{NO_INTERVAL}",
@@ -143,15 +150,9 @@ def _beliefs(cells: Sequence[Measured]) -> dict[str, Array]:
         pair = [spec["case"]["truth"], spec["case"]["second"]]
         table = np.column_stack([table[:, pair], np.delete(table, pair, axis=1)])
         for way, calibration in ways.items():
-            found.setdefault(way, []).append(_believe(table, calibration))
-        found.setdefault(FRESH, []).append(_believe(table[-AFTER:], own))
+            found.setdefault(way, []).append(among_goals(table, calibration))
+        found.setdefault(FRESH, []).append(among_goals(table[-AFTER:], own))
     return {way: np.stack(beliefs) for way, beliefs in found.items()}
-
-
-def _believe(table: Array, calibration: Calibration) -> Array:
-    """[T, G] log-posteriors turn by turn, over the goals alone."""
-    goals = int(table.shape[1])
-    return log_posteriors(np.zeros(goals), table, np.ones(goals, dtype=bool), calibration)[1:]
 
 
 def _leads(beliefs: Array, goal: int) -> Flags:

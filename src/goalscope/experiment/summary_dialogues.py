@@ -36,6 +36,7 @@ __all__ = [
     "UNIFORM",
     "Dialogues",
     "Outcome",
+    "among_goals",
     "by_settings",
     "mean_of",
     "read_dialogues",
@@ -403,11 +404,15 @@ def _beliefs(table: Array, calibration: Calibration) -> Array:
     return log_posteriors(np.zeros(width), table, np.arange(width) > 0, calibration)[1:]
 
 
-def _role_play(result: Mapping[str, Any], calibration: Calibration) -> Iterable[Array]:
-    """[T, G] log-posteriors turn by turn, over the goals alone."""
-    table: Array = np.array(result["role-play"], dtype=np.float64)
-    width = int(table.shape[1])
-    return log_posteriors(np.zeros(width), table, np.ones(width, dtype=bool), calibration)[1:]
+def among_goals(log_likelihood: Array, calibration: Calibration) -> Array:
+    """[T, G] log-posteriors turn by turn, over the goals alone, from their log-likelihoods."""
+    width = len(log_likelihood[0])
+    stated = np.ones(width, dtype=bool)
+    return log_posteriors(np.zeros(width), log_likelihood, stated, calibration)[1:]
+
+
+def _role_play(result: Mapping[str, Any], calibration: Calibration) -> Array:
+    return among_goals(np.array(result["role-play"], dtype=np.float64), calibration)
 
 
 def _outright(answer: Mapping[str, Any], goals: int) -> Array:
