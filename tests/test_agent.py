@@ -50,7 +50,7 @@ def test_golden_episode() -> None:
     assert rounds[-1].status == "On: lamp."
 
 
-def test_nothing_is_done_while_unspecified_leads() -> None:
+def test_nothing_is_done_while_no_goal_is_known() -> None:
     env = LampRoom()
     agent = Agent(env, WordModel({**REPLIES, "name what the human may want": ""}))
     round = agent.step("What now?", "lamp light please")

@@ -355,13 +355,11 @@ class Agent:
         return [*(change for round in self.rounds for change in round.changes), *self._corrections]
 
     def _wants(self, turns: Sequence[Turn]) -> list[Want]:
-        """What to act for: the top k goals; nothing while `UNSPECIFIED` leads."""
+        """What to act for: the top k goals; the planner weighs what remains by the words alone."""
         if self.tracker is None:
             return [Want(self.planner.newest([turn.utterance for turn in turns]), 1.0)]
-        top = self.tracker.belief.top(self.k)
-        if not top or top[0][0] == UNSPECIFIED:
-            return []
-        return [Want(goal.text, p) for goal, p in top if goal != UNSPECIFIED]
+        stated = [each for each in self.tracker.belief.top() if each[0] != UNSPECIFIED]
+        return [Want(goal.text, p) for goal, p in stated[: self.k]]
 
     def _notes(self, turn: Turn) -> tuple[str, ...]:
         likelihood = self.tracker.likelihood if self.tracker else None
