@@ -131,7 +131,7 @@ def test_a_confirmed_goal_and_words_that_say_nothing_are_no_reason_to_propose() 
         assert not incomplete(flat, since=1)
 
 
-@pytest.mark.parametrize("given", [-0.1, 1.1, float("nan"), "often"])
+@pytest.mark.parametrize("given", [-0.1, 1.0, float("nan"), "often"])
 def test_a_trigger_is_a_probability(given) -> None:
     with pytest.raises(InvalidInputError, match="probability"):
         GoalManager(WordModel(), LampRoom.task, propose=given)

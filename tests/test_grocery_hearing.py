@@ -30,6 +30,14 @@ def test_later_words_count_more_than_earlier_ones() -> None:
 def test_request_takes_back_a_refusal_but_no_allergy() -> None:
     assert hear(["no eggs", "Oh, I do need eggs"]).diets == set()
     assert hear(["I'm allergic to eggs", "I need eggs"]).diets == {"egg-free"}
+    for words in (
+        "She gets ill from wheat.",
+        "Wheat makes my sister sick",
+        "sick if he eats wheat",
+    ):
+        assert hear([words]).diets == {"gluten-free"}
+    for words in ("wheat doesn't make her ill", "I'm sick of bread", "I feel sick, get me wheat"):
+        assert hear([words]).diets == frozenset()
 
 
 def test_diet_is_neither_asked_for_nor_refused() -> None:

@@ -51,10 +51,10 @@ def test_each_line_adds_a_part_and_the_last_is_the_whole() -> None:
     last, third = rows[-2], rows[2]
     assert last["open log-loss"].value == pytest.approx(whole.log_loss)
     assert third["open log-loss"].value == pytest.approx(warm.log_loss)
-    shares = [last["90 % set holds it: present"].value, last["absent"].value]
+    shares = [last["90 % set holds it if present"].value, last["90 % set holds it if absent"].value]
     assert shares == pytest.approx(whole.coverage)
-    assert last["size"].value == pytest.approx(whole.size)
-    assert third["size"] is None
+    assert last["goals in the 90 % set"].value == pytest.approx(whole.size)
+    assert third["goals in the 90 % set"] is None
     assert last["log-loss"].value < rows[0]["log-loss"].value
 
 
@@ -72,7 +72,7 @@ def test_unspecified_is_read_at_the_third_turn_and_before() -> None:
     groups = [each.group for each in DIALOGUES]
     assert found["AUROC"].value == pytest.approx(auroc(odds["absent"], odds["present"], groups)[0])
     assert found["proposes if absent"].value == np.mean(proposed["absent"])
-    assert found["if present"].value == np.mean(proposed["present"])
+    assert found["proposes if present"].value == np.mean(proposed["present"])
 
 
 def test_what_taught_the_adapter_is_left_out() -> None:

@@ -37,7 +37,8 @@ class Belief:
         calibration: How these become probabilities.
         pinned: Goals that the person has confirmed, each with the number of turns before that:
             evidence of its own kind, after which such a goal has the probability `PINNED` or more.
-            What is said later moves the belief on from there, and what is forgotten is that.
+            What is said later moves the belief on from there, and only that is forgotten; but a
+            confirmed mind can change, too.
 
     Raises:
         ValueError: Shapes disagree, a goal occurs twice, one is pinned that is not there, or a
@@ -145,8 +146,10 @@ class Belief:
         counts. All goals, where the belief is degenerate.
 
         Raises:
-            ValueError: The calibration has no threshold for `eps` or less.
+            ValueError: `eps` is no share, or the calibration has no threshold for it or less.
         """
+        if not 0 < eps < 1:
+            raise ValueError(f"eps must lie between 0 and 1, not be {eps}")
         known = {each: p for each, p in self.calibration.thresholds if each <= eps + 1e-9}
         if not known:
             raise ValueError(
@@ -263,7 +266,7 @@ def log_posteriors(
         stated: [G], all but `UNSPECIFIED`.
         calibration: How these become probabilities.
         after: Changes the belief [..., G] after so many turns, before the next one counts. What it
-            gives, if it changes anything, is what forgetting and switching go back to from then on.
+            gives, if it changes anything, is what forgetting goes back to from then on.
 
     Returns:
         [..., T + 1, G] in nats, normalised, or all -inf where nothing is possible.
@@ -278,19 +281,19 @@ def log_posteriors(
     with np.errstate(divide="ignore"):
         same, other = np.log1p(-calibration.switching), np.log(calibration.switching)
     found: list[Array] = []
-    row = prior
+    row = confirmed = prior
     for t in range(rows.shape[-2] + 1):
         if t > 1:
             if calibration.forgetting:
                 with np.errstate(invalid="ignore"):  # what was impossible from the start stays so
-                    gained = np.where(np.isneginf(prior), 0.0, row - prior)
-                row = _normalised(prior + (1 - calibration.forgetting) * gained)
+                    gained = np.where(np.isneginf(confirmed), 0.0, row - confirmed)
+                row = _normalised(confirmed + (1 - calibration.forgetting) * gained)
             row = np.logaddexp(same + row, other + prior)
         if t:
             row = _normalised(row + rows[..., t - 1, :])
         changed = after(t, row)
         if changed is not row:
-            row = prior = changed
+            row = confirmed = changed
         found.append(row)
     return np.stack(found, -2)
 

@@ -29,7 +29,8 @@ class Calibration:
             prior like that of any other goal, as in the paper.
         switching: Chance, before each turn but the first, that the person has changed their mind
             and has any goal, by its prior. 0 in the paper; at 1 only the last turn counts.
-        forgetting: Share of what the belief has gained over the prior, in nats, that is forgotten
+        forgetting: Share of what the belief has gained over the prior (or over what the person has
+            confirmed since), in nats, that is forgotten
             before each turn but the first (a discount factor; West & Harrison, 1997): words of one
             person repeat each other, so that many turns say less than their sum, and a new goal
             need not outweigh all that was said for the old one. Turns that say nothing count as

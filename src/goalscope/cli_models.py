@@ -156,7 +156,10 @@ def doctor(
             found, problems = check_model(engine)
             report |= found
             made, origin = known_calibration(parts(engine)[1], DEFAULT_LAYOUT, end_of_turn=False)
-            report["calibration"] = f"temperature {made.temperature:g}, {origin}"
+            report["calibration"] = (
+                f"temperature {made.temperature:g}, reference {made.reference:g}, switching "
+                f"{made.switching:g}, forgetting {made.forgetting:g}; {origin}"
+            )
             for part in dict.fromkeys(parts(engine)):
                 if hasattr(part, "prompt_seconds"):
                     seconds = getattr(part, "prompt_seconds")(512)  # noqa: B009

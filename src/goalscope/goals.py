@@ -75,12 +75,13 @@ class GoalManager:
         seed: int = 0,
     ) -> None:
         try:
-            known = propose == "paper" or 0 <= propose <= 1
+            known = propose == "paper" or 0 <= propose < 1
         except TypeError:
             known = False
         if not known:
             raise InvalidInputError(
-                f'propose must be a probability such as {UNEXPLAINED}, or "paper", not {propose!r}'
+                f'propose must be a probability below 1, such as {UNEXPLAINED}, or "paper", not '
+                f"{propose!r}"
             )
         self.model = model
         self.task = task

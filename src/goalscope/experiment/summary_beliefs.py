@@ -33,8 +33,9 @@ AGENT = "an agent's"
 
 COLUMNS = (
     *("dialogues", "model", "belief", "n", "top-1", "log-loss", "open log-loss", "AUROC"),
-    *("proposes if absent", "if present"),
-    *(f"{100 * (1 - EPS):g} % set holds it: present", "absent", "size"),
+    *("proposes if absent", "proposes if present"),
+    *(f"{100 * (1 - EPS):g} % set holds it if {kind}" for kind in ("present", "absent")),
+    f"goals in the {100 * (1 - EPS):g} % set",
 )
 NOTES = (
     "Each line adds one part to the line above it: Eq. 1 as it stands in the paper; a prior "
@@ -42,6 +43,8 @@ NOTES = (
     "reference; the chance of a change of mind; forgetting. The first line without adapter is "
     f"goalscope as the paper has it, {WHOLE!r} with it is what goalscope does. {AGENT!r}: the "
     "calibration of an agent that proposes its goals itself.",
+    "They are fitted together, so that a part by itself may do harm. Switching and forgetting are "
+    "for minds that change, and cost log-loss where nobody changes theirs.",
     "Top-1 and log-loss (nats) after the last turn, among the goals alone. Open log-loss: of what "
     "is true over all turns, half of the time with the true goal left out, where Unspecified is "
     "the truth, otherwise with a wrong goal left out.",

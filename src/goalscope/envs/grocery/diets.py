@@ -215,10 +215,14 @@ _NAMED = {
     name: re.compile(rf"(?<!\w)(?:{_named(name, entry)})(?![\w-])") for name, entry in DIETS.items()
 }
 _ANY = "(?:" + "|".join(_named(name, entry) for name, entry in DIETS.items()) + ")"
+_FROM = r"(?:from|after|if|when|whenever) (?:\w+ )?(?:eat\w* |drink\w* |has |have )?(?:any |some )?"
 _ILL = {
     name: re.compile(
         rf"\b(?:(?:{_either(entry.ill)})s?|(?:{_either(f'{entry.refused}, {entry.allergens}')})s?"
-        r"(?:(?:,? and |,? or |/|, )[\w-]+(?: nuts?)?){0,3}[- ](?:allerg|intoleran|sensitiv)\w*)\b"
+        r"(?:(?:,? and |,? or |/|, )[\w-]+(?: nuts?)?){0,3}[- ](?:allerg|intoleran|sensitiv)\w*"
+        rf"|(?:ill|sick|unwell) {_FROM}(?:{_either(f'{entry.refused}, {entry.allergens}')})s?"
+        rf"|(?:{_either(f'{entry.refused}, {entry.allergens}')})s? makes? (?:\w+ ){{1,3}}"
+        r"(?:ill|sick|unwell))\b"
     )
     for name, entry in DIETS.items()
     if entry.refused
