@@ -206,8 +206,12 @@ def _either(listed: str) -> str:
     return "|".join(sorted(phrases, key=len, reverse=True)) or "(?!)"
 
 
+def _harm(entry: Diet) -> str:
+    return _either(f"{entry.refused}, {entry.allergens}")
+
+
 def _named(name: str, entry: Diet) -> str:
-    harm = _either(f"{entry.refused}, {entry.allergens}")
+    harm = _harm(entry)
     return rf"{name}|(?:{harm})s?[- ]free{'|' * bool(entry.said)}{entry.said}"
 
 
@@ -218,10 +222,10 @@ _ANY = "(?:" + "|".join(_named(name, entry) for name, entry in DIETS.items()) + 
 _FROM = r"(?:from|after|if|when|whenever) (?:\w+ )?(?:eat\w* |drink\w* |has |have )?(?:any |some )?"
 _ILL = {
     name: re.compile(
-        rf"\b(?:(?:{_either(entry.ill)})s?|(?:{_either(f'{entry.refused}, {entry.allergens}')})s?"
+        rf"\b(?:(?:{_either(entry.ill)})s?|(?:{_harm(entry)})s?"
         r"(?:(?:,? and |,? or |/|, )[\w-]+(?: nuts?)?){0,3}[- ](?:allerg|intoleran|sensitiv)\w*"
-        rf"|(?:ill|sick|unwell) {_FROM}(?:{_either(f'{entry.refused}, {entry.allergens}')})s?"
-        rf"|(?:{_either(f'{entry.refused}, {entry.allergens}')})s? makes? (?:\w+ ){{1,3}}"
+        rf"|(?:ill|sick|unwell) {_FROM}(?:{_harm(entry)})s?"
+        rf"|(?:{_harm(entry)})s? makes? (?:\w+ ){{1,3}}"
         r"(?:ill|sick|unwell))\b"
     )
     for name, entry in DIETS.items()
