@@ -18,7 +18,7 @@ LIKELY = 3.0
 def beliefs(draw: st.DrawFn) -> tuple[np.ndarray, np.ndarray, float]:
     goals, things = draw(st.integers(1, 5)), draw(st.integers(1, 4))
     weights = np.array(draw(st.lists(st.floats(0.01, 1), min_size=goals, max_size=goals)))
-    nats = st.lists(st.floats(-9, 9), min_size=things, max_size=things)
+    nats = st.lists(st.floats(-9, 9, allow_subnormal=False), min_size=things, max_size=things)
     rows = np.array(draw(st.lists(nats, min_size=goals, max_size=goals)))
     return weights / weights.sum(), rows, draw(st.floats(0.01, 0.9))
 
