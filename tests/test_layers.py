@@ -15,7 +15,7 @@ LAYERS = [
     {"session", "display", "benchmarks", "calibrating"},
     {"experiment"},
     {"report"},
-    {"fitting"},
+    {"fitting", "web"},
     {
         "terminal",
         "cli",
@@ -28,6 +28,7 @@ LAYERS = [
         "cli_models",
         "cli_options",
         "cli_report",
+        "cli_serve",
         "cli_why",
     },
 ]

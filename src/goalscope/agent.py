@@ -343,6 +343,11 @@ class Agent:
         return self.tracker.belief
 
     @property
+    def can_take_back(self) -> bool:
+        """Whether there is a correction to take back."""
+        return bool(self._uncorrected)
+
+    @property
     def corrections(self) -> list[GoalChange]:
         """What the person said of the goals themselves since the last round."""
         return list(self._corrections)

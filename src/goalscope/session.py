@@ -62,6 +62,7 @@ class Session:
         *,
         profile: str | None = None,
         read: Callable[[str], str] | None = None,
+        owner: str | None = None,
         resume: EpisodeInfo | None = None,
         confirm: bool = False,
         progress: Callable[[str], None] | None = None,
@@ -76,6 +77,7 @@ class Session:
             profile: Name of the simulated person; needed to `run` without a person.
             read: Shows a query to the person at the terminal, and returns their words; needed to
                 `run` with one.
+            owner: Whose episode it is, on the web page.
             resume: The stored episode to continue.
             confirm: See `Agent`, as for the next one.
             progress: Is told what the agent does.
@@ -109,6 +111,7 @@ class Session:
             else store.begin(
                 domain=settings.domain,
                 profile=profile,
+                owner=owner,
                 method=settings.method,
                 model=getattr(model, "name", type(model).__name__),
                 task=env.task,
@@ -166,9 +169,19 @@ class Session:
         return self._agent.corrections
 
     @property
+    def can_take_back(self) -> bool:
+        """Whether there is a correction to take back."""
+        return self._agent.can_take_back
+
+    @property
     def belief(self) -> Belief | None:
         """The belief as it is now; None for the method that holds none."""
         return self._agent.tracker.belief if self._agent.tracker else None
+
+    @property
+    def rounds(self) -> list[Round]:
+        """The rounds so far."""
+        return self._agent.rounds
 
     @property
     def turns(self) -> list[Turn]:

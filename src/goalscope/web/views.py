@@ -11,7 +11,16 @@ from goalscope import episode as episodes
 from goalscope.store import EpisodeInfo
 from goalscope.types import UNSPECIFIED, GoalChange, StepResult
 
-__all__ = ["ActionView", "BeliefView", "ChangeView", "EpisodeView", "GoalView", "Live", "RoundView"]
+__all__ = [
+    "ActionView",
+    "BeliefView",
+    "ChangeView",
+    "EpisodeView",
+    "GoalView",
+    "Live",
+    "RoundView",
+    "StoredEpisode",
+]
 
 
 class GoalView(BaseModel):
@@ -158,6 +167,13 @@ class EpisodeView(BaseModel):
             rounds=info.rounds,
             mine=mine,
         )
+
+
+class StoredEpisode(BaseModel):
+    """An episode with its rounds."""
+
+    episode: EpisodeView
+    rounds: list[RoundView]
 
 
 class Confirm(BaseModel):
