@@ -11,7 +11,7 @@ LAYERS = [
     {"belief", "models", "prompts", "envs", "stats", "calibrations"},
     {"likelihood", "goals", "dialog", "asking", "habits", "policy", "acting", "why"},
     {"agent", "episode", "judge"},
-    {"store", "infer", "domains", "datasets"},
+    {"database", "rounds_json", "store", "infer", "domains", "datasets"},
     {"session", "display", "benchmarks", "calibrating"},
     {"experiment"},
     {"report"},
