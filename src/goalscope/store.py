@@ -13,7 +13,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, Self, cast
 
-from sqlalchemy import Engine, Select, func, or_, select, update
+from sqlalchemy import ColumnElement, Engine, Select, func, or_, select, update
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -226,20 +226,30 @@ class Store:
             offset: After so many others.
         """
         order = EpisodeRow.number.desc() if newest_first else EpisodeRow.number
-        query = _infos().order_by(order).limit(limit).offset(offset)
-        if owner is not None:
-            query = query.where(EpisodeRow.owner == owner)
-        if text:
-            row = EpisodeRow
-            columns = (row.id, row.domain, row.profile, row.method, row.model, row.task)
-            said = select(RoundRow).where(
-                RoundRow.episode == row.id, RoundRow.json.ilike(turn_like(text), escape="/")
-            )
-            query = query.where(
-                or_(*(each.icontains(text, autoescape=True) for each in columns), said.exists())
-            )
+        query = _infos().where(*_matching(owner, text)).order_by(order).limit(limit).offset(offset)
         with self.reading() as session:
             return [_info(row, rounds) for row, rounds in session.execute(query)]
+
+    def count(self, *, owner: str | None = None, text: str = "") -> int:
+        """Return how many episodes there are; see `episodes`."""
+        query = select(func.count()).select_from(EpisodeRow).where(*_matching(owner, text))
+        with self.reading() as session:
+            return session.scalar(query) or 0
+
+
+def _matching(owner: str | None, text: str) -> list[ColumnElement[bool]]:
+    row = EpisodeRow
+    found: list[ColumnElement[bool]] = []
+    if owner is not None:
+        found.append(row.owner == owner)
+    if text:
+        columns = (row.id, row.domain, row.profile, row.method, row.model, row.task)
+        said = select(RoundRow).where(
+            RoundRow.episode == row.id, RoundRow.json.ilike(turn_like(text), escape="/")
+        )
+        stands = (each.icontains(text, autoescape=True) for each in columns)
+        found.append(or_(*stands, said.exists()))
+    return found
 
 
 def new_episode(settings: Mapping[str, Any] | None = None, **values: str | None) -> EpisodeRow:

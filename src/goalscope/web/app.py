@@ -209,7 +209,10 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         offset: Annotated[int, Query(ge=0)] = 0,
     ) -> EpisodeList:
         owner = None if visitor.is_host else visitor.id
-        found, total = store.search(text, owner=owner, limit=limit, offset=offset)
+        found = store.episodes(
+            owner=owner, text=text, newest_first=True, limit=limit, offset=offset
+        )
+        total = store.count(owner=owner, text=text)
         return EpisodeList(episodes=[view(info, visitor) for info in found], total=total)
 
     @app.post("/api/episodes", status_code=201)
