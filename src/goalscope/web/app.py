@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from asyncio import wrap_future
-from collections.abc import AsyncGenerator, AsyncIterator
+from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
 from dataclasses import replace
 from importlib.metadata import version
@@ -156,7 +156,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     scenes = {scene for domain in domains for scene in domain.scenes}
 
     @asynccontextmanager
-    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+    async def lifespan(app: FastAPI) -> AsyncGenerator[None]:
         yield
         await asyncio.to_thread(conversations.close)
 
