@@ -68,8 +68,8 @@ export class Bars {
     setText(
       this.legend,
       marked.size === 1
-        ? "The marked one is what you want with 90\u00a0%."
-        : "What you want is among the marked ones with 90\u00a0%.",
+        ? "With 90\u00a0% certainty it is the marked one."
+        : "With 90\u00a0% certainty it is among the marked ones.",
     );
     for (const [text, row] of this.rows) {
       row.element.classList.toggle("in-set", marked.has(text));
@@ -167,7 +167,7 @@ function told(belief) {
   const number = Math.exp(belief.entropy);
   if (number < 1.15) return "How sure: nearly certain";
   if (number < 1.8) return "How sure: quite sure";
-  const like = `like choosing between ${Math.round(number)} equal goals`;
+  const like = `as between ${Math.round(number)} equally likely goals`;
   return number < 3.5 ? `How sure: somewhat, ${like}` : `How sure: not yet, ${like}`;
 }
 
@@ -198,4 +198,9 @@ export function changeList(changes) {
       ),
     ),
   );
+}
+
+/** What is told of the goals that a round changed; nothing if it changed none. */
+export function changesOf(round) {
+  return round?.changes.length ? [h("h3", {}, `What changed in round ${round.number}`), changeList(round.changes)] : [];
 }

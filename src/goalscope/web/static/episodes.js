@@ -124,14 +124,18 @@ class List {
       ...cells.map(([name, text]) => h("td", { "data-name": name, class: classOf(name) }, text)),
       h(
         "td",
-        { class: "row-actions" },
-        goOn ? h("a", { href: `#/talk/${episode.id}` }, "Go on", unseen(` with the one of ${started}`)) : null,
+        {},
         h(
-          "label",
-          { class: "check" },
-          h("input", { type: "checkbox", onchange: choose, checked: this.chosen.includes(episode.id) }),
-          "Compare",
-          unseen(` the one of ${started}`),
+          "div",
+          { class: "row-actions" },
+          goOn ? h("a", { href: `#/talk/${episode.id}` }, "Go on", unseen(` with the one of ${started}`)) : null,
+          h(
+            "label",
+            { class: "check" },
+            h("input", { type: "checkbox", onchange: choose, checked: this.chosen.includes(episode.id) }),
+            "Compare",
+            unseen(` the one of ${started}`),
+          ),
         ),
       ),
     );

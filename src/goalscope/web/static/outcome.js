@@ -12,17 +12,18 @@ export function actionList(actions) {
     "ul",
     { class: "actions" },
     ...actions.map((action) => {
-      const [first] = action.observation.split("\n");
+      const [first, ...rest] = action.observation.split("\n");
+      const plain = action.ok && first && rest.length === 0;
       return h(
         "li",
-        { class: action.ok ? "done" : "failed", title: action.observation },
+        { class: action.ok ? "done" : "failed", title: plain ? action.text : action.observation },
         h("span", { class: "sign", "aria-hidden": "true" }, action.ok ? "\u2713" : "\u2717"),
         h(
           "span",
           {},
           unseen(action.ok ? "done: " : "failed: "),
-          action.text,
-          action.ok ? null : h("span", { class: "reason" }, ` ${first}`),
+          plain ? first : action.text,
+          action.ok ? null : h("span", { class: "reason" }, ` \u2013 ${first}`),
           action.irreversible ? h("span", { class: "badge" }, "cannot be undone") : null,
         ),
       );
@@ -99,8 +100,8 @@ export class Outcome {
     this.image = h("img", { class: "room", alt: "" });
     this.body = h("div", {});
     this.element = h(
-      "section",
-      { class: "panel", "aria-label": this.house ? "The room" : "The basket" },
+      "div",
+      { class: "panel" },
       h("h2", {}, this.house ? "The room" : "The basket"),
       this.house ? h("a", { class: "room-link", target: "_blank", rel: "noopener" }, this.image) : null,
       this.body,

@@ -1,7 +1,7 @@
 /** Episodes that are stored, round by round: one, or two side by side. */
 
 import { api, pathOf } from "./api.js";
-import { Bars, changeList } from "./belief.js";
+import { Bars, changesOf } from "./belief.js";
 import { Log } from "./chat.js";
 import { coloursOf } from "./colours.js";
 import { count, h, localTime, setText } from "./dom.js";
@@ -21,7 +21,7 @@ export async function replay(main, { id }, signal) {
   if (signal.aborted) return;
   document.title = "Replay \u00b7 goalscope";
   const slider = new Slider(state.rounds.length, signal);
-  const view = new View(state, (number) => slider.go(number));
+  const view = new View(state, coloursOf(beliefsOf(state)), (number) => slider.go(number));
   const head = h("header", { class: "replay-head" }, h("h1", {}, "Replay"), links(state));
   main.replaceChildren(h("div", { class: "page replay" }, head, slider.element, view.element));
   slider.follow((number) => view.show(number));
@@ -38,16 +38,23 @@ export async function compare(main, { first, second }, signal) {
   if (signal.aborted) return;
   document.title = "Compare \u00b7 goalscope";
   const slider = new Slider(Math.max(...states.map((state) => state.rounds.length)), signal);
-  const views = states.map((state) => new View(state, (number) => slider.go(number)));
+  const colours = coloursOf(states.flatMap(beliefsOf));
+  const views = states.map((state) => new View(state, colours, (number) => slider.go(number)));
   const columns = views.map((view, place) => {
-    const link = h("a", { href: `#/replay/${states[place].episode.id}` }, localTime(states[place].episode.created));
-    return h("section", { class: "compared" }, h("h2", {}, link), view.element);
+    const { id } = states[place].episode;
+    const name = place ? "Second" : "First";
+    const link = h("a", { href: `#/replay/${id}` }, `${name}: ${id}`);
+    return h("section", { class: "compared", "aria-label": name }, h("h2", {}, link), view.element);
   });
   main.replaceChildren(
     h("div", { class: "page replay" }, h("h1", {}, "Compare"), slider.element, h("div", { class: "side-by-side" }, ...columns)),
   );
   slider.follow((number) => views.forEach((view) => view.show(number)));
   closeOnEscape(views, signal);
+}
+
+function beliefsOf(state) {
+  return state.rounds.map((round) => round.belief);
 }
 
 function closeOnEscape(views, signal) {
@@ -149,33 +156,34 @@ class Slider {
 class View {
   /**
    * @param {{episode: import("./api.js").Episode, rounds: import("./api.js").Round[]}} state
+   * @param {Map<string, string>} colours
    * @param {(number: number) => void} go Shows another round.
    */
-  constructor({ episode, rounds }, go) {
+  constructor({ episode, rounds }, colours, go) {
     this.episode = episode;
     this.rounds = rounds;
-    this.colours = coloursOf(rounds.map((round) => round.belief));
+    this.colours = colours;
     this.columns = rounds.map((round) => ({ label: String(round.number), belief: round.belief }));
     this.bars = new Bars((text) => this.#details(text));
     this.ribbons = new Ribbons((place) => go(place + 1));
     this.outcome = new Outcome(episode);
     this.log = new Log();
-    this.changes = h("div", {});
+    this.changes = h("div", { class: "changes-slot" });
     this.element = h("div", { class: "view" }, about(episode), ...this.#panels());
   }
 
   #panels() {
     if (!this.rounds.length) return [h("p", {}, "Nothing was said yet.")];
     return [
-      h("section", { class: "panel", "aria-label": "History" }, this.ribbons.element),
+      h("div", { class: "panel" }, this.ribbons.element),
       h(
         "div",
         { class: "view-columns" },
-        h("section", { class: "panel said", "aria-label": "Conversation" }, this.log.element),
+        h("div", { class: "panel" }, this.log.element),
         h(
           "div",
           {},
-          h("section", { class: "panel", "aria-label": "Goals" }, h("h2", {}, "What it thought"), this.bars.element, this.changes),
+          h("div", { class: "panel" }, h("h2", {}, "What it thought"), this.bars.element, this.changes),
           this.outcome.element,
         ),
       ),
@@ -195,9 +203,7 @@ class View {
     this.outcome.show(round.number, round.status);
     this.log.show(this.rounds.slice(0, place + 1));
     this.log.scrollToEnd();
-    this.changes.replaceChildren(
-      ...(round.changes.length ? [h("h3", {}, "What changed in this round"), changeList(round.changes)] : []),
-    );
+    this.changes.replaceChildren(...changesOf(round));
   }
 
   #details(text) {

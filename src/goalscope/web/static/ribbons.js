@@ -6,6 +6,7 @@ const HEIGHT = 168;
 const AXIS = 22;
 const PLATEAU = 0.36;
 const LABEL_SHARE = 0.4;
+const WIDEST_LABEL = 300;
 const LABEL_HEIGHT = 14;
 const CHARACTER = 6.1;
 
@@ -51,7 +52,7 @@ export class Ribbons {
 
   #draw() {
     if (!this.width || !this.columns.length) return;
-    const plot = this.width * (1 - LABEL_SHARE);
+    const plot = this.width - Math.min(LABEL_SHARE * this.width, WIDEST_LABEL);
     const step = plot / this.columns.length;
     const bands = stacked(seriesOf(this.columns));
     const parts = bands.map((band) => this.#ribbon(band, step));

@@ -1,6 +1,6 @@
 /** What stands beside the chat: the belief, its history, and what came of it. */
 
-import { Bars, changeList } from "./belief.js";
+import { Bars, changeList, changesOf } from "./belief.js";
 import { coloursOf } from "./colours.js";
 import { h, percent, setText } from "./dom.js";
 import { Outcome, statusSummary } from "./outcome.js";
@@ -24,10 +24,17 @@ export class Side {
     this.bars = new Bars((text) => this.#details(text));
     this.ribbons = new Ribbons();
     this.outcome = new Outcome(episode);
+    this.corrections = h("div", { class: "changes-slot" });
     this.changes = h("div", { class: "changes-slot" });
     this.undo = h("button", { type: "button", onclick: () => hands.undo() }, "Undo");
     this.add = this.#addForm();
-    this.history = h("section", { class: "panel", "aria-label": "History" }, h("h2", {}, "How it moved"), this.ribbons.element);
+    this.history = h(
+      "section",
+      { class: "panel", "aria-label": "History" },
+      h("h2", {}, "How it moved"),
+      this.ribbons.element,
+      this.changes,
+    );
     this.element = h(
       "aside",
       { class: "side", id: "side", "aria-label": "The belief", tabindex: 0 },
@@ -36,8 +43,8 @@ export class Side {
         { class: "panel", "aria-label": "Goals" },
         h("h2", {}, "What I think you want"),
         this.bars.element,
+        this.corrections,
         this.add,
-        this.changes,
       ),
       this.history,
       this.outcome.element,
@@ -67,7 +74,8 @@ export class Side {
     this.ribbons.show(columns, colours);
     this.history.hidden = !columns.some((column) => column.belief);
     this.add.hidden = !this.#correctable();
-    this.#changes(corrected ? live.changes : (last?.changes ?? []), corrected);
+    this.#corrections(live);
+    this.changes.replaceChildren(...changesOf(last));
     this.outcome.show(rounds.length, last?.status ?? "");
   }
 
@@ -115,16 +123,12 @@ export class Side {
     return box;
   }
 
-  #changes(changes, corrected) {
-    if (!changes.length && !this.live?.can_undo) {
-      this.changes.replaceChildren();
-      return;
-    }
-    this.changes.replaceChildren(
-      h("h3", {}, corrected ? "What you changed" : "What changed in this round"),
-      changeList(changes),
+  #corrections(live) {
+    const changes = live?.changes ?? [];
+    this.corrections.replaceChildren(
+      ...(changes.length ? [h("h3", {}, "What you changed"), changeList(changes)] : []),
+      ...(live?.can_undo ? [this.undo] : []),
     );
-    if (this.live?.can_undo) this.changes.append(this.undo);
   }
 }
 
