@@ -71,7 +71,7 @@ adapters/teach-%/adapter.gguf: | $(READY)
 	$(FIT)/teach-$* "teach:train[:$*]" $(SHORT)
 
 lock:  ## pin the newest versions that pyproject.toml allows
-	uv pip compile pyproject.toml --extra cluster --extra experiments --extra remote --extra thor --group dev \
+	uv pip compile pyproject.toml --extra cluster --extra experiments --extra postgres --extra remote --extra thor --group dev \
 		--universal --python-version 3.11 --upgrade \
 		--generate-hashes --no-emit-index-url --no-emit-find-links --no-header \
 		--output-file requirements.lock

@@ -15,8 +15,9 @@ from goalscope.belief import PINNED, Belief
 from goalscope.calibration import PAPER, USUAL
 from goalscope.cli_why import correct
 from goalscope.domains import Settings
+from goalscope.rounds_json import round_from_json, round_to_json
 from goalscope.session import Session
-from goalscope.store import Store, round_from_json, round_to_json
+from goalscope.store import Store
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError
 from test_agent import REPLIES
 from test_cli import invoke, shop, store_file, words  # noqa: F401
