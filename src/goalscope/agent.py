@@ -232,7 +232,7 @@ class Agent:
         history = [result for round in self.rounds for result in round.results]
         try:
             asks = self.env.answer(turn.utterance) is not None
-            changes = self._update(tracker, turn, propose=not asks) if tracker else ()
+            changes, told = self._update(tracker, turn, propose=not asks) if tracker else ([], [])
             complete = self.env.is_completion(turn)
             turns = [*self.turns, turn]
             wants = [] if complete or asks else self._wants(turns)
@@ -258,6 +258,7 @@ class Agent:
             replans=outcome.replans,
             status=self.env.status(),
             notes=(
+                *told,
                 *self._notes(turn),
                 *(_told(each) for each in outcome.failed),
                 *(f"Not before it is clear what you want: {each}." for each in outcome.held),
@@ -327,17 +328,26 @@ class Agent:
             self.tracker.belief = rounds[-1].belief
             self.tracker.turns = self.turns
 
-    def _update(self, tracker: GoalTracker, turn: Turn, *, propose: bool) -> list[GoalChange]:
-        """Update; propose if no goal explains the words; remove; and update again."""
+    def _update(
+        self, tracker: GoalTracker, turn: Turn, *, propose: bool
+    ) -> tuple[list[GoalChange], list[str]]:
+        """Update; propose if no goal explains the words; remove; and update again.
+
+        Returns:
+            What has changed, and what is to be told besides.
+        """
         belief = tracker.observe(turn.query, turn.utterance)
         changes: list[GoalChange] = []
+        told: list[str] = []
         if propose and incomplete(belief, self.goals.propose, since=self._made_from):
             changes += self.goals.added(tracker.likelihood, belief, tracker.turns, self._changes)
             belief = tracker.add(change.goal for change in changes)
+            if not changes:
+                told.append("No goal explains these words, and no better one was found.")
         past = [round.belief for round in self.rounds if round.belief]
         removed = self.goals.removed([*past, belief])
         tracker.drop(change.goal for change in removed)
-        return [*changes, *removed]
+        return [*changes, *removed], told
 
     @property
     def _made_from(self) -> int:
