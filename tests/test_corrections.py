@@ -335,6 +335,7 @@ def test_a_number_names_the_goal_that_has_it_in_the_list(tmp_path) -> None:
     assert pinned.goal.text in line
     assert f"Why {pinned.goal.text}" in shown[2]
     assert "lamp light please" in shown[2]
+    assert "You confirmed it after turn 1." in shown[2]
     assert "by its number, 1 to 4" in shown[3]
 
 

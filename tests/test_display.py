@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from goalscope.belief import Belief
-from goalscope.display import show_header, show_round, show_scores, show_summary
+from goalscope.display import show_belief, show_header, show_round, show_scores, show_summary
 from goalscope.episode import Round
 from goalscope.plain import plain
 from goalscope.store import EpisodeInfo
@@ -98,6 +98,21 @@ def test_beliefs_without_goals_and_without_explanations_are_said():
     impossible = Belief.uniform([CAKE]).observe([-np.inf])
     assert "No goal explains" in drawn(show_round, a_round(belief=impossible))
     assert "Belief" not in drawn(show_round, a_round(belief=None))
+
+
+def test_the_newest_confirmation_is_shown_and_when_it_was():
+    first = Belief.uniform([CAKE, TEA]).pin(CAKE)
+    later = first.observe([-1.0, -2.0])
+    for belief, cake, tea in [
+        (first, "(you confirmed it)", ""),
+        (later, "(you confirmed it at the start)", ""),
+        (later.pin(TEA), "", "(you confirmed it)"),
+        (later.pin(TEA).observe([-1.0, -2.0]), "", "(you confirmed it after turn 1)"),
+    ]:
+        lines = drawn(show_belief, belief).splitlines()
+        for goal, said in ((CAKE, cake), (TEA, tea)):
+            (line,) = (line for line in lines if goal.text in line)
+            assert line.partition(goal.text)[2].strip() == said
 
 
 def test_many_goals_are_summed_up():

@@ -65,10 +65,14 @@ def why(
     found = reasons(belief, turns, chosen)
     said = _words(info, belief, turns, chosen) if words else []
     if as_json:
-        told: dict[str, Any] = {"goal": chosen.text, "reasons": [asdict(each) for each in found]}
+        told: dict[str, Any] = {
+            "goal": chosen.text,
+            "reasons": [asdict(each) for each in found],
+            "confirmed": [{"goal": each.text, "turn": turns} for turns, each in belief.pinned],
+        }
         print(dumps({**told, "words": said} if words else told))
     else:
-        show_reasons(console(), chosen, found, said)
+        show_reasons(console(), chosen, found, said, pinned=belief.pinned)
 
 
 def correct(out: Console, session: Session, words: str) -> None:
@@ -88,7 +92,8 @@ def correct(out: Console, session: Session, words: str) -> None:
             number, _, text = rest.strip().partition(" ")
             goal = _numbered(belief, number)
             if command == "/why":
-                show_reasons(out, goal, reasons(belief, session.turns, goal))
+                found = reasons(belief, session.turns, goal)
+                show_reasons(out, goal, found, pinned=belief.pinned)
                 return
             corrections: dict[str, Correction] = {
                 "/pin": "pin",

@@ -153,6 +153,8 @@ def show_reasons(
     goal: Goal,
     reasons: Sequence[Reason],
     words: Sequence[Sequence[tuple[str, float]]] = (),
+    *,
+    pinned: Sequence[tuple[int, Goal]] = (),
 ) -> None:
     """What each utterance says for a goal.
 
@@ -161,6 +163,7 @@ def show_reasons(
         goal: The goal.
         reasons: Of each turn.
         words: Of each turn the words with their evidence, which colours them; or none.
+        pinned: What the person has confirmed, as in `Belief`; it moves every goal.
     """
     console.print(Text("Why ", "bold").append_text(plain(goal.text)))
     table = Table()
@@ -185,6 +188,9 @@ def show_reasons(
             said,
         )
     console.print(table)
+    for turns, each in pinned:
+        named = "it" if each == goal else f'"{each.text}"'
+        console.print(plain(f"You confirmed {named} {_when(turns)}."))
     console.print(
         "Evidence is against the mean of the other goals; without it: the belief now, had it not "
         "been said.",
@@ -208,8 +214,11 @@ def show_belief(console: Console, belief: Belief, previous: Belief | None = None
         if goal == UNSPECIFIED:
             name = Text("Unspecified (none of these)", "italic yellow")
         bar = Text(full * filled, "blue").append(empty * (BAR - filled), "dim")
-        if any(goal == each for _, each in belief.pinned):
-            name.append("  (you confirmed it)", "dim cyan")
+        if belief.pinned and goal == belief.pinned[-1][1]:
+            turns = belief.pinned[-1][0]
+            now = turns == len(belief.log_likelihood)
+            when = "" if now else f" {_when(turns)}"
+            name.append(f"  (you confirmed it{when})", "dim cyan")
         table.add_row(Text(str(number), "dim"), bar, Text(f"{probability:6.1%}"), arrow, name)
     if rest := ranked[SHOWN:]:
         share = sum(probability for _, probability in rest)
@@ -219,6 +228,10 @@ def show_belief(console: Console, belief: Belief, previous: Belief | None = None
         console.print("  No goal explains what was said.")
     else:
         console.print(Padding(table, (0, 0, 0, 2)))
+
+
+def _when(turns: int) -> str:
+    return f"after turn {turns}" if turns else "at the start"
 
 
 def _mark(console: Console, ok: bool) -> Text:
