@@ -121,6 +121,16 @@ def test_many_goals_are_summed_up():
     assert "and 12 more" in drawn(show_round, a_round(belief=many))
 
 
+def test_an_order_is_shown_as_no_more_than_that():
+    ranked = Belief.uniform([Goal(f"goal {i}") for i in range(9)]).observe(-np.arange(9.0))
+    text = drawn(show_round, a_round(belief=ranked), order=True)
+    lines = text.partition("The model's order")[2].splitlines()[1:10]
+    assert [line.split() for line in lines[:8]] == [[str(i + 1), "goal", str(i)] for i in range(8)]
+    assert lines[8].split() == ["and", "1", "more"]
+    assert not set(text) & set("%█▲▼")
+    assert "Belief" not in text
+
+
 @pytest.mark.parametrize("width", [40, 80])
 def test_nothing_is_wider_than_the_terminal(width):
     wide = "a very long goal that goes on and on " * 5

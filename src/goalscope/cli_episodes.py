@@ -145,19 +145,22 @@ def chat(
             )
             show_header(out, session.info)
             ends = (
-                f'"{env.completion_phrase}" ends the task; "quit" leaves, and you can go on later; '
-                '"/help" tells how to correct the goals.'
+                f'"{env.completion_phrase}" ends the task; "quit" leaves, and you can go on later'
             )
-            out.print(ends, style="dim")
+            correctable = settings.method == "good"
+            more = '; "/help" tells how to correct the goals.' if correctable else "."
+            out.print(ends + more, style="dim")
+            order = settings.method == "no-inference"
             before = None
             for round in session.earlier:
-                show_round(out, round, before)
+                show_round(out, round, before, order=order)
                 before = round.belief
             draw = _drawing(out, env, picture)
             try:
                 with _resumable(session), busy:
                     for round in session.run():
-                        show_round(out, round, before, transcript=settings.human != "you")
+                        typed = settings.human == "you"
+                        show_round(out, round, before, transcript=not typed, order=order)
                         draw()
                         before = round.belief
             except EOFError:
@@ -257,7 +260,7 @@ def replay(
         show_header(out, info)
         before = None
         for round in episodes.rounds(info.id):
-            show_round(out, round, before)
+            show_round(out, round, before, order=info.method == "no-inference")
             before = round.belief
         show_summary(out, info)
 
@@ -432,7 +435,7 @@ def _run_one(
         for round in session.run():
             busy.update(plain(f"{session.info.profile}: round {round.number + 1}"))
             if not (quiet or brief):
-                show_round(out, round, before)
+                show_round(out, round, before, order=session.info.method == "no-inference")
             draw()
             before = round.belief
     info = session.info

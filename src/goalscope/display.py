@@ -41,7 +41,12 @@ def show_header(console: Console, info: EpisodeInfo) -> None:
 
 
 def show_round(
-    console: Console, round: Round, previous: Belief | None = None, *, transcript: bool = True
+    console: Console,
+    round: Round,
+    previous: Belief | None = None,
+    *,
+    transcript: bool = True,
+    order: bool = False,
 ) -> None:
     """Draw one round.
 
@@ -50,13 +55,14 @@ def show_round(
         round: What happened.
         previous: The belief before the round, for the arrows beside the bars.
         transcript: Whether to show the turn, which a person at this terminal has just typed.
+        order: See `show_belief`.
     """
     console.rule(f"Round {round.number}", align="left", style="dim")
     if transcript:
         _rows(console, [(Text("Agent", "cyan"), plain(round.turn.query))])
         _rows(console, [(Text("Human", "magenta"), plain(round.turn.utterance))])
     if round.belief is not None:
-        show_belief(console, round.belief, previous)
+        show_belief(console, round.belief, previous, order=order)
     signs = {"added": Text("+", "green"), "removed": Text("-", "red"), "pinned": Text("!", "cyan")}
     _rows(
         console,
@@ -198,8 +204,13 @@ def show_reasons(
     )
 
 
-def show_belief(console: Console, belief: Belief, previous: Belief | None = None) -> None:
-    """The likeliest goals, numbered from 1, with their probabilities; arrows against `previous`."""
+def show_belief(
+    console: Console, belief: Belief, previous: Belief | None = None, *, order: bool = False
+) -> None:
+    """The likeliest goals, numbered from 1, with their probabilities; arrows against `previous`.
+
+    Without probabilities where they are no more than an `order` (see `PromptedRanking`).
+    """
     before = dict(previous.top()) if previous is not None else {}
     full, empty, up, down = "#.^v" if console.options.ascii_only else "█░▲▼"
     table = Table.grid(padding=(0, 1))
@@ -219,11 +230,13 @@ def show_belief(console: Console, belief: Belief, previous: Belief | None = None
             now = turns == len(belief.log_likelihood)
             when = "" if now else f" {_when(turns)}"
             name.append(f"  (you confirmed it{when})", "dim cyan")
-        table.add_row(Text(str(number), "dim"), bar, Text(f"{probability:6.1%}"), arrow, name)
+        held = [] if order else [bar, Text(f"{probability:6.1%}"), arrow]
+        table.add_row(Text(str(number), "dim"), *held, name)
     if rest := ranked[SHOWN:]:
         share = sum(probability for _, probability in rest)
-        table.add_row("", "", f"{share:6.1%}", "", Text(f"and {len(rest)} more", "dim"))
-    console.print(Text("Belief", "bold"))
+        held = [] if order else ["", f"{share:6.1%}", ""]
+        table.add_row("", *held, Text(f"and {len(rest)} more", "dim"))
+    console.print(Text("The model's order" if order else "Belief", "bold"))
     if belief.is_degenerate:
         console.print("  No goal explains what was said.")
     else:
