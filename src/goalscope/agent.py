@@ -170,6 +170,7 @@ class Agent:
         self.rounds: list[Round] = []
         self.tracker: GoalTracker | None = None
         self._corrections: list[GoalChange] = []
+        self._asked: tuple[str, float | None] = ("", None)
         if method == "good":
             roleplay = RolePlay(model, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
             self.tracker = GoalTracker(
@@ -202,7 +203,7 @@ class Agent:
         seed = self.seed + len(self.rounds)
         tracker = self.tracker
         if self.questions == "informative" and tracker and isinstance(tracker.likelihood, RolePlay):
-            return informative(
+            self._asked = informative(
                 self.model,
                 tracker.likelihood,
                 self.env,
@@ -211,6 +212,7 @@ class Agent:
                 cost=self.cost,
                 seed=seed,
             )
+            return self._asked[0]
         return ask(self.model, self.env, self.turns, seed=seed)
 
     def step(self, query: str, utterance: str) -> Round:
@@ -371,14 +373,15 @@ class Agent:
         stated = [each for each in self.tracker.belief.top() if each[0] != UNSPECIFIED]
         return [Want(goal.text, p) for goal, p in stated[: self.k]]
 
-    def _notes(self, turn: Turn) -> tuple[str, ...]:
+    def _notes(self, turn: Turn) -> Iterator[str]:
+        query, gain = self._asked
+        if gain is not None and query == turn.query:
+            yield f"The answer to this question was expected to tell {gain:.2f} nats."
         likelihood = self.tracker.likelihood if self.tracker else None
         if not isinstance(likelihood, RolePlay):
-            return ()
-        start = likelihood.window(self.env.task, [*self.turns, turn])
-        if not start:
-            return ()
-        return (f"The conversation is long: the first {start} turns are no longer read.",)
+            return
+        if start := likelihood.window(self.env.task, [*self.turns, turn]):
+            yield f"The conversation is long: the first {start} turns are no longer read."
 
 
 def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator[Round]:
