@@ -326,6 +326,17 @@ def test_reading_changes_nothing_while_another_writes(tmp_path: Path) -> None:
     assert old.read_bytes() == before
 
 
+def test_reading_leaves_nothing_beside_the_results(folder: Path) -> None:
+    before = files(folder)
+    read_report(folder, draw=False)
+    assert files(folder) == before
+    with Results.open(folder / "mcq.db") as other:  # its journal is its own
+        read_report(folder / "mcq.db", draw=False)
+        assert (folder / "mcq.db-wal").exists()
+        assert other.about
+    assert files(folder) == before
+
+
 def test_other_files_of_a_folder_are_left_out_and_named(folder: Path) -> None:
     (folder / "broken.db").write_bytes(b"no database" * 100)
     with sqlite3.connect(folder / "foreign.db") as other:
