@@ -184,7 +184,7 @@ def test_two_people_at_once_see_their_own(tmp_path: Path, enter) -> None:
             expect(page.get_by_role("log")).to_contain_text(f"I am {name}")
             expect(page.get_by_text(other)).to_have_count(0)
             page.goto(f"{address}/#/episodes")
-            expect(page.get_by_role("main").get_by_role("listitem")).to_have_count(1)
+            expect(page.get_by_role("main").get_by_role("rowheader")).to_have_count(1)
 
 
 def test_no_text_is_ever_run(tmp_path: Path, enter) -> None:
@@ -249,7 +249,7 @@ def test_a_replay_moves_round_by_round_and_is_exported(address: str, enter) -> N
     expect(slider).to_have_value("1")
     expect(page.get_by_text("And eggs.")).to_be_hidden()
     with page.expect_download() as download:
-        page.get_by_role("link", name="HTML").click()
+        page.get_by_role("link", name="Save as a page").click()
     assert "And eggs." in Path(download.value.path()).read_text(encoding="utf-8")
 
 

@@ -15,6 +15,7 @@ from typing import Any, Literal, TypeVar
 from pydantic import BaseModel
 
 from goalscope.agent import CONFIRM, Correction
+from goalscope.belief import Belief
 from goalscope.dialog import FALLBACK
 from goalscope.domains import Settings, open_environment
 from goalscope.envs import Environment
@@ -94,6 +95,11 @@ class Conversation:
     def id(self) -> str:
         """The episode's, in the store."""
         return self._session.id
+
+    @property
+    def belief(self) -> Belief | None:
+        """As it is now, with what the person said of the goals since the last round."""
+        return self._session.belief
 
     @property
     def is_idle(self) -> bool:
