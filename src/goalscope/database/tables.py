@@ -8,7 +8,7 @@ from sqlalchemy import (
     REAL,
     CheckConstraint,
     Dialect,
-    Double,
+    Float,
     ForeignKey,
     Integer,
     MetaData,
@@ -33,7 +33,7 @@ REVISION = "0001"
 """The newest of migrations/versions. Their ids have four digits, and grow."""
 VERSION_TABLE = "goalscope_version"
 
-Number: Double[float] = Double().with_variant(REAL(), "sqlite")  # the name that a STRICT table knows
+Number = Float(53).with_variant(REAL(), "sqlite")  # a STRICT table knows no other name
 
 
 class Words(TypeDecorator[str]):
