@@ -7,7 +7,7 @@ import json
 import os
 import secrets
 import sqlite3
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
@@ -98,9 +98,17 @@ UPDATE cells SET result = json_set(result, '$.calibration', json_object(
     'thresholds', json_array()
 )) WHERE CASE WHEN json_valid(result) THEN json_type(result, '$.role-play') END IS NOT NULL
 """,
+    """
+CREATE TABLE corrections (
+    episode TEXT NOT NULL REFERENCES episodes (id),
+    after INTEGER NOT NULL,
+    json TEXT NOT NULL
+) STRICT
+""",
 )
 """What each version added: the first made the tables, the second those of experiments, the third
-made a calibration of the temperature and the kind of evidence."""
+made a calibration of the temperature and the kind of evidence, the fourth keeps what is said of the
+goals between rounds."""
 VERSION = len(MIGRATIONS)
 ADVICE = {
     "SQLITE_FULL": "The disk is full: free some space.",
@@ -252,6 +260,22 @@ class Store:
                     f"Round {round.number} of episode {id} cannot be added: the episode has such a "
                     "round already (does it run in another window?) or is unknown."
                 ) from error
+
+    def correct(self, id: str, after: int, correction: Sequence[str]) -> None:
+        """Store what the person says of the goals after so many rounds, before the next has it."""
+        with explained(self.path):
+            self._connection.execute(
+                "INSERT INTO corrections VALUES (?, ?, ?)", (id, after, dumps(correction))
+            )
+
+    def corrections(self, id: str, after: int) -> list[list[Any]]:
+        """Return what the person has said of the goals after so many rounds, in order."""
+        with explained(self.path):
+            rows = self._connection.execute(
+                "SELECT json FROM corrections WHERE episode = ? AND after = ? ORDER BY rowid",
+                (id, after),
+            ).fetchall()
+        return [json.loads(text) for (text,) in rows]
 
     def finish(self, id: str, *, ended: Ended, score: float | None = None) -> None:
         """Record how an episode ended, with its score (0 to 1) if it has a profile."""
