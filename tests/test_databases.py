@@ -33,6 +33,12 @@ def test_any_text_is_stored(place):
         (info,) = store.episodes(owner=ODD, text=ODD)
         assert info.model == ODD.replace("\ud800", "\\ud800").replace("\0", "\\x00")
         assert values_of(store.rounds(id)[0]) == values_of(said)
+        for words in ("one", ODD, "three"):
+            store.correct(id, 1, ("pin", words, ""))
+        assert [goal for _, goal, _ in store.corrections(id, 1)] == ["one", ODD, "three"]
+        assert store.corrections(id, 0) == []
+        with pytest.raises(GoalscopeError):
+            store.correct("nobody", 1, ("pin", "one", ""))
         for unknown in ("\ud800", "\0", "%", "_"):
             with pytest.raises(InvalidInputError, match="No episode"):
                 store.episode(unknown)

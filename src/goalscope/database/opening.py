@@ -21,8 +21,8 @@ from goalscope.types import GoalscopeError, InvalidInputError
 __all__ = ["WRITING", "default_place", "opened"]
 
 APPLICATION = 0x474F4144  # "GOAD": marks a file as an episode store
-LEGACY = 3
-"""The last version of SQLite files before Alembic's first revision."""
+LEGACY = 4
+"""The last version of SQLite files before Alembic's revisions."""
 WAIT = 10
 """Seconds until a locked database is given up."""
 WRITING = {"goalscope_writing": True}
@@ -195,7 +195,7 @@ def _migrate(connection: Connection) -> None:
     if connection.dialect.name == "sqlite":
         version: int = connection.exec_driver_sql("PRAGMA user_version").scalar_one()
         if 1 <= version <= LEGACY:
-            bring_over(connection, version, lambda: command.upgrade(config, "0001"))
+            bring_over(connection, version, lambda: command.upgrade(config, "0002"))
         connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION}")
         connection.exec_driver_sql(f"PRAGMA user_version = {LEGACY + 1}")
     command.upgrade(config, "head")

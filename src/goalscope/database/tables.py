@@ -20,16 +20,18 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 __all__ = [
     "REVISION",
+    "TABLES",
     "VERSION_TABLE",
     "AboutRow",
     "Base",
     "CellRow",
+    "CorrectionRow",
     "EpisodeRow",
     "RoundRow",
     "Words",
 ]
 
-REVISION = "0001"
+REVISION = "0002"
 """The newest of migrations/versions. Their ids have four digits, and grow."""
 VERSION_TABLE = "goalscope_version"
 
@@ -95,6 +97,17 @@ class RoundRow(Base):
 
     episode: Mapped[str] = mapped_column(ForeignKey(EpisodeRow.id), primary_key=True)
     number: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=False)
+    json: Mapped[str] = mapped_column(Text)
+
+
+class CorrectionRow(Base):
+    """What a person said of the goals after so many rounds; `number` counts these as they come."""
+
+    __tablename__ = "corrections"
+
+    number: Mapped[int] = mapped_column(primary_key=True)
+    episode: Mapped[str] = mapped_column(ForeignKey(EpisodeRow.id), index=True)
+    after: Mapped[int]
     json: Mapped[str] = mapped_column(Text)
 
 
