@@ -20,6 +20,7 @@ from goalscope.database.tables import REVISION, VERSION_TABLE, Base
 from goalscope.experiment.results import Results
 from goalscope.store import Store
 from goalscope.types import GoalscopeError, InvalidInputError, Turn
+from test_cli import invoke
 from test_store import EPISODE, a_round, pragma, values_of
 
 ODD = "half \ud800, NUL \x00, 100 % _ ' \" \\ é 🍰"
@@ -263,6 +264,16 @@ def test_a_locked_table_is_explained(server, monkeypatch):
         session.execute(text("LOCK TABLE episodes"))
         with pytest.raises(GoalscopeError, match="Another program is writing"):
             store.begin(**EPISODE)
+
+
+def test_the_command_line_takes_an_address(server, monkeypatch):
+    place = server.new()
+    with Store.open(place) as store:
+        assert store.place == place.replace(PASSWORD, "***")
+        id = store.begin(**EPISODE)
+    assert id in invoke("episodes", "--json", "--store", place).stdout
+    monkeypatch.setenv("GOALSCOPE_STORE", place)
+    assert id in invoke("episodes", "--json").stdout
 
 
 @pytest.mark.parametrize(
