@@ -142,6 +142,25 @@ def test_of_processes_that_open_a_new_store_one_makes_it(place):
         assert len(store.episodes()) == 3
 
 
+@pytest.mark.parametrize("database", ["sqlite", "postgresql"])
+def test_of_threads_that_open_a_new_store_at_once_none_fails(database, request, tmp_path):
+    for n in range(20):
+        if database == "sqlite":
+            place, start = str(tmp_path / f"{n}.db"), Barrier(6)
+        else:
+            place, start = request.getfixturevalue("server").new(), Barrier(6)
+
+        def make(_: int, place: str = place, start: Barrier = start) -> None:
+            start.wait()
+            with Store.open(place) as store:
+                store.begin(**EPISODE)
+
+        with ThreadPoolExecutor(6) as pool:
+            list(pool.map(make, range(6)))
+        with Store.open(place) as store:
+            assert len(store.episodes()) == 6
+
+
 def test_the_revisions_make_the_tables_that_are_mapped(place):
     config = Config()
     config.set_main_option("script_location", "goalscope.database:migrations")
