@@ -1,7 +1,12 @@
 """What a person says of the goals themselves: confirmed, ruled out, in other words."""
 
 import io
+import os
+import signal
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -325,6 +330,80 @@ def test_lines_of_a_chat_correct_the_goals_and_are_stored_with_the_round(tmp_pat
     ]  # fmt: skip
     assert second.belief.pinned == ((1, cup),)
     assert not first.belief.pinned
+
+
+CORRECTED = """
+import sys, time
+from rich.console import Console
+from fakes import LampRoom, WordModel
+from goalscope.cli_why import correct
+from goalscope.domains import Settings
+from goalscope.session import Session
+from goalscope.store import Store
+from test_agent import REPLIES
+
+def read(query):
+    if not session.turns:
+        return "lamp light please"
+    for line in ("/veto 1", "/pin drink tea", "/reword 1 a cup of tea"):
+        correct(Console(), session, line)
+    print("shown", flush=True)
+    time.sleep(600)
+
+with Store.open(sys.argv[1]) as store:
+    session = Session(store, Settings(), LampRoom(), WordModel(REPLIES), read=read)
+    list(session.run())
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="the system has no SIGKILL")
+def test_a_correction_that_was_shown_survives_a_kill(tmp_path) -> None:
+    path = tmp_path / "s.db"
+    env = os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])}
+    with subprocess.Popen(
+        [sys.executable, "-c", CORRECTED, str(path)], stdout=subprocess.PIPE, text=True, env=env
+    ) as process:
+        assert process.stdout is not None
+        shown = "".join(iter(process.stdout.readline, "shown\n"))
+        process.send_signal(signal.SIGKILL)
+    cup = Goal("a cup of tea")
+    assert cup.text in shown
+    for _ in range(2):  # before the next round has it, and after
+        with Store.open(path) as store:
+            (info,) = store.episodes()
+            settings = Settings(rounds=info.rounds + 1)
+            model = WordModel(REPLIES)
+            again = Session(store, settings, LampRoom(), model, read=str, resume=info)
+            assert again.belief is not None
+            assert again.belief.pinned == ((1, cup),)
+            assert LAMP not in again.belief.goals
+            list(again.run())
+    with Store.open(path) as store:
+        _, second, third = store.rounds(info.id)
+    told = [(c.kind, c.goal) for c in second.changes[:6]]
+    assert told == [("removed", LAMP), ("added", TEA), ("pinned", TEA),
+                    ("added", cup), ("pinned", cup), ("removed", TEA)]  # fmt: skip
+    assert "pinned" not in [change.kind for change in third.changes]
+
+
+def test_what_is_corrected_before_a_chat_is_left_is_there_when_it_goes_on(
+    shop,  # noqa: F811
+    words,  # noqa: F811
+    store_file,  # noqa: F811
+) -> None:
+    first = invoke("chat", *shop[:2], input="I need cocoa powder.\n/pin bake a cake\nquit\n")
+    assert first.exit_code == 0, first.output
+    with Store.open(store_file) as store:
+        (info,) = store.episodes()
+    second = invoke("chat", "--resume", info.id, input="And flour.\n")
+    assert second.exit_code == 0, second.output
+    assert "(you confirmed it)" in second.stdout
+    with Store.open(store_file) as store:
+        last = store.rounds(info.id)[-1]
+    assert last.belief is not None
+    assert last.belief.pinned == ((1, Goal("bake a cake")),)
+    third = invoke("chat", "--resume", info.id, input="quit\n")
+    assert third.stdout.count("Belief") == 2  # of two rounds, and nothing besides
 
 
 def test_a_number_names_the_goal_that_has_it_in_the_list(tmp_path) -> None:

@@ -20,6 +20,7 @@ from goalscope.database.tables import REVISION, VERSION_TABLE, Base
 from goalscope.experiment.results import Results
 from goalscope.store import Store
 from goalscope.types import GoalscopeError, InvalidInputError, Turn
+from test_cli import invoke
 from test_store import EPISODE, a_round, pragma, values_of
 
 ODD = "half \ud800, NUL \x00, 100 % _ ' \" \\ é 🍰"
@@ -33,6 +34,12 @@ def test_any_text_is_stored(place):
         (info,) = store.episodes(owner=ODD, text=ODD)
         assert info.model == ODD.replace("\ud800", "\\ud800").replace("\0", "\\x00")
         assert values_of(store.rounds(id)[0]) == values_of(said)
+        for words in ("one", ODD, "three"):
+            store.correct(id, 1, ("pin", words, ""))
+        assert [goal for _, goal, _ in store.corrections(id, 1)] == ["one", ODD, "three"]
+        assert store.corrections(id, 0) == []
+        with pytest.raises(GoalscopeError):
+            store.correct("nobody", 1, ("pin", "one", ""))
         for unknown in ("\ud800", "\0", "%", "_"):
             with pytest.raises(InvalidInputError, match="No episode"):
                 store.episode(unknown)
@@ -133,6 +140,25 @@ def test_of_processes_that_open_a_new_store_one_makes_it(place):
         assert each.returncode == 0
     with Store.open(place) as store:
         assert len(store.episodes()) == 3
+
+
+@pytest.mark.parametrize("database", ["sqlite", "postgresql"])
+def test_of_threads_that_open_a_new_store_at_once_none_fails(database, request, tmp_path):
+    for n in range(20):
+        if database == "sqlite":
+            place, start = str(tmp_path / f"{n}.db"), Barrier(6)
+        else:
+            place, start = request.getfixturevalue("server").new(), Barrier(6)
+
+        def make(_: int, place: str = place, start: Barrier = start) -> None:
+            start.wait()
+            with Store.open(place) as store:
+                store.begin(**EPISODE)
+
+        with ThreadPoolExecutor(6) as pool:
+            list(pool.map(make, range(6)))
+        with Store.open(place) as store:
+            assert len(store.episodes()) == 6
 
 
 def test_the_revisions_make_the_tables_that_are_mapped(place):
@@ -257,6 +283,16 @@ def test_a_locked_table_is_explained(server, monkeypatch):
         session.execute(text("LOCK TABLE episodes"))
         with pytest.raises(GoalscopeError, match="Another program is writing"):
             store.begin(**EPISODE)
+
+
+def test_the_command_line_takes_an_address(server, monkeypatch):
+    place = server.new()
+    with Store.open(place) as store:
+        assert store.place == place.replace(PASSWORD, "***")
+        id = store.begin(**EPISODE)
+    assert id in invoke("episodes", "--json", "--store", place).stdout
+    monkeypatch.setenv("GOALSCOPE_STORE", place)
+    assert id in invoke("episodes", "--json").stdout
 
 
 @pytest.mark.parametrize(

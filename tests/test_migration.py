@@ -159,6 +159,24 @@ def test_cells_of_dialogues_are_scored_at_the_temperature_that_they_had(old):
     assert any(each.columns[0] == "belief" for each in tables)
 
 
+@pytest.mark.parametrize("version", [2, 3, 4])
+def test_an_older_file_takes_corrections(old, version):
+    path, connection = old
+    connection.executescript(";".join(MIGRATIONS[2:version]))
+    connection.execute(f"PRAGMA user_version = {version}")
+    write(old, [], settings={})
+    said = [["veto", "bake", ""], ["pin", "wash", "so"]] if version == 4 else []
+    for each in said:
+        connection.execute("INSERT INTO corrections VALUES ('e', 0, ?)", [json.dumps(each)])
+    connection.commit()
+    with Store.open(path) as store:
+        assert store.corrections("e", 0) == said
+        store.correct("e", 1, ("pin", "make tea \ud800", ""))
+    with Store.open(path) as store:
+        assert store.corrections("e", 1) == [["pin", "make tea \ud800", ""]]
+        assert [each.id for each in store.episodes()] == ["e"]
+
+
 def test_a_damaged_round_harms_no_other(old) -> None:
     path = write(old, [round_2(1, temperature=2.0, evidence="sum")])
     old[1].execute("INSERT INTO rounds VALUES ('e', 2, '{')")

@@ -18,7 +18,7 @@ from hypothesis.extra import numpy as hnp
 
 from goalscope.belief import Belief
 from goalscope.calibration import Calibration
-from goalscope.database.opening import default_place
+from goalscope.database.opening import LEGACY, default_place
 from goalscope.episode import Round
 from goalscope.rounds_json import round_from_json, round_to_json
 from goalscope.store import Store
@@ -200,7 +200,7 @@ def test_a_round_is_never_overwritten(place):
 
 def test_a_newer_version_is_refused(tmp_path):
     Store.open(tmp_path / "s.db").close()
-    with_connection(tmp_path / "s.db", "PRAGMA user_version = 5")
+    with_connection(tmp_path / "s.db", f"PRAGMA user_version = {LEGACY + 2}")
     with pytest.raises(GoalscopeError, match="Update goalscope"):
         Store.open(tmp_path / "s.db")
 

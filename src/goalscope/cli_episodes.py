@@ -83,7 +83,7 @@ def chat(
     A resumed episode keeps its options, but for --rounds and --picture.
     """
     from goalscope.cli_why import correct
-    from goalscope.display import show_header, show_round, show_summary
+    from goalscope.display import show_belief, show_header, show_round, show_summary
     from goalscope.domains import profile_named
     from goalscope.session import Session, saved_settings
     from goalscope.store import Store
@@ -155,6 +155,8 @@ def chat(
             for round in session.earlier:
                 show_round(out, round, before, order=order)
                 before = round.belief
+            if session.corrections and session.belief:
+                show_belief(out, session.belief, before)
             draw = _drawing(out, env, picture)
             try:
                 with _resumable(session), busy:

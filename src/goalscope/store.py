@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 import secrets
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -19,7 +19,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from goalscope.database.errors import explained
 from goalscope.database.opening import WRITING, default_place, opened
-from goalscope.database.tables import EpisodeRow, RoundRow, Words
+from goalscope.database.tables import CorrectionRow, EpisodeRow, RoundRow, Words
 from goalscope.episode import Round
 from goalscope.rounds_json import dumps, round_from_json, round_to_json, turn_like
 from goalscope.types import GoalscopeError, InvalidInputError
@@ -162,6 +162,18 @@ class Store:
                     f"Round {round.number} of episode {id} cannot be added: the episode has such a "
                     "round already (does it run in another window?) or is unknown."
                 ) from error
+
+    def correct(self, id: str, after: int, correction: Sequence[str]) -> None:
+        """Store what the person says of the goals after so many rounds, before the next has it."""
+        with self.writing() as session:
+            session.add(CorrectionRow(episode=id, after=after, json=dumps(correction)))
+
+    def corrections(self, id: str, after: int) -> list[list[Any]]:
+        """Return what the person has said of the goals after so many rounds, in order."""
+        row = CorrectionRow
+        query = select(row.json).where(row.episode == id, row.after == after).order_by(row.number)
+        with self.reading() as session:
+            return [json.loads(text) for text in session.scalars(query)]
 
     def finish(self, id: str, *, ended: Ended, score: float | None = None) -> None:
         """Record how an episode ended, with its score (0 to 1) if it has a profile."""

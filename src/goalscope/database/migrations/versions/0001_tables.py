@@ -9,7 +9,7 @@ down_revision = None
 
 def upgrade() -> None:
     """Make them."""
-    number: sa.Double[float] = sa.Double().with_variant(sa.REAL(), "sqlite")
+    number = sa.Float(53).with_variant(sa.REAL(), "sqlite")
     op.create_table(
         "episodes",
         sa.Column("number", sa.Integer, primary_key=True),
