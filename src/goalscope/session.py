@@ -51,7 +51,6 @@ class Session:
     Attributes:
         id: The episode's id in the store.
         earlier: Rounds that a resumed episode had before.
-        corrections: What the person had said of the goals since then; the belief has taken it in.
     """
 
     def __init__(
@@ -106,8 +105,8 @@ class Session:
         self._human = self._make_human(model, read)
         self.earlier = store.rounds(resume.id) if resume else []
         self._agent.resume(self.earlier)
-        self.corrections = store.corrections(resume.id, len(self.earlier)) if resume else []
-        for correction, goal, text in self.corrections:
+        said = store.corrections(resume.id, len(self.earlier)) if resume else []
+        for correction, goal, text in said:
             self._agent.correct(correction, Goal(goal), text)
         self.id = (
             resume.id
@@ -166,8 +165,10 @@ class Session:
         return belief
 
     def take_back(self) -> Belief:
-        """See `Agent.take_back`."""
-        return self._agent.take_back()
+        """See `Agent.take_back`; it is on disk before it is shown."""
+        belief = self._agent.take_back()
+        self._store.take_back(self.id, len(self._agent.rounds))
+        return belief
 
     @property
     def corrections(self) -> list[GoalChange]:

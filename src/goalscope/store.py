@@ -13,7 +13,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, Self, cast
 
-from sqlalchemy import ColumnElement, Engine, Select, func, or_, select, update
+from sqlalchemy import ColumnElement, Engine, Select, delete, func, or_, select, update
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -167,6 +167,13 @@ class Store:
         """Store what the person says of the goals after so many rounds, before the next has it."""
         with self.writing() as session:
             session.add(CorrectionRow(episode=id, after=after, json=dumps(correction)))
+
+    def take_back(self, id: str, after: int) -> None:
+        """Remove the newest correction after so many rounds."""
+        row = CorrectionRow
+        newest = select(func.max(row.number)).where(row.episode == id, row.after == after)
+        with self.writing() as session:
+            session.execute(delete(row).where(row.number == newest.scalar_subquery()))
 
     def corrections(self, id: str, after: int) -> list[list[Any]]:
         """Return what the person has said of the goals after so many rounds, in order."""

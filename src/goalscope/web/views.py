@@ -192,7 +192,7 @@ class Live(BaseModel):
         place: How many are before one in the queue.
         step: What the agent does now.
         query: What it asks; None while that is being made.
-        round: The number that the next utterance will have.
+        round: The number that the next utterance will have; 0 while the episode is being opened.
         utterance: What was said and is being worked on, or could not be.
         belief: As it is now, with the corrections.
         changes: Corrections since the last round.
@@ -203,14 +203,14 @@ class Live(BaseModel):
     """
 
     phase: Literal["idle", "waiting", "thinking"]
-    place: int
-    step: str
-    query: str | None
-    round: int
-    utterance: str | None
-    belief: BeliefView | None
-    changes: list[ChangeView]
-    can_undo: bool
-    confirm: Confirm | None
     completion_phrase: str
-    error: str | None
+    place: int = 0
+    step: str = ""
+    query: str | None = None
+    round: int = 0
+    utterance: str | None = None
+    belief: BeliefView | None = None
+    changes: list[ChangeView] = []
+    can_undo: bool = False
+    confirm: Confirm | None = None
+    error: str | None = None
