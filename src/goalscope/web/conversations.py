@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import time
 from collections import OrderedDict
 from collections.abc import Callable, Generator
 from concurrent.futures import Future
@@ -49,6 +50,7 @@ class BusyError(GoalscopeError):
 
 @dataclass(frozen=True, slots=True)
 class _State:
+    version: int
     phase: Literal["idle", "waiting", "thinking"] = "idle"
     place: int = 0
     step: str = ""
@@ -84,7 +86,7 @@ class Conversation:
         self.owner = owner
         self._desk, self._env, self._model = desk, env, model
         self._lock = RLock()
-        self._state = _State()
+        self._state = _State(time.time_ns() // 1_000_000)
         self._listeners: dict[asyncio.Queue[Event], asyncio.AbstractEventLoop] = {}
         self._opened: Session | None = None
         self._open = lambda: open(lambda step: self._become(step=step))
@@ -120,6 +122,7 @@ class Conversation:
             state, session = self._state, self._opened
             if session is None:
                 return Live(
+                    version=state.version,
                     phase=state.phase,
                     place=state.place,
                     step=state.step,
@@ -129,6 +132,7 @@ class Conversation:
             last = session.rounds[-1] if session.rounds else None
             waits = last is not None and last.question == CONFIRM and state.utterance is None
             return Live(
+                version=state.version,
                 phase=state.phase,
                 place=state.place,
                 step=state.step,
@@ -281,7 +285,7 @@ class Conversation:
 
     def _become(self, **changes: Any) -> None:
         with self._lock:
-            self._state = replace(self._state, **changes)
+            self._state = replace(self._state, version=self._state.version + 1, **changes)
         self._publish("live", self.live())
 
     def _publish(self, kind: Literal["live", "round", "ended"], data: BaseModel) -> None:

@@ -188,6 +188,7 @@ class Live(BaseModel):
     """How an episode stands that can go on.
 
     Attributes:
+        version: Greater for what is newer; also after the server was started again.
         phase: "idle" for the person's turn, "waiting" in the queue, "thinking".
         place: How many are before one in the queue.
         step: What the agent does now.
@@ -202,6 +203,7 @@ class Live(BaseModel):
         error: Why the last attempt failed.
     """
 
+    version: int
     phase: Literal["idle", "waiting", "thinking"]
     completion_phrase: str
     place: int = 0
