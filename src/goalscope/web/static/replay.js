@@ -211,8 +211,8 @@ class View {
       id: this.episode.id,
       goal: this.belief.goals.find((goal) => goal.text === text),
       round: this.number,
-      said: true,
       weighs: this.episode.method === "good",
+      goesOn: false,
       correct: null,
     });
   }

@@ -94,13 +94,15 @@ export class Side {
   }
 
   #details(text) {
+    const last = this.rounds.at(-1);
+    const wasThere = last?.belief?.goals.some((goal) => goal.text === text);
     const correct = (kind, words) => this.hands.correct(kind, text, words);
     return details({
       id: this.episode.id,
       goal: this.belief.goals.find((goal) => goal.text === text),
-      round: this.live?.changes.length ? null : this.rounds.length,
-      said: this.rounds.length > 0,
+      round: wasThere ? last.number : null,
       weighs: this.episode.method === "good",
+      goesOn: Boolean(this.live),
       correct: this.#correctable() ? correct : null,
     });
   }

@@ -62,7 +62,10 @@ function beginForm(options) {
 
   const choose = (domain) => {
     sceneField.hidden = domain.scenes.length === 0;
-    scene.replaceChildren(...domain.scenes.map((name) => h("option", { value: name }, name)));
+    scene.replaceChildren(
+      h("option", { value: "" }, "the usual one"),
+      ...domain.scenes.map((name) => h("option", { value: name }, name)),
+    );
   };
   const tell = () => {
     about.textContent = options.methods.find((one) => one.name === method.value)?.about ?? "";

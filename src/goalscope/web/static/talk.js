@@ -78,6 +78,7 @@ class Talk {
   }
 
   #live(live) {
+    if (this.state.episode.ended) return;
     if (live.round > this.state.rounds.length + 1) this.reload();
     if (live.utterance) this.pending = null;
     if (live.error) this.failed = live.utterance;
