@@ -11,11 +11,11 @@ LAYERS = [
     {"belief", "models", "prompts", "envs", "stats", "calibrations"},
     {"likelihood", "goals", "dialog", "asking", "habits", "policy", "acting", "why"},
     {"agent", "episode", "judge"},
-    {"store", "infer", "domains", "datasets"},
+    {"database", "rounds_json", "store", "infer", "domains", "datasets"},
     {"session", "display", "benchmarks", "calibrating"},
     {"experiment"},
     {"report"},
-    {"fitting"},
+    {"fitting", "web"},
     {
         "terminal",
         "cli",
@@ -28,6 +28,7 @@ LAYERS = [
         "cli_models",
         "cli_options",
         "cli_report",
+        "cli_serve",
         "cli_why",
     },
 ]

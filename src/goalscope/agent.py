@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import Literal, get_args
 
 from goalscope.asking import COST, informative
@@ -33,6 +34,8 @@ __all__ = ["Agent", "Correction", "GoalTracker", "Method", "Questions", "run_epi
 Method = Literal["good", "no-goals", "no-inference"]
 Correction = Literal["pin", "veto", "reword"]
 Questions = Literal["likeliest", "informative"]
+
+CONFIRM = "That cannot be undone. Do you confirm exactly what is shown?"
 
 
 class GoalTracker:
@@ -130,6 +133,9 @@ class Agent:
         cost: Nats that an informative question must be expected to tell.
         planner: Chooses what to do; None for the one that fills a basket.
         seed: Seed of everything that is drawn.
+        confirm: Whether an end that nobody can undo, such as a purchase, waits until the person has
+            confirmed the very state that they were shown (see `step`).
+        progress: Is told what the agent does, before each part of it.
 
     Raises:
         InvalidInputError: There is no such method or way to ask, or the method holds no belief
@@ -152,6 +158,8 @@ class Agent:
         cost: float = COST,
         planner: Planner | None = None,
         seed: int = 0,
+        confirm: bool = False,
+        progress: Callable[[str], None] | None = None,
     ) -> None:
         self.env = env
         self.model = model
@@ -159,6 +167,8 @@ class Agent:
         self.questions = questions
         self.cost = cost
         self.seed = seed
+        self.confirm = confirm
+        self._progress = progress or _silent
         self.planner = planner or Planner(model, seed=seed)
         self.goals = GoalManager(
             model,
@@ -170,6 +180,7 @@ class Agent:
         self.rounds: list[Round] = []
         self.tracker: GoalTracker | None = None
         self._corrections: list[GoalChange] = []
+        self._uncorrected: list[tuple[Belief, list[GoalChange]]] = []
         if method == "good":
             roleplay = RolePlay(model, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
             self.tracker = GoalTracker(
@@ -197,6 +208,7 @@ class Agent:
 
     def ask(self) -> str:
         """The next query (and before it the answer to what the person asked)."""
+        self._progress("asking")
         if self.rounds and (question := self.rounds[-1].question):
             return with_answer(self.env, self.turns[-1], question)
         seed = self.seed + len(self.rounds)
@@ -213,7 +225,7 @@ class Agent:
             )
         return ask(self.model, self.env, self.turns, seed=seed)
 
-    def step(self, query: str, utterance: str) -> Round:
+    def step(self, query: str, utterance: str, *, confirmed: str = "") -> Round:
         """Take in one turn, and act; on an error agent and environment stay as they were.
 
         (The environment is reset and its past replayed: in a simulator that takes back even what
@@ -222,6 +234,12 @@ class Agent:
         Words that only ask a question give no new goal, and nothing is done for them. Once the
         person says that the task is complete, only what they ask for in the same breath is done
         before it ends: they could not see, and refuse, anything else.
+
+        Args:
+            query: What the agent asked.
+            utterance: What the person answered.
+            confirmed: Fingerprint of the state in which they confirm what nobody can undo. In any
+                other state the agent with `confirm` asks again.
 
         Raises:
             InvalidInputError: The utterance is empty, broken, or too long for the model.
@@ -240,10 +258,14 @@ class Agent:
             pending = self.rounds[-1].question if asks and self.rounds else ""
             outcome = Outcome((), 0, pending)
             if acts:
+                self._progress("planning")
                 outcome = self.planner.act(self.env, wants, turns, history)
             results = outcome.results
-            if complete:
-                results += tuple(self.env.step(action) for action in self.env.completion_actions())
+            final = self.env.completion_actions() if complete else []
+            if final and self.confirm and confirmed != self.env.fingerprint():
+                complete, outcome = False, replace(outcome, question=CONFIRM)
+            else:
+                results += tuple(self.env.step(action) for action in final)
         except BaseException:
             if tracker and before:
                 tracker.belief, tracker.turns = before
@@ -267,7 +289,7 @@ class Agent:
             state=self.env.fingerprint(),
         )
         self.rounds.append(round)
-        self._corrections = []
+        self._corrections, self._uncorrected = [], []
         return round
 
     def correct(self, correction: Correction, goal: str | Goal, text: str = "") -> Belief:
@@ -294,6 +316,7 @@ class Agent:
             correction != "pin" and named not in tracker.belief.goals
         ):
             raise InvalidInputError(f"There is no goal {named.text!r} to correct so.")
+        before = (tracker.belief, self._corrections)
         changes: list[GoalChange] = []
         if correction != "veto":
             if kept not in tracker.belief.goals:
@@ -304,8 +327,30 @@ class Agent:
             tracker.drop([named])
             reason = "you ruled it out" if correction == "veto" else "you said it in other words"
             changes.append(GoalChange("removed", named, reason, final=True))
-        self._corrections += changes
+        self._corrections = [*self._corrections, *changes]
+        self._uncorrected.append(before)
         return tracker.belief
+
+    def take_back(self) -> Belief:
+        """Undo the newest correction since the last round.
+
+        Raises:
+            InvalidInputError: There is none.
+        """
+        if self.tracker is None or not self._uncorrected:
+            raise InvalidInputError("There is no correction to take back.")
+        self.tracker.belief, self._corrections = self._uncorrected.pop()
+        return self.tracker.belief
+
+    @property
+    def can_take_back(self) -> bool:
+        """Whether there is a correction to take back."""
+        return bool(self._uncorrected)
+
+    @property
+    def corrections(self) -> list[GoalChange]:
+        """What the person said of the goals themselves since the last round."""
+        return list(self._corrections)
 
     def resume(self, rounds: Sequence[Round]) -> None:
         """Continue after `rounds`: replay their successful actions, take over their belief.
@@ -329,11 +374,14 @@ class Agent:
 
     def _update(self, tracker: GoalTracker, turn: Turn, *, propose: bool) -> list[GoalChange]:
         """Update; propose if no goal explains the words; remove; and update again."""
+        self._progress(f"scoring {len(tracker.belief.goals)} goals")
         belief = tracker.observe(turn.query, turn.utterance)
         changes: list[GoalChange] = []
         if propose and incomplete(belief, self.goals.propose, since=self._made_from):
+            self._progress("proposing goals")
             changes += self.goals.added(tracker.likelihood, belief, tracker.turns, self._changes)
             belief = tracker.add(change.goal for change in changes)
+        self._progress("checking goals")
         past = [round.belief for round in self.rounds if round.belief]
         removed = self.goals.removed([*past, belief])
         tracker.drop(change.goal for change in removed)
@@ -381,6 +429,10 @@ def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator
         utterance = human.reply(query, agent.turns, agent.env.status())
         round = agent.step(query, utterance)
         yield round
+
+
+def _silent(step: str) -> None:
+    """Nobody listens."""
 
 
 def _told(failed: StepResult) -> str:

@@ -30,6 +30,7 @@ from goalscope.cli_options import (
     Tokenizer,
 )
 from goalscope.cli_report import report
+from goalscope.cli_serve import serve
 from goalscope.cli_why import why
 from goalscope.terminal import adapter_named, console, named, opened_model, progress
 from goalscope.types import GoalscopeError, InvalidInputError
@@ -74,6 +75,7 @@ def options(
 
 app.command()(chat)
 app.command()(run)
+app.command()(serve)
 
 
 @app.command()

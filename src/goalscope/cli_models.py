@@ -171,7 +171,7 @@ def doctor(
     report["cache folder"] = str(platformdirs.user_cache_path("goalscope"))
     try:
         with Store.open(store) as opened:
-            report["store"] = str(opened.path)
+            report["store"] = opened.place
             report["episodes"] = len(opened.episodes())
     except GoalscopeError as error:
         problems.append(str(error))

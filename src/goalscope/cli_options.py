@@ -109,6 +109,11 @@ Calls = Annotated[
     Path | None, typer.Option(help="File that keeps the model's answers, so none is asked twice.")
 ]
 StoreFile = Annotated[
-    Path | None, typer.Option("--store", help="File of episodes.  [default: $GOALSCOPE_STORE]")
+    str | None,
+    typer.Option(
+        "--store",
+        metavar="FILE|postgresql://USER:PASSWORD@HOST/DATABASE",
+        help="Where episodes are kept.  [default: $GOALSCOPE_STORE]",
+    ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="JSON on standard output, and nothing else.")]

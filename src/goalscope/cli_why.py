@@ -49,7 +49,8 @@ def why(
     Evidence is in nats against the mean of the other goals, as it counts after calibration.
     """
     from goalscope.display import show_reasons
-    from goalscope.store import Store, dumps
+    from goalscope.rounds_json import dumps
+    from goalscope.store import Store
     from goalscope.why import reasons
 
     with Store.open(store) as episodes:

@@ -15,7 +15,7 @@ from goalscope.episode import Round
 from goalscope.habits import habitual
 from goalscope.models import Model
 from goalscope.store import EpisodeInfo, Store
-from goalscope.types import Goal, InvalidInputError, Turn
+from goalscope.types import Goal, GoalChange, InvalidInputError, Turn
 
 __all__ = ["Session", "saved_settings"]
 
@@ -62,7 +62,10 @@ class Session:
         *,
         profile: str | None = None,
         read: Callable[[str], str] | None = None,
+        owner: str | None = None,
         resume: EpisodeInfo | None = None,
+        confirm: bool = False,
+        progress: Callable[[str], None] | None = None,
     ) -> None:
         """Begin an episode, or continue one.
 
@@ -71,9 +74,13 @@ class Session:
             settings: What is to run.
             env: Where; it is reset.
             model: Writes and scores.
-            profile: Name of the simulated person; needed unless a person is at the terminal.
-            read: Shows a query to the person at the terminal, and returns their words.
+            profile: Name of the simulated person; needed to `run` without a person.
+            read: Shows a query to the person at the terminal, and returns their words; needed to
+                `run` with one.
+            owner: Whose episode it is, on the web page.
             resume: The stored episode to continue.
+            confirm: See `Agent`, as for the next one.
+            progress: Is told what the agent does.
 
         Raises:
             InvalidInputError: There is no such profile, or no other one whose goal they could
@@ -92,6 +99,8 @@ class Session:
             questions=settings.questions,
             planner=planner_of(settings, model),
             seed=settings.seed,
+            confirm=confirm,
+            progress=progress,
         )
         self._human = self._make_human(model, read)
         self.earlier = store.rounds(resume.id) if resume else []
@@ -102,6 +111,7 @@ class Session:
             else store.begin(
                 domain=settings.domain,
                 profile=profile,
+                owner=owner,
                 method=settings.method,
                 model=getattr(model, "name", type(model).__name__),
                 task=env.task,
@@ -116,13 +126,27 @@ class Session:
 
     def run(self) -> Iterator[Round]:
         """Yield each new round as soon as it is on disk; afterwards the episode has its end."""
-        most = self._settings.rounds
-        for round in run_episode(self._agent, self._human, max_rounds=most):
-            self._store.append(self.id, round)
-            if round.terminated or round.number >= most:
-                self._finish()
+        if self._human is None:
+            raise ValueError("a person at the terminal needs a `read` function")
+        for round in run_episode(self._agent, self._human, max_rounds=self._settings.rounds):
+            self._keep(round)
             yield round
         if self.info.ended is None:
+            self._finish()
+
+    def ask(self) -> str:
+        """See `Agent.ask`."""
+        return self._agent.ask()
+
+    def step(self, query: str, utterance: str, *, confirmed: str = "") -> Round:
+        """See `Agent.step`; the round is on disk when it returns."""
+        round = self._agent.step(query, utterance, confirmed=confirmed)
+        self._keep(round)
+        return round
+
+    def _keep(self, round: Round) -> None:
+        self._store.append(self.id, round)
+        if round.terminated or round.number >= self._settings.rounds:
             self._finish()
 
     def _finish(self) -> None:
@@ -135,10 +159,29 @@ class Session:
         """See `Agent.correct`; it is stored with the next round."""
         return self._agent.correct(correction, goal, text)
 
+    def take_back(self) -> Belief:
+        """See `Agent.take_back`."""
+        return self._agent.take_back()
+
+    @property
+    def corrections(self) -> list[GoalChange]:
+        """What the person said of the goals themselves since the last round."""
+        return self._agent.corrections
+
+    @property
+    def can_take_back(self) -> bool:
+        """Whether there is a correction to take back."""
+        return self._agent.can_take_back
+
     @property
     def belief(self) -> Belief | None:
         """The belief as it is now; None for the method that holds none."""
         return self._agent.tracker.belief if self._agent.tracker else None
+
+    @property
+    def rounds(self) -> list[Round]:
+        """The rounds so far."""
+        return self._agent.rounds
 
     @property
     def turns(self) -> list[Turn]:
@@ -149,12 +192,10 @@ class Session:
         """Which of the profile's checks the present state meets; none without a profile."""
         return self._env.checks_met(self.profile) if self.profile else []
 
-    def _make_human(self, model: Model, read: Callable[[str], str] | None) -> Human:
+    def _make_human(self, model: Model, read: Callable[[str], str] | None) -> Human | None:
         human, seed = self._settings.human, self._settings.seed
         if human == "you":
-            if read is None:
-                raise ValueError("a person at the terminal needs a `read` function")
-            return ConsoleHuman(read)
+            return read and ConsoleHuman(read)
         if self.profile is None:
             raise ValueError("a scripted or simulated person needs a profile")
         if human == "scripted":

@@ -8,7 +8,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from goalscope.store import Ended, Store, dumps, explained, round_from_json
+from sqlalchemy import select, update
+from sqlalchemy.orm import Session
+
+from goalscope.database.tables import AboutRow, CellRow, RoundRow
+from goalscope.rounds_json import dumps, round_from_json, round_to_json
+from goalscope.store import Store, new_episode
 from goalscope.types import InvalidInputError
 
 __all__ = ["Cell", "Results", "cell_key"]
@@ -46,17 +51,14 @@ class Results(Store):
     @property
     def about(self) -> dict[str, Any]:
         """What the experiment says of itself: name, title, source, and what was asked for."""
-        with explained(self.path):
-            rows = self._connection.execute("SELECT name, value FROM about").fetchall()
-        return {name: json.loads(value) for name, value in rows}
+        with self.reading() as session:
+            return {row.name: json.loads(row.value) for row in session.scalars(select(AboutRow))}
 
     def describe(self, facts: Mapping[str, Any]) -> None:
         """Keep facts of the experiment, each in the place of an earlier one of its name."""
-        with self.transaction():
-            self._connection.executemany(
-                "INSERT OR REPLACE INTO about VALUES (?, ?)",
-                [(name, dumps(value)) for name, value in facts.items()],
-            )
+        with self.writing() as session:
+            for name, value in facts.items():
+                session.merge(AboutRow(name=name, value=dumps(value)))
 
     def check(self, identity: Mapping[str, str]) -> None:
         """Refuse to go on where cells were measured with something else.
@@ -75,17 +77,17 @@ class Results(Store):
         ]
         if changed:
             raise InvalidInputError(
-                f"{self.path} holds results of another {' and another '.join(changed)}. Name "
+                f"{self.place} holds results of another {' and another '.join(changed)}. Name "
                 "another folder with --results, or say --anyway to keep them beside new ones."
             )
 
     def plan(self, specs: Iterable[Mapping[str, Any]]) -> list[Cell]:
         """The cells of these specs, as far as they are; those that are new are noted."""
         keys = {cell_key(spec): spec for spec in specs}
-        with self.transaction():
-            self._connection.executemany(
-                "INSERT OR IGNORE INTO cells (key, spec) VALUES (?, ?)",
-                [(key, dumps(spec)) for key, spec in keys.items()],
+        with self.writing() as session:
+            known = set(session.scalars(select(CellRow.key)))
+            session.add_all(
+                CellRow(key=key, spec=dumps(spec)) for key, spec in keys.items() if key not in known
             )
         return self.planned(keys.values())
 
@@ -97,21 +99,8 @@ class Results(Store):
 
     def cells(self) -> list[Cell]:
         """All cells, in the order in which they were planned."""
-        with explained(self.path):
-            rows = self._connection.execute(
-                "SELECT key, spec, attempts, error, identity, result FROM cells ORDER BY rowid"
-            ).fetchall()
-        return [
-            Cell(
-                key,
-                json.loads(spec),
-                attempts,
-                error,
-                identity and json.loads(identity),
-                result and json.loads(result),
-            )
-            for key, spec, attempts, error, identity, result in rows
-        ]
+        with self.reading() as session:
+            return [_cell(row) for row in session.scalars(select(CellRow).order_by(CellRow.number))]
 
     def ask_for(self, cells: Iterable[Cell], command: str = "") -> None:
         """Note that these are the cells of the newest plan with their settings.
@@ -145,10 +134,9 @@ class Results(Store):
 
     def begin_cell(self, key: str, attempts: int = 1) -> None:
         """Note that a cell is begun, or was begun so many times; a kill leaves this behind."""
-        with self.transaction():
-            self._connection.execute(
-                "UPDATE cells SET attempts = attempts + ? WHERE key = ?", (attempts, key)
-            )
+        with self.writing() as session:
+            more = CellRow.attempts + attempts
+            session.execute(update(CellRow).where(CellRow.key == key).values(attempts=more))
 
     def keep(self, key: str, result: Mapping[str, Any], identity: Mapping[str, str]) -> None:
         """Store a cell's result, and its episode if it is one, together or not at all.
@@ -161,34 +149,42 @@ class Results(Store):
                 becomes an episode of this store, and its id stands in its place.
             identity: What it was measured with.
         """
-        with self.transaction():
-            row = self._connection.execute(
-                "SELECT result IS NULL FROM cells WHERE key = ?", (key,)
-            ).fetchone()
-            if row != (1,):
+        with self.writing() as session:
+            empty = select(CellRow).where(CellRow.key == key, CellRow.result.is_(None))
+            row = session.scalar(empty.with_for_update())
+            if row is None:
                 return
             if "episode" in result:
-                result = {**result, "episode": self._adopt(result["episode"])}
-            self._connection.execute(
-                "UPDATE cells SET result = ?, identity = ?, error = NULL WHERE key = ?",
-                (dumps(result), dumps(identity), key),
-            )
+                result = {**result, "episode": _adopted(session, result["episode"])}
+            row.result, row.identity, row.error = dumps(result), dumps(identity), None
 
     def fail(self, key: str, error: str) -> None:
         """Note why an attempt at a cell failed."""
-        error = error.encode(
-            "utf-8", "backslashreplace"
-        ).decode()  # SQLite holds no half characters
-        with self.transaction():
-            self._connection.execute("UPDATE cells SET error = ? WHERE key = ?", (error, key))
+        with self.writing() as session:
+            session.execute(update(CellRow).where(CellRow.key == key).values(error=error))
 
-    def _adopt(self, episode: Mapping[str, Any]) -> str:
-        ended: Ended = episode["ended"]
-        id = self.begin(**episode["begin"])
-        for text in episode["rounds"]:
-            self.append(id, round_from_json(text))
-        self.finish(id, ended=ended, score=episode["score"])
-        return id
+
+def _adopted(session: Session, episode: Mapping[str, Any]) -> str:
+    row = new_episode(**episode["begin"])
+    row.ended, row.score = episode["ended"], episode["score"]
+    session.add(row)
+    session.flush()
+    rounds = [round_from_json(text) for text in episode["rounds"]]
+    session.add_all(
+        RoundRow(episode=row.id, number=each.number, json=round_to_json(each)) for each in rounds
+    )
+    return row.id
+
+
+def _cell(row: CellRow) -> Cell:
+    return Cell(
+        row.key,
+        json.loads(row.spec),
+        row.attempts,
+        row.error,
+        json.loads(row.identity or "null"),
+        json.loads(row.result or "null"),
+    )
 
 
 def _subject(spec: Mapping[str, Any]) -> Any:

@@ -16,7 +16,7 @@ from goalscope.experiment.plan import Experiment, judging
 from goalscope.experiment.results import Cell, Results
 from goalscope.experiment.work import measure, perform
 from goalscope.models.extras import package
-from goalscope.store import dumps
+from goalscope.rounds_json import dumps
 from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = ["Done", "run", "sole"]

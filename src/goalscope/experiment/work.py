@@ -19,8 +19,9 @@ from goalscope.experiment.identity import identity_of, opened
 from goalscope.judge import compare, judge, possible_actions
 from goalscope.models import OpenModel
 from goalscope.models.opening import MODEL_KEYS, parts
+from goalscope.rounds_json import round_to_json
 from goalscope.session import Session
-from goalscope.store import Store, round_to_json
+from goalscope.store import Store
 from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = ["measure", "perform"]

@@ -11,6 +11,7 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from goalscope.database.errors import explained
 from goalscope.experiment.results import Cell, Results
 from goalscope.experiment.summary import Entry, Estimate, Measured, Table, slug
 from goalscope.experiment.summary_beliefs import belief_table
@@ -28,7 +29,6 @@ from goalscope.report.figures import (
     mcq_figure,
     methods_figure,
 )
-from goalscope.store import explained
 from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = ["Section", "sections_of"]

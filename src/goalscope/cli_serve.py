@@ -1,0 +1,112 @@
+"""`goalscope serve`: the web page."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from goalscope.cli_options import Adapter, Model, Scorer, Seed, StoreFile, Tokenizer, Writer
+from goalscope.terminal import adapter_named, console, named, opened_model, tokenizer_named
+from goalscope.types import GoalscopeError, InvalidInputError
+
+__all__ = ["serve"]
+
+LOOPBACK = ("127.0.0.1", "::1", "localhost")
+
+
+def serve(
+    host: Annotated[str, typer.Option(help="Address to listen at.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 for a free one.")] = 8000,
+    name: Annotated[
+        list[str] | None,
+        typer.Option(help="Another HOST[:PORT] under which browsers reach it, such as a proxy's."),
+    ] = None,
+    password: Annotated[
+        str | None,
+        typer.Option(
+            envvar="GOALSCOPE_PASSWORD", help="What visitors show; needed beyond this machine."
+        ),
+    ] = None,
+    key: Annotated[
+        str | None,
+        typer.Option(
+            envvar="GOALSCOPE_KEY", help="What you show, to see all episodes.  [default: a new one]"
+        ),
+    ] = None,
+    model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
+    seed: Seed = 0,
+    store: StoreFile = None,
+) -> None:
+    """Open the web page: chat, watch the belief move, correct it.
+
+    Everybody who opens it has episodes of their own; with the key, which is printed, one sees all.
+    """
+    import secrets
+    import socket
+
+    from goalscope.domains import Settings
+    from goalscope.store import Store
+
+    try:
+        import uvicorn
+
+        from goalscope.web.app import create_app
+        from goalscope.web.guard import Guard
+    except ModuleNotFoundError as error:
+        raise GoalscopeError(
+            f'The web page needs {error.name}. Say: pip install "goalscope[web]"'
+        ) from error
+    if host not in LOOPBACK and not password:
+        raise InvalidInputError(
+            "Others could reach this address. Give a --password (or GOALSCOPE_PASSWORD) that they "
+            "must show, or leave out --host."
+        )
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with socket.socket(family) as listening:
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listening.bind((host, port))
+        except OSError as error:
+            raise InvalidInputError(
+                f"Nothing can listen at {host} port {port}: {error.strerror}. Name another --port."
+            ) from error
+        port = listening.getsockname()[1]
+        names = {f"{each}:{port}" for each in ("127.0.0.1", "localhost", "[::1]", host)}
+        key = key or secrets.token_urlsafe(24)
+        settings = Settings(
+            model=named(model),
+            generator=named(generator),
+            scorer=named(scorer),
+            tokenizer=tokenizer_named(tokenizer),
+            adapter=adapter_named(adapter),
+            seed=seed,
+        )
+        with (
+            Store.open(store) as episodes,
+            opened_model(
+                settings.model,
+                settings.generator,
+                settings.scorer,
+                settings.tokenizer,
+                settings.adapter,
+            ) as engine,
+        ):
+            app = create_app(episodes, engine, settings)
+            guarded = Guard(app, hosts=names | {*(name or ())}, key=key, password=password)
+            shown = "127.0.0.1" if host in LOOPBACK else host
+            out = console()
+            out.print(f"goalscope is at http://{shown}:{port}/", soft_wrap=True)
+            out.print(
+                f"For you, with everybody's episodes: http://{shown}:{port}/?key={key}",
+                soft_wrap=True,
+            )
+            out.print("Ctrl-C ends it; everything is stored.", style="dim")
+            config = uvicorn.Config(
+                guarded, log_level="warning", access_log=False, timeout_graceful_shutdown=2
+            )
+            uvicorn.Server(config).run(sockets=[listening])

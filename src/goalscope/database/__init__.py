@@ -1,0 +1,1 @@
+"""Databases that hold episodes: SQLite files and PostgreSQL, by one path."""

@@ -1,0 +1,208 @@
+"""A database, made ready: durable, ours, and with the tables of this goalscope."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+from pathlib import Path
+
+import platformdirs
+from sqlalchemy import Connection, Engine, QueuePool, create_engine, event, func, inspect, select
+from sqlalchemy import column as column_named
+from sqlalchemy import table as table_named
+from sqlalchemy.engine import URL, make_url
+from sqlalchemy.exc import ArgumentError
+
+from goalscope.database.errors import explained
+from goalscope.database.tables import REVISION, TABLES, VERSION_TABLE
+from goalscope.models.extras import package
+from goalscope.types import GoalscopeError, InvalidInputError
+
+__all__ = ["WRITING", "default_place", "opened"]
+
+APPLICATION = 0x474F4144  # "GOAD": marks a file as an episode store
+LEGACY = 3
+"""The last version of SQLite files before Alembic's first revision."""
+WAIT = 10
+"""Seconds until a locked database is given up."""
+WRITING = {"goalscope_writing": True}
+"""Execution options of connections that write."""
+
+
+def default_place() -> str:
+    """$GOALSCOPE_STORE, or `episodes.db` in the user's data folder."""
+    given = os.environ.get("GOALSCOPE_STORE")
+    return given or str(platformdirs.user_data_path("goalscope", False) / "episodes.db")
+
+
+def opened(place: str | Path) -> tuple[str, Engine]:
+    """A database that is ready for use, and what to call it in messages.
+
+    Args:
+        place: A file, or the address of a PostgreSQL database.
+
+    Raises:
+        GoalscopeError: It cannot be used, or a newer goalscope made it.
+    """
+    name = str(place)
+    if "://" in name:
+        url = _address(name)
+        name = url.set(query={}).render_as_string().replace("+psycopg", "", 1)
+        engine = _server(url)
+    else:
+        engine = _file(Path(place))
+    try:
+        with explained(name):
+            _prepare(engine, name)
+    except BaseException:
+        engine.dispose()
+        raise
+    return name, engine
+
+
+def _file(file: Path) -> Engine:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise GoalscopeError(
+            f"The folder of the episode store {file} cannot be made: {error.strerror}. "
+            "Name another file with --store."
+        ) from error
+    path = file.absolute()
+    engine = create_engine("sqlite://", creator=lambda: _connected(path, file), poolclass=QueuePool)
+
+    @event.listens_for(engine, "begin")
+    def begin(connection: Connection) -> None:
+        writes = connection.get_execution_options().get(*WRITING)
+        connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+    return engine
+
+
+def _connected(path: Path, name: Path) -> sqlite3.Connection:
+    """Refuse another program's file as it is; else make every commit durable."""
+    connection = sqlite3.connect(path, WAIT, isolation_level=None, check_same_thread=False)
+    try:
+        _file_version(connection, name)
+        (journal,) = connection.execute("PRAGMA journal_mode = WAL").fetchone()
+        connection.execute("PRAGMA synchronous = FULL")
+        connection.execute("PRAGMA foreign_keys = ON")
+        (synchronous,) = connection.execute("PRAGMA synchronous").fetchone()
+        if (journal, synchronous) != ("wal", 2):
+            raise GoalscopeError(
+                f"The episode store {name} would not survive a crash (journal {journal}, "
+                f"synchronous {synchronous}). Name a file on a local disk with --store."
+            )
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _file_version(connection: sqlite3.Connection, name: Path) -> int:
+    """Version of a file, 0 if it is empty; other programs' files are refused."""
+    application, version, tables = (
+        connection.execute(statement).fetchone()[0]
+        for statement in (
+            "PRAGMA application_id",
+            "PRAGMA user_version",
+            "SELECT count(*) FROM sqlite_master",
+        )
+    )
+    if not tables:
+        return 0
+    if application != APPLICATION:
+        raise GoalscopeError(f"{name} is another program's file. Name one with --store.")
+    if version > LEGACY + 1:
+        raise _newer(name)
+    return version
+
+
+def _address(text: str) -> URL:
+    """The address of a PostgreSQL database; messages must not show it as it is."""
+    try:
+        url = make_url(text)
+    except (ArgumentError, ValueError):
+        raise InvalidInputError(
+            "The address of the episode store cannot be read. It should look like "
+            "postgresql://USER:PASSWORD@HOST:PORT/DATABASE."
+        ) from None
+    if url.drivername not in ("postgresql", "postgres"):
+        raise InvalidInputError(
+            f"Episodes are kept in a file, or in postgresql://..., not in {url.drivername}://..."
+        )
+    if "@" in (url.host or ""):
+        raise InvalidInputError(
+            "In the address of the episode store, an @ in the user's name or password must be "
+            "written as %40."
+        )
+    query = {"connect_timeout": str(WAIT), "client_encoding": "utf8", **url.query}
+    return url.set(drivername="postgresql+psycopg", query=query)
+
+
+def _server(url: URL) -> Engine:
+    package("psycopg", "An episode store on PostgreSQL needs", GoalscopeError)
+    engine = create_engine(url, pool_pre_ping=True)
+
+    @event.listens_for(engine, "connect")
+    def connected(connection: sqlite3.Connection, _: object) -> None:
+        connection.execute("SET synchronous_commit = on")
+        connection.execute(f"SET lock_timeout = '{WAIT}s'")
+        connection.commit()
+
+    return engine
+
+
+def _prepare(engine: Engine, name: str) -> None:
+    """Bring the tables up to date."""
+    with engine.connect() as connection:
+        if _revision(connection, name) == REVISION:
+            return
+    with engine.execution_options(**WRITING).begin() as connection:
+        if connection.dialect.name == "postgresql":  # BEGIN IMMEDIATE has SQLite's processes wait
+            connection.execute(select(func.pg_advisory_xact_lock(APPLICATION)))
+        if _revision(connection, name) != REVISION:
+            _migrate(connection)
+
+
+def _revision(connection: Connection, name: str) -> str:
+    """The revision of the tables; empty before the first."""
+    found = inspect(connection)
+    if found.has_table(VERSION_TABLE):
+        version = table_named(VERSION_TABLE, column_named("version_num"))
+        revision: str = connection.scalar(select(version.c.version_num)) or ""
+        if revision > REVISION:
+            raise _newer(name)
+        return revision
+    theirs = {table.name for table in TABLES} & {*found.get_table_names()}
+    if theirs and connection.dialect.name == "postgresql":
+        raise GoalscopeError(
+            f"The database {name} has other tables named {', '.join(sorted(theirs))}. "
+            "Name another one with --store."
+        )
+    return ""
+
+
+def _migrate(connection: Connection) -> None:
+    from alembic import command  # takes longer to import than all the rest
+    from alembic.config import Config
+
+    from goalscope.database.legacy import bring_over
+
+    config = Config()
+    config.set_main_option("script_location", "goalscope.database:migrations")
+    config.attributes["connection"] = connection
+    if connection.dialect.name == "sqlite":
+        version: int = connection.exec_driver_sql("PRAGMA user_version").scalar_one()
+        if 1 <= version <= LEGACY:
+            bring_over(connection, version, lambda: command.upgrade(config, "0001"))
+        connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION}")
+        connection.exec_driver_sql(f"PRAGMA user_version = {LEGACY + 1}")
+    command.upgrade(config, "head")
+
+
+def _newer(name: str | Path) -> GoalscopeError:
+    return GoalscopeError(
+        f"A newer goalscope made the episode store {name}. Update goalscope, or name another store "
+        "with --store."
+    )

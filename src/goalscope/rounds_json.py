@@ -1,0 +1,120 @@
+"""Rounds as JSON: every value of a round comes back equal."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+
+import numpy as np
+
+from goalscope.belief import Belief
+from goalscope.calibration import calibration_from_json
+from goalscope.episode import Round
+from goalscope.types import Action, Goal, GoalChange, GoalscopeError, StepResult, Turn
+
+__all__ = ["dumps", "round_from_json", "round_to_json", "turn_like"]
+
+
+def round_to_json(round: Round) -> str:
+    """Write a round as strict JSON in ASCII; -inf, which JSON lacks, as the string "-inf".
+
+    Raises:
+        GoalscopeError: A number is NaN or +inf.
+    """
+    belief = round.belief
+    return dumps(
+        {
+            "number": round.number,
+            "turn": asdict(round.turn),
+            "belief": belief
+            and {
+                "goals": [goal.text for goal in belief.goals],
+                "log_prior": _numbers(belief.log_prior.tolist()),
+                "log_likelihood": [_numbers(row) for row in belief.log_likelihood.tolist()],
+                "calibration": asdict(belief.calibration),
+                "pinned": [[turns, goal.text] for turns, goal in belief.pinned],
+            },
+            "changes": [asdict(change) for change in round.changes],
+            "results": [asdict(result) for result in round.results],
+            "replans": round.replans,
+            "status": round.status,
+            "notes": list(round.notes),
+            "terminated": round.terminated,
+            "question": round.question,
+            "state": round.state,
+        }
+    )
+
+
+def round_from_json(text: str) -> Round:
+    """Read what `round_to_json` wrote; the round is equal in every value."""
+    data = json.loads(text)
+    belief = data["belief"]
+    if belief is not None:
+        goals = tuple(Goal(goal) for goal in belief["goals"])
+        table = np.array(belief["log_likelihood"], dtype=np.float64)
+        belief = Belief(
+            goals,
+            np.array(belief["log_prior"], dtype=np.float64),
+            table.reshape(len(belief["log_likelihood"]), len(goals)),
+            calibration_from_json(belief["calibration"]),
+            tuple((turns, Goal(text)) for turns, text in belief["pinned"]),
+        )
+    return Round(
+        number=data["number"],
+        turn=Turn(**data["turn"]),
+        belief=belief,
+        changes=tuple(
+            GoalChange(
+                change["kind"],
+                Goal(**change["goal"]),
+                change["reason"],
+                final=change.get("final", change["reason"].startswith(("unsafe", "irrelevant"))),
+            )
+            for change in data["changes"]
+        ),
+        results=tuple(
+            StepResult(
+                Action(**result["action"]),
+                result["ok"],
+                result["observation"],
+                result["terminated"],
+                result.get("irreversible", False),
+            )
+            for result in data["results"]
+        ),
+        replans=data["replans"],
+        status=data["status"],
+        notes=tuple(data["notes"]),
+        terminated=data["terminated"],
+        question=data.get("question", ""),
+        state=data.get("state", ""),
+    )
+
+
+def _numbers(values: list[float]) -> list[float | str]:
+    """Write -inf as a string, which numpy reads back as the number."""
+    return ["-inf" if value == -np.inf else value for value in values]
+
+
+def dumps(value: object, *, sort_keys: bool = False) -> str:
+    """Strict JSON; escapes keep a lone surrogate as it is.
+
+    Raises:
+        GoalscopeError: A number is NaN or infinite.
+    """
+    try:
+        return json.dumps(value, allow_nan=False, sort_keys=sort_keys)
+    except ValueError as error:
+        raise GoalscopeError(f"This cannot be stored: {error}") from error
+
+
+def turn_like(text: str) -> str:
+    """The LIKE pattern, escaped by "/", of a round whose turn holds a text.
+
+    Within a value, quotes are escaped; so the pattern cannot match across the turn's end.
+    """
+    inner = dumps(text)[1:-1]
+    for each in "/%_":
+        inner = inner.replace(each, f"/{each}")
+    return f'%"turn": {{%{inner}%}}, "belief": %'

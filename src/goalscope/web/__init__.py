@@ -1,0 +1,1 @@
+"""The page for chatting, watching the belief move, and correcting it; and its HTTP interface."""

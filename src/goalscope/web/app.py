@@ -1,0 +1,351 @@
+"""The HTTP interface of the page: episodes, what is said in them, and the belief."""
+
+from __future__ import annotations
+
+import asyncio
+from asyncio import wrap_future
+from collections.abc import AsyncGenerator
+from contextlib import asynccontextmanager
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated, Literal
+
+from fastapi import Depends, FastAPI, HTTPException, Query, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import FileResponse, JSONResponse, Response, StreamingResponse
+from fastapi.staticfiles import StaticFiles
+from pydantic import BaseModel
+
+from goalscope.agent import Correction, Method
+from goalscope.domains import Domain, Settings, open_environment
+from goalscope.envs.house.scenes import known_scenes
+from goalscope.models import Model
+from goalscope.store import EpisodeInfo, Store
+from goalscope.types import Goal, GoalscopeError, InvalidInputError
+from goalscope.web.conversations import BusyError, Conversation, Conversations
+from goalscope.web.exports import as_html, as_json, room_picture
+from goalscope.web.guard import Visitor, visitor_of
+from goalscope.web.views import EpisodeView, Live, RoundView, StoredEpisode
+from goalscope.why import reasons
+
+__all__ = ["create_app"]
+
+STATIC = Path(__file__).parent / "static"
+BEAT = 15.0
+"""Seconds after which a silent connection is told that it still stands."""
+
+METHODS: dict[Method, str] = {
+    "good": "infers goals, and plans for the likeliest",
+    "no-inference": "asks the model which goal is likeliest",
+    "no-goals": "plans on what you say alone",
+}
+
+
+class Begin(BaseModel):
+    """A new episode."""
+
+    domain: Domain = "grocery"
+    method: Method = "good"
+    scene: str | None = None
+
+
+class Utterance(BaseModel):
+    """What a person says in a round; `confirmed` names the state that they confirm."""
+
+    text: str
+    round: int
+    confirmed: str = ""
+
+
+class Correct(BaseModel):
+    """What a person says of a goal."""
+
+    kind: Correction
+    goal: str
+    text: str = ""
+
+
+class Begun(BaseModel):
+    """The id of a new episode."""
+
+    id: str
+
+
+class DomainView(BaseModel):
+    """A domain that the agent acts in."""
+
+    name: Domain
+    title: str
+    task: str
+    completion_phrase: str
+    scenes: list[str]
+
+
+class MethodView(BaseModel):
+    """How the agent decides what to act on."""
+
+    name: Method
+    about: str
+
+
+class Options(BaseModel):
+    """What there is to choose from; `host` for the one who sees everybody's episodes."""
+
+    version: str
+    model: str
+    host: bool
+    domains: list[DomainView]
+    methods: list[MethodView]
+
+
+class EpisodeList(BaseModel):
+    """A page of episodes, newest first, of `total`."""
+
+    episodes: list[EpisodeView]
+    total: int
+
+
+class Stored(StoredEpisode):
+    """An episode with its rounds, and how it stands if it can go on here."""
+
+    live: Live | None
+
+
+class ReasonView(BaseModel):
+    """What an utterance does to the belief in a goal; see `goalscope.why.Reason`."""
+
+    turn: int
+    utterance: str
+    evidence: float
+    probability: float
+    without: float
+
+
+class Why(BaseModel):
+    """What each utterance says for a goal."""
+
+    goal: str
+    reasons: list[ReasonView]
+
+
+class Words(BaseModel):
+    """Each word of an utterance with its evidence in nats."""
+
+    words: list[tuple[str, float]]
+
+
+def _visitor(request: Request) -> Visitor:
+    return visitor_of(request.scope)
+
+
+Guest = Annotated[Visitor, Depends(_visitor)]
+
+
+def create_app(store: Store, model: Model, defaults: Settings | None = None) -> FastAPI:
+    """The application, still unguarded: put a `Guard` before it.
+
+    Args:
+        store: Keeps the episodes.
+        model: Shared by all who talk here.
+        defaults: Settings of new episodes, besides domain, method and scene.
+    """
+    settings = defaults or Settings()
+    conversations = Conversations(store, model)
+    domains = _domains(settings)
+    scenes = {scene for domain in domains for scene in domain.scenes}
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncGenerator[None]:
+        yield
+        await asyncio.to_thread(conversations.close)
+
+    app = FastAPI(
+        title="goalscope", version=version("goalscope"), lifespan=lifespan,
+        docs_url=None, redoc_url=None, openapi_url="/api/openapi.json",
+    )  # fmt: skip
+    app.mount("/static", StaticFiles(directory=STATIC), name="static")
+
+    def seen(id: str, visitor: Visitor) -> EpisodeInfo:
+        """The episode, if the visitor may see it; nobody learns which ids others have."""
+        try:
+            info = store.episode(id)
+        except InvalidInputError:
+            info = None
+        if info is None or info.id != id or not (visitor.is_host or info.owner == visitor.id):
+            raise HTTPException(404, "There is no such episode.")
+        return info
+
+    def entered(id: str, visitor: Visitor) -> Conversation:
+        info = seen(id, visitor)
+        if info.owner != visitor.id:
+            raise HTTPException(403, "This is somebody else's episode.")
+        if info.ended:
+            raise HTTPException(409, "This episode has ended. Begin another one.")
+        return conversations.resume(info)
+
+    def view(info: EpisodeInfo, visitor: Visitor) -> EpisodeView:
+        return EpisodeView.of(info, mine=info.owner == visitor.id)
+
+    @app.get("/", include_in_schema=False)
+    def page() -> FileResponse:
+        return FileResponse(STATIC / "index.html")
+
+    @app.get("/api/options")
+    def options(visitor: Guest) -> Options:
+        return Options(
+            version=version("goalscope"),
+            model=getattr(model, "name", type(model).__name__),
+            host=visitor.is_host,
+            domains=domains,
+            methods=[MethodView(name=name, about=about) for name, about in METHODS.items()],
+        )
+
+    @app.get("/api/episodes")
+    def episodes(
+        visitor: Guest,
+        text: str = "",
+        limit: Annotated[int, Query(ge=1, le=200)] = 50,
+        offset: Annotated[int, Query(ge=0)] = 0,
+    ) -> EpisodeList:
+        owner = None if visitor.is_host else visitor.id
+        found = store.episodes(
+            owner=owner, text=text, newest_first=True, limit=limit, offset=offset
+        )
+        total = store.count(owner=owner, text=text)
+        return EpisodeList(episodes=[view(info, visitor) for info in found], total=total)
+
+    @app.post("/api/episodes", status_code=201)
+    def begin(given: Begin, visitor: Guest) -> Begun:
+        if given.scene is not None and given.scene not in scenes:
+            raise InvalidInputError(f"There is no scene {given.scene!r}.")
+        chosen = replace(settings, domain=given.domain, method=given.method, scene=given.scene)
+        return Begun(id=conversations.begin(visitor.id, chosen).id)
+
+    @app.get("/api/episodes/{id}")
+    def episode(id: str, visitor: Guest) -> Stored:
+        info = seen(id, visitor)
+        rounds = [RoundView.of(round) for round in store.rounds(info.id)]
+        goes_on = info.owner == visitor.id and not info.ended
+        live = conversations.resume(info).live() if goes_on else None
+        return Stored(episode=view(info, visitor), rounds=rounds, live=live)
+
+    @app.get("/api/episodes/{id}/events", response_class=StreamingResponse)
+    async def events(id: str, visitor: Guest) -> StreamingResponse:
+        conversation = await asyncio.to_thread(entered, id, visitor)
+        return StreamingResponse(_stream(conversation), media_type="text/event-stream")
+
+    @app.post("/api/episodes/{id}/utterances", status_code=202)
+    def say(id: str, given: Utterance, visitor: Guest) -> Live:
+        return entered(id, visitor).say(given.text, given.round, given.confirmed)
+
+    @app.post("/api/episodes/{id}/corrections")
+    async def correct(id: str, given: Correct, visitor: Guest) -> Live:
+        conversation = await asyncio.to_thread(entered, id, visitor)
+        await wrap_future(conversation.correct(given.kind, given.goal, given.text))
+        return conversation.live()
+
+    @app.delete("/api/episodes/{id}/corrections")
+    async def take_back(id: str, visitor: Guest) -> Live:
+        conversation = await asyncio.to_thread(entered, id, visitor)
+        await wrap_future(conversation.take_back())
+        return conversation.live()
+
+    @app.get("/api/episodes/{id}/why")
+    def why(id: str, goal: str, visitor: Guest, round: int | None = None) -> Why:
+        rounds = store.rounds(seen(id, visitor).id)[:round]
+        belief = rounds[-1].belief if rounds else None
+        if belief is None:
+            raise HTTPException(404, "There is no belief yet.")
+        found = reasons(belief, [each.turn for each in rounds], Goal(goal))
+        return Why(
+            goal=goal,
+            reasons=[
+                ReasonView(
+                    turn=each.turn,
+                    utterance=each.utterance,
+                    evidence=each.evidence,
+                    probability=each.probability,
+                    without=each.without,
+                )
+                for each in found
+            ],
+        )
+
+    @app.get("/api/episodes/{id}/words")
+    async def words(id: str, goal: str, turn: int, visitor: Guest) -> Words:
+        conversation = await asyncio.to_thread(entered, id, visitor)
+        return Words(words=await wrap_future(conversation.words(goal, turn)))
+
+    @app.get("/api/episodes/{id}/picture.svg")
+    def picture(id: str, visitor: Guest, round: Annotated[int, Query(ge=0)]) -> Response:
+        info = seen(id, visitor)
+        return Response(
+            room_picture(info, store.rounds(info.id)[:round]),
+            media_type="image/svg+xml",
+            headers={"content-security-policy": "default-src 'none'; style-src 'unsafe-inline'"},
+        )
+
+    @app.get("/api/episodes/{id}/export.{form}")
+    def export(id: str, form: Literal["json", "html"], visitor: Guest) -> Response:
+        info = seen(id, visitor)
+        rounds = store.rounds(info.id)
+        headers = {"content-disposition": f'attachment; filename="goalscope-{info.id}.{form}"'}
+        if form == "json":
+            return Response(as_json(info, rounds), media_type="application/json", headers=headers)
+        return Response(as_html(info, rounds), media_type="text/html", headers=headers)
+
+    app.add_exception_handler(GoalscopeError, _refused)
+    app.add_exception_handler(HTTPException, _refused)
+    app.add_exception_handler(RequestValidationError, _refused)
+    return app
+
+
+async def _stream(conversation: Conversation) -> AsyncGenerator[str]:
+    """Server-sent events; a comment in long silences shows whether anybody still listens."""
+    with conversation.listening() as queue:
+        yield _event("live", conversation.live())
+        kind = ""
+        while kind != "ended":
+            try:
+                kind, data = await asyncio.wait_for(queue.get(), BEAT)
+            except TimeoutError:
+                yield ": still here\n\n"
+            else:
+                yield _event(kind, data)
+
+
+def _event(kind: str, data: BaseModel) -> str:
+    return f"event: {kind}\ndata: {data.model_dump_json()}\n\n"
+
+
+async def _refused(request: Request, error: Exception) -> JSONResponse:
+    """Errors in a sentence that says what to do."""
+    if isinstance(error, HTTPException):
+        return JSONResponse({"error": str(error.detail)}, error.status_code)
+    if isinstance(error, RequestValidationError):
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"][1:])
+        return JSONResponse({"error": f"{where}: {first['msg']}."}, 422)
+    status = 409 if isinstance(error, BusyError) else 400
+    status = status if isinstance(error, (BusyError, InvalidInputError)) else 503
+    return JSONResponse({"error": str(error)}, status)
+
+
+def _domains(settings: Settings) -> list[DomainView]:
+    titles: dict[Domain, str] = {"grocery": "Grocery shopping", "house": "A robot in a home"}
+    found: list[DomainView] = []
+    for name, title in titles.items():
+        env = open_environment(replace(settings, domain=name))
+        scenes = sorted(known_scenes()) if name == "house" else []
+        found.append(
+            DomainView(
+                name=name,
+                title=title,
+                task=env.task,
+                completion_phrase=env.completion_phrase,
+                scenes=scenes,
+            )
+        )
+        env.close()
+    return found

@@ -1,0 +1,333 @@
+"""Episodes that people are in the middle of: what they see now, and what they may do."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections import OrderedDict
+from collections.abc import Callable, Generator
+from concurrent.futures import Future
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from threading import RLock
+from typing import Any, Literal, TypeVar
+
+from pydantic import BaseModel
+
+from goalscope.agent import CONFIRM, Correction
+from goalscope.dialog import FALLBACK
+from goalscope.domains import Settings, open_environment
+from goalscope.envs import Environment
+from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
+from goalscope.models import Model
+from goalscope.session import Session, saved_settings
+from goalscope.store import EpisodeInfo, Store
+from goalscope.types import Goal, GoalscopeError, InvalidInputError, checked_text
+from goalscope.web.desk import Desk
+from goalscope.web.views import BeliefView, ChangeView, Confirm, EpisodeView, Live, RoundView
+from goalscope.why import word_evidence
+
+__all__ = ["BusyError", "Conversation", "Conversations"]
+
+T = TypeVar("T")
+
+log = logging.getLogger(__name__)
+
+LONGEST = 2000
+"""Characters of an utterance or a goal."""
+
+KEPT = 100
+"""Conversations that stay open while nobody looks at them; the others are in the store."""
+
+Event = tuple[Literal["live", "round", "ended"], BaseModel]
+
+
+class BusyError(GoalscopeError):
+    """The agent still works, or another window was faster."""
+
+
+@dataclass(frozen=True, slots=True)
+class _State:
+    phase: Literal["idle", "waiting", "thinking"] = "idle"
+    place: int = 0
+    step: str = ""
+    query: str | None = None
+    utterance: str | None = None
+    error: str | None = None
+
+
+class Conversation:
+    """One person and their agent.
+
+    Its methods return at once; what the agent does, it does at the desk, and everybody who
+    listens is told.
+
+    Args:
+        desk: Where the model works.
+        owner: Whose it is.
+        open: Makes the session, given what is to be told of the agent's progress.
+        env: Where the agent acts.
+        model: The session's.
+    """
+
+    def __init__(
+        self,
+        desk: Desk,
+        owner: str,
+        open: Callable[[Callable[[str], None]], Session],
+        env: Environment,
+        model: Model,
+    ) -> None:
+        self.owner = owner
+        self._desk, self._env, self._model = desk, env, model
+        self._lock = RLock()
+        self._state = _State()
+        self._listeners: dict[asyncio.Queue[Event], asyncio.AbstractEventLoop] = {}
+        self._session = open(lambda step: self._become(step=step))
+        if self._session.turns:
+            self._claim("asking")
+            self._submit(self._ask)
+        else:
+            self._ask()
+
+    @property
+    def id(self) -> str:
+        """The episode's, in the store."""
+        return self._session.id
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether nothing is being done, and nobody listens."""
+        with self._lock:
+            return self._state.phase == "idle" and not self._listeners
+
+    def live(self) -> Live:
+        """How it stands."""
+        with self._lock:
+            state, session = self._state, self._session
+            last = session.rounds[-1] if session.rounds else None
+            waits = last is not None and last.question == CONFIRM and state.utterance is None
+            return Live(
+                phase=state.phase,
+                place=state.place,
+                step=state.step,
+                query=state.query,
+                round=len(session.rounds) + 1,
+                utterance=state.utterance,
+                belief=session.belief and BeliefView.of(session.belief),
+                changes=[ChangeView.of(change) for change in session.corrections],
+                can_undo=session.can_take_back,
+                confirm=Confirm(state=last.state, status=last.status, question=last.question)
+                if last and waits
+                else None,
+                completion_phrase=self._env.completion_phrase,
+                error=state.error,
+            )
+
+    def say(self, text: str, round: int, confirmed: str = "") -> Live:
+        """Have the agent take in what the person says.
+
+        Args:
+            text: Their words.
+            round: The round that they answer in.
+            confirmed: See `Agent.step`.
+
+        Raises:
+            BusyError: The agent is at work, or this round has had its answer.
+            InvalidInputError: The text is empty, broken or too long.
+        """
+        text = _checked(text, "message")
+        with self._lock:
+            query = self._state.query
+            if round != len(self._session.rounds) + 1 or query is None:
+                raise BusyError("That was answered already, perhaps in another window.")
+            self._claim("reading", text)
+        self._submit(lambda: self._step(query, text, confirmed))
+        return self.live()
+
+    def correct(self, kind: Correction, goal: str, text: str = "") -> Future[None]:
+        """See `Agent.correct`; a goal that is new must be scored first.
+
+        Raises:
+            BusyError: The agent is at work.
+            InvalidInputError: A text is empty, broken or too long.
+        """
+        goal, text = _checked(goal, "goal"), text and _checked(text, "goal")
+        return self._change(lambda: self._session.correct(kind, Goal(goal), text))
+
+    def take_back(self) -> Future[None]:
+        """See `Agent.take_back`.
+
+        Raises:
+            BusyError: The agent is at work.
+        """
+        return self._change(self._session.take_back)
+
+    def words(self, goal: str, turn: int) -> Future[list[tuple[str, float]]]:
+        """What each word of a turn says for a goal, as `why.word_evidence`.
+
+        Raises:
+            BusyError: The agent is at work.
+            InvalidInputError: There is no such goal or turn.
+        """
+        turns, belief = self._session.turns[:turn], self._session.belief
+        if belief is None or Goal(goal) not in belief.goals or not 1 <= turn <= len(turns):
+            raise InvalidInputError("There is no such goal or turn.")
+        roleplay = RolePlay(self._model, layout=DEFAULT_LAYOUT)
+        self._claim("weighing words")
+        return self._submit(
+            lambda: word_evidence(roleplay, self._env.task, belief, turns, Goal(goal))
+        )
+
+    @contextmanager
+    def listening(self) -> Generator[asyncio.Queue[Event]]:
+        """A queue into which goes everything that happens, meanwhile."""
+        queue: asyncio.Queue[Event] = asyncio.Queue()
+        with self._lock:
+            self._listeners[queue] = asyncio.get_running_loop()
+        try:
+            yield queue
+        finally:
+            with self._lock:
+                del self._listeners[queue]
+
+    def close(self) -> None:
+        """Let go of what runs behind it; everything is in the store."""
+        self._env.close()
+
+    def _change(self, change: Callable[[], object]) -> Future[None]:
+        def work() -> None:
+            change()
+
+        self._claim("weighing what you say")
+        return self._submit(work)
+
+    def _claim(self, step: str, utterance: str | None = None) -> None:
+        """Nothing else of this conversation may begin until what is claimed has been done."""
+        with self._lock:
+            if self._state.phase != "idle":
+                raise BusyError("The agent is still at work. Wait for it, and try again.")
+            self._become(phase="waiting", step=step, utterance=utterance, error=None)
+
+    def _submit(self, work: Callable[[], T]) -> Future[T]:
+        """Do at the desk what was claimed; whatever happens, then it is the person's turn."""
+
+        def done() -> T:
+            try:
+                return work()
+            finally:
+                self._become(phase="idle", place=0, step="")
+
+        return self._desk.submit(self.owner, done, self._moved)
+
+    def _moved(self, place: int) -> None:
+        self._become(phase="waiting" if place else "thinking", place=place)
+
+    def _step(self, query: str, text: str, confirmed: str) -> None:
+        try:
+            round = self._session.step(query, text, confirmed=confirmed)
+        except GoalscopeError as error:
+            self._become(error=str(error))
+            return
+        except Exception:
+            log.exception("a round failed")
+            self._become(error="Something went wrong here, and nothing was done. Try again.")
+            return
+        self._publish("round", RoundView.of(round))
+        info = self._session.info
+        if info.ended:
+            self._become(query=None, utterance=None)
+            self._publish("ended", EpisodeView.of(info, mine=True))
+        else:
+            self._become(query=None, utterance=None)
+            self._ask()
+
+    def _ask(self) -> None:
+        try:
+            query = self._session.ask()
+        except Exception:
+            log.exception("a question failed")
+            query = FALLBACK
+        self._become(query=query)
+
+    def _become(self, **changes: Any) -> None:
+        with self._lock:
+            self._state = replace(self._state, **changes)
+        if hasattr(self, "_session"):
+            self._publish("live", self.live())
+
+    def _publish(self, kind: Literal["live", "round", "ended"], data: BaseModel) -> None:
+        with self._lock:
+            for queue, loop in self._listeners.items():
+                loop.call_soon_threadsafe(queue.put_nowait, (kind, data))
+
+
+class Conversations:
+    """All that go on here.
+
+    Args:
+        store: Keeps their rounds.
+        model: Shared by all.
+    """
+
+    def __init__(self, store: Store, model: Model) -> None:
+        self._store, self._model = store, model
+        self.desk = Desk()
+        self._lock = RLock()
+        self._open: OrderedDict[str, Conversation] = OrderedDict()
+
+    def begin(self, owner: str, settings: Settings) -> Conversation:
+        """Start an episode.
+
+        Raises:
+            GoalscopeError: It cannot be started so.
+        """
+        return self._enter(owner, settings, None)
+
+    def resume(self, info: EpisodeInfo) -> Conversation:
+        """The conversation of an episode that has not ended.
+
+        Raises:
+            GoalscopeError: It cannot go on.
+        """
+        with self._lock:
+            if found := self._open.get(info.id):
+                self._open.move_to_end(info.id)
+                return found
+            return self._enter(info.owner or "", saved_settings(info), info)
+
+    def close(self) -> None:
+        """Close all; their rounds are in the store."""
+        self.desk.close()
+        for conversation in self._open.values():
+            conversation.close()
+
+    def _enter(self, owner: str, settings: Settings, resume: EpisodeInfo | None) -> Conversation:
+        env = open_environment(settings)
+
+        def open(progress: Callable[[str], None]) -> Session:
+            return Session(
+                self._store,
+                settings,
+                env,
+                self._model,
+                owner=owner,
+                resume=resume,
+                confirm=True,
+                progress=progress,
+            )
+
+        entered = Conversation(self.desk, owner, open, env, self._model)
+        with self._lock:
+            self._open[entered.id] = entered
+            idle = [each for each in self._open.values() if each.is_idle and each is not entered]
+            for each in idle[: max(0, len(self._open) - KEPT)]:
+                del self._open[each.id]
+                each.close()
+        return entered
+
+
+def _checked(text: str, what: str) -> str:
+    if len(text) > LONGEST:
+        raise InvalidInputError(f"The {what} is longer than {LONGEST} characters. Make it shorter.")
+    return checked_text(text, what)

@@ -1,0 +1,207 @@
+"""Who may ask for what: hosts, origins, keys, lengths and rates."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import json
+import secrets
+import time
+from collections import OrderedDict
+from collections.abc import Collection
+from http.cookies import CookieError, SimpleCookie
+from urllib.parse import parse_qs
+
+from starlette.exceptions import HTTPException
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+__all__ = ["Guard", "Visitor", "visitor_of"]
+
+LARGEST = 64 * 1024
+"""Bytes of a request's body."""
+
+RATE, BURST = 2.0, 60
+"""Requests that change something: a second, and at once, of one visitor."""
+
+VISITOR, KEY = "goalscope_visitor", "goalscope_key"
+YEAR = 365 * 24 * 3600
+
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
+    "connect-src 'self'; form-action 'self'; base-uri 'none'; frame-ancestors 'none'"
+)
+HEADERS = {
+    b"x-content-type-options": b"nosniff",
+    b"referrer-policy": b"no-referrer",
+    b"cross-origin-opener-policy": b"same-origin",
+    b"cross-origin-resource-policy": b"same-origin",
+    b"x-frame-options": b"DENY",
+}
+
+
+class Visitor:
+    """Who asks.
+
+    Attributes:
+        id: Of the visitor, made from a secret that only their browser has.
+        is_host: Whether they have the key of the one who runs the server, and see everything.
+    """
+
+    def __init__(self, secret: str, *, is_host: bool) -> None:
+        self.id = hashlib.sha256(secret.encode()).hexdigest()[:16]
+        self.is_host = is_host
+
+
+def visitor_of(scope: Scope) -> Visitor:
+    """The visitor whom the guard has let in."""
+    return scope["state"]["visitor"]
+
+
+class Guard:
+    """Refuses what a browser of another site, or a stranger, may not ask for.
+
+    A request names this server as its host. What changes something comes from a page of this
+    server, or from a program that shows a key and has no browser's cookies. With a password,
+    nobody comes in without it or the host's key.
+
+    Args:
+        app: What is guarded.
+        hosts: Names with ports under which the server is reached.
+        key: Of the host.
+        password: Of the visitors; None where everybody who can reach the server may come in.
+    """
+
+    def __init__(
+        self, app: ASGIApp, *, hosts: Collection[str], key: str, password: str | None = None
+    ) -> None:
+        self.app = app
+        self.hosts, self.key, self.password = frozenset(hosts), key, password
+        self._spent: OrderedDict[str, tuple[float, float]] = OrderedDict()
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Let a request through, or answer it."""
+        if scope["type"] == "lifespan":
+            await self.app(scope, receive, send)
+        elif scope["type"] == "http":
+            await self._http(scope, receive, send)
+        else:
+            await send({"type": "websocket.close", "code": 1008})
+
+    async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
+        headers: dict[str, list[str]] = {}
+        for name, value in scope["headers"]:
+            headers.setdefault(name.decode("latin-1"), []).append(value.decode("latin-1"))
+        (host,) = headers.get("host", []) if len(headers.get("host", [])) == 1 else ("",)
+        if host not in self.hosts:
+            await _refuse(send, 403, f"This server is not {host or 'that host'}. Use its own name.")
+            return
+        cookies = _cookies(headers.get("cookie", []))
+        bearer = headers.get("authorization", [""])[0].removeprefix("Bearer ")
+        given = parse_qs(scope["query_string"].decode("latin-1")).get("key", [""])[0]
+        shown = given or bearer or cookies.get(KEY, "")
+        is_host = _same(shown, self.key)
+        if not (is_host or self.password is None or _same(shown, self.password)):
+            await _refuse(send, 401, "This server asks for a key: open it with ?key=... once.")
+            return
+        origins, own = headers.get("origin", []), f"{scope['scheme']}://{host}"
+        if scope["method"] not in ("GET", "HEAD", "OPTIONS"):
+            program = bool(bearer) and is_host and not headers.get("cookie")
+            if not (origins == [own] or (program and not origins)):
+                await _refuse(send, 403, "That did not come from this server's own page.")
+                return
+            who = _owner(cookies, scope)
+            if wait := self._wait(who):
+                await _refuse(send, 429, f"That was too much at once. Wait {wait:.0f} seconds.")
+                return
+        fresh: list[str] = []
+        if given and scope["method"] == "GET":
+            # The secret is a new one, so that nobody who planted the old one shares it.
+            await _enter(send, scope, given)
+            return
+        secret = cookies.get(VISITOR, "") or bearer
+        if len(secret) < 32 and not bearer:
+            secret = secrets.token_urlsafe(32)
+            fresh.append(_cookie(VISITOR, secret, scope))
+        scope.setdefault("state", {})["visitor"] = Visitor(secret, is_host=is_host)
+        await self.app(scope, _limited(receive), _headed(send, scope, fresh))
+
+    def _wait(self, who: str) -> float:
+        """Seconds until this visitor may ask for another change; 0 for now."""
+        now = time.monotonic()
+        left, when = self._spent.pop(who, (float(BURST), now))
+        left = min(float(BURST), left + (now - when) * RATE)
+        self._spent[who] = (max(left - 1, 0.0), now) if left >= 1 else (left, now)
+        while len(self._spent) > 10_000:
+            self._spent.popitem(last=False)
+        return 0.0 if left >= 1 else max(1.0, (1 - left) / RATE)
+
+
+def _limited(receive: Receive) -> Receive:
+    seen = 0
+
+    async def limited() -> Message:
+        nonlocal seen
+        message = await receive()
+        seen += len(message.get("body", b""))
+        if seen > LARGEST:
+            raise HTTPException(413, f"That is longer than {LARGEST} bytes.")
+        return message
+
+    return limited
+
+
+def _headed(send: Send, scope: Scope, cookies: list[str]) -> Send:
+    async def headed(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            headers = message.setdefault("headers", [])
+            there = {name.lower() for name, _ in headers}
+            headers += [(name, value) for name, value in HEADERS.items() if name not in there]
+            if b"content-security-policy" not in there:
+                headers.append((b"content-security-policy", POLICY.encode()))
+            if b"cache-control" not in there:
+                headers.append((b"cache-control", b"no-store"))
+            headers += [(b"set-cookie", cookie.encode()) for cookie in cookies]
+        await send(message)
+
+    return headed
+
+
+async def _enter(send: Send, scope: Scope, key: str) -> None:
+    """Keep the key that the address holds, and show the page under an address without it."""
+    secret = secrets.token_urlsafe(32)
+    headed = _headed(send, scope, [_cookie(VISITOR, secret, scope), _cookie(KEY, key, scope)])
+    headers = [(b"location", scope["path"].encode() or b"/"), (b"content-length", b"0")]
+    await headed({"type": "http.response.start", "status": 303, "headers": headers})
+    await headed({"type": "http.response.body", "body": b""})
+
+
+async def _refuse(send: Send, status: int, error: str) -> None:
+    body = json.dumps({"error": error}).encode()
+    headers = [(b"content-type", b"application/json"), (b"content-length", b"%d" % len(body))]
+    headed = _headed(send, {}, [])
+    await headed({"type": "http.response.start", "status": status, "headers": headers})
+    await headed({"type": "http.response.body", "body": body})
+
+
+def _cookies(headers: list[str]) -> dict[str, str]:
+    found: SimpleCookie = SimpleCookie()
+    for header in headers:
+        try:
+            found.load(header)
+        except CookieError:
+            return {}
+    return {name: morsel.value for name, morsel in found.items()}
+
+
+def _cookie(name: str, value: str, scope: Scope) -> str:
+    secure = "; Secure" if scope.get("scheme") == "https" else ""
+    return f"{name}={value}; Path=/; Max-Age={YEAR}; HttpOnly; SameSite=Strict{secure}"
+
+
+def _owner(cookies: dict[str, str], scope: Scope) -> str:
+    client = scope.get("client")
+    return cookies.get(VISITOR) or (client[0] if client else "")
+
+
+def _same(given: str, key: str) -> bool:
+    return hmac.compare_digest(given.encode(), key.encode())

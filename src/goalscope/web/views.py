@@ -1,0 +1,216 @@
+"""What the page and other programs read: episodes, rounds and beliefs as JSON."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import BaseModel
+
+from goalscope import belief as beliefs
+from goalscope import episode as episodes
+from goalscope.store import EpisodeInfo
+from goalscope.types import UNSPECIFIED, GoalChange, StepResult
+
+__all__ = [
+    "ActionView",
+    "BeliefView",
+    "ChangeView",
+    "EpisodeView",
+    "GoalView",
+    "Live",
+    "RoundView",
+    "StoredEpisode",
+]
+
+
+class GoalView(BaseModel):
+    """A goal with its probability; `pinned` where the person has confirmed it."""
+
+    text: str
+    probability: float
+    unspecified: bool
+    pinned: bool
+
+
+class BeliefView(BaseModel):
+    """A belief, likeliest goal first.
+
+    `entropy` is in nats. `set_90` holds the true goal in 90 % of dialogues; it is empty where the
+    calibration says nothing of that. `degenerate`: no goal explains what was said.
+    """
+
+    goals: list[GoalView]
+    entropy: float
+    set_90: list[str]
+    degenerate: bool
+
+    @classmethod
+    def of(cls, belief: beliefs.Belief) -> BeliefView:
+        """The view of a belief."""
+        pinned = {goal for _, goal in belief.pinned}
+        return cls(
+            goals=[
+                GoalView(
+                    text=goal.text,
+                    probability=probability,
+                    unspecified=goal == UNSPECIFIED,
+                    pinned=goal in pinned,
+                )
+                for goal, probability in belief.top()
+            ],
+            entropy=belief.entropy,
+            set_90=[goal.text for goal in belief.conformal_set(0.1)]
+            if any(eps <= 0.1 for eps, _ in belief.calibration.thresholds)
+            else [],
+            degenerate=belief.is_degenerate,
+        )
+
+
+class ChangeView(BaseModel):
+    """A goal that came, went or was confirmed, and why."""
+
+    kind: Literal["added", "removed", "pinned"]
+    goal: str
+    reason: str
+    final: bool
+
+    @classmethod
+    def of(cls, change: GoalChange) -> ChangeView:
+        """The view of a change."""
+        return cls(
+            kind=change.kind, goal=change.goal.text, reason=change.reason, final=change.final
+        )
+
+
+class ActionView(BaseModel):
+    """What was tried, and what came of it."""
+
+    text: str
+    ok: bool
+    observation: str
+    irreversible: bool
+
+    @classmethod
+    def of(cls, result: StepResult) -> ActionView:
+        """The view of an action's result."""
+        return cls(
+            text=str(result.action),
+            ok=result.ok,
+            observation=result.observation,
+            irreversible=result.irreversible,
+        )
+
+
+class RoundView(BaseModel):
+    """One round: what was said, believed and done. `state` names the state after it."""
+
+    number: int
+    query: str
+    utterance: str
+    belief: BeliefView | None
+    changes: list[ChangeView]
+    actions: list[ActionView]
+    replans: int
+    status: str
+    notes: list[str]
+    question: str
+    state: str
+    terminated: bool
+
+    @classmethod
+    def of(cls, round: episodes.Round) -> RoundView:
+        """The view of a round."""
+        return cls(
+            number=round.number,
+            query=round.turn.query,
+            utterance=round.turn.utterance,
+            belief=round.belief and BeliefView.of(round.belief),
+            changes=[ChangeView.of(change) for change in round.changes],
+            actions=[ActionView.of(result) for result in round.results],
+            replans=round.replans,
+            status=round.status,
+            notes=list(round.notes),
+            question=round.question,
+            state=round.state,
+            terminated=round.terminated,
+        )
+
+
+class EpisodeView(BaseModel):
+    """What is known of an episode besides its rounds."""
+
+    id: str
+    created: str
+    domain: str
+    profile: str | None
+    method: str
+    model: str
+    task: str
+    ended: Literal["terminated", "truncated"] | None
+    score: float | None
+    rounds: int
+    mine: bool
+
+    @classmethod
+    def of(cls, info: EpisodeInfo, *, mine: bool) -> EpisodeView:
+        """The view of an episode, as one person sees it."""
+        return cls(
+            id=info.id,
+            created=info.created,
+            domain=info.domain,
+            profile=info.profile,
+            method=info.method,
+            model=info.model,
+            task=info.task,
+            ended=info.ended,
+            score=info.score,
+            rounds=info.rounds,
+            mine=mine,
+        )
+
+
+class StoredEpisode(BaseModel):
+    """An episode with its rounds."""
+
+    episode: EpisodeView
+    rounds: list[RoundView]
+
+
+class Confirm(BaseModel):
+    """What nobody can undo waits until exactly this state is confirmed."""
+
+    state: str
+    status: str
+    question: str
+
+
+class Live(BaseModel):
+    """How an episode stands that can go on.
+
+    Attributes:
+        phase: "idle" for the person's turn, "waiting" in the queue, "thinking".
+        place: How many are before one in the queue.
+        step: What the agent does now.
+        query: What it asks; None while that is being made.
+        round: The number that the next utterance will have.
+        utterance: What was said and is being worked on, or could not be.
+        belief: As it is now, with the corrections.
+        changes: Corrections since the last round.
+        can_undo: Whether the newest of them can be taken back.
+        confirm: What waits for a confirmation.
+        completion_phrase: What one says to end the task.
+        error: Why the last attempt failed.
+    """
+
+    phase: Literal["idle", "waiting", "thinking"]
+    place: int
+    step: str
+    query: str | None
+    round: int
+    utterance: str | None
+    belief: BeliefView | None
+    changes: list[ChangeView]
+    can_undo: bool
+    confirm: Confirm | None
+    completion_phrase: str
+    error: str | None

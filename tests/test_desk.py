@@ -1,0 +1,55 @@
+"""The fair queue before the model."""
+
+import threading
+
+import pytest
+
+from goalscope.web.desk import Desk
+
+
+def test_people_are_served_in_rotation_and_told_their_place() -> None:
+    desk, order, places = Desk(), [], []
+    gate = threading.Event()
+    began = threading.Event()
+    first = desk.submit("Ann", lambda: began.set() or gate.wait(), lambda place: None)
+    assert began.wait(5)
+
+    def work(name: str):
+        return lambda: order.append(name)
+
+    jobs = [
+        desk.submit("Ann", work("Ann 2"), lambda place: None),
+        desk.submit("Ann", work("Ann 3"), lambda place: None),
+        desk.submit("Ben", work("Ben"), places.append),
+    ]
+    gate.set()
+    for job in [first, *jobs]:
+        job.result(5)
+    assert order == ["Ann 2", "Ben", "Ann 3"]
+    assert places == [2, 1, 0]
+    desk.close()
+
+
+def test_what_fails_is_the_callers_and_the_next_is_served() -> None:
+    desk = Desk()
+    failed = desk.submit("Ann", lambda: 1 / 0, lambda place: None)
+    with pytest.raises(ZeroDivisionError):
+        failed.result(5)
+    assert desk.submit("Ben", lambda: "served", lambda place: None).result(5) == "served"
+    desk.close()
+
+
+def test_what_waits_when_the_desk_closes_is_cancelled_and_what_runs_is_finished() -> None:
+    desk, gate = Desk(), threading.Event()
+    began = threading.Event()
+    running = desk.submit(
+        "Ann", lambda: began.set() or (gate.wait() and "done"), lambda place: None
+    )
+    assert began.wait(5)
+    waiting = desk.submit("Ben", lambda: None, lambda place: None)
+    threading.Timer(0.05, gate.set).start()
+    desk.close()
+    assert running.result(5) == "done"
+    assert waiting.cancelled()
+    with pytest.raises(RuntimeError, match="closed"):
+        desk.submit("Cleo", lambda: None, lambda place: None)

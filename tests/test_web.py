@@ -1,0 +1,231 @@
+"""Episodes by the page's HTTP interface."""
+
+import json
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from fakes import WordModel
+from goalscope.types import ModelError
+from sites import KEY, WRITES, site
+
+CAKE = "I want to bake a cake. Please add flour."
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    with site(tmp_path_factory.mktemp("web") / "episodes.db") as running:
+        yield running
+
+
+def test_a_purchase_waits_for_the_confirmation_of_the_basket_as_shown(address: str, visit) -> None:
+    ann = visit(address)
+    mine = ann.begin()
+    before = ann.say(mine, CAKE)
+    assert before["confirm"] is None
+    waits = ann.say(mine, "Buy the basket")["confirm"]
+    assert "flour" in waits["status"].lower()
+    assert ann.get(mine)["episode"]["ended"] is None
+
+    changed = ann.say(mine, "No, I also need bananas.")
+    assert changed["confirm"] is None
+    again = ann.say(mine, "Buy the basket", confirmed=waits["state"])["confirm"]
+    assert again["state"] != waits["state"]
+    assert "banana" in again["status"].lower()
+
+    assert ann.say(mine, "Buy the basket", confirmed=again["state"]) is None
+    ended = ann.get(mine)
+    assert ended["episode"]["ended"] == "terminated"
+    bought = ended["rounds"][-1]
+    assert [each["irreversible"] for each in bought["actions"]] == [True]
+    assert bought["status"].splitlines()[1:] == again["status"].splitlines()[1:]
+    assert not any(each["irreversible"] for r in ended["rounds"][:-1] for each in r["actions"])
+
+
+def test_listeners_hear_each_step_the_round_and_the_end(address: str, visit) -> None:
+    ann = visit(address)
+    mine = ann.begin()
+    heard: list[tuple[str, dict]] = []
+    ready, done = threading.Event(), threading.Event()
+
+    def listen() -> None:
+        for event in ann.events(mine):
+            heard.append(event)
+            ready.set()
+        done.set()
+
+    threading.Thread(target=listen, daemon=True).start()
+    assert ready.wait(10)
+    ann.say(mine, CAKE)
+    waits = ann.say(mine, "Buy the basket")["confirm"]
+    ann.say(mine, "Buy the basket", confirmed=waits["state"])
+    assert done.wait(10)
+    kinds = [kind for kind, _ in heard]
+    assert kinds[0] == "live"
+    assert kinds[-1] == "ended"
+    assert kinds.count("round") == 3
+    steps = list(dict.fromkeys(data["step"] for kind, data in heard if kind == "live"))
+    assert {"scoring 1 goals", "proposing goals", "checking goals", "planning", "asking"} <= {
+        *steps
+    }
+
+
+def test_a_goal_is_confirmed_ruled_out_reworded_and_each_taken_back(address: str, visit) -> None:
+    ann = visit(address)
+    mine = ann.begin()
+    ann.say(mine, CAKE)
+    first = ann.live(mine)["belief"]["goals"]
+    goals = {each["text"] for each in first}
+
+    pinned = ann.post(f"{mine}/corrections", kind="pin", goal="feed the birds")
+    assert pinned["belief"]["goals"][0] == {
+        "text": "feed the birds", "probability": pytest.approx(0.99, abs=0.01),
+        "unspecified": False, "pinned": True,
+    }  # fmt: skip
+    assert [each["kind"] for each in pinned["changes"]] == ["added", "pinned"]
+    vetoed = ann.post(f"{mine}/corrections", kind="veto", goal="feed the birds")
+    assert "feed the birds" not in {each["text"] for each in vetoed["belief"]["goals"]}
+    assert ann.http.delete(f"{mine}/corrections").json()["belief"] == pinned["belief"]
+    back = ann.http.delete(f"{mine}/corrections").json()
+    assert back["belief"]["goals"] == first
+    assert back["can_undo"] is False
+    assert ann.http.delete(f"{mine}/corrections").status_code == 400
+    assert (
+        ann.http.post(f"{mine}/corrections", json={"kind": "veto", "goal": "x"}).status_code == 400
+    )
+    assert {each["text"] for each in ann.live(mine)["belief"]["goals"]} == goals
+
+
+def test_the_evidence_of_a_goal_by_utterance_and_by_word(address: str, visit) -> None:
+    ann = visit(address)
+    mine = ann.begin()
+    ann.say(mine, CAKE)
+    goal = ann.live(mine)["belief"]["goals"][0]["text"]
+    (reason,) = ann.get(f"{mine}/why", goal=goal)["reasons"]
+    assert reason["utterance"] == CAKE
+    assert reason["probability"] == ann.live(mine)["belief"]["goals"][0]["probability"]
+    assert ann.http.get(f"{mine}/why", params={"goal": "none"}).status_code == 400
+    assert ann.http.get(f"{mine}/words", params={"goal": "none", "turn": 1}).status_code == 400
+
+
+def test_a_round_is_answered_once(address: str, visit) -> None:
+    ann = visit(address)
+    mine = ann.begin()
+    assert ann.http.post(f"{mine}/utterances", json={"text": CAKE, "round": 2}).status_code == 409
+    said = [
+        ann.http.post(f"{mine}/utterances", json={"text": CAKE, "round": 1}).status_code
+        for _ in range(3)
+    ]
+    assert said == [202, 409, 409]
+    assert ann.live(mine)["round"] == 2
+    assert len(ann.get(mine)["rounds"]) == 1
+
+
+@pytest.mark.parametrize("text", ["", "  ", "\ud800", "x" * 2001])
+def test_words_that_no_model_can_read_are_refused(address: str, text: str, visit) -> None:
+    ann = visit(address)
+    mine = ann.begin()
+    body = json.dumps({"text": text, "round": 1})
+    assert ann.http.post(f"{mine}/utterances", content=body).status_code in (400, 422)
+    assert ann.live(mine)["round"] == 1
+
+
+class FailsOnce(WordModel):
+    fails = False
+
+    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+        if self.fails:
+            type(self).fails = False
+            raise ModelError("The model is away. Try again.")
+        return super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+
+
+def test_what_a_failing_model_could_not_read_is_kept_to_be_said_again(
+    tmp_path: Path, visit
+) -> None:
+    with site(tmp_path / "episodes.db", FailsOnce(WRITES)) as address:
+        ann = visit(address)
+        mine = ann.begin()
+        FailsOnce.fails = True
+        failed = ann.say(mine, CAKE)
+        assert failed["error"] == "The model is away. Try again."
+        assert failed["utterance"] == CAKE
+        again = ann.say(mine, CAKE)
+        assert (again["error"], again["utterance"], again["round"]) == (None, None, 2)
+
+
+def test_an_episode_goes_on_after_the_server_was_started_again(tmp_path: Path, visit) -> None:
+    with site(tmp_path / "episodes.db") as address:
+        ann = visit(address)
+        mine = ann.begin()
+        before = ann.say(mine, CAKE)
+        cookies = ann.http.cookies
+    with site(tmp_path / "episodes.db") as address:
+        back = visit(address, cookies=cookies)
+        assert back.live(mine) == before
+        assert back.say(mine, "And milk.")["round"] == 3
+
+
+def test_people_do_not_mix(address: str, visit) -> None:
+    people = [visit(address) for _ in range(8)]
+    episodes = [person.begin() for person in people]
+
+    def talk(number: int) -> None:
+        people[number].say(episodes[number], f"I am person number{number} and want eggs.")
+
+    threads = [threading.Thread(target=talk, args=[number]) for number in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for number, (person, mine) in enumerate(zip(people, episodes, strict=True)):
+        text = person.http.get(f"{mine}/export.json").text
+        assert f"number{number}" in text
+        assert not any(f"number{other}" in text for other in range(8) if other != number)
+        assert person.get("/api/episodes")["total"] == 1
+
+
+def test_exports_show_hostile_text_as_text(address: str, visit) -> None:
+    ann = visit(address)
+    mine = ann.begin()
+    ann.say(mine, "<script>alert(1)</script> eggs")
+    page = ann.http.get(f"{mine}/export.html").text
+    assert "<script" not in page
+    assert "&lt;script&gt;alert(1)" in page
+    assert ann.http.get(f"{mine}/picture.svg", params={"round": 1}).status_code == 400
+
+
+def test_the_room_is_drawn_as_it_was_after_a_round(address: str, visit) -> None:
+    ann = visit(address)
+    mine = ann.begin(domain="house", scene="Kitchen1")
+    ann.say(mine, "Please put the apple in the fridge.")
+    start, after = (
+        ann.http.get(f"{mine}/picture.svg", params={"round": number}).text for number in (0, 1)
+    )
+    assert ElementTree.fromstring(start).tag.endswith("svg")
+    assert ElementTree.fromstring(after).tag.endswith("svg")
+    done = ann.get(mine)["rounds"][0]["actions"]
+    assert (start != after) == any(each["ok"] for each in done)
+
+
+def test_only_known_scenes_can_be_entered(address: str, visit) -> None:
+    ann = visit(address)
+    answer = ann.http.post("/api/episodes", json={"domain": "house", "scene": "/etc/passwd"})
+    assert answer.status_code == 400
+
+
+def test_the_host_finds_an_episode_by_its_words(address: str, visit) -> None:
+    host = visit(address)
+    host.http.get("/", params={"key": KEY})
+    mine = host.begin(domain="house", scene="Bedroom1")
+    found = host.get("/api/episodes", text="house", limit=1)
+    assert found["total"] >= 1
+    assert mine.endswith(found["episodes"][0]["id"])
+
+
+def test_the_interface_describes_itself(address: str, visit) -> None:
+    described = visit(address).get("/api/openapi.json")
+    assert described["paths"]["/api/episodes/{id}/utterances"]["post"]["responses"]["202"]
