@@ -53,6 +53,13 @@ export class Bars {
     return true;
   }
 
+  /** Puts the focus on a goal; says whether it is there. */
+  focus(text) {
+    const row = this.rows.get(text);
+    row?.button.focus();
+    return Boolean(row);
+  }
+
   #list(goals) {
     const rest = goals.slice(SHOWN).filter((goal) => goal.probability < SMALL && goal.text !== this.open);
     const hidden = this.all ? [] : rest;

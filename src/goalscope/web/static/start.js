@@ -2,6 +2,7 @@
 
 import { api } from "./api.js";
 import { count, h, localTime } from "./dom.js";
+import { aboutDomain, domainOf } from "./domains.js";
 
 const RECENT = 20;
 const SHOWN = 3;
@@ -34,12 +35,11 @@ export async function start(main, { options }, signal) {
 }
 
 function goingOn(episodes, options) {
-  const title = (one) => options.domains.find((domain) => domain.name === one.domain)?.title ?? one.domain;
   const rows = episodes.map((one) =>
     h(
       "li",
       {},
-      h("a", { href: `#/talk/${one.id}` }, title(one)),
+      h("a", { href: `#/talk/${one.id}` }, domainOf(one, options).title),
       h("span", { class: "soft" }, ` ${localTime(one.created)}, ${count(one.rounds, "round")}`),
     ),
   );
@@ -110,6 +110,6 @@ function domainCard(domain, checked, choose) {
     "label",
     { class: "domain" },
     h("input", { type: "radio", name: "domain", value: domain.name, checked, onchange: choose }),
-    h("span", { class: "domain-text" }, h("strong", {}, domain.title), h("span", { class: "soft" }, domain.task)),
+    h("span", { class: "domain-text" }, h("strong", {}, domain.title), h("span", { class: "soft" }, aboutDomain(domain))),
   );
 }

@@ -3,6 +3,7 @@
 import { api, listen } from "./api.js";
 import { Composer, Log } from "./chat.js";
 import { count, h, setText } from "./dom.js";
+import { aboutDomain, domainOf } from "./domains.js";
 import { statusView } from "./outcome.js";
 import { Side, Strip } from "./side.js";
 
@@ -28,7 +29,7 @@ class Talk {
     this.pending = null;
     this.failed = null;
     this.problem = "";
-    this.domain = options.domains.find((domain) => domain.name === state.episode.domain);
+    this.domain = domainOf(state.episode, options);
     this.signal = signal;
     this.log = new Log();
     this.composer = new Composer((text) => this.say(text));
@@ -50,13 +51,12 @@ class Talk {
   }
 
   #page() {
-    const { episode } = this.state;
-    const title = this.domain?.title ?? episode.domain;
+    const { title } = this.domain;
     document.title = `${title} \u00b7 goalscope`;
     const chat = h(
       "section",
       { class: "chat", "aria-label": title },
-      h("header", { class: "chat-head" }, h("h1", {}, title), h("p", { class: "soft" }, episode.task)),
+      h("header", { class: "chat-head" }, h("h1", {}, title), h("p", { class: "soft" }, aboutDomain(this.domain))),
       this.log.element,
       h("div", { class: "foot" }, this.status, this.error, this.confirm, this.end, this.composer.element, this.hint),
     );
