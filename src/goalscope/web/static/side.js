@@ -48,8 +48,7 @@ export class Side {
         this.corrections,
         this.add,
       ),
-      this.history,
-      this.outcome.element,
+      ...(episode.domain === "house" ? [this.outcome.element, this.history] : [this.history, this.outcome.element]),
     );
   }
 

@@ -69,6 +69,7 @@ class Talk {
       round: (round) => this.#round(round),
       ended: (episode) => this.update({ episode, live: null }),
       connected: (connected) => this.update({ connected }),
+      refused: () => this.reload(),
     };
     this.hangUp = listen(this.id, handlers, this.signal);
     const escape = (event) => {
@@ -92,13 +93,10 @@ class Talk {
     this.update({ rounds: [...rounds, round].sort((a, b) => a.number - b.number) });
   }
 
-  /** Takes over how the server says it stands. */
+  /** Takes over how the server says it stands; where it cannot be reached, the status says so. */
   async reload() {
-    try {
-      this.update(await api.episode(this.id));
-    } catch (error) {
-      this.#tell(error.message);
-    }
+    const found = await api.episode(this.id).catch(() => null);
+    if (found) this.update(found);
   }
 
   /** @param {object} changed What is new in the state. */
