@@ -15,10 +15,11 @@ from goalscope.belief import PINNED, Belief
 from goalscope.calibration import PAPER, USUAL
 from goalscope.cli_why import correct
 from goalscope.domains import Settings
+from goalscope.rounds_json import round_from_json, round_to_json
 from goalscope.session import Session
-from goalscope.store import Store, round_from_json, round_to_json
+from goalscope.store import Store
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError
-from test_agent import REPLIES
+from test_agent import RANKS, REPLIES
 from test_cli import invoke, shop, store_file, words  # noqa: F401
 from test_store import a_round
 
@@ -240,7 +241,7 @@ def test_what_cannot_be_done_changes_nothing(correction, goal, text, cause) -> N
 
 @pytest.mark.parametrize("method", ["no-goals", "no-inference"])
 def test_a_method_without_probabilities_has_nothing_to_correct(method) -> None:
-    model = WordModel({**REPLIES, "the most likely": '"2"', "the least likely": '"1"'})
+    model = WordModel({**REPLIES, **RANKS})
     with pytest.raises(InvalidInputError, match="holds no belief"):
         begun(model, method=method).correct("pin", LAMP)
 
@@ -298,7 +299,7 @@ def session(tmp_path, lines, **settings):
     spoken = sum(not line.startswith("/") for line in lines)
     with Store.open(tmp_path / "s.db") as store:
         chosen = Settings(calibration="usual", rounds=spoken, **settings)
-        opened = Session(store, chosen, LampRoom(), WordModel(REPLIES), read=read)
+        opened = Session(store, chosen, LampRoom(), WordModel({**REPLIES, **RANKS}), read=read)
         list(opened.run())
         return out.getvalue().split("\n> ")[1:], store.rounds(opened.id)
 
@@ -335,6 +336,7 @@ def test_a_number_names_the_goal_that_has_it_in_the_list(tmp_path) -> None:
     assert pinned.goal.text in line
     assert f"Why {pinned.goal.text}" in shown[2]
     assert "lamp light please" in shown[2]
+    assert "You confirmed it after turn 1." in shown[2]
     assert "by its number, 1 to 4" in shown[3]
 
 
@@ -365,6 +367,25 @@ def test_a_line_that_cannot_be_done_is_answered_and_changes_nothing(tmp_path, li
 def test_a_chat_without_a_belief_says_so(tmp_path) -> None:
     (shown,), _ = session(tmp_path, ["lamp", "/goals", "please"], method="no-goals")
     assert "holds no belief" in shown
+
+
+def test_a_chat_with_an_order_offers_only_what_it_can_do(tmp_path) -> None:
+    lines = ["lamp light please", "/help", "/pin 1", "/why 1", "/goals"]
+    (*refused, goals), (_, second) = session(tmp_path, [*lines, "please"], method="no-inference")
+    for shown in refused:
+        assert "weighs no evidence" in shown
+        assert "/goals" in shown
+        assert "/pin NUMBER" not in shown
+        assert "/why NUMBER" not in shown
+    assert "The model's order" in goals
+    assert not second.belief.pinned
+
+
+@pytest.mark.parametrize("method", ["good", "no-goals", "no-inference"])
+def test_a_chat_says_how_to_correct_goals_where_that_is_possible(shop, words, method) -> None:  # noqa: F811
+    shown = invoke("chat", *shop[:2], "--method", method, input="quit\n").stdout
+    assert ("/help" in shown) == (method == "good")
+    assert "ends the task" in shown
 
 
 def test_slashes_in_a_chat_are_no_words_of_the_dialogue(shop, words, store_file) -> None:  # noqa: F811

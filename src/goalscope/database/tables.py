@@ -33,7 +33,7 @@ REVISION = "0001"
 """The newest of migrations/versions. Their ids have four digits, and grow."""
 VERSION_TABLE = "goalscope_version"
 
-Number = Double().with_variant(REAL(), "sqlite")  # the name that a STRICT table knows
+Number: Double[float] = Double().with_variant(REAL(), "sqlite")  # the name that a STRICT table knows
 
 
 class Words(TypeDecorator[str]):
