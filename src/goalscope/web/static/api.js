@@ -80,7 +80,8 @@ const LONGEST_WAIT = 15000;
  * Hears of everything that happens to an episode, and connects again whenever that breaks off.
  * @param {string} id
  * @param {{live: (live: Live) => void, round: (round: Round) => void,
- *   ended: (episode: Episode) => void, connected: (yes: boolean) => void}} handlers
+ *   ended: (episode: Episode) => void, connected: (yes: boolean) => void,
+ *   refused: () => void}} handlers `refused`: the server was reached, and said no.
  * @param {AbortSignal} signal Ends it.
  */
 export function listen(id, handlers, signal) {
@@ -96,6 +97,7 @@ export function listen(id, handlers, signal) {
     source.onerror = () => {
       handlers.connected(false);
       if (source.readyState !== EventSource.CLOSED) return;
+      handlers.refused();
       timer = setTimeout(connect, wait);
       wait = Math.min(2 * wait, LONGEST_WAIT);
     };

@@ -2,7 +2,7 @@
 
 import { arrange, calm, freshId, h, percent, setText, unseen } from "./dom.js";
 
-const SHOWN = 8;
+const SHOWN = 5;
 const SMALL = 0.02;
 const NOTABLE = 0.005;
 const MOVE = { duration: 450, easing: "cubic-bezier(.2,.7,.2,1)" };
@@ -53,13 +53,24 @@ export class Bars {
     return true;
   }
 
+  /** Puts the focus on a goal; says whether it is there. */
+  focus(text) {
+    const row = this.rows.get(text);
+    row?.button.focus();
+    return Boolean(row);
+  }
+
   #list(goals) {
-    const rest = goals.slice(SHOWN).filter((goal) => goal.probability < SMALL && goal.text !== this.open);
+    const rest = goals.slice(SHOWN).filter((goal) => this.#isMinor(goal));
     const hidden = this.all ? [] : rest;
     const visible = goals.filter((goal) => !hidden.includes(goal));
     arrange(this.list, visible.map((goal) => this.rows.get(goal.text).element));
     this.more.hidden = rest.length === 0;
     setText(this.more, this.all ? "Show fewer" : `Show ${rest.length} more below 2\u00a0%`);
+  }
+
+  #isMinor(goal) {
+    return goal.probability < SMALL && !goal.unspecified && goal.text !== this.open;
   }
 
   #legend(belief, goals) {

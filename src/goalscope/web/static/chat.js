@@ -13,7 +13,12 @@ export class Log {
       "aria-live": "polite",
       "aria-label": "Conversation",
       tabindex: 0,
+      onscroll: () => {
+        this.atEnd = this.#isAtEnd();
+      },
     });
+    this.atEnd = true;
+    new ResizeObserver(() => this.atEnd && this.scrollToEnd()).observe(this.element);
   }
 
   /**
@@ -21,7 +26,6 @@ export class Log {
    * @param {?{round: number, query: ?string, utterance: ?string}} open The exchange under way.
    */
   show(rounds, open = null) {
-    const atEnd = this.#atEnd();
     const numbers = rounds.map((round) => round.number);
     rounds.forEach((round) => this.#exchange(round.number).settle(round));
     if (open && !numbers.includes(open.round)) {
@@ -32,14 +36,15 @@ export class Log {
       if (!numbers.includes(number)) this.exchanges.delete(number);
     }
     arrange(this.element, numbers.map((number) => this.exchanges.get(number).element));
-    if (atEnd) this.scrollToEnd();
+    if (this.atEnd) this.scrollToEnd();
   }
 
   scrollToEnd() {
+    this.atEnd = true;
     this.element.scrollTop = this.element.scrollHeight;
   }
 
-  #atEnd() {
+  #isAtEnd() {
     const { scrollHeight, scrollTop, clientHeight } = this.element;
     return scrollHeight - scrollTop - clientHeight < 80;
   }

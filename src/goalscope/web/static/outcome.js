@@ -1,33 +1,49 @@
 /** What was done, and what it led to: actions, the basket, the room. */
 
 import { pathOf } from "./api.js";
-import { h, unseen } from "./dom.js";
+import { count, h, unseen } from "./dom.js";
 
 const ITEM = /^- (\d+) x (.*): (.*)$/;
 const TOTAL = /^Total: (.*)$/;
 
-/** The actions of a round, with what came of each. */
+/**
+ * The actions of a round, with what came of each; what was only looked up is folded.
+ * @param {import("./api.js").Action[]} actions
+ */
 export function actionList(actions) {
+  const lookUps = actions.filter(isLookUp);
+  const others = actions.filter((action) => !isLookUp(action));
   return h(
-    "ul",
-    { class: "actions" },
-    ...actions.map((action) => {
-      const [first, ...rest] = action.observation.split("\n");
-      const plain = action.ok && first && rest.length === 0;
-      return h(
-        "li",
-        { class: action.ok ? "done" : "failed", title: plain ? action.text : action.observation },
-        h("span", { class: "sign", "aria-hidden": "true" }, action.ok ? "\u2713" : "\u2717"),
-        h(
-          "span",
-          {},
-          unseen(action.ok ? "done: " : "failed: "),
-          plain ? first : action.text,
-          action.ok ? null : h("span", { class: "reason" }, ` \u2013 ${first}`),
-          action.irreversible ? h("span", { class: "badge" }, "cannot be undone") : null,
-        ),
-      );
-    }),
+    "div",
+    { class: "outcomes" },
+    lookUps.length ? lookUpList(lookUps) : null,
+    others.length ? h("ul", { class: "actions" }, ...others.map(actionItem)) : null,
+  );
+}
+
+function isLookUp(action) {
+  return action.ok && !action.irreversible && action.observation.includes("\n");
+}
+
+function lookUpList(actions) {
+  const items = actions.flatMap((action) => [h("dt", {}, action.text), h("dd", {}, action.observation)]);
+  return h("details", {}, h("summary", {}, `Looked up ${count(actions.length, "thing")}`), h("dl", {}, ...items));
+}
+
+function actionItem(action) {
+  const [first] = action.observation.split("\n");
+  return h(
+    "li",
+    { class: action.ok ? "done" : "failed", title: action.text },
+    h("span", { class: "sign", "aria-hidden": "true" }, action.ok ? "\u2713" : "\u2717"),
+    h(
+      "span",
+      {},
+      unseen(action.ok ? "done: " : "failed: "),
+      action.ok && !action.irreversible && first ? first : action.text,
+      action.ok ? null : h("span", { class: "reason" }, ` \u2013 ${first}`),
+      action.irreversible ? h("span", { class: "badge" }, "cannot be undone") : null,
+    ),
   );
 }
 

@@ -5,6 +5,7 @@ import { Bars, changesOf } from "./belief.js";
 import { Log } from "./chat.js";
 import { coloursOf } from "./colours.js";
 import { count, h, localTime, setText } from "./dom.js";
+import { domainOf } from "./domains.js";
 import { Outcome } from "./outcome.js";
 import { Ribbons } from "./ribbons.js";
 import { details } from "./why.js";
@@ -13,16 +14,16 @@ const BEAT = 1600;
 
 /**
  * @param {HTMLElement} main
- * @param {{id: string}} at
+ * @param {{id: string, options: object}} at
  * @param {AbortSignal} signal
  */
-export async function replay(main, { id }, signal) {
+export async function replay(main, { id, options }, signal) {
   const state = await api.episode(id);
   if (signal.aborted) return;
   document.title = "Replay \u00b7 goalscope";
   const slider = new Slider(state.rounds.length, signal);
   const view = new View(state, coloursOf(beliefsOf(state)), (number) => slider.go(number));
-  const head = h("header", { class: "replay-head" }, h("h1", {}, "Replay"), links(state));
+  const head = h("header", { class: "replay-head" }, h("h1", {}, `Replay: ${domainOf(state.episode, options).title}`), links(state));
   main.replaceChildren(h("div", { class: "page replay" }, head, slider.element, view.element));
   slider.follow((number) => view.show(number));
   closeOnEscape([view], signal);
@@ -175,7 +176,7 @@ class View {
   #panels() {
     if (!this.rounds.length) return [h("p", {}, "Nothing was said yet.")];
     return [
-      h("div", { class: "panel" }, this.ribbons.element),
+      this.ribbons.element,
       h(
         "div",
         { class: "view-columns" },
@@ -211,8 +212,8 @@ class View {
       id: this.episode.id,
       goal: this.belief.goals.find((goal) => goal.text === text),
       round: this.number,
-      said: true,
       weighs: this.episode.method === "good",
+      goesOn: false,
       correct: null,
     });
   }
@@ -228,10 +229,5 @@ function about(episode) {
     count(episode.rounds, "round"),
     episode.score === null ? "" : `score ${episode.score.toFixed(2)}`,
   ];
-  return h(
-    "div",
-    { class: "about" },
-    h("p", {}, episode.task),
-    h("p", { class: "soft small" }, facts.filter(Boolean).join(" \u00b7 ")),
-  );
+  return h("p", { class: "soft small" }, facts.filter(Boolean).join(" \u00b7 "));
 }

@@ -7,8 +7,9 @@ const AXIS = 22;
 const PLATEAU = 0.36;
 const LABEL_SHARE = 0.4;
 const WIDEST_LABEL = 300;
+const VISIBLE = 0.01;
 const LABEL_HEIGHT = 14;
-const CHARACTER = 6.1;
+const CHARACTER = 6.6;
 
 /**
  * @typedef {{label: string, belief: ?import("./api.js").Belief}} Column
@@ -55,7 +56,8 @@ export class Ribbons {
     const plot = this.width - Math.min(LABEL_SHARE * this.width, WIDEST_LABEL);
     const step = plot / this.columns.length;
     const bands = stacked(seriesOf(this.columns));
-    const parts = bands.map((band) => this.#ribbon(band, step));
+    const wide = bands.filter((band) => band.series.values.some((value) => value >= VISIBLE));
+    const parts = wide.map((band) => this.#ribbon(band, step));
     const labels = bands.map((band) => this.#label(band, plot));
     this.picture.replaceChildren(
       svg(

@@ -26,7 +26,8 @@ export class Side {
     this.outcome = new Outcome(episode);
     this.corrections = h("div", { class: "changes-slot" });
     this.changes = h("div", { class: "changes-slot" });
-    this.undo = h("button", { type: "button", onclick: () => hands.undo() }, "Undo");
+    this.undo = h("button", { type: "button", onclick: () => this.#undo() }, "Undo");
+    this.told = h("p", { class: "unseen", role: "status" });
     this.add = this.#addForm();
     this.history = h(
       "section",
@@ -42,12 +43,12 @@ export class Side {
         "section",
         { class: "panel", "aria-label": "Goals" },
         h("h2", {}, "What I think you want"),
+        this.told,
         this.bars.element,
         this.corrections,
         this.add,
       ),
-      this.history,
-      this.outcome.element,
+      ...(episode.domain === "house" ? [this.outcome.element, this.history] : [this.history, this.outcome.element]),
     );
   }
 
@@ -70,6 +71,7 @@ export class Side {
     const colours = coloursOf([...columns.map((column) => column.belief), belief]);
     this.belief = belief;
     this.colours = colours;
+    setText(this.told, summaryOf(belief));
     this.bars.show({ belief, previous: previous ?? null, colours, version: key });
     this.ribbons.show(columns, colours);
     this.history.hidden = !columns.some((column) => column.belief);
@@ -94,15 +96,25 @@ export class Side {
   }
 
   #details(text) {
-    const correct = (kind, words) => this.hands.correct(kind, text, words);
+    const last = this.rounds.at(-1);
+    const wasThere = last?.belief?.goals.some((goal) => goal.text === text);
+    const correct = async (kind, words) => {
+      await this.hands.correct(kind, text, words);
+      if (!this.bars.focus(text)) this.undo.focus();
+    };
     return details({
       id: this.episode.id,
       goal: this.belief.goals.find((goal) => goal.text === text),
-      round: this.live?.changes.length ? null : this.rounds.length,
-      said: this.rounds.length > 0,
+      round: wasThere ? last.number : null,
       weighs: this.episode.method === "good",
+      goesOn: Boolean(this.live),
       correct: this.#correctable() ? correct : null,
     });
+  }
+
+  async #undo() {
+    await this.hands.undo();
+    if (!this.undo.isConnected) this.bars.focus(this.belief?.goals[0].text);
   }
 
   #addForm() {
@@ -130,6 +142,14 @@ export class Side {
       ...(live?.can_undo ? [this.undo] : []),
     );
   }
+}
+
+/** What a screen reader tells when the belief has changed. */
+function summaryOf(belief) {
+  const first = belief?.goals[0];
+  if (!first) return "";
+  const name = first.unspecified ? "none of these yet" : first.text;
+  return `Likeliest now: ${name}, ${percent(first.probability)}.`;
 }
 
 /** On a phone: the belief in one line, which opens what stands beside the chat. */

@@ -2,6 +2,8 @@
 
 import { api } from "./api.js";
 import { count, h, localTime } from "./dom.js";
+import { aboutDomain, domainOf } from "./domains.js";
+import { example } from "./example.js";
 
 const RECENT = 20;
 const SHOWN = 3;
@@ -16,15 +18,20 @@ export async function start(main, { options }, signal) {
   main.replaceChildren(
     h(
       "div",
-      { class: "page narrow" },
-      h("h1", { class: "hero" }, "Say what you want. Watch what it understands."),
+      { class: "page start" },
       h(
-        "p",
-        { class: "lead" },
-        "This assistant keeps a probability over what you may want, in plain words, and changes it with all that you say. You see the whole of it, and can put it right.",
+        "div",
+        { class: "start-main" },
+        h("h1", { class: "hero" }, "Say what you want. Watch what it understands."),
+        h(
+          "p",
+          { class: "lead" },
+          "This assistant keeps a probability over what you may want, in plain words, and changes it with all that you say. You see the whole of it, and can put it right.",
+        ),
+        beginForm(options),
+        goOn,
       ),
-      beginForm(options),
-      goOn,
+      example(),
       h("p", { class: "soft small" }, `goalscope ${options.version}, with the model ${options.model}`),
     ),
   );
@@ -34,12 +41,11 @@ export async function start(main, { options }, signal) {
 }
 
 function goingOn(episodes, options) {
-  const title = (one) => options.domains.find((domain) => domain.name === one.domain)?.title ?? one.domain;
   const rows = episodes.map((one) =>
     h(
       "li",
       {},
-      h("a", { href: `#/talk/${one.id}` }, title(one)),
+      h("a", { href: `#/talk/${one.id}` }, domainOf(one, options).title),
       h("span", { class: "soft" }, ` ${localTime(one.created)}, ${count(one.rounds, "round")}`),
     ),
   );
@@ -62,7 +68,10 @@ function beginForm(options) {
 
   const choose = (domain) => {
     sceneField.hidden = domain.scenes.length === 0;
-    scene.replaceChildren(...domain.scenes.map((name) => h("option", { value: name }, name)));
+    scene.replaceChildren(
+      h("option", { value: "" }, "the usual one"),
+      ...domain.scenes.map((name) => h("option", { value: name }, name)),
+    );
   };
   const tell = () => {
     about.textContent = options.methods.find((one) => one.name === method.value)?.about ?? "";
@@ -107,6 +116,6 @@ function domainCard(domain, checked, choose) {
     "label",
     { class: "domain" },
     h("input", { type: "radio", name: "domain", value: domain.name, checked, onchange: choose }),
-    h("span", { class: "domain-text" }, h("strong", {}, domain.title), h("span", { class: "soft" }, domain.task)),
+    h("span", { class: "domain-text" }, h("strong", {}, domain.title), h("span", { class: "soft" }, aboutDomain(domain))),
   );
 }

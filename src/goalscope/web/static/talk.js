@@ -3,6 +3,7 @@
 import { api, listen } from "./api.js";
 import { Composer, Log } from "./chat.js";
 import { count, h, setText } from "./dom.js";
+import { aboutDomain, domainOf } from "./domains.js";
 import { statusView } from "./outcome.js";
 import { Side, Strip } from "./side.js";
 
@@ -28,7 +29,7 @@ class Talk {
     this.pending = null;
     this.failed = null;
     this.problem = "";
-    this.domain = options.domains.find((domain) => domain.name === state.episode.domain);
+    this.domain = domainOf(state.episode, options);
     this.signal = signal;
     this.log = new Log();
     this.composer = new Composer((text) => this.say(text));
@@ -50,13 +51,12 @@ class Talk {
   }
 
   #page() {
-    const { episode } = this.state;
-    const title = this.domain?.title ?? episode.domain;
+    const { title } = this.domain;
     document.title = `${title} \u00b7 goalscope`;
     const chat = h(
       "section",
       { class: "chat", "aria-label": title },
-      h("header", { class: "chat-head" }, h("h1", {}, title), h("p", { class: "soft" }, episode.task)),
+      h("header", { class: "chat-head" }, h("h1", {}, title), h("p", { class: "soft" }, aboutDomain(this.domain))),
       this.log.element,
       h("div", { class: "foot" }, this.status, this.error, this.confirm, this.end, this.composer.element, this.hint),
     );
@@ -69,6 +69,7 @@ class Talk {
       round: (round) => this.#round(round),
       ended: (episode) => this.update({ episode, live: null }),
       connected: (connected) => this.update({ connected }),
+      refused: () => this.reload(),
     };
     this.hangUp = listen(this.id, handlers, this.signal);
     const escape = (event) => {
@@ -78,6 +79,7 @@ class Talk {
   }
 
   #live(live) {
+    if (this.state.episode.ended) return;
     if (live.round > this.state.rounds.length + 1) this.reload();
     if (live.utterance) this.pending = null;
     if (live.error) this.failed = live.utterance;
@@ -91,13 +93,10 @@ class Talk {
     this.update({ rounds: [...rounds, round].sort((a, b) => a.number - b.number) });
   }
 
-  /** Takes over how the server says it stands. */
+  /** Takes over how the server says it stands; where it cannot be reached, the status says so. */
   async reload() {
-    try {
-      this.update(await api.episode(this.id));
-    } catch (error) {
-      this.#tell(error.message);
-    }
+    const found = await api.episode(this.id).catch(() => null);
+    if (found) this.update(found);
   }
 
   /** @param {object} changed What is new in the state. */

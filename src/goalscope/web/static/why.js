@@ -7,20 +7,21 @@ const SLIGHT = 0.1;
 
 /**
  * What opens under a goal.
- * @param {{id: string, goal: import("./api.js").Goal, round: ?number, said: boolean,
- *   weighs: boolean, correct: ?((kind: string, text?: string) => Promise<void>)}} of
- *   `round`: null for the belief as it is now; `weighs`: whether the method weighs evidence;
+ * @param {{id: string, goal: import("./api.js").Goal, round: ?number, weighs: boolean,
+ *   goesOn: boolean, correct: ?((kind: string, text?: string) => Promise<void>)}} of
+ *   `round`: after which it is asked, null if the goal was not there yet; `weighs`: whether the
+ *   method weighs evidence; `goesOn`: whether the model can still be asked about words;
  *   `correct`: null where nothing can be corrected.
  */
-export function details({ id, goal, round, said, weighs, correct }) {
+export function details({ id, goal, round, weighs, goesOn, correct }) {
   const box = h("div", { class: "why" });
   if (goal.unspecified) {
     box.append(h("p", { class: "soft" }, "How likely it is that what you want is not in the list so far."));
   } else if (correct) {
     box.append(corrections(goal, correct));
   }
-  if (weighs && said) box.append(evidence(id, goal.text, round));
-  else if (weighs) box.append(h("p", { class: "soft" }, "Nothing has been said yet."));
+  if (weighs && round) box.append(evidence(id, goal.text, round, goesOn));
+  else if (weighs) box.append(h("p", { class: "soft" }, "The reasons are shown after your next words."));
   return box;
 }
 
@@ -75,12 +76,12 @@ export function wordsForm(label, value, button, send) {
   );
 }
 
-function evidence(id, goal, round) {
+function evidence(id, goal, round, goesOn) {
   const box = h("div", { class: "evidence", "aria-live": "polite" }, h("p", { class: "soft" }, "Looking up the reasons\u2026"));
   const load = async () => {
     try {
       const { reasons } = await api.why(id, goal, round);
-      box.replaceChildren(...reasonsTable(id, goal, reasons));
+      box.replaceChildren(...reasonsTable(id, goal, reasons, goesOn));
     } catch (error) {
       box.replaceChildren(h("p", { class: "problem" }, error.message));
     }
@@ -89,7 +90,7 @@ function evidence(id, goal, round) {
   return box;
 }
 
-function reasonsTable(id, goal, reasons) {
+function reasonsTable(id, goal, reasons, goesOn) {
   const cells = reasons.map((reason) => h("td", { class: "said" }, reason.utterance));
   const rows = reasons.map((reason, place) =>
     h(
@@ -104,7 +105,7 @@ function reasonsTable(id, goal, reasons) {
   );
   const heads = [
     ["", "Turn"],
-    ["You said", null],
+    ["Said", null],
     ["Evidence", "In nats, against the mean of the other goals"],
     ["Then", "How likely the goal was after it"],
     ["Without", "How likely the goal would be now, had this not been said"],
@@ -120,7 +121,7 @@ function reasonsTable(id, goal, reasons) {
     ),
     h("tbody", {}, ...rows),
   );
-  return [table, wordByWord(id, goal, reasons, cells)];
+  return goesOn ? [table, wordByWord(id, goal, reasons, cells)] : [table];
 }
 
 function wordByWord(id, goal, reasons, cells) {
