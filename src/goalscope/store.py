@@ -13,9 +13,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, Self, cast
 
-from sqlalchemy import ColumnElement, Engine, Select, func, or_, select, update
+from sqlalchemy import ColumnElement, CursorResult, Engine, Select, func, or_, select, update
 from sqlalchemy.exc import IntegrityError
-from sqlalchemy.orm import Session, sessionmaker
+from sqlalchemy.orm import Session, aliased, sessionmaker
 
 from goalscope.database.errors import explained
 from goalscope.database.opening import WRITING, default_place, opened
@@ -162,6 +162,35 @@ class Store:
                     f"Round {round.number} of episode {id} cannot be added: the episode has such a "
                     "round already (does it run in another window?) or is unknown."
                 ) from error
+
+    def amend(self, id: str, old: Round, new: Round) -> None:
+        """Store the newest round anew.
+
+        Raises:
+            GoalscopeError: It is not the newest any more, or has been changed meanwhile.
+        """
+        row, later = RoundRow, aliased(RoundRow)
+        newer = select(later).where(later.episode == id, later.number > old.number)
+        with self.writing() as session:
+            found = session.execute(
+                update(row)
+                .where(row.episode == id, row.number == old.number, ~newer.exists())
+                .where(row.json == round_to_json(old))
+                .values(json=round_to_json(new))
+            )
+            if cast("CursorResult[Any]", found).rowcount != 1:
+                raise GoalscopeError(
+                    f"Episode {id} has gone on meanwhile (in another window?). Try again."
+                )
+
+    def configure(self, id: str, settings: Mapping[str, Any]) -> None:
+        """Replace the settings of an episode."""
+        with self.writing() as session:
+            session.execute(
+                update(EpisodeRow)
+                .where(EpisodeRow.id == id)
+                .values(settings=dumps(dict(settings)))
+            )
 
     def finish(self, id: str, *, ended: Ended, score: float | None = None) -> None:
         """Record how an episode ended, with its score (0 to 1) if it has a profile."""
