@@ -12,7 +12,7 @@ LAYERS = [
     {"likelihood", "goals", "dialog", "asking", "habits", "policy", "acting", "why"},
     {"agent", "episode", "judge"},
     {"database", "rounds_json", "store", "infer", "domains", "datasets"},
-    {"session", "display", "benchmarks", "calibrating"},
+    {"session", "tracking", "display", "benchmarks", "calibrating"},
     {"experiment"},
     {"report"},
     {"fitting", "web"},

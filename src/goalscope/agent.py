@@ -113,9 +113,7 @@ class GoalTracker:
         self.belief = self.add([pinned]).pin(pinned)
         return self.belief
 
-    def correct(
-        self, correction: Correction, goal: str | Goal, text: str = ""
-    ) -> list[GoalChange]:
+    def correct(self, correction: Correction, goal: str | Goal, text: str = "") -> list[GoalChange]:
         """Take what the person says of the goals themselves, and tell what it changed.
 
         Args:
@@ -134,9 +132,7 @@ class GoalTracker:
         named = present.get(meaning(named.text), named)
         kept = _as_goals([text])[0] if correction == "reword" else named
         kept = present.get(meaning(kept.text), kept)
-        if UNSPECIFIED in (named, kept) or (
-            correction != "pin" and named not in self.belief.goals
-        ):
+        if UNSPECIFIED in (named, kept) or (correction != "pin" and named not in self.belief.goals):
             raise InvalidInputError(f"There is no goal {named.text!r} to correct so.")
         changes: list[GoalChange] = []
         if correction != "veto":
@@ -400,7 +396,9 @@ class Agent:
         self._progress(f"scoring {len(tracker.belief.goals)} goals")
         belief = tracker.observe(turn.query, turn.utterance)
         changes: list[GoalChange] = []
-        if propose and incomplete(belief, self.goals.propose, since=made_from([round.changes for round in self.rounds])):
+        if propose and incomplete(
+            belief, self.goals.propose, since=made_from([round.changes for round in self.rounds])
+        ):
             self._progress("proposing goals")
             changes += self.goals.added(tracker.likelihood, belief, tracker.turns, self._changes)
             belief = tracker.add(change.goal for change in changes)

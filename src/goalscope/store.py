@@ -187,9 +187,7 @@ class Store:
         """Replace the settings of an episode."""
         with self.writing() as session:
             session.execute(
-                update(EpisodeRow)
-                .where(EpisodeRow.id == id)
-                .values(settings=dumps(dict(settings)))
+                update(EpisodeRow).where(EpisodeRow.id == id).values(settings=dumps(dict(settings)))
             )
 
     def finish(self, id: str, *, ended: Ended, score: float | None = None) -> None:
