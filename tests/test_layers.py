@@ -15,7 +15,7 @@ LAYERS = [
     {"session", "tracking", "display", "benchmarks", "calibrating"},
     {"experiment"},
     {"report"},
-    {"fitting", "web"},
+    {"fitting", "web", "mcp_server"},
     {
         "terminal",
         "cli",
@@ -25,6 +25,7 @@ LAYERS = [
         "cli_experiments",
         "cli_fit",
         "cli_house",
+        "cli_mcp",
         "cli_models",
         "cli_options",
         "cli_report",

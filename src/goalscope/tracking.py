@@ -162,7 +162,7 @@ class Trackers:
         """
         return self._load(id).tracked()
 
-    def observe(self, id: str, turn: int, query: str, utterance: str) -> Tracked:
+    def observe(self, id: str, turn: int | None, query: str, utterance: str) -> Tracked:
         """Take in what the person said.
 
         The same turn told again changes nothing, and is answered as the first time (with the
@@ -170,7 +170,7 @@ class Trackers:
 
         Args:
             id: Of the session.
-            turn: 1 for the first.
+            turn: 1 for the first; None for the next.
             query: What the assistant had said; may be empty.
             utterance: What the person answered.
 
@@ -184,6 +184,7 @@ class Trackers:
         with self._lock:
             session = self._load(id)
             rounds = session.rounds
+            turn = len(rounds) + 1 if turn is None else turn
             if 1 <= turn <= len(rounds):
                 if rounds[turn - 1].turn != said:
                     raise ConflictError(f"Turn {turn} was told before, in other words.")
