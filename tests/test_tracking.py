@@ -1,18 +1,21 @@
 """Goal tracking for other programs: what a session holds, and what it goes on with."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from fakes import WordModel
 from goalscope import tracking
 from goalscope.agent import GoalTracker
 from goalscope.belief import PINNED
 from goalscope.calibration import PAPER
+from goalscope.cli import app
 from goalscope.domains import Settings
 from goalscope.store import Store
 from goalscope.tracking import ConflictError, Tracked, Trackers
-from goalscope.types import UNSPECIFIED, Goal, InvalidInputError
+from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError
 
 TASK = "Help in the kitchen."
 GOALS = ["bake a cake", "cook tomato soup"]
@@ -240,17 +243,42 @@ def test_words_that_cannot_be_used_are_refused(trackers: Trackers, query: str, s
 
 
 def test_a_round_that_has_changed_meanwhile_is_not_overwritten(kitchen: Kitchen) -> None:
-    from dataclasses import replace
-
-    from goalscope.types import GoalscopeError
-
     id = kitchen.trackers.open(TASK, GOALS).id
     kitchen.trackers.observe(id, 1, *CAKE)
     (old,) = kitchen.store.rounds(id)
     kitchen.store.amend(id, old, replace(old, status="one"))
-    with pytest.raises(GoalscopeError, match="has gone on meanwhile"):
-        kitchen.store.amend(id, old, replace(old, status="two"))
+    for change in (
+        lambda: kitchen.store.amend(id, old, replace(old, status="two")),
+        lambda: kitchen.store.append(id, replace(old, number=2), after=old),
+    ):
+        with pytest.raises(GoalscopeError, match="has gone on meanwhile"):
+            change()
     kitchen.trackers.observe(id, 2, *CAKE)
     with pytest.raises(GoalscopeError, match="has gone on meanwhile"):
         kitchen.store.amend(id, replace(old, status="one"), old)
     assert kitchen.store.rounds(id)[0].status == "one"
+
+
+def test_the_commands_show_a_session_and_do_not_go_on_with_it(kitchen: Kitchen) -> None:
+    id = kitchen.trackers.open(TASK, GOALS).id
+    kitchen.trackers.observe(id, 1, *CAKE)
+
+    def said(*words: str, code: int = 0) -> str:
+        answer = CliRunner().invoke(app, [*words, "--store", str(kitchen.file)])
+        assert answer.exit_code == code, answer.output
+        return answer.output
+
+    assert id in said("episodes")
+    assert "bake a cake" in said("replay", id)
+    assert CAKE[1] in " ".join(said("why", id, "--json").split())
+    assert "another program" in said("chat", "--resume", id, code=2)
+
+
+def test_sessions_of_several_servers_over_one_store_are_one(kitchen: Kitchen) -> None:
+    one, other = kitchen.trackers, kitchen.restart()
+    id = one.open(TASK, GOALS).id
+    one.observe(id, 1, *CAKE)
+    other.correct(id, "pin", "make tea")
+    told = one.observe(id, 2, "", "soup")
+    assert same(other.observe(id, 2, "", "soup"), told)
+    assert Goal("make tea") in told.belief.goals

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, replace
-from threading import RLock
+from threading import Lock
 from typing import Any, Literal
 
 from goalscope.agent import Correction, GoalTracker
@@ -36,6 +37,9 @@ GOALS, TURNS = 200, 200
 
 LONGEST, LONGEST_GOAL = 4000, 500
 """Characters of a task, a query or an utterance, and of a goal."""
+
+KEPT = 16
+"""Sessions whose rounds stay in memory."""
 
 SURE = 0.8
 """Probability of a goal from which it is acted on: a question costs a fifth of a wrong act."""
@@ -105,7 +109,8 @@ class Trackers:
     ) -> None:
         self._store, self._model = store, model
         self._defaults = defaults or Settings()
-        self._lock = RLock()
+        self._lock, self._remembering = Lock(), Lock()
+        self._known: OrderedDict[str, tuple[Round, ...]] = OrderedDict()
 
     def open(
         self,
@@ -207,7 +212,7 @@ class Trackers:
                 notes=tracker.notes,
                 terminated=False,
             )
-            self._store.append(id, round)
+            self._store.append(id, round, after=rounds[-1] if rounds else None)
             return replace(session, rounds=(*rounds, round)).tracked()
 
     def add(self, id: str, goals: Iterable[str]) -> Tracked:
@@ -296,7 +301,18 @@ class Trackers:
             info = None
         if info is None or info.id != id or info.domain != TRACKING:
             raise InvalidInputError(f"There is no tracking session {id!r}.")
-        return _Session(info, tuple(self._store.rounds(id)))
+        return _Session(info, self._rounds(id))
+
+    def _rounds(self, id: str) -> tuple[Round, ...]:
+        """Only the newest round can change, perhaps by another server; the others are read once."""
+        known = self._known.get(id, ())
+        rounds = (*known[:-1], *self._store.rounds(id, since=max(len(known), 1)))
+        with self._remembering:
+            self._known[id] = rounds
+            self._known.move_to_end(id)
+            while len(self._known) > KEPT:
+                self._known.popitem(last=False)
+        return rounds
 
     def _resumed(self, session: _Session) -> tuple[Model, GoalTracker]:
         """The model, and a tracker that stands where the session does."""
