@@ -38,7 +38,9 @@ def main() -> None:
     with TemporaryDirectory() as folder, sync_playwright() as playwright:
         command = [sys.executable, "-c", SERVE, "serve", "--port", "0", "--store", f"{folder}/e.db"]
         environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as server:
+        with subprocess.Popen(
+            command, stdout=subprocess.PIPE, text=True, env=environment
+        ) as server:
             assert server.stdout is not None
             address = server.stdout.readline().split()[-1]
             chromium = shutil.which("chromium")

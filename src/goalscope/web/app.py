@@ -11,22 +11,26 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Literal
 
-from fastapi import Depends, FastAPI, HTTPException, Query, Request
+from fastapi import FastAPI, Query, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, JSONResponse, Response, StreamingResponse
 from fastapi.staticfiles import StaticFiles
 from pydantic import BaseModel
+from starlette.exceptions import HTTPException
 
 from goalscope.agent import Correction, Method
-from goalscope.domains import Domain, Settings, open_environment
+from goalscope.domains import TRACKING, Domain, Settings, open_environment
 from goalscope.envs.house.scenes import known_scenes
 from goalscope.models import Model
 from goalscope.store import EpisodeInfo, Store
+from goalscope.tracking import ConflictError, Trackers
 from goalscope.types import Goal, GoalscopeError, InvalidInputError
+from goalscope.web.access import Guest, seen_by
 from goalscope.web.conversations import BusyError, Conversation, Conversations
 from goalscope.web.exports import as_html, as_json, room_picture
-from goalscope.web.guard import Visitor, visitor_of
-from goalscope.web.views import EpisodeView, Live, RoundView, StoredEpisode
+from goalscope.web.guard import Visitor
+from goalscope.web.tracking import tracking_routes
+from goalscope.web.views import EpisodeView, Live, RoundView, StoredEpisode, Why
 from goalscope.why import reasons
 
 __all__ = ["create_app"]
@@ -112,34 +116,10 @@ class Stored(StoredEpisode):
     live: Live | None
 
 
-class ReasonView(BaseModel):
-    """What an utterance does to the belief in a goal; see `goalscope.why.Reason`."""
-
-    turn: int
-    utterance: str
-    evidence: float
-    probability: float
-    without: float
-
-
-class Why(BaseModel):
-    """What each utterance says for a goal."""
-
-    goal: str
-    reasons: list[ReasonView]
-
-
 class Words(BaseModel):
     """Each word of an utterance with its evidence in nats."""
 
     words: list[tuple[str, float]]
-
-
-def _visitor(request: Request) -> Visitor:
-    return visitor_of(request.scope)
-
-
-Guest = Annotated[Visitor, Depends(_visitor)]
 
 
 def create_app(store: Store, model: Model, defaults: Settings | None = None) -> FastAPI:
@@ -167,14 +147,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
 
     def seen(id: str, visitor: Visitor) -> EpisodeInfo:
-        """The episode, if the visitor may see it; nobody learns which ids others have."""
-        try:
-            info = store.episode(id)
-        except InvalidInputError:
-            info = None
-        if info is None or info.id != id or not (visitor.is_host or info.owner == visitor.id):
-            raise HTTPException(404, "There is no such episode.")
-        return info
+        return seen_by(visitor, store, id)
 
     def entered(id: str, visitor: Visitor) -> Conversation:
         info = seen(id, visitor)
@@ -226,7 +199,8 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     def episode(id: str, visitor: Guest) -> Stored:
         info = seen(id, visitor)
         rounds = [RoundView.of(round) for round in store.rounds(info.id)]
-        goes_on = info.owner == visitor.id and not info.ended
+        mine = info.owner == visitor.id
+        goes_on = mine and not info.ended and info.domain != TRACKING
         live = conversations.resume(info).live() if goes_on else None
         return Stored(episode=view(info, visitor), rounds=rounds, live=live)
 
@@ -262,19 +236,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         if belief is None:
             raise HTTPException(404, "There is no belief yet.")
         found = reasons(belief, [each.turn for each in rounds], Goal(goal))
-        return Why(
-            goal=goal,
-            reasons=[
-                ReasonView(
-                    turn=each.turn,
-                    utterance=each.utterance,
-                    evidence=each.evidence,
-                    probability=each.probability,
-                    without=each.without,
-                )
-                for each in found
-            ],
-        )
+        return Why.of(Goal(goal), found)
 
     @app.get("/api/episodes/{id}/words")
     async def words(id: str, goal: str, turn: int, visitor: Guest) -> Words:
@@ -299,6 +261,8 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
             return Response(as_json(info, rounds), media_type="application/json", headers=headers)
         return Response(as_html(info, rounds), media_type="text/html", headers=headers)
 
+    trackers = Trackers(store, lambda: model, settings)
+    app.include_router(tracking_routes(trackers, conversations.desk, store))
     app.add_exception_handler(GoalscopeError, _refused)
     app.add_exception_handler(HTTPException, _refused)
     app.add_exception_handler(RequestValidationError, _refused)
@@ -331,8 +295,8 @@ async def _refused(request: Request, error: Exception) -> JSONResponse:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"][1:])
         return JSONResponse({"error": f"{where}: {first['msg']}."}, 422)
-    status = 409 if isinstance(error, BusyError) else 400
-    status = status if isinstance(error, (BusyError, InvalidInputError)) else 503
+    conflict = isinstance(error, (BusyError, ConflictError))
+    status = 409 if conflict else 400 if isinstance(error, InvalidInputError) else 503
     return JSONResponse({"error": str(error)}, status)
 
 

@@ -61,7 +61,8 @@ class Guard:
     """Refuses what a browser of another site, or a stranger, may not ask for.
 
     A request names this server as its host. What changes something comes from a page of this
-    server, or from a program that shows a key and has no browser's cookies. With a password,
+    server, or from a program that shows the key and has no browser's cookies; only the program
+    may be as fast as it likes. With a password,
     nobody comes in without it or the host's key.
 
     Args:
@@ -109,8 +110,7 @@ class Guard:
             if not (origins == [own] or (program and not origins)):
                 await _refuse(send, 403, "That did not come from this server's own page.")
                 return
-            who = _owner(cookies, scope)
-            if wait := self._wait(who):
+            if not program and (wait := self._wait(_owner(cookies, scope))):
                 await _refuse(send, 429, f"That was too much at once. Wait {wait:.0f} seconds.")
                 return
         fresh: list[str] = []
