@@ -14,6 +14,7 @@ LAYERS = [
     {"database", "rounds_json", "store", "infer", "domains", "datasets"},
     {"session", "display", "benchmarks", "calibrating"},
     {"experiment"},
+    {"study"},
     {"report"},
     {"fitting", "web"},
     {
@@ -29,6 +30,7 @@ LAYERS = [
         "cli_options",
         "cli_report",
         "cli_serve",
+        "cli_study",
         "cli_why",
     },
 ]

@@ -11,7 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Literal
 
-from fastapi import Depends, FastAPI, HTTPException, Query, Request
+from fastapi import FastAPI, HTTPException, Query, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, JSONResponse, Response, StreamingResponse
 from fastapi.staticfiles import StaticFiles
@@ -22,10 +22,12 @@ from goalscope.domains import Domain, Settings, open_environment
 from goalscope.envs.house.scenes import known_scenes
 from goalscope.models import Model
 from goalscope.store import EpisodeInfo, Store
+from goalscope.study.book import ConflictError
 from goalscope.types import Goal, GoalscopeError, InvalidInputError
 from goalscope.web.conversations import BusyError, Conversation, Conversations
 from goalscope.web.exports import as_html, as_json, room_picture
-from goalscope.web.guard import Visitor, visitor_of
+from goalscope.web.guard import Guest, Visitor
+from goalscope.web.study import study_router
 from goalscope.web.views import EpisodeView, Live, RoundView, StoredEpisode
 from goalscope.why import reasons
 
@@ -133,13 +135,6 @@ class Words(BaseModel):
     """Each word of an utterance with its evidence in nats."""
 
     words: list[tuple[str, float]]
-
-
-def _visitor(request: Request) -> Visitor:
-    return visitor_of(request.scope)
-
-
-Guest = Annotated[Visitor, Depends(_visitor)]
 
 
 def create_app(store: Store, model: Model, defaults: Settings | None = None) -> FastAPI:
@@ -295,6 +290,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
             return Response(as_json(info, rounds), media_type="application/json", headers=headers)
         return Response(as_html(info, rounds), media_type="text/html", headers=headers)
 
+    app.include_router(study_router(store))
     app.add_exception_handler(GoalscopeError, _refused)
     app.add_exception_handler(HTTPException, _refused)
     app.add_exception_handler(RequestValidationError, _refused)
@@ -327,8 +323,8 @@ async def _refused(request: Request, error: Exception) -> JSONResponse:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"][1:])
         return JSONResponse({"error": f"{where}: {first['msg']}."}, 422)
-    status = 409 if isinstance(error, BusyError) else 400
-    status = status if isinstance(error, (BusyError, InvalidInputError)) else 503
+    status = 400 if isinstance(error, InvalidInputError) else 503
+    status = 409 if isinstance(error, (BusyError, ConflictError)) else status
     return JSONResponse({"error": str(error)}, status)
 
 
