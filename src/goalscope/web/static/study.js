@@ -1,22 +1,26 @@
 /** A study: consent, instructions, one question after the other, and the code at the end. */
 
 import { h } from "./dom.js";
-import { api, ElsewhereError, keeper, same } from "./study_api.js";
+import { api, Keeper, otherwise, same } from "./study_api.js";
 
 const QUIET = 800;
+const OFFLINE = "No connection. Trying again by itself \u2026";
 
 const main = document.getElementById("main");
 let study = null;
 let shown = 0;
-/** Ends what the page before has begun; true if it is the wish to stay. */
+const keepers = new Map();
+/** Ends what the page before has begun. */
 let leave = () => {};
 
-const later = () => tell("No connection. Trying again by itself …");
-
-function tell(text, kind = "") {
-  const status = document.getElementById("status");
-  if (status && status.textContent !== text) status.textContent = text;
-  if (status) status.className = `status ${kind}`;
+/** A line that tells how things stand, and the function that has it do so. */
+function statusLine() {
+  const line = h("p", { class: "status", role: "status" });
+  const tell = (text, kind = "") => {
+    if (line.textContent !== text) line.textContent = text;
+    line.className = `status ${kind}`;
+  };
+  return [line, tell, () => tell(OFFLINE)];
 }
 
 function paragraphs(text) {
@@ -35,10 +39,6 @@ function page(title, ...children) {
   heading.focus({ preventScroll: true });
 }
 
-function statusLine() {
-  return h("p", { id: "status", class: "status", role: "status" });
-}
-
 function go(to) {
   location.hash = `#/${to}`;
 }
@@ -49,6 +49,8 @@ async function show() {
   shown += 1;
   const own = shown;
   const to = location.hash.slice(2);
+  const [line, , later] = statusLine();
+  const slow = setTimeout(() => main.append(line), QUIET);
   try {
     study ??= await api.study(later);
     const count = study.answered?.length ?? 0;
@@ -67,11 +69,14 @@ async function show() {
     }
   } catch (error) {
     if (own === shown) page("That did not work", h("p", { role: "alert" }, error.message));
+  } finally {
+    clearTimeout(slow);
   }
 }
 
 function consent() {
   const button = h("button", { type: "submit", class: "primary large" }, "Take part");
+  const [line, tell, later] = statusLine();
   const agree = async (event) => {
     event.preventDefault();
     button.disabled = true;
@@ -95,7 +100,7 @@ function consent() {
         h("input", { type: "checkbox", name: "agreed", required: true }),
         h("span", {}, "I have read this, and I agree to take part."),
       ),
-      statusLine(),
+      line,
       button,
     ),
   );
@@ -116,8 +121,12 @@ function instructions() {
 
 function question(place, item) {
   const draft = drafts(place);
-  const keep = keeper(place, item.answer, later);
-  const before = draft.read() ?? item.answer;
+  const keeper = keepers.get(place) ?? new Keeper(place);
+  keepers.set(place, keeper);
+  keeper.know(item.answer);
+  const begun = draft.read();
+  const before = begun ?? keeper.saved;
+  const [line, tell, later] = statusLine();
   const ratings = study.scale.map((words, rating) => ratingField(rating, words, before.rating === rating));
   const why = h("textarea", { id: "why", name: "why", rows: 3, maxlength: 4000, "aria-describedby": "least" });
   why.value = before.explanation;
@@ -133,7 +142,7 @@ function question(place, item) {
       why,
       h("span", { id: "least", class: "soft small" }, `At least ${study.min_explanation} characters, without spaces.`),
     ),
-    statusLine(),
+    line,
     h(
       "div",
       { class: "buttons" },
@@ -153,31 +162,26 @@ function question(place, item) {
     }
     return null;
   };
-  let saved = item.answer;
-  const unsaved = () => !same(given(), saved);
+  const unsaved = () => !same(given(), keeper.saved);
   const save = async () => {
-    const answer = given();
-    tell("Saving …");
+    tell("Saving \u2026");
     try {
-      await keep(answer);
+      await keeper.keep(given(), later);
     } catch (error) {
       tell(error.message, "problem");
-      if (error instanceof ElsewhereError) saved = { ...answer, rating: null };
-      return false;
+      return;
     }
-    saved = answer;
     study.answered[place - 1] = true;
-    if (unsaved()) return false;
+    if (unsaved()) return;
     draft.drop();
     tell("Saved", "saved");
-    return true;
   };
 
   let timer = 0;
   const changed = () => {
     clearTimeout(timer);
     if (!unsaved()) return;
-    draft.write(given());
+    draft.write({ ...given(), revision: keeper.saved.revision });
     tell("");
     if (!missing(given())) timer = setTimeout(save, QUIET);
   };
@@ -192,9 +196,9 @@ function question(place, item) {
       return;
     }
     next.disabled = true;
-    const done = unsaved() ? await save() : true;
+    if (unsaved()) await save();
     next.disabled = false;
-    if (done && form.isConnected) go(place < study.answered.length ? place + 1 : "end");
+    if (!unsaved() && form.isConnected) go(place < study.answered.length ? place + 1 : "end");
   });
   const warn = (event) => {
     if (unsaved()) event.preventDefault();
@@ -206,7 +210,8 @@ function question(place, item) {
     if (unsaved() && !missing(given())) save();
   };
   page(`Question ${place} of ${study.answered.length}`, progress(), ...about(item), form);
-  if (saved.revision && !unsaved()) tell("Saved", "saved");
+  if (keeper.saved.revision && !unsaved()) tell("Saved", "saved");
+  else if (begun && begun.revision !== keeper.saved.revision) tell(otherwise(keeper.saved), "problem");
   else changed();
 }
 

@@ -21,7 +21,7 @@ export class RefusedError extends Error {
   }
 }
 
-/** The same question was answered otherwise elsewhere; the message tells how. */
+/** The same question has another answer, from another window; the message tells which. */
 export class ElsewhereError extends Error {}
 
 async function ask(method, path, body, waiting = () => {}) {
@@ -59,40 +59,69 @@ export function same(one, other) {
 }
 
 /**
- * A function that keeps an answer, and whose promise is fulfilled when the server has it. Requests
- * are made one after the other; each may be made twice without harm, as it bears its revision.
- * @param {number} place
- * @param {Answer} saved What the server has.
- * @param {() => void} waiting Is called when the server could not be reached.
+ * Has the server keep the answers to one question, one after the other. Each request may arrive
+ * twice without harm, as it bears its revision.
  */
-export function keeper(place, saved, waiting) {
-  const sent = [];
-  let wanted = null;
-  let running = null;
+export class Keeper {
+  #place;
+  #sent = [];
+  #wanted = null;
+  #running = null;
 
-  async function keep() {
-    while (wanted && !same(wanted, saved)) {
-      const given = { ...wanted, revision: saved.revision + 1 };
-      sent.push(given);
+  /** @param {number} place */
+  constructor(place) {
+    this.#place = place;
+    /** @type {Answer} What the server has. */
+    this.saved = { rating: null, explanation: "", revision: 0 };
+  }
+
+  /** @param {Answer} answer What the server says that it has. */
+  know(answer) {
+    if (answer.revision > this.saved.revision) this.saved = answer;
+  }
+
+  /**
+   * @param {{rating: number, explanation: string}} answer
+   * @param {() => void} waiting Is called when the server could not be reached.
+   * @returns {Promise<void>} Fulfilled when the server has it, or a later one.
+   */
+  keep(answer, waiting) {
+    this.#wanted = answer;
+    this.#running ??= this.#run(waiting).finally(() => {
+      this.#running = null;
+    });
+    return this.#running;
+  }
+
+  async #run(waiting) {
+    while (this.#wanted) {
+      const answer = this.#wanted;
+      const given = { ...answer, revision: this.saved.revision + 1 };
+      this.#sent.push(given);
       try {
-        saved = await ask("PUT", `/items/${place}`, given, waiting);
+        const { revision } = await ask("PUT", `/items/${this.#place}`, given, waiting);
+        this.saved = { ...answer, revision };
+        if (this.#wanted === answer) this.#wanted = null;
       } catch (error) {
-        if (error.status !== 409) throw error;
-        saved = (await api.item(place, waiting)).answer;
-        if (!sent.some((mine) => same(mine, saved))) {
-          throw new ElsewhereError(
-            `In another window you answered ${saved.rating}, “${saved.explanation}”. Saving again replaces that.`,
-          );
+        if (error.status === 409) await this.#learn(waiting);
+        else {
+          this.#wanted = null;
+          throw error;
         }
       }
     }
   }
 
-  return (answer) => {
-    wanted = answer;
-    running ??= keep().finally(() => {
-      running = null;
-    });
-    return running;
-  };
+  /** There is another answer: one of ours, whose receipt was lost, or one from elsewhere. */
+  async #learn(waiting) {
+    this.know((await api.item(this.#place, waiting)).answer);
+    if (this.#sent.some((mine) => same(mine, this.saved))) return;
+    this.#wanted = null;
+    throw new ElsewhereError(otherwise(this.saved));
+  }
+}
+
+/** How somebody is told that the server has another answer than the one they see. */
+export function otherwise({ rating, explanation }) {
+  return `Another answer is saved: ${rating}, \u201c${explanation}\u201d. Saving this one replaces it.`;
 }
