@@ -168,7 +168,7 @@ class Agent:
         self.cost = cost
         self.seed = seed
         self.confirm = confirm
-        self._progress = progress or (lambda step: None)
+        self._progress = progress or _silent
         self.planner = planner or Planner(model, seed=seed)
         self.goals = GoalManager(
             model,
@@ -429,6 +429,10 @@ def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator
         utterance = human.reply(query, agent.turns, agent.env.status())
         round = agent.step(query, utterance)
         yield round
+
+
+def _silent(step: str) -> None:
+    """Nobody listens."""
 
 
 def _told(failed: StepResult) -> str:

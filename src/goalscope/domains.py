@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from functools import lru_cache
+from typing import TYPE_CHECKING, Literal
 
 from goalscope.agent import Method, Questions
 from goalscope.envs import Environment
@@ -14,6 +16,10 @@ from goalscope.likelihood import Layout
 from goalscope.models import Model
 from goalscope.policy import Planner
 from goalscope.types import InvalidInputError, Profile
+
+if TYPE_CHECKING:
+    from goalscope.envs.grocery import Catalogue
+    from goalscope.envs.grocery.search import Search
 
 __all__ = ["Domain", "Settings", "open_environment", "planner_of", "profile_named", "profiles_of"]
 
@@ -78,9 +84,12 @@ class Settings:
 def open_environment(settings: Settings, profile: Profile | None = None) -> Environment:
     """The shop with its catalogue, or the home robot in its scene, or in the profile's."""
     if settings.domain == "grocery":
-        from goalscope.envs.grocery import Catalogue, GroceryShop
+        from goalscope.envs.grocery import GroceryShop
 
-        return GroceryShop(Catalogue.load(settings.catalogue, columns=settings.columns))
+        path = settings.catalogue
+        changed = os.stat(path).st_mtime_ns if path and os.path.exists(path) else 0
+        catalogue, search = _stock(path, tuple(settings.columns.items()), changed)
+        return GroceryShop(catalogue, search=search)
     from goalscope.envs.house import HomeRobot, HouseController, load_scene, start_thor
 
     scene = settings.scene or (profile.scene if profile else "")
@@ -99,6 +108,18 @@ def open_environment(settings: Settings, profile: Profile | None = None) -> Envi
             f"{profile.name} is at home in {profile.scene}; this room may lack what it needs.",
         )
     return HomeRobot(HouseController(loaded), notes=notes)
+
+
+@lru_cache(maxsize=4)
+def _stock(
+    path: str | None, columns: tuple[tuple[str, str], ...], changed: int
+) -> tuple[Catalogue, Search]:
+    """What all shops of one catalogue share; another one where the file has been `changed`."""
+    from goalscope.envs.grocery import Catalogue
+    from goalscope.envs.grocery.search import Search
+
+    catalogue = Catalogue.load(path, columns=dict(columns))
+    return catalogue, Search(catalogue)
 
 
 def planner_of(settings: Settings, model: Model) -> Planner:

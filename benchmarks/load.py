@@ -1,0 +1,91 @@
+"""Many people on the page at once, over the small model of the tests: errors, mixing and latency.
+
+PYTHONPATH=tests python benchmarks/load.py [PEOPLE] [ROUNDS]
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import sys
+import threading
+import time
+from multiprocessing.connection import Connection
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from sites import Person, site
+
+
+def serve(store: Path, pipe: Connection) -> None:
+    """Run the server until something is sent."""
+    with site(store) as address:
+        pipe.send(address)
+        pipe.recv()
+
+
+def chat(address: str, number: int, rounds: int, took: list[float], wrong: list[str]) -> None:
+    """One person's episode: each request is timed, and at the end nobody else's words are there."""
+    person = Person(address)
+
+    def timed(ask, *given, **named):
+        start = time.perf_counter()
+        answer = ask(*given, **named)
+        took.append(time.perf_counter() - start)
+        return answer
+
+    try:
+        timed(person.http.get, "/").raise_for_status()
+        mine = timed(person.begin)
+        for round in range(1, rounds + 1):
+            text = f"I am person canary{number:03} and need flour for round {round}."
+            timed(person.post, f"{mine}/utterances", 202, text=text, round=round)
+            while True:
+                live = timed(person.get, mine)["live"]
+                if live["phase"] == "idle":
+                    break
+                time.sleep(0.5)
+            if live["error"] or live["round"] != round + 1:
+                wrong.append(f"person {number}: {live['error']} in round {live['round']}")
+        text = person.http.get(f"{mine}/export.json").text
+        others = [n for n in range(1000) if n != number and f"canary{n:03}" in text]
+        if others or text.count(f"canary{number:03}") < rounds:
+            wrong.append(f"person {number} reads the words of {others}, or misses their own")
+    except Exception as error:
+        wrong.append(f"person {number}: {error!r}")
+    finally:
+        person.http.close()
+
+
+def main() -> None:
+    """Print what was measured."""
+    people, rounds = (int(each) for each in (*sys.argv[1:], "50", "3")[:2])
+    took: list[float] = []
+    wrong: list[str] = []
+    with TemporaryDirectory() as folder:
+        here, there = multiprocessing.Pipe()
+        server = multiprocessing.Process(target=serve, args=(Path(folder) / "episodes.db", there))
+        server.start()
+        address = here.recv()
+        start = time.perf_counter()
+        threads = [
+            threading.Thread(target=chat, args=(address, number, rounds, took, wrong))
+            for number in range(people)
+        ]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        seconds = time.perf_counter() - start
+        here.send("end")
+        server.join()
+    half, most, longest = np.quantile(took, [0.5, 0.95, 1.0]) * 1000
+    print(f"{people} people, {rounds} rounds each, {len(took)} requests in {seconds:.1f} s")
+    print(f"latency: median {half:.0f} ms, 95 % within {most:.0f} ms, longest {longest:.0f} ms")
+    print(f"errors and mixing: {len(wrong)}", *wrong[:5], sep="\n  ")
+    sys.exit(bool(wrong))
+
+
+if __name__ == "__main__":
+    main()

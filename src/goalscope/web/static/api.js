@@ -1,0 +1,115 @@
+/**
+ * What the server is asked.
+ *
+ * @typedef {{text: string, probability: number, unspecified: boolean, pinned: boolean}} Goal
+ * @typedef {{goals: Goal[], entropy: number, set_90: string[], degenerate: boolean}} Belief
+ * @typedef {{kind: "added"|"removed"|"pinned", goal: string, reason: string, final: boolean}} Change
+ * @typedef {{text: string, ok: boolean, observation: string, irreversible: boolean}} Action
+ * @typedef {{id: string, created: string, domain: string, profile: ?string, method: string,
+ *   model: string, task: string, ended: ?("terminated"|"truncated"), score: ?number,
+ *   rounds: number, mine: boolean}} Episode
+ * @typedef {{number: number, query: string, utterance: string, belief: ?Belief,
+ *   changes: Change[], actions: Action[], replans: number, status: string, notes: string[],
+ *   question: string, state: string, terminated: boolean}} Round
+ * @typedef {{phase: "idle"|"waiting"|"thinking", place: number, step: string, query: ?string,
+ *   round: number, utterance: ?string, belief: ?Belief, changes: Change[], can_undo: boolean,
+ *   confirm: ?{state: string, status: string, question: string}, completion_phrase: string,
+ *   error: ?string}} Live
+ */
+
+/** The server said no; the message says what to do. */
+export class ApiError extends Error {
+  /**
+   * @param {string} message
+   * @param {number} status 0 where the server was not reached.
+   */
+  constructor(message, status) {
+    super(message);
+    this.status = status;
+  }
+}
+
+async function request(method, path, body) {
+  let response;
+  try {
+    response = await fetch(path, {
+      method,
+      headers: body === undefined ? {} : { "Content-Type": "application/json" },
+      body: body === undefined ? undefined : JSON.stringify(body),
+    });
+  } catch {
+    throw new ApiError("The server cannot be reached. Is it still running?", 0);
+  }
+  const said = await response.json().catch(() => null);
+  if (!response.ok) {
+    throw new ApiError(said?.error ?? `The server answered with status ${response.status}.`, response.status);
+  }
+  return said;
+}
+
+function query(values) {
+  const given = Object.entries(values).filter(([, value]) => value !== undefined && value !== null);
+  return new URLSearchParams(given.map(([key, value]) => [key, String(value)])).toString();
+}
+
+/** The path of an episode, or of something of it. */
+export function pathOf(id, rest = "") {
+  return `/api/episodes/${encodeURIComponent(id)}${rest}`;
+}
+
+export const api = {
+  options: () => request("GET", "/api/options"),
+  episodes: (text, limit, offset) => request("GET", `/api/episodes?${query({ text, limit, offset })}`),
+  begin: (wanted) => request("POST", "/api/episodes", wanted),
+  /** @returns {Promise<{episode: Episode, rounds: Round[], live: ?Live}>} */
+  episode: (id) => request("GET", pathOf(id)),
+  /** @returns {Promise<Live>} */
+  say: (id, said) => request("POST", pathOf(id, "/utterances"), said),
+  /** @returns {Promise<Live>} */
+  correct: (id, correction) => request("POST", pathOf(id, "/corrections"), correction),
+  /** @returns {Promise<Live>} */
+  undo: (id) => request("DELETE", pathOf(id, "/corrections")),
+  why: (id, goal, round) => request("GET", pathOf(id, `/why?${query({ goal, round })}`)),
+  words: (id, goal, turn) => request("GET", pathOf(id, `/words?${query({ goal, turn })}`)),
+};
+
+const FIRST_WAIT = 1000;
+const LONGEST_WAIT = 15000;
+
+/**
+ * Hears of everything that happens to an episode, and connects again whenever that breaks off.
+ * @param {string} id
+ * @param {{live: (live: Live) => void, round: (round: Round) => void,
+ *   ended: (episode: Episode) => void, connected: (yes: boolean) => void,
+ *   refused: () => void}} handlers `refused`: the server was reached, and said no.
+ * @param {AbortSignal} signal Ends it.
+ */
+export function listen(id, handlers, signal) {
+  let source = null;
+  let timer = 0;
+  let wait = FIRST_WAIT;
+  const connect = () => {
+    source = new EventSource(pathOf(id, "/events"));
+    source.onopen = () => {
+      wait = FIRST_WAIT;
+      handlers.connected(true);
+    };
+    source.onerror = () => {
+      handlers.connected(false);
+      if (source.readyState !== EventSource.CLOSED) return;
+      handlers.refused();
+      timer = setTimeout(connect, wait);
+      wait = Math.min(2 * wait, LONGEST_WAIT);
+    };
+    for (const name of ["live", "round", "ended"]) {
+      source.addEventListener(name, (event) => handlers[name](JSON.parse(event.data)));
+    }
+  };
+  const close = () => {
+    clearTimeout(timer);
+    source?.close();
+  };
+  signal.addEventListener("abort", close);
+  if (!signal.aborted) connect();
+  return close;
+}

@@ -1,0 +1,217 @@
+/** The belief as bars that move, with what can be done about each goal. */
+
+import { arrange, calm, freshId, h, percent, setText, unseen } from "./dom.js";
+
+const SHOWN = 5;
+const SMALL = 0.02;
+const NOTABLE = 0.005;
+const MOVE = { duration: 450, easing: "cubic-bezier(.2,.7,.2,1)" };
+
+/**
+ * @typedef {import("./api.js").Belief} Belief
+ * @typedef {{belief: ?Belief, previous: ?Belief, colours: Map<string, string>, version: string}} Shown
+ */
+
+export class Bars {
+  /** @param {?((goal: string) => HTMLElement)} detailsOf What opens under a goal; null: nothing. */
+  constructor(detailsOf) {
+    this.detailsOf = detailsOf;
+    this.rows = new Map();
+    this.open = null;
+    this.all = false;
+    this.shown = null;
+    this.sureness = h("p", { class: "sureness" });
+    this.list = h("ol", { class: "bars" });
+    this.legend = h("p", { class: "legend" });
+    this.more = h("button", { type: "button", class: "quiet", onclick: () => this.#toggleRest() });
+    this.element = h("div", { class: "belief" }, this.sureness, this.list, this.more, this.legend);
+  }
+
+  /** @param {Shown} shown */
+  show(shown) {
+    const before = this.#places();
+    const fresh = shown.version !== this.shown?.version;
+    this.shown = shown;
+    const goals = shown.belief && !shown.belief.degenerate ? shown.belief.goals : [];
+    const kept = new Set(goals.map((goal) => goal.text));
+    for (const text of [...this.rows.keys()]) if (!kept.has(text)) this.rows.delete(text);
+    if (!kept.has(this.open)) this.open = null;
+    goals.forEach((goal) => this.#update(goal, fresh));
+    this.#list(goals);
+    setText(this.sureness, told(shown.belief));
+    this.sureness.title = shown.belief ? `Entropy: ${shown.belief.entropy.toFixed(2)} nats` : "";
+    this.#legend(shown.belief, goals);
+    this.#slide(before);
+  }
+
+  /** Closes the details that are open; says whether there were any. */
+  close() {
+    if (!this.open) return false;
+    const row = this.rows.get(this.open);
+    this.#toggle(this.open);
+    row?.button.focus();
+    return true;
+  }
+
+  /** Puts the focus on a goal; says whether it is there. */
+  focus(text) {
+    const row = this.rows.get(text);
+    row?.button.focus();
+    return Boolean(row);
+  }
+
+  #list(goals) {
+    const rest = goals.slice(SHOWN).filter((goal) => this.#isMinor(goal));
+    const hidden = this.all ? [] : rest;
+    const visible = goals.filter((goal) => !hidden.includes(goal));
+    arrange(this.list, visible.map((goal) => this.rows.get(goal.text).element));
+    this.more.hidden = rest.length === 0;
+    setText(this.more, this.all ? "Show fewer" : `Show ${rest.length} more below 2\u00a0%`);
+  }
+
+  #isMinor(goal) {
+    return goal.probability < SMALL && !goal.unspecified && goal.text !== this.open;
+  }
+
+  #legend(belief, goals) {
+    const marked = new Set(goals.length ? belief.set_90 : []);
+    this.legend.hidden = marked.size === 0;
+    setText(
+      this.legend,
+      marked.size === 1
+        ? "With 90\u00a0% certainty it is the marked one."
+        : "With 90\u00a0% certainty it is among the marked ones.",
+    );
+    for (const [text, row] of this.rows) {
+      row.element.classList.toggle("in-set", marked.has(text));
+      setText(row.inSet, marked.has(text) ? ", among the likeliest with 90\u00a0%" : "");
+    }
+  }
+
+  #update(goal, fresh) {
+    const row = this.rows.get(goal.text) ?? this.#make(goal);
+    const { previous, colours } = this.shown;
+    const old = previous?.goals.find((one) => one.text === goal.text)?.probability;
+    const change = old === undefined ? 0 : goal.probability - old;
+    row.fill.style.setProperty("--share", String(goal.probability));
+    row.bar.setAttribute("class", `bar ${goal.unspecified ? "unspecified" : colours.get(goal.text)}`);
+    setText(row.percent, percent(goal.probability));
+    setText(row.arrow, Math.abs(change) < NOTABLE ? "" : change > 0 ? "\u25b2" : "\u25bc");
+    row.arrow.classList.toggle("down", change < 0);
+    row.arrow.title = old === undefined ? "" : `before: ${percent(old)}`;
+    setText(row.change, Math.abs(change) < NOTABLE ? "" : change > 0 ? ", up" : ", down");
+    row.pin.hidden = !goal.pinned;
+    row.isNew.hidden = !previous || old !== undefined || goal.pinned;
+    if (this.open === goal.text && fresh) this.#fill(goal.text, row);
+  }
+
+  #make(goal) {
+    const id = freshId("goal");
+    const row = {
+      fill: h("span", { class: "fill" }),
+      percent: h("span", { class: "percent" }),
+      arrow: h("span", { class: "arrow", "aria-hidden": "true" }),
+      change: unseen(""),
+      inSet: unseen(""),
+      pin: h("span", { class: "badge" }, "confirmed"),
+      isNew: h("span", { class: "badge" }, "new"),
+      details: h("div", { class: "details", id, hidden: true }),
+    };
+    row.bar = h("span", { class: "bar" }, row.fill);
+    const name = h("span", { class: "goal-name" }, goal.unspecified ? "None of these yet" : goal.text);
+    if (goal.unspecified) name.title = "Unspecified: what you want is not in the list so far";
+    const face = [h("span", { class: "goal-line" }, name, row.isNew, row.pin, row.percent, row.arrow, row.change, row.inSet), row.bar];
+    row.button = this.detailsOf
+      ? h(
+          "button",
+          { type: "button", class: "goal", "aria-expanded": "false", "aria-controls": id, onclick: () => this.#toggle(goal.text) },
+          ...face,
+        )
+      : h("div", { class: "goal" }, ...face);
+    row.element = h("li", { class: goal.unspecified ? "row none" : "row" }, row.button, row.details);
+    this.rows.set(goal.text, row);
+    return row;
+  }
+
+  #toggle(text) {
+    const was = this.open;
+    this.open = was === text ? null : text;
+    for (const one of [was, this.open]) {
+      const row = this.rows.get(one);
+      if (!row) continue;
+      const open = one === this.open;
+      row.button.setAttribute("aria-expanded", String(open));
+      row.details.hidden = !open;
+      if (open) this.#fill(one, row);
+      else row.details.replaceChildren();
+    }
+  }
+
+  #fill(text, row) {
+    row.details.replaceChildren(this.detailsOf(text));
+  }
+
+  #toggleRest() {
+    this.all = !this.all;
+    this.#list(this.shown.belief.goals);
+  }
+
+  #places() {
+    const rows = [...this.rows].filter(([, row]) => row.element.isConnected);
+    return new Map(rows.map(([text, row]) => [text, row.element.offsetTop]));
+  }
+
+  /** Rows that changed places glide there. */
+  #slide(before) {
+    if (calm()) return;
+    for (const [text, row] of this.rows) {
+      const moved = (before.get(text) ?? row.element.offsetTop) - row.element.offsetTop;
+      if (moved) row.element.animate([{ transform: `translateY(${moved}px)` }, { transform: "none" }], MOVE);
+    }
+  }
+}
+
+/** How sure the belief is, in words. */
+function told(belief) {
+  if (!belief) return "This method keeps no belief.";
+  if (belief.degenerate) return "No goal explains what was said.";
+  const number = Math.exp(belief.entropy);
+  if (number < 1.15) return "How sure: nearly certain";
+  if (number < 1.8) return "How sure: quite sure";
+  const like = `as between ${Math.round(number)} equally likely goals`;
+  return number < 3.5 ? `How sure: somewhat, ${like}` : `How sure: not yet, ${like}`;
+}
+
+const SIGNS = {
+  added: { sign: "+", told: "added" },
+  removed: { sign: "\u2212", told: "removed" },
+  pinned: { sign: "\u2713", told: "confirmed" },
+};
+
+/** Goals that came, went or were confirmed, with the reasons. */
+export function changeList(changes) {
+  return h(
+    "ul",
+    { class: "changes" },
+    ...changes.map((change) =>
+      h(
+        "li",
+        { class: change.kind },
+        h("span", { class: "sign", "aria-hidden": "true" }, SIGNS[change.kind].sign),
+        h(
+          "span",
+          {},
+          unseen(`${SIGNS[change.kind].told}: `),
+          change.goal,
+          " ",
+          h("span", { class: "reason" }, change.reason, change.final ? " (for good)" : ""),
+        ),
+      ),
+    ),
+  );
+}
+
+/** What is told of the goals that a round changed; nothing if it changed none. */
+export function changesOf(round) {
+  return round?.changes.length ? [h("h3", {}, `What changed in round ${round.number}`), changeList(round.changes)] : [];
+}

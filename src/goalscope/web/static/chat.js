@@ -1,0 +1,156 @@
+/** The conversation: what was asked, said and done, round by round. */
+
+import { arrange, h, setText, unseen } from "./dom.js";
+import { actionList } from "./outcome.js";
+
+/** A log of exchanges; one that is under way becomes a round without being written anew. */
+export class Log {
+  constructor() {
+    this.exchanges = new Map();
+    this.element = h("div", {
+      class: "log",
+      role: "log",
+      "aria-live": "polite",
+      "aria-label": "Conversation",
+      tabindex: 0,
+      onscroll: () => {
+        this.atEnd = this.#isAtEnd();
+      },
+    });
+    this.atEnd = true;
+    new ResizeObserver(() => this.atEnd && this.scrollToEnd()).observe(this.element);
+  }
+
+  /**
+   * @param {import("./api.js").Round[]} rounds
+   * @param {?{round: number, query: ?string, utterance: ?string}} open The exchange under way.
+   */
+  show(rounds, open = null) {
+    const numbers = rounds.map((round) => round.number);
+    rounds.forEach((round) => this.#exchange(round.number).settle(round));
+    if (open && !numbers.includes(open.round)) {
+      this.#exchange(open.round).say(open.query, open.utterance);
+      numbers.push(open.round);
+    }
+    for (const number of [...this.exchanges.keys()]) {
+      if (!numbers.includes(number)) this.exchanges.delete(number);
+    }
+    arrange(this.element, numbers.map((number) => this.exchanges.get(number).element));
+    if (this.atEnd) this.scrollToEnd();
+  }
+
+  scrollToEnd() {
+    this.atEnd = true;
+    this.element.scrollTop = this.element.scrollHeight;
+  }
+
+  #isAtEnd() {
+    const { scrollHeight, scrollTop, clientHeight } = this.element;
+    return scrollHeight - scrollTop - clientHeight < 80;
+  }
+
+  #exchange(number) {
+    if (!this.exchanges.has(number)) this.exchanges.set(number, new Exchange(number));
+    return this.exchanges.get(number);
+  }
+}
+
+class Exchange {
+  constructor(number) {
+    this.settled = false;
+    this.query = bubble("agent", "Assistant");
+    this.utterance = bubble("person", "You");
+    this.done = h("div", { class: "done-list" });
+    this.element = h("div", { class: "exchange", "data-round": number }, this.query.element, this.utterance.element, this.done);
+    this.say(null, null);
+  }
+
+  say(query, utterance) {
+    this.query.show(query);
+    this.utterance.show(utterance);
+  }
+
+  /** @param {import("./api.js").Round} round */
+  settle(round) {
+    if (this.settled) return;
+    this.settled = true;
+    this.say(round.query, round.utterance);
+    const told = round.replans ? [`The plan was made anew ${round.replans === 1 ? "once" : `${round.replans} times`}.`] : [];
+    this.done.replaceChildren(
+      ...(round.actions.length ? [actionList(round.actions)] : []),
+      ...[...told, ...round.notes].map((note) => h("p", { class: "note" }, note)),
+    );
+  }
+}
+
+function bubble(kind, who) {
+  const text = h("span", {});
+  const element = h("p", { class: `bubble ${kind}` }, unseen(`${who}: `), text);
+  return {
+    element,
+    show: (said) => {
+      element.hidden = !said;
+      setText(text, said ?? "");
+    },
+  };
+}
+
+/** Where the person writes. Enter sends, with Shift it begins a new line. */
+export class Composer {
+  /** @param {(text: string) => void} send */
+  constructor(send) {
+    this.send = send;
+    this.ready = false;
+    this.input = h("textarea", {
+      id: "utterance",
+      rows: 1,
+      maxlength: 2000,
+      placeholder: "Write what you would like",
+      oninput: () => this.#changed(),
+      onkeydown: (event) => {
+        if (event.key !== "Enter" || event.shiftKey || event.isComposing) return;
+        event.preventDefault();
+        this.#submit();
+      },
+    });
+    this.button = h("button", { type: "submit", class: "primary", disabled: true }, "Send");
+    const submit = (event) => {
+      event.preventDefault();
+      this.#submit();
+    };
+    this.element = h(
+      "form",
+      { class: "composer", onsubmit: submit },
+      h("label", { for: "utterance", class: "unseen" }, "Your words"),
+      this.input,
+      this.button,
+    );
+  }
+
+  /** Whether the agent listens now. */
+  setReady(ready) {
+    this.ready = ready;
+    this.#changed();
+  }
+
+  /** Puts words into the field, to be changed or sent. */
+  write(text) {
+    this.input.value = text;
+    this.#changed();
+    this.input.focus();
+  }
+
+  #changed() {
+    this.button.disabled = !this.ready || !this.input.value.trim();
+    this.input.style.setProperty("height", "auto");
+    this.input.style.setProperty("height", `${Math.min(this.input.scrollHeight + 2, 160)}px`);
+  }
+
+  #submit() {
+    const text = this.input.value.trim();
+    if (!this.ready || !text) return;
+    this.input.value = "";
+    this.#changed();
+    this.send(text);
+  }
+}

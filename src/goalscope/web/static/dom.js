@@ -1,0 +1,88 @@
+/** Elements, and how numbers and times are written. Text only ever becomes a text node. */
+
+const SVG = "http://www.w3.org/2000/svg";
+
+/**
+ * An element. Attributes that are functions listen ("onclick"); null and false leave one out.
+ * @param {string} name
+ * @param {Record<string, unknown>} attributes
+ * @param {...(Node|string|null|undefined|false)} children
+ * @returns {HTMLElement}
+ */
+export function h(name, attributes = {}, ...children) {
+  return filled(document.createElement(name), attributes, children);
+}
+
+/** The same for SVG. */
+export function svg(name, attributes = {}, ...children) {
+  return filled(document.createElementNS(SVG, name), attributes, children);
+}
+
+function filled(element, attributes, children) {
+  for (const [key, value] of Object.entries(attributes)) {
+    if (typeof value === "function") element.addEventListener(key.slice(2), value);
+    else if (value === true) element.setAttribute(key, "");
+    else if (value !== null && value !== undefined && value !== false) {
+      element.setAttribute(key, String(value));
+    }
+  }
+  element.append(...children.filter((child) => child !== null && child !== undefined && child !== false));
+  return element;
+}
+
+/** Sets the text of an element, where it is another than before. */
+export function setText(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+/** Puts children in this order into a parent; one that is in its place is not touched. */
+export function arrange(parent, children) {
+  children.forEach((child, place) => {
+    if (parent.children[place] !== child) parent.insertBefore(child, parent.children[place] ?? null);
+  });
+  while (parent.children.length > children.length) parent.lastElementChild.remove();
+}
+
+/** Text that only a screen reader tells. */
+export function unseen(text) {
+  return h("span", { class: "unseen" }, text);
+}
+
+/** A probability in per cent. */
+export function percent(probability) {
+  if (probability > 0 && probability < 0.005) return "<1\u00a0%";
+  if (probability < 1 && probability > 0.995) return ">99\u00a0%";
+  return `${Math.round(100 * probability)}\u00a0%`;
+}
+
+/** A number with its sign. */
+export function signed(value, digits = 2) {
+  const text = Math.abs(value).toFixed(digits);
+  return Number(text) === 0 ? text : (value > 0 ? "+" : "\u2212") + text;
+}
+
+/** "1 round", "2 rounds". */
+export function count(number, noun) {
+  return `${number} ${noun}${number === 1 ? "" : "s"}`;
+}
+
+/** A time as people here write it. */
+export function localTime(iso) {
+  const time = new Date(iso);
+  return Number.isNaN(time.getTime())
+    ? iso
+    : time.toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short" });
+}
+
+/** Whether the person asked for less motion. */
+export function calm() {
+  return matchMedia("(prefers-reduced-motion: reduce)").matches;
+}
+
+let lastId = 0;
+
+/** An id that no other element of the page has. */
+export function freshId(prefix) {
+  lastId += 1;
+  return `${prefix}-${lastId}`;
+}

@@ -1,0 +1,174 @@
+/** The list of episodes, with search. */
+
+import { api } from "./api.js";
+import { count, h, localTime, setText, unseen } from "./dom.js";
+
+const PAGE = 25;
+const PAUSE = 250;
+const ENDS = { terminated: "completed", truncated: "out of rounds" };
+
+/**
+ * @param {HTMLElement} main
+ * @param {{search: URLSearchParams}} at
+ * @param {AbortSignal} signal
+ */
+export async function episodes(main, { search }, signal) {
+  document.title = "Episodes \u00b7 goalscope";
+  const list = new List(search, signal);
+  main.replaceChildren(list.element);
+  await list.load();
+}
+
+class List {
+  constructor(search, signal) {
+    this.signal = signal;
+    this.text = search.get("text") ?? "";
+    this.offset = Math.max(0, Number(search.get("offset")) || 0);
+    this.chosen = [];
+    this.asked = 0;
+    this.found = h("p", { class: "soft", role: "status" });
+    this.rows = h("tbody", {});
+    this.table = h(
+      "table",
+      { class: "episodes" },
+      h("caption", { class: "unseen" }, "Episodes, newest first"),
+      h("thead", {}, h("tr", {}, ...headings())),
+      this.rows,
+    );
+    this.earlier = h("button", { type: "button", onclick: () => this.#turn(-PAGE) }, "Newer");
+    this.later = h("button", { type: "button", onclick: () => this.#turn(PAGE) }, "Older");
+    this.compare = h("div", { class: "compare-bar", role: "status" });
+    this.element = h(
+      "div",
+      { class: "page" },
+      h("h1", {}, "Episodes"),
+      this.#searchField(),
+      this.found,
+      h("div", { class: "table-box" }, this.table),
+      h("nav", { class: "buttons", "aria-label": "More episodes" }, this.earlier, this.later),
+      this.compare,
+    );
+  }
+
+  #searchField() {
+    let timer = 0;
+    const typed = (event) => {
+      clearTimeout(timer);
+      timer = setTimeout(() => {
+        this.text = event.target.value.trim();
+        this.offset = 0;
+        this.load();
+      }, PAUSE);
+    };
+    return h(
+      "p",
+      { class: "field" },
+      h("label", { for: "search" }, "Search"),
+      h("input", { type: "search", id: "search", value: this.text, oninput: typed, placeholder: "Words, a person, an id" }),
+    );
+  }
+
+  #turn(by) {
+    this.offset = Math.max(0, this.offset + by);
+    this.load();
+  }
+
+  async load() {
+    this.asked += 1;
+    const asked = this.asked;
+    this.#remember();
+    try {
+      const found = await api.episodes(this.text, PAGE, this.offset);
+      if (asked === this.asked && !this.signal.aborted) this.#show(found);
+    } catch (error) {
+      setText(this.found, error.message);
+    }
+  }
+
+  /** The address finds the same page again. */
+  #remember() {
+    const search = new URLSearchParams();
+    if (this.text) search.set("text", this.text);
+    if (this.offset) search.set("offset", String(this.offset));
+    const rest = search.size ? `?${search}` : "";
+    history.replaceState(null, "", `#/episodes${rest}`);
+  }
+
+  #show({ episodes: found, total }) {
+    const last = this.offset + found.length;
+    setText(this.found, total ? `${this.offset + 1} to ${last} of ${count(total, "episode")}` : "Nothing is found.");
+    this.table.hidden = found.length === 0;
+    this.rows.replaceChildren(...found.map((episode) => this.#row(episode)));
+    this.earlier.parentElement.hidden = total <= PAGE;
+    this.earlier.disabled = this.offset === 0;
+    this.later.disabled = last >= total;
+  }
+
+  #row(episode) {
+    const started = localTime(episode.created);
+    const person = episode.profile ?? (episode.mine ? "you" : "somebody");
+    const choose = (event) => this.#choose(episode.id, event.target.checked);
+    const goOn = episode.mine && !episode.ended && !episode.profile;
+    const cells = [
+      ["Domain", episode.domain],
+      ["Person", person],
+      ["Method", episode.method],
+      ["Rounds", String(episode.rounds)],
+      ["Ended", ENDS[episode.ended] ?? "not yet"],
+      ["Score", episode.score === null ? "" : episode.score.toFixed(2)],
+    ];
+    return h(
+      "tr",
+      {},
+      h("th", { scope: "row" }, h("a", { href: `#/replay/${episode.id}` }, started)),
+      ...cells.map(([name, text]) => h("td", { "data-name": name, class: classOf(name) }, text)),
+      h(
+        "td",
+        {},
+        h(
+          "div",
+          { class: "row-actions" },
+          goOn ? h("a", { href: `#/talk/${episode.id}` }, "Go on", unseen(` with the one of ${started}`)) : null,
+          h(
+            "label",
+            { class: "check" },
+            h("input", { type: "checkbox", onchange: choose, checked: this.chosen.includes(episode.id) }),
+            "Compare",
+            unseen(` the one of ${started}`),
+          ),
+        ),
+      ),
+    );
+  }
+
+  #choose(id, yes) {
+    this.chosen = this.chosen.filter((one) => one !== id);
+    if (yes) this.chosen = [...this.chosen, id].slice(-2);
+    for (const row of this.rows.children) this.#tick(row);
+    const [first, second] = this.chosen;
+    if (!first) this.compare.replaceChildren();
+    else if (!second) this.compare.replaceChildren(h("p", {}, "Choose one more to compare."));
+    else {
+      this.compare.replaceChildren(
+        h("a", { class: "button primary", href: `#/compare/${first}/${second}` }, "Compare the two"),
+      );
+    }
+  }
+
+  #tick(row) {
+    const id = row.querySelector("th a").hash.split("/").at(-1);
+    row.querySelector("input").checked = this.chosen.includes(id);
+  }
+}
+
+function classOf(name) {
+  return name === "Rounds" || name === "Score" ? "number" : null;
+}
+
+function headings() {
+  const names = ["Started", "Domain", "Person", "Method", "Rounds", "Ended", "Score"];
+  return [
+    ...names.map((name) => h("th", { scope: "col", class: classOf(name) }, name)),
+    h("td", {}),
+  ];
+}

@@ -1,0 +1,143 @@
+/** What was done, and what it led to: actions, the basket, the room. */
+
+import { pathOf } from "./api.js";
+import { count, h, unseen } from "./dom.js";
+
+const ITEM = /^- (\d+) x (.*): (.*)$/;
+const TOTAL = /^Total: (.*)$/;
+
+/**
+ * The actions of a round, with what came of each; what was only looked up is folded.
+ * @param {import("./api.js").Action[]} actions
+ */
+export function actionList(actions) {
+  const lookUps = actions.filter(isLookUp);
+  const others = actions.filter((action) => !isLookUp(action));
+  return h(
+    "div",
+    { class: "outcomes" },
+    lookUps.length ? lookUpList(lookUps) : null,
+    others.length ? h("ul", { class: "actions" }, ...others.map(actionItem)) : null,
+  );
+}
+
+function isLookUp(action) {
+  return action.ok && !action.irreversible && action.observation.includes("\n");
+}
+
+function lookUpList(actions) {
+  const items = actions.flatMap((action) => [h("dt", {}, action.text), h("dd", {}, action.observation)]);
+  return h("details", {}, h("summary", {}, `Looked up ${count(actions.length, "thing")}`), h("dl", {}, ...items));
+}
+
+function actionItem(action) {
+  const [first] = action.observation.split("\n");
+  return h(
+    "li",
+    { class: action.ok ? "done" : "failed", title: action.text },
+    h("span", { class: "sign", "aria-hidden": "true" }, action.ok ? "\u2713" : "\u2717"),
+    h(
+      "span",
+      {},
+      unseen(action.ok ? "done: " : "failed: "),
+      action.ok && !action.irreversible && first ? first : action.text,
+      action.ok ? null : h("span", { class: "reason" }, ` \u2013 ${first}`),
+      action.irreversible ? h("span", { class: "badge" }, "cannot be undone") : null,
+    ),
+  );
+}
+
+/** Whether a status tells of a basket with something in it. */
+function isBasket(lines) {
+  return lines.some((line) => ITEM.test(line));
+}
+
+/** The status as a table of what is in the basket, or else as a list. */
+export function statusView(status) {
+  const lines = status.split("\n").filter((line) => line.trim());
+  return isBasket(lines) ? basket(lines) : listed(lines);
+}
+
+function basket(lines) {
+  const items = lines.map((line) => ITEM.exec(line)).filter(Boolean);
+  const total = lines.map((line) => TOTAL.exec(line)).find(Boolean);
+  const others = lines.slice(1).filter((line) => !ITEM.test(line) && !TOTAL.test(line));
+  const cell = (name, text, attributes = {}) => h(name, attributes, text);
+  return h(
+    "div",
+    {},
+    h(
+      "table",
+      { class: "basket" },
+      h("caption", { class: "unseen" }, lines[0].replace(/:$/, "")),
+      h(
+        "thead",
+        { class: "unseen" },
+        h("tr", {}, ...["Number", "Item", "Price"].map((text) => cell("th", text, { scope: "col" }))),
+      ),
+      h(
+        "tbody",
+        {},
+        ...items.map(([, number, name, price]) =>
+          h("tr", {}, cell("td", `${number}\u00a0\u00d7`, { class: "quantity" }), cell("td", name), cell("td", price, { class: "price" })),
+        ),
+      ),
+      total
+        ? h("tfoot", {}, h("tr", {}, cell("th", "Total", { scope: "row", colspan: 2 }), cell("td", total[1], { class: "price" })))
+        : null,
+    ),
+    ...others.map((line) => h("p", {}, line)),
+  );
+}
+
+function listed(lines) {
+  const items = lines.filter((line) => line.startsWith("- "));
+  const rest = lines.filter((line) => !line.startsWith("- "));
+  return h(
+    "div",
+    { class: "status-text" },
+    ...rest.map((line) => h("p", {}, line)),
+    items.length ? h("ul", {}, ...items.map((line) => h("li", {}, line.slice(2)))) : null,
+  );
+}
+
+/** In a few words, for where there is no room: the total, or how many items. */
+export function statusSummary(status) {
+  return /^Total: (.*)$/m.exec(status)?.[1] ?? "";
+}
+
+/** What stands in the end of a round: the basket, or the room from above. */
+export class Outcome {
+  /** @param {import("./api.js").Episode} episode */
+  constructor(episode) {
+    this.episode = episode;
+    this.house = episode.domain === "house";
+    this.shown = null;
+    this.image = h("img", { class: "room", alt: "" });
+    this.body = h("div", {});
+    this.element = h(
+      "div",
+      { class: "panel" },
+      h("h2", {}, this.house ? "The room" : "The basket"),
+      this.house ? h("a", { class: "room-link", target: "_blank", rel: "noopener" }, this.image) : null,
+      this.body,
+    );
+  }
+
+  /**
+   * @param {number} number The round; 0 is the start.
+   * @param {string} status
+   */
+  show(number, status) {
+    const key = `${number} ${status}`;
+    if (key === this.shown) return;
+    this.shown = key;
+    const empty = this.house ? "The robot has not done anything yet." : "The basket is empty.";
+    this.body.replaceChildren(statusView(status || empty));
+    if (!this.house) return;
+    const picture = pathOf(this.episode.id, `/picture.svg?round=${number}`);
+    this.image.src = picture;
+    this.image.alt = `The room from above ${number ? `after round ${number}` : "at the start"}`;
+    this.image.parentElement.href = picture;
+  }
+}

@@ -1,0 +1,115 @@
+/** The first page: what to talk about. */
+
+import { api } from "./api.js";
+import { count, h, localTime } from "./dom.js";
+import { aboutDomain, domainOf } from "./domains.js";
+
+const RECENT = 20;
+const SHOWN = 3;
+
+/**
+ * @param {HTMLElement} main
+ * @param {{options: object}} at
+ * @param {AbortSignal} signal
+ */
+export async function start(main, { options }, signal) {
+  const goOn = h("div", {});
+  main.replaceChildren(
+    h(
+      "div",
+      { class: "page narrow" },
+      h("h1", { class: "hero" }, "Say what you want. Watch what it understands."),
+      h(
+        "p",
+        { class: "lead" },
+        "This assistant keeps a probability over what you may want, in plain words, and changes it with all that you say. You see the whole of it, and can put it right.",
+      ),
+      beginForm(options),
+      goOn,
+      h("p", { class: "soft small" }, `goalscope ${options.version}, with the model ${options.model}`),
+    ),
+  );
+  const { episodes } = await api.episodes("", RECENT, 0);
+  const open = episodes.filter((one) => one.mine && !one.ended && !one.profile).slice(0, SHOWN);
+  if (open.length && !signal.aborted) goOn.replaceChildren(...goingOn(open, options));
+}
+
+function goingOn(episodes, options) {
+  const rows = episodes.map((one) =>
+    h(
+      "li",
+      {},
+      h("a", { href: `#/talk/${one.id}` }, domainOf(one, options).title),
+      h("span", { class: "soft" }, ` ${localTime(one.created)}, ${count(one.rounds, "round")}`),
+    ),
+  );
+  return [h("h2", {}, "Go on with"), h("ul", { class: "plain" }, ...rows)];
+}
+
+function beginForm(options) {
+  const scene = h("select", { id: "scene", name: "scene" });
+  const method = h(
+    "select",
+    { id: "method", name: "method" },
+    ...options.methods.map((one) => h("option", { value: one.name }, one.name)),
+  );
+  const about = h("p", { class: "soft small", id: "about" });
+  method.setAttribute("aria-describedby", "about");
+  const sceneField = h("p", { class: "field" }, h("label", { for: "scene" }, "Scene"), scene);
+  const problem = h("p", { class: "problem", role: "alert", hidden: true });
+  const button = h("button", { type: "submit", class: "primary large" }, "Begin");
+  const cards = options.domains.map((domain, place) => domainCard(domain, place === 0, () => choose(domain)));
+
+  const choose = (domain) => {
+    sceneField.hidden = domain.scenes.length === 0;
+    scene.replaceChildren(
+      h("option", { value: "" }, "the usual one"),
+      ...domain.scenes.map((name) => h("option", { value: name }, name)),
+    );
+  };
+  const tell = () => {
+    about.textContent = options.methods.find((one) => one.name === method.value)?.about ?? "";
+  };
+  const begin = async (event) => {
+    event.preventDefault();
+    button.disabled = true;
+    problem.hidden = true;
+    const domain = new FormData(event.target).get("domain");
+    try {
+      const wanted = { domain, method: method.value, ...(scene.value ? { scene: scene.value } : {}) };
+      const { id } = await api.begin(wanted);
+      location.hash = `#/talk/${id}`;
+    } catch (error) {
+      problem.textContent = error.message;
+      problem.hidden = false;
+      button.disabled = false;
+    }
+  };
+  method.addEventListener("change", tell);
+  choose(options.domains[0]);
+  tell();
+  return h(
+    "form",
+    { class: "begin", onsubmit: begin },
+    h("fieldset", { class: "domains" }, h("legend", {}, "What shall it help with?"), ...cards),
+    h(
+      "details",
+      { class: "more" },
+      h("summary", {}, "More"),
+      sceneField,
+      h("p", { class: "field" }, h("label", { for: "method" }, "Method"), method),
+      about,
+    ),
+    problem,
+    button,
+  );
+}
+
+function domainCard(domain, checked, choose) {
+  return h(
+    "label",
+    { class: "domain" },
+    h("input", { type: "radio", name: "domain", value: domain.name, checked, onchange: choose }),
+    h("span", { class: "domain-text" }, h("strong", {}, domain.title), h("span", { class: "soft" }, aboutDomain(domain))),
+  );
+}

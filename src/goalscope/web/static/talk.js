@@ -1,0 +1,248 @@
+/** A conversation that goes on: the chat, the belief beside it, and what came of it. */
+
+import { api, listen } from "./api.js";
+import { Composer, Log } from "./chat.js";
+import { count, h, setText } from "./dom.js";
+import { aboutDomain, domainOf } from "./domains.js";
+import { statusView } from "./outcome.js";
+import { Side, Strip } from "./side.js";
+
+/**
+ * @param {HTMLElement} main
+ * @param {{id: string, options: object}} at
+ * @param {AbortSignal} signal
+ */
+export async function talk(main, { id, options }, signal) {
+  const state = await api.episode(id);
+  if (signal.aborted) return;
+  if (!state.live) {
+    location.replace(`#/replay/${id}`);
+    return;
+  }
+  new Talk(main, id, options, state, signal);
+}
+
+class Talk {
+  constructor(main, id, options, state, signal) {
+    this.id = id;
+    this.state = { ...state, connected: true };
+    this.pending = null;
+    this.failed = null;
+    this.problem = "";
+    this.domain = domainOf(state.episode, options);
+    this.signal = signal;
+    this.log = new Log();
+    this.composer = new Composer((text) => this.say(text));
+    this.side = new Side(state.episode, {
+      correct: (kind, goal, text) => this.correct(kind, goal, text),
+      undo: () => this.undo(),
+    });
+    this.strip = new Strip(this.side.element);
+    this.status = h("p", { class: "thinking", role: "status" });
+    this.confirm = h("div", { class: "slot" });
+    this.error = h("div", { class: "slot", role: "alert" });
+    this.end = h("div", { class: "slot" });
+    this.hint = h("p", { class: "hint" });
+    main.replaceChildren(this.#page());
+    this.render();
+    this.log.scrollToEnd();
+    this.composer.input.focus({ preventScroll: true });
+    this.#listen();
+  }
+
+  #page() {
+    const { title } = this.domain;
+    document.title = `${title} \u00b7 goalscope`;
+    const chat = h(
+      "section",
+      { class: "chat", "aria-label": title },
+      h("header", { class: "chat-head" }, h("h1", {}, title), h("p", { class: "soft" }, aboutDomain(this.domain))),
+      this.log.element,
+      h("div", { class: "foot" }, this.status, this.error, this.confirm, this.end, this.composer.element, this.hint),
+    );
+    return h("div", { class: "talk" }, chat, this.strip.element, this.side.element);
+  }
+
+  #listen() {
+    const handlers = {
+      live: (live) => this.#live(live),
+      round: (round) => this.#round(round),
+      ended: (episode) => this.update({ episode, live: null }),
+      connected: (connected) => this.update({ connected }),
+      refused: () => this.reload(),
+    };
+    this.hangUp = listen(this.id, handlers, this.signal);
+    const escape = (event) => {
+      if (event.key === "Escape" && !this.side.close()) this.strip.close();
+    };
+    document.addEventListener("keydown", escape, { signal: this.signal });
+  }
+
+  #live(live) {
+    if (this.state.episode.ended) return;
+    if (live.round > this.state.rounds.length + 1) this.reload();
+    if (live.utterance) this.pending = null;
+    if (live.error) this.failed = live.utterance;
+    this.update({ live });
+  }
+
+  #round(round) {
+    this.pending = null;
+    this.failed = null;
+    const rounds = this.state.rounds.filter((one) => one.number !== round.number);
+    this.update({ rounds: [...rounds, round].sort((a, b) => a.number - b.number) });
+  }
+
+  /** Takes over how the server says it stands; where it cannot be reached, the status says so. */
+  async reload() {
+    const found = await api.episode(this.id).catch(() => null);
+    if (found) this.update(found);
+  }
+
+  /** @param {object} changed What is new in the state. */
+  update(changed) {
+    if (this.signal.aborted) return;
+    Object.assign(this.state, changed);
+    this.render();
+  }
+
+  async say(text, confirmed) {
+    this.pending = text;
+    this.failed = null;
+    this.#tell("");
+    this.log.scrollToEnd();
+    try {
+      const said = { text, round: this.state.live.round, ...(confirmed ? { confirmed } : {}) };
+      this.#live(await api.say(this.id, said));
+    } catch (error) {
+      this.pending = null;
+      this.failed = text;
+      this.#tell(error.message);
+      if (error.status === 409) this.reload();
+    }
+  }
+
+  async correct(kind, goal, text) {
+    await this.#change(() => api.correct(this.id, { kind, goal, ...(text ? { text } : {}) }));
+  }
+
+  async undo() {
+    await this.#change(() => api.undo(this.id)).catch((error) => this.#tell(error.message));
+  }
+
+  async #change(change) {
+    try {
+      this.update({ live: await change() });
+    } catch (error) {
+      if (error.status === 409) this.reload();
+      throw error;
+    }
+  }
+
+  #tell(problem) {
+    this.problem = problem;
+    this.render();
+  }
+
+  render() {
+    const { episode, rounds, live, connected } = this.state;
+    const round = live?.round ?? rounds.length + 1;
+    const utterance = this.pending ?? live?.utterance ?? this.failed;
+    this.log.show(rounds, live ? { round, query: live.query, utterance } : null);
+    this.side.show(rounds, live);
+    this.strip.show(this.side);
+    this.#status(live, connected);
+    this.#error(live);
+    this.#confirm(live);
+    this.#end(episode, live);
+    this.composer.setReady(Boolean(live && live.phase === "idle" && live.query && this.pending === null));
+  }
+
+  #status(live, connected) {
+    const step = connected ? working(live, this.pending) : "The connection broke off. Trying again\u2026";
+    this.status.classList.toggle("busy", Boolean(step));
+    setText(this.status, step);
+  }
+
+  #error(live) {
+    const problem = this.problem || live?.error || "";
+    const key = `${problem}|${this.failed}`;
+    if (key === this.errorShown) return;
+    this.errorShown = key;
+    const failed = this.failed;
+    const buttons = failed
+      ? h(
+          "div",
+          { class: "buttons" },
+          h("button", { type: "button", class: "primary", onclick: () => this.say(failed) }, "Try again"),
+          h("button", { type: "button", onclick: () => this.composer.write(failed) }, "Change the words"),
+        )
+      : h("div", { class: "buttons" }, h("button", { type: "button", onclick: () => this.#tell("") }, "Close"));
+    this.error.replaceChildren(...(problem ? [h("div", { class: "card error" }, h("p", {}, problem), buttons)] : []));
+  }
+
+  #confirm(live) {
+    const wanted = live?.confirm && live.phase === "idle" && this.pending === null ? live.confirm : null;
+    if (wanted?.state === this.confirmShown) return;
+    this.confirmShown = wanted?.state;
+    this.confirm.replaceChildren(...(wanted ? [this.#confirmCard(wanted, live.completion_phrase)] : []));
+  }
+
+  #confirmCard({ state, status, question }, phrase) {
+    const yes = this.state.episode.domain === "grocery" ? "Buy this basket" : "Yes, do this";
+    return h(
+      "section",
+      { class: "card confirm", "aria-label": "To confirm" },
+      h("h2", {}, question),
+      statusView(status),
+      h(
+        "div",
+        { class: "buttons" },
+        h("button", { type: "button", class: "primary", onclick: () => this.say(phrase, state) }, yes),
+        h("button", { type: "button", onclick: () => this.composer.input.focus() }, "Not yet"),
+      ),
+    );
+  }
+
+  #end(episode, live) {
+    this.composer.element.hidden = !live;
+    this.hint.hidden = !live;
+    if (live && this.hint.childElementCount === 0) {
+      const phrase = live.completion_phrase;
+      const write = () => this.composer.write(phrase);
+      this.hint.append("To finish, say \u201c", h("button", { type: "button", class: "quiet", onclick: write }, phrase), "\u201d.");
+    }
+    if (live || this.end.childElementCount) return;
+    this.hangUp?.();
+    this.end.append(endCard(episode));
+    this.log.scrollToEnd();
+  }
+}
+
+/** What the agent does now, in words; empty while it is the person's turn. */
+function working(live, pending) {
+  if (!live) return "";
+  if (live.phase === "waiting" && live.place > 0) {
+    return live.place === 1 ? "One person is before you" : `${live.place} people are before you`;
+  }
+  if (live.phase === "idle" && pending === null) return "";
+  const step = live.step || "thinking";
+  return `${step[0].toUpperCase()}${step.slice(1)}\u2026`;
+}
+
+function endCard(episode) {
+  const rounds = count(episode.rounds, "round");
+  const score = episode.score === null ? "" : ` Score: ${episode.score.toFixed(2)}.`;
+  return h(
+    "section",
+    { class: "card ended", "aria-label": "The end" },
+    h("h2", {}, episode.ended === "terminated" ? "Done" : "That was the last round"),
+    h("p", {}, `It took ${rounds}.${score}`),
+    h(
+      "div",
+      { class: "buttons" },
+      h("a", { class: "button primary", href: `#/replay/${episode.id}` }, "See how the belief moved"),
+      h("a", { class: "button", href: "#/" }, "Begin another"),
+    ),
+  );
+}
