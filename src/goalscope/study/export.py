@@ -29,8 +29,8 @@ def as_csv(store: Store, study: Study, *, ids: bool = True) -> str:
     """
     book = Book(store)
     infos = {id: store.episode(id) for id in book.items(study).values()}
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
+    file = io.StringIO(newline="")
+    writer = csv.writer(file)
     writer.writerow(COLUMNS)
     for each in book.participants(study):
         why = "; ".join(excluded(each, study.plan.exclusion)) if each.finished else ""
