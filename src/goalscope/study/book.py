@@ -49,6 +49,7 @@ class Book:
 
     def __init__(self, store: Store) -> None:
         self._store = store
+        self._known: dict[str, Study] = {}
 
     def add(self, plan: Plan) -> Study:
         """Make a study of the episodes as they are now.
@@ -87,13 +88,16 @@ class Book:
         Raises:
             InvalidInputError: There is none.
         """
+        if name in self._known:  # a study never changes
+            return self._known[name]
         with self._store.reading() as session:
             row = session.scalar(select(StudyRow).where(StudyRow.name == name))
             known = session.scalars(select(StudyRow.name)).all()
         if row is None:
             hint = nearest(name, known) if known else "`goalscope study new` makes one."
             raise InvalidInputError(f'There is no study "{name}"; {hint}')
-        return _study(row)
+        self._known[name] = _study(row)
+        return self._known[name]
 
     def items(self, study: Study) -> dict[int, str]:
         """The episodes by their items' numbers."""
