@@ -151,7 +151,7 @@ def test_many_at_once_get_no_more_ratings_than_are_wanted(address: str, visit) -
         person.get(home)
         return person.http.post(f"{home}/consent", json={"agreed": True}).status_code
 
-    with ThreadPoolExecutor(12) as pool:
+    with ThreadPoolExecutor(8) as pool:
         assert Counter(pool.map(join, people)) == {200: 2, 409: 10}
 
 
@@ -229,7 +229,7 @@ def test_a_thousand_answers_over_a_bad_network_are_a_thousand_rows(tmp_path: Pat
             return saved
 
     with site(tmp_path / "episodes.db") as address, httpx.HTTPTransport() as wire:
-        with ThreadPoolExecutor(16) as pool:
+        with ThreadPoolExecutor(8) as pool:
             known = list(pool.map(take_part, range(100)))
         for thread in late:
             thread.join()
