@@ -127,6 +127,7 @@ function question(place, item) {
   const begun = draft.read();
   const before = begun ?? keeper.saved;
   const [line, tell, later] = statusLine();
+  const [done, update] = progress();
   const ratings = study.scale.map((words, rating) => ratingField(rating, words, before.rating === rating));
   const why = h("textarea", { id: "why", name: "why", rows: 3, maxlength: 4000, "aria-describedby": "least" });
   why.value = before.explanation;
@@ -172,6 +173,7 @@ function question(place, item) {
       return;
     }
     study.answered[place - 1] = true;
+    update();
     if (unsaved()) return;
     draft.drop();
     tell("Saved", "saved");
@@ -209,7 +211,7 @@ function question(place, item) {
     removeEventListener("beforeunload", warn);
     if (unsaved() && !missing(given())) save();
   };
-  page(`Question ${place} of ${study.answered.length}`, progress(), ...about(item), form);
+  page(`Question ${place} of ${study.answered.length}`, done, ...about(item), form);
   if (keeper.saved.revision && !unsaved()) tell("Saved", "saved");
   else if (begun && begun.revision !== keeper.saved.revision) tell(otherwise(keeper.saved), "problem");
   else changed();
@@ -225,15 +227,16 @@ function ratingField(rating, words, checked) {
   );
 }
 
+/** How many have an answer, and the function that tells it anew. */
 function progress() {
-  const done = study.answered.filter(Boolean).length;
-  const label = `${done} of ${study.answered.length} answered`;
-  return h(
-    "p",
-    { class: "progress" },
-    h("progress", { max: study.answered.length, value: done, "aria-label": label }),
-    h("span", { class: "soft small" }, label),
-  );
+  const bar = h("progress", { max: study.answered.length, "aria-label": "Answered" });
+  const label = h("span", { class: "soft small" });
+  const update = () => {
+    bar.value = study.answered.filter(Boolean).length;
+    label.textContent = `${bar.value} of ${study.answered.length} answered`;
+  };
+  update();
+  return [h("p", { class: "progress" }, bar, label), update];
 }
 
 function about(item) {
@@ -271,7 +274,7 @@ function end() {
   const { code, url } = study.completion;
   page(
     "Thank you",
-    progress(),
+    progress()[0],
     h("p", {}, "All your answers are saved."),
     code && h("p", {}, "Your completion code is ", h("strong", { class: "code" }, code)),
     url &&
