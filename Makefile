@@ -1,4 +1,4 @@
-# make demo | make test | make check | make torch | make bench | make results
+# make demo | make test | make servers | make check | make torch | make bench | make results
 # (needs Python 3.11, a C++ compiler, make)
 
 PYTHON ?= python3
@@ -19,7 +19,7 @@ ADAPTERS := $(SETS:%=adapters/without-%/adapter.gguf) $(patsubst %,adapters/teac
 FIT := $(BIN)/goalscope fit --start none --out adapters
 SHORT := --steps 100 --every 100 --validation 20
 
-.PHONY: demo test check bench results adapter lock torch
+.PHONY: demo test check bench results adapter lock servers torch
 
 demo: $(READY)  ## one grocery episode with a scripted human, on the built-in model
 	$(BIN)/goalscope run grocery --profile $(PROFILE)
@@ -29,6 +29,11 @@ test: $(READY)  ## the whole test suite
 
 torch: $(READY)  ## the backend that runs models by Transformers, which `make test` then tests too
 	$(BIN)/python -m pip install --quiet "$(TORCH)" --editable ".[torch]"
+
+servers:  ## Debian's programs that some tests need, which are skipped without them; as root
+	test -n "$(wildcard /usr/lib/postgresql/*/bin/initdb)" && command -v chromium >/dev/null || { \
+		apt-get update --quiet=2 && \
+		DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --yes --no-install-recommends postgresql chromium; }
 
 check: $(READY)  ## format, lint, types
 	$(BIN)/ruff format --check src tests benchmarks docs
@@ -71,7 +76,7 @@ adapters/teach-%/adapter.gguf: | $(READY)
 	$(FIT)/teach-$* "teach:train[:$*]" $(SHORT)
 
 lock:  ## pin the newest versions that pyproject.toml allows
-	uv pip compile pyproject.toml --extra cluster --extra experiments --extra remote --extra thor --group dev \
+	uv pip compile pyproject.toml --extra cluster --extra experiments --extra postgres --extra remote --extra thor --group dev \
 		--universal --python-version 3.11 --upgrade \
 		--generate-hashes --no-emit-index-url --no-emit-find-links --no-header \
 		--output-file requirements.lock

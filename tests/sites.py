@@ -24,8 +24,9 @@ from goalscope.web.guard import Guard
 
 KEY = "the-key-of-the-host-in-tests"
 WRITES = {
-    "Possible goals": "- bake a cake\n- cook tomato soup",
-    "Ask": "What do you like?",
+    "name what the human may want": "- bake a cake\n- bake bread with flour",
+    "lists of what is needed": "- flour\n- sugar",
+    "short question": "What do you like?",
 }
 
 

@@ -27,6 +27,7 @@ REPLIES = {
     "lists of what is needed": "- lamp\n- book",
     "short question": "Is it bright enough?",
 }
+RANKS = {"the most likely": '"2"', "the least likely": '"1"'}
 SLEEPER = Profile("sleeper", "likes light", ("lamp light please",))
 
 
@@ -60,9 +61,20 @@ def test_nothing_is_done_while_no_goal_is_known() -> None:
     assert env.on == []
 
 
+@pytest.mark.parametrize("method", ["good", "no-inference"])
+@pytest.mark.parametrize("found", [True, False])
+def test_words_that_no_goal_explains_are_told_of_if_none_is_found(method, found) -> None:
+    none = {} if found else {"name what the human may want": ""}
+    agent = Agent(LampRoom(), WordModel({**REPLIES, **RANKS, **none}), method=method)
+    round = agent.step("What now?", "lamp light please")
+    assert any("no better one was found" in note for note in round.notes) != found
+    asked = agent.step("What now?", "lamp light: which lamps are on?")
+    assert asked.notes == ()  # none was looked for
+
+
 @pytest.mark.parametrize("method", ["good", "no-goals", "no-inference"])
 def test_resumed_agent_goes_on_where_it_was(method) -> None:
-    replies = {**REPLIES, "the most likely": '"2"', "the least likely": '"1"'}
+    replies = {**REPLIES, **RANKS}
     env = LampRoom()
     first = Agent(env, WordModel(replies), method=method)
     rounds = [first.step("What now?", "lamp light please")]
@@ -174,7 +186,7 @@ def test_long_turns_leave_room_in_every_prompt() -> None:
 
 @pytest.mark.parametrize(("method", "used"), [("good", USUAL), ("no-inference", LAST_TURN)])
 def test_a_calibration_is_the_role_plays_and_not_the_rankings(method, used) -> None:
-    replies = {**REPLIES, "the most likely": '"2"', "the least likely": '"1"'}
+    replies = {**REPLIES, **RANKS}
     agent = Agent(LampRoom(), WordModel(replies), method=method, calibration=USUAL)
     round = agent.step("What?", "lamp light please")
     assert round.belief is not None

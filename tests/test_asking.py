@@ -1,6 +1,7 @@
 """Questions are asked for what their answers tell, in a world that can be computed by hand."""
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -50,7 +51,9 @@ def flat(*goals: Goal, calibration=PAPER) -> Belief:
 
 
 def asked(model: People, belief: Belief, turns: Sequence[Turn] = DARK, **options) -> str:
-    return informative(model, RolePlay(model), LampRoom(), belief, turns, **options)
+    query, gain = informative(model, RolePlay(model), LampRoom(), belief, turns, **options)
+    assert (gain is None) == query.endswith((OPENING, FALLBACK))
+    return query
 
 
 def test_gain_by_hand() -> None:
@@ -115,6 +118,14 @@ def test_answers_that_differ_by_goal_tell_and_others_do_not() -> None:
     assert gain(IDLE) == pytest.approx(0, abs=1e-9)
     boost = model.boost**2  # two words, each likelier by `boost` if the prompt holds them
     assert gain(TELLING) == pytest.approx(math.log(3 / (1 + 2 / boost)), rel=1e-6)
+
+
+def test_what_a_question_is_expected_to_tell_comes_with_it() -> None:
+    model = People(IDLE, TELLING)
+    belief = flat(READ, SLEEP)
+    expected = expected_gain(TELLING, model, RolePlay(model), LampRoom.task, belief, DARK)
+    _, gain = informative(model, RolePlay(model), LampRoom(), belief, DARK)
+    assert gain == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("order", [(IDLE, TELLING), (TELLING, IDLE)])
@@ -242,8 +253,11 @@ def test_an_agent_asks_what_tells_its_goals_apart() -> None:
         resumed.resume(agent.rounds)
         assert resumed.ask() == answers[questions]
     assert answers == {"likeliest": IDLE, "informative": TELLING}
+    told = [note for note in agent.step(TELLING, "novels").notes if "expected to tell" in note]
+    assert re.fullmatch(r"The answer to .* to tell 0\.\d\d nats\.", *told)
+    assert not any("expected to tell" in note for note in agent.step(OPENING, "novels").notes)
     frugal = Agent(LampRoom(), Proposing(TELLING), questions="informative", cost=2.0)
-    frugal.resume(agent.rounds)
+    frugal.resume(agent.rounds[:1])
     assert frugal.ask() == FALLBACK
 
 

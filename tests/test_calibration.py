@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+import re
 from dataclasses import asdict, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -285,7 +286,7 @@ def test_numbers_out_of_their_range_are_refused(field: str, values: list) -> Non
         with pytest.raises(ValueError, match=field.removesuffix("s")):
             Calibration(**{field: value})
         with pytest.raises(ValueError, match=field.removesuffix("s")):
-            calibration_from_json({field: value})
+            calibration_from_json({**asdict(PAPER), field: value})
 
 
 @given(anything, st.integers(0, 999), st.lists(st.tuples(share, share), max_size=3).map(tuple))
@@ -295,8 +296,42 @@ def test_json_gives_it_back(calibration: Calibration, n: int, thresholds) -> Non
 
 
 def test_json_with_unknown_fields_is_refused() -> None:
-    with pytest.raises(TypeError):
-        calibration_from_json({"temperature": 1.0, "evidence": "sum"})
+    with pytest.raises(TypeError, match="evidence"):
+        calibration_from_json({**asdict(PAPER), "evidence": "sum"})
+
+
+def test_json_from_before_there_was_forgetting_forgets_nothing() -> None:
+    before = {key: value for key, value in asdict(USUAL).items() if key != "forgetting"}
+    assert calibration_from_json(before) == replace(USUAL, forgetting=0.0)
+
+
+FIELDS = ["temperature", "reference", "unstated", "switching", "n", "thresholds"]
+
+
+@pytest.mark.parametrize(
+    ("fields", "cause"),
+    [
+        *[({name: ...}, f"the key '{name}' is missing") for name in FIELDS],
+        *[({name: "2"}, f"{name} must be") for name in [*FIELDS, "forgetting"]],
+        *[({name: True}, f"{name} must be") for name in [*FIELDS, "forgetting"]],
+        *[({name: None}, f"{name} must be") for name in FIELDS if name != "unstated"],
+        *[({name: -1}, "must") for name in [*FIELDS, "forgetting"]],
+        ({"n": 1.5}, "n must be"),
+        ({"thresholds": [0.1]}, "thresholds must be pairs of numbers, not [0.1]"),
+        ({"thresholds": [[0.1, "0.5"]]}, "thresholds must be pairs of numbers"),
+        ({"thresholds": [[0.1, 1.5]]}, "threshold must lie between 0 and 1, not be 1.5"),
+        ({"warmth": 2}, "warmth"),
+    ],
+)
+def test_what_is_wrong_with_a_calibration_file_is_named(tmp_path: Path, fields, cause) -> None:
+    file = tmp_path / "mine.json"
+    values = {**asdict(USUAL), **fields}
+    data = {key: value for key, value in values.items() if value is not ...}
+    file.write_text(json.dumps({"calibration": data}))
+    with pytest.raises(InvalidInputError, match=re.escape(cause)) as caught:
+        calibration_named(str(file))
+    assert str(file) in str(caught.value)
+    assert "`goalscope calibrate` writes one" in str(caught.value)
 
 
 def test_names_and_files_name_calibrations(tmp_path: Path) -> None:
@@ -321,11 +356,6 @@ def test_names_and_files_name_calibrations(tmp_path: Path) -> None:
         "{}",
         '{"calibration": 7}',
         '{"calibration": [1, 2]}',
-        '{"calibration": {"temperature": 0}}',
-        '{"calibration": {"temperature": "2"}}',
-        '{"calibration": {"warmth": 2}}',
-        '{"calibration": {"thresholds": [0.1]}}',
-        '{"calibration": {"thresholds": 7}}',
         b"\xff\xfe",
     ],
 )

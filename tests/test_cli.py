@@ -353,6 +353,40 @@ def test_a_chat_that_ends_early_is_kept_and_goes_on(shop, store_file):
     assert "--rounds 4" in fails(2, "chat", "--resume", info.id, "--rounds", "2")
 
 
+def test_a_resumed_episode_takes_no_options_that_it_would_not_heed(shop, store_file, words):
+    first = invoke("chat", *shop[:2], "--seed", "3", input="I need cocoa powder for a cake.\n")
+    assert first.exit_code == 0, first.output
+    with Store.open(store_file) as store:
+        (info,) = store.episodes()
+    resume = ("chat", "--resume", info.id)
+    for options in (["--seed", 3], ["--method", "good"], ["--end-of-turn"], ["--propose", "paper"]):
+        assert f"leave out {options[0]}," in fails(2, *resume, *options)
+    assert "leave out domain, --seed," in fails(2, "chat", "house", *resume[1:], "--seed", 0)
+    assert "--picture is not for" in fails(2, *resume, "--picture", "x.svg")
+    free = ["grocery", "--rounds", 9, "--store", store_file]
+    assert invoke(*resume, *free, input="Milk.\n").exit_code == 0
+    with Store.open(store_file) as store:
+        assert store.episode(info.id).rounds == 2
+
+
+@pytest.mark.parametrize("method", ["no-goals", "no-inference"])
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--propose", "0.5"],
+        ["--calibration", "usual"],
+        ["--layout", "goal-last"],
+        ["--end-of-turn"],
+    ],
+)
+def test_options_of_the_likelihood_are_refused_where_there_is_none(shop, words, method, options):
+    said = fails(2, "run", "--profile", "baker", *shop, "--method", method, *options)
+    assert options[0] in said
+    assert method in said
+    good = [*shop, "--method", "good", "--rounds", 1, *options]
+    assert invoke("run", "--profile", "baker", *good).exit_code == 0
+
+
 def test_an_adapter_is_kept_with_an_episode(shop, store_file, words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     said = {"input": "I need cocoa powder for a cake.\n"}

@@ -111,8 +111,8 @@ def test_each_model_and_layout_has_its_own_from_all_files():
     fill("one.db", *cells(8), *cells(8, 2, layout="goal-first"), *cells(8, 4, model={}))
     fill("two.db", *cells(8, 1, set="casino"))
     said = fails(2, "calibrate", "one.db", "two.db", "--out", "mine.json")
-    assert "3 ways" in said
-    assert "--out" in said
+    assert "3 ways: small, goal-last; small, goal-first; SmolLM2-135M-Instruct, goal-last." in said
+    assert "--only" in said
     told = calibrated("one.db", "two.db")
     assert [(each["model"], each["layout"], each["dialogues"]) for each in told] == [
         ("small", "goal-last", {"teach hard": 8, "casino hard": 8}),
@@ -124,6 +124,26 @@ def test_each_model_and_layout_has_its_own_from_all_files():
         made = known_calibration(scorer_of(model), layout, end_of_turn=False)
         assert made[1] == "yours"
     assert known_calibration(SCORER, "goal-last", end_of_turn=True)[1] != "yours"
+
+
+def test_of_several_models_and_layouts_one_is_named(data):
+    ending = [({**spec, "end_of_turn": True}, result) for spec, result in cells(9, 2)]
+    fill("r.db", *cells(8), *cells(7, 1, layout="goal-first"), *ending)
+    (told,) = calibrated("r.db", "--out", "mine.json", "--only", "small, goal-last, end of turn")
+    assert (told["end_of_turn"], told["calibration"]["n"]) == (True, 9)
+    assert calibration_named("mine.json").n == 9
+    (told,) = calibrated("r.db", "--only", "small, goal-first")
+    assert told["calibration"]["n"] == 7
+    assert known_calibration(SCORER, "goal-last", end_of_turn=False)[1] != "yours"
+    said = fails(2, "calibrate", "r.db", "--only", "large, goal-last")
+    assert "no model 'large, goal-last'" in said
+    assert "There are: small, goal-last; small, goal-first; small, goal-last, end of turn." in said
+
+
+def test_help_says_all_that_is_fitted(data):
+    said = invoke("calibrate", "--help").stdout
+    for each in ("temperature", "reference", "forgetting", "--only"):
+        assert each in said
 
 
 def test_what_was_not_measured_or_asked_for_is_passed_over(data):

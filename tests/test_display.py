@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from goalscope.belief import Belief
-from goalscope.display import show_header, show_round, show_scores, show_summary
+from goalscope.display import show_belief, show_header, show_round, show_scores, show_summary
 from goalscope.episode import Round
 from goalscope.plain import plain
 from goalscope.store import EpisodeInfo
@@ -100,10 +100,35 @@ def test_beliefs_without_goals_and_without_explanations_are_said():
     assert "Belief" not in drawn(show_round, a_round(belief=None))
 
 
+def test_the_newest_confirmation_is_shown_and_when_it_was():
+    first = Belief.uniform([CAKE, TEA]).pin(CAKE)
+    later = first.observe([-1.0, -2.0])
+    for belief, cake, tea in [
+        (first, "(you confirmed it)", ""),
+        (later, "(you confirmed it at the start)", ""),
+        (later.pin(TEA), "", "(you confirmed it)"),
+        (later.pin(TEA).observe([-1.0, -2.0]), "", "(you confirmed it after turn 1)"),
+    ]:
+        lines = drawn(show_belief, belief).splitlines()
+        for goal, said in ((CAKE, cake), (TEA, tea)):
+            (line,) = (line for line in lines if goal.text in line)
+            assert line.partition(goal.text)[2].strip() == said
+
+
 def test_many_goals_are_summed_up():
     many = Belief.uniform([Goal(f"goal {i}") for i in range(20)])
     assert "60.0%" in drawn(show_round, a_round(belief=many))
     assert "and 12 more" in drawn(show_round, a_round(belief=many))
+
+
+def test_an_order_is_shown_as_no_more_than_that():
+    ranked = Belief.uniform([Goal(f"goal {i}") for i in range(9)]).observe(-np.arange(9.0))
+    text = drawn(show_round, a_round(belief=ranked), order=True)
+    lines = text.partition("The model's order")[2].splitlines()[1:10]
+    assert [line.split() for line in lines[:8]] == [[str(i + 1), "goal", str(i)] for i in range(8)]
+    assert lines[8].split() == ["and", "1", "more"]
+    assert not set(text) & set("%█▲▼")
+    assert "Belief" not in text
 
 
 @pytest.mark.parametrize("width", [40, 80])

@@ -2,16 +2,24 @@
 
 import json
 import sqlite3
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from alembic.autogenerate import compare_metadata
+from alembic.migration import MigrationContext
 
 from goalscope.calibration import Calibration
+from goalscope.database import legacy
+from goalscope.database.legacy import MIGRATIONS
+from goalscope.database.opening import APPLICATION, LEGACY
+from goalscope.database.tables import VERSION_TABLE, Base
 from goalscope.experiment.results import Results
 from goalscope.experiment.tables import tables_of
 from goalscope.session import saved_settings
-from goalscope.store import APPLICATION, MIGRATIONS, VERSION, Store
-from goalscope.types import Goal
+from goalscope.store import Store
+from goalscope.types import Goal, GoalscopeError
+from test_store import pragma
 from test_summary import row
 from test_summary_dialogues import SURE, dialogue
 
@@ -101,7 +109,8 @@ def test_what_else_is_in_a_round_stays(old):
     path = write(old, [round_2(1, temperature=2.0, evidence="sum"), round_2(2)])
     with Store.open(path) as store:
         one, other = store.rounds("e")
-        assert store._connection.execute("PRAGMA user_version").fetchone() == (VERSION,)
+        with store.reading() as session:
+            assert pragma(session, "user_version") == LEGACY + 1
     assert other.belief is None
     for each in (one, other):
         assert each.turn.utterance == "\ud83c Tea"
@@ -150,9 +159,71 @@ def test_cells_of_dialogues_are_scored_at_the_temperature_that_they_had(old):
     assert any(each.columns[0] == "belief" for each in tables)
 
 
+@pytest.mark.parametrize("version", [2, 3, 4])
+def test_an_older_file_takes_corrections(old, version):
+    path, connection = old
+    connection.executescript(";".join(MIGRATIONS[2:version]))
+    connection.execute(f"PRAGMA user_version = {version}")
+    write(old, [], settings={})
+    said = [["veto", "bake", ""], ["pin", "wash", "so"]] if version == 4 else []
+    for each in said:
+        connection.execute("INSERT INTO corrections VALUES ('e', 0, ?)", [json.dumps(each)])
+    connection.commit()
+    with Store.open(path) as store:
+        assert store.corrections("e", 0) == said
+        store.correct("e", 1, ("pin", "make tea \ud800", ""))
+    with Store.open(path) as store:
+        assert store.corrections("e", 1) == [["pin", "make tea \ud800", ""]]
+        assert [each.id for each in store.episodes()] == ["e"]
+
+
 def test_a_damaged_round_harms_no_other(old) -> None:
     path = write(old, [round_2(1, temperature=2.0, evidence="sum")])
     old[1].execute("INSERT INTO rounds VALUES ('e', 2, '{')")
     old[1].commit()
     with Store.open(path) as opened:
         assert [each.rounds for each in opened.episodes()] == [2]
+
+
+def test_all_rows_come_along_in_their_order_into_the_tables_that_are_mapped(old):
+    path, connection = old
+    ids = ["z", "a", "m"]  # begun in the same second
+    for id in ids:
+        write(old, [round_2(n) for n in (1, 2)], id)
+    connection.executemany("INSERT INTO cells (key, spec) VALUES (?, '1')", [(id,) for id in ids])
+    connection.execute("INSERT INTO about VALUES ('title', '\"T\"')")
+    connection.execute("UPDATE episodes SET ended = 'terminated', score = 0.5 WHERE id = 'a'")
+    connection.commit()
+    with ThreadPoolExecutor(4) as pool:  # of several that open it at once, one migrates
+        list(pool.map(lambda _: Results.open(path).close(), range(4)))
+    with Results.open(path) as results:
+        assert [info.id for info in results.episodes()] == ids
+        assert [(i.ended, i.score, i.rounds, i.owner) for i in results.episodes()] == [
+            (None, None, 2, None),
+            ("terminated", 0.5, 2, None),
+            (None, None, 2, None),
+        ]
+        assert [cell.key for cell in results.cells()] == ids
+        assert results.about == {"title": "T"}
+        with results.reading() as session:
+            context = MigrationContext.configure(
+                session.connection(), opts={"version_table": VERSION_TABLE}
+            )
+            assert compare_metadata(context, Base.metadata) == []
+            assert pragma(session, "integrity_check") == "ok"
+            assert pragma(session, "foreign_key_check") is None
+            tables = session.connection().exec_driver_sql("SELECT name FROM sqlite_master")
+            assert not [name for (name,) in tables if "old" in name]
+
+
+def test_a_file_whose_migration_fails_stays_as_it_was(old, monkeypatch):
+    path = write(old, [round_2(1, temperature=2.0, evidence="sum")])
+    dump = list(old[1].iterdump())
+    monkeypatch.setitem(legacy.CARRIED, "cells", ("key, nothing", "rowid"))
+    with pytest.raises(GoalscopeError, match="nothing"):
+        Store.open(path)
+    assert list(old[1].iterdump()) == dump
+    assert old[1].execute("PRAGMA user_version").fetchone() == (2,)
+    monkeypatch.undo()
+    with Store.open(path) as store:
+        assert len(store.rounds("e")) == 1

@@ -22,7 +22,8 @@ from goalscope.experiment.summary_dialogues import PREDICTORS, SEEN, UNIFORM, re
 from goalscope.report import read_report, write_markdown, write_report
 from goalscope.report.drawing import clean, draw
 from goalscope.report.figures import accuracy_figure, belief_figure
-from goalscope.store import Store, round_to_json
+from goalscope.rounds_json import round_to_json
+from goalscope.store import Store
 from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError, Turn
 from test_changes import cell as change
 from test_summary_dialogues import SURE
@@ -315,13 +316,25 @@ def test_episodes_without_an_experiment_are_reported(tmp_path: Path) -> None:
 
 def test_reading_changes_nothing_while_another_writes(tmp_path: Path) -> None:
     fill(tmp_path / "r.db", [mcq(1)])
-    with Results.open(tmp_path / "r.db") as other, other.transaction():
+    with Results.open(tmp_path / "r.db") as other, other.writing() as session:
+        session.connection()
         (section,) = read_report(tmp_path / "r.db", draw=False).sections
     assert section.tables[0].rows[0][2] == 1
     old = tmp_path / "r.db"
     before = old.read_bytes()
     read_report(old, draw=False)
     assert old.read_bytes() == before
+
+
+def test_reading_leaves_nothing_beside_the_results(folder: Path) -> None:
+    before = files(folder)
+    read_report(folder, draw=False)
+    assert files(folder) == before
+    with Results.open(folder / "mcq.db") as other:  # its journal is its own
+        read_report(folder / "mcq.db", draw=False)
+        assert (folder / "mcq.db-wal").exists()
+        assert other.about
+    assert files(folder) == before
 
 
 def test_other_files_of_a_folder_are_left_out_and_named(folder: Path) -> None:

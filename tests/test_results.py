@@ -15,10 +15,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from goalscope.database.legacy import MIGRATIONS
+from goalscope.database.opening import APPLICATION, LEGACY
 from goalscope.experiment.results import Results, cell_key
-from goalscope.store import APPLICATION, MIGRATIONS, VERSION, Store, round_to_json
+from goalscope.rounds_json import round_to_json
+from goalscope.store import Store
 from goalscope.types import GoalscopeError, InvalidInputError
-from test_store import EPISODE, a_round, values_of, with_connection
+from test_store import EPISODE, a_round, pragma, values_of, with_connection
 
 CODE = {"code": "aaa", "prompts": "bbb", "model tiny": "ccc"}
 json_values = st.recursive(
@@ -162,13 +165,13 @@ def test_a_file_of_the_first_version_is_brought_up_to_date_and_keeps_its_episode
         with Results.open(file) as results:
             assert values_of(results.rounds("abc")[0]) == values_of(a_round())
             assert len(results.plan([{"a": 1}])) == len(results.cells()) == 1
-            (version,) = results._connection.execute("PRAGMA user_version").fetchone()
-            assert version == VERSION == len(MIGRATIONS)
+            with results.reading() as session:
+                assert pragma(session, "user_version") == LEGACY + 1 == len(MIGRATIONS) + 1
 
 
 def test_a_file_of_a_newer_version_is_refused(tmp_path):
     Results.open(tmp_path / "new.db").close()
-    with_connection(tmp_path / "new.db", f"PRAGMA user_version = {VERSION + 1}")
+    with_connection(tmp_path / "new.db", f"PRAGMA user_version = {LEGACY + 2}")
     with pytest.raises(GoalscopeError, match="Update goalscope"):
         Results.open(tmp_path / "new.db")
 

@@ -18,8 +18,10 @@ from hypothesis.extra import numpy as hnp
 
 from goalscope.belief import Belief
 from goalscope.calibration import Calibration
+from goalscope.database.opening import LEGACY, default_place
 from goalscope.episode import Round
-from goalscope.store import VERSION, Store, default_store_path, round_from_json, round_to_json
+from goalscope.rounds_json import round_from_json, round_to_json
+from goalscope.store import Store
 from goalscope.types import (
     Action,
     Goal,
@@ -127,8 +129,8 @@ def test_the_json_is_strict():
     json.loads(round_to_json(a_round()), parse_constant=refuse)
 
 
-def test_nan_is_refused(tmp_path):
-    with Store.open(tmp_path / "s.db") as store:
+def test_nan_is_refused(place):
+    with Store.open(place) as store:
         with pytest.raises(GoalscopeError, match="cannot be stored"):
             store.begin(**EPISODE, settings={"temperature": float("nan")})
         id = store.begin(**EPISODE)
@@ -136,15 +138,15 @@ def test_nan_is_refused(tmp_path):
             store.finish(id, ended="terminated", score=float("nan"))
 
 
-def test_what_was_stored_is_read_back_by_another_process(tmp_path):
-    with Store.open(tmp_path / "new" / "s.db") as store:
-        id = store.begin(**EPISODE, profile="baker", settings={"k": 3})
+def test_what_was_stored_is_read_back_by_another_process(place):
+    with Store.open(place) as store:
+        id = store.begin(**EPISODE, profile="baker", settings={"k": 3}, owner="ann")
         store.append(id, a_round(1))
         store.append(id, a_round(2, belief=None))
         store.finish(id, ended="terminated", score=0.5)
-    with Store.open(tmp_path / "new" / "s.db") as store:
+    with Store.open(place) as store:
         (info,) = store.episodes()
-        assert (info.id, info.profile, info.settings) == (id, "baker", {"k": 3})
+        assert (info.id, info.profile, info.settings, info.owner) == (id, "baker", {"k": 3}, "ann")
         assert (info.ended, info.score, info.rounds) == ("terminated", 0.5, 2)
         stored = store.rounds(id)
     assert [values_of(r) for r in stored] == [
@@ -155,14 +157,19 @@ def test_what_was_stored_is_read_back_by_another_process(tmp_path):
 
 def test_every_connection_is_durable(tmp_path):
     for _ in range(2):  # a new file and an old one
-        with Store.open(tmp_path / "s.db") as store:
-            pragma = store._connection.execute
-            assert pragma("PRAGMA journal_mode").fetchone() == ("wal",)
-            assert pragma("PRAGMA synchronous").fetchone() == (2,)
+        with (
+            Store.open(tmp_path / "s.db") as store,
+            store.reading() as one,
+            store.writing() as other,
+        ):
+            for session in (one, other):
+                assert pragma(session, "journal_mode") == "wal"
+                assert pragma(session, "synchronous") == 2
+                assert pragma(session, "foreign_keys") == 1
 
 
-def test_a_prefix_finds_an_episode_and_an_unknown_id_names_the_nearest(tmp_path):
-    with Store.open(tmp_path / "s.db") as store:
+def test_a_prefix_finds_an_episode_and_an_unknown_id_names_the_nearest(place):
+    with Store.open(place) as store:
         id = store.begin(**EPISODE)
         assert store.episode(id[:3]).id == id
         wrong = id[:-1] + "x"
@@ -172,16 +179,16 @@ def test_a_prefix_finds_an_episode_and_an_unknown_id_names_the_nearest(tmp_path)
             store.rounds("")
 
 
-def test_an_ambiguous_prefix_is_refused(tmp_path):
-    with Store.open(tmp_path / "s.db") as store:
+def test_an_ambiguous_prefix_is_refused(place):
+    with Store.open(place) as store:
         ids = [store.begin(**EPISODE) for _ in range(17)]  # 16 first letters
         twice = next(id[0] for id in ids if sum(i[0] == id[0] for i in ids) > 1)
         with pytest.raises(InvalidInputError, match="More than one"):
             store.episode(twice)
 
 
-def test_a_round_is_never_overwritten(tmp_path):
-    with Store.open(tmp_path / "s.db") as store:
+def test_a_round_is_never_overwritten(place):
+    with Store.open(place) as store:
         id = store.begin(**EPISODE)
         store.append(id, a_round(1))
         with pytest.raises(GoalscopeError, match="another window"):
@@ -193,7 +200,7 @@ def test_a_round_is_never_overwritten(tmp_path):
 
 def test_a_newer_version_is_refused(tmp_path):
     Store.open(tmp_path / "s.db").close()
-    with_connection(tmp_path / "s.db", f"PRAGMA user_version = {VERSION + 1}")
+    with_connection(tmp_path / "s.db", f"PRAGMA user_version = {LEGACY + 2}")
     with pytest.raises(GoalscopeError, match="Update goalscope"):
         Store.open(tmp_path / "s.db")
 
@@ -210,8 +217,8 @@ def test_a_full_disk_keeps_the_earlier_rounds(tmp_path):
     with Store.open(tmp_path / "s.db") as store:
         id = store.begin(**EPISODE)
         store.append(id, a_round(1))
-        (pages,) = store._connection.execute("PRAGMA page_count").fetchone()
-        store._connection.execute(f"PRAGMA max_page_count = {pages}")
+        with store.reading() as session:  # the pool has but this connection
+            pragma(session, f"max_page_count = {pragma(session, 'page_count')}")
         with pytest.raises(GoalscopeError, match="disk is full"):
             store.append(id, a_round(2, status="x" * 100_000))
         assert [r.number for r in store.rounds(id)] == [1]
@@ -222,7 +229,8 @@ def test_a_damaged_file_and_a_locked_one_are_explained(tmp_path):
     with pytest.raises(GoalscopeError, match="no SQLite file"):
         Store.open(tmp_path / "text.db")
     with Store.open(tmp_path / "s.db") as store:
-        store._connection.execute("PRAGMA busy_timeout = 10")
+        with store.reading() as session:
+            pragma(session, "busy_timeout = 10")
         other = sqlite3.connect(tmp_path / "s.db", isolation_level=None)
         other.execute("BEGIN IMMEDIATE")
         with pytest.raises(GoalscopeError, match="Another program"):
@@ -249,9 +257,9 @@ def test_a_damaged_round_is_explained(tmp_path):
 
 def test_the_environment_variable_names_the_file(tmp_path, monkeypatch):
     monkeypatch.setenv("GOALSCOPE_STORE", str(tmp_path / "mine.db"))
-    assert default_store_path() == tmp_path / "mine.db"
+    assert default_place() == str(tmp_path / "mine.db")
     monkeypatch.delenv("GOALSCOPE_STORE")
-    assert default_store_path().name == "episodes.db"
+    assert Path(default_place()).name == "episodes.db"
 
 
 WRITER = """
@@ -268,24 +276,32 @@ for number in range(1, 1_000_000):
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="the system has no SIGKILL")
-def test_a_killed_process_loses_no_stored_round(tmp_path):
-    path = tmp_path / "s.db"
+def test_a_killed_process_loses_no_stored_round(place, tmp_path):
     env = os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])}
     with subprocess.Popen(
-        [sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE, text=True, env=env
+        [sys.executable, "-c", WRITER, place], stdout=subprocess.PIPE, text=True, env=env
     ) as process:
         assert process.stdout is not None
         id = process.stdout.readline().strip()
         time.sleep(0.5)
         process.send_signal(signal.SIGKILL)
         acknowledged = int(process.stdout.read().split("\n")[:-1][-1])
-    shutil.copytree(tmp_path, tmp_path / "copy")  # a crash leaves the journal behind, too
-    for file in (path, tmp_path / "copy" / "s.db"):
-        with Store.open(file) as store:
+    places = [place]
+    if "://" not in place:  # a crash leaves the journal behind, too
+        shutil.copytree(tmp_path, tmp_path / "copy")
+        places.append(str(tmp_path / "copy" / "s.db"))
+    for each in places:
+        with Store.open(each) as store:
             numbers = [round.number for round in store.rounds(id)]
-            assert store._connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+            if "://" not in each:
+                with store.reading() as session:
+                    assert pragma(session, "integrity_check") == "ok"
         assert len(numbers) >= acknowledged >= 1
         assert numbers == list(range(1, len(numbers) + 1))
+
+
+def pragma(session, name):
+    return session.connection().exec_driver_sql(f"PRAGMA {name}").scalar()
 
 
 def with_connection(path, statement):

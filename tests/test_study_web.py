@@ -1,6 +1,7 @@
 """Studies over HTTP: nothing is lost or doubled, and nobody sees what is not theirs."""
 
 import random
+import re
 import threading
 from collections import Counter
 from collections.abc import Iterator
@@ -110,6 +111,11 @@ def test_strangers_need_no_password_for_a_study_and_see_nothing_else(address: st
     ann = visit(address)
     assert ann.http.get("/").status_code == 401
     assert ann.http.get("/api/episodes").status_code == 401
+    page = ann.http.get("/study/shop").text
+    for name in re.findall(r'="(/static/[^"]+)"', page):
+        assert ann.http.get(name).status_code == 200
+        for other in re.findall(r'from "\./([^"]+)"', ann.http.get(name).text):
+            assert ann.http.get(f"/static/{other}").status_code == 200
     assert ann.http.get("/study/none").status_code == 404
     assert ann.http.get("/api/studies/none").json() == {"error": "There is no such study."}
     headers = {"origin": "https://evil.example"}
@@ -158,9 +164,7 @@ def test_many_at_once_get_no_more_ratings_than_are_wanted(address: str, visit) -
 class Lossy(httpx.BaseTransport):
     """A network that loses requests and answers, and delivers others twice, the second one late."""
 
-    def __init__(
-        self, inner: httpx.HTTPTransport, seed: int, late: list[threading.Thread]
-    ) -> None:
+    def __init__(self, inner: httpx.HTTPTransport, seed: int, late: list[threading.Thread]) -> None:
         self._inner = inner
         self._rng = random.Random(seed)
         self._late = late

@@ -184,7 +184,7 @@ def kept(store_file):  # noqa: F811
 def test_why_tells_of_the_likeliest_goal_after_the_last_round_or_the_named_one(kept) -> None:
     last = json.loads(invoke("why", kept, "--json").stdout)
     assert last["goal"] == "bake"
-    assert set(last) == {"goal", "reasons"}
+    assert set(last) == {"goal", "reasons", "confirmed"}
     assert [each["utterance"] for each in last["reasons"]] == ["Tea", "Flour \x1b[31m"]
     evidence = [each["evidence"] for each in last["reasons"]]
     assert evidence == pytest.approx([-4 + 8 / 3, -1 + 26 / 3])
@@ -202,6 +202,21 @@ def test_why_is_drawn_for_people_without_what_a_terminal_would_obey(kept) -> Non
     assert "Why bake" in result.stdout
     assert "Flour" in result.stdout
     assert "\x1b" not in result.stdout
+
+
+def test_why_tells_what_was_confirmed_and_when(store_file) -> None:  # noqa: F811
+    tea, toast = map(Goal, GOALS[:2])
+    belief = Belief.uniform([tea, toast]).pin(toast).observe([-9.0, -1.0]).pin(tea)
+    with Store.open(store_file) as store:
+        id = store.begin(**EPISODE)
+        store.append(id, a_round(1, belief=belief, turn=Turn("Yes?", "Toast")))
+    told = json.loads(invoke("why", id, "--json").stdout)
+    after = [{"goal": toast.text, "turn": 0}, {"goal": tea.text, "turn": 1}]
+    assert (told["goal"], told["confirmed"]) == (tea.text, after)
+    text = invoke("why", id).stdout
+    assert 'You confirmed "make toast" at the start.' in text
+    assert "You confirmed it after turn 1." in text
+    assert "You confirmed it at the start." in invoke("why", id, "--goal", toast.text).stdout
 
 
 def test_why_scores_words_only_when_asked(kept, monkeypatch) -> None:

@@ -181,6 +181,7 @@ class Agent:
         self.tracker: GoalTracker | None = None
         self._corrections: list[GoalChange] = []
         self._uncorrected: list[tuple[Belief, list[GoalChange]]] = []
+        self._asked: tuple[str, float | None] = ("", None)
         if method == "good":
             roleplay = RolePlay(model, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
             self.tracker = GoalTracker(
@@ -214,7 +215,7 @@ class Agent:
         seed = self.seed + len(self.rounds)
         tracker = self.tracker
         if self.questions == "informative" and tracker and isinstance(tracker.likelihood, RolePlay):
-            return informative(
+            self._asked = informative(
                 self.model,
                 tracker.likelihood,
                 self.env,
@@ -223,6 +224,7 @@ class Agent:
                 cost=self.cost,
                 seed=seed,
             )
+            return self._asked[0]
         return ask(self.model, self.env, self.turns, seed=seed)
 
     def step(self, query: str, utterance: str, *, confirmed: str = "") -> Round:
@@ -250,7 +252,7 @@ class Agent:
         history = [result for round in self.rounds for result in round.results]
         try:
             asks = self.env.answer(turn.utterance) is not None
-            changes = self._update(tracker, turn, propose=not asks) if tracker else ()
+            changes, told = self._update(tracker, turn, propose=not asks) if tracker else ([], [])
             complete = self.env.is_completion(turn)
             turns = [*self.turns, turn]
             wants = [] if complete or asks else self._wants(turns)
@@ -280,6 +282,7 @@ class Agent:
             replans=outcome.replans,
             status=self.env.status(),
             notes=(
+                *told,
                 *self._notes(turn),
                 *(_told(each) for each in outcome.failed),
                 *(f"Not before it is clear what you want: {each}." for each in outcome.held),
@@ -372,20 +375,29 @@ class Agent:
             self.tracker.belief = rounds[-1].belief
             self.tracker.turns = self.turns
 
-    def _update(self, tracker: GoalTracker, turn: Turn, *, propose: bool) -> list[GoalChange]:
-        """Update; propose if no goal explains the words; remove; and update again."""
+    def _update(
+        self, tracker: GoalTracker, turn: Turn, *, propose: bool
+    ) -> tuple[list[GoalChange], list[str]]:
+        """Update; propose if no goal explains the words; remove; and update again.
+
+        Returns:
+            What has changed, and what is to be told besides.
+        """
         self._progress(f"scoring {len(tracker.belief.goals)} goals")
         belief = tracker.observe(turn.query, turn.utterance)
         changes: list[GoalChange] = []
+        told: list[str] = []
         if propose and incomplete(belief, self.goals.propose, since=self._made_from):
             self._progress("proposing goals")
             changes += self.goals.added(tracker.likelihood, belief, tracker.turns, self._changes)
             belief = tracker.add(change.goal for change in changes)
+            if not changes:
+                told.append("No goal explains these words, and no better one was found.")
         self._progress("checking goals")
         past = [round.belief for round in self.rounds if round.belief]
         removed = self.goals.removed([*past, belief])
         tracker.drop(change.goal for change in removed)
-        return [*changes, *removed]
+        return [*changes, *removed], told
 
     @property
     def _made_from(self) -> int:
@@ -409,14 +421,15 @@ class Agent:
         stated = [each for each in self.tracker.belief.top() if each[0] != UNSPECIFIED]
         return [Want(goal.text, p) for goal, p in stated[: self.k]]
 
-    def _notes(self, turn: Turn) -> tuple[str, ...]:
+    def _notes(self, turn: Turn) -> Iterator[str]:
+        query, gain = self._asked
+        if gain is not None and query == turn.query:
+            yield f"The answer to this question was expected to tell {gain:.2f} nats."
         likelihood = self.tracker.likelihood if self.tracker else None
         if not isinstance(likelihood, RolePlay):
-            return ()
-        start = likelihood.window(self.env.task, [*self.turns, turn])
-        if not start:
-            return ()
-        return (f"The conversation is long: the first {start} turns are no longer read.",)
+            return
+        if start := likelihood.window(self.env.task, [*self.turns, turn]):
+            yield f"The conversation is long: the first {start} turns are no longer read."
 
 
 def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator[Round]:

@@ -40,7 +40,7 @@ def informative(
     most: int = 4,
     cost: float = COST,
     seed: int = 0,
-) -> str:
+) -> tuple[str, float | None]:
     """The agent's next query: the question that is expected to tell most about the goal.
 
     An open question, which the person may wave off, where none is expected to tell more than it
@@ -56,20 +56,23 @@ def informative(
         most: Goals to tell apart, the likeliest ones.
         cost: Nats that a question must be expected to tell.
         seed: Of all that is drawn.
+
+    Returns:
+        The query, and what its answer is expected to tell, in nats; None for an open question.
     """
     if not turns:
-        return OPENING
+        return OPENING, None
     now = narrowed(belief, most)
     known = sum(p for _, p in belief.top(most))
-    question, gain = FALLBACK, cost
+    question, gain = FALLBACK, None
     if now.entropy > cost:
         stated = [goal for goal in now.goals if goal != UNSPECIFIED]
         _, questions = written(model, env, turns, stated, seed=seed)
         for each in unasked(questions, turns):
             found = known * expected_gain(each, model, likelihood, env.task, now, turns, seed=seed)
-            if found > gain:
+            if found > (cost if gain is None else gain):
                 question, gain = each, found
-    return with_answer(env, turns[-1], question)
+    return with_answer(env, turns[-1], question), gain
 
 
 def narrowed(belief: Belief, most: int) -> Belief:

@@ -71,13 +71,29 @@ class Calibration:
 def calibration_from_json(data: Mapping[str, Any]) -> Calibration:
     """The calibration of `dataclasses.asdict`, perhaps from JSON.
 
+    What was fitted before there was `forgetting` forgets nothing.
+
     Raises:
+        KeyError: A field is missing.
         ValueError: A number is out of its range.
         TypeError: A field is unknown, or of another type.
     """
-    fields: dict[str, Any] = dict(data)
-    fields["thresholds"] = tuple((float(eps), float(p)) for eps, p in data.get("thresholds", ()))
-    return Calibration(**fields)
+    found: dict[str, Any] = {"forgetting": 0.0, **data}
+    for name in ("temperature", "reference", "unstated", "switching", "forgetting", "n"):
+        if name != "unstated" or found[name] is not None:
+            _number(found[name], name)
+    pairs = found["thresholds"]
+    try:
+        found["thresholds"] = tuple((_number(eps), _number(p)) for eps, p in pairs)
+    except (TypeError, ValueError):
+        raise TypeError(f"thresholds must be pairs of numbers, not {pairs!r}") from None
+    return Calibration(**found)
+
+
+def _number(value: object, name: str = "a threshold") -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError(f"{name} must be a number, not {value!r}")
+    return value
 
 
 PAPER = Calibration()

@@ -29,12 +29,19 @@ def calibrate(
             metavar="FILE", help="Write it there only, for --calibration; of one model alone."
         ),
     ] = None,
+    only: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Of several models and layouts this one, as they are shown."
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Fit how evidence becomes probabilities, so that they can be trusted.
 
-    From dialogues whose goals are known it finds what the evidence has to be divided by, what
-    "Unspecified" is compared with, and how many goals a set must hold to hold the true one. It is
+    From dialogues whose goals are known it finds what the evidence has to be divided by (the
+    temperature), what "Unspecified" is compared with (the reference), how much of it is forgotten
+    from turn to turn (forgetting), and how many goals a set must hold to hold the true one. It is
     kept for the model with its adapter and prompt, and used from then on wherever that is.
     """
     from collections import Counter
@@ -61,10 +68,20 @@ def calibrate(
                     ways.setdefault(json.dumps(way), []).append((spec, cell.result))
     if not ways:
         raise InvalidInputError("These files hold no dialogues with known goals.")
+    names: dict[str, str] = {}
+    for way in ways:
+        model, layout, end_of_turn = json.loads(way)
+        names[way] = _name(model_label(model), layout, end_of_turn=end_of_turn)
+    if only:
+        known = "; ".join(names.values())
+        ways = {way: cells for way, cells in ways.items() if names[way] == only}
+        if not ways:
+            raise InvalidInputError(f"These files hold no model {only!r}. There are: {known}.")
     if out and len(ways) > 1:
         raise InvalidInputError(
-            f"These files hold dialogues scored in {len(ways)} ways (models, layouts). Leave --out "
-            "out to keep each for its own model."
+            f"These files hold dialogues scored in {len(ways)} ways: "
+            f"{'; '.join(names[way] for way in ways)}. Name one with --only, or leave --out out to "
+            "keep each for its own model."
         )
     told: list[dict[str, Any]] = []
     taught = sum(bool(result.get("learned")) for cells in ways.values() for _, result in cells)
@@ -104,6 +121,10 @@ def calibrate(
         _show(told)
 
 
+def _name(model: str, layout: str, *, end_of_turn: bool) -> str:
+    return f"{model}, {layout}" + ", end of turn" * end_of_turn
+
+
 def _show(told: list[dict[str, Any]]) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table as Grid
@@ -113,8 +134,9 @@ def _show(told: list[dict[str, Any]]) -> None:
     out = console()
     for each in told:
         dialogues = ", ".join(f"{n} of {name}" for name, n in each["dialogues"].items())
+        name = _name(each["model"], each["layout"], end_of_turn=each["end_of_turn"])
         grid = Grid(
-            title=plain(f"{each['model']}, {each['layout']}: {dialogues}"),
+            title=plain(f"{name}: {dialogues}"),
             title_justify="left",
             box=SIMPLE_HEAD,
         )

@@ -54,6 +54,7 @@ __all__ = ["chat", "engine_of", "episodes", "replay", "run"]
 
 
 def chat(
+    context: typer.Context,
     domain: Domain = "grocery",
     resume: Annotated[str | None, typer.Option(metavar="ID", help="Continue an episode.")] = None,
     method: Method = "good",
@@ -79,10 +80,10 @@ def chat(
 ) -> None:
     """Talk with the agent, and watch what it believes; "quit" leaves, and --resume goes on.
 
-    A resumed episode keeps its options.
+    A resumed episode keeps its options, but for --rounds and --picture.
     """
     from goalscope.cli_why import correct
-    from goalscope.display import show_header, show_round, show_summary
+    from goalscope.display import show_belief, show_header, show_round, show_summary
     from goalscope.domains import profile_named
     from goalscope.session import Session, saved_settings
     from goalscope.store import Store
@@ -107,6 +108,9 @@ def chat(
 
     with Store.open(store) as episodes:
         info = episodes.episode(resume) if resume else None
+        if info:
+            _refuse_others(context, info)
+            _check_picture(picture, info.domain)
         settings = (
             saved_settings(info, rounds=rounds)
             if info
@@ -141,19 +145,24 @@ def chat(
             )
             show_header(out, session.info)
             ends = (
-                f'"{env.completion_phrase}" ends the task; "quit" leaves, and you can go on later; '
-                '"/help" tells how to correct the goals.'
+                f'"{env.completion_phrase}" ends the task; "quit" leaves, and you can go on later'
             )
-            out.print(ends, style="dim")
+            correctable = settings.method == "good"
+            more = '; "/help" tells how to correct the goals.' if correctable else "."
+            out.print(ends + more, style="dim")
+            order = settings.method == "no-inference"
             before = None
             for round in session.earlier:
-                show_round(out, round, before)
+                show_round(out, round, before, order=order)
                 before = round.belief
+            if session.corrections and session.belief:
+                show_belief(out, session.belief, before)
             draw = _drawing(out, env, picture)
             try:
                 with _resumable(session), busy:
                     for round in session.run():
-                        show_round(out, round, before, transcript=settings.human != "you")
+                        typed = settings.human == "you"
+                        show_round(out, round, before, transcript=not typed, order=order)
                         draw()
                         before = round.belief
             except EOFError:
@@ -253,7 +262,7 @@ def replay(
         show_header(out, info)
         before = None
         for round in episodes.rounds(info.id):
-            show_round(out, round, before)
+            show_round(out, round, before, order=info.method == "no-inference")
             before = round.belief
         show_summary(out, info)
 
@@ -325,16 +334,51 @@ def _settings(picture: Path | None, **given: Any) -> Settings:
         **{key: readers[key](value) if key in readers else value for key, value in given.items()}
     )
     shop = {"--catalogue": settings.catalogue, "--column": settings.columns}
-    home = {"--scene": settings.scene, "--unity": settings.unity, "--picture": picture}
+    home = {"--scene": settings.scene, "--unity": settings.unity}
     home["--simulator"] = settings.simulator if settings.simulator != "house" else None
     for option, value in (shop if settings.domain == "house" else home).items():
         if value:
             raise InvalidInputError(f"{option} is not for the domain {settings.domain!r}.")
     if settings.unity and settings.simulator != "thor":
         raise InvalidInputError("--unity goes with --simulator thor.")
+    _check_picture(picture, settings.domain)
+    if settings.method != "good":
+        for option in ("layout", "end_of_turn", "calibration", "propose"):
+            if given[option]:
+                raise InvalidInputError(
+                    f"--{option.replace('_', '-')} is for the method 'good': {settings.method!r} "
+                    "weighs no evidence. Leave it out."
+                )
+    return settings
+
+
+def _check_picture(picture: Path | None, domain: str) -> None:
+    if picture and domain != "house":
+        raise InvalidInputError(f"--picture is not for the domain {domain!r}.")
     if picture and not picture.absolute().parent.is_dir():
         raise InvalidInputError(f"There is no folder {picture.parent} for the picture.")
-    return settings
+
+
+def _refuse_others(context: typer.Context, info: EpisodeInfo) -> None:
+    """Refuse the options that an episode keeps from when it was begun.
+
+    Raises:
+        InvalidInputError: One is given.
+    """
+    free = ["resume", "rounds", "picture", "store"]
+    free += ["domain"] * (context.params["domain"] == info.domain)
+    given = [
+        each.opts[0]
+        for each in context.command.params
+        if each.name not in free
+        and (source := context.get_parameter_source(str(each.name)))
+        and source.name == "COMMANDLINE"
+    ]
+    if given:
+        raise InvalidInputError(
+            f"A resumed episode keeps its options: leave out {', '.join(given)}, or begin another "
+            "one without --resume."
+        )
 
 
 def _drawing(
@@ -393,7 +437,7 @@ def _run_one(
         for round in session.run():
             busy.update(plain(f"{session.info.profile}: round {round.number + 1}"))
             if not (quiet or brief):
-                show_round(out, round, before)
+                show_round(out, round, before, order=session.info.method == "no-inference")
             draw()
             before = round.belief
     info = session.info

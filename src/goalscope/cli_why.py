@@ -29,6 +29,10 @@ HELP = """\
 /reword NUMBER TEXT  it is this one, in other words
 /why NUMBER       what each of your sentences says for it"""
 
+ORDER_HELP = """\
+/goals            the goals, as the model orders them
+This method weighs no evidence that could be corrected or explained."""
+
 
 def why(
     id: Annotated[str, typer.Argument(help="The episode, or how its id begins.")],
@@ -66,10 +70,14 @@ def why(
     found = reasons(belief, turns, chosen)
     said = _words(info, belief, turns, chosen) if words else []
     if as_json:
-        told: dict[str, Any] = {"goal": chosen.text, "reasons": [asdict(each) for each in found]}
+        told: dict[str, Any] = {
+            "goal": chosen.text,
+            "reasons": [asdict(each) for each in found],
+            "confirmed": [{"goal": each.text, "turn": turns} for turns, each in belief.pinned],
+        }
         print(dumps({**told, "words": said} if words else told))
     else:
-        show_reasons(console(), chosen, found, said)
+        show_reasons(console(), chosen, found, said, pinned=belief.pinned)
 
 
 def correct(out: Console, session: Session, words: str) -> None:
@@ -80,16 +88,19 @@ def correct(out: Console, session: Session, words: str) -> None:
 
     command, _, rest = words.strip().partition(" ")
     try:
-        belief = session.belief
-        if command == "/help" or belief is None:
-            raise InvalidInputError(HELP if belief else "This method holds no belief.")
+        belief, order = session.belief, session.info.method == "no-inference"
+        if belief is None:
+            raise InvalidInputError("This method holds no belief.")
+        if command == "/help" or (order and command != "/goals"):
+            raise InvalidInputError(ORDER_HELP if order else HELP)
         if command == "/pin" and rest.strip() and not rest.strip().isdecimal():
             session.correct("pin", Goal(checked_text(rest, "goal")))
         elif command in ("/pin", "/veto", "/reword", "/why"):
             number, _, text = rest.strip().partition(" ")
             goal = _numbered(belief, number)
             if command == "/why":
-                show_reasons(out, goal, reasons(belief, session.turns, goal))
+                found = reasons(belief, session.turns, goal)
+                show_reasons(out, goal, found, pinned=belief.pinned)
                 return
             corrections: dict[str, Correction] = {
                 "/pin": "pin",
@@ -99,7 +110,7 @@ def correct(out: Console, session: Session, words: str) -> None:
             session.correct(corrections[command], goal, text)
         elif command != "/goals":
             raise InvalidInputError(HELP)
-        show_belief(out, session.belief or belief, belief)
+        show_belief(out, session.belief or belief, belief, order=order)
     except InvalidInputError as error:
         out.print(plain(str(error), "dim"))
 

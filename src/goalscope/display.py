@@ -41,7 +41,12 @@ def show_header(console: Console, info: EpisodeInfo) -> None:
 
 
 def show_round(
-    console: Console, round: Round, previous: Belief | None = None, *, transcript: bool = True
+    console: Console,
+    round: Round,
+    previous: Belief | None = None,
+    *,
+    transcript: bool = True,
+    order: bool = False,
 ) -> None:
     """Draw one round.
 
@@ -50,13 +55,14 @@ def show_round(
         round: What happened.
         previous: The belief before the round, for the arrows beside the bars.
         transcript: Whether to show the turn, which a person at this terminal has just typed.
+        order: See `show_belief`.
     """
     console.rule(f"Round {round.number}", align="left", style="dim")
     if transcript:
         _rows(console, [(Text("Agent", "cyan"), plain(round.turn.query))])
         _rows(console, [(Text("Human", "magenta"), plain(round.turn.utterance))])
     if round.belief is not None:
-        show_belief(console, round.belief, previous)
+        show_belief(console, round.belief, previous, order=order)
     signs = {"added": Text("+", "green"), "removed": Text("-", "red"), "pinned": Text("!", "cyan")}
     _rows(
         console,
@@ -153,6 +159,8 @@ def show_reasons(
     goal: Goal,
     reasons: Sequence[Reason],
     words: Sequence[Sequence[tuple[str, float]]] = (),
+    *,
+    pinned: Sequence[tuple[int, Goal]] = (),
 ) -> None:
     """What each utterance says for a goal.
 
@@ -161,6 +169,7 @@ def show_reasons(
         goal: The goal.
         reasons: Of each turn.
         words: Of each turn the words with their evidence, which colours them; or none.
+        pinned: What the person has confirmed, as in `Belief`; it moves every goal.
     """
     console.print(Text("Why ", "bold").append_text(plain(goal.text)))
     table = Table()
@@ -185,6 +194,9 @@ def show_reasons(
             said,
         )
     console.print(table)
+    for turns, each in pinned:
+        named = "it" if each == goal else f'"{each.text}"'
+        console.print(plain(f"You confirmed {named} {_when(turns)}."))
     console.print(
         "Evidence is against the mean of the other goals; without it: the belief now, had it not "
         "been said.",
@@ -192,8 +204,13 @@ def show_reasons(
     )
 
 
-def show_belief(console: Console, belief: Belief, previous: Belief | None = None) -> None:
-    """The likeliest goals, numbered from 1, with their probabilities; arrows against `previous`."""
+def show_belief(
+    console: Console, belief: Belief, previous: Belief | None = None, *, order: bool = False
+) -> None:
+    """The likeliest goals, numbered from 1, with their probabilities; arrows against `previous`.
+
+    Without probabilities where they are no more than an `order` (see `PromptedRanking`).
+    """
     before = dict(previous.top()) if previous is not None else {}
     full, empty, up, down = "#.^v" if console.options.ascii_only else "█░▲▼"
     table = Table.grid(padding=(0, 1))
@@ -208,17 +225,26 @@ def show_belief(console: Console, belief: Belief, previous: Belief | None = None
         if goal == UNSPECIFIED:
             name = Text("Unspecified (none of these)", "italic yellow")
         bar = Text(full * filled, "blue").append(empty * (BAR - filled), "dim")
-        if any(goal == each for _, each in belief.pinned):
-            name.append("  (you confirmed it)", "dim cyan")
-        table.add_row(Text(str(number), "dim"), bar, Text(f"{probability:6.1%}"), arrow, name)
+        if belief.pinned and goal == belief.pinned[-1][1]:
+            turns = belief.pinned[-1][0]
+            now = turns == len(belief.log_likelihood)
+            when = "" if now else f" {_when(turns)}"
+            name.append(f"  (you confirmed it{when})", "dim cyan")
+        held = [] if order else [bar, Text(f"{probability:6.1%}"), arrow]
+        table.add_row(Text(str(number), "dim"), *held, name)
     if rest := ranked[SHOWN:]:
         share = sum(probability for _, probability in rest)
-        table.add_row("", "", f"{share:6.1%}", "", Text(f"and {len(rest)} more", "dim"))
-    console.print(Text("Belief", "bold"))
+        held = [] if order else ["", f"{share:6.1%}", ""]
+        table.add_row("", *held, Text(f"and {len(rest)} more", "dim"))
+    console.print(Text("The model's order" if order else "Belief", "bold"))
     if belief.is_degenerate:
         console.print("  No goal explains what was said.")
     else:
         console.print(Padding(table, (0, 0, 0, 2)))
+
+
+def _when(turns: int) -> str:
+    return f"after turn {turns}" if turns else "at the start"
 
 
 def _mark(console: Console, ok: bool) -> Text:

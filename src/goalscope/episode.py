@@ -1,4 +1,4 @@
-"""What one round of Algorithm 1 leaves behind. An episode is its rounds, and nothing else."""
+"""What one round of Algorithm 1 leaves behind; an episode is its rounds, and what comes between."""
 
 from __future__ import annotations
 

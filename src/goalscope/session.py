@@ -105,6 +105,9 @@ class Session:
         self._human = self._make_human(model, read)
         self.earlier = store.rounds(resume.id) if resume else []
         self._agent.resume(self.earlier)
+        said = store.corrections(resume.id, len(self.earlier)) if resume else []
+        for correction, goal, text in said:
+            self._agent.correct(correction, Goal(goal), text)
         self.id = (
             resume.id
             if resume
@@ -156,12 +159,16 @@ class Session:
         self._store.finish(self.id, ended=ended, score=sum(met) / len(met) if met else None)
 
     def correct(self, correction: Correction, goal: Goal, text: str = "") -> Belief:
-        """See `Agent.correct`; it is stored with the next round."""
-        return self._agent.correct(correction, goal, text)
+        """See `Agent.correct`; it is on disk before it is shown."""
+        belief = self._agent.correct(correction, goal, text)
+        self._store.correct(self.id, len(self._agent.rounds), (correction, goal.text, text))
+        return belief
 
     def take_back(self) -> Belief:
-        """See `Agent.take_back`."""
-        return self._agent.take_back()
+        """See `Agent.take_back`; it is on disk before it is shown."""
+        belief = self._agent.take_back()
+        self._store.take_back(self.id, len(self._agent.rounds))
+        return belief
 
     @property
     def corrections(self) -> list[GoalChange]:

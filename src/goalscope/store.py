@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 import secrets
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -14,13 +14,13 @@ from threading import Lock
 from types import TracebackType
 from typing import Any, Literal, Self, cast
 
-from sqlalchemy import ColumnElement, Engine, Select, func, or_, select, update
+from sqlalchemy import ColumnElement, Engine, Select, delete, func, or_, select, update
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session, sessionmaker
 
 from goalscope.database.errors import explained
 from goalscope.database.opening import WRITING, default_place, opened
-from goalscope.database.tables import EpisodeRow, RoundRow, Words
+from goalscope.database.tables import CorrectionRow, EpisodeRow, RoundRow, Words
 from goalscope.episode import Round
 from goalscope.rounds_json import dumps, round_from_json, round_to_json, turn_like
 from goalscope.types import GoalscopeError, InvalidInputError
@@ -165,6 +165,25 @@ class Store:
                     f"Round {round.number} of episode {id} cannot be added: the episode has such a "
                     "round already (does it run in another window?) or is unknown."
                 ) from error
+
+    def correct(self, id: str, after: int, correction: Sequence[str]) -> None:
+        """Store what the person says of the goals after so many rounds, before the next has it."""
+        with self.writing() as session:
+            session.add(CorrectionRow(episode=id, after=after, json=dumps(correction)))
+
+    def take_back(self, id: str, after: int) -> None:
+        """Remove the newest correction after so many rounds."""
+        row = CorrectionRow
+        newest = select(func.max(row.number)).where(row.episode == id, row.after == after)
+        with self.writing() as session:
+            session.execute(delete(row).where(row.number == newest.scalar_subquery()))
+
+    def corrections(self, id: str, after: int) -> list[list[Any]]:
+        """Return what the person has said of the goals after so many rounds, in order."""
+        row = CorrectionRow
+        query = select(row.json).where(row.episode == id, row.after == after).order_by(row.number)
+        with self.reading() as session:
+            return [json.loads(text) for text in session.scalars(query)]
 
     def finish(self, id: str, *, ended: Ended, score: float | None = None) -> None:
         """Record how an episode ended, with its score (0 to 1) if it has a profile."""

@@ -116,7 +116,9 @@ def _read(file: Path | Traversable) -> Calibration:
         AttributeError,
         RecursionError,
     ) as error:
+        missing = isinstance(error, KeyError)
+        cause = f"the key {error} is missing" if missing else error
         raise InvalidInputError(
-            f"{file} holds no calibration ({error}). `goalscope calibrate` writes one; delete the "
+            f"{file} holds no calibration ({cause}). `goalscope calibrate` writes one; delete the "
             "file, or name another one."
         ) from None

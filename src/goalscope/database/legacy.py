@@ -1,4 +1,4 @@
-"""SQLite files of the versions before Alembic's first revision."""
+"""SQLite files from before Alembic's revisions."""
 
 from __future__ import annotations
 
@@ -61,15 +61,24 @@ UPDATE cells SET result = json_set(result, '$.calibration', json_object(
     'thresholds', json_array()
 )) WHERE CASE WHEN json_valid(result) THEN json_type(result, '$.role-play') END IS NOT NULL
 """,
+    """
+CREATE TABLE corrections (
+    episode TEXT NOT NULL REFERENCES episodes (id),
+    after INTEGER NOT NULL,
+    json TEXT NOT NULL
+) STRICT
+""",
 )
 """What each version added: the first made the tables, the second those of experiments, the third
-made a calibration of the temperature and the kind of evidence."""
+made a calibration of the temperature and the kind of evidence, the fourth keeps what is said of the
+goals between rounds."""
 CARRIED = {
     "episodes": (
         "id, created, domain, profile, method, model, task, settings, ended, score",
         "created, rowid",
     ),
     "rounds": ("episode, number, json", "episode, number"),
+    "corrections": ("episode, after, json", "rowid"),
     "about": ("name, value", "name"),
     "cells": ("key, spec, attempts, error, identity, result", "rowid"),
 }
@@ -82,7 +91,7 @@ def bring_over(connection: Connection, version: int, make_tables: Callable[[], N
     Args:
         connection: In a transaction.
         version: Of the file.
-        make_tables: Makes the tables of the first revision.
+        make_tables: Makes the tables of the revision that holds all of these.
     """
     run = connection.exec_driver_sql
     for migration in MIGRATIONS[version:]:
@@ -93,5 +102,5 @@ def bring_over(connection: Connection, version: int, make_tables: Callable[[], N
     make_tables()
     for table, (columns, order) in CARRIED.items():
         run(f"INSERT INTO {table} ({columns}) SELECT {columns} FROM old_{table} ORDER BY {order}")
-    for table in ("rounds", "episodes", "about", "cells"):
+    for table in reversed(CARRIED):
         run(f"DROP TABLE old_{table}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sqlite3
+import time
 from pathlib import Path
 
 import platformdirs
@@ -21,8 +22,8 @@ from goalscope.types import GoalscopeError, InvalidInputError
 __all__ = ["WRITING", "default_place", "opened"]
 
 APPLICATION = 0x474F4144  # "GOAD": marks a file as an episode store
-LEGACY = 3
-"""The last version of SQLite files before Alembic's first revision."""
+LEGACY = 4
+"""The last version of SQLite files before Alembic's revisions."""
 WAIT = 10
 """Seconds until a locked database is given up."""
 WRITING = {"goalscope_writing": True}
@@ -83,8 +84,8 @@ def _connected(path: Path, name: Path) -> sqlite3.Connection:
     """Refuse another program's file as it is; else make every commit durable."""
     connection = sqlite3.connect(path, WAIT, isolation_level=None, check_same_thread=False)
     try:
-        _file_version(connection, name)
-        (journal,) = connection.execute("PRAGMA journal_mode = WAL").fetchone()
+        _refuse_others(connection, name)
+        journal = _journal(connection)
         connection.execute("PRAGMA synchronous = FULL")
         connection.execute("PRAGMA foreign_keys = ON")
         (synchronous,) = connection.execute("PRAGMA synchronous").fetchone()
@@ -99,8 +100,21 @@ def _connected(path: Path, name: Path) -> sqlite3.Connection:
     return connection
 
 
-def _file_version(connection: sqlite3.Connection, name: Path) -> int:
-    """Version of a file, 0 if it is empty; other programs' files are refused."""
+def _journal(connection: sqlite3.Connection) -> str:
+    """Set it; SQLite itself waits for no other process that does so at the same time."""
+    end = time.monotonic() + WAIT
+    while True:
+        try:
+            return connection.execute("PRAGMA journal_mode = WAL").fetchone()[0]
+        except sqlite3.OperationalError as error:
+            if not error.sqlite_errorname.startswith("SQLITE_BUSY") or time.monotonic() > end:
+                raise
+        time.sleep(0.01)
+
+
+def _refuse_others(connection: sqlite3.Connection, name: Path) -> None:
+    """Refuse another program's file, and a newer goalscope's."""
+    connection.execute("BEGIN")  # a snapshot
     application, version, tables = (
         connection.execute(statement).fetchone()[0]
         for statement in (
@@ -109,13 +123,11 @@ def _file_version(connection: sqlite3.Connection, name: Path) -> int:
             "SELECT count(*) FROM sqlite_master",
         )
     )
-    if not tables:
-        return 0
-    if application != APPLICATION:
+    connection.execute("COMMIT")
+    if tables and application != APPLICATION:
         raise GoalscopeError(f"{name} is another program's file. Name one with --store.")
-    if version > LEGACY + 1:
+    if tables and version > LEGACY + 1:
         raise _newer(name)
-    return version
 
 
 def _address(text: str) -> URL:
@@ -161,26 +173,30 @@ def _prepare(engine: Engine, name: str) -> None:
     with engine.execution_options(**WRITING).begin() as connection:
         if connection.dialect.name == "postgresql":  # BEGIN IMMEDIATE has SQLite's processes wait
             connection.execute(select(func.pg_advisory_xact_lock(APPLICATION)))
+            _refuse_other_tables(connection, name)
         if _revision(connection, name) != REVISION:
             _migrate(connection)
 
 
 def _revision(connection: Connection, name: str) -> str:
     """The revision of the tables; empty before the first."""
-    found = inspect(connection)
-    if found.has_table(VERSION_TABLE):
-        version = table_named(VERSION_TABLE, column_named("version_num"))
-        revision: str = connection.scalar(select(version.c.version_num)) or ""
-        if revision > REVISION:
-            raise _newer(name)
-        return revision
-    theirs = {table.name for table in TABLES} & {*found.get_table_names()}
-    if theirs and connection.dialect.name == "postgresql":
+    if not inspect(connection).has_table(VERSION_TABLE):
+        return ""
+    version = table_named(VERSION_TABLE, column_named("version_num"))
+    revision: str = connection.scalar(select(version.c.version_num)) or ""
+    if revision > REVISION:
+        raise _newer(name)
+    return revision
+
+
+def _refuse_other_tables(connection: Connection, name: str) -> None:
+    there = {*inspect(connection).get_table_names()}
+    theirs = {table.name for table in TABLES} & there
+    if theirs and VERSION_TABLE not in there:
         raise GoalscopeError(
             f"The database {name} has other tables named {', '.join(sorted(theirs))}. "
             "Name another one with --store."
         )
-    return ""
 
 
 def _migrate(connection: Connection) -> None:
@@ -195,7 +211,7 @@ def _migrate(connection: Connection) -> None:
     if connection.dialect.name == "sqlite":
         version: int = connection.exec_driver_sql("PRAGMA user_version").scalar_one()
         if 1 <= version <= LEGACY:
-            bring_over(connection, version, lambda: command.upgrade(config, "0001"))
+            bring_over(connection, version, lambda: command.upgrade(config, "0002"))
         connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION}")
         connection.exec_driver_sql(f"PRAGMA user_version = {LEGACY + 1}")
     command.upgrade(config, "head")

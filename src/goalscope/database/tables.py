@@ -8,7 +8,7 @@ from sqlalchemy import (
     REAL,
     CheckConstraint,
     Dialect,
-    Double,
+    Float,
     ForeignKey,
     Integer,
     MetaData,
@@ -21,11 +21,13 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 __all__ = [
     "REVISION",
+    "TABLES",
     "VERSION_TABLE",
     "AboutRow",
     "AnswerRow",
     "Base",
     "CellRow",
+    "CorrectionRow",
     "EpisodeRow",
     "ItemRow",
     "ParticipantRow",
@@ -34,11 +36,11 @@ __all__ = [
     "Words",
 ]
 
-REVISION = "0002"
+REVISION = "0003"
 """The newest of migrations/versions. Their ids have four digits, and grow."""
 VERSION_TABLE = "goalscope_version"
 
-Number = Double().with_variant(REAL(), "sqlite")  # the name that a STRICT table knows
+Number = Float(53).with_variant(REAL(), "sqlite")  # a STRICT table knows no other name
 
 
 class Words(TypeDecorator[str]):
@@ -100,6 +102,17 @@ class RoundRow(Base):
 
     episode: Mapped[str] = mapped_column(ForeignKey(EpisodeRow.id), primary_key=True)
     number: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=False)
+    json: Mapped[str] = mapped_column(Text)
+
+
+class CorrectionRow(Base):
+    """What a person said of the goals after so many rounds; `number` counts these as they come."""
+
+    __tablename__ = "corrections"
+
+    number: Mapped[int] = mapped_column(primary_key=True)
+    episode: Mapped[str] = mapped_column(ForeignKey(EpisodeRow.id), index=True)
+    after: Mapped[int]
     json: Mapped[str] = mapped_column(Text)
 
 

@@ -67,22 +67,11 @@ def _question(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _dialogue(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
-    return measure_dialogue(
-        model,
-        case_from_json(spec["case"]),
-        layout=spec["layout"],
-        end_of_turn=spec["end_of_turn"],
-        ask_outright=spec["outright"],
-    )
-
-
-def _change(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
-    return measure_evidence(
-        model,
-        case_from_json(spec["case"]),
-        layout=spec["layout"],
-        end_of_turn=spec["end_of_turn"],
-    )
+    case = case_from_json(spec["case"])
+    way = {key: spec[key] for key in ("layout", "end_of_turn")}
+    if spec["kind"] == "change":
+        return measure_evidence(model, case, **way)
+    return measure_dialogue(model, case, **way, ask_outright=spec["outright"])
 
 
 def _episode(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
@@ -173,7 +162,7 @@ def _compare(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
 KINDS = {
     "mcq": _question,
     "dialogue": _dialogue,
-    "change": _change,
+    "change": _dialogue,
     "episode": _episode,
     "judge": _judge,
     "compare": _compare,

@@ -118,11 +118,15 @@ def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list
 
 @contextmanager
 def _copied(file: Path) -> Generator[Results]:
-    """A file's results as they are now, in a file of their own."""
+    """A file's results as they are now, in a file of their own.
+
+    It is only read, but opened for writing where that is allowed: else SQLite could not take away
+    the journal files that it makes beside it.
+    """
     with tempfile.TemporaryDirectory(prefix="goalscope-") as folder:
         copy = Path(folder) / "copy.db"
         with explained(file):
-            uri = f"{file.absolute().as_uri()}?mode=ro"
+            uri = f"{file.absolute().as_uri()}?mode=rw"
             with (
                 closing(sqlite3.connect(uri, uri=True, timeout=10)) as there,
                 closing(sqlite3.connect(copy)) as here,

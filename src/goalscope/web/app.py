@@ -248,8 +248,12 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
 
     @app.get("/api/episodes/{id}/why")
     def why(id: str, goal: str, visitor: Guest, round: int | None = None) -> Why:
-        rounds = store.rounds(seen(id, visitor).id)[:round]
+        info = seen(id, visitor)
+        stored = store.rounds(info.id)
+        rounds = stored[:round]
         belief = rounds[-1].belief if rounds else None
+        if info.owner == visitor.id and not info.ended and len(rounds) == len(stored):
+            belief = conversations.resume(info).belief
         if belief is None:
             raise HTTPException(404, "There is no belief yet.")
         found = reasons(belief, [each.turn for each in rounds], Goal(goal))

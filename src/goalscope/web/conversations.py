@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import time
 from collections import OrderedDict
 from collections.abc import Callable, Generator
 from concurrent.futures import Future
@@ -15,6 +16,7 @@ from typing import Any, Literal, TypeVar
 from pydantic import BaseModel
 
 from goalscope.agent import CONFIRM, Correction
+from goalscope.belief import Belief
 from goalscope.dialog import FALLBACK
 from goalscope.domains import Settings, open_environment
 from goalscope.envs import Environment
@@ -48,6 +50,7 @@ class BusyError(GoalscopeError):
 
 @dataclass(frozen=True, slots=True)
 class _State:
+    version: int
     phase: Literal["idle", "waiting", "thinking"] = "idle"
     place: int = 0
     step: str = ""
@@ -64,36 +67,48 @@ class Conversation:
 
     Args:
         desk: Where the model works.
+        env: Where the agent acts.
+        model: Of the session.
         owner: Whose it is.
         open: Makes the session, given what is to be told of the agent's progress.
-        env: Where the agent acts.
-        model: The session's.
+        resumed: The stored episode that goes on; its session is opened at the desk.
     """
 
     def __init__(
         self,
         desk: Desk,
-        owner: str,
-        open: Callable[[Callable[[str], None]], Session],
         env: Environment,
         model: Model,
+        owner: str,
+        open: Callable[[Callable[[str], None]], Session],
+        resumed: EpisodeInfo | None = None,
     ) -> None:
         self.owner = owner
         self._desk, self._env, self._model = desk, env, model
         self._lock = RLock()
-        self._state = _State()
+        self._state = _State(time.time_ns() // 1_000_000)
         self._listeners: dict[asyncio.Queue[Event], asyncio.AbstractEventLoop] = {}
-        self._session = open(lambda step: self._become(step=step))
-        if self._session.turns:
-            self._claim("asking")
-            self._submit(self._ask)
+        self._opened: Session | None = None
+        self._open = lambda: open(lambda step: self._become(step=step))
+        if resumed:
+            self.id = resumed.id
+            self._claim("opening")
+            self._submit(self._reopen)
         else:
+            self._opened = self._open()
+            self.id = self._opened.id
             self._ask()
 
     @property
-    def id(self) -> str:
-        """The episode's, in the store."""
-        return self._session.id
+    def _session(self) -> Session:
+        if self._opened is None:
+            raise BusyError(self._state.error or "This episode is still being opened.")
+        return self._opened
+
+    @property
+    def belief(self) -> Belief | None:
+        """As it is now, with what the person said of the goals since the last round."""
+        return self._session.belief
 
     @property
     def is_idle(self) -> bool:
@@ -104,10 +119,20 @@ class Conversation:
     def live(self) -> Live:
         """How it stands."""
         with self._lock:
-            state, session = self._state, self._session
+            state, session = self._state, self._opened
+            if session is None:
+                return Live(
+                    version=state.version,
+                    phase=state.phase,
+                    place=state.place,
+                    step=state.step,
+                    error=state.error,
+                    completion_phrase=self._env.completion_phrase,
+                )
             last = session.rounds[-1] if session.rounds else None
             waits = last is not None and last.question == CONFIRM and state.utterance is None
             return Live(
+                version=state.version,
                 phase=state.phase,
                 place=state.place,
                 step=state.step,
@@ -242,6 +267,14 @@ class Conversation:
             self._become(query=None, utterance=None)
             self._ask()
 
+    def _reopen(self) -> None:
+        try:
+            self._opened = self._open()
+        except GoalscopeError as error:
+            self._become(error=str(error))
+            return
+        self._ask()
+
     def _ask(self) -> None:
         try:
             query = self._session.ask()
@@ -252,9 +285,8 @@ class Conversation:
 
     def _become(self, **changes: Any) -> None:
         with self._lock:
-            self._state = replace(self._state, **changes)
-        if hasattr(self, "_session"):
-            self._publish("live", self.live())
+            self._state = replace(self._state, version=self._state.version + 1, **changes)
+        self._publish("live", self.live())
 
     def _publish(self, kind: Literal["live", "round", "ended"], data: BaseModel) -> None:
         with self._lock:
@@ -317,7 +349,7 @@ class Conversations:
                 progress=progress,
             )
 
-        entered = Conversation(self.desk, owner, open, env, self._model)
+        entered = Conversation(self.desk, env, self._model, owner, open, resume)
         with self._lock:
             self._open[entered.id] = entered
             idle = [each for each in self._open.values() if each.is_idle and each is not entered]

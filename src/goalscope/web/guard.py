@@ -22,8 +22,11 @@ __all__ = ["Guard", "Guest", "Visitor"]
 LARGEST = 64 * 1024
 """Bytes of a request's body."""
 
-OPEN = ("/study/", "/api/studies/", "/static/")
-"""Paths that need no password: who rates in a study is a stranger."""
+OPEN = (
+    "/study/", "/api/studies/", "/static/study", "/static/style.css", "/static/dom.js",
+    "/static/icon.svg",
+)  # fmt: skip
+"""Paths that need no password: those who take part in a study are strangers."""
 
 RATE, BURST = 2.0, 60
 """Requests that change something: a second, and at once, of one visitor."""

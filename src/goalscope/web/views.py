@@ -188,11 +188,12 @@ class Live(BaseModel):
     """How an episode stands that can go on.
 
     Attributes:
+        version: Greater for what is newer; also after the server was started again.
         phase: "idle" for the person's turn, "waiting" in the queue, "thinking".
         place: How many are before one in the queue.
         step: What the agent does now.
         query: What it asks; None while that is being made.
-        round: The number that the next utterance will have.
+        round: The number that the next utterance will have; 0 while the episode is being opened.
         utterance: What was said and is being worked on, or could not be.
         belief: As it is now, with the corrections.
         changes: Corrections since the last round.
@@ -202,15 +203,16 @@ class Live(BaseModel):
         error: Why the last attempt failed.
     """
 
+    version: int
     phase: Literal["idle", "waiting", "thinking"]
-    place: int
-    step: str
-    query: str | None
-    round: int
-    utterance: str | None
-    belief: BeliefView | None
-    changes: list[ChangeView]
-    can_undo: bool
-    confirm: Confirm | None
     completion_phrase: str
-    error: str | None
+    place: int = 0
+    step: str = ""
+    query: str | None = None
+    round: int = 0
+    utterance: str | None = None
+    belief: BeliefView | None = None
+    changes: list[ChangeView] = []
+    can_undo: bool = False
+    confirm: Confirm | None = None
+    error: str | None = None

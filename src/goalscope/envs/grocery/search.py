@@ -193,10 +193,11 @@ def _top(values: _Vectors, limit: int) -> list[int]:
 
 
 def _opened(folder: Path, catalogue: Catalogue) -> sqlite3.Connection:
-    """The kept index of `catalogue`; built where there is none that can be read."""
+    """The kept index of `catalogue`, for all threads; built where there is none to be read."""
     path = folder / f"grocery-{_FORMAT}-{catalogue.fingerprint}.sqlite"
     try:
-        kept = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)
+        address = f"{path.absolute().as_uri()}?mode=ro"
+        kept = sqlite3.connect(address, uri=True, check_same_thread=False)
         size = kept.execute("SELECT length(data) FROM vectors").fetchone()[0]
         count = kept.execute("SELECT count(*) FROM names").fetchone()[0]
         if count == len(catalogue) and size and size % (4 * count) == 0:
@@ -204,7 +205,7 @@ def _opened(folder: Path, catalogue: Catalogue) -> sqlite3.Connection:
         kept.close()
     except (sqlite3.Error, TypeError):
         pass
-    built = sqlite3.connect(":memory:")
+    built = sqlite3.connect(":memory:", check_same_thread=False)
     _fill(built, catalogue)
     _keep(built, path)
     return built

@@ -176,7 +176,7 @@ class View {
   #panels() {
     if (!this.rounds.length) return [h("p", {}, "Nothing was said yet.")];
     return [
-      h("div", { class: "panel" }, this.ribbons.element),
+      this.ribbons.element,
       h(
         "div",
         { class: "view-columns" },

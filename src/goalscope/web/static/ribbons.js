@@ -9,7 +9,7 @@ const LABEL_SHARE = 0.4;
 const WIDEST_LABEL = 300;
 const VISIBLE = 0.01;
 const LABEL_HEIGHT = 14;
-const CHARACTER = 6.1;
+const CHARACTER = 6.6;
 
 /**
  * @typedef {{label: string, belief: ?import("./api.js").Belief}} Column

@@ -3,6 +3,7 @@
 import { api } from "./api.js";
 import { count, h, localTime } from "./dom.js";
 import { aboutDomain, domainOf } from "./domains.js";
+import { example } from "./example.js";
 
 const RECENT = 20;
 const SHOWN = 3;
@@ -17,15 +18,20 @@ export async function start(main, { options }, signal) {
   main.replaceChildren(
     h(
       "div",
-      { class: "page narrow" },
-      h("h1", { class: "hero" }, "Say what you want. Watch what it understands."),
+      { class: "page start" },
       h(
-        "p",
-        { class: "lead" },
-        "This assistant keeps a probability over what you may want, in plain words, and changes it with all that you say. You see the whole of it, and can put it right.",
+        "div",
+        { class: "start-main" },
+        h("h1", { class: "hero" }, "Say what you want. Watch what it understands."),
+        h(
+          "p",
+          { class: "lead" },
+          "This assistant keeps a probability over what you may want, in plain words, and changes it with all that you say. You see the whole of it, and can put it right.",
+        ),
+        beginForm(options),
+        goOn,
       ),
-      beginForm(options),
-      goOn,
+      example(),
       h("p", { class: "soft small" }, `goalscope ${options.version}, with the model ${options.model}`),
     ),
   );

@@ -101,9 +101,14 @@ class Talk {
 
   /** @param {object} changed What is new in the state. */
   update(changed) {
-    if (this.signal.aborted) return;
+    if (this.signal.aborted || (changed.live && this.#isOld(changed.live))) return;
     Object.assign(this.state, changed);
     this.render();
+  }
+
+  /** Whether newer news was here first, or the episode has ended since. */
+  #isOld(live) {
+    return !this.state.live || live.version < this.state.live.version;
   }
 
   async say(text, confirmed) {

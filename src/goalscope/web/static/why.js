@@ -105,7 +105,7 @@ function reasonsTable(id, goal, reasons, goesOn) {
   );
   const heads = [
     ["", "Turn"],
-    ["You said", null],
+    ["Said", null],
     ["Evidence", "In nats, against the mean of the other goals"],
     ["Then", "How likely the goal was after it"],
     ["Without", "How likely the goal would be now, had this not been said"],

@@ -9,6 +9,7 @@ down_revision = None
 
 def upgrade() -> None:
     """Make them."""
+    number = sa.Float(53).with_variant(sa.REAL(), "sqlite")
     op.create_table(
         "episodes",
         sa.Column("number", sa.Integer, primary_key=True),
@@ -21,7 +22,7 @@ def upgrade() -> None:
         sa.Column("task", sa.Text, nullable=False),
         sa.Column("settings", sa.Text, nullable=False),
         sa.Column("ended", sa.Text),
-        sa.Column("score", sa.Double().with_variant(sa.REAL(), "sqlite")),
+        sa.Column("score", number),
         sa.Column("owner", sa.Text, index=True),
         sa.CheckConstraint("ended IN ('terminated', 'truncated')", "ended"),
         sa.CheckConstraint("score BETWEEN 0 AND 1", "score"),

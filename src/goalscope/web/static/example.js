@@ -1,0 +1,32 @@
+/** A belief that was inferred once, to show on the first page what there is to see. */
+
+import { coloursOf } from "./colours.js";
+import { h } from "./dom.js";
+import { Ribbons } from "./ribbons.js";
+
+const GOALS = ["bake a chocolate cake", "bake a gluten-free cake", "cook an Italian dinner", "buy snacks for a party", "Unspecified"];
+const SAID = [
+  ["I'd like to bake something for Sunday.", [36, 33, 15, 5, 11]],
+  ["A cake, with lots of cocoa in it.", [65, 18, 2, 2, 12]],
+  ["My sister gets ill from wheat, so no normal flour.", [17, 67, 1, 1, 13]],
+];
+
+export function example() {
+  const columns = SAID.map(([, shares], place) => ({ label: String(place + 1), belief: beliefOf(shares) }));
+  const ribbons = new Ribbons();
+  ribbons.show(columns, coloursOf(columns.map((column) => column.belief)));
+  return h(
+    "section",
+    { class: "example", "aria-labelledby": "example" },
+    h("h2", { id: "example" }, "Three sentences move a belief"),
+    ribbons.element,
+    h("ol", {}, ...SAID.map(([text]) => h("li", {}, `\u201c${text}\u201d`))),
+  );
+}
+
+function beliefOf(shares) {
+  const sum = shares.reduce((total, share) => total + share, 0);
+  return {
+    goals: GOALS.map((text, place) => ({ text, probability: shares[place] / sum, unspecified: text === "Unspecified" })),
+  };
+}

@@ -1,0 +1,313 @@
+"""What a store promises over both databases, and what a server's failures say."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
+
+import pytest
+from alembic.autogenerate import compare_metadata
+from alembic.config import Config
+from alembic.migration import MigrationContext
+from alembic.script import ScriptDirectory
+from sqlalchemy import text
+
+from databases import PASSWORD
+from goalscope.database.tables import REVISION, VERSION_TABLE, Base
+from goalscope.experiment.results import Results
+from goalscope.store import Store
+from goalscope.types import GoalscopeError, InvalidInputError, Turn
+from test_cli import invoke
+from test_store import EPISODE, a_round, pragma, values_of
+
+ODD = "half \ud800, NUL \x00, 100 % _ ' \" \\ é 🍰"
+
+
+def test_any_text_is_stored(place):
+    said = a_round(turn=Turn(ODD, ODD), status=ODD)
+    with Store.open(place) as store:
+        id = store.begin(domain=ODD, method=ODD, model=ODD, task=ODD, profile=ODD, owner=ODD)
+        store.append(id, said)
+        (info,) = store.episodes(owner=ODD, text=ODD)
+        assert info.model == ODD.replace("\ud800", "\\ud800").replace("\0", "\\x00")
+        assert values_of(store.rounds(id)[0]) == values_of(said)
+        for words in ("one", ODD, "three"):
+            store.correct(id, 1, ("pin", words, ""))
+        assert [goal for _, goal, _ in store.corrections(id, 1)] == ["one", ODD, "three"]
+        assert store.corrections(id, 0) == []
+        with pytest.raises(GoalscopeError):
+            store.correct("nobody", 1, ("pin", "one", ""))
+        for unknown in ("\ud800", "\0", "%", "_"):
+            with pytest.raises(InvalidInputError, match="No episode"):
+                store.episode(unknown)
+
+
+def test_episodes_are_found_by_owner_and_text_and_come_in_pages(place):
+    with Store.open(place) as store:
+        tasks = ["Sell.", "100 % clean", "100 x clean", "Sell."]
+        owners = ["ann", "ann", "bob", None]
+        ids = [
+            store.begin(**EPISODE | {"task": task}, owner=owner)
+            for task, owner in zip(tasks, owners, strict=True)
+        ]
+        store.append(ids[2], a_round(turn=Turn("What?", 'A "5_6" lamp, belief')))
+
+        def found(**options):
+            return [ids.index(info.id) for info in store.episodes(**options)]
+
+        assert found() == [0, 1, 2, 3]
+        assert found(newest_first=True, limit=2) == [3, 2]
+        assert found(newest_first=True, limit=2, offset=2) == [1, 0]
+        assert found(offset=3) == [3]
+        assert found(owner="ann") == [0, 1]
+        assert found(owner="") == []
+        assert found(text="100 % c") == [1]
+        assert found(text="SELL") == [0, 3]
+        assert found(text='"5_6" LAMP') == [2]
+        assert found(text="belief") == [2]  # of the words, and not of what they are stored with
+        assert found(text="6_6") == found(text="Basket: 2") == []
+        assert found(text=ids[1]) == [1]
+        assert store.episodes(owner="bob")[0].rounds == 1
+
+
+def test_many_threads_share_a_store(place):
+    start = Barrier(12)
+    with Store.open(place) as store:
+
+        def talk(n: int) -> str:
+            start.wait()
+            id = store.begin(**EPISODE, owner=str(n))
+            for number in range(1, 9):
+                store.append(id, a_round(number, status=str(n)))
+                assert len(store.rounds(id)) == number
+            store.finish(id, ended="terminated", score=1.0)
+            return id
+
+        with ThreadPoolExecutor(12) as pool:
+            ids = list(pool.map(talk, range(12)))
+        assert {info.id: info.rounds for info in store.episodes()} == dict.fromkeys(ids, 8)
+        for n, id in enumerate(ids):
+            assert {round.status for round in store.rounds(id)} == {str(n)}
+
+
+def test_of_threads_that_add_the_same_round_one_does(place):
+    start = Barrier(6)
+    with Store.open(place) as store:
+        id = store.begin(**EPISODE)
+
+        def add(n: int) -> bool:
+            start.wait()
+            try:
+                store.append(id, a_round(1, status=str(n)))
+            except GoalscopeError:
+                return False
+            return True
+
+        with ThreadPoolExecutor(6) as pool:
+            assert sorted(pool.map(add, range(6))) == [False] * 5 + [True]
+        assert len(store.rounds(id)) == 1
+
+
+OPENER = """
+import sys
+from goalscope.store import Store
+print("ready", flush=True)
+sys.stdin.readline()
+with Store.open(sys.argv[1]) as store:
+    store.begin(domain="d", method="m", model="m", task="t")
+"""
+
+
+def test_of_processes_that_open_a_new_store_one_makes_it(place):
+    env = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    pipe = subprocess.PIPE
+    processes = [
+        subprocess.Popen([sys.executable, "-c", OPENER, place], stdin=pipe, stdout=pipe, env=env)
+        for _ in range(3)
+    ]
+    for each in processes:
+        assert each.stdout is not None
+        assert each.stdout.readline() == b"ready\n"
+    for each in processes:
+        assert each.stdin is not None
+        each.stdin.write(b"\n")
+        each.stdin.flush()
+    for each in processes:
+        each.communicate(timeout=60)
+        assert each.returncode == 0
+    with Store.open(place) as store:
+        assert len(store.episodes()) == 3
+
+
+@pytest.mark.parametrize("database", ["sqlite", "postgresql"])
+def test_of_threads_that_open_a_new_store_at_once_none_fails(database, request, tmp_path):
+    for n in range(20):
+        if database == "sqlite":
+            place, start = str(tmp_path / f"{n}.db"), Barrier(6)
+        else:
+            place, start = request.getfixturevalue("server").new(), Barrier(6)
+
+        def make(_: int, place: str = place, start: Barrier = start) -> None:
+            start.wait()
+            with Store.open(place) as store:
+                store.begin(**EPISODE)
+
+        with ThreadPoolExecutor(6) as pool:
+            list(pool.map(make, range(6)))
+        with Store.open(place) as store:
+            assert len(store.episodes()) == 6
+
+
+def test_the_revisions_make_the_tables_that_are_mapped(place):
+    config = Config()
+    config.set_main_option("script_location", "goalscope.database:migrations")
+    assert ScriptDirectory.from_config(config).get_current_head() == REVISION
+    with Store.open(place) as store, store.reading() as session:
+        context = MigrationContext.configure(
+            session.connection(), opts={"version_table": VERSION_TABLE}
+        )
+        assert compare_metadata(context, Base.metadata) == []
+
+
+def test_a_store_that_is_up_to_date_opens_without_alembic(place):
+    Store.open(place).close()
+    code = "import sys; from goalscope.store import Store; Store.open(sys.argv[1]).close(); "
+    code += "assert 'alembic' not in sys.modules"
+    env = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    subprocess.run([sys.executable, "-c", code, place], check=True, env=env)
+
+
+def test_a_newer_revision_is_refused(place):
+    with Store.open(place) as store, store.writing() as session:
+        session.execute(text(f"UPDATE {VERSION_TABLE} SET version_num = '9999'"))
+    with pytest.raises(GoalscopeError, match="Update goalscope"):
+        Store.open(place)
+
+
+def test_results_may_be_in_either(place):
+    with Results.open(place) as results:
+        (cell,) = results.plan([{"a": ODD}])
+        results.begin_cell(cell.key)
+        results.fail(cell.key, ODD)
+        results.keep(cell.key, {"said": ODD}, {"code": "c"})
+        results.describe({"title": ODD})
+    with Results.open(place) as results:
+        assert results.plan([{"b": 1}, {"a": ODD}])[1].result == {"said": ODD}
+        assert [kept.spec for kept in results.cells()] == [{"a": ODD}, {"b": 1}]
+        assert results.about == {"title": ODD}
+
+
+def test_a_closed_file_has_no_journal(tmp_path):
+    with Store.open(tmp_path / "s.db") as store:
+        with ThreadPoolExecutor(4) as pool:
+            list(pool.map(lambda _: store.begin(**EPISODE), range(8)))
+        assert (tmp_path / "s.db-wal").exists()
+    assert [each.name for each in tmp_path.iterdir()] == ["s.db"]
+
+
+def test_a_foreign_key_holds_on_every_connection_of_a_file(tmp_path):
+    with Store.open(tmp_path / "s.db") as store, store.reading() as one, store.reading() as other:
+        assert one.connection() is not other.connection()
+        assert pragma(one, "foreign_keys") == pragma(other, "foreign_keys") == 1
+
+
+def test_a_server_confirms_what_is_on_its_disk(server):
+    place = server.new()
+    server.run(f"ALTER DATABASE {place.rpartition('/')[2]} SET synchronous_commit = off")
+    with Store.open(place) as store, store.writing() as session:
+        assert session.scalar(text("SHOW synchronous_commit")) == "on"
+
+
+def test_other_tables_of_a_server_are_left_alone(server):
+    place = server.new()
+    name = place.rpartition("/")[2]
+    server.run("CREATE TABLE rounds (x int); INSERT INTO rounds VALUES (7)", name)
+    with pytest.raises(GoalscopeError, match="other tables named rounds"):
+        Store.open(place)
+    assert server.run("SELECT x FROM rounds", name) == [(7,)]
+    server.run("ALTER TABLE rounds RENAME TO theirs", name)
+    Store.open(place).close()
+    assert server.run("SELECT x FROM theirs", name) == [(7,)]
+
+
+def refused(place: str) -> str:
+    with pytest.raises(GoalscopeError) as caught:
+        Store.open(place)
+    line = str(caught.value)
+    assert "\n" not in line
+    assert PASSWORD not in line
+    assert "wrong-pw" not in line
+    return line
+
+
+def test_what_a_server_refuses_is_explained(server):
+    assert "Check the user and the password" in refused(server.address("postgres", "wrong-pw"))
+    assert "createdb" in refused(server.address("nowhere"))
+    server.run("CREATE ROLE reader LOGIN PASSWORD 'wrong-pw'")
+    as_reader = server.new().replace(f"someone:{PASSWORD}", "reader:wrong-pw")
+    assert "lacks the right" in refused(as_reader)
+    place = server.new()
+    server.run(f"ALTER DATABASE {place.rpartition('/')[2]} SET default_transaction_read_only = on")
+    assert "may not be written" in refused(place)
+    gone = place.replace(str(server.port), "1")
+    assert "Is the server running" in refused(gone)
+    assert "Is the server running" in refused(gone + f"?password={PASSWORD}")
+
+
+def test_a_lost_connection_is_explained_and_the_next_call_has_another(server):
+    place = server.new()
+    name = place.rpartition("/")[2]
+    lose = f"SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = '{name}'"
+
+    def read_and_lose() -> None:
+        with store.reading() as session:
+            session.connection()
+            server.run(lose)
+            session.scalar(text("SELECT 1"))
+
+    with Store.open(place) as store:
+        id = store.begin(**EPISODE)
+        with pytest.raises(GoalscopeError, match="try again"):
+            read_and_lose()
+        assert store.episode(id).id == id
+        server.run(lose)
+        store.append(id, a_round())
+
+
+def test_a_locked_table_is_explained(server, monkeypatch):
+    monkeypatch.setattr("goalscope.database.opening.WAIT", 1)
+    with Store.open(server.new()) as store, store.writing() as session:
+        session.execute(text("LOCK TABLE episodes"))
+        with pytest.raises(GoalscopeError, match="Another program is writing"):
+            store.begin(**EPISODE)
+
+
+def test_the_command_line_takes_an_address(server, monkeypatch):
+    place = server.new()
+    with Store.open(place) as store:
+        assert store.place == place.replace(PASSWORD, "***")
+        id = store.begin(**EPISODE)
+    assert id in invoke("episodes", "--json", "--store", place).stdout
+    monkeypatch.setenv("GOALSCOPE_STORE", place)
+    assert id in invoke("episodes", "--json").stdout
+
+
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [
+        ("mysql://u:wrong-pw@h/d", "not in mysql"),
+        ("postgresql://u:wrong@pw@h/d", "%40"),
+        ("postgresql://u:x@h:wrong-pw/d", "should look like"),
+        ("://wrong-pw", "should look like"),
+    ],
+)
+def test_other_addresses_are_refused(address, said):
+    assert said in refused(address)
+
+
+def test_a_missing_driver_names_the_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, "psycopg", None)
+    assert 'pip install "goalscope[postgres]"' in refused(f"postgresql://u:{PASSWORD}@h/d")

@@ -1,0 +1,270 @@
+"""The page in a real browser."""
+
+from __future__ import annotations
+
+import itertools
+import re
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, expect, sync_playwright
+
+from fakes import WordModel
+from sites import KEY, WRITES, site
+
+expect.set_options(timeout=20_000)
+CHROMIUM = shutil.which("chromium")
+pytestmark = pytest.mark.skipif(
+    CHROMIUM is None, reason="install Debian's chromium: `make servers` does"
+)
+
+WANTS = "I want to bake a cake. Please add flour."
+TAGS = ("img", "svg", "iframe", "body", "video", "audio", "details", "input", "object", "marquee")
+HANDLERS = ("onerror", "onload", "onfocus", "ontoggle", "onstart", "onbegin", "onmouseover")
+RUN = "window.ran=1"
+PAYLOADS = [
+    *(f"<{tag} src=x {on}={RUN} autofocus open>" for tag, on in itertools.product(TAGS, HANDLERS)),
+    *(f"<script{mark}>{RUN}</script>" for mark in ("", " src=//x", " type=module", "/x", "\t")),
+    *(f'{close}<script>{RUN}</script>' for close in ('">', "'>", "-->", "]]>", "</textarea>")),
+    *(f"<a href={way}:{RUN}>x</a>" for way in ("javascript", "JaVaScRiPt", "data:text/html,")),
+    *(f"<svg><{tag} {way}=javascript:{RUN}>" for tag in ("a", "use", "animate", "set")
+      for way in ("href", "xlink:href", "values", "to")),
+    f"{{{{constructor.constructor('{RUN}')()}}}}", f"${{{RUN}}}", f"<%= {RUN} %>",
+    f"<math><mtext><script>{RUN}</script>", f"<template><script>{RUN}</script></template>",
+    f"<meta http-equiv=refresh content='0;javascript:{RUN}'>", f"<base href=javascript:{RUN}//>",
+    f"<form action=javascript:{RUN}><button autofocus>", f"<style>*{{x:expression({RUN})}}</style>",
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    options = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
+    with sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=CHROMIUM, args=options)
+        yield started
+        started.close()
+
+
+def is_fault(message: ConsoleMessage) -> bool:
+    """Whether it is more than that the server has ended before the page was closed."""
+    return message.type == "error" and "net::ERR" not in message.text
+
+
+@pytest.fixture
+def enter(browser: Browser) -> Iterator[Callable[..., Page]]:
+    """Opens pages, each for a person of their own; none may say anything in its console."""
+    said: list[str] = []
+    contexts = []
+
+    def opened(address: str, **options) -> Page:
+        contexts.append(browser.new_context(**options))
+        page = contexts[-1].new_page()
+        page.set_default_timeout(15_000)
+        page.on("console", lambda each: said.append(each.text) if is_fault(each) else None)
+        page.on("pageerror", lambda error: said.append(str(error)))
+        page.on("dialog", lambda dialog: (said.append(dialog.message), dialog.dismiss()))
+        page.goto(address)
+        return page
+
+    yield opened
+    for context in contexts:
+        context.close()
+    assert said == []
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    with site(tmp_path_factory.mktemp("page") / "episodes.db") as running:
+        yield running
+
+
+def begin(page: Page) -> None:
+    page.get_by_role("button", name="Begin").click()
+    expect(page.get_by_text("What can I help you with?")).to_be_visible()
+
+
+def say(page: Page, text: str) -> None:
+    page.get_by_label("Your words", exact=True).fill(text)
+    page.get_by_label("Your words", exact=True).press("Enter")
+
+
+def prices(basket: Locator) -> list[str]:
+    return re.findall(r"\$[\d.]+", basket.inner_text())
+
+
+def rounds(page: Page, number: int) -> None:
+    """Wait until so many rounds are done, and the agent listens again."""
+    expect(page.get_by_role("log").locator(".bubble.agent:visible")).to_have_count(number + 1)
+    expect(page.locator(".thinking")).to_have_text("")
+
+
+def test_an_episode_from_the_first_word_to_the_purchase(address: str, enter) -> None:
+    page = enter(address)
+    begin(page)
+    say(page, WANTS)
+    rounds(page, 1)
+    goals = page.get_by_role("region", name="Goals")
+    expect(goals.get_by_text("bake a cake", exact=True)).to_be_visible()
+    expect(page.get_by_role("table").filter(has_text="Total")).to_be_visible()
+
+    say(page, "Buy the basket")
+    rounds(page, 2)
+    card = page.get_by_role("region", name="To confirm")
+    expect(card).to_contain_text("Flour")
+    card.get_by_role("button", name="Not yet").click()
+    expect(page.get_by_label("Your words", exact=True)).to_be_focused()
+    say(page, "Please add bananas.")
+    rounds(page, 3)
+    expect(card).to_be_hidden()
+
+    say(page, "Buy the basket")
+    rounds(page, 4)
+    expect(card).to_contain_text("Banana")
+    shown = prices(card.get_by_role("table"))
+    card.get_by_role("button", name="Buy this basket").click()
+    expect(page.get_by_role("region", name="The end")).to_contain_text("Done")
+    assert shown == prices(page.get_by_role("table").filter(has_text="Total"))
+
+
+def test_a_belief_is_corrected_by_hand(address: str, enter) -> None:
+    page = enter(address)
+    begin(page)
+    say(page, WANTS)
+    rounds(page, 1)
+    goals = page.get_by_role("region", name="Goals")
+    goals.get_by_role("button", name=re.compile("^bake bread with flour")).click()
+    expect(goals.get_by_role("table")).to_contain_text(WANTS)
+    goals.get_by_role("button", name=re.compile("rule", re.I)).click()
+    expect(goals.get_by_role("button", name=re.compile("^bake bread with flour"))).to_have_count(0)
+    page.get_by_role("button", name="Undo").click()
+    expect(goals.get_by_role("button", name=re.compile("^bake bread with flour"))).to_be_visible()
+    goals.get_by_text("Add a goal").click()
+    goals.get_by_role("textbox").last.fill("feed the birds")
+    goals.get_by_role("textbox").last.press("Enter")
+    first = goals.get_by_role("listitem").first
+    expect(first).to_contain_text("feed the birds")
+    expect(first).to_contain_text("confirmed")
+
+
+class Slow(WordModel):
+    """Takes its time to write."""
+
+    def generate(self, messages, **settings):
+        time.sleep(0.2)
+        return super().generate(messages, **settings)
+
+
+def test_a_reload_in_mid_answer_loses_nothing(tmp_path: Path, enter) -> None:
+    with site(tmp_path / "episodes.db", Slow(WRITES)) as address:
+        page = enter(address)
+        begin(page)
+        say(page, WANTS)
+        expect(page.locator(".thinking")).not_to_have_text("")
+        page.reload()
+        expect(page.get_by_text(WANTS)).to_be_visible()
+        rounds(page, 1)
+        other = page.context.new_page()
+        other.goto(page.url)
+        rounds(other, 1)
+        say(other, "And milk.")
+        rounds(other, 2)
+        rounds(page, 2)
+        expect(page.get_by_text("And milk.")).to_have_count(1)
+
+
+def test_two_people_at_once_see_their_own(tmp_path: Path, enter) -> None:
+    with site(tmp_path / "episodes.db", Slow(WRITES)) as address:
+        people = {name: enter(address) for name in ("Ann", "Ben")}
+        for page in people.values():
+            begin(page)
+        for name, page in people.items():
+            say(page, f"I am {name} and need flour.")
+        for name, page in people.items():
+            rounds(page, 1)
+            other = "Ben" if name == "Ann" else "Ann"
+            expect(page.get_by_role("log")).to_contain_text(f"I am {name}")
+            expect(page.get_by_text(other)).to_have_count(0)
+            page.goto(f"{address}/#/episodes")
+            expect(page.get_by_role("main").get_by_role("rowheader")).to_have_count(1)
+
+
+def test_no_text_is_ever_run(tmp_path: Path, enter) -> None:
+    assert len(PAYLOADS) >= 100
+    hostile = {
+        mark: "\n".join(f"- {each}" for each in PAYLOADS[start : start + 9])
+        for start, mark in enumerate(WRITES)
+    }
+    with site(tmp_path / "episodes.db", WordModel(hostile)) as address:
+        page = enter(f"{address}/?key={KEY}")
+        begin(page)
+        chunks = [PAYLOADS[at : at + 20] for at in range(0, len(PAYLOADS), 20)]
+        for number, chunk in enumerate(chunks, 1):
+            say(page, " ".join(chunk)[:2000])
+            rounds(page, number)
+        goals = page.get_by_role("region", name="Goals")
+        for payload in PAYLOADS[::10]:
+            goals.get_by_text("Add a goal").click()
+            goals.get_by_role("textbox").last.fill(payload)
+            goals.get_by_role("textbox").last.press("Enter")
+            expect(goals.get_by_text(payload, exact=True).first).to_be_visible()
+        goals.get_by_role("button", name=re.compile("<")).first.click()
+        expect(goals.get_by_role("table")).to_be_visible()
+        episode = page.url.rpartition("/")[2]
+        for path in (f"/#/replay/{episode}", f"/#/compare/{episode}/{episode}", "/#/episodes"):
+            page.goto(f"{address}{path}")
+            expect(page.get_by_role("main")).to_be_visible()
+        for payload in PAYLOADS:
+            page.get_by_role("searchbox").fill(payload)
+        assert page.evaluate("window.ran") is None
+
+
+def test_by_keyboard_alone(address: str, enter) -> None:
+    page = enter(address)
+    page.get_by_role("button", name="Begin").wait_for()
+    page.keyboard.press("Tab")
+    expect(page.get_by_role("link", name="Skip to the content")).to_be_focused()
+    page.keyboard.press("Enter")
+    for _ in range(12):
+        page.keyboard.press("Tab")
+        if page.evaluate("document.activeElement.textContent") == "Begin":
+            break
+    page.keyboard.press("Enter")
+    expect(page.get_by_label("Your words", exact=True)).to_be_focused()
+    page.keyboard.type(WANTS)
+    page.keyboard.press("Enter")
+    rounds(page, 1)
+
+
+def test_a_replay_moves_round_by_round_and_is_exported(address: str, enter) -> None:
+    page = enter(address)
+    begin(page)
+    for number, text in enumerate((WANTS, "And milk.", "And eggs."), 1):
+        say(page, text)
+        rounds(page, number)
+    episode = page.url.rpartition("/")[2]
+    page.goto(f"{address}/#/replay/{episode}")
+    slider = page.get_by_role("slider")
+    expect(slider).to_have_value("3")
+    slider.press("ArrowLeft")
+    slider.press("ArrowLeft")
+    expect(slider).to_have_value("1")
+    expect(page.get_by_text("And eggs.")).to_be_hidden()
+    with page.expect_download() as download:
+        page.get_by_role("link", name="Save as a page").click()
+    assert "And eggs." in Path(download.value.path()).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [360, 1280])
+def test_nothing_is_wider_than_the_screen(address: str, enter, width: int, scheme: str) -> None:
+    page = enter(address, viewport={"width": width, "height": 740}, color_scheme=scheme)
+    begin(page)
+    say(page, WANTS)
+    rounds(page, 1)
+    for path in (page.url, f"{address}/#/episodes", f"{address}/#/"):
+        page.goto(path)
+        expect(page.get_by_role("main")).to_be_visible()
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
