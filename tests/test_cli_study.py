@@ -14,6 +14,7 @@ def test_on_the_command_line(tmp_path, monkeypatch):
     with Store.open(place) as store:
         fill(store)
     assert "/study/grocery" in invoke("study", "new", str(EXAMPLE)).stdout
+    assert invoke("study", "example").stdout == EXAMPLE.read_text()
     assert "already" in fails(2, "study", "new", str(EXAMPLE))
     (table,) = json.loads(invoke("study", "list", "--json").stdout)
     assert table["rows"][0][0] == "grocery"

@@ -12,12 +12,16 @@ from random import Random
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sqlalchemy import update
 
+from goalscope.database.tables import CellRow, ParticipantRow
 from goalscope.domains import Settings, profiles_of
 from goalscope.episode import Round
 from goalscope.experiment.results import Results
 from goalscope.experiment.summary import Estimate
+from goalscope.report import read_report
 from goalscope.store import Store
+from goalscope.study import plan
 from goalscope.study.agreement import krippendorff_alpha
 from goalscope.study.assignment import assigned
 from goalscope.study.book import Book, ConflictError
@@ -28,7 +32,7 @@ from goalscope.study.summary import study_tables
 from goalscope.types import Action, InvalidInputError, StepResult, Turn
 from test_summary import column, row
 
-EXAMPLE = Path(__file__).parents[1] / "experiments" / "study.toml"
+EXAMPLE = Path(plan.__file__).with_name("example.toml")
 NOBODY = Exclusion(failed_checks=0, same_rating=False, same_explanation=False)
 PLAN = Plan("s", "Agree?", "Rate.", ratings_per_item=2, items_per_participant=2, exclusion=NOBODY)
 PEOPLE = [profile.name for profile in profiles_of(Settings())]
@@ -53,8 +57,8 @@ def fill(store: Store, methods=("good", "no-goals"), people=2, **more) -> list[s
 
 
 @pytest.fixture
-def store(tmp_path):
-    with Results.open(tmp_path / "study.db") as opened:
+def store(place):
+    with Results.open(place) as opened:
         yield opened
 
 
@@ -65,11 +69,11 @@ def rate(book, person, rating, text="because it fits"):
 
 
 def test_the_example_is_a_study():
-    plan = read_plan(EXAMPLE)
-    assert plan.name == "grocery"
-    assert plan.checks[0].rating == 0
-    assert plan.episodes.methods == ("good", "no-goals", "no-inference")
-    assert plan.exclusion.min_seconds == 5
+    study = read_plan(EXAMPLE)
+    assert study.name == "grocery"
+    assert study.checks[0].rating == 0
+    assert study.episodes.methods == ("good", "no-goals", "no-inference")
+    assert study.exclusion.min_seconds == 5
 
 
 GOOD = 'name = "a"\nconsent = "Agree?"\ninstructions = "Rate."\n'
@@ -246,9 +250,7 @@ def test_those_who_are_excluded_or_left_make_room(store):
         book.join(study, "more", None)
     old = (datetime.now(UTC) - timedelta(minutes=61)).isoformat()
     with store.writing() as session:
-        session.connection().exec_driver_sql(
-            "UPDATE study_participants SET joined = ? WHERE number = ?", (old, gone.number)
-        )
+        session.get_one(ParticipantRow, gone.number).joined = old
     more = book.join(study, "more", None)
     assert {a.item for a in more.answers} == {a.item for a in gone.answers}
 
@@ -298,10 +300,8 @@ def test_scores_of_people_beside_those_of_the_judge_and_the_state(store):
     for run, id, scores in zip(runs, ids, ([3, 1.5], [None, 0.75]), strict=True):
         # `keep` would make an episode of its own: these refer to those that are here
         with store.writing() as session:
-            session.connection().exec_driver_sql(
-                "UPDATE cells SET result = ? WHERE key = ?",
-                (json.dumps({"episode": id, "empty": False}), run.key),
-            )
+            result = json.dumps({"episode": id, "empty": False})
+            session.execute(update(CellRow).where(CellRow.key == run.key).values(result=result))
         (judge,) = store.plan([{**about, "of": {"key": run.key}, "empty": False}])
         trials = [{"score": s, "explanation": "", "answer": ""} for s in scores]
         store.keep(judge.key, {"trials": trials}, {})
@@ -353,3 +353,14 @@ def test_no_cell_is_a_formula(store, text):
     assert {line["external_id"] for line in hidden} == {""}
     assert inert("a = b") == "a = b"
     assert inert("") == ""
+
+
+def test_a_report_shows_what_people_said(tmp_path):
+    file = tmp_path / "results.db"
+    with Store.open(file) as store:
+        fill(store)
+        Book(store).add(PLAN)
+    (section,) = read_report(file, draw=False).sections
+    assert [table.title for table in section.tables[1:]] == [
+        "Study s: how far it is", "Study s: methods", "Study s: episodes",
+    ]  # fmt: skip

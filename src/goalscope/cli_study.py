@@ -20,10 +20,16 @@ Name = Annotated[str, typer.Argument(help="Of the study.")]
 
 
 @study.command()
+def example() -> None:
+    """Print a study's file with all that it may say."""
+    from importlib.resources import files
+
+    print((files("goalscope.study") / "example.toml").read_text("utf-8"), end="")
+
+
+@study.command()
 def new(
-    file: Annotated[
-        Path, typer.Argument(help="What the study is, TOML; see experiments/study.toml.")
-    ],
+    file: Annotated[Path, typer.Argument(help="What the study is, TOML; see `example`.")],
     store: StoreFile = None,
     as_json: Json = False,
 ) -> None:
@@ -42,8 +48,8 @@ def new(
     people = -(-episodes * plan.ratings_per_item // min(plan.items_per_participant, episodes))
     out = console()
     out.print(
-        f"Study {plan.name}: {episodes} episodes and {len(plan.checks)} checks. It takes at least "
-        f"{people} people. `goalscope serve` shows it at /study/{plan.name}.",
+        f"Study {plan.name} has {episodes} episodes to rate, which takes {people} people or more. "
+        f"`goalscope serve` shows it at /study/{plan.name}.",
         soft_wrap=True,
     )
     if plan.completion.url:

@@ -16,7 +16,7 @@ from goalscope.store import EpisodeInfo, Store
 from goalscope.study.agreement import krippendorff_alpha
 from goalscope.study.book import Book, Study
 from goalscope.study.people import Participant, excluded
-from goalscope.study.plan import BEST
+from goalscope.study.plan import BEST, Exclusion
 
 __all__ = ["study_tables"]
 
@@ -82,18 +82,24 @@ def _progress(
         (f"episodes with {wanted} ratings", sum(len(each.ratings) >= wanted for each in rated)),
         ("Krippendorff's alpha, ordinal", krippendorff_alpha([each.ratings for each in rated])),
     ]
-    rule = study.plan.exclusion
+    rules = "; ".join(_rules(study.plan.exclusion)) or "none"
     notes = (
         "Only ratings of people who finished and broke no rule count. The rules, stated "
-        f"beforehand: {rule.failed_checks or 'no'} failed checks; the same rating everywhere: "
-        f"{_yes(rule.same_rating)}; the same explanation everywhere: "
-        f"{_yes(rule.same_explanation)}; a median below {rule.min_seconds} seconds an item.",
+        f"beforehand: {rules}.",
     )
     return Table(*_titled(study, "progress", "how far it is"), ("what", "value"), (*rows,), notes)
 
 
-def _yes(rule: bool) -> str:
-    return "out" if rule else "in"
+def _rules(rules: Exclusion) -> Iterator[str]:
+    """What one is excluded for."""
+    if rules.failed_checks:
+        yield f"failed checks, {rules.failed_checks} or more"
+    if rules.same_rating:
+        yield "the same rating everywhere"
+    if rules.same_explanation:
+        yield "the same explanation everywhere"
+    if rules.min_seconds:
+        yield f"a median of less than {rules.min_seconds} seconds an item"
 
 
 def _methods(study: Study, rated: Sequence[Rated], judges: Sequence[str]) -> Table:
