@@ -91,7 +91,7 @@ def visit() -> Iterator[Callable[..., Person]]:
 
 
 @contextmanager
-def site(store: Path, model: Model | None = None, **guard: Any) -> Iterator[str]:
+def site(store: Path | str, model: Model | None = None, **guard: Any) -> Iterator[str]:
     """The address of a running server."""
     with socket.create_server(("127.0.0.1", 0)) as listening, Store.open(store) as opened:
         host = f"127.0.0.1:{listening.getsockname()[1]}"

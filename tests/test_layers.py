@@ -14,6 +14,7 @@ LAYERS = [
     {"database", "rounds_json", "store", "infer", "domains", "datasets"},
     {"session", "tracking", "display", "benchmarks", "calibrating"},
     {"experiment"},
+    {"study"},
     {"report"},
     {"fitting", "web", "mcp_server"},
     {
@@ -30,6 +31,7 @@ LAYERS = [
         "cli_options",
         "cli_report",
         "cli_serve",
+        "cli_study",
         "cli_why",
     },
 ]

@@ -32,6 +32,7 @@ from goalscope.cli_options import (
 )
 from goalscope.cli_report import report
 from goalscope.cli_serve import serve
+from goalscope.cli_study import study
 from goalscope.cli_why import why
 from goalscope.terminal import adapter_named, console, named, opened_model, progress
 from goalscope.types import GoalscopeError, InvalidInputError
@@ -152,6 +153,7 @@ app.command()(report)
 app.add_typer(data, name="data")
 app.add_typer(house, name="house")
 app.add_typer(models, name="models")
+app.add_typer(study, name="study")
 
 
 def main() -> None:

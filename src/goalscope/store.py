@@ -6,10 +6,11 @@ import difflib
 import json
 import secrets
 from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from threading import Lock
 from types import TracebackType
 from typing import Any, Literal, Self, cast
 
@@ -77,6 +78,8 @@ class Store:
         self._engine = engine
         self._reading = sessionmaker(engine)
         self._writing = sessionmaker(engine.execution_options(**WRITING))
+        # SQLite has writers poll for their turn, until one of many gets none: threads queue here.
+        self._turn = Lock() if engine.dialect.name == "sqlite" else nullcontext()
 
     @classmethod
     def open(cls, place: str | Path | None = None) -> Self:
@@ -117,7 +120,7 @@ class Store:
     @contextmanager
     def writing(self) -> Generator[Session]:
         """All that is written inside becomes durable together, or not at all."""
-        with explained(self.place), self._writing.begin() as session:
+        with explained(self.place), self._turn, self._writing.begin() as session:
             yield session
 
     def begin(

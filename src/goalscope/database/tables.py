@@ -15,6 +15,7 @@ from sqlalchemy import (
     Table,
     Text,
     TypeDecorator,
+    UniqueConstraint,
 )
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
@@ -23,15 +24,19 @@ __all__ = [
     "TABLES",
     "VERSION_TABLE",
     "AboutRow",
+    "AnswerRow",
     "Base",
     "CellRow",
     "CorrectionRow",
     "EpisodeRow",
+    "ItemRow",
+    "ParticipantRow",
     "RoundRow",
+    "StudyRow",
     "Words",
 ]
 
-REVISION = "0002"
+REVISION = "0003"
 """The newest of migrations/versions. Their ids have four digits, and grow."""
 VERSION_TABLE = "goalscope_version"
 
@@ -132,6 +137,66 @@ class CellRow(Base):
     error: Mapped[str | None]
     identity: Mapped[str | None] = mapped_column(Text)
     result: Mapped[str | None] = mapped_column(Text)
+
+
+class StudyRow(Base):
+    """A study with people who rate episodes."""
+
+    __tablename__ = "studies"
+
+    number: Mapped[int] = mapped_column(primary_key=True)
+    name: Mapped[str] = mapped_column(unique=True)
+    created: Mapped[str]
+    plan: Mapped[str] = mapped_column(Text)
+
+
+class ItemRow(Base):
+    """What is rated, as it is shown; a check has the one right rating instead of an episode."""
+
+    __tablename__ = "study_items"
+
+    number: Mapped[int] = mapped_column(primary_key=True)
+    study: Mapped[int] = mapped_column(ForeignKey(StudyRow.number), index=True)
+    view: Mapped[str] = mapped_column(Text)
+    episode: Mapped[str | None]
+    expected: Mapped[int | None]
+
+
+class ParticipantRow(Base):
+    """Who has agreed to take part; `external` is how a recruiting service names them."""
+
+    __tablename__ = "study_participants"
+    __table_args__ = (
+        UniqueConstraint("study", "visitor", name="study_participants_visitor_uq"),
+        UniqueConstraint("study", "external", name="study_participants_external_uq"),
+        {"sqlite_strict": True},
+    )
+
+    number: Mapped[int] = mapped_column(primary_key=True)
+    study: Mapped[int] = mapped_column(ForeignKey(StudyRow.number))
+    visitor: Mapped[str]
+    external: Mapped[str | None]
+    joined: Mapped[str]
+
+
+class AnswerRow(Base):
+    """An item that a participant has been given, and what they said of it."""
+
+    __tablename__ = "study_answers"
+    __table_args__ = (
+        UniqueConstraint("participant", "place", name="study_answers_place_uq"),
+        CheckConstraint("rating BETWEEN 0 AND 3", "rating"),
+        {"sqlite_strict": True},
+    )
+
+    participant: Mapped[int] = mapped_column(ForeignKey(ParticipantRow.number), primary_key=True)
+    item: Mapped[int] = mapped_column(ForeignKey(ItemRow.number), primary_key=True, index=True)
+    place: Mapped[int]
+    rating: Mapped[int | None]
+    explanation: Mapped[str] = mapped_column(default="")
+    revision: Mapped[int] = mapped_column(default=0)
+    opened: Mapped[str | None]
+    answered: Mapped[str | None]
 
 
 TABLES: tuple[Table, ...] = tuple(Base.metadata.sorted_tables)

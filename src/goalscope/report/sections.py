@@ -29,6 +29,8 @@ from goalscope.report.figures import (
     mcq_figure,
     methods_figure,
 )
+from goalscope.study.book import Book
+from goalscope.study.summary import study_tables
 from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = ["Section", "sections_of"]
@@ -146,7 +148,7 @@ def _section(results: Results, name: str, stem: str, draw: bool) -> Section | No
         return _episodes_alone(results, name, stem, draw)
     about = results.about
     done = [cell for cell in cells if cell.result is not None]
-    tables = [_progress(cells), *tables_of(results)]
+    tables = [_progress(cells), *tables_of(results), *_studies(results)]
     return Section(
         name,
         str(about.get("title") or about.get("name") or stem),
@@ -179,7 +181,14 @@ def _episodes_alone(results: Results, name: str, stem: str, draw: bool) -> Secti
             figure = belief_figure(own, label, results.rounds(info.id), who)
             figures += [figure] if figure else []
     table = Table("episodes", "Episodes", (*columns, "score"), tuple(rows))
-    return Section(name, stem, "", "", (), (), _named([table], name), tuple(figures))
+    tables = _named([table, *_studies(results)], name)
+    return Section(name, stem, "", "", (), (), tables, tuple(figures))
+
+
+def _studies(results: Results) -> Iterator[Table]:
+    """What people said of the episodes."""
+    for study in Book(results).all():
+        yield from study_tables(results, study)
 
 
 def _named(tables: Sequence[Table], section: str) -> tuple[Table, ...]:

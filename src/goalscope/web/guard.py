@@ -10,15 +10,23 @@ import time
 from collections import OrderedDict
 from collections.abc import Collection
 from http.cookies import CookieError, SimpleCookie
+from typing import Annotated
 from urllib.parse import parse_qs
 
+from fastapi import Depends, Request
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["Guard", "Visitor", "visitor_of"]
+__all__ = ["Guard", "Guest", "Visitor"]
 
 LARGEST = 64 * 1024
 """Bytes of a request's body."""
+
+OPEN = (
+    "/study/", "/api/studies/", "/static/study", "/static/style.css", "/static/dom.js",
+    "/static/icon.svg",
+)  # fmt: skip
+"""Paths that need no password: those who take part in a study are strangers."""
 
 RATE, BURST = 2.0, 60
 """Requests that change something: a second, and at once, of one visitor."""
@@ -52,9 +60,12 @@ class Visitor:
         self.is_host = is_host
 
 
-def visitor_of(scope: Scope) -> Visitor:
-    """The visitor whom the guard has let in."""
-    return scope["state"]["visitor"]
+def _visitor(request: Request) -> Visitor:
+    return request.scope["state"]["visitor"]
+
+
+Guest = Annotated[Visitor, Depends(_visitor)]
+"""The visitor whom the guard has let in."""
 
 
 class Guard:
@@ -101,7 +112,8 @@ class Guard:
         given = parse_qs(scope["query_string"].decode("latin-1")).get("key", [""])[0]
         shown = given or bearer or cookies.get(KEY, "")
         is_host = _same(shown, self.key)
-        if not (is_host or self.password is None or _same(shown, self.password)):
+        is_open = self.password is None or scope["path"].startswith(OPEN)
+        if not (is_open or is_host or _same(shown, self.password or "")):
             await _refuse(send, 401, "This server asks for a key: open it with ?key=... once.")
             return
         origins, own = headers.get("origin", []), f"{scope['scheme']}://{host}"
@@ -121,7 +133,10 @@ class Guard:
         secret = cookies.get(VISITOR, "") or bearer
         if len(secret) < 32 and not bearer:
             secret = secrets.token_urlsafe(32)
-            fresh.append(_cookie(VISITOR, secret, scope))
+            # Who comes by another site's link has not shown the cookie that they may have.
+            by_link = headers.get("sec-fetch-site") == ["cross-site"]
+            if not (by_link or scope["path"].startswith("/static/")):
+                fresh.append(_cookie(VISITOR, secret, scope))
         scope.setdefault("state", {})["visitor"] = Visitor(secret, is_host=is_host)
         await self.app(scope, _limited(receive), _headed(send, scope, fresh))
 

@@ -1,0 +1,114 @@
+"""`goalscope study`: people rate episodes on a page of their own."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from goalscope.cli_options import Json, StoreFile
+from goalscope.terminal import console
+from goalscope.types import InvalidInputError
+
+__all__ = ["study"]
+
+study = typer.Typer(no_args_is_help=True, help="Studies in which people rate episodes.")
+
+Name = Annotated[str, typer.Argument(help="Of the study.")]
+
+
+@study.command()
+def example() -> None:
+    """Print a study's file with all that it may say."""
+    from importlib.resources import files
+
+    print((files("goalscope.study") / "example.toml").read_text("utf-8"), end="")
+
+
+@study.command()
+def new(
+    file: Annotated[Path, typer.Argument(help="What the study is, TOML; see `example`.")],
+    store: StoreFile = None,
+    as_json: Json = False,
+) -> None:
+    """Make a study of episodes in the store. It never changes afterwards."""
+    from goalscope.store import Store
+    from goalscope.study.book import Book
+    from goalscope.study.plan import read_plan
+
+    plan = read_plan(file)
+    with Store.open(store) as opened:
+        book = Book(opened)
+        episodes = len(book.items(book.add(plan)))
+    if as_json:
+        print(json.dumps({"name": plan.name, "path": f"/study/{plan.name}", "episodes": episodes}))
+        return
+    people = -(-episodes * plan.ratings_per_item // min(plan.items_per_participant, episodes))
+    out = console()
+    out.print(
+        f"Study {plan.name} has {episodes} episodes to rate, which takes {people} people or more. "
+        f"`goalscope serve` shows it at /study/{plan.name}.",
+        soft_wrap=True,
+    )
+    if plan.completion.url:
+        out.print(f"Its link for Prolific ends in /study/{plan.name}?{plan.id_parameter}="
+                  "{{%PROLIFIC_PID%}}", soft_wrap=True)  # fmt: skip
+
+
+@study.command(name="list")
+def list_studies(store: StoreFile = None, as_json: Json = False) -> None:
+    """List the studies, and how many people have finished."""
+    from goalscope.cli_experiments import show_tables
+    from goalscope.experiment.summary import Table
+    from goalscope.store import Store
+    from goalscope.study.book import Book
+
+    with Store.open(store) as opened:
+        book = Book(opened)
+        rows: list[tuple[str | int, ...]] = []
+        for each in book.all():
+            people = book.participants(each)
+            finished = sum(one.finished for one in people)
+            items = len(book.items(each))
+            rows.append((each.plan.name, each.created, items, len(people), finished))
+    columns = ("name", "made", "episodes", "agreed", "finished")
+    show_tables([Table("studies", "Studies", columns, tuple(rows))], as_json)
+
+
+@study.command()
+def show(name: Name, store: StoreFile = None, as_json: Json = False) -> None:
+    """Show how far a study is, who does not count and why, how raters agree, and the scores.
+
+    The evaluator's and the state's scores of the same episodes stand beside people's.
+    """
+    from goalscope.cli_experiments import show_tables
+    from goalscope.store import Store
+    from goalscope.study.book import Book
+    from goalscope.study.summary import study_tables
+
+    with Store.open(store) as opened:
+        show_tables(study_tables(opened, Book(opened).named(name)), as_json)
+
+
+@study.command()
+def export(
+    name: Name,
+    out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Where to.")],
+    store: StoreFile = None,
+    ids: Annotated[
+        bool, typer.Option(help="With the ids by which recruiting services know people.")
+    ] = True,
+) -> None:
+    """Write every answer as CSV, one a line, with the reason where it does not count."""
+    from goalscope.store import Store
+    from goalscope.study.book import Book
+    from goalscope.study.export import as_csv
+
+    with Store.open(store) as opened:
+        text = as_csv(opened, Book(opened).named(name), ids=ids)
+    try:
+        out.write_text(text, encoding="utf-8", newline="")
+    except OSError as error:
+        raise InvalidInputError(f"{out} cannot be written: {error.strerror}.") from None

@@ -1,0 +1,57 @@
+"""Every answer of a study as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import unicodedata
+
+from goalscope.store import Store
+from goalscope.study.book import Book, Study
+from goalscope.study.people import excluded
+
+__all__ = ["as_csv", "inert"]
+
+COLUMNS = (
+    "study", "participant", "external_id", "joined", "finished", "excluded", "place", "item",
+    "episode", "domain", "profile", "method", "state_score", "expected", "rating", "explanation",
+    "revision", "opened", "answered", "seconds",
+)  # fmt: skip
+
+
+def as_csv(store: Store, study: Study, *, ids: bool = True) -> str:
+    """One line for each answer, those of people who do not count, too.
+
+    Args:
+        store: Holds the study.
+        study: Which one.
+        ids: Whether the ids of recruiting services are told.
+    """
+    book = Book(store)
+    infos = {id: store.episode(id) for id in book.items(study).values()}
+    file = io.StringIO(newline="")
+    writer = csv.writer(file)
+    writer.writerow(COLUMNS)
+    for each in book.participants(study):
+        why = "; ".join(excluded(each, study.plan.exclusion)) if each.finished else ""
+        person = (each.number, each.external if ids else None, each.joined, each.finished, why)
+        for answer in each.answers:
+            info = infos.get(answer.episode or "")
+            about = (
+                (info.id, info.domain, info.profile, info.method, info.score)
+                if info
+                else (None,) * 5
+            )
+            line = (
+                study.plan.name, *person, answer.place, answer.item, *about, answer.expected,
+                answer.rating, answer.explanation, answer.revision, answer.opened, answer.answered,
+                answer.seconds,
+            )  # fmt: skip
+            writer.writerow([inert(cell) if isinstance(cell, str) else cell for cell in line])
+    return file.getvalue()
+
+
+def inert(text: str) -> str:
+    """The text, after an apostrophe if a spreadsheet would take it for a formula."""
+    first = unicodedata.normalize("NFKC", text[:1])  # some take wide signs, too
+    return f"'{text}" if first and first in "=+-@\t\r\n" else text

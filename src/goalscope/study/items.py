@@ -1,0 +1,95 @@
+"""What raters are shown of an episode. Nothing in it tells the method."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from goalscope.domains import Settings, profile_named
+from goalscope.judge import possible_actions
+from goalscope.store import EpisodeInfo, Store
+from goalscope.study.plan import Check, Plan, Selection
+from goalscope.types import InvalidInputError, Turn
+
+__all__ = ["Item", "chosen_episodes", "item_of", "item_of_check"]
+
+NOTHING = "The assistant has done nothing."
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """What is rated, as the paper shows it (Sec. 5.1).
+
+    Attributes:
+        task: The assistant and its task.
+        possible: What it can do.
+        profile: The person, in words; empty for a real one.
+        outcome: The basket in the end, or every action that stands.
+        transcript: The conversation, where the study shows it.
+    """
+
+    task: str
+    possible: tuple[str, ...]
+    profile: str
+    outcome: str
+    transcript: tuple[Turn, ...] = ()
+
+
+def chosen_episodes(store: Store, selection: Selection) -> list[EpisodeInfo]:
+    """The episodes of the store that fit all that is named, in the order in which they began.
+
+    Raises:
+        InvalidInputError: There are none, or one that is named has not ended.
+    """
+    if selection.ids:
+        found = [store.episode(id) for id in selection.ids]
+        for info in found:
+            if info.ended is None:
+                raise InvalidInputError(f"Episode {info.id} has not ended, so it cannot be rated.")
+    else:
+        found = [info for info in store.episodes() if info.ended]
+    found = [
+        info
+        for info in {info.id: info for info in found}.values()
+        if selection.domain in ("", info.domain)
+        and (not selection.methods or info.method in selection.methods)
+        and (not selection.profiles or info.profile in selection.profiles)
+    ]
+    if not found:
+        raise InvalidInputError(
+            "No episode that has ended fits [episodes] of the study. `goalscope episodes` lists "
+            "them all."
+        )
+    return found
+
+
+def item_of(store: Store, info: EpisodeInfo, plan: Plan) -> Item:
+    """The item of a stored episode.
+
+    Raises:
+        InvalidInputError: It shows nothing by which to judge what the person wanted.
+    """
+    rounds = store.rounds(info.id)
+    if info.profile is None and not plan.transcript:
+        raise InvalidInputError(
+            f"Episode {info.id} was with a real person, who has no profile, so raters must see the "
+            "conversation: set transcript = true, or leave it out of [episodes]."
+        )
+    settings = Settings(**info.settings)
+    profile = profile_named(settings, info.profile).description if info.profile else ""
+    if info.domain == "grocery":
+        outcome = rounds[-1].status if rounds else ""
+    else:
+        done = [result for round in rounds for result in round.results if result.ok]
+        outcome = "\n".join(f"- {result.action}" for result in done if not result.terminated)
+    return Item(
+        info.task,
+        possible_actions(info.domain),
+        " ".join(profile.split()),
+        outcome or NOTHING,
+        tuple(round.turn for round in rounds) if plan.transcript else (),
+    )
+
+
+def item_of_check(check: Check, like: Item) -> Item:
+    """The item of a check, which looks like another one."""
+    return Item(like.task, like.possible, check.profile, check.outcome)

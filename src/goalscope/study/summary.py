@@ -1,0 +1,194 @@
+"""What people's ratings say, beside the language-model evaluator and the checks of the state."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from sqlalchemy import select
+
+from goalscope.database.tables import CellRow
+from goalscope.experiment.summary import Entry, Estimate, Labels, Measured, Table, chosen, mean
+from goalscope.experiment.summary_judge import JUDGE_NOTES, Reading, evaluator_of, reading_of
+from goalscope.stats import pooled_sd_of_mean
+from goalscope.store import EpisodeInfo, Store
+from goalscope.study.agreement import krippendorff_alpha
+from goalscope.study.book import Book, Study
+from goalscope.study.people import Participant, excluded
+from goalscope.study.plan import BEST, Exclusion
+
+__all__ = ["study_tables"]
+
+
+@dataclass(frozen=True, slots=True)
+class Rated:
+    """An episode with what was made of it.
+
+    Attributes:
+        info: The episode.
+        ratings: Of the people who count.
+        readings: By the evaluator's label.
+    """
+
+    info: EpisodeInfo
+    ratings: list[int] = field(default_factory=list[int])
+    readings: dict[str, Reading] = field(default_factory=dict[str, Reading])
+
+    @property
+    def trials(self) -> list[float]:
+        """The ratings as shares of the best."""
+        return [rating / BEST for rating in self.ratings]
+
+
+def study_tables(store: Store, study: Study) -> list[Table]:
+    """How far a study is, who does not count, and the scores by method and by episode."""
+    book = Book(store)
+    people = book.participants(study)
+    reasons = {each.number: excluded(each, study.plan.exclusion) for each in people}
+    counted = [each for each in people if each.finished and not reasons[each.number]]
+    rated = {id: Rated(store.episode(id)) for id in book.items(study).values()}
+    for each in counted:
+        for answer in each.answers:
+            if answer.episode is not None and answer.rating is not None:
+                rated[answer.episode].ratings.append(answer.rating)
+    judges = _judged(store, rated)
+    found = list(rated.values())
+    tables = [_progress(study, people, counted, found), _methods(study, found, judges)]
+    tables.append(_episodes(study, found, judges))
+    left_out = [each for each in people if each.finished and reasons[each.number]]
+    if left_out:
+        rows = tuple((each.number, "; ".join(reasons[each.number])) for each in left_out)
+        columns = ("participant", "why")
+        tables.insert(1, Table(*_titled(study, "excluded", "who does not count"), columns, rows))
+    return tables
+
+
+def _titled(study: Study, kind: str, what: str) -> tuple[str, str]:
+    return f"study-{study.plan.name}-{kind}", f"Study {study.plan.name}: {what}"
+
+
+def _progress(
+    study: Study, people: Sequence[Participant], counted: Sequence[Participant], rated: list[Rated]
+) -> Table:
+    wanted = study.plan.ratings_per_item
+    finished = sum(each.finished for each in people)
+    rows: list[tuple[Entry, ...]] = [
+        ("agreed to take part", len(people)),
+        ("finished", finished),
+        ("finished and do not count", finished - len(counted)),
+        ("ratings that count", sum(len(each.ratings) for each in rated)),
+        ("episodes", len(rated)),
+        (f"episodes with {wanted} ratings", sum(len(each.ratings) >= wanted for each in rated)),
+        ("Krippendorff's alpha, ordinal", krippendorff_alpha([each.ratings for each in rated])),
+    ]
+    rules = "; ".join(_rules(study.plan.exclusion)) or "none"
+    notes = (
+        "Only ratings of people who finished and broke no rule count. The rules, stated "
+        f"beforehand: {rules}.",
+    )
+    return Table(*_titled(study, "progress", "how far it is"), ("what", "value"), (*rows,), notes)
+
+
+def _rules(rules: Exclusion) -> Iterator[str]:
+    """What one is excluded for."""
+    if rules.failed_checks:
+        yield f"failed checks, {rules.failed_checks} or more"
+    if rules.same_rating:
+        yield "the same rating everywhere"
+    if rules.same_explanation:
+        yield "the same explanation everywhere"
+    if rules.min_seconds:
+        yield f"a median of less than {rules.min_seconds} seconds an item"
+
+
+def _methods(study: Study, rated: Sequence[Rated], judges: Sequence[str]) -> Table:
+    groups: dict[tuple[str, str, str], list[Rated]] = {}
+    for each in rated:
+        key = (each.info.domain, each.info.model, each.info.method)
+        groups.setdefault(key, []).append(each)
+    rows: list[tuple[Entry, ...]] = []
+    for key, group in sorted(groups.items()):
+        trials = [each.trials for each in group if each.ratings]
+        row: list[Entry] = [*key, len(group), sum(map(len, trials))]
+        row += [_over_people(group, lambda each: mean(each.trials)), _sd(trials)]
+        row.append(_over_people(group, lambda each: each.info.score))
+        for judge in judges:
+            read = [each.readings[judge].trials for each in group if judge in each.readings]
+            row.append(_over_people(group, lambda each, judge=judge: _judge(each, judge)))
+            row.append(_sd([each for each in read if each]))
+        rows.append(tuple(row))
+    columns = ("domain", "model", "method", "episodes", "ratings", "human score", "human SD")
+    columns = (*columns, "state score", *_headed(judges, "judge score", "judge SD"))
+    return Table(*_titled(study, "methods", "methods"), columns, tuple(rows), _notes(judges))
+
+
+def _episodes(study: Study, rated: Sequence[Rated], judges: Sequence[str]) -> Table:
+    rows: list[tuple[Entry, ...]] = []
+    for each in rated:
+        info = each.info
+        row: list[Entry] = [info.id, info.profile or "a person", info.method, len(each.ratings)]
+        row += [_percent(mean(each.trials)), _percent(info.score)]
+        rows.append((*row, *(_percent(_judge(each, judge)) for judge in judges)))
+    columns = ("episode", "profile", "method", "ratings", "human score", "state score")
+    columns = (*columns, *_headed(judges, "judge score"))
+    return Table(*_titled(study, "episodes", "episodes"), columns, tuple(rows))
+
+
+def _notes(judges: Sequence[str]) -> tuple[str, ...]:
+    return (
+        "Scores are means over profiles. The human score is a share of the best rating, "
+        f"{BEST}; the state score is the share of the profile's conditions that hold in the end.",
+        "SD: pooled standard deviation of the mean (Sec. 5.1), the noise of several raters or "
+        "trials of an episode, and not of the choice of profiles; the paper gives no formula.",
+        *(JUDGE_NOTES if judges else ()),
+    )
+
+
+def _headed(judges: Sequence[str], *columns: str) -> Iterator[str]:
+    for judge in judges:
+        yield from (f"{each} by {judge}" if len(judges) > 1 else each for each in columns)
+
+
+def _judged(store: Store, rated: Mapping[str, Rated]) -> tuple[str, ...]:
+    """Give each episode the readings of it that the store holds; the evaluators' labels."""
+    with store.reading() as session:
+        rows = session.scalars(select(CellRow).where(CellRow.result.is_not(None))).all()
+        cells: list[tuple[str, Measured]] = [
+            (row.key, (json.loads(row.spec), json.loads(row.result or ""))) for row in rows
+        ]
+    own = {
+        key: result
+        for key, (spec, result) in cells
+        if spec.get("kind") == "episode" and result.get("episode") in rated
+    }
+    of = [cell for _, cell in cells]
+    judged = [cell for cell in chosen(of, "judge") if cell[0]["of"]["key"] in own]
+    labels = Labels(evaluator_of(spec) for spec, _ in judged)
+    for spec, result in judged:
+        run = own[spec["of"]["key"]]
+        reading = reading_of(spec, result, empty=run["empty"])
+        rated[run["episode"]].readings[labels[evaluator_of(spec)]] = reading
+    return tuple(dict.fromkeys(labels[evaluator_of(spec)] for spec, _ in judged))
+
+
+def _judge(rated: Rated, judge: str) -> float | None:
+    reading = rated.readings.get(judge)
+    return mean(reading.trials) if reading else None
+
+
+def _over_people(rated: Sequence[Rated], measure: Callable[[Rated], float | None]) -> Entry:
+    """Mean over profiles of the mean over their episodes."""
+    by_profile: dict[str, list[float]] = {}
+    for each in rated:
+        if (value := measure(each)) is not None:
+            by_profile.setdefault(each.info.profile or each.info.id, []).append(value)
+    return _percent(mean([sum(each) / len(each) for each in by_profile.values()]))
+
+
+def _sd(runs: Sequence[Sequence[float]]) -> Entry:
+    return _percent(pooled_sd_of_mean(runs) if runs else None)
+
+
+def _percent(value: float | None) -> Estimate | None:
+    return None if value is None else Estimate(value, None, "percent")

@@ -1,0 +1,176 @@
+"""The HTTP interface of studies: agree, rate one item after the other, finish."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fastapi import APIRouter, HTTPException, Request
+from fastapi.responses import FileResponse
+from pydantic import BaseModel, Field
+
+from goalscope.store import Store
+from goalscope.study.book import Book, Study
+from goalscope.study.people import Answer, Participant
+from goalscope.study.plan import BEST
+from goalscope.types import InvalidInputError
+from goalscope.web.guard import Guest
+
+__all__ = ["study_router"]
+
+PAGE = Path(__file__).parent / "static" / "study.html"
+LONGEST = 4000
+"""Characters of an explanation, and of an id."""
+
+
+class Consent(BaseModel):
+    """That somebody agrees to take part."""
+
+    agreed: bool
+
+
+class Given(BaseModel):
+    """An answer; `revision` is one more than that of the answer that it replaces, or 1."""
+
+    rating: int = Field(ge=0, le=BEST)
+    explanation: str = Field(max_length=LONGEST)
+    revision: int = Field(ge=1, le=1_000_000)
+
+
+class CompletionView(BaseModel):
+    """What proves that one has finished."""
+
+    code: str
+    url: str
+
+
+class Participation(BaseModel):
+    """A study, and how far one has come in it.
+
+    Attributes:
+        answered: Whether each item has a rating; None for who has not agreed.
+        completion: Once all items have one.
+    """
+
+    title: str
+    consent: str
+    instructions: str
+    question: str
+    scale: list[str]
+    min_explanation: int
+    answered: list[bool] | None
+    completion: CompletionView | None
+
+
+class AnswerView(BaseModel):
+    """An answer that is saved; revision 0 is none yet."""
+
+    rating: int | None
+    explanation: str
+    revision: int
+
+    @classmethod
+    def of(cls, answer: Answer) -> AnswerView:
+        """The view of an answer."""
+        return cls(rating=answer.rating, explanation=answer.explanation, revision=answer.revision)
+
+
+class TurnView(BaseModel):
+    """What the assistant asked, and what the person said."""
+
+    query: str
+    utterance: str
+
+
+class ItemView(BaseModel):
+    """What is to be rated, and the answer to it so far."""
+
+    task: str
+    possible: list[str]
+    profile: str
+    outcome: str
+    transcript: list[TurnView]
+    answer: AnswerView
+
+
+def study_router(store: Store) -> APIRouter:
+    """The pages of the studies in a store."""
+    router = APIRouter()
+    book = Book(store)
+
+    def named(name: str) -> Study:
+        try:
+            return book.named(name)
+        except InvalidInputError:
+            raise HTTPException(404, "There is no such study.") from None
+
+    def joined(study: Study, request: Request, visitor: Guest) -> Participant:
+        there = book.participant(study, visitor.id, _external(study, request))
+        if there is None:
+            raise HTTPException(403, "Agree to take part first.")
+        return there
+
+    @router.get("/study/{name}", include_in_schema=False)
+    def page(name: str) -> FileResponse:
+        named(name)
+        return FileResponse(PAGE)
+
+    @router.get("/api/studies/{name}")
+    def participation(name: str, request: Request, visitor: Guest) -> Participation:
+        study = named(name)
+        there = book.participant(study, visitor.id, _external(study, request))
+        return _view(study, there)
+
+    @router.post("/api/studies/{name}/consent")
+    def consent(name: str, given: Consent, request: Request, visitor: Guest) -> Participation:
+        study = named(name)
+        if not given.agreed:
+            raise InvalidInputError("Only who agrees can take part.")
+        there = book.join(study, visitor.id, _external(study, request))
+        return _view(study, there)
+
+    @router.get("/api/studies/{name}/items/{place}")
+    def item(name: str, place: int, request: Request, visitor: Guest) -> ItemView:
+        found, answer = book.open(joined(named(name), request, visitor), place)
+        return ItemView(
+            task=found.task,
+            possible=list(found.possible),
+            profile=found.profile,
+            outcome=found.outcome,
+            transcript=[TurnView(query=t.query, utterance=t.utterance) for t in found.transcript],
+            answer=AnswerView.of(answer),
+        )
+
+    @router.put("/api/studies/{name}/items/{place}")
+    def answer(name: str, place: int, given: Given, request: Request, visitor: Guest) -> AnswerView:
+        study = named(name)
+        participant = joined(study, request, visitor)
+        text = given.explanation.encode("utf-8", "replace").decode().replace("\0", "").strip()
+        if len("".join(text.split())) < study.plan.min_explanation:
+            raise InvalidInputError(
+                f"Please explain your rating in at least {study.plan.min_explanation} characters."
+            )
+        kept = book.answer(participant, place, given.rating, text, given.revision)
+        return AnswerView.of(kept)
+
+    return router
+
+
+def _external(study: Study, request: Request) -> str | None:
+    """How a recruiting service names the participant, as the page's own address does."""
+    return request.query_params.get(study.plan.id_parameter, "").strip()[:LONGEST] or None
+
+
+def _view(study: Study, participant: Participant | None) -> Participation:
+    plan = study.plan
+    done = participant is not None and participant.finished
+    completion = CompletionView(code=plan.completion.code, url=plan.completion.url)
+    return Participation(
+        title=plan.title,
+        consent=plan.consent,
+        instructions=plan.instructions,
+        question=plan.question,
+        scale=list(plan.scale),
+        min_explanation=plan.min_explanation,
+        answered=participant and [each.rating is not None for each in participant.answers],
+        completion=completion if done else None,
+    )

@@ -1,0 +1,27 @@
+"""`goalscope study`: made from a file, listed, shown and exported."""
+
+import json
+
+from goalscope.store import Store
+from test_cli import fails, invoke
+from test_study import EXAMPLE, fill
+
+
+def test_on_the_command_line(tmp_path, monkeypatch):
+    place = str(tmp_path / "s.db")
+    monkeypatch.setenv("GOALSCOPE_STORE", place)
+    assert "No episode that has ended" in fails(2, "study", "new", str(EXAMPLE))
+    with Store.open(place) as store:
+        fill(store)
+    assert "/study/grocery" in invoke("study", "new", str(EXAMPLE)).stdout
+    assert invoke("study", "example").stdout == EXAMPLE.read_text()
+    assert "already" in fails(2, "study", "new", str(EXAMPLE))
+    (table,) = json.loads(invoke("study", "list", "--json").stdout)
+    assert table["rows"][0][0] == "grocery"
+    assert "did you mean 'grocery'" in fails(2, "study", "show", "grocer")
+    names = [
+        each["name"] for each in json.loads(invoke("study", "show", "grocery", "--json").stdout)
+    ]
+    assert names == [f"study-grocery-{kind}" for kind in ("progress", "methods", "episodes")]
+    invoke("study", "export", "grocery", "--out", str(tmp_path / "out.csv"))
+    assert (tmp_path / "out.csv").read_text().count("\n") == 1

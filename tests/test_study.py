@@ -1,0 +1,366 @@
+"""Studies: what may be asked, who rates what, whose ratings count, and what they say."""
+
+import csv
+import json
+from collections import Counter
+from dataclasses import asdict, replace
+from datetime import UTC, datetime, timedelta
+from io import StringIO
+from pathlib import Path
+from random import Random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from sqlalchemy import update
+
+from goalscope.database.tables import CellRow, ParticipantRow
+from goalscope.domains import Settings, profiles_of
+from goalscope.episode import Round
+from goalscope.experiment.results import Results
+from goalscope.experiment.summary import Estimate
+from goalscope.report import read_report
+from goalscope.store import Store
+from goalscope.study import plan
+from goalscope.study.agreement import krippendorff_alpha
+from goalscope.study.assignment import assigned
+from goalscope.study.book import Book
+from goalscope.study.export import as_csv, inert
+from goalscope.study.people import Answer, Participant, excluded
+from goalscope.study.plan import Check, Exclusion, Plan, read_plan
+from goalscope.study.summary import study_tables
+from goalscope.types import Action, ConflictError, InvalidInputError, StepResult, Turn
+from test_summary import column, row
+
+EXAMPLE = Path(plan.__file__).with_name("example.toml")
+NOBODY = Exclusion(failed_checks=0, same_rating=False, same_explanation=False)
+PLAN = Plan("s", "Agree?", "Rate.", ratings_per_item=2, items_per_participant=2, exclusion=NOBODY)
+PEOPLE = [profile.name for profile in profiles_of(Settings())]
+
+
+def fill(store: Store, methods=("good", "no-goals"), people=2, **more) -> list[str]:
+    """Finished episodes, each person with each method."""
+    ids = []
+    for name in PEOPLE[:people]:
+        for method in methods:
+            settings = asdict(Settings(method=method, human="scripted"))
+            id = store.begin(
+                domain="grocery", method=method, model="m", task="You shop.",
+                profile=name, settings=settings,
+            )  # fmt: skip
+            turn = Turn("What?", f"For {name}, please.")
+            status = f"The basket holds:\n- {len(ids)} x Flour"
+            store.append(id, Round(1, turn, None, (), (), 0, status, (), True))
+            store.finish(id, ended="terminated", score=1.0 if method == "good" else 0.5)
+            ids.append(id)
+    return ids
+
+
+@pytest.fixture
+def store(place):
+    with Results.open(place) as opened:
+        yield opened
+
+
+def rate(book, person, rating, text="because it fits"):
+    for answer in person.answers:
+        given = rating(answer) if callable(rating) else rating
+        book.answer(person, answer.place, given, text, answer.revision + 1)
+
+
+def test_the_example_is_a_study():
+    study = read_plan(EXAMPLE)
+    assert study.name == "grocery"
+    assert study.checks[0].rating == 0
+    assert study.episodes.methods == ("good", "no-goals", "no-inference")
+    assert study.exclusion.min_seconds == 5
+
+
+GOOD = 'name = "a"\nconsent = "Agree?"\ninstructions = "Rate."\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('name = "a"\ninstructions = "b"', "'consent' is missing"),
+        (GOOD.replace('"a"', '"A b"'), "small letters"),
+        (GOOD.replace("Agree?", " "), "'consent' must not be empty"),
+        (GOOD + "ratings_per_items = 1", "did you mean 'ratings_per_item'"),
+        (GOOD + "ratings_per_item = 0", "from 1 to"),
+        (GOOD + "ratings_per_item = true", "a whole number"),
+        (GOOD + "transcript = 1", "true or false"),
+        (GOOD + 'scale = ["a"]', "4 texts"),
+        (GOOD + "scale = [1, 2, 3, 4]", "a list of texts"),
+        (GOOD + 'id_parameter = "key"', "PROLIFIC_PID"),
+        (GOOD + "episodes = 1", "must be a table"),
+        (GOOD + '[episodes]\nmethods = ["god"]', "did you mean 'good'"),
+        (GOOD + '[episodes]\ndomain = "shop"', "grocery"),
+        (GOOD + '[[check]]\nprofile = "p"\noutcome = "o"\nrating = 4', "check 1: 'rating'"),
+        (GOOD + '[[check]]\nprofile = "p"\noutcome = "o"', "'rating' is missing"),
+        (GOOD + "[check]\nrating = 1", "[[check]]"),
+        (GOOD + '[completion]\nurl = "javascript:alert(1)"', "https://"),
+        (GOOD + "[exclusion]\nfailed_checks = 1", "Add a [[check]]"),
+    ],
+)
+def test_what_is_no_study_is_refused_with_the_place(tmp_path, text, said):
+    file = tmp_path / "a.toml"
+    file.write_text(text)
+    with pytest.raises(InvalidInputError) as error:
+        read_plan(file)
+    assert said in str(error.value)
+    assert "a.toml" in str(error.value)
+
+
+def test_a_study_shows_the_basket_and_hides_the_method(store):
+    fill(store)
+    study = Book(store).add(replace(PLAN, checks=(Check("p", "Choose 0.", 0),)))
+    person = Book(store).join(study, "v", None)
+    shown = [Book(store).open(person, n)[0] for n in (1, 2, 3)]
+    assert {"Choose 0."} < {item.outcome for item in shown}
+    assert all(item.transcript == () for item in shown)
+    assert all(item.task == "You shop." for item in shown)
+    assert not any("no-goals" in str(item) or "good" in str(item) for item in shown)
+
+
+def test_a_robot_is_judged_by_what_it_did(store):
+    settings = asdict(Settings(domain="house", human="scripted"))
+    id = store.begin(
+        domain="house", method="good", model="m", task="You help.",
+        profile="valuables-in-safe", settings=settings,
+    )  # fmt: skip
+    results = (
+        StepResult(Action("open", "safe"), True, "Open."),
+        StepResult(Action("slice", "watch"), False, "No."),
+    )
+    store.append(id, Round(1, Turn("What?", "Hide it."), None, (), results, 0, "", (), False))
+    with pytest.raises(InvalidInputError, match="No episode that has ended"):
+        Book(store).add(PLAN)
+    store.finish(id, ended="truncated", score=0.0)
+    book = Book(store)
+    person = book.join(book.add(replace(PLAN, transcript=True)), "v", None)
+    item, _ = book.open(person, 1)
+    assert item.outcome == "- open: safe"
+    assert item.transcript == (Turn("What?", "Hide it."),)
+    assert "slice" in " ".join(item.possible).lower()
+
+
+def test_a_real_persons_episode_needs_the_conversation(store):
+    id = store.begin(domain="grocery", method="good", model="m", task="You shop.")
+    store.finish(id, ended="terminated")
+    with pytest.raises(InvalidInputError, match="transcript = true"):
+        Book(store).add(PLAN)
+    assert Book(store).all() == []
+
+
+@given(st.integers(1, 9), st.integers(1, 12), st.integers(1, 5), st.integers(0, 99))
+def test_items_are_rated_evenly_until_all_have_enough(count, share, wanted, seed):
+    ratings, rng, people = dict.fromkeys(range(count), 0), Random(seed), 0
+    while order := assigned(ratings, [-1], wanted=wanted, share=share, rng=rng):
+        people += 1
+        items = [item for item in order if item >= 0]
+        assert order.count(-1) == 1
+        assert len(items) == len(set(items)) == min(share, count)
+        for item in items:
+            ratings[item] += 1
+        assert max(ratings.values()) - min(ratings.values()) <= 1
+    assert people == -(-count * wanted // min(share, count))
+
+
+def test_ties_and_order_are_drawn_and_the_same_seed_draws_the_same():
+    orders = Counter(
+        tuple(assigned(dict.fromkeys("abc", 0), [], wanted=1, share=2, rng=Random(seed)))
+        for seed in range(600)
+    )
+    assert len(orders) == 6  # each pair in each order
+    assert min(orders.values()) > 60
+
+
+def person(*ratings, texts=None, expected=None, seconds=None):
+    start = datetime(2026, 1, 1, tzinfo=UTC)
+    count = len(ratings)
+    texts = texts or [f"reason {n}" for n in range(count)]
+    expected, seconds = expected or [None] * count, seconds or [10.0] * count
+    ends = [(start + timedelta(seconds=each)).isoformat() for each in seconds]
+    answers = (
+        Answer(n, n, ratings[n], texts[n], 1, start.isoformat(), ends[n], expected[n], None)
+        for n in range(count)
+    )
+    return Participant(1, None, start.isoformat(), tuple(answers))
+
+
+@pytest.mark.parametrize(
+    ("who", "rules", "why"),
+    [
+        (person(1, 2, 3), {"min_seconds": 10}, ()),
+        (person(3, 3, 3), {}, ("the same rating everywhere",)),
+        (person(3, 3, 3), {"same_rating": False}, ()),
+        (person(3), {}, ()),
+        (person(1, 2, texts=["Good.", " good"]), {}, ("the same explanation everywhere",)),
+        (person(1, 2, 3, texts=["Good", "good", "bad"]), {}, ()),
+        (person(3, 3, 0, expected=[None, None, 0]), {}, ()),
+        (person(1, 2, 1, expected=[None, None, 0]), {}, ("failed 1 of 1 checks",)),
+        (person(1, 2, 1, expected=[None, None, 0]), {"failed_checks": 2}, ()),
+        (person(1, 2, 1, expected=[None, None, 0]), {"failed_checks": 0}, ()),
+        (person(1, 2, 3, seconds=[1.0, 3.9, 90.0]), {"min_seconds": 4},
+         ("a median of 3.9 seconds an item",)),
+        (person(1, 2, 3, seconds=[1.0, 4.0, 90.0]), {"min_seconds": 4}, ()),
+    ],
+)  # fmt: skip
+def test_who_is_excluded(who, rules, why):
+    assert excluded(who, replace(Exclusion(), **rules)) == why
+
+
+def test_alpha_of_krippendorffs_published_example():
+    """Computing Krippendorff's Alpha-Reliability (2011), section D: ordinal, with missing data."""
+    raters = ["123321412...", "1233224125.3", ".3332342251.", "12332441251."]
+    units = [[int(r[n]) for r in raters if r[n] != "."] for n in range(12)]
+    assert krippendorff_alpha(units) == pytest.approx(0.815, abs=5e-4)
+
+
+def test_alpha_by_hand():
+    # Values 0, 0, 0, 1 in pairs (0, 0), (0, 1): coincidences o00 = 2, o01 = o10 = 1, n = (3, 1).
+    # The distance is (3/2 + 1/2)^2 = 4 for both; 1 - (4 - 1) (2 * 4) / (2 * 3 * 1 * 4) = 0.
+    assert krippendorff_alpha([[0, 0], [0, 1], [3]]) == pytest.approx(0)
+    assert krippendorff_alpha([[0, 0, 0], [3, 3]]) == pytest.approx(1)
+    assert krippendorff_alpha([[2, 2], [2, 2]]) is None
+    assert krippendorff_alpha([[1], [2], []]) is None
+
+
+def test_people_get_items_that_need_ratings_until_there_are_enough(store):
+    fill(store)
+    book = Book(store)
+    study = book.add(PLAN)
+    people = [book.join(study, f"visitor {n}", f"id {n}") for n in range(4)]
+    counts = Counter(answer.item for each in people for answer in each.answers)
+    assert sorted(counts.values()) == [2, 2, 2, 2]
+    with pytest.raises(ConflictError, match="all the ratings"):
+        book.join(study, "late", None)
+    assert book.join(study, "visitor 1", "id 1") == people[1]
+
+
+def test_those_who_are_excluded_or_left_make_room(store):
+    fill(store)
+    book = Book(store)
+    study = book.add(replace(PLAN, exclusion=Exclusion(failed_checks=0), ratings_per_item=1))
+    lazy, gone = (book.join(study, name, None) for name in ("lazy", "gone"))
+    rate(book, lazy, 2)  # the same everywhere
+    again = book.join(study, "again", None)
+    assert {a.item for a in again.answers} == {a.item for a in lazy.answers}
+    with pytest.raises(ConflictError):
+        book.join(study, "more", None)
+    old = (datetime.now(UTC) - timedelta(minutes=61)).isoformat()
+    with store.writing() as session:
+        session.get_one(ParticipantRow, gone.number).joined = old
+    more = book.join(study, "more", None)
+    assert {a.item for a in more.answers} == {a.item for a in gone.answers}
+
+
+def test_an_id_belongs_to_the_browser_in_which_its_owner_agreed(store):
+    fill(store)
+    book = Book(store)
+    study = book.add(PLAN)
+    ann = book.join(study, "browser 1", "ann")
+    assert book.participant(study, "browser 1", "ann") == ann
+    assert book.participant(study, "browser 1", None) == ann
+    assert book.participant(study, "browser 2", "ben") is None
+    with pytest.raises(ConflictError, match="another browser"):
+        book.participant(study, "browser 2", "ann")
+    with pytest.raises(ConflictError, match="another browser"):
+        book.join(study, "browser 2", "ann")
+    with pytest.raises(ConflictError, match="this browser"):
+        book.join(study, "browser 1", "ben")
+    strict = book.add(replace(PLAN, name="t", id_required=True))
+    with pytest.raises(InvalidInputError, match="PROLIFIC_PID"):
+        book.join(strict, "browser 1", None)
+
+
+def test_an_older_answer_never_replaces_a_newer(store):
+    fill(store)
+    book = Book(store)
+    ann = book.join(book.add(PLAN), "v", None)
+    first = book.answer(ann, 1, 2, "first", 1)
+    assert book.answer(ann, 1, 2, "first", 1) == first
+    newer = book.answer(ann, 1, 3, "second", 2)
+    assert newer.answered == first.answered
+    for rating, text, revision in ((2, "first", 1), (3, "other", 2), (1, "second", 2)):
+        with pytest.raises(ConflictError):
+            book.answer(ann, 1, rating, text, revision)
+    assert book.open(ann, 1)[1].explanation == "second"
+    with pytest.raises(InvalidInputError, match="no question 3"):
+        book.answer(ann, 3, 1, "x", 1)
+    with pytest.raises(InvalidInputError, match="0 to 3"):
+        book.answer(ann, 1, 4, "x", 9)
+
+
+def test_scores_of_people_beside_those_of_the_judge_and_the_state(store):
+    ids = fill(store, people=1)
+    specs = [{"kind": "episode", "settings": {}, "n": id} for id in ids]
+    runs = store.plan(specs)
+    about = {"model": {"model": "j.gguf"}, "trials": 2, "seed": 0, "kind": "judge"}
+    for run, id, scores in zip(runs, ids, ([3, 1.5], [None, 0.75]), strict=True):
+        # `keep` would make an episode of its own: these refer to those that are here
+        with store.writing() as session:
+            result = json.dumps({"episode": id, "empty": False})
+            session.execute(update(CellRow).where(CellRow.key == run.key).values(result=result))
+        (judge,) = store.plan([{**about, "of": {"key": run.key}, "empty": False}])
+        trials = [{"score": s, "explanation": "", "answer": ""} for s in scores]
+        store.keep(judge.key, {"trials": trials}, {})
+    book = Book(store)
+    study = book.add(replace(PLAN, ratings_per_item=3))
+    worth = dict(zip(ids, ([3, 1, 0], [1, 1, 3]), strict=True))
+    for n in range(3):
+        rate(book, book.join(study, f"v{n}", None), lambda answer, n=n: worth[answer.episode][n])
+    progress, methods, episodes = study_tables(store, study)
+    good, other = row(methods, "grocery", "m", "good"), row(methods, "grocery", "m", "no-goals")
+    assert good["human score"] == Estimate(good["human score"].value, None, "percent")
+    assert good["human score"].value == pytest.approx(4 / 9)
+    assert good["judge score"].value == pytest.approx(0.75)
+    assert good["state score"].value == 1
+    # sample variance of 1, 1/3, 0 is 7/27; one run of three
+    assert good["human SD"].value == pytest.approx((7 / 81) ** 0.5)
+    assert other["judge score"].value == pytest.approx(0.25)
+    assert other["judge SD"] is None
+    assert column(episodes, "ratings") == [3, 3]
+    assert dict(progress.rows)["finished"] == 3
+    assert dict(progress.rows)["episodes with 3 ratings"] == 2
+
+
+def test_exclusions_are_told_and_their_ratings_do_not_count(store):
+    fill(store)
+    book = Book(store)
+    study = book.add(replace(PLAN, exclusion=Exclusion(failed_checks=0)))
+    rate(book, book.join(study, "v", None), 3)
+    progress, out, methods, _ = study_tables(store, study)
+    assert out.rows == ((1, "the same rating everywhere; the same explanation everywhere"),)
+    assert dict(progress.rows)["finished and do not count"] == 1
+    assert column(methods, "ratings") == [0, 0]
+
+
+@pytest.mark.parametrize("text", ["=1+1", "+1", "-1", "@x", "\tx", "\rx", "\n=1", "\uff1dx"])
+def test_no_cell_is_a_formula(store, text):
+    assert inert(text) == f"'{text}"
+    fill(store)
+    book = Book(store)
+    study = book.add(PLAN)
+    ann = book.join(study, "v", text)
+    book.answer(ann, 1, 2, text, 1)
+    lines = list(csv.DictReader(StringIO(as_csv(store, study), newline="")))
+    assert len(lines) == 2
+    given = next(line for line in lines if line["place"] == "1")
+    assert given["external_id"][0] == given["explanation"][0] == "'"
+    assert (given["rating"], given["method"]) in {("2", "good"), ("2", "no-goals")}
+    hidden = csv.DictReader(StringIO(as_csv(store, study, ids=False), newline=""))
+    assert {line["external_id"] for line in hidden} == {""}
+    assert inert("a = b") == "a = b"
+    assert inert("") == ""
+
+
+def test_a_report_shows_what_people_said(tmp_path):
+    file = tmp_path / "results.db"
+    with Store.open(file) as store:
+        fill(store)
+        Book(store).add(PLAN)
+    (section,) = read_report(file, draw=False).sections
+    assert [table.title for table in section.tables[1:]] == [
+        "Study s: how far it is", "Study s: methods", "Study s: episodes",
+    ]  # fmt: skip

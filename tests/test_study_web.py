@@ -1,0 +1,257 @@
+"""Studies over HTTP: nothing is lost or doubled, and nobody sees what is not theirs."""
+
+import random
+import re
+import threading
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from sqlalchemy import func, select
+
+from goalscope.database.tables import AnswerRow
+from goalscope.store import Store
+from goalscope.study.book import Book
+from goalscope.study.plan import Completion
+from sites import site
+from test_study import PLAN, fill
+
+SAID = "It fits what they asked for."
+WEB = replace(
+    PLAN, name="shop", min_explanation=5, ratings_per_item=100,
+    completion=Completion("C0DE", "https://app.prolific.com/x?cc=C0DE"),
+)  # fmt: skip
+HOME = "/api/studies/shop"
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("study") / "episodes.db"
+    with Store.open(path) as store:
+        fill(store)
+        Book(store).add(WEB)
+    return path
+
+
+@pytest.fixture(scope="module")
+def address(file: Path) -> Iterator[str]:
+    with site(file, password="nobody-knows-it") as running:
+        yield running
+
+
+def put(person: Any, at: int, rating: int, revision: int, text: str = SAID, home: str = HOME):
+    body = {"rating": rating, "explanation": text, "revision": revision}
+    return person.http.put(f"{home}/items/{at}", json=body)
+
+
+def test_from_consent_to_the_code(address: str, visit) -> None:
+    ann = visit(address)
+    assert ann.http.get("/study/shop").headers["content-type"].startswith("text/html")
+    before = ann.get(HOME)
+    assert before["answered"] is before["completion"] is None
+    assert ann.http.get(f"{HOME}/items/1").status_code == 403
+    assert put(ann, 1, 2, 1).status_code == 403
+    assert ann.http.post(f"{HOME}/consent", json={"agreed": False}).status_code == 400
+    assert ann.post(f"{HOME}/consent", agreed=True)["answered"] == [False, False]
+    assert ann.post(f"{HOME}/consent", agreed=True)["answered"] == [False, False]
+    item = ann.get(f"{HOME}/items/1")
+    assert item["outcome"].startswith("The basket holds:")
+    assert {*item} == {"task", "possible", "profile", "outcome", "transcript", "answer"}
+    assert put(ann, 1, 2, 1).json() == {"rating": 2, "explanation": SAID, "revision": 1}
+    assert ann.get(HOME)["completion"] is None
+    assert ann.get(HOME)["answered"] == [True, False]
+    put(ann, 2, 3, 1)
+    assert ann.get(HOME)["completion"] == {"code": "C0DE", "url": WEB.completion.url}
+    assert put(ann, 1, 0, 2).json()["rating"] == 0
+    assert ann.get(f"{HOME}/items/1")["answer"] == {
+        "rating": 0, "explanation": SAID, "revision": 2,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        {"rating": 4, "explanation": SAID, "revision": 1},
+        {"rating": -1, "explanation": SAID, "revision": 1},
+        {"rating": None, "explanation": SAID, "revision": 1},
+        {"rating": 1, "explanation": "a b c", "revision": 1},
+        {"rating": 1, "explanation": "x" * 4001, "revision": 1},
+        {"rating": 1, "explanation": SAID, "revision": 0},
+        {"rating": 1, "explanation": SAID, "revision": 10**12},
+        {"rating": 1, "revision": 1},
+    ],
+)
+def test_what_is_no_answer_is_refused_in_a_sentence(address: str, visit, body) -> None:
+    ann = visit(address)
+    ann.post(f"{HOME}/consent", agreed=True)
+    answer = ann.http.put(f"{HOME}/items/1", json=body)
+    assert answer.status_code in (400, 422)
+    assert answer.json()["error"].endswith(".")
+    assert ann.get(f"{HOME}/items/1")["answer"]["revision"] == 0
+
+
+def test_two_windows_do_not_overwrite_each_other_unseen(address: str, visit) -> None:
+    ann = visit(address)
+    ann.post(f"{HOME}/consent", agreed=True)
+    assert put(ann, 1, 2, 1).status_code == 200
+    assert put(ann, 1, 2, 1).status_code == 200
+    other = put(ann, 1, 3, 1)
+    assert (other.status_code, {*other.json()}) == (409, {"error"})
+    assert ann.get(f"{HOME}/items/1")["answer"]["rating"] == 2
+    assert put(ann, 1, 3, 2).status_code == 200
+
+
+def test_strangers_need_no_password_for_a_study_and_see_nothing_else(address: str, visit) -> None:
+    ann = visit(address)
+    assert ann.http.get("/").status_code == 401
+    assert ann.http.get("/api/episodes").status_code == 401
+    page = ann.http.get("/study/shop").text
+    for name in re.findall(r'="(/static/[^"]+)"', page):
+        assert ann.http.get(name).status_code == 200
+        for other in re.findall(r'from "\./([^"]+)"', ann.http.get(name).text):
+            assert ann.http.get(f"/static/{other}").status_code == 200
+    assert ann.http.get("/study/none").status_code == 404
+    assert ann.http.get("/api/studies/none").json() == {"error": "There is no such study."}
+    headers = {"origin": "https://evil.example"}
+    assert (
+        ann.http.post(f"{HOME}/consent", json={"agreed": True}, headers=headers).status_code == 403
+    )
+
+
+def test_an_id_goes_on_only_in_its_own_browser(address: str, visit) -> None:
+    ann, thief, ben = (visit(address) for _ in range(3))
+    ann.http.params = thief.http.params = {"PROLIFIC_PID": "5f"}
+    ann.get(HOME)
+    ann.post(f"{HOME}/consent", agreed=True)
+    put(ann, 1, 2, 1)
+    assert thief.http.get(HOME).status_code == 409
+    assert "another browser" in thief.http.get(f"{HOME}/items/1").json()["error"]
+    assert thief.http.post(f"{HOME}/consent", json={"agreed": True}).status_code == 409
+    assert ben.get(HOME)["answered"] is None
+    assert ann.get(HOME)["answered"] == [True, False]
+
+
+def test_who_follows_a_link_again_is_who_they_were(address: str, visit) -> None:
+    """Browsers withhold the cookie when a link of another site is followed."""
+    ann = visit(address)
+    ann.post(f"{HOME}/consent", agreed=True) if ann.get(HOME) else None
+    put(ann, 1, 2, 1)
+    link = {"sec-fetch-site": "cross-site"}
+    assert "set-cookie" not in httpx.get(f"{address}/study/shop", headers=link).headers
+    assert "set-cookie" not in httpx.get(f"{address}/static/study.js").headers
+    assert "set-cookie" in httpx.get(f"{address}{HOME}").headers
+    assert ann.get(HOME)["answered"] == [True, False]
+
+
+def test_many_at_once_get_no_more_ratings_than_are_wanted(place: str, visit) -> None:
+    with Store.open(place) as store:
+        fill(store)
+        Book(store).add(replace(WEB, ratings_per_item=1))
+    with site(place) as address:
+        people = [visit(address) for _ in range(12)]
+
+        def join(person: Any) -> int:
+            person.get(HOME)
+            return person.http.post(f"{HOME}/consent", json={"agreed": True}).status_code
+
+        with ThreadPoolExecutor(12) as pool:
+            assert Counter(pool.map(join, people)) == {200: 2, 409: 10}
+
+
+class Lossy(httpx.BaseTransport):
+    """A network that loses requests and answers, and delivers others twice, the second one late."""
+
+    def __init__(self, inner: httpx.HTTPTransport, seed: int, late: list[threading.Thread]) -> None:
+        self._inner = inner
+        self._rng = random.Random(seed)
+        self._late = late
+
+    def handle_request(self, request: httpx.Request) -> httpx.Response:
+        fate = self._rng.random()
+        if fate < 0.15:
+            raise httpx.ConnectError("lost on the way")
+        content = request.read()
+        if 0.3 < fate < 0.45:
+            again = httpx.Request(
+                request.method, request.url, headers=request.headers, content=content
+            )
+            timer = threading.Timer(self._rng.random() * 0.2, self._deliver, [again])
+            timer.start()
+            self._late.append(timer)
+        answer = self._inner.handle_request(request)
+        answer.read()
+        if fate < 0.3:
+            raise httpx.ReadError("the answer was lost")
+        return answer
+
+    def _deliver(self, request: httpx.Request) -> None:
+        self._inner.handle_request(request).read()
+
+
+def test_a_thousand_answers_over_a_bad_network_are_a_thousand_rows(tmp_path: Path) -> None:
+    with Store.open(tmp_path / "episodes.db") as store:
+        fill(store, methods=("good", "no-goals"), people=5)
+        Book(store).add(replace(WEB, items_per_participant=10))
+    late: list[threading.Thread] = []
+    sent = Counter[str]()
+    statuses = Counter[int]()
+
+    def take_part(number: int) -> list[tuple[int, int, str]]:
+        """What a participant knows to be saved: revision, rating and explanation of each item."""
+        rng = random.Random(number)
+        with httpx.Client(
+            base_url=address, headers={"origin": address}, timeout=60,
+            transport=Lossy(wire, number, late), params={"PROLIFIC_PID": f"person-{number}"},
+        ) as http:  # fmt: skip
+
+            def ask(method: str, path: str, body: Any = None) -> httpx.Response:
+                for _ in range(99):
+                    try:
+                        sent[method] += 1
+                        answer = http.request(method, path, json=body)
+                    except httpx.TransportError:
+                        continue
+                    statuses[answer.status_code] += 1
+                    if answer.status_code not in (429, 503):
+                        return answer
+                raise AssertionError(f"{method} {path} never came through")
+
+            ask("GET", HOME)
+            count = len(ask("POST", f"{HOME}/consent", {"agreed": True}).json()["answered"])
+            saved: list[tuple[int, int, str]] = []
+            for place in rng.sample(range(1, count + 1), count):
+                for revision in range(1, rng.choice([2, 2, 3])):
+                    body = {
+                        "rating": rng.randrange(4), "revision": revision,
+                        "explanation": f"person {number}, item {place}, time {revision}",
+                    }  # fmt: skip
+                    assert ask("PUT", f"{HOME}/items/{place}", body).status_code == 200
+                saved.append((place, revision, body["explanation"]))
+            return saved
+
+    with site(tmp_path / "episodes.db") as address, httpx.HTTPTransport() as wire:
+        with ThreadPoolExecutor(8) as pool:
+            known = list(pool.map(take_part, range(100)))
+        for thread in late:
+            thread.join()
+    with Store.open(tmp_path / "episodes.db") as store:
+        book = Book(store)
+        people = book.participants(book.named("shop"))
+        with store.reading() as session:
+            rows = session.scalar(select(func.count()).select_from(AnswerRow))
+    assert rows == 1000
+    assert len(people) == 100
+    by_id = {each.external: each for each in people}
+    for number, saved in enumerate(known):
+        kept = {(a.place, a.revision, a.explanation) for a in by_id[f"person-{number}"].answers}
+        assert kept == set(saved)
+    assert len(late) > 100
+    assert sent["PUT"] > 1200
+    each = Counter(answer.item for person in people for answer in person.answers)
+    assert set(each.values()) == {100}
+    print(f"{sent} sent, {statuses}, {len(late)} delivered twice, {rows} rows")
