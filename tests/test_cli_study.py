@@ -25,3 +25,4 @@ def test_on_the_command_line(tmp_path, monkeypatch):
     assert names == [f"study-grocery-{kind}" for kind in ("progress", "methods", "episodes")]
     invoke("study", "export", "grocery", "--out", str(tmp_path / "out.csv"))
     assert (tmp_path / "out.csv").read_text().count("\n") == 1
+    assert "no participant 7" in fails(2, "study", "forget", "grocery", "7")

@@ -274,6 +274,21 @@ def test_an_id_belongs_to_the_browser_in_which_its_owner_agreed(store):
         book.join(strict, "browser 1", None)
 
 
+def test_who_takes_back_their_consent_is_forgotten(store):
+    fill(store)
+    book = Book(store)
+    study, other = book.add(PLAN), book.add(replace(PLAN, name="t"))
+    ann, ben = (book.join(study, name, name) for name in ("ann", "ben"))
+    rate(book, ann, 2)
+    with pytest.raises(InvalidInputError, match="no participant"):
+        book.forget(other, ann.number)
+    book.forget(study, ann.number)
+    assert book.participants(study) == [ben]
+    assert book.participant(study, "ann", "ann") is None
+    with pytest.raises(InvalidInputError, match="no participant"):
+        book.forget(study, ann.number)
+
+
 def test_an_older_answer_never_replaces_a_newer(store):
     fill(store)
     book = Book(store)

@@ -111,6 +111,8 @@ def test_strangers_need_no_password_for_a_study_and_see_nothing_else(address: st
     assert ann.http.get("/").status_code == 401
     assert ann.http.get("/api/episodes").status_code == 401
     page = ann.http.get("/study/shop").text
+    assert "<style" not in page
+    assert re.findall("<script[^>]*>", page) == ['<script type="module" src="/static/study.js">']
     for name in re.findall(r'="(/static/[^"]+)"', page):
         assert ann.http.get(name).status_code == 200
         for other in re.findall(r'from "\./([^"]+)"', ann.http.get(name).text):

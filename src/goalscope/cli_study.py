@@ -112,3 +112,18 @@ def export(
         out.write_text(text, encoding="utf-8", newline="")
     except OSError as error:
         raise InvalidInputError(f"{out} cannot be written: {error.strerror}.") from None
+
+
+@study.command()
+def forget(
+    name: Name,
+    participant: Annotated[int, typer.Argument(help="Their number, as `export` has it.")],
+    store: StoreFile = None,
+) -> None:
+    """Delete a participant who takes back their consent, with all their answers."""
+    from goalscope.store import Store
+    from goalscope.study.book import Book
+
+    with Store.open(store) as opened:
+        book = Book(opened)
+        book.forget(book.named(name), participant)

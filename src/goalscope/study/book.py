@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from datetime import UTC, datetime, timedelta
 from random import Random
 
-from sqlalchemy import or_, select
+from sqlalchemy import delete, or_, select
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
@@ -161,6 +161,22 @@ class Book:
             )
             session.flush()
             return _read(session, [row])[0]
+
+    def forget(self, study: Study, number: int) -> None:
+        """Delete a participant and all their answers, as they may ask for.
+
+        Raises:
+            InvalidInputError: There is none of this number.
+        """
+        row = ParticipantRow
+        with self._store.writing() as session:
+            found = session.scalar(
+                select(row).where(row.study == study.number, row.number == number)
+            )
+            if found is None:
+                raise InvalidInputError(f"Study {study.plan.name} has no participant {number}.")
+            session.execute(delete(AnswerRow).where(AnswerRow.participant == number))
+            session.delete(found)
 
     def open(self, participant: Participant, place: int) -> tuple[Item, Answer]:
         """An item and the answer to it so far; notes when it is first seen.

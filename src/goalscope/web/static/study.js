@@ -129,7 +129,7 @@ function question(place, item) {
   const [line, tell, later] = statusLine();
   const [done, update] = progress();
   const ratings = study.scale.map((words, rating) => ratingField(rating, words, before.rating === rating));
-  const why = h("textarea", { id: "why", name: "why", rows: 3, maxlength: 4000, "aria-describedby": "least" });
+  const why = h("textarea", { id: "why", name: "why", rows: 3, maxlength: 4000, required: true, "aria-describedby": "least" });
   why.value = before.explanation;
   const next = h("button", { type: "submit", class: "primary large" }, "Next");
   const form = h(
@@ -221,7 +221,7 @@ function ratingField(rating, words, checked) {
   return h(
     "label",
     { class: "step" },
-    h("input", { type: "radio", name: "rating", value: rating, checked }),
+    h("input", { type: "radio", name: "rating", value: rating, checked, required: true }),
     h("span", { class: "step-number" }, String(rating)),
     words && h("span", { class: "step-words" }, words),
   );
