@@ -70,8 +70,6 @@ adapters/general/adapter.gguf: adapters/general-1/adapter.gguf
 adapters/without-%/adapter.gguf: | $(READY)
 	$(FIT)/without-$* $(foreach set,$(filter-out $*,$(SETS)),"$(FIT_$(set))") $(SHORT)
 
-adapters/teach-1481/adapter.gguf: SHORT := --steps 370 --every 185 --validation 20
-
 adapters/teach-%/adapter.gguf: | $(READY)
 	$(FIT)/teach-$* "teach:train[:$*]" $(SHORT)
 

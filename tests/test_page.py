@@ -210,8 +210,8 @@ def test_no_text_is_ever_run(tmp_path: Path, enter) -> None:
             goals.get_by_role("textbox").last.fill(payload)
             goals.get_by_role("textbox").last.press("Enter")
             expect(goals.get_by_text(payload, exact=True).first).to_be_visible()
-        goals.get_by_role("button", name=re.compile("<")).first.click()
-        expect(goals.get_by_role("table")).to_be_visible()
+        goals.get_by_role("button", name=re.compile("^<")).first.click()
+        expect(goals.get_by_role("button", name="No, rule it out")).to_be_visible()
         episode = page.url.rpartition("/")[2]
         for path in (f"/#/replay/{episode}", f"/#/compare/{episode}/{episode}", "/#/episodes"):
             page.goto(f"{address}{path}")

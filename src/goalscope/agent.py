@@ -12,7 +12,7 @@ from goalscope.calibration import USUAL, Calibration
 from goalscope.dialog import Human, ask, with_answer
 from goalscope.envs import Environment
 from goalscope.episode import Round
-from goalscope.goals import UNEXPLAINED, GoalManager, Trigger, incomplete
+from goalscope.goals import UNEXPLAINED, GoalManager, Trigger, incomplete, made_from
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, Likelihood, PromptedRanking, RolePlay
 from goalscope.models import LikelihoodModel, Model
 from goalscope.models.opening import open_model
@@ -35,6 +35,7 @@ Method = Literal["good", "no-goals", "no-inference"]
 Correction = Literal["pin", "veto", "reword"]
 Questions = Literal["likeliest", "informative"]
 
+UNCORRECTABLE = "This method holds no belief that could be corrected."
 CONFIRM = "That cannot be undone. Do you confirm exactly what is shown?"
 
 
@@ -111,6 +112,49 @@ class GoalTracker:
         (pinned,) = _as_goals([goal])
         self.belief = self.add([pinned]).pin(pinned)
         return self.belief
+
+    def correct(self, correction: Correction, goal: str | Goal, text: str = "") -> list[GoalChange]:
+        """Take what the person says of the goals themselves, and tell what it changed.
+
+        Args:
+            correction: "pin": it is this goal, perhaps a new one. "veto": it is not, and never will
+                be proposed again. "reword": it is this goal in other words.
+            goal: The goal.
+            text: For "reword" the words.
+
+        Raises:
+            InvalidInputError: There is no such goal or no belief, or a text is empty or broken.
+        """
+        if isinstance(self.likelihood, PromptedRanking):
+            raise InvalidInputError(UNCORRECTABLE)
+        (named,) = _as_goals([goal])
+        present = {meaning(each.text): each for each in self.belief.goals}
+        named = present.get(meaning(named.text), named)
+        kept = _as_goals([text])[0] if correction == "reword" else named
+        kept = present.get(meaning(kept.text), kept)
+        if UNSPECIFIED in (named, kept) or (correction != "pin" and named not in self.belief.goals):
+            raise InvalidInputError(f"There is no goal {named.text!r} to correct so.")
+        changes: list[GoalChange] = []
+        if correction != "veto":
+            if kept not in self.belief.goals:
+                changes.append(GoalChange("added", kept, "you named it"))
+            self.pin(kept)
+            changes.append(GoalChange("pinned", kept, "you confirmed it"))
+        if correction == "veto" or (correction == "reword" and changes[-1].goal != named):
+            self.drop([named])
+            reason = "you ruled it out" if correction == "veto" else "you said it in other words"
+            changes.append(GoalChange("removed", named, reason, final=True))
+        return changes
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the person should be told of how they were understood."""
+        if not self.turns or not isinstance(self.likelihood, RolePlay):
+            return ()
+        start = self.likelihood.window(self.task, self.turns)
+        if not start:
+            return ()
+        return (f"The conversation is long: the first {start} turns are no longer read.",)
 
 
 class Agent:
@@ -283,7 +327,8 @@ class Agent:
             status=self.env.status(),
             notes=(
                 *told,
-                *self._notes(turn),
+                *self._expected(turn),
+                *(tracker.notes if tracker else ()),
                 *(_told(each) for each in outcome.failed),
                 *(f"Not before it is clear what you want: {each}." for each in outcome.held),
             ),
@@ -296,41 +341,16 @@ class Agent:
         return round
 
     def correct(self, correction: Correction, goal: str | Goal, text: str = "") -> Belief:
-        """Take what the person says of the goals themselves; the next round tells of it.
-
-        Args:
-            correction: "pin": it is this goal, perhaps a new one. "veto": it is not, and never will
-                be proposed again. "reword": it is this goal in other words.
-            goal: The goal.
-            text: For "reword" the words.
+        """See `GoalTracker.correct`; the next round tells of it.
 
         Raises:
             InvalidInputError: There is no such goal or no belief, or a text is empty or broken.
         """
         tracker = self.tracker
-        if tracker is None or isinstance(tracker.likelihood, PromptedRanking):
-            raise InvalidInputError("This method holds no belief that could be corrected.")
-        (named,) = _as_goals([goal])
-        present = {meaning(each.text): each for each in tracker.belief.goals}
-        named = present.get(meaning(named.text), named)
-        kept = _as_goals([text])[0] if correction == "reword" else named
-        kept = present.get(meaning(kept.text), kept)
-        if UNSPECIFIED in (named, kept) or (
-            correction != "pin" and named not in tracker.belief.goals
-        ):
-            raise InvalidInputError(f"There is no goal {named.text!r} to correct so.")
+        if tracker is None:
+            raise InvalidInputError(UNCORRECTABLE)
         before = (tracker.belief, self._corrections)
-        changes: list[GoalChange] = []
-        if correction != "veto":
-            if kept not in tracker.belief.goals:
-                changes.append(GoalChange("added", kept, "you named it"))
-            tracker.pin(kept)
-            changes.append(GoalChange("pinned", kept, "you confirmed it"))
-        if correction == "veto" or (correction == "reword" and changes[-1].goal != named):
-            tracker.drop([named])
-            reason = "you ruled it out" if correction == "veto" else "you said it in other words"
-            changes.append(GoalChange("removed", named, reason, final=True))
-        self._corrections = [*self._corrections, *changes]
+        self._corrections = [*self._corrections, *tracker.correct(correction, goal, text)]
         self._uncorrected.append(before)
         return tracker.belief
 
@@ -387,7 +407,9 @@ class Agent:
         belief = tracker.observe(turn.query, turn.utterance)
         changes: list[GoalChange] = []
         told: list[str] = []
-        if propose and incomplete(belief, self.goals.propose, since=self._made_from):
+        if propose and incomplete(
+            belief, self.goals.propose, since=made_from([round.changes for round in self.rounds])
+        ):
             self._progress("proposing goals")
             changes += self.goals.added(tracker.likelihood, belief, tracker.turns, self._changes)
             belief = tracker.add(change.goal for change in changes)
@@ -398,16 +420,6 @@ class Agent:
         removed = self.goals.removed([*past, belief])
         tracker.drop(change.goal for change in removed)
         return [*changes, *removed], told
-
-    @property
-    def _made_from(self) -> int:
-        """Number of turns that the newest goals were made from."""
-        made = 0
-        for round in self.rounds:
-            named = {each.goal for each in round.changes if each.kind == "pinned"}
-            if any(each.kind == "added" and each.goal not in named for each in round.changes):
-                made = round.number
-        return made
 
     @property
     def _changes(self) -> list[GoalChange]:
@@ -421,15 +433,10 @@ class Agent:
         stated = [each for each in self.tracker.belief.top() if each[0] != UNSPECIFIED]
         return [Want(goal.text, p) for goal, p in stated[: self.k]]
 
-    def _notes(self, turn: Turn) -> Iterator[str]:
+    def _expected(self, turn: Turn) -> Iterator[str]:
         query, gain = self._asked
         if gain is not None and query == turn.query:
             yield f"The answer to this question was expected to tell {gain:.2f} nats."
-        likelihood = self.tracker.likelihood if self.tracker else None
-        if not isinstance(likelihood, RolePlay):
-            return
-        if start := likelihood.window(self.env.task, [*self.turns, turn]):
-            yield f"The conversation is long: the first {start} turns are no longer read."
 
 
 def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator[Round]:

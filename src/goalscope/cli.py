@@ -19,6 +19,7 @@ from goalscope.cli_episodes import chat, episodes, replay, run
 from goalscope.cli_experiments import bench, experiment
 from goalscope.cli_fit import fit
 from goalscope.cli_house import house
+from goalscope.cli_mcp import mcp
 from goalscope.cli_models import doctor, models
 from goalscope.cli_options import (
     Adapter,
@@ -77,6 +78,7 @@ def options(
 app.command()(chat)
 app.command()(run)
 app.command()(serve)
+app.command()(mcp)
 
 
 @app.command()

@@ -151,11 +151,11 @@ def _words(
 ) -> list[list[tuple[str, float]]]:
     """Of each turn, each word with its evidence."""
     from goalscope.cli_episodes import engine_of
-    from goalscope.domains import Settings
+    from goalscope.domains import settings_of
     from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
     from goalscope.why import word_evidence
 
-    settings = Settings(**info.settings)
+    settings = settings_of(info.settings)
     with engine_of(settings) as engine:
         likelihood = RolePlay(
             engine,

@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from goalscope.agent import Method, Questions
 from goalscope.envs import Environment
@@ -21,9 +21,20 @@ if TYPE_CHECKING:
     from goalscope.envs.grocery import Catalogue
     from goalscope.envs.grocery.search import Search
 
-__all__ = ["Domain", "Settings", "open_environment", "planner_of", "profile_named", "profiles_of"]
+__all__ = [
+    "TRACKING",
+    "Domain",
+    "Settings",
+    "open_environment",
+    "planner_of",
+    "profile_named",
+    "profiles_of",
+    "settings_of",
+]
 
 Domain = Literal["grocery", "house"]
+TRACKING = "tracking"
+"""The domain of episodes in which another program talks and acts; see `goalscope.tracking`."""
 SCENE = "Kitchen1"
 THOR_SCENE = "FloorPlan1"
 """Where the robot is when nobody says, in the embedded house and in AI2-THOR's own build."""
@@ -79,6 +90,11 @@ class Settings:
     questions: Questions = "likeliest"
     seed: int = 0
     rounds: int = 20
+
+
+def settings_of(stored: Mapping[str, Any]) -> Settings:
+    """The settings that an episode was stored with, less what concerns tracking alone."""
+    return Settings(**{key: value for key, value in stored.items() if key != TRACKING})
 
 
 def open_environment(settings: Settings, profile: Profile | None = None) -> Environment:

@@ -21,6 +21,7 @@ __all__ = [
     "drawn_lines",
     "incomplete",
     "irrelevant",
+    "made_from",
     "objectionable",
     "overdue",
     "propose",
@@ -51,6 +52,20 @@ def incomplete(belief: Belief, propose: Trigger = UNEXPLAINED, *, since: int = 0
         return belief.top(1)[0][0] == UNSPECIFIED
     later = belief.since(since)
     return bool(later.probability[later.goals.index(UNSPECIFIED)] > propose + 1e-9)
+
+
+def made_from(changes: Sequence[Sequence[GoalChange]]) -> int:
+    """Number of turns that the newest goals were made from; see `incomplete`.
+
+    Args:
+        changes: Of each round. Goals that the person named were not made from their words.
+    """
+    made = 0
+    for number, each in enumerate(changes, 1):
+        named = {change.goal for change in each if change.kind == "pinned"}
+        if any(change.kind == "added" and change.goal not in named for change in each):
+            made = number
+    return made
 
 
 class GoalManager:

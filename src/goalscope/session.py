@@ -9,7 +9,14 @@ from goalscope.agent import Agent, Correction, run_episode
 from goalscope.belief import Belief
 from goalscope.calibrations import calibration_named
 from goalscope.dialog import ConsoleHuman, Human, ScriptedHuman, SimulatedHuman
-from goalscope.domains import Settings, planner_of, profile_named, profiles_of
+from goalscope.domains import (
+    TRACKING,
+    Settings,
+    planner_of,
+    profile_named,
+    profiles_of,
+    settings_of,
+)
 from goalscope.envs import Environment
 from goalscope.episode import Round
 from goalscope.habits import habitual
@@ -28,9 +35,11 @@ def saved_settings(info: EpisodeInfo, *, rounds: int | None = None) -> Settings:
         rounds: Most rounds, if not as before.
 
     Raises:
-        InvalidInputError: The episode is complete, or has had all its rounds.
+        InvalidInputError: The episode is complete, has had all its rounds, or is another program's.
     """
-    settings = Settings(**info.settings)
+    if info.domain == TRACKING:
+        raise InvalidInputError(f"In episode {info.id} another program talks, and only it goes on.")
+    settings = settings_of(info.settings)
     if rounds is not None:
         settings = replace(settings, rounds=rounds)
     if info.ended == "terminated":

@@ -149,14 +149,21 @@ class Store:
             session.add(row)
         return id
 
-    def append(self, id: str, round: Round) -> None:
+    def append(self, id: str, round: Round, *, after: Round | None = None) -> None:
         """Store one finished round.
+
+        Args:
+            id: Of the episode.
+            round: The round.
+            after: What it builds on, which must still be the newest round as it was read.
 
         Raises:
             GoalscopeError: The round cannot be written; all earlier ones are kept.
         """
         row = RoundRow(episode=id, number=round.number, json=round_to_json(round))
         with self.writing() as session:
+            if after:
+                _still_newest(session, id, after)
             session.add(row)
             try:
                 session.flush()
@@ -185,6 +192,27 @@ class Store:
         with self.reading() as session:
             return [json.loads(text) for text in session.scalars(query)]
 
+    def amend(self, id: str, old: Round, new: Round) -> None:
+        """Store the newest round anew.
+
+        Raises:
+            GoalscopeError: It is not the newest any more, or has been changed meanwhile.
+        """
+        with self.writing() as session:
+            _still_newest(session, id, old)
+            session.execute(
+                update(RoundRow)
+                .where(RoundRow.episode == id, RoundRow.number == old.number)
+                .values(json=round_to_json(new))
+            )
+
+    def configure(self, id: str, settings: Mapping[str, Any]) -> None:
+        """Replace the settings of an episode."""
+        with self.writing() as session:
+            session.execute(
+                update(EpisodeRow).where(EpisodeRow.id == id).values(settings=dumps(dict(settings)))
+            )
+
     def finish(self, id: str, *, ended: Ended, score: float | None = None) -> None:
         """Record how an episode ended, with its score (0 to 1) if it has a profile."""
         if score is not None and not 0 <= score <= 1:
@@ -194,14 +222,15 @@ class Store:
                 update(EpisodeRow).where(EpisodeRow.id == id).values(ended=ended, score=score)
             )
 
-    def rounds(self, id: str) -> list[Round]:
-        """Return an episode's rounds in order.
+    def rounds(self, id: str, *, since: int = 1) -> list[Round]:
+        """Return an episode's rounds in order, from one number on.
 
         Raises:
             InvalidInputError: No episode, or more than one, has an id that begins so.
         """
         info = self.episode(id)
-        query = select(RoundRow.json).where(RoundRow.episode == info.id).order_by(RoundRow.number)
+        wanted = (RoundRow.episode == info.id, RoundRow.number >= since)
+        query = select(RoundRow.json).where(*wanted).order_by(RoundRow.number)
         with self.reading() as session:
             texts = session.scalars(query).all()
         try:
@@ -257,6 +286,14 @@ class Store:
         query = select(func.count()).select_from(EpisodeRow).where(*_matching(owner, text))
         with self.reading() as session:
             return session.scalar(query) or 0
+
+
+def _still_newest(session: Session, id: str, round: Round) -> None:
+    row = RoundRow
+    same = select(row.json).where(row.episode == id, row.number == round.number).with_for_update()
+    newer = select(func.count()).where(row.episode == id, row.number > round.number)
+    if session.scalar(same) != round_to_json(round) or session.scalar(newer):
+        raise GoalscopeError(f"Episode {id} has gone on meanwhile (in another window?). Try again.")
 
 
 def _matching(owner: str | None, text: str) -> list[ColumnElement[bool]]:

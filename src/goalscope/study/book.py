@@ -22,10 +22,10 @@ from goalscope.study.people import Answer, Participant, excluded
 from goalscope.study.plan import BEST, Plan, plan_of
 from goalscope.types import InvalidInputError, Turn
 
-__all__ = ["Book", "ConflictError", "Study"]
+__all__ = ["Book", "RefusedError", "Study"]
 
 
-class ConflictError(InvalidInputError):
+class RefusedError(InvalidInputError):
     """It cannot be done as things stand, and the message says why."""
 
 
@@ -117,7 +117,7 @@ class Book:
         browser could be anybody's.
 
         Raises:
-            ConflictError: The id has been used in another browser, or another id in this one.
+            RefusedError: The id has been used in another browser, or another id in this one.
         """
         with self._store.reading() as session:
             return _participant(session, study, visitor, external)
@@ -126,7 +126,7 @@ class Book:
         """Note that somebody agrees, and give them their items; who has agreed keeps theirs.
 
         Raises:
-            ConflictError: As for `participant`; or no more ratings are needed.
+            RefusedError: As for `participant`; or no more ratings are needed.
             InvalidInputError: They should have an id.
         """
         plan = study.plan
@@ -153,7 +153,7 @@ class Book:
                 rng=Random(f"{plan.seed}:{len(others)}"),
             )
             if not order:
-                raise ConflictError("This study has all the ratings that it needs. Thank you.")
+                raise RefusedError("This study has all the ratings that it needs. Thank you.")
             row = ParticipantRow(
                 study=study.number, visitor=visitor, external=external, joined=_now()
             )
@@ -211,7 +211,7 @@ class Book:
             revision: One more than that of the answer that it is to replace.
 
         Raises:
-            ConflictError: There is another answer of this revision, or a newer one.
+            RefusedError: There is another answer of this revision, or a newer one.
             InvalidInputError: They have no such item, or the rating is none.
         """
         if not 0 <= rating <= BEST:
@@ -222,7 +222,7 @@ class Book:
                 row.rating, row.explanation, row.revision = rating, explanation, revision
                 row.answered = row.answered or _now()
             elif (revision, rating, explanation) != (row.revision, row.rating, row.explanation):
-                raise ConflictError("A newer answer to this question is already saved.")
+                raise RefusedError("A newer answer to this question is already saved.")
             return _as_answer(row, session.get_one(ItemRow, row.item))
 
 
@@ -236,11 +236,11 @@ def _participant(
     found = session.scalars(select(row).where(row.study == study.number, same)).all()
     for each in found:
         if each.visitor != visitor:
-            raise ConflictError(
+            raise RefusedError(
                 "This study was begun with your id in another browser. Please go on there."
             )
         if external not in (None, each.external):
-            raise ConflictError("Somebody has taken part in this study with this browser already.")
+            raise RefusedError("Somebody has taken part in this study with this browser already.")
     return _read(session, found)[0] if found else None
 
 

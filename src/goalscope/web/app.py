@@ -11,24 +11,28 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Literal
 
-from fastapi import FastAPI, HTTPException, Query, Request
+from fastapi import FastAPI, Query, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, JSONResponse, Response, StreamingResponse
 from fastapi.staticfiles import StaticFiles
 from pydantic import BaseModel
+from starlette.exceptions import HTTPException
 
 from goalscope.agent import Correction, Method
-from goalscope.domains import Domain, Settings, open_environment
+from goalscope.domains import TRACKING, Domain, Settings, open_environment
 from goalscope.envs.house.scenes import known_scenes
 from goalscope.models import Model
 from goalscope.store import EpisodeInfo, Store
-from goalscope.study.book import ConflictError
+from goalscope.study.book import RefusedError
+from goalscope.tracking import ConflictError, Trackers
 from goalscope.types import Goal, GoalscopeError, InvalidInputError
+from goalscope.web.access import Guest, seen_by
 from goalscope.web.conversations import BusyError, Conversation, Conversations
 from goalscope.web.exports import as_html, as_json, room_picture
-from goalscope.web.guard import Guest, Visitor
+from goalscope.web.guard import Visitor
 from goalscope.web.study import study_router
-from goalscope.web.views import EpisodeView, Live, RoundView, StoredEpisode
+from goalscope.web.tracking import tracking_routes
+from goalscope.web.views import EpisodeView, Live, RoundView, StoredEpisode, Why
 from goalscope.why import reasons
 
 __all__ = ["create_app"]
@@ -114,23 +118,6 @@ class Stored(StoredEpisode):
     live: Live | None
 
 
-class ReasonView(BaseModel):
-    """What an utterance does to the belief in a goal; see `goalscope.why.Reason`."""
-
-    turn: int
-    utterance: str
-    evidence: float
-    probability: float
-    without: float
-
-
-class Why(BaseModel):
-    """What each utterance says for a goal."""
-
-    goal: str
-    reasons: list[ReasonView]
-
-
 class Words(BaseModel):
     """Each word of an utterance with its evidence in nats."""
 
@@ -162,14 +149,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
 
     def seen(id: str, visitor: Visitor) -> EpisodeInfo:
-        """The episode, if the visitor may see it; nobody learns which ids others have."""
-        try:
-            info = store.episode(id)
-        except InvalidInputError:
-            info = None
-        if info is None or info.id != id or not (visitor.is_host or info.owner == visitor.id):
-            raise HTTPException(404, "There is no such episode.")
-        return info
+        return seen_by(visitor, store, id)
 
     def entered(id: str, visitor: Visitor) -> Conversation:
         info = seen(id, visitor)
@@ -221,7 +201,8 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     def episode(id: str, visitor: Guest) -> Stored:
         info = seen(id, visitor)
         rounds = [RoundView.of(round) for round in store.rounds(info.id)]
-        goes_on = info.owner == visitor.id and not info.ended
+        mine = info.owner == visitor.id
+        goes_on = mine and not info.ended and info.domain != TRACKING
         live = conversations.resume(info).live() if goes_on else None
         return Stored(episode=view(info, visitor), rounds=rounds, live=live)
 
@@ -257,19 +238,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         if belief is None:
             raise HTTPException(404, "There is no belief yet.")
         found = reasons(belief, [each.turn for each in rounds], Goal(goal))
-        return Why(
-            goal=goal,
-            reasons=[
-                ReasonView(
-                    turn=each.turn,
-                    utterance=each.utterance,
-                    evidence=each.evidence,
-                    probability=each.probability,
-                    without=each.without,
-                )
-                for each in found
-            ],
-        )
+        return Why.of(Goal(goal), found)
 
     @app.get("/api/episodes/{id}/words")
     async def words(id: str, goal: str, turn: int, visitor: Guest) -> Words:
@@ -294,6 +263,8 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
             return Response(as_json(info, rounds), media_type="application/json", headers=headers)
         return Response(as_html(info, rounds), media_type="text/html", headers=headers)
 
+    trackers = Trackers(store, lambda: model, settings)
+    app.include_router(tracking_routes(trackers, conversations.desk, store))
     app.include_router(study_router(store))
     app.add_exception_handler(GoalscopeError, _refused)
     app.add_exception_handler(HTTPException, _refused)
@@ -327,8 +298,8 @@ async def _refused(request: Request, error: Exception) -> JSONResponse:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"][1:])
         return JSONResponse({"error": f"{where}: {first['msg']}."}, 422)
-    status = 400 if isinstance(error, InvalidInputError) else 503
-    status = 409 if isinstance(error, (BusyError, ConflictError)) else status
+    conflict = isinstance(error, (BusyError, ConflictError, RefusedError))
+    status = 409 if conflict else 400 if isinstance(error, InvalidInputError) else 503
     return JSONResponse({"error": str(error)}, status)
 
 

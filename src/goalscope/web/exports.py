@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from jinja2 import Environment as Templates
 from jinja2 import PackageLoader, StrictUndefined
 
-from goalscope.domains import Settings, open_environment
+from goalscope.domains import open_environment, settings_of
 from goalscope.episode import Round
 from goalscope.policy import undo
 from goalscope.store import EpisodeInfo
@@ -44,8 +44,8 @@ def room_picture(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
     from goalscope.envs.house import HomeRobot
     from goalscope.envs.house.picture_svg import svg_picture
 
-    settings = Settings(**info.settings)
-    if settings.domain != "house" or settings.simulator != "house":
+    settings = settings_of(info.settings)
+    if info.domain != "house" or settings.simulator != "house":
         raise InvalidInputError("There is no room to be drawn in this episode.")
     env = open_environment(settings)
     try:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Literal
 
 from pydantic import BaseModel
@@ -9,7 +11,9 @@ from pydantic import BaseModel
 from goalscope import belief as beliefs
 from goalscope import episode as episodes
 from goalscope.store import EpisodeInfo
-from goalscope.types import UNSPECIFIED, GoalChange, StepResult
+from goalscope.tracking import Advice, Tracked
+from goalscope.types import UNSPECIFIED, Goal, GoalChange, StepResult
+from goalscope.why import Reason
 
 __all__ = [
     "ActionView",
@@ -18,8 +22,11 @@ __all__ = [
     "EpisodeView",
     "GoalView",
     "Live",
+    "ReasonView",
     "RoundView",
     "StoredEpisode",
+    "TrackerView",
+    "Why",
 ]
 
 
@@ -216,3 +223,61 @@ class Live(BaseModel):
     can_undo: bool = False
     confirm: Confirm | None = None
     error: str | None = None
+
+
+class TrackerView(BaseModel):
+    """How a tracking session stands after `turn` turns.
+
+    `advice` says what to do next: "act" on the likeliest goal, "ask" the person, or "propose"
+    goals, since none of these explains the words. `changes`: goals that came, went or were
+    confirmed with that turn and since.
+    """
+
+    id: str
+    task: str
+    turn: int
+    advice: Advice
+    belief: BeliefView
+    changes: list[ChangeView]
+    notes: list[str]
+    closed: bool
+
+    @classmethod
+    def of(cls, tracked: Tracked) -> TrackerView:
+        """The view of a session."""
+        return cls(
+            id=tracked.id,
+            task=tracked.task,
+            turn=len(tracked.turns),
+            advice=tracked.advice,
+            belief=BeliefView.of(tracked.belief),
+            changes=[ChangeView.of(change) for change in tracked.changes],
+            notes=list(tracked.notes),
+            closed=tracked.closed,
+        )
+
+
+class ReasonView(BaseModel):
+    """What an utterance does to the belief in a goal.
+
+    `evidence` is in nats against the mean of the other goals; `probability` that of the goal after
+    the turn, and `without` what it would be at the end, had this not been said.
+    """
+
+    turn: int
+    utterance: str
+    evidence: float
+    probability: float
+    without: float
+
+
+class Why(BaseModel):
+    """What each utterance says for a goal."""
+
+    goal: str
+    reasons: list[ReasonView]
+
+    @classmethod
+    def of(cls, goal: Goal, reasons: Sequence[Reason]) -> Why:
+        """The view of what `goalscope.why` found."""
+        return cls(goal=goal.text, reasons=[ReasonView(**asdict(each)) for each in reasons])

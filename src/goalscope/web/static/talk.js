@@ -88,7 +88,7 @@ class Talk {
 
   #round(round) {
     this.pending = null;
-    this.failed = null;
+    if (this.failed === round.utterance) this.failed = null;
     const rounds = this.state.rounds.filter((one) => one.number !== round.number);
     this.update({ rounds: [...rounds, round].sort((a, b) => a.number - b.number) });
   }

@@ -1,0 +1,432 @@
+"""Beliefs over the goals of people who talk with other programs; the store keeps every turn."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass, replace
+from threading import Lock
+from typing import Any, Literal
+
+from goalscope.agent import Correction, GoalTracker
+from goalscope.belief import Belief
+from goalscope.calibration import USUAL, calibration_from_json
+from goalscope.calibrations import calibration_named
+from goalscope.domains import TRACKING, Settings, settings_of
+from goalscope.episode import Round
+from goalscope.goals import GoalManager, incomplete, made_from
+from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
+from goalscope.models import Model
+from goalscope.store import EpisodeInfo, Store
+from goalscope.types import (
+    UNSPECIFIED,
+    Goal,
+    GoalChange,
+    GoalscopeError,
+    InvalidInputError,
+    Turn,
+    checked_text,
+    meaning,
+)
+from goalscope.why import Reason, reasons
+
+__all__ = ["Advice", "ConflictError", "Tracked", "Trackers"]
+
+GOALS, TURNS = 200, 200
+"""Most goals and turns of a session."""
+
+LONGEST, LONGEST_GOAL = 4000, 500
+"""Characters of a task, a query or an utterance, and of a goal."""
+
+KEPT = 16
+"""Sessions whose rounds stay in memory."""
+
+SURE = 0.8
+"""Probability of a goal from which it is acted on: a question costs a fifth of a wrong act."""
+
+GIVEN = "it was given"
+TOO_MANY = f"A session has at most {GOALS} goals. Rule some out, or leave some away."
+
+Advice = Literal["act", "ask", "propose"]
+
+
+class ConflictError(GoalscopeError):
+    """The session stands elsewhere than the caller supposes."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tracked:
+    """How a session stands after a turn.
+
+    Attributes:
+        id: Of the session, which is an episode of the store.
+        task: The assistant's task.
+        turns: What was said so far.
+        belief: Over the goals and `UNSPECIFIED`, with the corrections since the last turn.
+        changes: Goals that came, went or were confirmed with the last turn and since.
+        notes: What should be known of how the last turn was understood.
+        closed: Whether no turn can follow.
+        made_from: See `goalscope.goals.incomplete`.
+    """
+
+    id: str
+    task: str
+    turns: tuple[Turn, ...]
+    belief: Belief
+    changes: tuple[GoalChange, ...]
+    notes: tuple[str, ...]
+    closed: bool
+    made_from: int
+
+    @property
+    def advice(self) -> Advice:
+        """What an assistant should do next.
+
+        "act" on the likeliest goal, "ask" the person, or "propose" goals: none explains the words.
+        """
+        if not self.turns:
+            return "ask"
+        ((goal, probability),) = self.belief.top(1)
+        if goal != UNSPECIFIED and probability >= SURE:
+            return "act"
+        lost = self.belief.is_degenerate or incomplete(self.belief, since=self.made_from)
+        return "propose" if lost else "ask"
+
+
+class Trackers:
+    """Tracking sessions. What a call has changed is on disk when it returns.
+
+    Threads may share it; what needs the model is done one at a time, and reading waits for nobody.
+
+    Args:
+        store: Keeps the sessions, as episodes of the domain `TRACKING`.
+        model: Opens the model, or returns the one that is open.
+        defaults: Settings of new sessions: the model's, layout, end of turn, calibration, seed.
+    """
+
+    def __init__(
+        self, store: Store, model: Callable[[], Model], defaults: Settings | None = None
+    ) -> None:
+        self._store, self._model = store, model
+        self._defaults = defaults or Settings()
+        self._lock, self._remembering = Lock(), Lock()
+        self._known: OrderedDict[str, tuple[Round, ...]] = OrderedDict()
+
+    def open(
+        self,
+        task: str,
+        goals: Iterable[str] = (),
+        *,
+        propose: bool = False,
+        owner: str | None = None,
+    ) -> Tracked:
+        """Begin a session.
+
+        Args:
+            task: The assistant's task, in a sentence.
+            goals: What the person may want.
+            propose: Whether the model proposes goals when none explains the words, and takes its
+                own out again.
+            owner: Whose session it is.
+
+        Raises:
+            InvalidInputError: A text is empty, broken or too long, or the goals are too many.
+        """
+        settings = self._defaults
+        task = _checked(task, "task")
+        with self._lock:
+            model = self._model()
+            likelihood = _likelihood(model, settings)
+            tracker = GoalTracker(task=task, likelihood=likelihood)
+            given = _new(tracker.belief, goals)
+            tracker.add(given)  # refuses goals with too many tokens
+            calibration = USUAL if propose and not given else likelihood.calibration
+            if settings.calibration:
+                calibration = calibration_named(settings.calibration)
+            begun: dict[str, Any] = {
+                "goals": [goal.text for goal in given],
+                "propose": propose,
+                "calibration": asdict(calibration),
+                "changes": [],
+            }
+            id = self._store.begin(
+                domain=TRACKING,
+                method="good",
+                model=_name(model),
+                task=task,
+                settings={**asdict(settings), TRACKING: begun},
+                owner=owner,
+            )
+        return self.read(id)
+
+    def read(self, id: str) -> Tracked:
+        """How a session stands.
+
+        Raises:
+            InvalidInputError: There is no such session.
+        """
+        return self._load(id).tracked()
+
+    def observe(self, id: str, turn: int | None, query: str, utterance: str) -> Tracked:
+        """Take in what the person said.
+
+        The same turn told again changes nothing, and is answered as the first time (with the
+        corrections since, if it is the last one).
+
+        Args:
+            id: Of the session.
+            turn: 1 for the first; None for the next.
+            query: What the assistant had said; may be empty.
+            utterance: What the person answered.
+
+        Raises:
+            ConflictError: The turn was told in other words, is not the next one, or the session is
+                closed or belongs to another model.
+            InvalidInputError: There is no such session, or a text is broken or too long.
+        """
+        query = _checked(query, "query") if query.strip() else ""
+        said = Turn(query, _checked(utterance, "utterance"))
+        with self._lock:
+            session = self._load(id)
+            rounds = session.rounds
+            turn = len(rounds) + 1 if turn is None else turn
+            if 1 <= turn <= len(rounds):
+                if rounds[turn - 1].turn != said:
+                    raise ConflictError(f"Turn {turn} was told before, in other words.")
+                return replace(session, rounds=rounds[:turn]).tracked()
+            if turn != len(rounds) + 1:
+                raise ConflictError(f"The next turn is {len(rounds) + 1}, not {turn}.")
+            if turn > TURNS:
+                raise ConflictError(f"A session has at most {TURNS} turns. Open another one.")
+            model, tracker = self._resumed(session)
+            tracker.observe(said.query, said.utterance)
+            changes = session.managed(model, tracker)
+            round = Round(
+                number=turn,
+                turn=said,
+                belief=tracker.belief,
+                changes=(*(() if rounds else session.earlier), *changes),
+                results=(),
+                replans=0,
+                status="",
+                notes=tracker.notes,
+                terminated=False,
+            )
+            self._store.append(id, round, after=rounds[-1] if rounds else None)
+            return replace(session, rounds=(*rounds, round)).tracked()
+
+    def add(self, id: str, goals: Iterable[str]) -> Tracked:
+        """Add goals; those that are there already change nothing.
+
+        Raises:
+            ConflictError: As for `observe`.
+            InvalidInputError: There is no such session, a text is empty, broken or too long, or the
+                goals are too many.
+        """
+        goals = list(goals)
+
+        def change(tracker: GoalTracker) -> list[GoalChange]:
+            new = _new(tracker.belief, goals)
+            tracker.add(new)
+            return [GoalChange("added", goal, GIVEN) for goal in new]
+
+        return self._change(id, change)
+
+    def correct(self, id: str, correction: Correction, goal: str, text: str = "") -> Tracked:
+        """See `GoalTracker.correct`.
+
+        Raises:
+            ConflictError: As for `observe`.
+            InvalidInputError: There is no such session or goal, a text is empty, broken or too
+                long, or the goals are too many.
+        """
+        goal, text = _checked_goal(goal), text and _checked_goal(text)
+
+        def change(tracker: GoalTracker) -> list[GoalChange]:
+            changes = tracker.correct(correction, goal, text)
+            if len(tracker.belief.goals) > GOALS + 1:
+                raise InvalidInputError(TOO_MANY)
+            return changes
+
+        return self._change(id, change)
+
+    def why(self, id: str, goal: str = "") -> tuple[Goal, list[Reason]]:
+        """What each utterance says for a goal, the likeliest one if none is named.
+
+        Raises:
+            InvalidInputError: There is no such session or goal.
+        """
+        tracked = self.read(id)
+        known = {meaning(each.text): each for each, _ in tracked.belief.top()}
+        named = known.get(meaning(goal), Goal(goal)) if goal else next(iter(known.values()))
+        return named, reasons(tracked.belief, tracked.turns, named)
+
+    def close(self, id: str) -> Tracked:
+        """End a session; it can still be read.
+
+        Raises:
+            InvalidInputError: There is no such session.
+        """
+        with self._lock:
+            self._load(id)
+            self._store.finish(id, ended="terminated")
+        return self.read(id)
+
+    def _change(self, id: str, change: Callable[[GoalTracker], list[GoalChange]]) -> Tracked:
+        """Change the goals, and keep that with the last turn, or before the first."""
+        with self._lock:
+            session = self._load(id)
+            _, tracker = self._resumed(session)
+            changes = change(tracker)
+            if not changes:
+                return session.tracked()
+            if session.rounds:
+                last = session.rounds[-1]
+                new = replace(last, belief=tracker.belief, changes=(*last.changes, *changes))
+                self._store.amend(id, last, new)
+            else:
+                earlier = [*session.earlier, *(each for each in changes if each.kind != "added")]
+                begun = {
+                    **session.begun,
+                    "goals": [goal.text for goal in tracker.belief.goals if goal != UNSPECIFIED],
+                    "changes": [asdict(each) for each in earlier],
+                }
+                self._store.configure(id, {**session.info.settings, TRACKING: begun})
+        return self.read(id)
+
+    def _load(self, id: str) -> _Session:
+        try:
+            info = self._store.episode(id)
+        except InvalidInputError:
+            info = None
+        if info is None or info.id != id or info.domain != TRACKING:
+            raise InvalidInputError(f"There is no tracking session {id!r}.")
+        return _Session(info, self._rounds(id))
+
+    def _rounds(self, id: str) -> tuple[Round, ...]:
+        """Only the newest round can change, perhaps by another server; the others are read once."""
+        known = self._known.get(id, ())
+        rounds = (*known[:-1], *self._store.rounds(id, since=max(len(known), 1)))
+        with self._remembering:
+            self._known[id] = rounds
+            self._known.move_to_end(id)
+            while len(self._known) > KEPT:
+                self._known.popitem(last=False)
+        return rounds
+
+    def _resumed(self, session: _Session) -> tuple[Model, GoalTracker]:
+        """The model, and a tracker that stands where the session does."""
+        if session.info.ended:
+            raise ConflictError("This session is closed. Open another one.")
+        model = self._model()
+        if _name(model) != session.info.model:
+            raise ConflictError(
+                f"This session belongs to the model {session.info.model}, and here is "
+                f"{_name(model)}. Open another one."
+            )
+        likelihood = _likelihood(model, settings_of(session.info.settings))
+        tracker = GoalTracker(task=session.info.task, likelihood=likelihood)
+        tracker.belief, tracker.turns = session.belief, [round.turn for round in session.rounds]
+        return model, tracker
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Session:
+    info: EpisodeInfo
+    rounds: tuple[Round, ...]
+
+    @property
+    def begun(self) -> dict[str, Any]:
+        """Goals and what was said of them before the first turn, and how it tracks."""
+        return self.info.settings[TRACKING]
+
+    @property
+    def earlier(self) -> list[GoalChange]:
+        """Goals that were confirmed or ruled out before the first turn."""
+        return [
+            GoalChange(each["kind"], Goal(**each["goal"]), each["reason"], each["final"])
+            for each in self.begun["changes"]
+        ]
+
+    @property
+    def belief(self) -> Belief:
+        if self.rounds and self.rounds[-1].belief:
+            return self.rounds[-1].belief
+        goals = [UNSPECIFIED, *map(Goal, self.begun["goals"])]
+        belief = Belief.uniform(goals, calibration_from_json(self.begun["calibration"]))
+        for change in self.earlier:
+            if change.kind == "pinned" and change.goal in belief.goals:
+                belief = belief.pin(change.goal)
+        return belief
+
+    @property
+    def made_from(self) -> int:
+        return made_from([round.changes for round in self.rounds])
+
+    def tracked(self) -> Tracked:
+        last = self.rounds[-1] if self.rounds else None
+        return Tracked(
+            id=self.info.id,
+            task=self.info.task,
+            turns=tuple(round.turn for round in self.rounds),
+            belief=self.belief,
+            changes=last.changes if last else tuple(self.earlier),
+            notes=last.notes if last else (),
+            closed=self.info.ended is not None,
+            made_from=self.made_from,
+        )
+
+    def managed(self, model: Model, tracker: GoalTracker) -> list[GoalChange]:
+        """Propose goals if none explains the words, and remove proposed ones, as the agent does."""
+        if not self.begun["propose"]:
+            return []
+        settings = settings_of(self.info.settings)
+        goals = GoalManager(model, tracker.task, propose=settings.propose, seed=settings.seed)
+        past = [change for round in self.rounds for change in round.changes] or self.earlier
+        changes: list[GoalChange] = []
+        if incomplete(tracker.belief, goals.propose, since=self.made_from):
+            changes += goals.added(tracker.likelihood, tracker.belief, tracker.turns, past)
+            del changes[max(0, GOALS + 1 - len(tracker.belief.goals)) :]
+            tracker.add(change.goal for change in changes)
+        added = [change for change in (*past, *changes) if change.kind == "added"]
+        own = {change.goal for change in added if change.reason != GIVEN} & {*tracker.belief.goals}
+        if own:
+            given = {*tracker.belief.goals} - own - {UNSPECIFIED}
+            beliefs = [*(round.belief for round in self.rounds if round.belief), tracker.belief]
+            removed = goals.removed([belief.drop(given) for belief in beliefs])
+            tracker.drop(change.goal for change in removed)
+            changes += removed
+        return changes
+
+
+def _likelihood(model: Model, settings: Settings) -> RolePlay:
+    layout = settings.layout or DEFAULT_LAYOUT
+    return RolePlay(model, layout=layout, end_of_turn=settings.end_of_turn)
+
+
+def _name(model: Model) -> str:
+    return getattr(model, "name", type(model).__name__)
+
+
+def _new(belief: Belief, goals: Iterable[str]) -> list[Goal]:
+    """Those goals that the belief does not hold yet."""
+    known = {meaning(goal.text): goal for goal in belief.goals}
+    found: dict[str, Goal] = {}
+    for text in map(_checked_goal, goals):
+        if meaning(text) == meaning(UNSPECIFIED.text):
+            raise InvalidInputError(f"{UNSPECIFIED.text!r} always counts besides; leave it out.")
+        if meaning(text) not in known:
+            found.setdefault(meaning(text), Goal(text))
+    if len(known) + len(found) > GOALS + 1:
+        raise InvalidInputError(TOO_MANY)
+    return list(found.values())
+
+
+def _checked_goal(text: str) -> str:
+    return _checked(text, "goal", LONGEST_GOAL)
+
+
+def _checked(text: str, what: str, longest: int = LONGEST) -> str:
+    if len(text) > longest:
+        raise InvalidInputError(f"The {what} is longer than {longest} characters. Make it shorter.")
+    return checked_text(text, what)

@@ -1,0 +1,138 @@
+"""Goal tracking for other programs, by HTTP."""
+
+from __future__ import annotations
+
+import asyncio
+from asyncio import wrap_future
+from collections.abc import Callable
+from typing import Annotated
+
+from fastapi import APIRouter, HTTPException, Path
+from pydantic import BaseModel
+
+from goalscope.agent import Correction
+from goalscope.domains import TRACKING
+from goalscope.store import EpisodeInfo, Store
+from goalscope.tracking import Tracked, Trackers
+from goalscope.web.access import Guest, seen_by
+from goalscope.web.desk import Desk
+from goalscope.web.guard import Visitor
+from goalscope.web.views import TrackerView, Why
+
+__all__ = ["tracking_routes"]
+
+
+class OpenTracker(BaseModel):
+    """A new session.
+
+    `task` is the assistant's, in a sentence; `goals` is what the person may want. With `propose`
+    the server's model adds goals when none explains the words, and takes its own out again.
+    """
+
+    task: str
+    goals: list[str] = []
+    propose: bool = False
+
+
+class TurnGiven(BaseModel):
+    """What the assistant said, if anything, and what the person answered."""
+
+    query: str = ""
+    utterance: str
+
+
+class GoalsGiven(BaseModel):
+    """Goals to add; each is scored on all past turns."""
+
+    goals: list[str]
+
+
+class CorrectionGiven(BaseModel):
+    """What the person says of a goal.
+
+    "pin": it is this one, perhaps a new one. "veto": it is not, and is not proposed again.
+    "reword": it is this one, in the words of `text`.
+    """
+
+    kind: Correction
+    goal: str
+    text: str = ""
+
+
+def tracking_routes(trackers: Trackers, desk: Desk, store: Store) -> APIRouter:
+    """What programs may ask for, each of its own sessions.
+
+    Args:
+        trackers: The sessions.
+        desk: Where the model works.
+        store: Of the sessions.
+    """
+    router = APIRouter(prefix="/api/trackers", tags=["tracking"])
+
+    def seen(id: str, visitor: Visitor) -> EpisodeInfo:
+        info = seen_by(visitor, store, id)
+        if info.domain != TRACKING:
+            raise HTTPException(404, "There is no such session.")
+        return info
+
+    def own(id: str, visitor: Visitor) -> None:
+        if seen(id, visitor).owner != visitor.id:
+            raise HTTPException(403, "This is somebody else's session.")
+
+    async def at_desk(visitor: Visitor, work: Callable[[], Tracked]) -> TrackerView:
+        done = desk.submit(visitor.id, lambda: TrackerView.of(work()), lambda place: None)
+        return await wrap_future(done)
+
+    @router.post("", status_code=201)
+    async def open_session(given: OpenTracker, visitor: Guest) -> TrackerView:
+        """Open a session, which stays until it is closed, also when the server starts anew."""
+        return await at_desk(
+            visitor,
+            lambda: trackers.open(given.task, given.goals, propose=given.propose, owner=visitor.id),
+        )
+
+    @router.get("/{id}")
+    def belief(id: str, visitor: Guest) -> TrackerView:
+        """The belief as it is now, and what to do next."""
+        return TrackerView.of(trackers.read(seen(id, visitor).id))
+
+    @router.put("/{id}/turns/{turn}")
+    async def observe(
+        id: str, turn: Annotated[int, Path(ge=1)], given: TurnGiven, visitor: Guest
+    ) -> TrackerView:
+        """Take in a turn; the first is 1.
+
+        It is stored when the answer comes. The same request again counts once, and has the same
+        answer; the same turn in other words, or one that is not the next, is a conflict (409).
+        """
+        await asyncio.to_thread(own, id, visitor)
+        return await at_desk(
+            visitor, lambda: trackers.observe(id, turn, given.query, given.utterance)
+        )
+
+    @router.post("/{id}/goals")
+    async def add_goals(id: str, given: GoalsGiven, visitor: Guest) -> TrackerView:
+        """Add goals; those that are there already change nothing."""
+        await asyncio.to_thread(own, id, visitor)
+        return await at_desk(visitor, lambda: trackers.add(id, given.goals))
+
+    @router.post("/{id}/corrections")
+    async def correct(id: str, given: CorrectionGiven, visitor: Guest) -> TrackerView:
+        """Take in what the person says of the goals themselves."""
+        await asyncio.to_thread(own, id, visitor)
+        return await at_desk(
+            visitor, lambda: trackers.correct(id, given.kind, given.goal, given.text)
+        )
+
+    @router.get("/{id}/why")
+    def why(id: str, visitor: Guest, goal: str = "") -> Why:
+        """What each utterance says for a goal; for the likeliest one if none is named."""
+        return Why.of(*trackers.why(seen(id, visitor).id, goal))
+
+    @router.post("/{id}/close")
+    async def close(id: str, visitor: Guest) -> TrackerView:
+        """End a session; it can still be read."""
+        await asyncio.to_thread(own, id, visitor)
+        return await at_desk(visitor, lambda: trackers.close(id))
+
+    return router

@@ -1,0 +1,284 @@
+"""Goal tracking for other programs: what a session holds, and what it goes on with."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from fakes import WordModel
+from goalscope import tracking
+from goalscope.agent import GoalTracker
+from goalscope.belief import PINNED
+from goalscope.calibration import PAPER
+from goalscope.cli import app
+from goalscope.domains import Settings
+from goalscope.store import Store
+from goalscope.tracking import ConflictError, Tracked, Trackers
+from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError
+
+TASK = "Help in the kitchen."
+GOALS = ["bake a cake", "cook tomato soup"]
+CAKE = ("Yes?", "I bake a cake, a big cake.")
+WRITES = {"Goals on the list": "- grow roses\n- feed the birds"}
+
+
+class Kitchen:
+    """Trackers over one store that can be closed and opened again."""
+
+    def __init__(self, file: Path, **settings) -> None:
+        self.file, self.settings = file, settings
+        self.model = WordModel(WRITES)
+        self.restart()
+
+    def restart(self) -> Trackers:
+        self.store = Store.open(self.file)
+        self.trackers = Trackers(self.store, lambda: self.model, Settings(**self.settings))
+        return self.trackers
+
+
+@pytest.fixture
+def kitchen(tmp_path: Path) -> Kitchen:
+    return Kitchen(tmp_path / "episodes.db")
+
+
+@pytest.fixture
+def trackers(kitchen: Kitchen) -> Trackers:
+    return kitchen.trackers
+
+
+def same(one: Tracked, other: Tracked) -> bool:
+    beliefs = [
+        (each.goals, each.log_likelihood.tolist(), each.calibration, each.pinned)
+        for each in (one.belief, other.belief)
+    ]
+    told = [(t.id, t.turns, t.changes, t.notes, t.advice, t.closed) for t in (one, other)]
+    return beliefs[0] == beliefs[1] and told[0] == told[1]
+
+
+def test_a_session_believes_what_a_tracker_does(trackers: Trackers) -> None:
+    tracker = GoalTracker(WordModel(), task=TASK, goals=GOALS)
+    id = trackers.open(TASK, GOALS).id
+    for turn, (query, said) in enumerate([CAKE, ("What else?", "Tomato, please.")], 1):
+        expected = tracker.observe(query, said)
+        found = trackers.observe(id, turn, query, said)
+        assert found.belief.goals == expected.goals
+        assert found.belief.probability == pytest.approx(expected.probability)
+    late = trackers.add(id, ["make tea"]).belief
+    assert late.probability == pytest.approx(tracker.add(["make tea"]).probability)
+
+
+def test_a_session_goes_on_after_a_restart_as_if_there_had_been_none(kitchen: Kitchen) -> None:
+    steps = [
+        lambda t, id: t.add(id, ["make tea", "wash the car"]),
+        lambda t, id: t.correct(id, "veto", "wash the car"),
+        lambda t, id: t.correct(id, "pin", "make tea"),
+        lambda t, id: t.observe(id, 1, *CAKE),
+        lambda t, id: t.add(id, ["eat"]),
+        lambda t, id: t.correct(id, "reword", "bake a cake", "bake a chocolate cake"),
+        lambda t, id: t.observe(id, 2, "", "soup"),
+    ]
+    through, restarted = (kitchen.trackers.open(TASK, GOALS).id for _ in range(2))
+    for step in steps:
+        one = step(kitchen.trackers, through)
+        assert same(step(kitchen.restart(), restarted), kitchen.trackers.read(restarted))
+        two = kitchen.restart().read(restarted)
+        assert two.belief.goals == one.belief.goals
+        assert two.belief.probability == pytest.approx(one.belief.probability)
+        assert (two.turns, two.changes, two.advice) == (one.turns, one.changes, one.advice)
+    goals = [goal.text for goal in two.belief.goals]
+    assert sorted(goals) == sorted(
+        ["Unspecified", "cook tomato soup", "make tea", "eat", "bake a chocolate cake"]
+    )
+
+
+def test_a_turn_that_is_told_again_counts_once(trackers: Trackers) -> None:
+    id = trackers.open(TASK, GOALS).id
+    first = trackers.observe(id, 1, *CAKE)
+    assert same(trackers.observe(id, 1, " Yes? ", f" {CAKE[1]} "), first)
+    trackers.observe(id, 2, "", "soup")
+    assert same(trackers.observe(id, 1, *CAKE), first)
+    assert len(trackers.read(id).turns) == 2
+
+
+@pytest.mark.parametrize(
+    ("turn", "query", "said"),
+    [(1, "Yes?", "soup"), (1, "No?", CAKE[1]), (3, *CAKE), (0, *CAKE), (-1, *CAKE)],
+)
+def test_a_turn_that_does_not_fit_is_a_conflict(
+    trackers: Trackers, turn: int, query: str, said: str
+) -> None:
+    id = trackers.open(TASK, GOALS).id
+    before = trackers.observe(id, 1, *CAKE)
+    with pytest.raises(ConflictError):
+        trackers.observe(id, turn, query, said)
+    assert same(trackers.read(id), before)
+
+
+def test_what_a_correction_changed_is_in_the_record_at_once(kitchen: Kitchen) -> None:
+    id = kitchen.trackers.open(TASK, GOALS).id
+    kitchen.trackers.observe(id, 1, *CAKE)
+    kitchen.trackers.correct(id, "pin", "cook tomato soup")
+    (round,) = kitchen.store.rounds(id)
+    assert [(each.kind, each.goal.text) for each in round.changes] == [
+        ("pinned", "cook tomato soup")
+    ]
+    assert dict(round.belief.top())[Goal("cook tomato soup")] >= PINNED
+
+
+def test_the_assistant_learns_whether_to_act_to_ask_or_to_propose(tmp_path: Path) -> None:
+    trackers = Kitchen(tmp_path / "s.db", calibration="paper").trackers
+    opened = trackers.open(TASK, GOALS)
+    assert (opened.advice, opened.belief.calibration) == ("ask", PAPER)
+    assert trackers.observe(opened.id, 1, "", "cake cake cake").advice == "act"
+    assert trackers.observe(trackers.open(TASK, GOALS).id, 1, "", "a").advice == "ask"
+    usual = Kitchen(tmp_path / "usual.db", calibration="usual").trackers
+    lost = usual.open(TASK, ["bake", "cook"]).id
+    assert usual.observe(lost, 1, "", "roses roses in my kitchen").advice == "propose"
+    assert usual.add(lost, ["grow roses"]).advice != "propose"
+    assert usual.observe(lost, 2, "", "red roses, roses, roses").advice == "act"
+
+
+def test_goals_are_proposed_only_where_that_is_asked_for(trackers: Trackers) -> None:
+    roses = ("Yes?", "I grow roses, red roses.")
+    quiet = trackers.observe(trackers.open(TASK, []).id, 1, *roses)
+    assert quiet.belief.goals == (UNSPECIFIED,)
+    helped = trackers.observe(trackers.open(TASK, propose=True).id, 1, *roses)
+    assert Goal("grow roses") in helped.belief.goals
+    assert any(each.kind == "added" for each in helped.changes)
+
+
+def test_the_model_takes_out_only_goals_of_its_own(kitchen: Kitchen) -> None:
+    id = kitchen.trackers.open(TASK, GOALS, propose=True).id
+    kitchen.trackers.observe(id, 1, "", "I grow roses and feed birds, roses, birds.")
+    assert len(kitchen.trackers.read(id).belief.goals) > 3
+    for turn in range(2, 8):
+        kitchen.trackers.observe(id, turn, "", "grow roses")
+    changes = [each for round in kitchen.store.rounds(id) for each in round.changes]
+    removed = {each.goal.text for each in changes if each.kind == "removed"}
+    assert removed
+    assert not removed & set(GOALS)
+    assert set(GOALS) <= {goal.text for goal in kitchen.trackers.read(id).belief.goals}
+
+
+def test_each_utterance_tells_what_it_says_for_a_goal(trackers: Trackers) -> None:
+    id = trackers.open(TASK, GOALS).id
+    belief = trackers.observe(id, 1, *CAKE).belief
+    goal, (reason,) = trackers.why(id, "Bake a cake.")
+    assert (goal.text, reason.utterance) == ("bake a cake", CAKE[1])
+    assert reason.evidence > 0
+    assert trackers.why(id)[0] == belief.top(1)[0][0]
+    with pytest.raises(InvalidInputError, match="There is no goal 'x' here"):
+        trackers.why(id, "x")
+
+
+def test_a_closed_session_is_read_and_not_changed(trackers: Trackers) -> None:
+    id = trackers.open(TASK, GOALS).id
+    trackers.observe(id, 1, *CAKE)
+    closed = trackers.close(id)
+    assert closed.closed
+    assert same(trackers.close(id), closed)
+    assert same(trackers.observe(id, 1, *CAKE), closed)
+    for change in (
+        lambda: trackers.observe(id, 2, *CAKE),
+        lambda: trackers.add(id, ["x"]),
+        lambda: trackers.correct(id, "pin", "x"),
+    ):
+        with pytest.raises(ConflictError, match="closed"):
+            change()
+
+
+def test_a_session_belongs_to_its_model(kitchen: Kitchen) -> None:
+    id = kitchen.trackers.open(TASK, GOALS).id
+    kitchen.model = type("Other", (WordModel,), {"name": "other"})()
+    assert kitchen.trackers.read(id).id == id
+    with pytest.raises(ConflictError, match="belongs to the model words"):
+        kitchen.trackers.observe(id, 1, *CAKE)
+
+
+def test_there_is_no_session_but_those_of_the_trackers(kitchen: Kitchen) -> None:
+    id = kitchen.trackers.open(TASK, GOALS).id
+    shop = kitchen.store.begin(domain="grocery", method="good", model="words", task=TASK)
+    for other in (id[:-1], "", "zz", shop):
+        with pytest.raises(InvalidInputError, match="There is no tracking session"):
+            kitchen.trackers.read(other)
+
+
+@pytest.mark.parametrize(
+    "goals",
+    [[""], [" "], ["\ud800"], ["x" * 501], [f"goal {n}" for n in range(201)], ["unspecified"]],
+)
+def test_goals_that_cannot_be_used_are_refused(trackers: Trackers, goals: list[str]) -> None:
+    id = trackers.open(TASK, GOALS).id
+    before = trackers.observe(id, 1, *CAKE)
+    for refused in (lambda: trackers.open(TASK, goals), lambda: trackers.add(id, goals)):
+        with pytest.raises(InvalidInputError):
+            refused()
+    assert same(trackers.read(id), before)
+
+
+def test_two_hundred_goals_and_not_one_more(trackers: Trackers) -> None:
+    id = trackers.open(TASK, [f"goal {n}" for n in range(200)]).id
+    trackers.observe(id, 1, *CAKE)
+    with pytest.raises(InvalidInputError, match="at most 200 goals"):
+        trackers.correct(id, "pin", "another one")
+    assert len(trackers.read(id).belief.goals) == 201
+    assert len(trackers.add(id, ["Goal 7."]).belief.goals) == 201
+
+
+def test_turns_end_in_time(trackers: Trackers, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tracking, "TURNS", 1)
+    id = trackers.open(TASK, GOALS).id
+    trackers.observe(id, 1, *CAKE)
+    with pytest.raises(ConflictError, match="at most 1 turns"):
+        trackers.observe(id, 2, *CAKE)
+
+
+@pytest.mark.parametrize(("query", "said"), [("", ""), ("x" * 4001, "a"), ("", "x" * 4001)])
+def test_words_that_cannot_be_used_are_refused(trackers: Trackers, query: str, said: str) -> None:
+    id = trackers.open(TASK, GOALS).id
+    with pytest.raises(InvalidInputError):
+        trackers.observe(id, 1, query, said)
+    assert trackers.read(id).turns == ()
+
+
+def test_a_round_that_has_changed_meanwhile_is_not_overwritten(kitchen: Kitchen) -> None:
+    id = kitchen.trackers.open(TASK, GOALS).id
+    kitchen.trackers.observe(id, 1, *CAKE)
+    (old,) = kitchen.store.rounds(id)
+    kitchen.store.amend(id, old, replace(old, status="one"))
+    for change in (
+        lambda: kitchen.store.amend(id, old, replace(old, status="two")),
+        lambda: kitchen.store.append(id, replace(old, number=2), after=old),
+    ):
+        with pytest.raises(GoalscopeError, match="has gone on meanwhile"):
+            change()
+    kitchen.trackers.observe(id, 2, *CAKE)
+    with pytest.raises(GoalscopeError, match="has gone on meanwhile"):
+        kitchen.store.amend(id, replace(old, status="one"), old)
+    assert kitchen.store.rounds(id)[0].status == "one"
+
+
+def test_the_commands_show_a_session_and_do_not_go_on_with_it(kitchen: Kitchen) -> None:
+    id = kitchen.trackers.open(TASK, GOALS).id
+    kitchen.trackers.observe(id, 1, *CAKE)
+
+    def said(*words: str, code: int = 0) -> str:
+        answer = CliRunner().invoke(app, [*words, "--store", str(kitchen.file)])
+        assert answer.exit_code == code, answer.output
+        return answer.output
+
+    assert id in said("episodes")
+    assert "bake a cake" in said("replay", id)
+    assert CAKE[1] in " ".join(said("why", id, "--json").split())
+    assert "another program" in said("chat", "--resume", id, code=2)
+
+
+def test_sessions_of_several_servers_over_one_store_are_one(kitchen: Kitchen) -> None:
+    one, other = kitchen.trackers, kitchen.restart()
+    id = one.open(TASK, GOALS).id
+    one.observe(id, 1, *CAKE)
+    other.correct(id, "pin", "make tea")
+    told = one.observe(id, 2, "", "soup")
+    assert same(other.observe(id, 2, "", "soup"), told)
+    assert Goal("make tea") in told.belief.goals

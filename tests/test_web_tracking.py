@@ -1,0 +1,261 @@
+"""Goal tracking by HTTP."""
+
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from fakes import WordModel
+from goalscope.types import ModelError
+from processes import started
+from sites import KEY, WRITES, site
+
+TASK = "Help in the kitchen."
+GOALS = ["bake a cake", "cook tomato soup"]
+CAKE = {"query": "Yes?", "utterance": "I bake a cake, a big cake."}
+
+
+class Program(httpx.Client):
+    """A program that has the key, and no cookies."""
+
+    def __init__(self, address: str, key: str = KEY) -> None:
+        super().__init__(base_url=address, headers={"authorization": f"Bearer {key}"}, timeout=60)
+
+    def opened(self, **more: Any) -> str:
+        answer = self.post("/api/trackers", json={"task": TASK, "goals": GOALS, **more})
+        assert answer.status_code == 201, answer.text
+        return f"/api/trackers/{answer.json()['id']}"
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    with site(tmp_path_factory.mktemp("tracking") / "episodes.db") as running:
+        yield running
+
+
+@pytest.fixture
+def program(address: str) -> Iterator[Program]:
+    with Program(address) as program:
+        yield program
+
+
+def test_a_belief_is_kept_corrected_and_explained(program: Program) -> None:
+    mine = program.opened()
+    told = program.put(f"{mine}/turns/1", json=CAKE).json()
+    assert (told["turn"], told["closed"]) == (1, False)
+    assert told["belief"]["goals"][0]["text"] == "bake a cake"
+    assert program.get(mine).json() == told
+    more = program.post(f"{mine}/goals", json={"goals": ["make tea"]}).json()
+    assert len(more["belief"]["goals"]) == 4
+    pinned = program.post(f"{mine}/corrections", json={"kind": "pin", "goal": "make tea"}).json()
+    assert pinned["belief"]["goals"][0]["text"] == "make tea"
+    assert pinned["advice"] == "act"
+    assert [each["kind"] for each in pinned["changes"]] == ["added", "pinned"]
+    why = program.get(f"{mine}/why", params={"goal": "bake a cake"}).json()
+    assert [each["utterance"] for each in why["reasons"]] == [CAKE["utterance"]]
+    assert program.post(f"{mine}/close").json()["closed"]
+    assert program.put(f"{mine}/turns/2", json=CAKE).status_code == 409
+
+
+def test_a_request_that_is_sent_again_counts_once(program: Program) -> None:
+    mine = program.opened()
+    told = [program.put(f"{mine}/turns/1", json=CAKE) for _ in range(3)]
+    assert {each.status_code for each in told} == {200}
+    assert told[0].json() == told[1].json() == told[2].json()
+    other = program.put(f"{mine}/turns/1", json={**CAKE, "utterance": "soup"})
+    assert (other.status_code, other.json()) == (
+        409, {"error": "Turn 1 was told before, in other words."},
+    )  # fmt: skip
+    assert program.put(f"{mine}/turns/3", json=CAKE).status_code == 409
+    program.put(f"{mine}/turns/2", json={"utterance": "soup"})
+    assert program.put(f"{mine}/turns/1", json=CAKE).json() == told[0].json()
+    assert program.get(mine).json()["turn"] == 2
+
+
+def test_requests_at_the_same_time_count_once(program: Program) -> None:
+    mine = program.opened()
+    found: list[int] = []
+
+    def tell() -> None:
+        found.append(program.put(f"{mine}/turns/1", json=CAKE).status_code)
+
+    threads = [threading.Thread(target=tell) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert found == [200] * 8
+    assert program.get(mine).json()["turn"] == 1
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body", "status"),
+    [
+        ("PUT", "/turns/1", {"utterance": " "}, 400),
+        ("PUT", "/turns/1", {"utterance": "x" * 4001}, 400),
+        ("PUT", "/turns/1", {"utterance": "x" * 70_000}, 413),
+        ("PUT", "/turns/1", {}, 422),
+        ("PUT", "/turns/0", CAKE, 422),
+        ("PUT", "/turns/one", CAKE, 422),
+        ("POST", "/goals", {"goals": ["x" * 501]}, 400),
+        ("POST", "/goals", {"goals": [str(n) for n in range(199)]}, 400),
+        ("POST", "/goals", {"goals": "bake"}, 422),
+        ("POST", "/corrections", {"kind": "veto", "goal": "x"}, 400),
+        ("POST", "/corrections", {"kind": "praise", "goal": "x"}, 422),
+        ("GET", "/why?goal=x", None, 400),
+    ],
+)
+def test_what_cannot_be_used_is_refused_in_a_sentence(
+    program: Program, method: str, path: str, body: dict[str, Any] | None, status: int
+) -> None:
+    mine = program.opened()
+    before = program.get(mine).json()
+    answer = program.request(method, mine + path, json=body)
+    assert answer.status_code == status
+    assert answer.json()["error"].endswith((".", "a cake; cook tomato soup"))
+    assert program.get(mine).json() == before
+
+
+def test_what_another_has_does_not_exist(program: Program, address: str, visit) -> None:
+    mine = program.opened()
+    shop = program.post("/api/episodes", json={}).json()["id"]
+    ann, host = visit(address), visit(address)
+    host.http.get("/", params={"key": KEY})
+    assert host.get(mine)["turn"] == 0
+    requests = [
+        ("GET", "", None),
+        ("GET", "/why", None),
+        ("PUT", "/turns/1", CAKE),
+        ("POST", "/goals", {"goals": ["x"]}),
+        ("POST", "/corrections", {"kind": "pin", "goal": "x"}),
+        ("POST", "/close", None),
+    ]
+    for method, path, body in requests:
+        assert ann.http.request(method, mine + path, json=body).status_code == 404, path
+        if method != "GET":
+            assert host.http.request(method, mine + path, json=body).status_code == 403, path
+        for unknown in ("none", shop):
+            answer = program.request(method, f"/api/trackers/{unknown}{path}", json=body)
+            assert answer.status_code == 404, path
+    hers = "/api/trackers/" + ann.post("/api/trackers", 201, task=TASK)["id"]
+    assert ann.get(hers)["advice"] == "ask"
+    assert httpx.put(f"{address}{mine}/turns/1", json=CAKE).status_code == 403
+    with Program(address, "wrong") as stranger:
+        assert stranger.put(f"{mine}/turns/1", json=CAKE).status_code == 403
+        assert stranger.get(mine).status_code == 404
+
+
+def test_the_page_lists_and_shows_a_session_and_does_not_go_on_with_it(program: Program) -> None:
+    id = program.opened().rpartition("/")[2]
+    program.put(f"/api/trackers/{id}/turns/1", json=CAKE)
+    listed = program.get("/api/episodes", params={"text": "big cake"}).json()["episodes"]
+    assert id in {each["id"] for each in listed if each["domain"] == "tracking"}
+    shown = program.get(f"/api/episodes/{id}").json()
+    assert shown["live"] is None
+    assert shown["rounds"][0]["belief"]["goals"][0]["text"] == "bake a cake"
+    assert program.get(f"/api/episodes/{id}/export.html").status_code == 200
+    assert program.get(f"/api/episodes/{id}/picture.svg?round=1").status_code == 400
+    answer = program.post(f"/api/episodes/{id}/utterances", json={"text": "hi", "round": 2})
+    assert answer.status_code == 400
+
+
+class Slow(WordModel):
+    """Scores what is slow only when it may; keeps the order of what it has scored."""
+
+    def __init__(self) -> None:
+        super().__init__(WRITES)
+        self.begun, self.go = threading.Event(), threading.Event()
+        self.order: list[str] = []
+
+    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+        if "slow" in continuations:
+            self.begun.set()
+            assert self.go.wait(20)
+        self.order += dict.fromkeys(continuations)
+        return super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+
+
+def test_reading_waits_for_nobody_and_who_asks_much_for_themselves(tmp_path: Path, visit) -> None:
+    model = Slow()
+    with site(tmp_path / "episodes.db", model) as address, Program(address) as program:
+        ann = visit(address)
+        mine = [program.opened() for _ in range(4)]
+        hers = "/api/trackers/" + ann.post("/api/trackers", 201, task=TASK, goals=GOALS)["id"]
+
+        def tell(client: httpx.Client, tracker: str, text: str) -> threading.Thread:
+            given = {"utterance": text}
+            thread = threading.Thread(
+                target=client.put, args=[f"{tracker}/turns/1"], kwargs={"json": given}
+            )
+            thread.start()
+            return thread
+
+        threads = [tell(program, mine[0], "slow")]
+        assert model.begun.wait(20)
+        threads += [tell(program, tracker, "his") for tracker in mine[1:]]
+        threads += [tell(ann.http, hers, "hers")]
+        time.sleep(1)
+        assert [program.get(tracker).json()["turn"] for tracker in mine] == [0] * 4
+        model.go.set()
+        for thread in threads:
+            thread.join()
+        assert model.order.index("hers") <= 2
+
+
+class FailsOnce(WordModel):
+    fails = False
+
+    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+        if self.fails:
+            self.fails = False
+            raise ModelError("The model is away. Try again.")
+        return super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+
+
+def test_a_turn_that_a_failing_model_could_not_read_can_be_told_again(tmp_path: Path) -> None:
+    model = FailsOnce(WRITES)
+    with site(tmp_path / "episodes.db", model) as address, Program(address) as program:
+        mine = program.opened()
+        model.fails = True
+        failed = program.put(f"{mine}/turns/1", json=CAKE)
+        assert (failed.status_code, failed.json()) == (
+            503, {"error": "The model is away. Try again."},
+        )  # fmt: skip
+        assert program.get(mine).json()["turn"] == 0
+        assert program.put(f"{mine}/turns/1", json=CAKE).status_code == 200
+
+
+def test_a_turn_that_was_answered_outlives_the_server(tmp_path: Path) -> None:
+    store = str(tmp_path / "episodes.db")
+
+    def serve():
+        process = started("serve", "--port", "0", "--store", store, GOALSCOPE_KEY=KEY)
+        assert process.stdout
+        return process, process.stdout.readline().split()[-1]
+
+    process, address = serve()
+    with Program(address) as program:
+        mine = program.opened()
+        told = program.put(f"{mine}/turns/1", json=CAKE).json()
+        process.kill()
+    process.communicate()
+    process, address = serve()
+    with Program(address) as program:
+        assert program.get(mine).json() == told
+        assert program.put(f"{mine}/turns/1", json=CAKE).json() == told
+        assert program.put(f"{mine}/turns/2", json=CAKE).json()["turn"] == 2
+    process.terminate()
+    process.communicate()
+
+
+def test_the_interface_describes_itself(program: Program) -> None:
+    described = program.get("/api/openapi.json").json()
+    observe = described["paths"]["/api/trackers/{id}/turns/{turn}"]["put"]
+    answer = observe["responses"]["200"]["content"]["application/json"]["schema"]["$ref"]
+    view = described["components"]["schemas"][answer.rpartition("/")[2]]
+    assert view["properties"]["advice"]["enum"] == ["act", "ask", "propose"]
+    assert observe["description"]
