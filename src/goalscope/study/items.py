@@ -83,7 +83,7 @@ def item_of(store: Store, info: EpisodeInfo, plan: Plan) -> Item:
         outcome = "\n".join(f"- {result.action}" for result in done if not result.terminated)
     return Item(
         info.task,
-        possible_actions(info.domain),
+        tuple(dict.fromkeys(possible_actions(info.domain))),
         " ".join(profile.split()),
         outcome or NOTHING,
         tuple(round.turn for round in rounds) if plan.transcript else (),

@@ -16,7 +16,7 @@ from goalscope.store import EpisodeInfo, Store
 from goalscope.study.agreement import krippendorff_alpha
 from goalscope.study.book import Book, Study
 from goalscope.study.people import Participant, excluded
-from goalscope.study.plan import BEST, Exclusion
+from goalscope.study.plan import BEST, Plan
 
 __all__ = ["study_tables"]
 
@@ -82,7 +82,7 @@ def _progress(
         (f"episodes with {wanted} ratings", sum(len(each.ratings) >= wanted for each in rated)),
         ("Krippendorff's alpha, ordinal", krippendorff_alpha([each.ratings for each in rated])),
     ]
-    rules = "; ".join(_rules(study.plan.exclusion)) or "none"
+    rules = "; ".join(_rules(study.plan)) or "none"
     notes = (
         "Only ratings of people who finished and broke no rule count. The rules, stated "
         f"beforehand: {rules}.",
@@ -90,9 +90,10 @@ def _progress(
     return Table(*_titled(study, "progress", "how far it is"), ("what", "value"), (*rows,), notes)
 
 
-def _rules(rules: Exclusion) -> Iterator[str]:
+def _rules(plan: Plan) -> Iterator[str]:
     """What one is excluded for."""
-    if rules.failed_checks:
+    rules = plan.exclusion
+    if rules.failed_checks and plan.checks:
         yield f"failed checks, {rules.failed_checks} or more"
     if rules.same_rating:
         yield "the same rating everywhere"

@@ -10,14 +10,12 @@ import time
 from collections import OrderedDict
 from collections.abc import Collection
 from http.cookies import CookieError, SimpleCookie
-from typing import Annotated
 from urllib.parse import parse_qs
 
-from fastapi import Depends, Request
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["Guard", "Guest", "Visitor"]
+__all__ = ["Guard", "Visitor", "visitor_of"]
 
 LARGEST = 64 * 1024
 """Bytes of a request's body."""
@@ -60,12 +58,9 @@ class Visitor:
         self.is_host = is_host
 
 
-def _visitor(request: Request) -> Visitor:
-    return request.scope["state"]["visitor"]
-
-
-Guest = Annotated[Visitor, Depends(_visitor)]
-"""The visitor whom the guard has let in."""
+def visitor_of(scope: Scope) -> Visitor:
+    """The visitor whom the guard has let in."""
+    return scope["state"]["visitor"]
 
 
 class Guard:
@@ -73,8 +68,8 @@ class Guard:
 
     A request names this server as its host. What changes something comes from a page of this
     server, or from a program that shows the key and has no browser's cookies; only the program
-    may be as fast as it likes. With a password,
-    nobody comes in without it or the host's key.
+    may be as fast as it likes. With a password, nobody comes in without it or the host's key, but
+    for the pages of studies.
 
     Args:
         app: What is guarded.
@@ -112,8 +107,8 @@ class Guard:
         given = parse_qs(scope["query_string"].decode("latin-1")).get("key", [""])[0]
         shown = given or bearer or cookies.get(KEY, "")
         is_host = _same(shown, self.key)
-        is_open = self.password is None or scope["path"].startswith(OPEN)
-        if not (is_open or is_host or _same(shown, self.password or "")):
+        of_study = scope["path"].startswith(OPEN)
+        if not (of_study or is_host or self.password is None or _same(shown, self.password)):
             await _refuse(send, 401, "This server asks for a key: open it with ?key=... once.")
             return
         origins, own = headers.get("origin", []), f"{scope['scheme']}://{host}"
@@ -126,7 +121,7 @@ class Guard:
                 await _refuse(send, 429, f"That was too much at once. Wait {wait:.0f} seconds.")
                 return
         fresh: list[str] = []
-        if given and scope["method"] == "GET":
+        if given and scope["method"] == "GET" and not of_study:
             # The secret is a new one, so that nobody who planted the old one shares it.
             await _enter(send, scope, given)
             return
