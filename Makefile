@@ -1,4 +1,4 @@
-# make demo | make test | make servers | make check | make torch | make bench | make results
+# make demo | make demo-web | make test | make servers | make check | make torch | make bench | make results
 # (needs Python 3.11, a C++ compiler, make)
 
 PYTHON ?= python3
@@ -19,10 +19,13 @@ ADAPTERS := $(SETS:%=adapters/without-%/adapter.gguf) $(patsubst %,adapters/teac
 FIT := $(BIN)/goalscope fit --start none --out adapters
 SHORT := --steps 100 --every 100 --validation 20
 
-.PHONY: demo test check bench results adapter lock servers torch
+.PHONY: demo demo-web test check bench results adapter lock servers torch
 
 demo: $(READY)  ## one grocery episode with a scripted human, on the built-in model
 	$(BIN)/goalscope run grocery --profile $(PROFILE)
+
+demo-web: $(READY)  ## the page, on the built-in model
+	$(BIN)/goalscope serve
 
 test: $(READY)  ## the whole test suite
 	$(BIN)/python -m pytest
@@ -74,7 +77,8 @@ adapters/teach-%/adapter.gguf: | $(READY)
 	$(FIT)/teach-$* "teach:train[:$*]" $(SHORT)
 
 lock:  ## pin the newest versions that pyproject.toml allows
-	uv pip compile pyproject.toml --extra cluster --extra experiments --extra postgres --extra remote --extra thor --group dev \
+	uv pip compile pyproject.toml --extra cluster --extra experiments --extra mcp --extra postgres --extra remote \
+		--extra thor --extra web --group dev \
 		--universal --python-version 3.11 --upgrade \
 		--generate-hashes --no-emit-index-url --no-emit-find-links --no-header \
 		--output-file requirements.lock

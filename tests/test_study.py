@@ -24,12 +24,12 @@ from goalscope.store import Store
 from goalscope.study import plan
 from goalscope.study.agreement import krippendorff_alpha
 from goalscope.study.assignment import assigned
-from goalscope.study.book import Book, RefusedError
+from goalscope.study.book import Book
 from goalscope.study.export import as_csv, inert
 from goalscope.study.people import Answer, Participant, excluded
 from goalscope.study.plan import Check, Exclusion, Plan, read_plan
 from goalscope.study.summary import study_tables
-from goalscope.types import Action, InvalidInputError, StepResult, Turn
+from goalscope.types import Action, ConflictError, InvalidInputError, StepResult, Turn
 from test_summary import column, row
 
 EXAMPLE = Path(plan.__file__).with_name("example.toml")
@@ -233,7 +233,7 @@ def test_people_get_items_that_need_ratings_until_there_are_enough(store):
     people = [book.join(study, f"visitor {n}", f"id {n}") for n in range(4)]
     counts = Counter(answer.item for each in people for answer in each.answers)
     assert sorted(counts.values()) == [2, 2, 2, 2]
-    with pytest.raises(RefusedError, match="all the ratings"):
+    with pytest.raises(ConflictError, match="all the ratings"):
         book.join(study, "late", None)
     assert book.join(study, "visitor 1", "id 1") == people[1]
 
@@ -246,7 +246,7 @@ def test_those_who_are_excluded_or_left_make_room(store):
     rate(book, lazy, 2)  # the same everywhere
     again = book.join(study, "again", None)
     assert {a.item for a in again.answers} == {a.item for a in lazy.answers}
-    with pytest.raises(RefusedError):
+    with pytest.raises(ConflictError):
         book.join(study, "more", None)
     old = (datetime.now(UTC) - timedelta(minutes=61)).isoformat()
     with store.writing() as session:
@@ -263,11 +263,11 @@ def test_an_id_belongs_to_the_browser_in_which_its_owner_agreed(store):
     assert book.participant(study, "browser 1", "ann") == ann
     assert book.participant(study, "browser 1", None) == ann
     assert book.participant(study, "browser 2", "ben") is None
-    with pytest.raises(RefusedError, match="another browser"):
+    with pytest.raises(ConflictError, match="another browser"):
         book.participant(study, "browser 2", "ann")
-    with pytest.raises(RefusedError, match="another browser"):
+    with pytest.raises(ConflictError, match="another browser"):
         book.join(study, "browser 2", "ann")
-    with pytest.raises(RefusedError, match="this browser"):
+    with pytest.raises(ConflictError, match="this browser"):
         book.join(study, "browser 1", "ben")
     strict = book.add(replace(PLAN, name="t", id_required=True))
     with pytest.raises(InvalidInputError, match="PROLIFIC_PID"):
@@ -298,7 +298,7 @@ def test_an_older_answer_never_replaces_a_newer(store):
     newer = book.answer(ann, 1, 3, "second", 2)
     assert newer.answered == first.answered
     for rating, text, revision in ((2, "first", 1), (3, "other", 2), (1, "second", 2)):
-        with pytest.raises(RefusedError):
+        with pytest.raises(ConflictError):
             book.answer(ann, 1, rating, text, revision)
     assert book.open(ann, 1)[1].explanation == "second"
     with pytest.raises(InvalidInputError, match="no question 3"):

@@ -14,8 +14,8 @@ from goalscope.calibration import PAPER
 from goalscope.cli import app
 from goalscope.domains import Settings
 from goalscope.store import Store
-from goalscope.tracking import ConflictError, Tracked, Trackers
-from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError
+from goalscope.tracking import Tracked, Trackers
+from goalscope.types import UNSPECIFIED, ConflictError, Goal, GoalscopeError, InvalidInputError
 
 TASK = "Help in the kitchen."
 GOALS = ["bake a cake", "cook tomato soup"]

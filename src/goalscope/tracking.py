@@ -20,9 +20,9 @@ from goalscope.models import Model
 from goalscope.store import EpisodeInfo, Store
 from goalscope.types import (
     UNSPECIFIED,
+    ConflictError,
     Goal,
     GoalChange,
-    GoalscopeError,
     InvalidInputError,
     Turn,
     checked_text,
@@ -30,7 +30,7 @@ from goalscope.types import (
 )
 from goalscope.why import Reason, reasons
 
-__all__ = ["Advice", "ConflictError", "Tracked", "Trackers"]
+__all__ = ["Advice", "Tracked", "Trackers"]
 
 GOALS, TURNS = 200, 200
 """Most goals and turns of a session."""
@@ -48,10 +48,6 @@ GIVEN = "it was given"
 TOO_MANY = f"A session has at most {GOALS} goals. Rule some out, or leave some away."
 
 Advice = Literal["act", "ask", "propose"]
-
-
-class ConflictError(GoalscopeError):
-    """The session stands elsewhere than the caller supposes."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

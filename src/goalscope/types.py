@@ -9,6 +9,7 @@ from typing import Any, Literal
 __all__ = [
     "UNSPECIFIED",
     "Action",
+    "ConflictError",
     "Goal",
     "GoalChange",
     "GoalscopeError",
@@ -30,6 +31,10 @@ class GoalscopeError(Exception):
 
 class InvalidInputError(GoalscopeError):
     """Something a person gave (text, a file, an option) cannot be used as it is."""
+
+
+class ConflictError(GoalscopeError):
+    """It cannot be done as things stand, perhaps since somebody else was faster."""
 
 
 class ModelError(GoalscopeError):

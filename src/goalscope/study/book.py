@@ -20,13 +20,9 @@ from goalscope.study.assignment import assigned
 from goalscope.study.items import Item, chosen_episodes, item_of, item_of_check
 from goalscope.study.people import Answer, Participant, excluded
 from goalscope.study.plan import BEST, Plan, plan_of
-from goalscope.types import InvalidInputError, Turn
+from goalscope.types import ConflictError, InvalidInputError, Turn
 
-__all__ = ["Book", "RefusedError", "Study"]
-
-
-class RefusedError(InvalidInputError):
-    """It cannot be done as things stand, and the message says why."""
+__all__ = ["Book", "Study"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +113,7 @@ class Book:
         browser could be anybody's.
 
         Raises:
-            RefusedError: The id has been used in another browser, or another id in this one.
+            ConflictError: The id has been used in another browser, or another id in this one.
         """
         with self._store.reading() as session:
             return _participant(session, study, visitor, external)
@@ -126,7 +122,7 @@ class Book:
         """Note that somebody agrees, and give them their items; who has agreed keeps theirs.
 
         Raises:
-            RefusedError: As for `participant`; or no more ratings are needed.
+            ConflictError: As for `participant`; or no more ratings are needed.
             InvalidInputError: They should have an id.
         """
         plan = study.plan
@@ -153,7 +149,7 @@ class Book:
                 rng=Random(f"{plan.seed}:{len(others)}"),
             )
             if not order:
-                raise RefusedError("This study has all the ratings that it needs. Thank you.")
+                raise ConflictError("This study has all the ratings that it needs. Thank you.")
             row = ParticipantRow(
                 study=study.number, visitor=visitor, external=external, joined=_now()
             )
@@ -211,7 +207,7 @@ class Book:
             revision: One more than that of the answer that it is to replace.
 
         Raises:
-            RefusedError: There is another answer of this revision, or a newer one.
+            ConflictError: There is another answer of this revision, or a newer one.
             InvalidInputError: They have no such item, or the rating is none.
         """
         if not 0 <= rating <= BEST:
@@ -222,7 +218,7 @@ class Book:
                 row.rating, row.explanation, row.revision = rating, explanation, revision
                 row.answered = row.answered or _now()
             elif (revision, rating, explanation) != (row.revision, row.rating, row.explanation):
-                raise RefusedError("A newer answer to this question is already saved.")
+                raise ConflictError("A newer answer to this question is already saved.")
             return _as_answer(row, session.get_one(ItemRow, row.item))
 
 
@@ -236,11 +232,11 @@ def _participant(
     found = session.scalars(select(row).where(row.study == study.number, same)).all()
     for each in found:
         if each.visitor != visitor:
-            raise RefusedError(
+            raise ConflictError(
                 "This study was begun with your id in another browser. Please go on there."
             )
         if external not in (None, each.external):
-            raise RefusedError("Somebody has taken part in this study with this browser already.")
+            raise ConflictError("Somebody has taken part in this study with this browser already.")
     return _read(session, found)[0] if found else None
 
 

@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from fastapi import Depends, HTTPException, Request
+from fastapi import HTTPException
 
 from goalscope.store import EpisodeInfo, Store
 from goalscope.types import InvalidInputError
-from goalscope.web.guard import Visitor, visitor_of
+from goalscope.web.guard import Visitor
 
-__all__ = ["Guest", "seen_by"]
-
-
-def _visitor(request: Request) -> Visitor:
-    return visitor_of(request.scope)
-
-
-Guest = Annotated[Visitor, Depends(_visitor)]
+__all__ = ["seen_by"]
 
 
 def seen_by(visitor: Visitor, store: Store, id: str) -> EpisodeInfo:

@@ -23,13 +23,12 @@ from goalscope.domains import TRACKING, Domain, Settings, open_environment
 from goalscope.envs.house.scenes import known_scenes
 from goalscope.models import Model
 from goalscope.store import EpisodeInfo, Store
-from goalscope.study.book import RefusedError
-from goalscope.tracking import ConflictError, Trackers
-from goalscope.types import Goal, GoalscopeError, InvalidInputError
-from goalscope.web.access import Guest, seen_by
-from goalscope.web.conversations import BusyError, Conversation, Conversations
+from goalscope.tracking import Trackers
+from goalscope.types import ConflictError, Goal, GoalscopeError, InvalidInputError
+from goalscope.web.access import seen_by
+from goalscope.web.conversations import Conversation, Conversations
 from goalscope.web.exports import as_html, as_json, room_picture
-from goalscope.web.guard import Visitor
+from goalscope.web.guard import Guest, Visitor
 from goalscope.web.study import study_router
 from goalscope.web.tracking import tracking_routes
 from goalscope.web.views import EpisodeView, Live, RoundView, StoredEpisode, Why
@@ -298,7 +297,7 @@ async def _refused(request: Request, error: Exception) -> JSONResponse:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"][1:])
         return JSONResponse({"error": f"{where}: {first['msg']}."}, 422)
-    conflict = isinstance(error, (BusyError, ConflictError, RefusedError))
+    conflict = isinstance(error, ConflictError)
     status = 409 if conflict else 400 if isinstance(error, InvalidInputError) else 503
     return JSONResponse({"error": str(error)}, status)
 

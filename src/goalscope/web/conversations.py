@@ -24,12 +24,12 @@ from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
 from goalscope.models import Model
 from goalscope.session import Session, saved_settings
 from goalscope.store import EpisodeInfo, Store
-from goalscope.types import Goal, GoalscopeError, InvalidInputError, checked_text
+from goalscope.types import ConflictError, Goal, GoalscopeError, InvalidInputError, checked_text
 from goalscope.web.desk import Desk
 from goalscope.web.views import BeliefView, ChangeView, Confirm, EpisodeView, Live, RoundView
 from goalscope.why import word_evidence
 
-__all__ = ["BusyError", "Conversation", "Conversations"]
+__all__ = ["Conversation", "Conversations"]
 
 T = TypeVar("T")
 
@@ -42,10 +42,6 @@ KEPT = 100
 """Conversations that stay open while nobody looks at them; the others are in the store."""
 
 Event = tuple[Literal["live", "round", "ended"], BaseModel]
-
-
-class BusyError(GoalscopeError):
-    """The agent still works, or another window was faster."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +98,7 @@ class Conversation:
     @property
     def _session(self) -> Session:
         if self._opened is None:
-            raise BusyError(self._state.error or "This episode is still being opened.")
+            raise ConflictError(self._state.error or "This episode is still being opened.")
         return self._opened
 
     @property
@@ -158,14 +154,14 @@ class Conversation:
             confirmed: See `Agent.step`.
 
         Raises:
-            BusyError: The agent is at work, or this round has had its answer.
+            ConflictError: The agent is at work, or this round has had its answer.
             InvalidInputError: The text is empty, broken or too long.
         """
         text = _checked(text, "message")
         with self._lock:
             query = self._state.query
             if round != len(self._session.rounds) + 1 or query is None:
-                raise BusyError("That was answered already, perhaps in another window.")
+                raise ConflictError("That was answered already, perhaps in another window.")
             self._claim("reading", text)
         self._submit(lambda: self._step(query, text, confirmed))
         return self.live()
@@ -174,7 +170,7 @@ class Conversation:
         """See `Agent.correct`; a goal that is new must be scored first.
 
         Raises:
-            BusyError: The agent is at work.
+            ConflictError: The agent is at work.
             InvalidInputError: A text is empty, broken or too long.
         """
         goal, text = _checked(goal, "goal"), text and _checked(text, "goal")
@@ -184,7 +180,7 @@ class Conversation:
         """See `Agent.take_back`.
 
         Raises:
-            BusyError: The agent is at work.
+            ConflictError: The agent is at work.
         """
         return self._change(self._session.take_back)
 
@@ -192,7 +188,7 @@ class Conversation:
         """What each word of a turn says for a goal, as `why.word_evidence`.
 
         Raises:
-            BusyError: The agent is at work.
+            ConflictError: The agent is at work.
             InvalidInputError: There is no such goal or turn.
         """
         turns, belief = self._session.turns[:turn], self._session.belief
@@ -231,7 +227,7 @@ class Conversation:
         """Nothing else of this conversation may begin until what is claimed has been done."""
         with self._lock:
             if self._state.phase != "idle":
-                raise BusyError("The agent is still at work. Wait for it, and try again.")
+                raise ConflictError("The agent is still at work. Wait for it, and try again.")
             self._become(phase="waiting", step=step, utterance=utterance, error=None)
 
     def _submit(self, work: Callable[[], T]) -> Future[T]:

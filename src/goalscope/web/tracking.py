@@ -14,9 +14,9 @@ from goalscope.agent import Correction
 from goalscope.domains import TRACKING
 from goalscope.store import EpisodeInfo, Store
 from goalscope.tracking import Tracked, Trackers
-from goalscope.web.access import Guest, seen_by
+from goalscope.web.access import seen_by
 from goalscope.web.desk import Desk
-from goalscope.web.guard import Visitor
+from goalscope.web.guard import Guest, Visitor
 from goalscope.web.views import TrackerView, Why
 
 __all__ = ["tracking_routes"]
