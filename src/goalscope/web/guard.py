@@ -10,12 +10,14 @@ import time
 from collections import OrderedDict
 from collections.abc import Collection
 from http.cookies import CookieError, SimpleCookie
+from typing import Annotated
 from urllib.parse import parse_qs
 
+from fastapi import Depends, Request
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["Guard", "Visitor", "visitor_of"]
+__all__ = ["Guard", "Guest", "Visitor"]
 
 LARGEST = 64 * 1024
 """Bytes of a request's body."""
@@ -58,9 +60,12 @@ class Visitor:
         self.is_host = is_host
 
 
-def visitor_of(scope: Scope) -> Visitor:
-    """The visitor whom the guard has let in."""
-    return scope["state"]["visitor"]
+def _visitor(request: Request) -> Visitor:
+    return request.scope["state"]["visitor"]
+
+
+Guest = Annotated[Visitor, Depends(_visitor)]
+"""The visitor whom the guard has let in."""
 
 
 class Guard:

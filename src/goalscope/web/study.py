@@ -13,7 +13,7 @@ from goalscope.study.book import Book, Study
 from goalscope.study.people import Answer, Participant
 from goalscope.study.plan import BEST
 from goalscope.types import InvalidInputError
-from goalscope.web.access import Guest
+from goalscope.web.guard import Guest
 
 __all__ = ["study_router"]
 
