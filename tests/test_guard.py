@@ -1,5 +1,6 @@
 """Who may ask for what."""
 
+import http.client
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -120,3 +121,74 @@ def test_too_much_is_refused(address: str, visit) -> None:
     person.get("/api/options")
     many = [person.http.delete("/api/episodes/none/corrections").status_code for _ in range(70)]
     assert set(many) == {404, 429}
+
+
+def test_a_wrong_or_hostile_key_in_an_address_changes_nobodys_cookies(address: str) -> None:
+    for path in ("/?key=of-an-earlier-start", "//evil.example/?key=x", "/?key=x%0d%0aset-cookie:a"):
+        answer = httpx.get(address + path, cookies={"goalscope_visitor": "v" * 43})
+        assert answer.status_code != 303
+        assert "set-cookie" not in answer.headers
+
+
+@pytest.mark.parametrize("path", ["//evil.example/", "/%0d%0aset-cookie:a=b", "/\\evil.example"])
+def test_the_key_leads_to_no_other_server(address: str, path: str) -> None:
+    port = int(address.rpartition(":")[2])
+    connection = http.client.HTTPConnection("127.0.0.1", port)
+    connection.request("GET", f"{path}?key={KEY}")
+    answer = connection.getresponse()
+    connection.close()
+    place = answer.headers["location"]
+    assert answer.status == 303
+    assert place.startswith("/")
+    assert place[1] not in "/\\"
+    assert len(answer.headers.get_all("set-cookie", [])) == 2
+
+
+def test_who_opens_the_address_with_the_key_again_keeps_their_episodes(
+    tmp_path: Path, visit
+) -> None:
+    password = 'ü; Domain=x, "50%"'
+    with site(tmp_path / "episodes.db", password=password) as address:
+        ann = visit(address)
+        ann.http.get("/", params={"key": password})
+        mine = ann.begin()
+        ann.http.get("/", params={"key": password})
+        assert ann.get(mine)["episode"]["mine"] is True
+        ann.http.get("/", params={"key": KEY})
+        assert ann.get(mine)["episode"]["mine"] is False
+        assert ann.get("/api/options")["host"] is True
+
+
+def test_cookies_of_other_servers_hide_none(address: str, visit) -> None:
+    ann = visit(address)
+    mine = ann.begin()
+    secret = ann.http.cookies["goalscope_visitor"]
+    cookies = f'other={{"a": 1}}; path=x; goalscope_visitor={secret}'
+    answer = httpx.get(address + mine, headers={"cookie": cookies})
+    assert answer.json()["episode"]["mine"] is True
+
+
+def test_who_comes_through_one_proxy_is_not_one_visitor(tmp_path: Path, visit) -> None:
+    with site(tmp_path / "episodes.db", password=PASSWORD) as address:
+        people = [visit(address, auth=("proxy", "shared")) for _ in range(2)]
+        for person in people:
+            person.http.get("/", params={"key": PASSWORD})
+        mine = people[0].begin()
+        assert people[1].http.get(mine).status_code == 404
+
+
+def test_a_new_cookie_is_no_new_allowance(tmp_path: Path) -> None:
+    with site(tmp_path / "episodes.db") as address, httpx.Client(base_url=address) as http:
+        sent = [
+            http.delete(
+                "/api/episodes/none/corrections",
+                headers={"origin": address, "cookie": f"goalscope_visitor={number:040}"},
+            ).status_code
+            for number in range(70)
+        ]
+        assert set(sent) == {404, 429}
+
+
+def test_numbers_that_no_database_holds_are_refused(address: str, visit) -> None:
+    for path in ("/api/episodes?offset=", "/api/studies/none/items/"):
+        assert visit(address).http.get(f"{path}{10**30}").status_code == 422

@@ -3,13 +3,16 @@
 import json
 import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
 from fakes import WordModel
-from goalscope.types import ModelError
+from goalscope.store import Store
+from goalscope.types import GoalscopeError, ModelError
+from goalscope.web import conversations
 from sites import KEY, WRITES, site
 
 CAKE = "I want to bake a cake. Please add flour."
@@ -231,3 +234,134 @@ def test_the_host_finds_an_episode_by_its_words(address: str, visit) -> None:
 def test_the_interface_describes_itself(address: str, visit) -> None:
     described = visit(address).get("/api/openapi.json")
     assert described["paths"]["/api/episodes/{id}/utterances"]["post"]["responses"]["202"]
+
+
+class FullDisk(Store):
+    """Fails to write when it is told to, at the last moment."""
+
+    full = False
+
+    @contextmanager
+    def writing(self):
+        with super().writing() as session:
+            yield session
+            if self.full:
+                raise GoalscopeError("The disk is full: free some space.")
+
+
+def test_what_could_not_be_stored_has_not_been(tmp_path: Path, visit, monkeypatch) -> None:
+    monkeypatch.setattr("sites.Store", FullDisk)
+    with site(tmp_path / "episodes.db") as address:
+        ann = visit(address)
+        mine = ann.begin()
+        ann.say(mine, CAKE)
+        pinned = ann.post(f"{mine}/corrections", kind="pin", goal="feed the birds")
+        waits = ann.say(mine, "Buy the basket")["confirm"]
+        vetoed = ann.post(f"{mine}/corrections", kind="veto", goal="feed the birds")
+        before = ann.live(mine)
+        monkeypatch.setattr(FullDisk, "full", True)
+
+        failed = ann.say(mine, "Buy the basket", confirmed=waits["state"])
+        assert "The disk is full" in failed["error"]
+        assert (failed["round"], failed["belief"]) == (before["round"], vetoed["belief"])
+        refused = ann.http.post(f"{mine}/corrections", json={"kind": "pin", "goal": "sleep"})
+        assert refused.status_code == 503
+        assert ann.http.delete(f"{mine}/corrections").status_code == 503
+        assert ann.live(mine)["belief"] == vetoed["belief"] != pinned["belief"]
+        assert ann.get(mine)["episode"]["ended"] is None
+
+        monkeypatch.setattr(FullDisk, "full", False)
+        again = ann.say(mine, "Buy the basket")["confirm"]
+        assert again["state"] == waits["state"]
+        assert ann.say(mine, "Buy the basket", confirmed=again["state"]) is None
+        rounds = ann.get(mine)["rounds"]
+        assert [each["number"] for each in rounds] == [1, 2, 3, 4]
+        assert sum(a["irreversible"] for each in rounds for a in each["actions"]) == 1
+
+
+def test_an_end_is_stored_with_its_round(tmp_path: Path, visit, monkeypatch) -> None:
+    """Between the two, the machine may stop; what was bought could then be bought again."""
+
+    def killed(*args, **given) -> None:
+        raise SystemExit
+
+    monkeypatch.setattr(Store, "finish", killed)
+    with site(tmp_path / "episodes.db") as address:
+        ann = visit(address)
+        mine = ann.begin()
+        ann.say(mine, CAKE)
+        waits = ann.say(mine, "Buy the basket")["confirm"]
+        assert ann.say(mine, "Buy the basket", confirmed=waits["state"]) is None
+        assert ann.get(mine)["episode"]["ended"] == "terminated"
+
+
+def test_an_episode_that_has_gone_on_elsewhere_is_read_anew(tmp_path: Path, visit) -> None:
+    with site(tmp_path / "a.db") as one, site(tmp_path / "a.db") as other:
+        ann = visit(one)
+        mine = ann.begin()
+        ann.say(mine, CAKE)
+        there = visit(other, cookies={"goalscope_visitor": ann.http.cookies["goalscope_visitor"]})
+        there.say(mine, "And milk.")
+        assert ann.live(mine)["round"] == 3
+        assert ann.say(mine, "And eggs.")["round"] == 4
+        assert there.live(mine)["round"] == 4
+
+
+def test_what_could_not_be_opened_is_tried_again(tmp_path: Path, visit) -> None:
+    with site(tmp_path / "episodes.db") as address:
+        ann = visit(address)
+        mine = ann.begin()
+        ann.say(mine, CAKE)
+        ann.post(f"{mine}/corrections", kind="pin", goal="feed the birds")
+        cookies = ann.http.cookies
+    with site(tmp_path / "episodes.db", FailsOnce(WRITES)) as address:
+        back = visit(address, cookies=cookies)
+        FailsOnce.fails = True
+        assert back.live(mine)["error"] == "The model is away. Try again."
+        for kind, live in back.events(mine):
+            if kind == "live" and live["phase"] == "idle":
+                break
+        assert (live["error"], live["round"]) == (None, 2)
+
+
+class Slow(WordModel):
+    gate = threading.Event()
+    at_work = threading.Event()
+
+    def generate(self, *args, **given):
+        self.at_work.set()
+        self.gate.wait(10)
+        return super().generate(*args, **given)
+
+
+def test_reasons_can_be_read_while_a_round_runs(tmp_path: Path, visit) -> None:
+    Slow.gate.set()
+    with site(tmp_path / "episodes.db", Slow(WRITES)) as address:
+        ann = visit(address)
+        mine = ann.begin()
+        goal = ann.say(mine, CAKE)["belief"]["goals"][0]["text"]
+        Slow.gate.clear()
+        Slow.at_work.clear()
+        ann.post(f"{mine}/utterances", 202, text="And a bicycle for my aunt.", round=2)
+        assert Slow.at_work.wait(10)
+        try:
+            assert len(ann.get(f"{mine}/why", goal=goal)["reasons"]) == 1
+        finally:
+            Slow.gate.set()
+
+
+def test_an_episode_stays_open_until_its_first_request_is_over(
+    tmp_path: Path, visit, monkeypatch
+) -> None:
+    monkeypatch.setattr(conversations, "KEPT", 0)
+    closed: list[str] = []
+    monkeypatch.setattr(
+        conversations.Conversation, "close", lambda conversation: closed.append(conversation.id)
+    )
+    with site(tmp_path / "episodes.db") as address:
+        ann = visit(address)
+        episodes = [ann.begin() for _ in range(3)]
+        assert closed == []
+        monkeypatch.setattr(conversations, "SETTLED", 0.0)
+        ann.begin()
+        assert [f"/api/episodes/{id}" for id in closed] == episodes

@@ -271,7 +271,14 @@ class Agent:
             return self._asked[0]
         return ask(self.model, self.env, self.turns, seed=seed)
 
-    def step(self, query: str, utterance: str, *, confirmed: str = "") -> Round:
+    def step(
+        self,
+        query: str,
+        utterance: str,
+        *,
+        confirmed: str = "",
+        keep: Callable[[Round], None] | None = None,
+    ) -> Round:
         """Take in one turn, and act; on an error agent and environment stay as they were.
 
         (The environment is reset and its past replayed: in a simulator that takes back even what
@@ -286,6 +293,7 @@ class Agent:
             utterance: What the person answered.
             confirmed: Fingerprint of the state in which they confirm what nobody can undo. In any
                 other state the agent with `confirm` asks again.
+            keep: Stores the round; where it fails, there was no such round.
 
         Raises:
             InvalidInputError: The utterance is empty, broken, or too long for the model.
@@ -312,30 +320,32 @@ class Agent:
                 complete, outcome = False, replace(outcome, question=CONFIRM)
             else:
                 results += tuple(self.env.step(action) for action in final)
+            round = Round(
+                number=len(self.rounds) + 1,
+                turn=turn,
+                belief=tracker.belief if tracker else None,
+                changes=(*self._corrections, *changes),
+                results=results,
+                replans=outcome.replans,
+                status=self.env.status(),
+                notes=(
+                    *told,
+                    *self._expected(turn),
+                    *(tracker.notes if tracker else ()),
+                    *(_told(each) for each in outcome.failed),
+                    *(f"Not before it is clear what you want: {each}." for each in outcome.held),
+                ),
+                terminated=complete or any(result.terminated for result in results),
+                question=outcome.question,
+                state=self.env.fingerprint(),
+            )
+            if keep:
+                keep(round)
         except BaseException:
             if tracker and before:
                 tracker.belief, tracker.turns = before
             undo(self.env, history)
             raise
-        round = Round(
-            number=len(self.rounds) + 1,
-            turn=turn,
-            belief=tracker.belief if tracker else None,
-            changes=(*self._corrections, *changes),
-            results=results,
-            replans=outcome.replans,
-            status=self.env.status(),
-            notes=(
-                *told,
-                *self._expected(turn),
-                *(tracker.notes if tracker else ()),
-                *(_told(each) for each in outcome.failed),
-                *(f"Not before it is clear what you want: {each}." for each in outcome.held),
-            ),
-            terminated=complete or any(result.terminated for result in results),
-            question=outcome.question,
-            state=self.env.fingerprint(),
-        )
         self.rounds.append(round)
         self._corrections, self._uncorrected = [], []
         return round

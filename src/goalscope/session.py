@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, replace
 
 from goalscope.agent import Agent, Correction, run_episode
@@ -21,7 +21,7 @@ from goalscope.envs import Environment
 from goalscope.episode import Round
 from goalscope.habits import habitual
 from goalscope.models import Model
-from goalscope.store import EpisodeInfo, Store
+from goalscope.store import Ended, EpisodeInfo, Store
 from goalscope.types import Goal, GoalChange, InvalidInputError, Turn
 
 __all__ = ["Session", "saved_settings"]
@@ -144,7 +144,8 @@ class Session:
             self._keep(round)
             yield round
         if self.info.ended is None:
-            self._finish()
+            ended, score = self._end(self.rounds)
+            self._store.finish(self.id, ended=ended, score=score)
 
     def ask(self) -> str:
         """See `Agent.ask`."""
@@ -152,32 +153,32 @@ class Session:
 
     def step(self, query: str, utterance: str, *, confirmed: str = "") -> Round:
         """See `Agent.step`; the round is on disk when it returns."""
-        round = self._agent.step(query, utterance, confirmed=confirmed)
-        self._keep(round)
-        return round
+        return self._agent.step(query, utterance, confirmed=confirmed, keep=self._keep)
 
     def _keep(self, round: Round) -> None:
-        self._store.append(self.id, round)
-        if round.terminated or round.number >= self._settings.rounds:
-            self._finish()
+        ends = round.terminated or round.number >= self._settings.rounds
+        self._store.append(self.id, round, end=self._end([round]) if ends else None)
 
-    def _finish(self) -> None:
-        rounds = self._agent.rounds
-        ended = "terminated" if rounds and rounds[-1].terminated else "truncated"
+    def _end(self, rounds: Sequence[Round]) -> tuple[Ended, float | None]:
         met = self.checks_met()
-        self._store.finish(self.id, ended=ended, score=sum(met) / len(met) if met else None)
+        ended = "terminated" if rounds and rounds[-1].terminated else "truncated"
+        return ended, sum(met) / len(met) if met else None
 
     def correct(self, correction: Correction, goal: Goal, text: str = "") -> Belief:
         """See `Agent.correct`; it is on disk before it is shown."""
         belief = self._agent.correct(correction, goal, text)
-        self._store.correct(self.id, len(self._agent.rounds), (correction, goal.text, text))
+        try:
+            self._store.correct(self.id, len(self._agent.rounds), (correction, goal.text, text))
+        except BaseException:
+            self._agent.take_back()
+            raise
         return belief
 
     def take_back(self) -> Belief:
         """See `Agent.take_back`; it is on disk before it is shown."""
-        belief = self._agent.take_back()
-        self._store.take_back(self.id, len(self._agent.rounds))
-        return belief
+        if self.can_take_back:
+            self._store.take_back(self.id, len(self._agent.rounds))
+        return self._agent.take_back()
 
     @property
     def corrections(self) -> list[GoalChange]:

@@ -149,13 +149,21 @@ class Store:
             session.add(row)
         return id
 
-    def append(self, id: str, round: Round, *, after: Round | None = None) -> None:
+    def append(
+        self,
+        id: str,
+        round: Round,
+        *,
+        after: Round | None = None,
+        end: tuple[Ended, float | None] | None = None,
+    ) -> None:
         """Store one finished round.
 
         Args:
             id: Of the episode.
             round: The round.
             after: What it builds on, which must still be the newest round as it was read.
+            end: How the episode ends with it, and its score; as for `finish`.
 
         Raises:
             GoalscopeError: The round cannot be written; all earlier ones are kept.
@@ -172,6 +180,8 @@ class Store:
                     f"Round {round.number} of episode {id} cannot be added: the episode has such a "
                     "round already (does it run in another window?) or is unknown."
                 ) from error
+            if end:
+                _finish(session, id, *end)
 
     def correct(self, id: str, after: int, correction: Sequence[str]) -> None:
         """Store what the person says of the goals after so many rounds, before the next has it."""
@@ -215,12 +225,8 @@ class Store:
 
     def finish(self, id: str, *, ended: Ended, score: float | None = None) -> None:
         """Record how an episode ended, with its score (0 to 1) if it has a profile."""
-        if score is not None and not 0 <= score <= 1:
-            raise ValueError(f"score must lie between 0 and 1, not {score}")
         with self.writing() as session:
-            session.execute(
-                update(EpisodeRow).where(EpisodeRow.id == id).values(ended=ended, score=score)
-            )
+            _finish(session, id, ended, score)
 
     def rounds(self, id: str, *, since: int = 1) -> list[Round]:
         """Return an episode's rounds in order, from one number on.
@@ -286,6 +292,12 @@ class Store:
         query = select(func.count()).select_from(EpisodeRow).where(*_matching(owner, text))
         with self.reading() as session:
             return session.scalar(query) or 0
+
+
+def _finish(session: Session, id: str, ended: Ended, score: float | None) -> None:
+    if score is not None and not 0 <= score <= 1:
+        raise ValueError(f"score must lie between 0 and 1, not {score}")
+    session.execute(update(EpisodeRow).where(EpisodeRow.id == id).values(ended=ended, score=score))
 
 
 def _still_newest(session: Session, id: str, round: Round) -> None:

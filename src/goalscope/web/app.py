@@ -150,13 +150,16 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     def seen(id: str, visitor: Visitor) -> EpisodeInfo:
         return seen_by(visitor, store, id)
 
-    def entered(id: str, visitor: Visitor) -> Conversation:
+    def entered(id: str, visitor: Visitor, *, again: bool = False) -> Conversation:
         info = seen(id, visitor)
         if info.owner != visitor.id:
             raise HTTPException(403, "This is somebody else's episode.")
         if info.ended:
             raise HTTPException(409, "This episode has ended. Begin another one.")
-        return conversations.resume(info)
+        return conversations.resume(info, again=again)
+
+    def goes_on(info: EpisodeInfo, visitor: Visitor) -> bool:
+        return info.owner == visitor.id and not info.ended and info.domain != TRACKING
 
     def view(info: EpisodeInfo, visitor: Visitor) -> EpisodeView:
         return EpisodeView.of(info, mine=info.owner == visitor.id)
@@ -180,7 +183,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         visitor: Guest,
         text: str = "",
         limit: Annotated[int, Query(ge=1, le=200)] = 50,
-        offset: Annotated[int, Query(ge=0)] = 0,
+        offset: Annotated[int, Query(ge=0, le=10**9)] = 0,
     ) -> EpisodeList:
         owner = None if visitor.is_host else visitor.id
         found = store.episodes(
@@ -199,15 +202,14 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     @app.get("/api/episodes/{id}")
     def episode(id: str, visitor: Guest) -> Stored:
         info = seen(id, visitor)
+        live = conversations.resume(info).live() if goes_on(info, visitor) else None
+        info = seen(id, visitor)  # it may have ended meanwhile
         rounds = [RoundView.of(round) for round in store.rounds(info.id)]
-        mine = info.owner == visitor.id
-        goes_on = mine and not info.ended and info.domain != TRACKING
-        live = conversations.resume(info).live() if goes_on else None
-        return Stored(episode=view(info, visitor), rounds=rounds, live=live)
+        return Stored(episode=view(info, visitor), rounds=rounds, live=None if info.ended else live)
 
     @app.get("/api/episodes/{id}/events", response_class=StreamingResponse)
     async def events(id: str, visitor: Guest) -> StreamingResponse:
-        conversation = await asyncio.to_thread(entered, id, visitor)
+        conversation = await asyncio.to_thread(entered, id, visitor, again=True)
         return StreamingResponse(_stream(conversation), media_type="text/event-stream")
 
     @app.post("/api/episodes/{id}/utterances", status_code=202)
@@ -232,8 +234,8 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         stored = store.rounds(info.id)
         rounds = stored[:round]
         belief = rounds[-1].belief if rounds else None
-        if info.owner == visitor.id and not info.ended and len(rounds) == len(stored):
-            belief = conversations.resume(info).belief
+        if goes_on(info, visitor) and len(rounds) == len(stored):
+            belief = conversations.resume(info).belief or belief
         if belief is None:
             raise HTTPException(404, "There is no belief yet.")
         found = reasons(belief, [each.turn for each in rounds], Goal(goal))

@@ -10,6 +10,7 @@ from collections.abc import Callable, Generator
 from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from threading import RLock
 from typing import Any, Literal, TypeVar
 
@@ -41,6 +42,9 @@ LONGEST = 2000
 KEPT = 100
 """Conversations that stay open while nobody looks at them; the others are in the store."""
 
+SETTLED = 60.0
+"""Seconds from a request on in which a conversation stays open."""
+
 Event = tuple[Literal["live", "round", "ended"], BaseModel]
 
 
@@ -66,7 +70,8 @@ class Conversation:
         env: Where the agent acts.
         model: Of the session.
         owner: Whose it is.
-        open: Makes the session, given what is to be told of the agent's progress.
+        open: Makes the session, given what is to be told of the agent's progress, and the episode
+            that goes on.
         resumed: The stored episode that goes on; its session is opened at the desk.
     """
 
@@ -76,7 +81,7 @@ class Conversation:
         env: Environment,
         model: Model,
         owner: str,
-        open: Callable[[Callable[[str], None]], Session],
+        open: Callable[[Callable[[str], None], EpisodeInfo | None], Session],
         resumed: EpisodeInfo | None = None,
     ) -> None:
         self.owner = owner
@@ -85,13 +90,13 @@ class Conversation:
         self._state = _State(time.time_ns() // 1_000_000)
         self._listeners: dict[asyncio.Queue[Event], asyncio.AbstractEventLoop] = {}
         self._opened: Session | None = None
-        self._open = lambda: open(lambda step: self._become(step=step))
+        self._open = partial(open, lambda step: self._become(step=step))
+        self.used = time.monotonic()
         if resumed:
             self.id = resumed.id
-            self._claim("opening")
-            self._submit(self._reopen)
+            self.catch_up(resumed, again=True)
         else:
-            self._opened = self._open()
+            self._opened = self._open(None)
             self.id = self._opened.id
             self._ask()
 
@@ -103,14 +108,17 @@ class Conversation:
 
     @property
     def belief(self) -> Belief | None:
-        """As it is now, with what the person said of the goals since the last round."""
-        return self._session.belief
+        """With what the person said of the goals since the last round; None while that changes."""
+        with self._lock:
+            at_rest = self._opened and self._state.phase == "idle"
+            return self._opened.belief if self._opened and at_rest else None
 
     @property
     def is_idle(self) -> bool:
-        """Whether nothing is being done, and nobody listens."""
+        """Whether nothing is being done, nobody listens, and no request is about to do either."""
         with self._lock:
-            return self._state.phase == "idle" and not self._listeners
+            at_rest = self._state.phase == "idle" and not self._listeners
+            return at_rest and time.monotonic() - self.used > SETTLED
 
     def live(self) -> Live:
         """How it stands."""
@@ -144,6 +152,21 @@ class Conversation:
                 completion_phrase=self._env.completion_phrase,
                 error=state.error,
             )
+
+    def catch_up(self, info: EpisodeInfo, *, again: bool = False) -> None:
+        """Open the episode anew where it has gone on elsewhere.
+
+        Args:
+            info: What the store knows of it.
+            again: Also where it could not be opened before.
+        """
+        with self._lock:
+            behind = len(self._opened.rounds) < info.rounds if self._opened else again
+            if self._state.phase != "idle" or not behind:
+                return
+            self._opened = None
+            self._claim("opening")
+        self._submit(lambda: self._reopen(info))
 
     def say(self, text: str, round: int, confirmed: str = "") -> Live:
         """Have the agent take in what the person says.
@@ -263,11 +286,15 @@ class Conversation:
             self._become(query=None, utterance=None)
             self._ask()
 
-    def _reopen(self) -> None:
+    def _reopen(self, info: EpisodeInfo) -> None:
         try:
-            self._opened = self._open()
+            self._opened = self._open(info)
         except GoalscopeError as error:
             self._become(error=str(error))
+            return
+        except Exception:
+            log.exception("an episode could not be opened")
+            self._become(error="This episode cannot be opened. Begin another one.")
             return
         self._ask()
 
@@ -312,8 +339,12 @@ class Conversations:
         """
         return self._enter(owner, settings, None)
 
-    def resume(self, info: EpisodeInfo) -> Conversation:
+    def resume(self, info: EpisodeInfo, *, again: bool = False) -> Conversation:
         """The conversation of an episode that has not ended.
+
+        Args:
+            info: The episode.
+            again: Whether to try once more where it could not be opened.
 
         Raises:
             GoalscopeError: It cannot go on.
@@ -321,6 +352,8 @@ class Conversations:
         with self._lock:
             if found := self._open.get(info.id):
                 self._open.move_to_end(info.id)
+                found.used = time.monotonic()
+                found.catch_up(info, again=again)
                 return found
             return self._enter(info.owner or "", saved_settings(info), info)
 
@@ -333,7 +366,7 @@ class Conversations:
     def _enter(self, owner: str, settings: Settings, resume: EpisodeInfo | None) -> Conversation:
         env = open_environment(settings)
 
-        def open(progress: Callable[[str], None]) -> Session:
+        def open(progress: Callable[[str], None], resume: EpisodeInfo | None) -> Session:
             return Session(
                 self._store,
                 settings,

@@ -8,13 +8,13 @@ import json
 import secrets
 import time
 from collections import OrderedDict
-from collections.abc import Collection
-from http.cookies import CookieError, SimpleCookie
+from collections.abc import Collection, Mapping
 from typing import Annotated
-from urllib.parse import parse_qs
+from urllib.parse import parse_qs, quote, unquote
 
 from fastapi import Depends, Request
 from starlette.exceptions import HTTPException
+from starlette.requests import cookie_parser
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 __all__ = ["Guard", "Guest", "Visitor"]
@@ -88,7 +88,7 @@ class Guard:
     ) -> None:
         self.app = app
         self.hosts, self.key, self.password = frozenset(hosts), key, password
-        self._spent: OrderedDict[str, tuple[float, float]] = OrderedDict()
+        self._spent: OrderedDict[tuple[str, str], tuple[float, float]] = OrderedDict()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Let a request through, or answer it."""
@@ -108,12 +108,15 @@ class Guard:
             await _refuse(send, 403, f"This server is not {host or 'that host'}. Use its own name.")
             return
         cookies = _cookies(headers.get("cookie", []))
-        bearer = headers.get("authorization", [""])[0].removeprefix("Bearer ")
+        kind, _, bearer = headers.get("authorization", [""])[0].partition(" ")
+        if kind != "Bearer":  # a proxy's own, such as Basic, which all its visitors may share
+            bearer = ""
         given = parse_qs(scope["query_string"].decode("latin-1")).get("key", [""])[0]
-        shown = given or bearer or cookies.get(KEY, "")
-        is_host = _same(shown, self.key)
+        kept = unquote(cookies.get(KEY, ""))
+        is_host = any(_same(shown, self.key) for shown in (given, bearer, kept))
         of_study = scope["path"].startswith(OPEN)
-        if not (of_study or is_host or self.password is None or _same(shown, self.password)):
+        is_open = self.password is None or of_study
+        if not (is_open or any(map(self._fits, (given, bearer, kept)))):
             await _refuse(send, 401, "This server asks for a key: open it with ?key=... once.")
             return
         origins, own = headers.get("origin", []), f"{scope['scheme']}://{host}"
@@ -122,13 +125,12 @@ class Guard:
             if not (origins == [own] or (program and not origins)):
                 await _refuse(send, 403, "That did not come from this server's own page.")
                 return
-            if not program and (wait := self._wait(_owner(cookies, scope))):
+            if not program and (wait := self._wait(cookies, scope)):
                 await _refuse(send, 429, f"That was too much at once. Wait {wait:.0f} seconds.")
                 return
         fresh: list[str] = []
-        if given and scope["method"] == "GET" and not of_study:
-            # The secret is a new one, so that nobody who planted the old one shares it.
-            await _enter(send, scope, given)
+        if self._fits(given) and scope["method"] == "GET" and not of_study:
+            await _enter(send, scope, given, is_new=not _same(given, kept))
             return
         secret = cookies.get(VISITOR, "") or bearer
         if len(secret) < 32 and not bearer:
@@ -140,8 +142,20 @@ class Guard:
         scope.setdefault("state", {})["visitor"] = Visitor(secret, is_host=is_host)
         await self.app(scope, _limited(receive), _headed(send, scope, fresh))
 
-    def _wait(self, who: str) -> float:
-        """Seconds until this visitor may ask for another change; 0 for now."""
+    def _fits(self, shown: str) -> bool:
+        return _same(shown, self.key) or bool(self.password and _same(shown, self.password))
+
+    def _wait(self, cookies: Mapping[str, str], scope: Scope) -> float:
+        """Seconds until this visitor may ask for another change; 0 for now.
+
+        Their address pays for the first one: otherwise each new cookie would be a new allowance.
+        """
+        visitor, address = ("visitor", cookies.get(VISITOR, "")), ("address", _address(scope))
+        if visitor not in self._spent and (wait := self._take(address)):
+            return wait
+        return self._take(visitor) if visitor[1] else 0.0
+
+    def _take(self, who: tuple[str, str]) -> float:
         now = time.monotonic()
         left, when = self._spent.pop(who, (float(BURST), now))
         left = min(float(BURST), left + (now - when) * RATE)
@@ -181,11 +195,18 @@ def _headed(send: Send, scope: Scope, cookies: list[str]) -> Send:
     return headed
 
 
-async def _enter(send: Send, scope: Scope, key: str) -> None:
-    """Keep the key that the address holds, and show the page under an address without it."""
-    secret = secrets.token_urlsafe(32)
-    headed = _headed(send, scope, [_cookie(VISITOR, secret, scope), _cookie(KEY, key, scope)])
-    headers = [(b"location", scope["path"].encode() or b"/"), (b"content-length", b"0")]
+async def _enter(send: Send, scope: Scope, key: str, *, is_new: bool) -> None:
+    """Keep the key that the address holds, and show the page under an address without it.
+
+    Who shows it for the first time becomes a new visitor, so that nobody who planted the old
+    secret shares it.
+    """
+    fresh = [_cookie(KEY, quote(key, safe=""), scope)]
+    if is_new:
+        fresh.append(_cookie(VISITOR, secrets.token_urlsafe(32), scope))
+    headed = _headed(send, scope, fresh)
+    place = "/" + quote(scope["path"].lstrip("/"))  # after two slashes it would be another host
+    headers = [(b"location", place.encode()), (b"content-length", b"0")]
     await headed({"type": "http.response.start", "status": 303, "headers": headers})
     await headed({"type": "http.response.body", "body": b""})
 
@@ -199,13 +220,8 @@ async def _refuse(send: Send, status: int, error: str) -> None:
 
 
 def _cookies(headers: list[str]) -> dict[str, str]:
-    found: SimpleCookie = SimpleCookie()
-    for header in headers:
-        try:
-            found.load(header)
-        except CookieError:
-            return {}
-    return {name: morsel.value for name, morsel in found.items()}
+    """All of them, also where another server at this name has set one that is malformed."""
+    return {name: value for each in headers for name, value in cookie_parser(each).items()}
 
 
 def _cookie(name: str, value: str, scope: Scope) -> str:
@@ -213,9 +229,9 @@ def _cookie(name: str, value: str, scope: Scope) -> str:
     return f"{name}={value}; Path=/; Max-Age={YEAR}; HttpOnly; SameSite=Strict{secure}"
 
 
-def _owner(cookies: dict[str, str], scope: Scope) -> str:
+def _address(scope: Scope) -> str:
     client = scope.get("client")
-    return cookies.get(VISITOR) or (client[0] if client else "")
+    return client[0] if client else ""
 
 
 def _same(given: str, key: str) -> bool:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+import pathlib
+from typing import Annotated
 
-from fastapi import APIRouter, HTTPException, Request
+from fastapi import APIRouter, HTTPException, Path, Request
 from fastapi.responses import FileResponse
 from pydantic import BaseModel, Field
 
@@ -17,9 +18,11 @@ from goalscope.web.guard import Guest
 
 __all__ = ["study_router"]
 
-PAGE = Path(__file__).parent / "static" / "study.html"
+PAGE = pathlib.Path(__file__).parent / "static" / "study.html"
 LONGEST = 4000
 """Characters of an explanation, and of an id."""
+
+Place = Annotated[int, Path(ge=1, le=10**9)]
 
 
 class Consent(BaseModel):
@@ -129,7 +132,7 @@ def study_router(store: Store) -> APIRouter:
         return _view(study, there)
 
     @router.get("/api/studies/{name}/items/{place}")
-    def item(name: str, place: int, request: Request, visitor: Guest) -> ItemView:
+    def item(name: str, place: Place, request: Request, visitor: Guest) -> ItemView:
         found, answer = book.open(joined(named(name), request, visitor), place)
         return ItemView(
             task=found.task,
@@ -141,7 +144,9 @@ def study_router(store: Store) -> APIRouter:
         )
 
     @router.put("/api/studies/{name}/items/{place}")
-    def answer(name: str, place: int, given: Given, request: Request, visitor: Guest) -> AnswerView:
+    def answer(
+        name: str, place: Place, given: Given, request: Request, visitor: Guest
+    ) -> AnswerView:
         study = named(name)
         participant = joined(study, request, visitor)
         text = given.explanation.encode("utf-8", "replace").decode().replace("\0", "").strip()
