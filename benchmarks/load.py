@@ -5,14 +5,18 @@ PYTHONPATH=tests python benchmarks/load.py [PEOPLE] [ROUNDS]
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
+import random
 import sys
 import threading
 import time
 from multiprocessing.connection import Connection
 from pathlib import Path
+from queue import SimpleQueue
 from tempfile import TemporaryDirectory
 
+import httpx
 import numpy as np
 
 from sites import Person, site
@@ -25,9 +29,17 @@ def serve(store: Path, pipe: Connection) -> None:
         pipe.recv()
 
 
+def listen(person: Person, episode: str, heard: SimpleQueue[dict]) -> None:
+    """Pass on how the episode stands, as long as the person is there."""
+    with contextlib.suppress(httpx.HTTPError, RuntimeError):
+        for kind, data in person.events(episode):
+            if kind == "live":
+                heard.put(data)
+
+
 def chat(address: str, number: int, rounds: int, took: list[float], wrong: list[str]) -> None:
     """One person's episode: each request is timed, and at the end nobody else's words are there."""
-    person = Person(address)
+    person, thinking = Person(address), random.Random(number)
 
     def timed(ask, *given, **named):
         start = time.perf_counter()
@@ -38,16 +50,18 @@ def chat(address: str, number: int, rounds: int, took: list[float], wrong: list[
     try:
         timed(person.http.get, "/").raise_for_status()
         mine = timed(person.begin)
+        heard: SimpleQueue[dict] = SimpleQueue()
+        threading.Thread(target=listen, args=(person, mine, heard), daemon=True).start()
         for round in range(1, rounds + 1):
+            time.sleep(thinking.uniform(1, 5))
             text = f"I am person canary{number:03} and need flour for round {round}."
             timed(person.post, f"{mine}/utterances", 202, text=text, round=round)
-            while True:
-                live = timed(person.get, mine)["live"]
-                if live["phase"] == "idle":
-                    break
-                time.sleep(0.5)
-            if live["error"] or live["round"] != round + 1:
-                wrong.append(f"person {number}: {live['error']} in round {live['round']}")
+            live = heard.get(timeout=60)
+            while live["phase"] != "idle" or live["round"] <= round:
+                if live["error"]:
+                    wrong.append(f"person {number}: {live['error']}")
+                live = heard.get(timeout=60)
+        timed(person.get, mine)
         text = person.http.get(f"{mine}/export.json").text
         others = [n for n in range(1000) if n != number and f"canary{n:03}" in text]
         if others or text.count(f"canary{number:03}") < rounds:

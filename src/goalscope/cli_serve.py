@@ -76,7 +76,8 @@ def serve(
                 f"Nothing can listen at {host} port {port}: {error.strerror}. Name another --port."
             ) from error
         port = listening.getsockname()[1]
-        names = {f"{each}:{port}" for each in ("127.0.0.1", "localhost", "[::1]", host)}
+        reached = {"127.0.0.1", "localhost", "[::1]", f"[{host}]" if ":" in host else host}
+        names = {f"{each}:{port}" for each in reached} | (reached if port == 80 else set())
         key = key or secrets.token_urlsafe(24)
         settings = Settings(
             model=named(model),
@@ -98,7 +99,7 @@ def serve(
         ):
             app = create_app(episodes, engine, settings)
             guarded = Guard(app, hosts=names | {*(name or ())}, key=key, password=password)
-            shown = "127.0.0.1" if host in LOOPBACK else host
+            shown = f"[{host}]" if ":" in host else host
             out = console()
             out.print(f"goalscope is at http://{shown}:{port}/", soft_wrap=True)
             out.print(
