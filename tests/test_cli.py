@@ -7,6 +7,7 @@ import sqlite3
 import subprocess
 import sys
 import time
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from unittest.mock import patch
@@ -312,10 +313,10 @@ def test_run_prints_one_json_line_an_episode_and_replays(shop, store_file):
     assert "cocoa" in invoke("replay", outcome["episode"]).stdout
 
 
-def test_a_crash_before_the_end_is_noted_loses_nothing(shop, store_file, monkeypatch):
-    with monkeypatch.context() as patch:
-        patch.setattr(Store, "finish", lambda *args, **options: None)
-        assert invoke("run", "--profile", "baker", *shop).exit_code == 0
+def test_an_episode_whose_end_an_older_version_could_not_note_is_ended(shop, store_file):
+    assert invoke("run", "--profile", "baker", *shop).exit_code == 0
+    with closing(sqlite3.connect(store_file)) as file, file:
+        file.execute("UPDATE episodes SET ended = NULL, score = NULL")
     with Store.open(store_file) as store:
         (info,) = store.episodes()
     assert info.ended is None
