@@ -53,3 +53,13 @@ def test_what_waits_when_the_desk_closes_is_cancelled_and_what_runs_is_finished(
     assert waiting.cancelled()
     with pytest.raises(RuntimeError, match="closed"):
         desk.submit("Cleo", lambda: None, lambda place: None)
+
+
+def test_who_cannot_be_told_their_place_is_served_all_the_same() -> None:
+    def fails(place: int) -> None:
+        raise OSError("nobody listens")
+
+    desk = Desk()
+    assert desk.submit("Ann", lambda: "served", fails).result(5) == "served"
+    assert desk.submit("Ben", lambda: "served", lambda place: None).result(5) == "served"
+    desk.close()

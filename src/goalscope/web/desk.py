@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections import OrderedDict, deque
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -10,6 +11,8 @@ from threading import Condition, Thread
 from typing import Any
 
 __all__ = ["Desk"]
+
+log = logging.getLogger(__name__)
 
 Moved = Callable[[int], None]
 
@@ -52,7 +55,7 @@ class Desk:
             if not self._open:
                 raise RuntimeError("the desk is closed")
             self._lines.setdefault(who, deque()).append(job)
-            self._tell()
+            self._tell_all()
             self._changed.notify()
         return job.future
 
@@ -80,15 +83,15 @@ class Desk:
                 if line:
                     self._lines[who] = line
                 self._busy = True
-                self._tell()
+                self._tell_all()
             if job.future.set_running_or_notify_cancel():
-                job.moved(0)
+                _tell(job, 0)
                 try:
                     job.future.set_result(job.work())
                 except BaseException as error:
                     job.future.set_exception(error)
 
-    def _tell(self) -> None:
+    def _tell_all(self) -> None:
         """Tell everybody who waits how many are before them."""
         place = int(self._busy)
         depth = max(map(len, self._lines.values()), default=0)
@@ -96,5 +99,12 @@ class Desk:
             for line in self._lines.values():
                 if row < len(line):
                     if place:
-                        line[row].moved(place)
+                        _tell(line[row], place)
                     place += 1
+
+
+def _tell(job: _Job, place: int) -> None:
+    try:
+        job.moved(place)
+    except Exception:
+        log.exception("somebody could not be told their place")
