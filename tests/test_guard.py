@@ -30,7 +30,6 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         {"origin": "http://localhost:{port}"},
         {"origin": "http://{host}", "host": "evil.example"},
         {"origin": "http://evil.example", "host": "evil.example"},
-        {"authorization": "Bearer wrong"},
         {"authorization": f"Bearer {KEY}", "origin": "http://evil.example"},
         {"authorization": f"Bearer {KEY}", "cookie": "goalscope_visitor=somebody"},
     ],
@@ -51,6 +50,12 @@ def test_a_change_comes_from_the_servers_own_page(
     port = host.partition(":")[2]
     sent = {name: value.format(host=host, port=port) for name, value in headers.items()}
     assert httpx.request(method, address + path, json={}, headers=sent).status_code == 403
+
+
+def test_a_wrong_key_of_a_program_is_told(address: str) -> None:
+    headers = {"authorization": "Bearer wrong"}
+    assert httpx.get(f"{address}/api/options", headers=headers).status_code == 401
+    assert httpx.post(f"{address}/api/episodes", json={}, headers=headers).status_code == 401
 
 
 def test_two_origins_are_none(address: str) -> None:

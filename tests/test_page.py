@@ -115,6 +115,7 @@ def test_an_episode_from_the_first_word_to_the_purchase(address: str, enter) -> 
     card = page.get_by_role("region", name="To confirm")
     expect(card).to_contain_text("Flour")
     card.get_by_role("button", name="Not yet").click()
+    expect(card).to_be_hidden()
     expect(page.get_by_label("Your words", exact=True)).to_be_focused()
     say(page, "Please add bananas.")
     rounds(page, 3)

@@ -145,7 +145,7 @@ def test_what_another_has_does_not_exist(program: Program, address: str, visit) 
     assert ann.get(hers)["advice"] == "ask"
     assert httpx.put(f"{address}{mine}/turns/1", json=CAKE).status_code == 403
     with Program(address, "wrong") as stranger:
-        assert stranger.put(f"{mine}/turns/1", json=CAKE).status_code == 403
+        assert stranger.put(f"{mine}/turns/1", json=CAKE).status_code == 401
         assert stranger.get(mine).status_code == 404
 
 

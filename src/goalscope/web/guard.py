@@ -119,11 +119,15 @@ class Guard:
         if not (is_open or any(map(self._fits, (given, bearer, kept)))):
             await _refuse(send, 401, "This server asks for a key: open it with ?key=... once.")
             return
+        if bearer and not self._fits(bearer):
+            await _refuse(send, 401, "That key is not this server's; `goalscope serve` prints it.")
+            return
         origins, own = headers.get("origin", []), f"{scope['scheme']}://{host}"
         if scope["method"] not in ("GET", "HEAD", "OPTIONS"):
             program = bool(bearer) and is_host and not headers.get("cookie")
             if not (origins == [own] or (program and not origins)):
-                await _refuse(send, 403, "That did not come from this server's own page.")
+                error = "That did not come from this server's own page. A program shows the key: "
+                await _refuse(send, 403, error + "Authorization: Bearer KEY, without cookies.")
                 return
             if not program and (wait := self._wait(cookies, scope)):
                 await _refuse(send, 429, f"That was too much at once. Wait {wait:.0f} seconds.")

@@ -188,9 +188,15 @@ class Talk {
 
   #confirm(live) {
     const wanted = live?.confirm && live.phase === "idle" && this.pending === null ? live.confirm : null;
-    if (wanted?.state === this.confirmShown) return;
-    this.confirmShown = wanted?.state;
+    const shown = wanted && `${live.round}|${wanted.state}`;
+    if (shown === this.confirmShown) return;
+    this.confirmShown = shown;
     this.confirm.replaceChildren(...(wanted ? [this.#confirmCard(wanted, live.completion_phrase)] : []));
+  }
+
+  #notYet() {
+    this.confirm.replaceChildren(h("p", { class: "note", role: "status" }, "Nothing was done. Say what is to be changed."));
+    this.composer.input.focus();
   }
 
   #confirmCard({ state, status, question }, phrase) {
@@ -204,7 +210,7 @@ class Talk {
         "div",
         { class: "buttons" },
         h("button", { type: "button", class: "primary", onclick: () => this.say(phrase, state) }, yes),
-        h("button", { type: "button", onclick: () => this.composer.input.focus() }, "Not yet"),
+        h("button", { type: "button", onclick: () => this.#notYet() }, "Not yet"),
       ),
     );
   }
