@@ -146,7 +146,7 @@ def test_what_another_has_does_not_exist(program: Program, address: str, visit) 
     assert httpx.put(f"{address}{mine}/turns/1", json=CAKE).status_code == 403
     with Program(address, "wrong") as stranger:
         assert stranger.put(f"{mine}/turns/1", json=CAKE).status_code == 401
-        assert stranger.get(mine).status_code == 404
+        assert stranger.get(mine).status_code == 401
 
 
 def test_the_page_lists_and_shows_a_session_and_does_not_go_on_with_it(program: Program) -> None:
