@@ -77,7 +77,9 @@ def serve(
             ) from error
         port = listening.getsockname()[1]
         reached = {"127.0.0.1", "localhost", "[::1]", f"[{host}]" if ":" in host else host}
-        names = {f"{each}:{port}" for each in reached} | (reached if port == 80 else set())
+        names = {f"{each}:{port}" for each in reached}
+        if port == 80:
+            names |= reached
         key = key or secrets.token_urlsafe(24)
         settings = Settings(
             model=named(model),
