@@ -14,7 +14,7 @@ from goalscope.cli_options import (
     Tokenizer,
     Writer,
 )
-from goalscope.terminal import adapter_named, named, opened_model, tokenizer_named
+from goalscope.terminal import adapter_named, named, tokenizer_named
 from goalscope.types import GoalscopeError
 
 if TYPE_CHECKING:
@@ -40,16 +40,15 @@ def mcp(
     from contextlib import ExitStack
     from functools import cache
 
+    from goalscope.cli_episodes import engine_of
     from goalscope.domains import Settings
+    from goalscope.models.extras import package
     from goalscope.store import Store
     from goalscope.tracking import Trackers
 
-    try:
-        from goalscope.mcp_server import create_server
-    except ModuleNotFoundError as error:
-        raise GoalscopeError(
-            f'The MCP server needs {error.name}. Say: pip install "goalscope[mcp]"'
-        ) from error
+    package("mcp.server", "The MCP server needs", GoalscopeError)
+    from goalscope.mcp_server import create_server
+
     settings = Settings(
         model=named(model),
         generator=named(generator),
@@ -63,14 +62,6 @@ def mcp(
 
         @cache
         def engine() -> OpenModel:
-            return later.enter_context(
-                opened_model(
-                    settings.model,
-                    settings.generator,
-                    settings.scorer,
-                    settings.tokenizer,
-                    settings.adapter,
-                )
-            )
+            return later.enter_context(engine_of(settings))
 
         create_server(Trackers(episodes, engine, settings)).run()

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from goalscope.cli_options import Adapter, Model, Scorer, Seed, StoreFile, Tokenizer, Writer
-from goalscope.terminal import adapter_named, console, named, opened_model, tokenizer_named
+from goalscope.terminal import adapter_named, console, named, tokenizer_named
 from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = ["serve"]
@@ -49,18 +49,18 @@ def serve(
     import secrets
     import socket
 
+    from goalscope.cli_episodes import engine_of
     from goalscope.domains import Settings
+    from goalscope.models.extras import package
     from goalscope.store import Store
 
-    try:
-        import uvicorn
+    for each in ("fastapi", "uvicorn"):
+        package(each, "The web page needs", GoalscopeError)
+    import uvicorn
 
-        from goalscope.web.app import create_app
-        from goalscope.web.guard import Guard
-    except ModuleNotFoundError as error:
-        raise GoalscopeError(
-            f'The web page needs {error.name}. Say: pip install "goalscope[web]"'
-        ) from error
+    from goalscope.web.app import create_app
+    from goalscope.web.guard import Guard
+
     if host not in LOOPBACK and not password:
         raise InvalidInputError(
             "Others could reach this address. Give a --password (or GOALSCOPE_PASSWORD) that they "
@@ -91,13 +91,7 @@ def serve(
         )
         with (
             Store.open(store) as episodes,
-            opened_model(
-                settings.model,
-                settings.generator,
-                settings.scorer,
-                settings.tokenizer,
-                settings.adapter,
-            ) as engine,
+            engine_of(settings) as engine,
         ):
             app = create_app(episodes, engine, settings)
             guarded = Guard(app, hosts=names | {*(name or ())}, key=key, password=password)

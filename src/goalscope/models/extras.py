@@ -14,6 +14,8 @@ EXTRAS = {
     **dict.fromkeys(("torch", "transformers", "llguidance", "gguf", "peft"), "torch"),
     **dict.fromkeys(("bm25s", "matplotlib", "scikit-learn", "scipy"), "experiments"),
     **dict.fromkeys(("distributed", "cryptography"), "cluster"),
+    **dict.fromkeys(("fastapi", "uvicorn"), "web"),
+    "mcp": "mcp",
     "psycopg": "postgres",
 }
 """The extra of each package, by the name under which it is installed."""

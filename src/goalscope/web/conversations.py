@@ -110,7 +110,7 @@ class Conversation:
     def belief(self) -> Belief | None:
         """With what the person said of the goals since the last round; None while that changes."""
         with self._lock:
-            at_rest = self._opened and self._state.phase == "idle"
+            at_rest = self._state.phase == "idle"
             return self._opened.belief if self._opened and at_rest else None
 
     @property
@@ -279,11 +279,10 @@ class Conversation:
             return
         self._publish("round", RoundView.of(round))
         info = self._session.info
+        self._become(query=None, utterance=None)
         if info.ended:
-            self._become(query=None, utterance=None)
             self._publish("ended", EpisodeView.of(info, mine=True))
         else:
-            self._become(query=None, utterance=None)
             self._ask()
 
     def _reopen(self, info: EpisodeInfo) -> None:
