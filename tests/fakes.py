@@ -93,6 +93,10 @@ class LampRoom:
     def requests(self, turns: Sequence[Turn]) -> list[Action]:
         return []
 
+    def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
+        asked = [word for word in words(turns[-1].utterance) if word.endswith("lamp")]
+        return [f"There is no {word} here." for word in asked if word not in self.offers]
+
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
         asked = [turn for turn in turns if turn.query == f"May I smash the {action.target}?"]
         if action.name != "smash" or any(turn.utterance == "yes" for turn in asked):

@@ -242,6 +242,14 @@ def test_nothing_is_done_for_a_mere_question() -> None:
     assert agent.step("What?", "lamp light please").results != ()
 
 
+def test_what_was_asked_for_and_not_done_is_told() -> None:
+    agent = Agent(LampRoom(), WordModel(REPLIES))
+    told = "There is no nightlamp here."
+    assert told not in agent.step("What?", "lamp light: is the nightlamp on?").notes
+    assert told in agent.step("What?", "lamp light, and the nightlamp please").notes
+    assert told not in agent.step("What?", "Good night").notes
+
+
 def test_question_is_never_asked_twice() -> None:
     turns = [Turn("Fine. Is it bright enough?", "no")]
     assert ask(WordModel(REPLIES), LampRoom(), turns) == "What else would you like?"

@@ -333,6 +333,7 @@ class Agent:
                     *self._expected(turn),
                     *(tracker.notes if tracker else ()),
                     *(_told(each) for each in outcome.failed),
+                    *([] if asks or complete else self.env.unmet(turns, outcome.results)),
                     *(f"Not before it is clear what you want: {each}." for each in outcome.held),
                 ),
                 terminated=complete or any(result.terminated for result in results),

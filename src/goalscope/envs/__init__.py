@@ -63,6 +63,14 @@ class Environment(Protocol):
         """What the person asks for outright and lacks, and the mending of what they refuse."""
         ...
 
+    def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
+        """What the newest turn asks for outright and did not get, one sentence each.
+
+        The present state is that after `results`, which were done for this turn; what failed or
+        waits for leave is told elsewhere.
+        """
+        ...
+
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
         """What to ask before the action may be taken; empty where it may be taken now.
 

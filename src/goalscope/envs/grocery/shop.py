@@ -158,6 +158,10 @@ class GroceryShop:
                 plan.append(Action("add item", item.name, missing))
         return plan
 
+    def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
+        """What the newest turn asks for outright and did not get, one sentence each."""
+        return []
+
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
         """Empty: the one irreversible act, the purchase, follows from the person's order alone."""
         return ""

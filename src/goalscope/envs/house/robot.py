@@ -200,6 +200,10 @@ class HomeRobot:
         back = returns(self._view, self._start, hearing)
         return [action for action in back if action.target not in asked] + plan
 
+    def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
+        """What the newest turn asks for outright and did not get, one sentence each."""
+        return []
+
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
         """The question to ask before a slice, a break and the like; empty if it was allowed.
 
