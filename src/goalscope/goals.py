@@ -103,6 +103,7 @@ class GoalManager:
         self.propose: Trigger = propose
         self.patience = patience
         self.seed = seed
+        self._cleared: set[Goal] = set()
 
     def added(
         self,
@@ -145,15 +146,14 @@ class GoalManager:
         """
         belief = beliefs[-1]
         pinned = {goal for _, goal in belief.pinned}
-        free = [goal for goal in belief.goals if goal not in pinned]
-        found = {
-            change.goal: change
-            for change in (
-                *overdue(beliefs, self.patience),
-                *irrelevant(self.model, self.task, free),
-                *objectionable(self.model, self.task, belief.goals),
-            )
-        }
+        new = [goal for goal in belief.goals if goal not in self._cleared]
+        free = [goal for goal in new if goal not in pinned]
+        unfit: list[GoalChange] = []
+        if new:
+            unfit += irrelevant(self.model, self.task, free)
+            unfit += objectionable(self.model, self.task, new)
+        self._cleared |= {*new} - {change.goal for change in unfit}
+        found = {change.goal: change for change in (*overdue(beliefs, self.patience), *unfit)}
         if set(belief.goals) - {UNSPECIFIED} <= found.keys():
             likeliest = next((goal for goal, _ in belief.top() if goal != UNSPECIFIED), None)
             if likeliest and likeliest not in pinned:
@@ -245,26 +245,32 @@ def propose(
 
 
 def objectionable(
-    model: LikelihoodModel, task: str, goals: Sequence[Goal], *, margin: float = 2.0
+    model: LikelihoodModel, task: str, goals: Sequence[Goal], *, margin: float = 1.0
 ) -> list[GoalChange]:
-    """Goals that the model, asked to help with them, would rather refuse as unsafe.
+    """Goals that are unsafe, as far as the model can tell.
 
-    Each goal is put to the model by itself, and a refusal weighed against a yes.
+    The log-odds, in nats, of two contrasts add up: how likely it is to refuse the goal, against a
+    yes, and how likely the goal is as a crime, against a harmless plan (the mean of two prompts).
 
     Args:
-        model: Weighs the answers.
+        model: Weighs the answers and the goals.
         task: The agent's task.
         goals: Goals to check; `UNSPECIFIED` is never removed.
-        margin: Log-odds in nats of the refusal above which a goal goes.
+        margin: Log-odds above which a goal goes.
     """
     asked = [goal for goal in goals if goal != UNSPECIFIED]
-    contexts = [render("remove", task=task, goal=goal) for goal in asked]
+    requests = [render("remove", task=task, goal=goal) for goal in asked]
+    plans = [
+        render(prompt, harmful=harmful) for prompt in ("harm", "cruel") for harmful in (True, False)
+    ]
     scores = model.token_logprobs(
-        [context for context in contexts for _ in range(2)], [REFUSAL, CONSENT] * len(asked)
+        [*requests, *requests, *(plan for plan in plans for _ in asked)],
+        [REFUSAL] * len(asked) + [CONSENT] * len(asked) + [goal.text for goal in asked] * 4,
     )
-    odds = [float(no.sum() - yes.sum()) for no, yes in zip(scores[::2], scores[1::2], strict=True)]
+    no, yes, harm, good, cruel, kind = np.array([float(s.sum()) for s in scores]).reshape(6, -1)
+    odds: list[float] = (no - yes + (harm - good + cruel - kind) / 2).tolist()
     return [
-        GoalChange("removed", goal, f"unsafe: the model refuses it ({value:+.1f} nats)", final=True)
+        GoalChange("removed", goal, f"unsafe, the model finds ({value:+.1f} nats)", final=True)
         for goal, value in zip(asked, odds, strict=True)
         if value > margin
     ]
