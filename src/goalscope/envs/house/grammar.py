@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.object_types import object_type
-from goalscope.envs.house.phrases import Phrase, PhraseReader
+from goalscope.envs.house.phrases import Phrase, PhraseReader, first_named
 
 __all__ = ["Clause", "parse", "parse_plain"]
 
@@ -68,6 +68,7 @@ class Clause:
         plain: Whether it is a simple order of which every word was understood.
         corrects: Whether its things take the place of the last ones.
         later: Whether it is wanted at another time, and so not now.
+        said: Its words, if it begins like an order.
     """
 
     verb: str
@@ -79,6 +80,7 @@ class Clause:
     plain: bool = False
     corrects: bool = False
     later: bool = False
+    said: str = ""
 
 
 def parse(text: str, here: Collection[str] = ()) -> list[Clause]:
@@ -131,8 +133,8 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
     words = re.findall(r"[a-z0-9]+(?:'[a-z]+)?|,", text)
     question = (text.endswith("?") or _QUESTION.match(text)) and not _ASKED.match(text)
     if question or _CONDITION.search(text):
-        things, end = _Reader(words, here).things(0)
-        return [Clause("", things)] if text.endswith("?") and things and end == len(words) else []
+        asked = first_named(text, here) if text.endswith("?") else None
+        return [Clause("", (asked,))] if asked else []
     polite = bool(re.search(r"\bplease\b|\bfor me\b", text))
     reader = _Reader(words, here)
     cuts = [0]
@@ -150,6 +152,7 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         reader = _Reader(part, here, polite, mine)
         clause = reader.clause()
         mine = reader.mine
+        said = "" if later or mine else reader.order_said()
         if reader.rest:
             parts.insert(0, part[reader.rest :])
             part = part[: reader.rest]
@@ -158,7 +161,7 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
             if later and not (mine and rest):
                 found.append(Clause("", later=True))
             elif rest and not _PLEASANT.fullmatch(rest):
-                found.append(Clause(""))
+                found.append(Clause("", said=said))
             continue
         before = found[-1] if found else before
         if clause.verb == "same" and not _repeats(part, words, before, first=not found):
@@ -174,7 +177,7 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         loose = reader.loose
         corrects = clause.verb == "same" and bool({*words} & v.CORRECTS)
         plain = clause.plain and not later
-        found.append(replace(clause, corrects=corrects, later=later, plain=plain))
+        found.append(replace(clause, corrects=corrects, later=later, plain=plain, said=said))
     return found
 
 
@@ -214,6 +217,24 @@ class _Reader(PhraseReader):
                     return None
                 return forms[said], said, i + length
         return None
+
+    def order_said(self) -> str:
+        """The words from where an order begins; empty if none does."""
+        start = next((i for i, word in enumerate(self.words) if word not in v.BREAKS), 0)
+        first = self.lead(start)
+        lead = {*self.words[start:first]}
+        if lead & v.STATING or (lead & v.NEGATIONS) or first + 1 >= len(self.words):
+            return ""
+        word, after = self.at(first), self.at(first + 1)
+        known = self.verb(first, v.BASE) and word not in v.SAID_OF_ALL
+        if not known:
+            is_word = word in v.STOPS or word in v.NOT_ORDERED or self.noun(first)[0]
+            if is_word or after not in v.ARTICLES or word.endswith(("s", "ing", "ed", "ly")):
+                return ""
+        end = len(self.words)
+        while self.at(end - 1) in v.BREAKS | v.TAIL:
+            end -= 1
+        return " ".join(self.words[first : self.rest or end]).replace(" ,", ",")
 
     def lead(self, i: int) -> int:
         while self.at(i) in v.LEAD and not self.verb(i, v.BASE):
@@ -319,12 +340,10 @@ class _Reader(PhraseReader):
         start = i
         things, i = self.things(i, refused=negated)
         poured = next((word for word in self.words[start:i] if word in v.LIQUIDS), "")
-        if verb in ("turn", "close") and self.at(i) in ("on", "off", "down"):
-            verb, i = "turn on" if self.at(i) == "on" else "turn off", i + 1
-        elif verb == "use" and self.at(i) == "up":
-            verb, i = "use up", i + 1
-        elif self.at(i) == "away" and said in ("throw", "toss"):
-            said, i = "throw away", i + 1
+        if i > start and (apart := f"{said} {self.at(i)}") in v.BASE and (
+            said != "put" and self.at(i + 1) != "of"
+        ):
+            verb, said, i = v.BASE[apart], apart, i + 1
         tail = self.tail(i, listed=not things)
         things, into, by, liquid = things or tail.listed, tail.into, tail.by, tail.liquid
         self.leftover |= any(thing.word == "unknown" for thing in things)
@@ -372,10 +391,12 @@ class _Reader(PhraseReader):
         if verb == "pick up" and into and _brings(said, by, to_me=to_me):
             verb = "put"
             self.loose = said in ("get", "fetch") and by in ("on", "on top of")
-        if verb == "put" and said in ("throw away", "dispose of", "get rid of"):
+        if verb == "put" and said in v.DISPOSALS:
             into = into or Phrase(("GarbageCan",))
-        if verb not in ("put", "pick up") and (into or tail.source or tail.aside):
-            things = tuple(replace(thing, described=True) for thing in things)
+        away = tail.source if verb == "put" or not into else into
+        if away or (verb not in ("put", "pick up") and tail.aside):
+            at = away.types if away else ()
+            things = tuple(replace(thing, described=True, at=at) for thing in things)
         kept = v.KEPT & {*self.words[start:]} and "the whole" not in " ".join(self.words)
         if said in ("keep", "leave") and kept:
             return None
@@ -428,6 +449,8 @@ class _Reader(PhraseReader):
         if "toast" in self.words:
             return "cook", ""
         types = things[0].types if things else ()
+        if types == ("Bed",):
+            return "clean", ""
         sliced = bool(types) and all(t.endswith("Sliced") for t in types)
         return ("slice" if sliced else ""), ""
 

@@ -13,7 +13,8 @@ from goalscope.envs.house.completion import completes
 from goalscope.envs.house.grammar import Clause, parse, parse_plain
 from goalscope.envs.house.heard import Hearing, Leave, Request
 from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
-from goalscope.envs.house.names import names, naming, readable
+from goalscope.envs.house.meeting import stood_on
+from goalscope.envs.house.names import names, naming, readable, the
 from goalscope.envs.house.object_types import FLAGS, object_type, object_types
 from goalscope.envs.house.phrases import Phrase, PhraseReader, first_named
 from goalscope.envs.house.properties import ACTS
@@ -50,6 +51,9 @@ _OTHER_PLACE = re.compile(
 )
 """A place that is wrong, and after it the right one or an order."""
 
+_TO_SLICES = frozenset(("put", "pick up", "cook"))
+"""What is done to slices where a person says "slice the bread, and ... it"."""
+
 _ELLIPTIC = frozenset(("put", "clean", "slice", "cook", "fill"))
 """Verbs that may stand without saying what: "rinse with water"."""
 
@@ -58,12 +62,17 @@ def hear(
     turns: Sequence[Turn],
     objects: Sequence[Mapping[str, Any]],
     named: Mapping[str, str] | None = None,
+    start: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> Hearing:
     """Read a conversation in its order, in a scene with these objects.
 
-    `named` gives the objects' names by their ids, where they are not those of `names(objects)`.
+    Args:
+        turns: What was asked and said.
+        objects: AI2-THOR's metadata of the objects; where they are is read off `start`.
+        named: The objects' names by their ids, where they are not those of `names(objects)`.
+        start: The objects' metadata at the start, by their ids.
     """
-    listener = _Listener(objects, names(objects) if named is None else named)
+    listener = _Listener(objects, names(objects) if named is None else named, start or {})
     for turn in turns:
         listener.hear(turn)
     return Hearing(
@@ -71,11 +80,19 @@ def hear(
         frozenset(listener.refused),
         frozenset(listener.kept_out),
         tuple(sorted((*leave, number) for leave, number in listener.permitted.items())),
+        tuple(request for request in listener.wanted if request in listener.newest),
+        tuple(dict.fromkeys(listener.missed)),
     )
 
 
 class _Listener:
-    def __init__(self, objects: Sequence[Mapping[str, Any]], named: Mapping[str, str]) -> None:
+    def __init__(
+        self,
+        objects: Sequence[Mapping[str, Any]],
+        named: Mapping[str, str],
+        start: Mapping[str, Mapping[str, Any]],
+    ) -> None:
+        self.start = start
         self.count = Counter(str(o["objectType"]) for o in objects)
         types = {str(o["objectId"]): str(o["objectType"]) for o in objects}
         self.type_of = {name: types[own] for own, name in named.items() if own in types}
@@ -91,9 +108,13 @@ class _Listener:
         self.fresh: list[Request] = []
         self.last: list[Phrase] = []
         self.recent: list[Phrase] = []
+        self.newest: list[Request] = []
+        self.missed: list[str] = []
 
     def hear(self, turn: Turn) -> None:
         """Take in one turn."""
+        self.wanted = [old for old in self.wanted if not old.passing]
+        self.newest, self.missed = [], []
         if asked := first_named(turn.query, self.count):
             self.last = self.recent = [asked]
         text = self.replied(turn)
@@ -188,10 +209,15 @@ class _Listener:
             if clause.corrects:
                 self.wanted = [old for old in self.wanted if old not in self.fresh]
             clause = replace(again, excluded=(), liquid=again.liquid if again.things else "")
+        self.miss(clause, not clause.verb and bool(clause.said) and not clause.things)
         said = clause.things or ((Phrase(word="them"),) if clause.verb in _ELLIPTIC else ())
         if not clause.things and clause.verb == "put" and not clause.place:
             said = ()
-        things = [found for phrase in said for found in self.meant(phrase, clause.verb)]
+        things = [
+            self.sliced(found) if clause.verb in _TO_SLICES and not phrase.types else found
+            for phrase in said
+            for found in self.meant(phrase, clause.verb)
+        ]
         if clause.place and clause.place.word == "there" and not self.place:
             clause = replace(clause, place=None)
         place = next(iter(self.meant(clause.place, "")), None) if clause.place else None
@@ -211,6 +237,8 @@ class _Listener:
             kinds = self.lift(clause.verb, kinds, thing.group)
             places = self.fitting("", place.types) if place else ()
             places = self.lift("put in", places, place.group) if place else ()
+            if not kinds or (clause.place and not places):
+                self.lacking(clause, thing if not kinds else place)
             if not kinds or (clause.place and not places) or kinds == places:
                 continue
             self.kept_out -= {(kind, where) for kind in kinds for where in places}
@@ -224,9 +252,11 @@ class _Listener:
                 self.name(kinds, thing),
                 self.name(places, place) if place else "",
                 thing.states if sum(self.count[kind] for kind in kinds) > 1 else (),
+                thing.at if sum(self.count[kind] for kind in kinds) > 1 else (),
             )
             self.add(request, earlier)
             self.fresh.append(request)
+            self.newest.append(request)
             self.limit(request)
         self.refused |= {(clause.verb, kind) for kind in excluded}
         for thing in (each for each in clause.excluded if each.states):
@@ -239,6 +269,30 @@ class _Listener:
             self.place = place
         self.recent = [*self.recent, *things][-4:] if clause.verb else things or self.recent
         return len(self.wanted)
+
+    def sliced(self, thing: Phrase) -> Phrase:
+        """The slices of a thing that the same words have sliced; any other as it is."""
+        cut = {kind for new in self.newest if new.verb == "slice" for kind in new.object_types}
+        kinds = tuple(f"{kind}Sliced" for kind in thing.types if kind in cut)
+        return replace(thing, types=kinds, every=True, number=0, states=()) if kinds else thing
+
+    def miss(self, clause: Clause, missed: bool) -> None:
+        """Keep that nothing could be made of an order."""
+        if missed and clause.said and not clause.later:
+            self.missed.append(f"I did not understand: {clause.said}.")
+
+    def lacking(self, clause: Clause, thing: Phrase | None) -> None:
+        """Keep why an order cannot be carried out: no such thing is here, or it is not for that."""
+        if not clause.said or thing is None or not thing.types:
+            return
+        here = [kind for kind in thing.types if kind in self.count]
+        name = readable((here or thing.types)[0])
+        if not here:
+            self.missed.append(f"There is no {name} here.")
+        elif clause.place and thing.types == clause.place.types:
+            self.missed.append(f"I cannot put anything there: {the(name)}.")
+        else:
+            self.missed.append(f"I cannot {clause.verb} {the(name)}.")
 
     def put_off(self, clause: Clause, things: Sequence[Phrase]) -> None:
         """Take in that something is wanted later, and so not now."""
@@ -315,6 +369,10 @@ class _Listener:
         """The phrases with types for which a phrase stands; "it" must suit the verb."""
         if phrase.types:
             return [phrase]
+        if phrase.word == "everything" and phrase.at:
+            on = [own for own in self.start if {*phrase.at} & stood_on(own, self.start)]
+            kinds = dict.fromkeys(str(self.start[own]["objectType"]) for own in on)
+            return [replace(phrase, types=tuple(kinds), every=True, group=True)] if kinds else []
         if phrase.word in ("everything", "water", "unknown"):
             return []
         if phrase.word == "there":
@@ -327,7 +385,12 @@ class _Listener:
             able = [
                 p for p in self.recent if any(_suits(verb, object_type(k).flags) for k in p.types)
             ]
-            return (able or self.last)[-1:]
+            return [
+                each if each.number > 1 else replace(each, number=0)
+                for each in (able or self.last)[-1:]
+            ]
+        if phrase.word == "both" and len(self.last) < 2 and not any(p.every for p in self.last):
+            return self.recent[-2:]
         return [
             replace(
                 last,
@@ -373,6 +436,8 @@ class _Listener:
                 if not old.every or not rest:
                     continue
                 old = replace(old, object_types=rest)
+            if same and shared and index >= earlier and _moves_on(old, request):
+                old = replace(old, passing=True)
             kept.append(old)
         self.wanted = [*kept, request]
 
@@ -432,6 +497,18 @@ def _suits(verb: str, flags: Collection[str]) -> bool:
     if verb in ("push", "pull"):
         return not _FREE.isdisjoint(flags)
     return _NEEDS.get(verb, "") in flags
+
+
+def _moves_on(old: Request, new: Request) -> bool:
+    """Whether what one request moves, another of the same words moves again."""
+    return (
+        old.verb == new.verb == "put"
+        and old.every == new.every
+        and old.states == new.states
+        and old.at == new.at
+        and (new.every or not new.number)
+        and {*new.object_types} >= {*old.object_types}
+    )
 
 
 def _opposite(value: bool | str) -> bool | str:
