@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.object_types import object_type
@@ -178,6 +178,7 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         corrects = clause.verb == "same" and bool({*words} & v.CORRECTS)
         plain = clause.plain and not later
         found.append(replace(clause, corrects=corrects, later=later, plain=plain, said=said))
+        found += [replace(found[-1], verb=verb, plain=False) for verb in reader.also]
     return found
 
 
@@ -199,6 +200,8 @@ class _Reader(PhraseReader):
     polite: bool = False
     mine: bool = False
     loose: bool = False
+    also: list[str] = field(default_factory=list[str])
+    """Further verbs of a passive: "washed and sliced"."""
 
     def verb(self, i: int, forms: dict[str, str]) -> tuple[str, str, int] | None:
         """The verb at `i`, as an action and as said, and where it ends."""
@@ -223,18 +226,31 @@ class _Reader(PhraseReader):
         start = next((i for i, word in enumerate(self.words) if word not in v.BREAKS), 0)
         first = self.lead(start)
         lead = {*self.words[start:first]}
-        if lead & v.STATING or (lead & v.NEGATIONS) or first + 1 >= len(self.words):
+        known = self.verb(first, v.BASE) and self.at(first) not in v.SAID_OF_ALL
+        if lead & (v.STATING | v.NEGATIONS) or not (known or self.commands(first)):
             return ""
-        word, after = self.at(first), self.at(first + 1)
-        known = self.verb(first, v.BASE) and word not in v.SAID_OF_ALL
-        if not known:
-            is_word = word in v.STOPS or word in v.NOT_ORDERED or self.noun(first)[0]
-            if is_word or after not in v.ARTICLES or word.endswith(("s", "ing", "ed", "ly")):
-                return ""
-        end = len(self.words)
-        while self.at(end - 1) in v.BREAKS | v.TAIL:
+        end = self.rest or len(self.words)
+        while self.at(end - 1) in v.BREAKS or self.at(end - 1) in (
+            "please",
+            "now",
+            "thanks",
+            "too",
+        ):
             end -= 1
-        return " ".join(self.words[first : self.rest or end]).replace(" ,", ",")
+        return " ".join(self.words[first:end]).replace(" ,", ",") if end > first + 1 else ""
+
+    def commands(self, i: int) -> bool:
+        """Whether the word at `i` is plainly a verb that is not known: "play the guitar"."""
+        word = self.at(i)
+        return (
+            self.at(i + 1) in v.ARTICLES
+            and word not in v.STOPS | v.NOT_ORDERED | v.DETERMINERS | v.FILLERS | v.EACH
+            and not word.endswith(("s", "ing", "ed", "ly"))
+            and len(word) > 2
+            and not word.isdigit()
+            and not self.noun(i)[0]
+            and not self.preposition(i)
+        )
 
     def lead(self, i: int) -> int:
         while self.at(i) in v.LEAD and not self.verb(i, v.BASE):
@@ -247,6 +263,8 @@ class _Reader(PhraseReader):
         """Whether a new clause begins at `i`, behind one that begins at `start`."""
         after = self.lead(i)
         if self.verb(after, v.BASE) or (self.verb(after, v.ING) and self.at(i - 1) != ","):
+            return True
+        if self.commands(after):
             return True
         if after > i and v.LIKED & set(self.words[i:after]):
             return True
@@ -314,8 +332,13 @@ class _Reader(PhraseReader):
             return Clause("any", things, negated=True)
         if text.startswith(tuple(f"{said} " for said in (*v.INTO, *v.ASIDE))):
             return Clause("")
-        self.words = ["," if w in ("first", "next", "instead", "rather") else w for w in self.words]
+        self.words = [
+            "," if w in ("first", "instead", "rather") or (w == "next" and after != "to") else w
+            for w, after in zip(self.words, [*self.words[1:], ""], strict=True)
+        ]
         place = self.tail(end).into
+        if place and v.VESSELS & {*place.types} and self.words[first:end] == ["wine"]:
+            return Clause("fill", (place,), liquid="wine")
         told = lead & {"is", "are", "there"}
         same = (
             not (self.leftover or told)
@@ -340,10 +363,14 @@ class _Reader(PhraseReader):
         start = i
         things, i = self.things(i, refused=negated)
         poured = next((word for word in self.words[start:i] if word in v.LIQUIDS), "")
-        if i > start and (apart := f"{said} {self.at(i)}") in v.BASE and (
-            said != "put" and self.at(i + 1) != "of"
+        if (
+            i > start
+            and (apart := f"{said} {self.at(i)}") in v.BASE
+            and (said != "put" and self.at(i + 1) != "of")
         ):
             verb, said, i = v.BASE[apart], apart, i + 1
+        if said == "get" and things and (done := self.verb(i, v.DONE)):
+            return self.passive(things, *done, negated=negated)
         tail = self.tail(i, listed=not things)
         things, into, by, liquid = things or tail.listed, tail.into, tail.by, tail.liquid
         self.leftover |= any(thing.word == "unknown" for thing in things)
@@ -433,6 +460,9 @@ class _Reader(PhraseReader):
             verb, i = f"turn {self.at(i)}", i + 1
         if verb == "use" and self.at(i) == "up":
             verb, i = "use up", i + 1
+        while self.at(i) == "and" and (more := self.verb(i + 1, v.DONE)):
+            i = more[2]
+            self.also.append(more[0])
         tail = self.tail(i)
         liquid = "water" if said.startswith("watered") else tail.liquid
         place = tail.into if verb == "put" else None

@@ -209,7 +209,6 @@ class _Listener:
             if clause.corrects:
                 self.wanted = [old for old in self.wanted if old not in self.fresh]
             clause = replace(again, excluded=(), liquid=again.liquid if again.things else "")
-        self.miss(clause, not clause.verb and bool(clause.said) and not clause.things)
         said = clause.things or ((Phrase(word="them"),) if clause.verb in _ELLIPTIC else ())
         if not clause.things and clause.verb == "put" and not clause.place:
             said = ()
@@ -218,6 +217,7 @@ class _Listener:
             for phrase in said
             for found in self.meant(phrase, clause.verb)
         ]
+        self.miss(clause, things)
         if clause.place and clause.place.word == "there" and not self.place:
             clause = replace(clause, place=None)
         place = next(iter(self.meant(clause.place, "")), None) if clause.place else None
@@ -238,7 +238,7 @@ class _Listener:
             places = self.fitting("", place.types) if place else ()
             places = self.lift("put in", places, place.group) if place else ()
             if not kinds or (clause.place and not places):
-                self.lacking(clause, thing if not kinds else place)
+                self.lacking(clause, said, place if kinds else thing)
             if not kinds or (clause.place and not places) or kinds == places:
                 continue
             self.kept_out -= {(kind, where) for kind in kinds for where in places}
@@ -276,23 +276,29 @@ class _Listener:
         kinds = tuple(f"{kind}Sliced" for kind in thing.types if kind in cut)
         return replace(thing, types=kinds, every=True, number=0, states=()) if kinds else thing
 
-    def miss(self, clause: Clause, missed: bool) -> None:
-        """Keep that nothing could be made of an order."""
-        if missed and clause.said and not clause.later:
+    def miss(self, clause: Clause, things: Sequence[Phrase]) -> None:
+        """Keep that nothing could be made of an order, or of a thing in it."""
+        named = (*clause.things, *((clause.place,) if clause.place else ()))
+        unknown = any(thing.word == "unknown" for thing in named)
+        nothing = not things if clause.verb else not clause.things
+        if clause.said and not (clause.later or clause.negated) and (nothing or unknown):
             self.missed.append(f"I did not understand: {clause.said}.")
 
-    def lacking(self, clause: Clause, thing: Phrase | None) -> None:
+    def lacking(self, clause: Clause, said: Sequence[Phrase], lacks: Phrase | None) -> None:
         """Keep why an order cannot be carried out: no such thing is here, or it is not for that."""
-        if not clause.said or thing is None or not thing.types:
+        if not clause.said or lacks is None:
             return
-        here = [kind for kind in thing.types if kind in self.count]
-        name = readable((here or thing.types)[0])
-        if not here:
-            self.missed.append(f"There is no {name} here.")
-        elif clause.place and thing.types == clause.place.types:
-            self.missed.append(f"I cannot put anything there: {the(name)}.")
+        here = [kind for kind in lacks.types if kind in self.count]
+        name = the(readable((here or lacks.types or ("",))[0]))
+        if lacks not in (*said, clause.place):
+            self.missed.append(f"I did not understand: {clause.said}.")
+        elif not here:
+            self.missed.append(f"There is no {name.removeprefix('the ')} here.")
+        elif lacks is clause.place:
+            self.missed.append(f"I cannot put anything in or on {name}.")
         else:
-            self.missed.append(f"I cannot {clause.verb} {the(name)}.")
+            act = "carry" if clause.verb in ("put", "pick up") else clause.verb
+            self.missed.append(f"I cannot {act} {name}.")
 
     def put_off(self, clause: Clause, things: Sequence[Phrase]) -> None:
         """Take in that something is wanted later, and so not now."""

@@ -88,9 +88,7 @@ def meant(view: View, request: Request, start: Table) -> list[str]:
     if not request.at:
         return found
     tables = (start,) if request.every and start else (view.table, start)
-    near = [
-        own for own in found if any(stood_on(own, table) & {*request.at} for table in tables)
-    ]
+    near = [own for own in found if any(stood_on(own, table) & {*request.at} for table in tables)]
     return near or ([] if request.every and request.verb in ("put", "pick up") else found)
 
 

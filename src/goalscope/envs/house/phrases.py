@@ -141,7 +141,7 @@ class PhraseReader:
                 i = max(end, start)
             elif said:
                 away = said in ("from", "out of", "off")
-                aside, end = self.things(start, single=away)
+                aside, end = self.things(start, single=said not in ("with", "using", "of"))
                 if away and aside:
                     tail.source = aside[0]
                 if said in ("with", "of", "using") and self.at(end - 1) in v.LIQUIDS:

@@ -196,7 +196,8 @@ class HomeRobot:
     def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
         """What the newest turn asks for outright and did not get, one sentence each."""
         hearing = self._hear(turns)
-        return [*hearing.missed, *unmet(self._view, hearing, results, self._start)]
+        told = unmet(self._view, hearing, results, self._start)
+        return list(dict.fromkeys((*hearing.missed, *told)))
 
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
         """The question to ask before a slice, a break and the like; empty if it was allowed.

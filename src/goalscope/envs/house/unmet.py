@@ -64,7 +64,9 @@ def _qualities(request: Request) -> list[str]:
 def _listed(requests: Sequence[Request]) -> str:
     """What requests are about: "the mug and the plate"."""
     every = [f"the {readable(kind)}" for each in requests for kind in _kinds(each)]
-    *first, last = dict.fromkeys(every)
+    first, last = [*dict.fromkeys(every)][:-1], every[-1]
+    if len(first) > 2:
+        first, last = first[:2], f"{len(first) - 1} other things"
     return f"{', '.join(first)} and {last}" if first else last
 
 

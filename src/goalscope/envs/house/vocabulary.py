@@ -19,7 +19,7 @@ _VERBS = {
     "open": "open|open up",
     "close": "close|shut",
     "turn on": "turn on|switch on|power on|start|light",
-    "turn off": "turn off|turn down|switch off|power off|shut off|blow out|put out|extinguish",
+    "turn off": "turn off|turn down|switch off|power off|shut off|blow|blow out|put out|extinguish",
     "turn": "turn|switch",
     "slice": "slice|slice up|cut|cut up|chop|chop up|dice",
     "cook": "cook|boil|fry|bake|roast|toast|grill",
@@ -168,7 +168,7 @@ STATING = _set(
     "i i'm i'd i'll we let's let me going it that says is all would've had this your one there"
 )
 """Words before which a verb is no order: "I take", "that is good"."""
-SAID_OF_ALL = _set("have find hold keep start leave return add set use give get")
+SAID_OF_ALL = _set("have find hold keep start leave return add set use give get make prepare")
 """Verbs of which much else is said than orders."""
 NOT_ORDERED = _set(
     "what where which who why how if because yes no not here there for from with about like"
@@ -200,7 +200,6 @@ _LATER = (
 """Another time than now."""
 
 
-
 def _in_order(said: re.Match[str]) -> str:
     """ "slice the bread, then wash the knife" for "after you sliced the bread, wash the knife"."""
     words = said["first"].split()
@@ -227,6 +226,7 @@ _REWORDED = [
         (r"\bwont\b", "won't"),
         (r"\blets\b", "let's"),
         (r"\b(?:pls|plz|pleas)\b", "please"),
+        (r"\btake (?:your time|care|a (?:seat|break|look))\b", ""),
         (r"\bu\b", "you"),
         (r"\bcoff?e+\b", "coffee"),
         (r" ?&", " and"),
