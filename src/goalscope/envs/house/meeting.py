@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from goalscope.envs.house.heard import Request
@@ -111,20 +112,19 @@ class _Foreseen:
         """Choose one thing for all requests that speak of the same one."""
         used: set[tuple[str, str]] = set()
         for thread in _threads(requests):
-            may = [meant(self.view, request, self.start) for request in thread]
-            all_of = [own for own in dict.fromkeys(own for each in may for own in each)]
-
-            def fit(own: str, thread: Sequence[Request] = thread) -> tuple[Any, ...]:
-                able = sum(own in each for each in may)  # noqa: B023
-                free = not any((request.verb, own) in used for request in thread)
-                needs = tuple(self.lacks(request, own) for request in thread)
-                done = sum(self.done(request, own) for request in thread)
-                return able, free, done, needs
-
-            if all_of:
-                best = max(all_of, key=fit)
+            may = [own for each in thread for own in meant(self.view, each, self.start)]
+            if may:
+                best = max(dict.fromkeys(may), key=partial(self.fit, thread, may, used))
                 used |= {(request.verb, best) for request in thread}
                 self.bound |= {id(request): best for request in thread}
+
+    def fit(
+        self, thread: Sequence[Request], may: Sequence[str], used: set[tuple[str, str]], own: str
+    ) -> tuple[Any, ...]:
+        """How well a thing fits requests: how many may mean it, and what it has had, and lacks."""
+        free = not any((request.verb, own) in used for request in thread)
+        done = sum(self.done(request, own) for request in thread)
+        return may.count(own), free, done, tuple(self.lacks(request, own) for request in thread)
 
     def done(self, request: Request, own: str) -> bool:
         """Whether the request is met for the thing, and was not from the start.

@@ -305,7 +305,7 @@ def _leads_on(first: Phrase, by: str, second: Phrase, said: str) -> bool:
         return False
     if said not in ("in", "on", "at", "inside", "on top of"):
         return True
-    if not second.types or {*first.types} & _PARTS and {*second.types} & _WHOLES:
+    if not second.types or ({*first.types} & _PARTS and {*second.types} & _WHOLES):
         return False
     return not any("pickupable" in object_type(kind).flags for kind in first.types) and not (
         {*first.types} <= _ON_TOP and {*second.types} & _TOPS

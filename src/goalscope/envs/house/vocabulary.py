@@ -14,8 +14,8 @@ _VERBS = {
     "|serve|lay|lay out|set out|line|line up|relocate|deposit|insert|throw|throw away|throw out"
     "|toss|toss away|toss out|keep"
     "|leave|dispose of|get rid of|plate|add",
-    "pick up": "pick up|pickup|pick|grab|take|take out|get|bring|bring back|bring over|fetch|retrieve|hold"
-    "|give|hand|collect|gather|gather up|find|remove|lift|lift up",
+    "pick up": "pick up|pickup|pick|grab|take|take out|get|bring|bring back|bring over|fetch"
+    "|retrieve|hold|give|hand|collect|gather|gather up|find|remove|lift|lift up",
     "open": "open|open up",
     "close": "close|shut",
     "turn on": "turn on|switch on|power on|start|light",
@@ -201,7 +201,7 @@ _LATER = (
 
 
 def _in_order(said: re.Match[str]) -> str:
-    """ "slice the bread, then wash the knife" for "after you sliced the bread, wash the knife"."""
+    """Put what is to be done first first: "slice the bread" of "after you sliced the bread"."""
     words = said["first"].split()
     for length in (2, 1):
         head = " ".join(words[:length])
