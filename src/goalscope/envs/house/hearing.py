@@ -3,37 +3,23 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from goalscope.envs.house import leave
 from goalscope.envs.house.completion import completes
-from goalscope.envs.house.grammar import Clause, parse, parse_plain
+from goalscope.envs.house.grammar import parse, parse_plain
 from goalscope.envs.house.heard import Hearing, Leave, Request
 from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
-from goalscope.envs.house.meeting import stood_on
-from goalscope.envs.house.names import names, naming, readable, the
-from goalscope.envs.house.object_types import FLAGS, object_type, object_types
-from goalscope.envs.house.phrases import Phrase, PhraseReader, first_named
-from goalscope.envs.house.properties import ACTS
+from goalscope.envs.house.names import names, readable, the
+from goalscope.envs.house.object_types import object_type
+from goalscope.envs.house.orders import Clause
+from goalscope.envs.house.phrases import Phrase, first_named
+from goalscope.envs.house.referents import NEEDS, TO_SLICES, Referents
 from goalscope.types import Turn
 
 __all__ = ["IRREVERSIBLE", "Hearing", "Leave", "Request", "ask_permission", "completes", "hear"]
-
-_NEEDS = {
-    **{verb: needs for verb, (needs, _, _) in ACTS.items()},
-    **{"put": "pickupable", "pick up": "pickupable", "": "receptacle"},
-}
-_FREE = frozenset(("moveable", "pickupable"))
-"""What may be pushed and pulled has one of these flags."""
-
-_SWITCHES = {
-    "StoveBurner": "StoveKnob",
-    **dict.fromkeys(("Sink", "SinkBasin", "Bathtub", "BathtubBasin"), "Faucet"),
-}
-"""What is turned where a person speaks of turning these on or off."""
 
 _RIVALS = {
     **dict.fromkeys(("put", "pick up"), "place"),
@@ -50,9 +36,6 @@ _OTHER_PLACE = re.compile(
     r"(?P<rest>.*?)(?: please| instead)?)?[ .!]*"
 )
 """A place that is wrong, and after it the right one or an order."""
-
-_TO_SLICES = frozenset(("put", "pick up", "cook"))
-"""What is done to slices where a person says "slice the bread, and ... it"."""
 
 _ELLIPTIC = frozenset(("put", "clean", "slice", "cook", "fill"))
 """Verbs that may stand without saying what: "rinse with water"."""
@@ -85,30 +68,20 @@ def hear(
     )
 
 
-class _Listener:
+class _Listener(Referents):
     def __init__(
         self,
         objects: Sequence[Mapping[str, Any]],
         named: Mapping[str, str],
         start: Mapping[str, Mapping[str, Any]],
     ) -> None:
-        self.start = start
-        self.count = Counter(str(o["objectType"]) for o in objects)
-        types = {str(o["objectId"]): str(o["objectType"]) for o in objects}
-        self.type_of = {name: types[own] for own, name in named.items() if own in types}
-        self.flags = {kind: set(object_type(kind).flags) for kind in self.count}
-        for each in objects:
-            self.flags[str(each["objectType"])] |= {flag for flag in FLAGS if each.get(flag)}
+        super().__init__(objects, named, start)
         self.wanted: list[Request] = []
         self.refused: set[tuple[str, str]] = set()
         self.kept_out: set[tuple[str, str]] = set()
         self.permitted: dict[tuple[str, str], int] = {}
         self.order = Clause("")
-        self.place: Phrase | None = None
         self.fresh: list[Request] = []
-        self.last: list[Phrase] = []
-        self.recent: list[Phrase] = []
-        self.newest: list[Request] = []
         self.missed: list[str] = []
 
     def hear(self, turn: Turn) -> None:
@@ -152,12 +125,6 @@ class _Listener:
                 return ""
         return turn.utterance if rest is None else rest
 
-    def spoken_of(self, text: str) -> set[str]:
-        """The types that are named in `text`; without any, all."""
-        words = re.findall(r"[a-z0-9']+", text.casefold())
-        named = (naming(words, i, self.count) for i in range(len(words)))
-        return {kind for each in named if each for kind in each.types} or {*self.type_of.values()}
-
     def drop_leave(self, kinds: Collection[str]) -> None:
         """Take back leave for things of these types."""
         for act, what in list(self.permitted):
@@ -189,15 +156,6 @@ class _Listener:
         yes = self.one_thing(rest)
         return f"put them in {rest}" if yes and "receptacle" in self.flags_of(yes) else rest
 
-    def one_thing(self, text: str) -> Phrase | None:
-        """The thing that is all that `text` names."""
-        reader = PhraseReader(text.split(), self.count)
-        thing, end = reader.thing(0)
-        return thing if thing and thing.types and end == len(reader.words) else None
-
-    def flags_of(self, phrase: Phrase) -> set[str]:
-        return {f for k in phrase.types for f in self.flags.get(k) or object_type(k).flags}
-
     def take(self, clause: Clause, earlier: int) -> int:
         """Let one clause change what stands; `earlier` requests are of earlier utterances."""
         if clause.verb == "same" and not self.order.verb:
@@ -213,7 +171,7 @@ class _Listener:
         if not clause.things and clause.verb == "put" and not clause.place:
             said = ()
         things = [
-            self.sliced(found) if clause.verb in _TO_SLICES and not phrase.types else found
+            self.sliced(found) if clause.verb in TO_SLICES and not phrase.types else found
             for phrase in said
             for found in self.meant(phrase, clause.verb)
         ]
@@ -270,12 +228,6 @@ class _Listener:
         self.recent = [*self.recent, *things][-4:] if clause.verb else things or self.recent
         return len(self.wanted)
 
-    def sliced(self, thing: Phrase) -> Phrase:
-        """The slices of a thing that the same words have sliced; any other as it is."""
-        cut = {kind for new in self.newest if new.verb == "slice" for kind in new.object_types}
-        kinds = tuple(f"{kind}Sliced" for kind in thing.types if kind in cut)
-        return replace(thing, types=kinds, every=True, number=0, states=()) if kinds else thing
-
     def miss(self, clause: Clause, things: Sequence[Phrase]) -> None:
         """Keep that nothing could be made of an order, or of a thing in it."""
         named = (*clause.things, *((clause.place,) if clause.place else ()))
@@ -290,8 +242,10 @@ class _Listener:
             return
         here = [kind for kind in lacks.types if kind in self.count]
         name = the(readable((here or lacks.types or ("",))[0]))
-        if lacks not in (*said, clause.place):
-            self.missed.append(f"I did not understand: {clause.said}.")
+        fresh = {kind for new in self.newest for kind in new.object_types}
+        if lacks not in (*said, clause.place) and fresh.isdisjoint(here):
+            if not self.missed:
+                self.missed.append(f"I did not understand: {clause.said}.")
         elif not here:
             self.missed.append(f"There is no {name.removeprefix('the ')} here.")
         elif lacks is clause.place:
@@ -371,52 +325,6 @@ class _Listener:
             if most is not None:
                 self.permitted[request.verb, kind] = min(most or 99, request.number)
 
-    def meant(self, phrase: Phrase, verb: str) -> list[Phrase]:
-        """The phrases with types for which a phrase stands; "it" must suit the verb."""
-        if phrase.types:
-            return [phrase]
-        if phrase.word == "everything" and phrase.at:
-            on = [own for own in self.start if {*phrase.at} & stood_on(own, self.start)]
-            kinds = dict.fromkeys(str(self.start[own]["objectType"]) for own in on)
-            return [replace(phrase, types=tuple(kinds), every=True, group=True)] if kinds else []
-        if phrase.word in ("everything", "water", "unknown"):
-            return []
-        if phrase.word == "there":
-            return [self.place] if self.place else []
-        if phrase.word == "slice":
-            whole = [k.removesuffix("Sliced") for last in self.last for k in last.types]
-            kinds = tuple(f"{k}Sliced" for k in whole if f"{k}Sliced" in object_types())
-            return [replace(phrase, types=kinds, word="")] if kinds else []
-        if phrase.word in ("it", "this", "that"):
-            able = [
-                p for p in self.recent if any(_suits(verb, object_type(k).flags) for k in p.types)
-            ]
-            return [
-                each if each.number > 1 else replace(each, number=0)
-                for each in (able or self.last)[-1:]
-            ]
-        if phrase.word == "both" and len(self.last) < 2 and not any(p.every for p in self.last):
-            return self.recent[-2:]
-        return [
-            replace(
-                last,
-                every=phrase.every or (last.every and phrase.word != "one"),
-                number=phrase.number or (1 if phrase.word == "one" else last.number),
-                states=phrase.states or last.states,
-            )
-            for last in self.last
-        ]
-
-    def fitting(self, verb: str, kinds: Sequence[str]) -> tuple[str, ...]:
-        """Those of `kinds` that are here, or may come of what is, and that suit the verb."""
-        if verb in ("turn on", "turn off"):
-            kinds = tuple(_SWITCHES.get(kind, kind) for kind in kinds)
-        here = [k for k in kinds if k in self.count or k.removesuffix("Sliced") in self.count]
-        fit = [k for k in here if _suits(verb, self.flags.get(k) or object_type(k).flags)]
-        if verb == "cook" and not fit:
-            fit = [f"{k}Sliced" for k in here if "cookable" in object_type(f"{k}Sliced").flags]
-        return tuple(dict.fromkeys(fit or (here if verb == "use up" else ())))
-
     def lift(self, verb: str, kinds: tuple[str, ...], group: bool) -> tuple[str, ...]:
         """`kinds` without refused ones; where all are, and were named, they no longer are."""
         verbs = ("put", "pick up") if verb in ("put", "pick up") else (verb,)
@@ -477,7 +385,7 @@ class _Listener:
             named += [order.place] if order.place and order.place.types else []
 
     def permit_one(self, verb: str, thing: Phrase, named: Sequence[Phrase]) -> None:
-        flag = _NEEDS[verb]
+        flag = NEEDS[verb]
         if thing.word == "it":
             able = [p for p in named if any(flag in object_type(k).flags for k in p.types)]
             if len({p.types for p in able}) != 1:
@@ -492,17 +400,6 @@ class _Listener:
                 self.permitted[verb, name] = 1
         elif few or (not thing.described and (thing.every or thing.number)):
             self.permitted[verb, kinds[0]] = thing.number or (0 if thing.every else 1)
-
-    def name(self, kinds: Sequence[str], phrase: Phrase) -> str:
-        """The scene's name for a numbered phrase, where there is one."""
-        said = (f"{readable(kind)} {phrase.which}" for kind in kinds if phrase.which)
-        return next((name for name in said if name in self.type_of), "")
-
-
-def _suits(verb: str, flags: Collection[str]) -> bool:
-    if verb in ("push", "pull"):
-        return not _FREE.isdisjoint(flags)
-    return _NEEDS.get(verb, "") in flags
 
 
 def _moves_on(old: Request, new: Request) -> bool:

@@ -8,7 +8,7 @@ from typing import Any
 
 from goalscope.envs.house.heard import Request
 from goalscope.envs.house.object_types import SINGLE
-from goalscope.envs.house.properties import ACTS
+from goalscope.envs.house.properties import ACTS, PREDICATES
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.view import View
 from goalscope.types import Action
@@ -121,10 +121,13 @@ class _Foreseen:
     def fit(
         self, thread: Sequence[Request], may: Sequence[str], used: set[tuple[str, str]], own: str
     ) -> tuple[Any, ...]:
-        """How well a thing fits requests: how many may mean it, and what it has had, and lacks."""
+        """How well a thing fits requests: how many may mean it, what was done to it, what it lacks."""
         free = not any((request.verb, own) in used for request in thread)
         done = sum(self.done(request, own) for request in thread)
-        return may.count(own), free, done, tuple(self.lacks(request, own) for request in thread)
+        was, now = self.start.get(own), self.view.table[own]
+        touched = was is None or any(was[key] != now[key] for key in PREDICATES)
+        needs = tuple(self.lacks(request, own) for request in thread)
+        return may.count(own), free, done, touched and not thread[0].number, needs
 
     def done(self, request: Request, own: str) -> bool:
         """Whether the request is met for the thing, and was not from the start.

@@ -126,7 +126,8 @@ class PhraseReader:
             after = self.joints(i)
             if (after > i or (listed and not tail.listed)) and not self.preposition(after):
                 things, end = self.things(after)
-                if any(thing.is_named for thing in things):
+                new = after > i and any(thing.word == "unknown" for thing in things)
+                if new or any(thing.is_named for thing in things):
                     if not (listed and not tail.listed):
                         self.rest = i
                         break

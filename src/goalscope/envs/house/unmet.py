@@ -9,8 +9,9 @@ from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.heard import Hearing, Request
 from goalscope.envs.house.meeting import brought, meant
 from goalscope.envs.house.names import readable, the
+from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.view import View
-from goalscope.types import StepResult
+from goalscope.types import Action, StepResult
 
 __all__ = ["unmet"]
 
@@ -29,30 +30,47 @@ def unmet(
         results: What was done for the newest words.
         start: Metadata by id, of the start.
     """
-    done = {view.type_of(each.action.target) for each in results if each.ok}
-    left = [each for each in hearing.newest if done.isdisjoint(each.object_types)]
-    hands = [each for each in brought(hearing.wanted) if each in left]
+    left = [
+        request
+        for request in hearing.newest
+        if not any(_serves(view, each.action, request) for each in results if each.ok)
+    ]
+    for request in hearing.newest:
+        if 0 < (count := len(meant(view, request, start))) < request.number:
+            yield f"I see only {count} of these here: {readable(request.object_types[0])}."
+    carried = brought(hearing.wanted)
+    hands = [each for each in carried if each in left]
     held = view.table[view.held]["objectType"] if view.held else ""
-    if hands and len(brought(hearing.wanted)) > 1:
+    if hands and len(carried) > 1:
         yield f"I can hold one thing at a time: where should {_listed(hands)} go?"
     elif hands and held and held not in hands[0].object_types:
         yield f"My hand is full: it holds {the(view.names[view.held])}."
     for request in left:
-        if request.passing or request in hands:
+        if request.passing or request in hands or request.verb == "pick up":
             continue
         things = meant(view, request, start)
+        alike = [each for each in view.objects if each["objectType"] in request.object_types]
         name = readable(request.object_types[0])
         waits = any(
             other.verb == "slice" and f"{kind}Sliced" in request.object_types
             for other in hearing.wanted
             for kind in other.object_types
         )
-        if not things and not waits:
+        if not things and alike and not any(map(is_whole, alike)):
+            yield f"The {name} is {'sliced' if alike[0]['isSliced'] else 'broken'}."
+        elif not things and request.at:
+            yield f"There is no {name} at the {readable(request.at[0])}."
+        elif not things and not waits:
             yield f"There is no {' '.join([*_qualities(request), name])} here."
-        elif request.number > len(things) and not waits:
-            yield f"I see only {len(things)} of these here: {name}."
         elif request.verb == "put" and not request.destination_types:
             yield f"I do not know where to put {_listed([request])}."
+
+
+def _serves(view: View, action: Action, request: Request) -> bool:
+    """Whether the action is one that the request asks for, or more."""
+    asked = ("put", "pick up") if request.verb == "pick up" else (request.verb,)
+    name = "fill" if action.name.startswith("fill") else action.name
+    return name in asked and view.type_of(action.target) in request.object_types
 
 
 def _qualities(request: Request) -> list[str]:
