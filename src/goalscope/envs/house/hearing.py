@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from textwrap import shorten
 from typing import Any
 
 from goalscope.envs.house import leave
@@ -234,7 +235,7 @@ class _Listener(Referents):
         unknown = any(thing.word == "unknown" for thing in named)
         nothing = not things if clause.verb else not clause.things
         if clause.said and not (clause.later or clause.negated) and (nothing or unknown):
-            self.missed.append(f"I did not understand: {clause.said}.")
+            self.missed.append(_not_understood(clause))
 
     def lacking(self, clause: Clause, said: Sequence[Phrase], lacks: Phrase | None) -> None:
         """Keep why an order cannot be carried out: no such thing is here, or it is not for that."""
@@ -243,16 +244,16 @@ class _Listener(Referents):
         here = [kind for kind in lacks.types if kind in self.count]
         name = the(readable((here or lacks.types or ("",))[0]))
         fresh = {kind for new in self.newest for kind in new.object_types}
-        if lacks not in (*said, clause.place) and fresh.isdisjoint(here):
+        carried = clause.verb in ("put", "pick up")
+        if lacks not in (*said, clause.place) and (carried or fresh.isdisjoint(here)):
             if not self.missed:
-                self.missed.append(f"I did not understand: {clause.said}.")
+                self.missed.append(_not_understood(clause))
         elif not here:
             self.missed.append(f"There is no {name.removeprefix('the ')} here.")
         elif lacks is clause.place:
             self.missed.append(f"I cannot put anything in or on {name}.")
         else:
-            act = "carry" if clause.verb in ("put", "pick up") else clause.verb
-            self.missed.append(f"I cannot {act} {name}.")
+            self.missed.append(f"I cannot {'carry' if carried else clause.verb} {name}.")
 
     def put_off(self, clause: Clause, things: Sequence[Phrase]) -> None:
         """Take in that something is wanted later, and so not now."""
@@ -400,6 +401,10 @@ class _Listener(Referents):
                 self.permitted[verb, name] = 1
         elif few or (not thing.described and (thing.every or thing.number)):
             self.permitted[verb, kinds[0]] = thing.number or (0 if thing.every else 1)
+
+
+def _not_understood(clause: Clause) -> str:
+    return f"I did not understand: {shorten(clause.said, 80, placeholder=' ...')}."
 
 
 def _moves_on(old: Request, new: Request) -> bool:

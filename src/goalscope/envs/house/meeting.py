@@ -121,7 +121,7 @@ class _Foreseen:
     def fit(
         self, thread: Sequence[Request], may: Sequence[str], used: set[tuple[str, str]], own: str
     ) -> tuple[Any, ...]:
-        """How well a thing fits requests: how many may mean it, what was done to it, what it lacks."""
+        """How well a thing fits requests: by what was done to it, and what it lacks."""
         free = not any((request.verb, own) in used for request in thread)
         done = sum(self.done(request, own) for request in thread)
         was, now = self.start.get(own), self.view.table[own]

@@ -113,7 +113,8 @@ class OrderReader(PhraseReader):
         if verb == "pour" or (watery and verb in ("put", "pick up", "empty")):
             if verb == "pick up" and not tail.source:
                 return None
-            if (tail.source and not into) or verb in ("pick up", "empty"):
+            drained = watery and into and "Sink" in into.types
+            if drained or (tail.source and not into) or verb in ("pick up", "empty"):
                 return Clause("empty", (tail.source or Phrase(word="it"),), None, negated)
             held = things[:1] if things and things[0].liquid and things[0].types else ()
             into = into or next(iter(held), Phrase(word="it"))

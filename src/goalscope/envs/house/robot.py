@@ -31,6 +31,9 @@ SAME_PLACE = 0.01
 _SHOWN = 30
 """Most changes that the status lists."""
 
+_TOLD = 6
+"""Most sentences about what an order did not get."""
+
 
 class HomeRobot:
     """A robot that moves things in a home; implements `goalscope.envs.Environment`.
@@ -197,7 +200,9 @@ class HomeRobot:
         """What the newest turn asks for outright and did not get, one sentence each."""
         hearing = self._hear(turns)
         told = unmet(self._view, hearing, results, self._start)
-        return list(dict.fromkeys((*hearing.missed, *told)))
+        all_told = list(dict.fromkeys((*hearing.missed, *told)))
+        more = len(all_told) - _TOLD
+        return all_told if more <= 0 else [*all_told[:_TOLD], f"And {more} more of that kind."]
 
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
         """The question to ask before a slice, a break and the like; empty if it was allowed.

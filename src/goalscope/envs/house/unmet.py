@@ -59,7 +59,8 @@ def unmet(
         if not things and alike and not any(map(is_whole, alike)):
             yield f"The {name} is {'sliced' if alike[0]['isSliced'] else 'broken'}."
         elif not things and request.at:
-            yield f"There is no {name} at the {readable(request.at[0])}."
+            here = {each["objectType"] for each in view.objects} & {*request.at}
+            yield f"There is no {name} at the {readable(min(here, default=request.at[0]))}."
         elif not things and not waits:
             yield f"There is no {' '.join([*_qualities(request), name])} here."
         elif request.verb == "put" and not request.destination_types:

@@ -168,7 +168,7 @@ STATING = _set(
     "i i'm i'd i'll we let's let me going it that says is all would've had this your one there"
 )
 """Words before which a verb is no order: "I take", "that is good"."""
-SAID_OF_ALL = _set("have find hold keep start leave return add set use give get make prepare")
+SAID_OF_ALL = _set("have find hold keep start leave return add set use give get make prepare plate")
 """Verbs of which much else is said than orders."""
 NOT_ORDERED = _set(
     "what where which who why how if because yes no not here there for from with about like"
