@@ -106,6 +106,18 @@ def told(scene: str, *said: str) -> tuple[set[str], list[str], str]:
             ["potato 1: now in the fridge", "tomato: now on the dining table"],
         ),
         (
+            "Please get rid of the egg on the counter and turn the light off, would you?",
+            ["egg 3: now in the garbage can", "light switch: no longer on"],
+        ),
+        (
+            "Everything on the dining table goes in the sink, and meanwhile water the plant",
+            [
+                *("mug 1: now in the sink basin", "bowl: now in the sink basin"),
+                *("salt shaker: now in the sink basin", "pepper shaker: now in the sink basin"),
+                "plant: filled with water",
+            ],
+        ),
+        (
             "Empty the wine bottle and throw it out",
             ["wine bottle: emptied, now in the garbage can"],
         ),
@@ -167,6 +179,11 @@ def test_every_part_of_what_is_said_in_a_kitchen_is_done(said: str, changes: lis
             "LivingRoom1",
             "Put the keys in the drawer, the watch on the desk and the credit card in the box",
             ["keys: now in drawer 2", "watch: now on the desk", "credit card: now in the box"],
+        ),
+        (
+            "LivingRoom1",
+            "The book on the desk goes on the shelf and the pencil in the drawer",
+            ["book 1: now on shelf 1", "pencil: now in drawer 2"],
         ),
         (
             "Bathroom1",

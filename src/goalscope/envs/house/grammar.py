@@ -259,6 +259,10 @@ class _Reader(OrderReader):
         if not things:
             place, _, _ = self.places(first)
             return Clause("put in", (), place, True) if refusal and place else None
+        where, _, after = self.places(end)
+        if where and where.types and _MODAL.match(" ".join(self.words[after:])):
+            things = tuple(replace(thing, at=where.types) for thing in things)
+            end = after
         modal = _MODAL.match(" ".join(self.words[end:]))
         if modal and modal["modal"]:
             negated = negated or bool(re.search(r"n't|not", modal["modal"]))

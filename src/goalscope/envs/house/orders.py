@@ -135,6 +135,8 @@ class OrderReader(PhraseReader):
             verb = "put"
             self.loose = said in ("get", "fetch") and by in ("on", "on top of")
         if verb == "put" and said in v.DISPOSALS:
+            if into and "GarbageCan" not in into.types:
+                tail.source, into = into, None
             into = into or Phrase(("GarbageCan",))
         away = tail.source if verb == "put" or not into else into
         if away or (verb not in ("put", "pick up") and tail.aside):

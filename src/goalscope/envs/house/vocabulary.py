@@ -72,7 +72,7 @@ LEAD = _set(
     " yeah sure hi hello hey first next also just let's let us me try have should must shall go"
     " ahead finally lastly again good great nice perfect job work thanks thank alright there"
     " start by be do help remember make sure today your task is the going it says that all after"
-    " this would've got but or well awesome more one robot had better either only rather"
+    " this would've got but or well awesome more one robot had better either only rather meanwhile"
 ) | (NEGATIONS - {"no", "nobody", "neither"})
 LIKED = _set("need want like love needs")
 MINE = frozenset(("i", "i'll", "i'm"))
@@ -226,6 +226,7 @@ _REWORDED = [
         (r"\bwont\b", "won't"),
         (r"\blets\b", "let's"),
         (r"\b(?:pls|plz|pleas)\b", "please"),
+        (r",? (?:would|could|can|will) you(?: please)?\?$", " please"),
         (r"\btake (?:your time|care|a (?:seat|break|look))\b", ""),
         (r"\bu\b", "you"),
         (r"\bcoff?e+\b", "coffee"),
