@@ -12,6 +12,7 @@ import pytest
 from rich.console import Console
 
 from goalscope.envs.house.floor_plan import Plan, floor_plan
+from goalscope.envs.house.object_types import object_types
 from goalscope.envs.house.picture import terminal_picture
 from goalscope.envs.house.picture_svg import svg_picture
 from houses import do, house
@@ -315,6 +316,15 @@ def test_every_number_on_the_map_is_in_the_list_below_it() -> None:
     written = [each.text for each in root.iter(f"{SVG}text") if each.get("class") == "number"]
     assert sorted(written) == sorted(2 * [str(number + 1) for number in range(len(written) // 2)])
     assert {"apple 1-6", "mug"} <= set(texts(svg_picture(metadata)))
+
+
+def test_what_finds_no_room_on_the_map_is_told() -> None:
+    metadata = room()
+    kinds = [kind for kind in object_types() if kind not in ("Floor", "Wall")]
+    metadata["objects"] += [thing(kind, 0.0, 0.0) for kind in kinds]
+    svg = svg_picture(metadata)
+    assert any(text.startswith("No room on the map for: ") for text in texts(svg))
+    assert boxes(svg)
 
 
 @pytest.mark.parametrize("number", [1, 2, 3, 18, 30, 201, 401])

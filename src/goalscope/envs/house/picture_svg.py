@@ -130,17 +130,19 @@ class _Drawing:
             if piece.kind != "thing":
                 self._piece(piece)
         self._robot()
-        marks = [mark for mark in self._marks() if self._place(mark)]
+        everything = self._marks()
+        marks = [mark for mark in everything if self._place(mark)]
         for piece in sorted(plan.pieces, key=lambda each: _span(each)):
             if piece.kind == "furniture" and not self._name(piece):
-                mark = _Mark([piece], self._middle(piece))
-                marks += [mark] if self._place(mark) else []
+                everything.append(_Mark([piece], self._middle(piece)))
+                marks += [everything[-1]] if self._place(everything[-1]) else []
         marks.sort(key=lambda mark: (round(mark.at[1] / 40), mark.at[0]))
         for mark in marks:
             self._lead(mark)
         for number, mark in enumerate(marks, 1):
             self._numbered(mark, number, mark.at)
-        bottom = self._legend(marks)
+        placed = {id(mark) for mark in marks}
+        bottom = self._legend(marks, [mark for mark in everything if id(mark) not in placed])
         self.root.set("viewBox", f"0 0 {self.width:.0f} {bottom:.0f}")
 
     def text(self) -> str:
@@ -215,7 +217,7 @@ class _Drawing:
     def _place(self, mark: _Mark) -> bool:
         """Find the free place for a number that is nearest; false where there is none."""
         x, y = mark.spot
-        for ring in range(0, 160, 4):
+        for ring in range(0, 120, 4):
             for step in range(24 if ring else 1):
                 angle = math.pi * step / 12
                 at = (x + ring * math.cos(angle), y + ring * math.sin(angle))
@@ -257,7 +259,7 @@ class _Drawing:
                 for across, along in _SPOTS:
                     at = ((x0 + x1) / 2 + across * right, (y0 + y1) / 2 + along * down)
                     box = _centred(at, wide, high)
-                    if self._covers(box, self.taken) + self._covers(box, above) > 0:
+                    if self._covers(box, [*self.taken, *above]):
                         continue
                     self.taken.append(box)
                     for number, line in enumerate(lines):
@@ -278,11 +280,10 @@ class _Drawing:
         return boxes
 
     @staticmethod
-    def _covers(box: Box, taken: Iterable[Box]) -> float:
-        return sum(
-            max(0.0, min(box[2], each[2]) - max(box[0], each[0]))
-            * max(0.0, min(box[3], each[3]) - max(box[1], each[1]))
-            for each in taken
+    def _covers(box: Box, taken: Iterable[Box]) -> bool:
+        left, top, right, bottom = box
+        return any(
+            x0 < right and left < x1 and y0 < bottom and top < y1 for x0, y0, x1, y1 in taken
         )
 
     def _text(self, kind: str, text: str, at: Point) -> None:
@@ -299,7 +300,7 @@ class _Drawing:
         """How many characters go into a width between the margins."""
         return int((width - 2 * MARGIN) / (FONT * GLYPH))
 
-    def _legend(self, marks: Sequence[_Mark]) -> float:
+    def _legend(self, marks: Sequence[_Mark], others: Sequence[_Mark]) -> float:
         """What the numbers and colours mean, what is out of sight, what changed; and its end."""
         y = self.bottom + 26
         longest = max((len(mark.text) for mark in marks), default=1)
@@ -327,6 +328,8 @@ class _Drawing:
         for piece in self.plan.pieces:
             if hidden := [each for each in self.inside.get(piece.id, []) if each.hidden]:
                 notes.append(f"In {piece.name}: {', '.join(_listed(hidden))}.")
+        if others:
+            notes.append(f"No room on the map for: {', '.join(mark.text for mark in others)}.")
         lines = [line for note in notes for line in wrap(note, self._fits(self.width))[:3]]
         for line in lines:
             self._text("soft", line, (MARGIN, y + 4))
