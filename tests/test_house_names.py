@@ -69,7 +69,7 @@ def test_mentioned_names_the_types_here_in_the_order_of_the_text() -> None:
     text = "Take the potato slices to the refrigerator, not to the couch or the TV"
     assert mentioned(text, objects) == ["potato", "fridge", "sofa"]
     assert mentioned("a sharp knife", objects) == ["knife"]
-    assert mentioned("the knives", objects) == ["butter knife", "knife"]
+    assert mentioned("the knives", objects) == ["knife", "butter knife"]
     assert mentioned("nothing of the kind", objects) == []
 
 

@@ -12,8 +12,10 @@ import pytest
 from rich.console import Console
 
 from goalscope.envs.house.floor_plan import Plan, floor_plan
+from goalscope.envs.house.object_types import object_types
 from goalscope.envs.house.picture import terminal_picture
 from goalscope.envs.house.picture_svg import svg_picture
+from houses import do, house
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -278,18 +280,51 @@ def test_svg_stands_alone_and_speaks() -> None:
     assert not [name for name in attributes if name.startswith("on") or "href" in name]
 
 
-def test_labels_of_things_side_by_side_do_not_overlap() -> None:
+def boxes(svg: str) -> list[tuple[str, float, float, float, float]]:
+    """What is written on the map or drawn as a number there: (what, x0, y0, x1, y1)."""
+    root = ET.fromstring(svg)
+    _, _, wide, high = map(float, root.get("viewBox", "").split())
+    found: list[tuple[str, float, float, float, float]] = []
+    for each in root.iter():
+        kind = (each.get("class") or "").split()[:1]
+        if each.tag == f"{SVG}circle" and kind == ["thing"] and each.get("r") == "8.5":
+            x, y = float(each.get("cx", 0)), float(each.get("cy", 0))
+            found.append((each.findtext(f"{SVG}title") or "", x - 8, y - 8, x + 8, y + 8))
+        elif each.tag == f"{SVG}text" and kind in (["name"], ["robot-name"]):
+            x, y, half = float(each.get("x", 0)), float(each.get("y", 0)), len(each.text or "") * 3
+            found.append((each.text or "", x - half, y - 6, x + half, y + 6))
+    assert all(x0 >= 0 and x1 <= wide and y0 >= 0 and y1 <= high for _, x0, y0, x1, y1 in found)
+    return found
+
+
+@pytest.mark.parametrize("scene", ["Kitchen1", "LivingRoom1", "Bathroom1", "Bedroom1"])
+def test_nothing_on_the_map_covers_anything_else(scene: str) -> None:
+    home = house(scene)
+    if scene == "Kitchen1":
+        do(home, "SliceObject Bread; SliceObject Tomato; OpenObject Cabinet")
+    found = boxes(svg_picture(home.metadata()))
+    assert len(found) > 40
+    for i, (_, ax0, ay0, ax1, ay1) in enumerate(found):
+        for _, bx0, by0, bx1, by1 in found[:i]:
+            assert min(ax1, bx1) <= max(ax0, bx0) or min(ay1, by1) <= max(ay0, by0)
+
+
+def test_every_number_on_the_map_is_in_the_list_below_it() -> None:
     metadata = room()
     metadata["objects"] += [thing("Apple", 1.0 + number / 20, 1.0) for number in range(6)]
     root = ET.fromstring(svg_picture(metadata))
-    at = [
-        (float(each.get("x", 0)), float(each.get("y", 0)))
-        for each in root.iter(f"{SVG}text")
-        if (each.text or "").startswith("apple")
-    ]
-    assert len(at) == 6
-    assert all(abs(ax - bx) > 36 or abs(ay - by) > 9
-               for i, (ax, ay) in enumerate(at) for bx, by in at[:i])  # fmt: skip
+    written = [each.text for each in root.iter(f"{SVG}text") if each.get("class") == "number"]
+    assert sorted(written) == sorted(2 * [str(number + 1) for number in range(len(written) // 2)])
+    assert {"apple 1-6", "mug"} <= set(texts(svg_picture(metadata)))
+
+
+def test_what_finds_no_room_on_the_map_is_told() -> None:
+    metadata = room()
+    kinds = [kind for kind in object_types() if kind not in ("Floor", "Wall")]
+    metadata["objects"] += [thing(kind, 0.0, 0.0) for kind in kinds]
+    svg = svg_picture(metadata)
+    assert any(text.startswith("No room on the map for: ") for text in texts(svg))
+    assert boxes(svg)
 
 
 @pytest.mark.parametrize("number", [1, 2, 3, 18, 30, 201, 401])

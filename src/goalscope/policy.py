@@ -182,6 +182,9 @@ class Planner:
                     break
                 results.append(result)
                 states.append(env.fingerprint())
+                if result.irreversible:  # slices, say, are there only now
+                    planned = {each.target for each in plan}
+                    plan += [new for new in env.requests(turns) if new.target not in planned]
             else:
                 failed = tuple(impossible.values())
                 return Outcome((*standing, *results), replans, question, failed, (*held, *unsure))

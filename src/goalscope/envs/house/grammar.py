@@ -7,10 +7,10 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from goalscope.envs.house import vocabulary as v
-from goalscope.envs.house.object_types import object_type
-from goalscope.envs.house.phrases import Phrase, PhraseReader
+from goalscope.envs.house.orders import Clause, OrderReader
+from goalscope.envs.house.phrases import Phrase, first_named
 
-__all__ = ["Clause", "parse", "parse_plain"]
+__all__ = ["parse", "parse_plain"]
 
 
 _MODAL = re.compile(
@@ -53,34 +53,6 @@ _LATER_FIRST = re.compile(
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Clause:
-    """One order, wish, refusal, or a statement.
-
-    Attributes:
-        verb: The action; "same" where a thing alone repeats the last one; "any" in a refusal of
-            whatever may be done, "put in" of putting things there; "" in a statement.
-        things: To what it is done, or of what the statement speaks first.
-        place: Where the things are put.
-        negated: Whether it is ruled out.
-        excluded: Things named as exceptions.
-        liquid: What to fill with.
-        plain: Whether it is a simple order of which every word was understood.
-        corrects: Whether its things take the place of the last ones.
-        later: Whether it is wanted at another time, and so not now.
-    """
-
-    verb: str
-    things: tuple[Phrase, ...] = ()
-    place: Phrase | None = None
-    negated: bool = False
-    excluded: tuple[Phrase, ...] = ()
-    liquid: str = ""
-    plain: bool = False
-    corrects: bool = False
-    later: bool = False
-
-
 def parse(text: str, here: Collection[str] = ()) -> list[Clause]:
     """The orders, wishes, refusals and statements in `text`; questions and conditions are none."""
     found: list[Clause] = []
@@ -119,20 +91,12 @@ def parse_plain(text: str, here: Collection[str] = ()) -> list[Clause]:
     return found
 
 
-def _whole(thing: Phrase) -> Phrase:
-    """What is to be sliced where "two slices of tomato" are to be cut."""
-    if not thing.types or not all(kind.endswith("Sliced") for kind in thing.types):
-        return thing
-    types = tuple(kind.removesuffix("Sliced") for kind in thing.types)
-    return replace(thing, types=types, every=False, number=1)
-
-
 def _sentence(text: str, here: Collection[str], before: Clause | None = None) -> list[Clause]:
     words = re.findall(r"[a-z0-9]+(?:'[a-z]+)?|,", text)
     question = (text.endswith("?") or _QUESTION.match(text)) and not _ASKED.match(text)
     if question or _CONDITION.search(text):
-        things, end = _Reader(words, here).things(0)
-        return [Clause("", things)] if text.endswith("?") and things and end == len(words) else []
+        asked = first_named(text, here) if text.endswith("?") else None
+        return [Clause("", (asked,))] if asked else []
     polite = bool(re.search(r"\bplease\b|\bfor me\b", text))
     reader = _Reader(words, here)
     cuts = [0]
@@ -141,7 +105,7 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
             cuts.append(i)
     parts = [words[i:j] for i, j in zip(cuts, [*cuts[1:], len(words)], strict=True)]
     found: list[Clause] = []
-    mine = loose = False
+    mine = loose = listed = False
     put_off = bool(_LATER_FIRST.match(text))
     while parts:
         part = parts.pop(0)
@@ -150,6 +114,10 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         reader = _Reader(part, here, polite, mine)
         clause = reader.clause()
         mine = reader.mine
+        said = "" if later or mine else reader.order_said()
+        if listed and clause and any(thing.word == "unknown" for thing in clause.things):
+            said = " ".join(part).strip(" ,").removeprefix("and ")
+        listed = bool(reader.rest) and bool(said)
         if reader.rest:
             parts.insert(0, part[reader.rest :])
             part = part[: reader.rest]
@@ -158,7 +126,7 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
             if later and not (mine and rest):
                 found.append(Clause("", later=True))
             elif rest and not _PLEASANT.fullmatch(rest):
-                found.append(Clause(""))
+                found.append(Clause("", said=said))
             continue
         before = found[-1] if found else before
         if clause.verb == "same" and not _repeats(part, words, before, first=not found):
@@ -174,7 +142,8 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         loose = reader.loose
         corrects = clause.verb == "same" and bool({*words} & v.CORRECTS)
         plain = clause.plain and not later
-        found.append(replace(clause, corrects=corrects, later=later, plain=plain))
+        found.append(replace(clause, corrects=corrects, later=later, plain=plain, said=said))
+        found += [replace(found[-1], verb=verb, plain=False) for verb in reader.also]
     return found
 
 
@@ -190,30 +159,42 @@ def _repeats(
 
 
 @dataclass
-class _Reader(PhraseReader):
+class _Reader(OrderReader):
     """Reads one clause, word by word."""
 
     polite: bool = False
     mine: bool = False
-    loose: bool = False
 
-    def verb(self, i: int, forms: dict[str, str]) -> tuple[str, str, int] | None:
-        """The verb at `i`, as an action and as said, and where it ends."""
-        before = self.words[i - 1] if i else ""
-        counted = self.at(i) == "slice" and (before in v.NUMBERS or before.isdigit())
-        if before in v.ARTICLES or counted:
-            return None
-        for length in (4, 3, 2, 1):
-            said = " ".join(self.words[i : i + length])
-            if i + length <= len(self.words) and said in forms:
-                after = self.at(i + length)
-                alone = said in v.NOUNS and after in ("", ",", "and", "of", "is", "or")
-                if alone or (said == "slice" and after == "of"):
-                    return None
-                if (said, after) in (("start", "by"), ("start", "with"), ("make", "sure")):
-                    return None
-                return forms[said], said, i + length
-        return None
+    def order_said(self) -> str:
+        """The words from where an order begins; empty if none does."""
+        start = next((i for i, word in enumerate(self.words) if word not in v.BREAKS), 0)
+        first = self.lead(start)
+        lead = {*self.words[start:first]}
+        known = self.verb(first, v.BASE) and self.at(first) not in v.SAID_OF_ALL
+        if lead & (v.STATING | v.NEGATIONS) or not (known or self.commands(first)):
+            return ""
+        end = self.rest or len(self.words)
+        while self.at(end - 1) in v.BREAKS or self.at(end - 1) in (
+            "please",
+            "now",
+            "thanks",
+            "too",
+        ):
+            end -= 1
+        return " ".join(self.words[first:end]).replace(" ,", ",") if end > first + 1 else ""
+
+    def commands(self, i: int) -> bool:
+        """Whether the word at `i` is plainly a verb that is not known: "play the guitar"."""
+        word = self.at(i)
+        return (
+            self.at(i + 1) in v.ARTICLES
+            and word not in v.STOPS | v.NOT_ORDERED | v.DETERMINERS | v.FILLERS | v.EACH
+            and (word.endswith("eed") or not word.endswith(("s", "ing", "ed", "ly")))
+            and len(word) > 2
+            and not word.isdigit()
+            and not self.noun(i)[0]
+            and not self.preposition(i)
+        )
 
     def lead(self, i: int) -> int:
         while self.at(i) in v.LEAD and not self.verb(i, v.BASE):
@@ -226,6 +207,8 @@ class _Reader(PhraseReader):
         """Whether a new clause begins at `i`, behind one that begins at `start`."""
         after = self.lead(i)
         if self.verb(after, v.BASE) or (self.verb(after, v.ING) and self.at(i - 1) != ","):
+            return True
+        if self.commands(after):
             return True
         if after > i and v.LIKED & set(self.words[i:after]):
             return True
@@ -276,6 +259,10 @@ class _Reader(PhraseReader):
         if not things:
             place, _, _ = self.places(first)
             return Clause("put in", (), place, True) if refusal and place else None
+        where, _, after = self.places(end)
+        if where and where.types and _MODAL.match(" ".join(self.words[after:])):
+            things = tuple(replace(thing, at=where.types) for thing in things)
+            end = after
         modal = _MODAL.match(" ".join(self.words[end:]))
         if modal and modal["modal"]:
             negated = negated or bool(re.search(r"n't|not", modal["modal"]))
@@ -293,8 +280,16 @@ class _Reader(PhraseReader):
             return Clause("any", things, negated=True)
         if text.startswith(tuple(f"{said} " for said in (*v.INTO, *v.ASIDE))):
             return Clause("")
-        self.words = ["," if w in ("first", "next", "instead", "rather") else w for w in self.words]
-        place = self.tail(end).into
+        self.words = [
+            "," if w in ("first", "instead", "rather") or (w == "next" and after != "to") else w
+            for w, after in zip(self.words, [*self.words[1:], ""], strict=True)
+        ]
+        tail = self.tail(end)
+        place = tail.into
+        if tail.source:
+            things = tuple(replace(thing, at=tail.source.types) for thing in things)
+        if place and v.VESSELS & {*place.types} and self.words[first:end] == ["wine"]:
+            return Clause("fill", (place,), liquid="wine")
         told = lead & {"is", "are", "there"}
         same = (
             not (self.leftover or told)
@@ -311,138 +306,3 @@ class _Reader(PhraseReader):
             return None
         things, _ = self.things(first + 1)
         return Clause("any", things or (Phrase(word="it"),), negated=True)
-
-    def order(self, verb: str, said: str, i: int, *, negated: bool) -> Clause | None:
-        """What follows a verb."""
-        to_me = self.at(i) in ("me", "us")
-        i += to_me
-        start = i
-        things, i = self.things(i, refused=negated)
-        poured = next((word for word in self.words[start:i] if word in v.LIQUIDS), "")
-        if verb in ("turn", "close") and self.at(i) in ("on", "off", "down"):
-            verb, i = "turn on" if self.at(i) == "on" else "turn off", i + 1
-        elif verb == "use" and self.at(i) == "up":
-            verb, i = "use up", i + 1
-        elif self.at(i) == "away" and said in ("throw", "toss"):
-            said, i = "throw away", i + 1
-        tail = self.tail(i, listed=not things)
-        things, into, by, liquid = things or tail.listed, tail.into, tail.by, tail.liquid
-        self.leftover |= any(thing.word == "unknown" for thing in things)
-        self.leftover |= bool(tail.listed or tail.excluded)
-        watery = bool(things) and things[0].word == "water"
-        if watery and verb in ("turn on", "turn off"):
-            things, watery = (Phrase(("Faucet",)),), False
-        if watery:
-            liquid = things[0].liquid
-        if said == "crack" and any(t.types != ("Egg",) for t in things):
-            verb = "open"
-        if said in ("set", "lay", "load") and things and not into and _is_furniture(things[0]):
-            into, things = things[0], tail.using or (Phrase(word="unknown"),)
-        if verb == "turn" or (verb == "use" and not negated) or (verb == "ignore" and not things):
-            return None
-        if verb in ("ignore", "use") or (negated and said in ("move", "take", "remove")):
-            things = things or (Phrase(word="it"),)
-            return Clause("any", things, negated=True, excluded=tail.excluded)
-        if negated and verb == "put" and things and things[0].word == "everything" and into:
-            return Clause("put in", things[:1], into, True)
-        if verb == "make":
-            verb, liquid = self.made(things)
-            if not verb:
-                return None
-        if verb == "pour" or (watery and verb in ("put", "pick up", "empty")):
-            if verb == "pick up" and not tail.source:
-                return None
-            if (tail.source and not into) or verb in ("pick up", "empty"):
-                return Clause("empty", (tail.source or Phrase(word="it"),), None, negated)
-            held = things[:1] if things and things[0].liquid and things[0].types else ()
-            into = into or next(iter(held), Phrase(word="it"))
-            return Clause("fill", (into,), None, negated, liquid=liquid or poured)
-        if watery:
-            return None
-        if verb in ("put", "pick up") and things and things[0].liquid:
-            held = into if into and v.VESSELS & {*into.types} else None
-            if held or (said == "add" and not into):
-                return Clause("fill", (held or things[0],), None, negated, (), things[0].liquid)
-        wine = verb == "put" and poured == "wine" and "bottle" not in self.words[start:i]
-        if wine and into and v.VESSELS & {*into.types}:
-            return Clause("fill", (into,), None, negated, liquid=poured)
-        if verb == "slice":
-            things = tuple(_whole(thing) for thing in things)
-        liquid = "water" if said == "water" else liquid if verb == "fill" else ""
-        if verb == "pick up" and into and _brings(said, by, to_me=to_me):
-            verb = "put"
-            self.loose = said in ("get", "fetch") and by in ("on", "on top of")
-        if verb == "put" and said in ("throw away", "dispose of", "get rid of"):
-            into = into or Phrase(("GarbageCan",))
-        if verb not in ("put", "pick up") and (into or tail.source or tail.aside):
-            things = tuple(replace(thing, described=True) for thing in things)
-        kept = v.KEPT & {*self.words[start:]} and "the whole" not in " ".join(self.words)
-        if said in ("keep", "leave") and kept:
-            return None
-        if said in ("keep", "leave") and not into:
-            return Clause("any", things, negated=True) if said == "leave" else None
-        return Clause(verb, things, into if verb == "put" else None, negated, tail.excluded, liquid)
-
-    def state(
-        self, things: tuple[Phrase, ...], i: int, otherwise: str, negated: bool
-    ) -> Clause | None:
-        """What follows "the mug needs to be" or "I want the mug"."""
-        while self.at(i) in ("to", "be", "all", "both", "get", "go", "placed", "also"):
-            i += 1
-        verb = self.verb(i, v.DONE) or self.verb(i, v.ING)
-        if verb:
-            return self.passive(things, *verb, negated=negated)
-        if self.at(i) in v.STATES and (
-            self.at(i) not in ("on", "off") or self.at(i + 1) in ("", "and", ",", "please", "now")
-        ):
-            return Clause(v.STATES[self.at(i)], things, negated=negated)
-        if self.at(i) == "water" or (things[0].liquid and otherwise):
-            return Clause("fill", things, negated=negated, liquid=things[0].liquid or "water")
-        tail = self.tail(i)
-        if tail.into:
-            return Clause("put", things, tail.into, negated, tail.excluded)
-        if otherwise and "toast" in self.words:
-            otherwise = "cook"
-        return Clause(otherwise, things, None, negated, tail.excluded)
-
-    def passive(
-        self, things: tuple[Phrase, ...], verb: str, said: str, i: int, *, negated: bool
-    ) -> Clause | None:
-        if verb == "turn" and self.at(i) in ("on", "off"):
-            verb, i = f"turn {self.at(i)}", i + 1
-        if verb == "use" and self.at(i) == "up":
-            verb, i = "use up", i + 1
-        tail = self.tail(i)
-        liquid = "water" if said.startswith("watered") else tail.liquid
-        place = tail.into if verb == "put" else None
-        if verb in ("use", "ignore") or (negated and said.startswith(("mov", "remov", "tak"))):
-            return Clause("any", things, negated=True) if negated else None
-        if verb in ("turn", "make", "pour"):
-            return None
-        return Clause(verb, things, place, negated, tail.excluded, liquid)
-
-    def made(self, things: tuple[Phrase, ...]) -> tuple[str, str]:
-        """What "make" and "prepare" come to: coffee, toast, slices."""
-        if things and things[0].liquid:
-            return "fill", things[0].liquid
-        if "toast" in self.words:
-            return "cook", ""
-        types = things[0].types if things else ()
-        sliced = bool(types) and all(t.endswith("Sliced") for t in types)
-        return ("slice" if sliced else ""), ""
-
-
-def _is_furniture(thing: Phrase) -> bool:
-    flags = [object_type(kind).flags for kind in thing.types]
-    return any("receptacle" in each and "pickupable" not in each for each in flags)
-
-
-def _brings(said: str, by: str, *, to_me: bool) -> bool:
-    """Whether "get X on Y" and the like say where X should be, and not where it is."""
-    if by in ("into", "onto", "to", "over to", "back to", "on to", "in to", "back on", "back in"):
-        return True
-    if to_me:
-        return False
-    if said.startswith(("gather", "collect", "bring")):
-        return True
-    return said in ("get", "fetch") and by in ("on", "on top of")

@@ -28,6 +28,9 @@ class Request:
         destination_name: The same of the place.
         states: Which of several things of the type is meant, by names and values of AI2-THOR's
             metadata: ("isDirty", True), ("temperature", "Hot").
+        at: Types of the places of which one tells which thing is meant: "the mug on the table".
+        passing: Whether the same words ask for it to be moved on: "put it in the sink, and then
+            in the cabinet". It is done with them, and never again.
     """
 
     verb: str
@@ -39,6 +42,8 @@ class Request:
     name: str = ""
     destination_name: str = ""
     states: tuple[tuple[str, bool | str], ...] = ()
+    at: tuple[str, ...] = ()
+    passing: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,12 +57,16 @@ class Hearing:
         kept_out: Pairs of an object type and the type of a place where it may not be put.
         permitted: An irreversible verb, an object type or a name in the scene, and for how many
             things of the type; 0 stands for all of them.
+        newest: What of it the newest words asked for.
+        missed: Of the newest words, the orders of which nothing could be made, a sentence each.
     """
 
     wanted: tuple[Request, ...] = ()
     refused: frozenset[tuple[str, str]] = frozenset()
     kept_out: frozenset[tuple[str, str]] = frozenset()
     permitted: tuple[Leave, ...] = ()
+    newest: tuple[Request, ...] = ()
+    missed: tuple[str, ...] = ()
 
     def permits(self, verb: str, object_type: str, name: str = "", done: int = 0) -> bool:
         """Whether the person asked in plain words for this act, or said yes to it.

@@ -3,36 +3,24 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from textwrap import shorten
 from typing import Any
 
 from goalscope.envs.house import leave
 from goalscope.envs.house.completion import completes
-from goalscope.envs.house.grammar import Clause, parse, parse_plain
+from goalscope.envs.house.grammar import parse, parse_plain
 from goalscope.envs.house.heard import Hearing, Leave, Request
 from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
-from goalscope.envs.house.names import names, naming, readable
-from goalscope.envs.house.object_types import FLAGS, object_type, object_types
-from goalscope.envs.house.phrases import Phrase, PhraseReader, first_named
-from goalscope.envs.house.properties import ACTS
+from goalscope.envs.house.names import names, readable, the
+from goalscope.envs.house.object_types import object_type
+from goalscope.envs.house.orders import Clause
+from goalscope.envs.house.phrases import Phrase, first_named
+from goalscope.envs.house.referents import NEEDS, TO_SLICES, Referents
 from goalscope.types import Turn
 
 __all__ = ["IRREVERSIBLE", "Hearing", "Leave", "Request", "ask_permission", "completes", "hear"]
-
-_NEEDS = {
-    **{verb: needs for verb, (needs, _, _) in ACTS.items()},
-    **{"put": "pickupable", "pick up": "pickupable", "": "receptacle"},
-}
-_FREE = frozenset(("moveable", "pickupable"))
-"""What may be pushed and pulled has one of these flags."""
-
-_SWITCHES = {
-    "StoveBurner": "StoveKnob",
-    **dict.fromkeys(("Sink", "SinkBasin", "Bathtub", "BathtubBasin"), "Faucet"),
-}
-"""What is turned where a person speaks of turning these on or off."""
 
 _RIVALS = {
     **dict.fromkeys(("put", "pick up"), "place"),
@@ -58,12 +46,17 @@ def hear(
     turns: Sequence[Turn],
     objects: Sequence[Mapping[str, Any]],
     named: Mapping[str, str] | None = None,
+    start: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> Hearing:
     """Read a conversation in its order, in a scene with these objects.
 
-    `named` gives the objects' names by their ids, where they are not those of `names(objects)`.
+    Args:
+        turns: What was asked and said.
+        objects: AI2-THOR's metadata of the objects; where they are is read off `start`.
+        named: The objects' names by their ids, where they are not those of `names(objects)`.
+        start: The objects' metadata at the start, by their ids.
     """
-    listener = _Listener(objects, names(objects) if named is None else named)
+    listener = _Listener(objects, names(objects) if named is None else named, start or {})
     for turn in turns:
         listener.hear(turn)
     return Hearing(
@@ -71,29 +64,31 @@ def hear(
         frozenset(listener.refused),
         frozenset(listener.kept_out),
         tuple(sorted((*leave, number) for leave, number in listener.permitted.items())),
+        tuple(request for request in listener.wanted if request in listener.newest),
+        tuple(dict.fromkeys(listener.missed)),
     )
 
 
-class _Listener:
-    def __init__(self, objects: Sequence[Mapping[str, Any]], named: Mapping[str, str]) -> None:
-        self.count = Counter(str(o["objectType"]) for o in objects)
-        types = {str(o["objectId"]): str(o["objectType"]) for o in objects}
-        self.type_of = {name: types[own] for own, name in named.items() if own in types}
-        self.flags = {kind: set(object_type(kind).flags) for kind in self.count}
-        for each in objects:
-            self.flags[str(each["objectType"])] |= {flag for flag in FLAGS if each.get(flag)}
+class _Listener(Referents):
+    def __init__(
+        self,
+        objects: Sequence[Mapping[str, Any]],
+        named: Mapping[str, str],
+        start: Mapping[str, Mapping[str, Any]],
+    ) -> None:
+        super().__init__(objects, named, start)
         self.wanted: list[Request] = []
         self.refused: set[tuple[str, str]] = set()
         self.kept_out: set[tuple[str, str]] = set()
         self.permitted: dict[tuple[str, str], int] = {}
         self.order = Clause("")
-        self.place: Phrase | None = None
         self.fresh: list[Request] = []
-        self.last: list[Phrase] = []
-        self.recent: list[Phrase] = []
+        self.missed: list[str] = []
 
     def hear(self, turn: Turn) -> None:
         """Take in one turn."""
+        self.wanted = [old for old in self.wanted if not old.passing]
+        self.newest, self.missed = [], []
         if asked := first_named(turn.query, self.count):
             self.last = self.recent = [asked]
         text = self.replied(turn)
@@ -131,12 +126,6 @@ class _Listener:
                 return ""
         return turn.utterance if rest is None else rest
 
-    def spoken_of(self, text: str) -> set[str]:
-        """The types that are named in `text`; without any, all."""
-        words = re.findall(r"[a-z0-9']+", text.casefold())
-        named = (naming(words, i, self.count) for i in range(len(words)))
-        return {kind for each in named if each for kind in each.types} or {*self.type_of.values()}
-
     def drop_leave(self, kinds: Collection[str]) -> None:
         """Take back leave for things of these types."""
         for act, what in list(self.permitted):
@@ -168,15 +157,6 @@ class _Listener:
         yes = self.one_thing(rest)
         return f"put them in {rest}" if yes and "receptacle" in self.flags_of(yes) else rest
 
-    def one_thing(self, text: str) -> Phrase | None:
-        """The thing that is all that `text` names."""
-        reader = PhraseReader(text.split(), self.count)
-        thing, end = reader.thing(0)
-        return thing if thing and thing.types and end == len(reader.words) else None
-
-    def flags_of(self, phrase: Phrase) -> set[str]:
-        return {f for k in phrase.types for f in self.flags.get(k) or object_type(k).flags}
-
     def take(self, clause: Clause, earlier: int) -> int:
         """Let one clause change what stands; `earlier` requests are of earlier utterances."""
         if clause.verb == "same" and not self.order.verb:
@@ -191,7 +171,12 @@ class _Listener:
         said = clause.things or ((Phrase(word="them"),) if clause.verb in _ELLIPTIC else ())
         if not clause.things and clause.verb == "put" and not clause.place:
             said = ()
-        things = [found for phrase in said for found in self.meant(phrase, clause.verb)]
+        things = [
+            self.sliced(found) if clause.verb in TO_SLICES and not phrase.types else found
+            for phrase in said
+            for found in self.meant(phrase, clause.verb)
+        ]
+        self.miss(clause, things)
         if clause.place and clause.place.word == "there" and not self.place:
             clause = replace(clause, place=None)
         place = next(iter(self.meant(clause.place, "")), None) if clause.place else None
@@ -211,6 +196,8 @@ class _Listener:
             kinds = self.lift(clause.verb, kinds, thing.group)
             places = self.fitting("", place.types) if place else ()
             places = self.lift("put in", places, place.group) if place else ()
+            if not kinds or (clause.place and not places):
+                self.lacking(clause, said, place if kinds else thing)
             if not kinds or (clause.place and not places) or kinds == places:
                 continue
             self.kept_out -= {(kind, where) for kind in kinds for where in places}
@@ -224,9 +211,11 @@ class _Listener:
                 self.name(kinds, thing),
                 self.name(places, place) if place else "",
                 thing.states if sum(self.count[kind] for kind in kinds) > 1 else (),
+                thing.at if sum(self.count[kind] for kind in kinds) > 1 else (),
             )
             self.add(request, earlier)
             self.fresh.append(request)
+            self.newest.append(request)
             self.limit(request)
         self.refused |= {(clause.verb, kind) for kind in excluded}
         for thing in (each for each in clause.excluded if each.states):
@@ -239,6 +228,32 @@ class _Listener:
             self.place = place
         self.recent = [*self.recent, *things][-4:] if clause.verb else things or self.recent
         return len(self.wanted)
+
+    def miss(self, clause: Clause, things: Sequence[Phrase]) -> None:
+        """Keep that nothing could be made of an order, or of a thing in it."""
+        named = (*clause.things, *((clause.place,) if clause.place else ()))
+        unknown = any(thing.word == "unknown" for thing in named)
+        nothing = not things if clause.verb else not clause.things
+        if clause.said and not (clause.later or clause.negated) and (nothing or unknown):
+            self.missed.append(_not_understood(clause))
+
+    def lacking(self, clause: Clause, said: Sequence[Phrase], lacks: Phrase | None) -> None:
+        """Keep why an order cannot be carried out: no such thing is here, or it is not for that."""
+        if not clause.said or lacks is None:
+            return
+        here = [kind for kind in lacks.types if kind in self.count]
+        name = the(readable((here or lacks.types or ("",))[0]))
+        fresh = {kind for new in self.newest for kind in new.object_types}
+        carried = clause.verb in ("put", "pick up")
+        if lacks not in (*said, clause.place) and (carried or fresh.isdisjoint(here)):
+            if not self.missed:
+                self.missed.append(_not_understood(clause))
+        elif not here:
+            self.missed.append(f"There is no {name.removeprefix('the ')} here.")
+        elif lacks is clause.place:
+            self.missed.append(f"I cannot put anything in or on {name}.")
+        else:
+            self.missed.append(f"I cannot {'carry' if carried else clause.verb} {name}.")
 
     def put_off(self, clause: Clause, things: Sequence[Phrase]) -> None:
         """Take in that something is wanted later, and so not now."""
@@ -311,43 +326,6 @@ class _Listener:
             if most is not None:
                 self.permitted[request.verb, kind] = min(most or 99, request.number)
 
-    def meant(self, phrase: Phrase, verb: str) -> list[Phrase]:
-        """The phrases with types for which a phrase stands; "it" must suit the verb."""
-        if phrase.types:
-            return [phrase]
-        if phrase.word in ("everything", "water", "unknown"):
-            return []
-        if phrase.word == "there":
-            return [self.place] if self.place else []
-        if phrase.word == "slice":
-            whole = [k.removesuffix("Sliced") for last in self.last for k in last.types]
-            kinds = tuple(f"{k}Sliced" for k in whole if f"{k}Sliced" in object_types())
-            return [replace(phrase, types=kinds, word="")] if kinds else []
-        if phrase.word in ("it", "this", "that"):
-            able = [
-                p for p in self.recent if any(_suits(verb, object_type(k).flags) for k in p.types)
-            ]
-            return (able or self.last)[-1:]
-        return [
-            replace(
-                last,
-                every=phrase.every or (last.every and phrase.word != "one"),
-                number=phrase.number or (1 if phrase.word == "one" else last.number),
-                states=phrase.states or last.states,
-            )
-            for last in self.last
-        ]
-
-    def fitting(self, verb: str, kinds: Sequence[str]) -> tuple[str, ...]:
-        """Those of `kinds` that are here, or may come of what is, and that suit the verb."""
-        if verb in ("turn on", "turn off"):
-            kinds = tuple(_SWITCHES.get(kind, kind) for kind in kinds)
-        here = [k for k in kinds if k in self.count or k.removesuffix("Sliced") in self.count]
-        fit = [k for k in here if _suits(verb, self.flags.get(k) or object_type(k).flags)]
-        if verb == "cook" and not fit:
-            fit = [f"{k}Sliced" for k in here if "cookable" in object_type(f"{k}Sliced").flags]
-        return tuple(dict.fromkeys(fit or (here if verb == "use up" else ())))
-
     def lift(self, verb: str, kinds: tuple[str, ...], group: bool) -> tuple[str, ...]:
         """`kinds` without refused ones; where all are, and were named, they no longer are."""
         verbs = ("put", "pick up") if verb in ("put", "pick up") else (verb,)
@@ -373,6 +351,8 @@ class _Listener:
                 if not old.every or not rest:
                     continue
                 old = replace(old, object_types=rest)
+            if same and shared and index >= earlier and _moves_on(old, request):
+                old = replace(old, passing=True)
             kept.append(old)
         self.wanted = [*kept, request]
 
@@ -406,7 +386,7 @@ class _Listener:
             named += [order.place] if order.place and order.place.types else []
 
     def permit_one(self, verb: str, thing: Phrase, named: Sequence[Phrase]) -> None:
-        flag = _NEEDS[verb]
+        flag = NEEDS[verb]
         if thing.word == "it":
             able = [p for p in named if any(flag in object_type(k).flags for k in p.types)]
             if len({p.types for p in able}) != 1:
@@ -422,16 +402,21 @@ class _Listener:
         elif few or (not thing.described and (thing.every or thing.number)):
             self.permitted[verb, kinds[0]] = thing.number or (0 if thing.every else 1)
 
-    def name(self, kinds: Sequence[str], phrase: Phrase) -> str:
-        """The scene's name for a numbered phrase, where there is one."""
-        said = (f"{readable(kind)} {phrase.which}" for kind in kinds if phrase.which)
-        return next((name for name in said if name in self.type_of), "")
+
+def _not_understood(clause: Clause) -> str:
+    return f"I did not understand: {shorten(clause.said, 80, placeholder=' ...')}."
 
 
-def _suits(verb: str, flags: Collection[str]) -> bool:
-    if verb in ("push", "pull"):
-        return not _FREE.isdisjoint(flags)
-    return _NEEDS.get(verb, "") in flags
+def _moves_on(old: Request, new: Request) -> bool:
+    """Whether what one request moves, another of the same words moves again."""
+    return (
+        old.verb == new.verb == "put"
+        and old.every == new.every
+        and old.states == new.states
+        and old.at == new.at
+        and (new.every or not new.number)
+        and {*new.object_types} >= {*old.object_types}
+    )
 
 
 def _opposite(value: bool | str) -> bool | str:

@@ -263,9 +263,11 @@ def _strange(types: frozenset[str]) -> dict[str, tuple[str, ...]]:
 
 
 def _keyed(types: Iterable[str]) -> dict[str, tuple[str, ...]]:
-    """Types by what they are called, in the singular and without spaces."""
+    """Types by what they are called, in the singular and without spaces; the usual one first."""
     found: dict[str, tuple[str, ...]] = {}
     for object_type in types:
         for key in dict.fromkeys("".join(singulars(name)) for name in _called(object_type)):
-            found[key] = (*found.get(key, ()), object_type)
+            is_usual = key == "".join(singulars(readable(object_type)))
+            others = found.get(key, ())
+            found[key] = (object_type, *others) if is_usual else (*others, object_type)
     return found

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.names import naming
-from goalscope.envs.house.object_types import object_types
+from goalscope.envs.house.object_types import object_type, object_types
 
 __all__ = ["Phrase", "PhraseReader", "Tail", "first_named"]
 
@@ -28,6 +28,7 @@ class Phrase:
         liquid: What it holds: "coffee" in "a cup of coffee".
         states: What it is like, as names and values of AI2-THOR's metadata.
         described: Whether only such of its kind are meant as an adjective or a place tells.
+        at: Types of the place where it is: "the mug on the table".
     """
 
     types: tuple[str, ...] = ()
@@ -39,6 +40,7 @@ class Phrase:
     liquid: str = ""
     states: tuple[tuple[str, bool | str], ...] = ()
     described: bool = False
+    at: tuple[str, ...] = ()
 
     @property
     def is_named(self) -> bool:
@@ -49,6 +51,8 @@ class Phrase:
 @dataclass
 class Tail:
     """Where to, by which preposition, where from, with what; what is excepted or listed.
+
+    Of two places the first may be where it is: "the mug on the table in the sink".
 
     `aside` tells whether there is one more place: "next to the sink".
     """
@@ -122,7 +126,8 @@ class PhraseReader:
             after = self.joints(i)
             if (after > i or (listed and not tail.listed)) and not self.preposition(after):
                 things, end = self.things(after)
-                if any(thing.is_named for thing in things):
+                new = after > i and any(thing.word == "unknown" for thing in things)
+                if new or any(thing.is_named for thing in things):
                     if not (listed and not tail.listed):
                         self.rest = i
                         break
@@ -137,7 +142,7 @@ class PhraseReader:
                 i = max(end, start)
             elif said:
                 away = said in ("from", "out of", "off")
-                aside, end = self.things(start, single=away)
+                aside, end = self.things(start, single=said not in ("with", "using", "of"))
                 if away and aside:
                     tail.source = aside[0]
                 if said in ("with", "of", "using") and self.at(end - 1) in v.LIQUIDS:
@@ -150,14 +155,13 @@ class PhraseReader:
                 i = max(end, start)
             else:
                 place, said, i = self.places(i)
-                better = said in ("into", "onto") and tail.by in ("in", "on")
                 self.leftover |= bool(place and place.word == "unknown")
-                if (
-                    place
-                    and place.word != "unknown"
-                    and (tail.into is None or tail.into.word == "there" or better)
-                ):
-                    tail.into, tail.by = place, said
+                if place and place.word != "unknown":
+                    first = tail.into
+                    if first and first.types and _leads_on(first, tail.by, place, said):
+                        tail.source = first
+                    if first is None or first.word == "there" or tail.source is first:
+                        tail.into, tail.by = place, said
             if i == before:
                 if self.words[i : i + 2] == ["for", "me"]:
                     i += 1
@@ -294,3 +298,22 @@ class PhraseReader:
                 self.leftover = True
                 return inner, inner_end
         return (Phrase(word="unknown"), end) if end > i else (None, i)
+
+
+def _leads_on(first: Phrase, by: str, second: Phrase, said: str) -> bool:
+    """Whether of two places the first is where a thing is, and the second where it goes."""
+    if by not in ("in", "on", "at", "inside", "on top of"):
+        return False
+    if said not in ("in", "on", "at", "inside", "on top of"):
+        return True
+    if not second.types or ({*first.types} & _PARTS and {*second.types} & _WHOLES):
+        return False
+    return not any("pickupable" in object_type(kind).flags for kind in first.types) and not (
+        {*first.types} <= _ON_TOP and {*second.types} & _TOPS
+    )
+
+
+_PARTS = frozenset(("Drawer", "Shelf", "Cabinet", "SinkBasin"))
+_WHOLES = frozenset(("Desk", "Dresser", "SideTable", "ShelvingUnit", "TVStand", "Sink"))
+_ON_TOP = frozenset(("Microwave", "CoffeeMachine", "Toaster", "Sink", "SinkBasin"))
+_TOPS = frozenset(("CounterTop", "Desk", "DiningTable", "SideTable", "Shelf"))

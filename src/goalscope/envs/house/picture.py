@@ -15,7 +15,7 @@ from rich.text import Text
 
 from goalscope.envs.house.floor_plan import Piece, Plan, Point, floor_plan
 
-__all__ = ["TerminalPicture", "terminal_picture"]
+__all__ = ["TerminalPicture", "numbered", "ranges", "terminal_picture"]
 
 LINES = 45
 MAP_LINES = (12, 26)
@@ -247,7 +247,7 @@ def _style(piece: Piece, other: str) -> str:
 def _list_of_places(plan: Plan, keys: Mapping[str, str], ascii_only: bool) -> list[Text]:
     """Every object once: what is where, then what is empty."""
     inside: dict[str, list[Piece]] = {}
-    for piece in sorted(plan.pieces, key=lambda piece: _numbered(piece.name)):
+    for piece in sorted(plan.pieces, key=lambda piece: numbered(piece.name)):
         inside.setdefault(piece.parent, []).append(piece)
     listed: set[str] = set()
 
@@ -274,9 +274,9 @@ def _list_of_places(plan: Plan, keys: Mapping[str, str], ascii_only: bool) -> li
             if not (piece.id in keys or piece.marks or piece.changed or piece.id in inside)
         ]  # fmt: skip
         listed.update(piece.id for piece in alike)
-        ranges = [_ascii(each, ascii_only) for each in _ranges(piece.name for piece in alike)]
+        runs = [_ascii(each, ascii_only) for each in ranges(piece.name for piece in alike)]
         shown = [with_contents(piece) for piece in new if piece.id not in listed]
-        return Text(", ").join([*shown, *map(Text, ranges)])
+        return Text(", ").join([*shown, *map(Text, runs)])
 
     def with_contents(piece: Piece) -> Text:
         text = item(piece)
@@ -290,7 +290,7 @@ def _list_of_places(plan: Plan, keys: Mapping[str, str], ascii_only: bool) -> li
 
     lines: list[Text] = []
     places = [piece for piece in plan.pieces if piece.receptacle and not piece.pickupable]
-    places.sort(key=lambda piece: (-len(inside.get(piece.id, [])), _numbered(piece.name)))
+    places.sort(key=lambda piece: (-len(inside.get(piece.id, [])), numbered(piece.name)))
     held = {piece.id for piece in plan.held}
     line("in hand", plan.held)
     empty: list[Piece] = []
@@ -307,8 +307,8 @@ def _list_of_places(plan: Plan, keys: Mapping[str, str], ascii_only: bool) -> li
             title.append(" (closed)")
         lines.append(title.append(": ").append_text(items(contents)))
     others = [each for each in plan.pieces if not _is_place(each) and each.parent not in listed]
-    line("elsewhere", sorted(others, key=lambda piece: _numbered(piece.name)))
-    empty.sort(key=lambda piece: _numbered(piece.name))
+    line("elsewhere", sorted(others, key=lambda piece: numbered(piece.name)))
+    empty.sort(key=lambda piece: numbered(piece.name))
     for title, openable in (("empty", False), ("closed and empty", True)):
         group = [
             each for each in empty
@@ -327,15 +327,16 @@ def _is_place(piece: Piece) -> bool:
     return piece.receptacle and not piece.pickupable
 
 
-def _numbered(name: str) -> tuple[str, int]:
+def numbered(name: str) -> tuple[str, int]:
+    """A name without its number, and that: 0 where it has none."""
     found = re.fullmatch(r"(.*) ([0-9]{1,6})", name)
     return (found[1], int(found[2])) if found else (name, 0)
 
 
-def _ranges(names: Iterable[str]) -> list[str]:
+def ranges(names: Iterable[str]) -> list[str]:
     """Names with runs of numbers in one: "drawer 1-4"."""
     runs: list[tuple[str, int, int]] = []
-    for name, number in sorted(map(_numbered, names)):
+    for name, number in sorted(map(numbered, names)):
         if runs and number and runs[-1][0] == name and runs[-1][2] == number - 1:
             runs[-1] = (name, runs[-1][1], number)
         else:

@@ -5,20 +5,23 @@ from __future__ import annotations
 import math
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from textwrap import shorten, wrap
 from typing import Any
 
 from goalscope.envs.house.floor_plan import Box, Piece, Plan, Point, floor_plan
+from goalscope.envs.house.picture import numbered, ranges
 
 __all__ = ["svg_picture"]
 
-WIDTH, HEIGHT = 900.0, 760.0  # of the map, at most
-MARGIN, TOP = 26.0, 62.0
+WIDTH, HEIGHT = 480.0, 520.0  # of the map, at most
+MARGIN, TOP = 16.0, 56.0
 FONT = 12.0
-GLYPH = 0.56  # mean width of a character, in font sizes
-DOT = 4.5
+GLYPH = 0.6  # mean width of a character, in font sizes
+LINE = 17.0
+DISC = 8.5
 CHANGES = 6
-INSIDE = 3
 LEGEND = ("open", "on", "hot", "cold", "dirty", "filled", "changed")
 LIGHT = {"paper": "#fff", "floor": "#f6f3ee", "wall": "#4a4a4a", "piece": "#e2d9cb",
          "edge": "#a4937a", "ink": "#2b2b2b", "soft": "#6b675f", "glass": "#8fc3e8",
@@ -37,12 +40,10 @@ text{font:12px system-ui,"DejaVu Sans",sans-serif;fill:var(--ink)}
 .fitted{fill:none;stroke:var(--edge);stroke-dasharray:3 3;opacity:.7}
 .wall{fill:var(--glass);stroke:none;opacity:.75}
 .thing{fill:var(--soft);stroke:var(--paper);stroke-width:1}
-.label,.name,.robot-name{text-anchor:middle;dominant-baseline:central;paint-order:stroke;
-stroke:var(--floor);stroke-width:3px;stroke-linejoin:round}
-.name{font-weight:600;stroke:var(--piece)}.label{font-size:11px}
-.inside{font-size:10px;font-weight:400;font-style:italic}
-.lead{stroke:var(--soft);stroke-width:.7}.soft{fill:var(--soft)}
-.title{font-size:18px;font-weight:700}
+.name,.number,.robot-name{text-anchor:middle;dominant-baseline:central}
+.name{font-weight:600}.number{font-size:10px;font-weight:700;fill:var(--paper)}
+.lead{stroke:var(--ink);stroke-width:.8}.spot{fill:var(--ink)}.soft{fill:var(--soft)}
+.title{font-size:17px;font-weight:700}
 .robot{fill:var(--robot);stroke:var(--paper);stroke-width:1.5}.view{fill:var(--robot);opacity:.16}
 .robot-name{font-weight:700;fill:var(--robot)}
 .furniture.open,.fitted.open{stroke:var(--open);stroke-width:2.5}
@@ -50,7 +51,7 @@ stroke:var(--floor);stroke-width:3px;stroke-linejoin:round}
 .thing.open{fill:var(--open)}.thing.on{fill:var(--on)}.thing.hot{fill:var(--hot)}
 .thing.cold{fill:var(--cold)}.thing.dirty{fill:var(--dirty)}.thing.filled{fill:var(--filled)}
 .thing.other{fill:var(--other)}
-.furniture.changed,.fitted.changed,.wall.changed,.thing.changed{stroke:var(--changed);stroke-width:3}
+.furniture.changed,.fitted.changed,.wall.changed,.thing.changed{stroke:var(--changed);stroke-width:2.5}
 text.changed{fill:var(--changed);font-weight:700}
 """
 
@@ -79,25 +80,42 @@ def _style() -> str:
     return f"{coloured(LIGHT)}@media(prefers-color-scheme:dark){{{coloured(DARK)}}}"
 
 
+@dataclass
+class _Mark:
+    """A number on the map: for one piece, or for several alike side by side.
+
+    `spot` is where they are, `at` where the number stands.
+    """
+
+    pieces: list[Piece]
+    spot: Point
+    at: Point = (0.0, 0.0)
+
+    @property
+    def text(self) -> str:
+        names = ", ".join(ranges(piece.name for piece in self.pieces))
+        return names + self.pieces[0].described.removeprefix(self.pieces[0].name)
+
+
 class _Drawing:
+    """The map, with names where there is room and numbers elsewhere; below it what they mean."""
+
     def __init__(self, plan: Plan) -> None:
         x0, z0, x1, z1 = plan.room
         self.plan = plan
         self.metre = min(WIDTH / (x1 - x0), HEIGHT / (z1 - z0))
         self.room_width = self.metre * (x1 - x0)
         self.bottom = TOP + self.metre * (z1 - z0)
-        self.width = max(self.room_width, 620.0) + 2 * MARGIN
+        self.width = WIDTH + 2 * MARGIN
         self.left = (self.width - self.room_width) / 2
         self.taken: list[Box] = []
         self.inside: dict[str, list[Piece]] = {}
         for piece in plan.pieces:
             self.inside.setdefault(piece.parent, []).append(piece)
-        height = self.bottom + 84
         self.root = ET.Element(
             "svg",
             {
                 "xmlns": "http://www.w3.org/2000/svg",
-                "viewBox": f"0 0 {self.width:.0f} {height:.0f}",
                 "role": "img",
                 "aria-labelledby": "title desc",
             },
@@ -112,23 +130,20 @@ class _Drawing:
             if piece.kind != "thing":
                 self._piece(piece)
         self._robot()
-        things = [
-            each for each in plan.pieces
-            if each.kind == "thing" and each.is_on_map
-        ]  # fmt: skip
-        for piece in things:
-            self._dot(piece)
-        for piece in sorted(plan.pieces, key=lambda each: -_span(each)):
-            if piece.kind == "furniture" or (
-                piece.kind == "fitted"
-                and ("open" in piece.marks or piece.id in self.inside)
-                and not piece.id.endswith("Basin")
-            ):
-                self._name(piece)
-        walls = [piece for piece in plan.pieces if piece.kind == "wall"]
-        for piece in (*sorted(things, key=lambda each: not each.changed), *walls):
-            self._label(piece)
-        self._legend(height)
+        everything = self._marks()
+        marks = [mark for mark in everything if self._place(mark)]
+        for piece in sorted(plan.pieces, key=lambda each: _span(each)):
+            if piece.kind == "furniture" and not self._name(piece):
+                everything.append(_Mark([piece], self._middle(piece)))
+                marks += [everything[-1]] if self._place(everything[-1]) else []
+        marks.sort(key=lambda mark: (round(mark.at[1] / 40), mark.at[0]))
+        for mark in marks:
+            self._lead(mark)
+        for number, mark in enumerate(marks, 1):
+            self._numbered(mark, number, mark.at)
+        placed = {id(mark) for mark in marks}
+        bottom = self._legend(marks, [mark for mark in everything if id(mark) not in placed])
+        self.root.set("viewBox", f"0 0 {self.width:.0f} {bottom:.0f}")
 
     def text(self) -> str:
         """The SVG."""
@@ -166,102 +181,93 @@ class _Drawing:
         contents = [each.described for each in self.inside.get(piece.id, [])]
         return piece.described + (f": {', '.join(contents)}" if contents else "")
 
-    def _dot(self, piece: Piece) -> None:
-        if piece.at is None:
-            return
-        x, y = self._xy(piece.at)
-        shape = {"class": _classes(piece), "cx": f"{x:.1f}", "cy": f"{y:.1f}", "r": f"{DOT}"}
-        self._add("circle", shape, title=self._full(piece))
-        self.taken.append((x - DOT, y - DOT, x + DOT, y + DOT))
-
     def _robot(self) -> None:
         if self.plan.robot is None:
             return
         x, y = self._xy(self.plan.robot)
         turn = {"transform": f"translate({x:.1f} {y:.1f}) rotate({self.plan.heading:.1f})"}
-        self._add("path", {"class": "view", "d": "M0 0L-42 -58A72 72 0 0 1 42 -58Z", **turn})
-        self._add("path", {"class": "robot", "d": "M0 -17L12 13L0 7L-12 13Z", **turn})
-        self.taken.append((x - 14, y - 16, x + 14, y + 16))
-        below = "holds " + ", ".join(each.name for each in self.plan.held)
-        for number, line in enumerate(["robot", below] if self.plan.held else ["robot"]):
-            at = (x, y + 25 + 14 * number)
-            self._text("robot-name", line, at)
-            self.taken.append(_box(at, line, FONT))
+        self._add("path", {"class": "view", "d": "M0 0L-30 -42A52 52 0 0 1 30 -42Z", **turn})
+        self._add("path", {"class": "robot", "d": "M0 -13L9 10L0 5L-9 10Z", **turn})
+        self.taken.append(_centred((x, y), 24, 26))
+        at = (min(max(x, self.left + 20), self.width - self.left - 20), y + 20)
+        self._text("robot-name", "robot", at)
+        self.taken.append(_box(at, "robot", FONT))
 
-    def _name(self, piece: Piece) -> None:
-        """Its name, in the part of it where this covers least."""
-        hidden = [each.name for each in self.inside.get(piece.id, []) if each.hidden]
-        more = len(hidden) - INSIDE
-        contents = ", ".join(hidden[:INSIDE]) + (f" +{more}" if more > 0 else "")
-        marks = ", ".join(piece.shown_marks)
-        extra = [line for line in (marks, contents) if line]
+    def _middle(self, piece: Piece) -> Point:
+        x0, z0, x1, z1 = piece.box
+        return self._xy(((x0 + x1) / 2, (z0 + z1) / 2))
+
+    def _marks(self) -> list[_Mark]:
+        """What gets a number: things in sight, what hangs, and what has things inside."""
+        marks: list[_Mark] = []
+        for piece in sorted(self.plan.pieces, key=lambda each: not each.changed):
+            hides = any(each.hidden for each in self.inside.get(piece.id, []))
+            fitted = piece.kind == "fitted" and hides and not piece.id.endswith("Basin")
+            if piece.at is None or not (piece.is_on_map or fitted or piece.kind == "wall"):
+                continue
+            spot = self._xy(piece.at)
+            for mark in marks:
+                if _alike(mark.pieces[0], piece) and math.dist(mark.spot, spot) < 4 * DISC:
+                    mark.pieces.append(piece)
+                    break
+            else:
+                marks.append(_Mark([piece], spot))
+        return marks
+
+    def _place(self, mark: _Mark) -> bool:
+        """Find the free place for a number that is nearest; false where there is none."""
+        x, y = mark.spot
+        for ring in range(0, 120, 4):
+            for step in range(24 if ring else 1):
+                angle = math.pi * step / 12
+                at = (x + ring * math.cos(angle), y + ring * math.sin(angle))
+                box = _centred(at, 2 * DISC + 1, 2 * DISC + 1)
+                on_map = box[0] > 0 and box[2] < self.width and box[1] > TOP - 8
+                if on_map and box[3] < self.bottom + 10 and not self._covers(box, self.taken):
+                    mark.at = at
+                    self.taken.append(box)
+                    return True
+        return False
+
+    def _lead(self, mark: _Mark) -> None:
+        """A line from a number that stands apart to its thing."""
+        (x, y), (to_x, to_y) = mark.spot, mark.at
+        if math.dist(mark.spot, mark.at) > DISC:
+            ends = {"x1": x, "y1": y, "x2": to_x, "y2": to_y}
+            self._add("line", {"class": "lead"} | {key: f"{at:.1f}" for key, at in ends.items()})
+            self._add("circle", {"class": "spot", "cx": f"{x:.1f}", "cy": f"{y:.1f}", "r": "2"})
+
+    def _numbered(self, mark: _Mark, number: int, at: Point) -> None:
+        kind = f"thing {_state(mark.pieces[0])}".strip()
+        shape = {"class": kind, "cx": f"{at[0]:.1f}", "cy": f"{at[1]:.1f}", "r": f"{DISC}"}
+        self._add("circle", shape, title="; ".join(map(self._full, mark.pieces)))
+        self._text("number", str(number), at)
+
+    def _name(self, piece: Piece) -> bool:
+        """Write its name on a free place of it; false where there is none."""
+        marks = [", ".join(piece.shown_marks)] if piece.marks else []
         above = self._above(piece)
-        best: tuple[float, list[str], Point, bool] | None = None
         for part in piece.parts:
             (xs, ys) = zip(*map(self._xy, part), strict=True)
             x0, y0, x1, y1 = min(xs), min(ys), max(xs), max(ys)
-            for lines in ([piece.name, *extra], [*piece.name.split(), *extra]):
-                for upright in (False, True):
-                    wide = max(map(len, lines)) * FONT * GLYPH
-                    high = len(lines) * (FONT + 2)
-                    if upright:
-                        wide, high = high, wide
-                    over = max(0.0, wide - (x1 - x0)) + max(0.0, high - (y1 - y0))
-                    for right, down in _SPOTS:
-                        at = (
-                            (x0 + x1) / 2 + right * max(0.0, x1 - x0 - wide - 4),
-                            (y0 + y1) / 2 + down * max(0.0, y1 - y0 - high - 4),
-                        )
-                        box = _centred(at, wide, high)
-                        covers = 3 * self._covers(box, self.taken) + self._covers(box, above)
-                        cost = 30 * over + covers + 200 * upright + 20 * len(lines)
-                        cost += 10 * (abs(right) + abs(down))
-                        if best is None or cost < best[0]:
-                            best = cost, lines, at, upright
-        if best is None:
-            return
-        _, lines, at, upright = best
-        wide, high = max(map(len, lines)) * FONT * GLYPH, len(lines) * (FONT + 2)
-        self.taken.append(_centred(at, *((high, wide) if upright else (wide, high))))
-        for number, line in enumerate(lines):
-            off = (number - (len(lines) - 1) / 2) * (FONT + 2)
-            is_extra = number >= len(lines) - len(extra)
-            turn = f"rotate(-90 {at[0]:.1f} {at[1]:.1f})" if upright else ""
-            kind = ("name inside" if is_extra else "name") + (" changed" if piece.changed else "")
-            self._text(kind, line, (at[0], at[1] + off), turn)
-
-    def _label(self, piece: Piece) -> None:
-        """Its name in the first free place around its dot, with a line to it if it is far."""
-        if piece.at is None:
-            return
-        x, y = self._xy(piece.at)
-        text = piece.described
-        best: tuple[float, Point, Box] | None = None
-        for ring in (9.0, 18.0, 30.0, 44.0):
-            for step in range(16):
-                angle = math.pi * step / 8
-                half = len(text) * 11 * GLYPH / 2
-                at = (
-                    x + math.cos(angle) * (ring + half * abs(math.cos(angle))),
-                    y + math.sin(angle) * (ring + 4),
-                )
-                box = _box(at, text, 11)
-                out = max(0.0, 4 - box[0]) + max(0.0, box[2] - self.width + 4)
-                cost = self._covers(box, self.taken) + 40 * out + ring * 3 + (step % 8 != 0) * 4
-                if best is None or cost < best[0]:
-                    best = cost, at, box
-        if best is None:
-            return
-        _, at, box = best
-        self.taken.append(box)
-        near = (min(max(x, box[0]), box[2]), min(max(y, box[1] + 2), box[3] - 2))
-        if math.dist(near, (x, y)) > 13:
-            ends = zip(("x1", "y1", "x2", "y2"), (x, y, *near), strict=True)
-            self._add("line", {"class": "lead"} | {key: f"{value:.1f}" for key, value in ends})
-        kind = (
-            "label changed" if piece.changed else "label soft" if piece.kind == "wall" else "label"
-        )
-        self._text(kind, text, at)
+            for lines in ([piece.name, *marks], [*piece.name.split(), *marks]):
+                wide = max(map(len, lines)) * FONT * GLYPH
+                high = len(lines) * (FONT + 2)
+                right, down = x1 - x0 - wide, y1 - y0 - high
+                if min(right, down) < 0:
+                    continue
+                for across, along in _SPOTS:
+                    at = ((x0 + x1) / 2 + across * right, (y0 + y1) / 2 + along * down)
+                    box = _centred(at, wide, high)
+                    if self._covers(box, [*self.taken, *above]):
+                        continue
+                    self.taken.append(box)
+                    for number, line in enumerate(lines):
+                        off = (number - (len(lines) - 1) / 2) * (FONT + 2)
+                        kind = "name changed" if piece.changed else "name"
+                        self._text(kind, line, (at[0], at[1] + off))
+                    return True
+        return False
 
     def _above(self, piece: Piece) -> list[Box]:
         """The boxes of furniture that is drawn over this piece."""
@@ -274,49 +280,92 @@ class _Drawing:
         return boxes
 
     @staticmethod
-    def _covers(box: Box, taken: Iterable[Box]) -> float:
-        return sum(
-            max(0.0, min(box[2], each[2]) - max(box[0], each[0]))
-            * max(0.0, min(box[3], each[3]) - max(box[1], each[1]))
-            for each in taken
+    def _covers(box: Box, taken: Iterable[Box]) -> bool:
+        left, top, right, bottom = box
+        return any(
+            x0 < right and left < x1 and y0 < bottom and top < y1 for x0, y0, x1, y1 in taken
         )
 
-    def _text(self, kind: str, text: str, at: Point, turn: str = "") -> None:
-        attributes = {"class": kind, "x": f"{at[0]:.1f}", "y": f"{at[1]:.1f}"}
-        self._add("text", attributes | ({"transform": turn} if turn else {}), text)
+    def _text(self, kind: str, text: str, at: Point) -> None:
+        self._add("text", {"class": kind, "x": f"{at[0]:.1f}", "y": f"{at[1]:.1f}"}, text)
 
     def _heading(self) -> None:
         plan = self.plan
-        self._text("title", plan.name or "room", (MARGIN, 28))
+        self._text("title", plan.name or "room", (MARGIN, 24))
         held = ", ".join(piece.described for piece in plan.held) or "nothing"
-        self._text("soft", f"The robot looks {plan.looks} and holds {held}. North is up.",
-                   (MARGIN, 48))  # fmt: skip
+        told = f"The robot looks {plan.looks} and holds {held}. North is up."
+        self._text("soft", shorten(told, self._fits(self.width), placeholder="..."), (MARGIN, 42))
 
-    def _legend(self, height: float) -> None:
-        x, y = MARGIN + 5, self.bottom + 24
-        for mark in LEGEND:
-            kind = "thing changed" if mark == "changed" else f"thing {mark}"
-            self._add("circle", {"class": kind, "cx": f"{x:.1f}", "cy": f"{y:.1f}", "r": f"{DOT}"})
+    def _fits(self, width: float) -> int:
+        """How many characters go into a width between the margins."""
+        return int((width - 2 * MARGIN) / (FONT * GLYPH))
+
+    def _legend(self, marks: Sequence[_Mark], others: Sequence[_Mark]) -> float:
+        """What the numbers and colours mean, what is out of sight, what changed; and its end."""
+        y = self.bottom + 26
+        longest = max((len(mark.text) for mark in marks), default=1)
+        width = 2 * DISC + 14 + longest * FONT * GLYPH
+        columns = max(1, min(4, int(WIDTH / width)))
+        rows = -(-len(marks) // columns)
+        for index, mark in enumerate(marks):
+            column, row = divmod(index, rows)
+            at = (MARGIN + DISC + column * WIDTH / columns, y + row * (LINE + 2))
+            self._numbered(mark, index + 1, at)
+            kind = "changed" if any(piece.changed for piece in mark.pieces) else ""
+            fits = self._fits(WIDTH / columns + MARGIN - DISC)
+            self._text(kind, _cut(mark.text, fits), (at[0] + DISC + 5, at[1] + 4))
+        y += rows * (LINE + 2) + 6
+        shown = {_classes(piece) for piece in self.plan.pieces if not piece.hidden}
+        used = [mark for mark in LEGEND if any(mark in each.split() for each in shown)]
+        x = MARGIN + 5
+        for mark in used:
+            shape = {"class": f"thing {mark}", "cx": f"{x:.1f}", "cy": f"{y:.1f}", "r": "5"}
+            self._add("circle", shape)
             self._text("soft", mark, (x + 9, y + 4))
-            x += 36 + len(mark) * FONT * GLYPH
-        note = "Dashed: cabinets, drawers, shelves. Blue: on the wall. Italics: inside."
-        self._text("soft", note, (MARGIN, y + 26))
+            x += 30 + len(mark) * FONT * GLYPH
+        y += LINE if used else 0
+        notes = ["Dashed: cabinets, drawers, shelves. Blue: on the wall."]
+        for piece in self.plan.pieces:
+            if hidden := [each for each in self.inside.get(piece.id, []) if each.hidden]:
+                notes.append(f"In {piece.name}: {', '.join(_listed(hidden))}.")
+        if others:
+            notes.append(f"No room on the map for: {', '.join(mark.text for mark in others)}.")
+        lines = [line for note in notes for line in wrap(note, self._fits(self.width))[:3]]
+        for line in lines:
+            self._text("soft", line, (MARGIN, y + 4))
+            y += LINE
         if self.plan.changes:
             more = len(self.plan.changes) - CHANGES
             said = "; ".join(self.plan.changes[:CHANGES]) + (f"; {more} more" if more > 0 else "")
-            fits = int((self.width - 2 * MARGIN) / (FONT * GLYPH))
-            self._add(
-                "text", {"x": f"{MARGIN}", "y": f"{height - 18:.1f}"},
-                "Changed: " + (said if len(said) <= fits else said[: fits - 3] + "..."),
-            )  # fmt: skip
+            for line in wrap(f"Changed: {said}.", self._fits(self.width))[:6]:
+                self._text("", line, (MARGIN, y + 4))
+                y += LINE
+        return y + 4
 
 
 _LAYERS = ("wall", "furniture", "fitted", "thing")
-_SPOTS = [
-    (right, down)
-    for right in (0.0, -0.25, 0.25, -0.5, 0.5)
-    for down in (0.0, -0.25, 0.25, -0.5, 0.5)
-]
+_SPOTS = sorted(
+    ((right / 4, down / 4) for right in range(-2, 3) for down in range(-2, 3)),
+    key=lambda spot: abs(spot[0]) + abs(spot[1]),
+)
+
+
+def _alike(one: Piece, other: Piece) -> bool:
+    """Whether one number may stand for both: two apples on a table, say."""
+
+    def kind(piece: Piece) -> tuple[object, ...]:
+        return numbered(piece.name)[0], piece.kind, piece.parent, piece.shown_marks, piece.changed
+
+    return kind(one) == kind(other)
+
+
+def _listed(pieces: Sequence[Piece]) -> list[str]:
+    plain = [piece.name for piece in pieces if not piece.marks]
+    return [*ranges(plain), *(piece.described for piece in pieces if piece.marks)]
+
+
+def _cut(text: str, most: int) -> str:
+    return text if len(text) <= most else text[: max(most - 3, 0)] + "..."
 
 
 def _told(plan: Plan) -> str:
@@ -332,9 +381,13 @@ def _told(plan: Plan) -> str:
 
 
 def _classes(piece: Piece) -> str:
+    return f"{piece.kind} {_state(piece)}".strip()
+
+
+def _state(piece: Piece) -> str:
     known = [mark for mark in piece.marks if mark in LEGEND]
     state = known[0] if known else "other" if piece.marks else ""
-    return " ".join(filter(None, (piece.kind, state, "changed" if piece.changed else "")))
+    return " ".join(filter(None, (state, "changed" if piece.changed else "")))
 
 
 def _span(piece: Piece) -> float:

@@ -13,20 +13,13 @@ from goalscope.envs.house.completion import completes
 from goalscope.envs.house.conditions import conditions_met
 from goalscope.envs.house.controller import Controller
 from goalscope.envs.house.hearing import IRREVERSIBLE, Hearing, ask_permission, hear
+from goalscope.envs.house.meeting import FILLS, meet, settled
 from goalscope.envs.house.names import mentioned, readable, the
-from goalscope.envs.house.offers import (
-    FILLS,
-    NAMES,
-    cooks,
-    is_refused,
-    meet,
-    possible,
-    returns,
-    settled,
-)
+from goalscope.envs.house.offers import NAMES, cooks, is_refused, possible, returns
 from goalscope.envs.house.primitives import Primitives, Refusal
 from goalscope.envs.house.properties import ACTS, LASTING, PREDICATES
 from goalscope.envs.house.state import is_whole
+from goalscope.envs.house.unmet import unmet
 from goalscope.envs.house.view import View
 from goalscope.types import Action, GoalscopeError, Profile, StepResult, Turn
 
@@ -37,6 +30,9 @@ SAME_PLACE = 0.01
 
 _SHOWN = 30
 """Most changes that the status lists."""
+
+_TOLD = 6
+"""Most sentences about what an order did not get."""
 
 
 class HomeRobot:
@@ -202,7 +198,11 @@ class HomeRobot:
 
     def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
         """What the newest turn asks for outright and did not get, one sentence each."""
-        return []
+        hearing = self._hear(turns)
+        told = unmet(self._view, hearing, results, self._start)
+        all_told = list(dict.fromkeys((*hearing.missed, *told)))
+        more = len(all_told) - _TOLD
+        return all_told if more <= 0 else [*all_told[:_TOLD], f"And {more} more of that kind."]
 
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
         """The question to ask before a slice, a break and the like; empty if it was allowed.
@@ -272,7 +272,7 @@ class HomeRobot:
         return [any(self._view.changes(self._start)) and each for each in met]
 
     def _hear(self, turns: Sequence[Turn]) -> Hearing:
-        return hear(turns, self._view.objects, self._view.names)
+        return hear(turns, self._view.objects, self._view.names, self._start)
 
     def _do(self, action: Action, own: str, place: str) -> None:
         robot = self._primitives

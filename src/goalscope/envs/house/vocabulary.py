@@ -11,14 +11,15 @@ def _set(words: str) -> frozenset[str]:
 
 _VERBS = {
     "put": "put|put away|place|move|set|store|stow|drop|carry|transfer|arrange|stack|hang|return"
-    "|serve|lay|lay out|set out|line|line up|relocate|deposit|insert|throw|throw away|toss|keep"
+    "|serve|lay|lay out|set out|line|line up|relocate|deposit|insert|throw|throw away|throw out"
+    "|toss|toss away|toss out|keep"
     "|leave|dispose of|get rid of|plate|add",
-    "pick up": "pick up|pickup|pick|grab|take|get|bring|bring back|bring over|fetch|retrieve|hold"
-    "|give|hand|collect|gather|gather up|find|remove|lift|lift up",
+    "pick up": "pick up|pickup|pick|grab|take|take out|get|bring|bring back|bring over|fetch"
+    "|retrieve|hold|give|hand|collect|gather|gather up|find|remove|lift|lift up",
     "open": "open|open up",
     "close": "close|shut",
     "turn on": "turn on|switch on|power on|start|light",
-    "turn off": "turn off|switch off|power off|shut off|turn down|blow out|put out|extinguish",
+    "turn off": "turn off|turn down|switch off|power off|shut off|blow|blow out|put out|extinguish",
     "turn": "turn|switch",
     "slice": "slice|slice up|cut|cut up|chop|chop up|dice",
     "cook": "cook|boil|fry|bake|roast|toast|grill",
@@ -71,7 +72,7 @@ LEAD = _set(
     " yeah sure hi hello hey first next also just let's let us me try have should must shall go"
     " ahead finally lastly again good great nice perfect job work thanks thank alright there"
     " start by be do help remember make sure today your task is the going it says that all after"
-    " this would've got but or well awesome more one robot had better either only rather"
+    " this would've got but or well awesome more one robot had better either only rather meanwhile"
 ) | (NEGATIONS - {"no", "nobody", "neither"})
 LIKED = _set("need want like love needs")
 MINE = frozenset(("i", "i'll", "i'm"))
@@ -95,6 +96,10 @@ FILLERS = _set(
     " wooden first second third last next remaining rest lone fresh used nearest"
     " closest smaller larger smallest largest edible"
 ) | frozenset(QUALITIES)
+DISPOSALS = frozenset(
+    ("throw away", "throw out", "toss away", "toss out", "dispose of", "get rid of")
+)
+"""What puts things in the garbage."""
 CHOOSING = FILLERS | _set("this that these those other same")
 """Words that tell which of several things is meant."""
 EACH = _set("all every each both")
@@ -159,6 +164,22 @@ STOPS = (
     | frozenset((*STATES, *BASE))
 )
 """Words that no noun unknown to the grammar goes beyond."""
+STATING = _set(
+    "i i'm i'd i'll we let's let me going it that says is all would've had this your one there"
+)
+"""Words before which a verb is no order: "I take", "that is good"."""
+SAID_OF_ALL = _set("have find hold keep start leave return add set use give get make prepare plate")
+"""Verbs of which much else is said than orders."""
+NOT_ORDERED = _set(
+    "what where which who why how if because yes no not here there for from with about like"
+    " thank thanks sorry enjoy wait see know think guess hope mean seems looks look check tell"
+    " ask say said says excuse call wish love hate believe remember imagine pardon welcome"
+    " happy hungry thirsty tired sure fine maybe perhaps even still already while until since"
+    " during into onto in on at to of by over under near behind without within every half quite"
+    " such both many much more most less than as or nor but so too very really am are is was were"
+    " be been being do does did has have had can could will would shall should may might must"
+)
+"""Words that begin no order."""
 _PEOPLE = (
     r"(?:i|i'm|i've|i'll|he|she|he's|she's|they|they're|everyone|everybody|someone|somebody|my"
     r"|our|the (?:guests?|kids?|children|others|people|movie|game|party|rain|sun)"
@@ -178,6 +199,19 @@ _LATER = (
 )
 """Another time than now."""
 
+
+def _in_order(said: re.Match[str]) -> str:
+    """Put what is to be done first first: "slice the bread" of "after you sliced the bread"."""
+    words = said["first"].split()
+    for length in (2, 1):
+        head = " ".join(words[:length])
+        verb = DONE.get(head) or ING.get(head) or BASE.get(head)
+        if verb and verb != "pick up" and len(words) > length:
+            rest = [part for part in (said["rest"], said["then"]) if part]
+            return ", then ".join([" ".join([verb, *words[length:]]), *rest])
+    return said[0]
+
+
 _REWORDED = [
     (re.compile(pattern), plain)
     for pattern, plain in (
@@ -192,6 +226,8 @@ _REWORDED = [
         (r"\bwont\b", "won't"),
         (r"\blets\b", "let's"),
         (r"\b(?:pls|plz|pleas)\b", "please"),
+        (r",? (?:would|could|can|will) you(?: please)?\?$", " please"),
+        (r"\btake (?:your time|care|a (?:seat|break|look))\b", ""),
         (r"\bu\b", "you"),
         (r"\bcoff?e+\b", "coffee"),
         (r" ?&", " and"),
@@ -208,6 +244,16 @@ _REWORDED = [
         (r"\b(?:there(?:'s| is) )?no need (?:to|for)\b", "don't"),
         (r"^(?:no|nope|nah)(?:,| (?=please\b))", ""),
         (r"\b(?:instead of|rather than) (?=\w+ing\b)", ", not "),
+        (
+            r"[, ]*\b(?:and )?(?:(?:after|once|when) (?:that|this)\b(?:'s| is)?(?: done)?"
+            r"|afterwards?\b),?",
+            ", then",
+        ),
+        (
+            r"(?P<rest>.*?)[, ]*\b(?:after|once)(?: you(?:'ve| have)?)? (?P<first>[^,]+)"
+            r"(?:,(?P<then>.*))?",
+            _in_order,
+        ),
         (r"\b(?:after|before|once|when|while|as soon as)\b(?! (?:that|this)\b)[^,]*(?:, ?|$)", ""),
         (r"\b(?:if (?:you (?:can|could|please|don't mind)|possible))\b", ""),
     )

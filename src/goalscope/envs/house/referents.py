@@ -1,0 +1,141 @@
+"""What people's words refer to in a scene: "it", "both", "the slices", "everything there"."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from goalscope.envs.house.heard import Request
+from goalscope.envs.house.meeting import stood_on
+from goalscope.envs.house.names import naming, readable
+from goalscope.envs.house.object_types import FLAGS, object_type, object_types
+from goalscope.envs.house.phrases import Phrase, PhraseReader
+from goalscope.envs.house.properties import ACTS
+
+__all__ = ["NEEDS", "TO_SLICES", "Referents"]
+
+NEEDS = {
+    **{verb: needs for verb, (needs, _, _) in ACTS.items()},
+    **{"put": "pickupable", "pick up": "pickupable", "": "receptacle"},
+}
+_FREE = frozenset(("moveable", "pickupable"))
+"""What may be pushed and pulled has one of these flags."""
+
+_SWITCHES = {
+    "StoveBurner": "StoveKnob",
+    **dict.fromkeys(("Sink", "SinkBasin", "Bathtub", "BathtubBasin"), "Faucet"),
+}
+"""What is turned where a person speaks of turning these on or off."""
+
+TO_SLICES = frozenset(("put", "pick up", "cook"))
+"""What is done to slices where a person says "slice the bread, and ... it"."""
+
+
+class Referents:
+    """What is in a scene, and what was spoken of last.
+
+    Args:
+        objects: AI2-THOR's metadata of the objects.
+        named: The objects' names by their ids.
+        start: The objects' metadata at the start, by their ids.
+    """
+
+    def __init__(
+        self,
+        objects: Sequence[Mapping[str, Any]],
+        named: Mapping[str, str],
+        start: Mapping[str, Mapping[str, Any]],
+    ) -> None:
+        self.start = start
+        self.count = Counter(str(o["objectType"]) for o in objects)
+        types = {str(o["objectId"]): str(o["objectType"]) for o in objects}
+        self.type_of = {name: types[own] for own, name in named.items() if own in types}
+        self.flags = {kind: set(object_type(kind).flags) for kind in self.count}
+        for each in objects:
+            self.flags[str(each["objectType"])] |= {flag for flag in FLAGS if each.get(flag)}
+        self.place: Phrase | None = None
+        self.last: list[Phrase] = []
+        self.recent: list[Phrase] = []
+        self.newest: list[Request] = []
+
+    def meant(self, phrase: Phrase, verb: str) -> list[Phrase]:
+        """The phrases with types for which a phrase stands; "it" must suit the verb."""
+        if phrase.types:
+            return [phrase]
+        if phrase.word == "everything" and phrase.at:
+            on = [own for own in self.start if {*phrase.at} & stood_on(own, self.start)]
+            kinds = dict.fromkeys(str(self.start[own]["objectType"]) for own in on)
+            return [replace(phrase, types=tuple(kinds), every=True, group=True)] if kinds else []
+        if phrase.word in ("everything", "water", "unknown"):
+            return []
+        if phrase.word == "there":
+            return [self.place] if self.place else []
+        if phrase.word == "slice":
+            whole = [k.removesuffix("Sliced") for last in self.last for k in last.types]
+            kinds = tuple(f"{k}Sliced" for k in whole if f"{k}Sliced" in object_types())
+            return [replace(phrase, types=kinds, word="")] if kinds else []
+        if phrase.word in ("it", "this", "that"):
+            able = [
+                p for p in self.recent if any(_suits(verb, object_type(k).flags) for k in p.types)
+            ]
+            return [
+                each if each.number > 1 else replace(each, number=0)
+                for each in (able or self.last)[-1:]
+            ]
+        if phrase.word == "both" and len(self.last) < 2 and not any(p.every for p in self.last):
+            return self.recent[-2:]
+        return [
+            replace(
+                last,
+                every=phrase.every or (last.every and phrase.word != "one"),
+                number=phrase.number or (1 if phrase.word == "one" else last.number),
+                states=phrase.states or last.states,
+            )
+            for last in self.last
+        ]
+
+    def sliced(self, thing: Phrase) -> Phrase:
+        """The slices of a thing that the same words have sliced; any other as it is."""
+        cut = {kind for new in self.newest if new.verb == "slice" for kind in new.object_types}
+        kinds = tuple(f"{kind}Sliced" for kind in thing.types if kind in cut)
+        return replace(thing, types=kinds, every=True, number=0, states=()) if kinds else thing
+
+    def fitting(self, verb: str, kinds: Sequence[str]) -> tuple[str, ...]:
+        """Those of `kinds` that are here, or may come of what is, and that suit the verb."""
+        if verb in ("turn on", "turn off"):
+            kinds = tuple(_SWITCHES.get(kind, kind) for kind in kinds)
+        here = [k for k in kinds if k in self.count or k.removesuffix("Sliced") in self.count]
+        fit = [k for k in here if _suits(verb, self.flags.get(k) or object_type(k).flags)]
+        if verb == "cook" and not fit:
+            fit = [f"{k}Sliced" for k in here if "cookable" in object_type(f"{k}Sliced").flags]
+        return tuple(dict.fromkeys(fit or (here if verb == "use up" else ())))
+
+    def name(self, kinds: Sequence[str], phrase: Phrase) -> str:
+        """The scene's name for a numbered phrase, where there is one."""
+        said = (f"{readable(kind)} {phrase.which}" for kind in kinds if phrase.which)
+        return next((name for name in said if name in self.type_of), "")
+
+    def flags_of(self, phrase: Phrase) -> set[str]:
+        """The affordances of what a phrase may mean."""
+        return {f for k in phrase.types for f in self.flags.get(k) or object_type(k).flags}
+
+    def one_thing(self, text: str) -> Phrase | None:
+        """The thing that is all that `text` names."""
+        reader = PhraseReader(text.split(), self.count)
+        thing, end = reader.thing(0)
+        return thing if thing and thing.types and end == len(reader.words) else None
+
+    def spoken_of(self, text: str) -> set[str]:
+        """The types that are named in `text`; without any, all."""
+        words = re.findall(r"[a-z0-9']+", text.casefold())
+        named = (naming(words, i, self.count) for i in range(len(words)))
+        return {kind for each in named if each for kind in each.types} or {*self.type_of.values()}
+
+
+def _suits(verb: str, flags: Collection[str]) -> bool:
+    if verb in ("push", "pull"):
+        return not _FREE.isdisjoint(flags)
+    return NEEDS.get(verb, "") in flags

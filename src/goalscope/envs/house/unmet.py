@@ -1,0 +1,93 @@
+"""What the newest words ask for and did not get, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from goalscope.envs.house import vocabulary as v
+from goalscope.envs.house.heard import Hearing, Request
+from goalscope.envs.house.meeting import brought, meant
+from goalscope.envs.house.names import readable, the
+from goalscope.envs.house.state import is_whole
+from goalscope.envs.house.view import View
+from goalscope.types import Action, StepResult
+
+__all__ = ["unmet"]
+
+
+def unmet(
+    view: View,
+    hearing: Hearing,
+    results: Sequence[StepResult],
+    start: Mapping[str, Mapping[str, Any]],
+) -> Iterator[str]:
+    """Why requests of the newest words could not even be tried, one sentence each.
+
+    Args:
+        view: The house after `results`.
+        hearing: What the person said.
+        results: What was done for the newest words.
+        start: Metadata by id, of the start.
+    """
+    left = [
+        request
+        for request in hearing.newest
+        if not any(_serves(view, each.action, request) for each in results if each.ok)
+    ]
+    for request in hearing.newest:
+        if 0 < (count := len(meant(view, request, start))) < request.number:
+            yield f"I see only {count} of these here: {readable(request.object_types[0])}."
+    carried = brought(hearing.wanted)
+    hands = [each for each in carried if each in left]
+    held = view.table[view.held]["objectType"] if view.held else ""
+    if hands and len(carried) > 1:
+        yield f"I can hold one thing at a time: where should {_listed(hands)} go?"
+    elif hands and held and held not in hands[0].object_types:
+        yield f"My hand is full: it holds {the(view.names[view.held])}."
+    for request in left:
+        if request.passing or request in hands or request.verb == "pick up":
+            continue
+        things = meant(view, request, start)
+        alike = [each for each in view.objects if each["objectType"] in request.object_types]
+        name = readable(request.object_types[0])
+        waits = any(
+            other.verb == "slice" and f"{kind}Sliced" in request.object_types
+            for other in hearing.wanted
+            for kind in other.object_types
+        )
+        if not things and alike and not any(map(is_whole, alike)):
+            yield f"The {name} is {'sliced' if alike[0]['isSliced'] else 'broken'}."
+        elif not things and request.at:
+            here = {each["objectType"] for each in view.objects} & {*request.at}
+            yield f"There is no {name} at the {readable(min(here, default=request.at[0]))}."
+        elif not things and not waits:
+            yield f"There is no {' '.join([*_qualities(request), name])} here."
+        elif request.verb == "put" and not request.destination_types:
+            yield f"I do not know where to put {_listed([request])}."
+
+
+def _serves(view: View, action: Action, request: Request) -> bool:
+    """Whether the action is one that the request asks for, or more."""
+    asked = ("put", "pick up") if request.verb == "pick up" else (request.verb,)
+    name = "fill" if action.name.startswith("fill") else action.name
+    return name in asked and view.type_of(action.target) in request.object_types
+
+
+def _qualities(request: Request) -> list[str]:
+    """The adjectives that the request names."""
+    words = {state: word for word, state in reversed(v.QUALITIES.items())}
+    return [words[state] for state in request.states]
+
+
+def _listed(requests: Sequence[Request]) -> str:
+    """What requests are about: "the mug and the plate"."""
+    every = [f"the {readable(kind)}" for each in requests for kind in _kinds(each)]
+    first, last = [*dict.fromkeys(every)][:-1], every[-1]
+    if len(first) > 2:
+        first, last = first[:2], f"{len(first) - 1} other things"
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def _kinds(request: Request) -> Sequence[str]:
+    return request.object_types if request.every else request.object_types[:1]
