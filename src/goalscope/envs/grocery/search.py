@@ -16,7 +16,14 @@ import numpy.typing as npt
 import platformdirs
 
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.words import head_nouns, head_words, singular, singulars, words
+from goalscope.envs.grocery.words import (
+    contains,
+    head_nouns,
+    head_words,
+    singular,
+    singulars,
+    words,
+)
 from goalscope.models.embedding import embedded
 
 __all__ = ["Search"]
@@ -82,6 +89,21 @@ class Search:
         for index in scores:
             scores[index] += _CATEGORY_WEIGHT * shares[items[index].category]
         return [items[i] for i in sorted(scores, key=lambda i: (-scores[i], i))[:limit]]
+
+    def nearness(self, text: str) -> float:
+        """Cosine of `text` and the item nearest to it in meaning."""
+        return float(_nearness(self._vectors, embedded([text])[0]).max())
+
+    def named(self, phrase: str) -> list[Item]:
+        """All items whose names hold every word of `phrase`."""
+        words = singulars(phrase)
+        pairs = zip(self._catalogue.items, self._words, strict=True)
+        return [item for item, held in pairs if contains(held, words)]
+
+    def mixed(self, item: Item, phrase: str) -> int:
+        """How many words of the item's name are other things than `phrase`: garlic in a bread."""
+        others = set(singulars(item.name)) - set(singulars(phrase))
+        return sum(word in self._heads for word in others)
 
     def kinds(self, text: str, limit: int) -> list[str]:
         """Generic names such as "flour" that may serve `text`, nearest first.
