@@ -45,7 +45,8 @@ _TAIL = re.compile(
     r"|to \w+\b.*|in (?:the|my) (?:basket|cart)|on top|would be \w+|tonight|tomorrow|today|now"
     r"|of course|maybe|perhaps|or so|etc|instead|so that\b.*|because\b.*|since\b.*|which\b.*"
     r"|that (?:is|are|can|will)\b.*|left|at home|on hand|in the (?:house|fridge|pantry|cupboard)"
-    r"|in stock|available|there|though|at all|after all|anymore|any more|of any kind)$"
+    r"|in stock|available|there|though|at all|after all|in total|altogether|again|anymore"
+    r"|any more|of any kind)$"
 )
 _SPEAKING = re.compile(
     r"\b(?:i|i'm|we|we're|you|he|she|they|it|it's|its|that's|is|are|was|were|be|been|has|have|had"
@@ -72,7 +73,7 @@ _SHUNS = (
     r"|without|avoid(?:ing)?|free of|free from|nothing (?:with|containing)|hates?|dislikes?)"
 )
 _TAKES = (
-    r"(?:remove|delete|drop|ditch|discard|lose(?= the )|get rid of|put back"
+    r"(?:remove|delete|drop|ditch|discard|(?:lose|minus|undo|return)(?= the )|get rid of|put back"
     r"|(?:take|throw) (?:out|off|away))"
 )
 _DROPS = (
@@ -95,7 +96,7 @@ _REFUSAL = re.compile(
 _SEPARATOR = re.compile(r",|\band\b|\bplus\b|\bor\b|&|\bwith\b|\balong\b")
 _KEEP = re.compile(r"\s*(?:please |you can |do )*(?:keep|leave)\b")
 _ONLY = re.compile(r"\bkeep only ([^.;!?]+)")
-_MORE = re.compile(rf"(?:\w+ )*?(?:(?:another|additional)\b|(?:\d+|{WORD}) (?:more|extra)\b)")
+_MORE = re.compile(rf"(?:\w+ )*?(?:(?:another|additional|more)\b|(?:\d+|{WORD}) extra\b)")
 _EXACTLY = re.compile(r"(?:\w+ )*?(?:exactly|only|just) (?=\d|\w+ )")
 _CONTAINED = re.compile(rf"\b(?:{CONTAINER} of|(?:half )?(?:an? )?dozens?(?: of)?)\b")
 _LIST = re.compile(r"\s*(?:and |or )?(?:the|my|any|that|those|these|this|all|both)\b")
@@ -103,6 +104,7 @@ _NEW = re.compile(
     rf"\s*(?:and )?(?:\d|{WORD}\b(?! of (?:the|my|those|these)\b)"
     r"|(?:some|more|another|also|plus|then|instead|only|just|maybe|enough|plenty|lots|with|keep)\b)"
 )
+_AND_SO_MANY = re.compile(rf"\band(?= (?:\d+|{WORD})\b(?! more\b))")
 _STOP = re.compile(
     r"\s(?:but|please|because|since|so|though|although|unless|if|when|for"
     r"|from|in|on|at|to|that|which|either|anymore|any more|again|with|use|and then|then|thanks"
@@ -210,7 +212,10 @@ def _refused(match: re.Match[str]) -> Iterator[Request]:
     """The things that one refusal names, each with the change "none" or "fewer"."""
     listed = match["what"] or match["apart"] or match["allergen"]
     asking = ASKING.search(listed)
-    listed = _STOP.sub("", f" {listed[: asking.start() if asking else None]}").strip(" ,")
+    listed = f" {listed[: asking.start() if asking else None]}"
+    if match["takes"] and _NEW.match(listed):  # as "one banana and one lemon"
+        listed = _AND_SO_MANY.sub("&", listed)
+    listed = _STOP.sub("", listed).strip(" ,")
     for part in re.split(r"\band\b|\bor\b|\bnor\b|[,/&]", _enumerated(match, listed)):
         part = re.sub(rf"^(?:{_SHUNS}|{_DROPS}|{_TAKES}) ", "", part.strip())
         count = COUNT.match(re.sub(r"^(?:the|my) ", "", part))

@@ -22,6 +22,8 @@ _EXCEPT = "(?:but|except(?: for)?|apart from|other than)"
 _ALONE = r"(?=\s*(?:[.,;!?]|$|out|back|off|away|again|please|from))"
 _PACKS = rf"(?!(?:{'|'.join([*GRAMS, *MILLILITRES])}|dozen)\b)"
 _END = r"(?=\s*(?:[.,;!?]|$| and | please| instead| but ))"
+_THINGS = r"((?:(?!\b(?:add|remove|get|take|for|with|by|to)\b)[^.;!?]){1,80}?)"
+_BEGIN = r"(?:(?<=[.,;!?] )|(?<=\band )|^)"
 _THING = r"((?:(?!\b(?:and|but|add|remove)\b)[^.,;!?]){1,60}?)"
 ASKING = re.compile(
     r"\b(?:(?:i|we|you|they|he|she)(?:'d| would|'ll| will| also| really| just| definitely)*"
@@ -29,7 +31,7 @@ ASKING = re.compile(
     r"|order|add|include|use))?|(?:i|we|you|he|she)(?:'d| would|'ll| will)(?: also| just)* have"
     r"|looking for|(?:i'm|we're) after|could (?:do with|use)|in the mood for"
     r"|(?:can|could|may|might) (?:i|we|you)(?: also| please| just)*"
-    r" (?:get|have|add|include|find|order|put in|throw in|buy|give me|get me)"
+    r" (?:(?:get|find|order|buy)(?: me| us)?|have|add|include|put in|throw in|do|give (?:me|us))"
     r"|add(?: in)?|get(?: me| us)?|buy(?: me| us)?|grab|pick up|throw in|put in|include"
     r"|give (?:me|us)|bring(?: me| us)?|(?<!my )(?<!the )(?<!our )order|need|how about"
     r"|what about|go for"
@@ -107,19 +109,22 @@ _BEFORE_LAST = re.compile(
 _CHANGES = [
     (re.compile(pattern), plainer)
     for pattern, plainer in (
+        (r"\b(?:mind|about) (add|swapp?|remov|tak|replac|chang)ing\b", r"\1e"),
+        (r"\badde\b", "add"),
+        (r"\bswappe\b", "swap"),
         (
             r"(?:,\s*|\s+(?=(?:and|then|also|please)\b))(?:(?:and|then|also|please)\s+)*"
             r"(?=(?:add|remove|take|put|get me|get rid|buy|delete|drop|lose|ditch|keep)\b)",
             ". ",
         ),
         (
-            rf"\b(?:swap|exchange|switch|trade|replace|substitute|change) {_THING}"
+            rf"\b(?:swap|exchange|switch|trade|replace|substitute|change)(?: out)? {_THINGS}"
             rf" (?:for|with|by|to|against) (?=(?!{_NUMBER}{_END}){_THING}{_END})",
             r". remove \1. add ",
         ),
         (rf"(?:'d| would) rather have {_THING} than {_THING}{_END}", r" like \1. remove \2"),
         (
-            r"\b(?:change|set|reduce|increase|lower|raise|cut|bring|update|bump)"
+            r"\b(?:change|set|reduce|increase|lower|raise|cut|bring|take|update|bump)"
             rf" (?:the )?(?:{_NUMBER} )?{_THING} (?:from {_NUMBER} )?{_TO}({_NUMBER}){_END}",
             r". add exactly \2 packs of \1",
         ),
@@ -133,8 +138,20 @@ _CHANGES = [
         ),
         (rf"\bmake {_IT} (?:just |only |exactly )?(?={_NUMBER} )", ". add exactly "),
         (
-            rf"(?<!\w)({_NUMBER}) {_THING} instead of (?:the )?{_NUMBER}{_END}",
+            rf"(?<!\w)({_NUMBER}) {_THING} (?:instead of|rather than) (?:the )?{_NUMBER}{_END}",
             r"exactly \1 packs of \2",
+        ),
+        (
+            rf"(?<!\w)({_NUMBER}) {_THING}(?: please)?, not {_NUMBER}{_END}",
+            r"exactly \1 packs of \2",
+        ),
+        (r"\bi (?:said|meant) (?=exactly )", ""),
+        (rf"\bmake the {_THING} ({_NUMBER}){_END}", r". add exactly \2 packs of \1"),
+        (rf"\b({_NUMBER}) more(?: of {_IT})?{_END}", rf"\1 more {SAME}"),
+        (rf"\b(?:want|like|need) {_THING} (?:removed|taken out|gone){_END}", r". remove \1"),
+        (
+            rf"{_BEGIN}(?:the )?{_THING} (?:is|are)(?: not|n't| no longer) (?:needed|wanted){_END}",
+            r"don't need \1",
         ),
         (r"\b(?:only|just) (need|want|get|have|take|add)\b", r"\1 exactly"),
         (rf"\b({_NUMBER}) (?:fewer|less) (?=\w)", r". remove \1 "),
@@ -148,7 +165,7 @@ _CHANGES = [
             rf"\b(?:remove|delete|drop|take out) (?:everything|all)(?: else)? {_EXCEPT} ",
             ". keep only ",
         ),
-        (rf"\btake (?:everything|all)(?: else)? out {_EXCEPT} ", ". keep only "),
+        (rf"\b(?:take )?(?:everything|all)(?: else)? out {_EXCEPT} ", ". keep only "),
         (r"\b(?:only|just) keep ", ". keep only "),
         (r"\bchanged (?:my|our) minds? about\b", "remove"),
         (
@@ -159,8 +176,7 @@ _CHANGES = [
         (rf"\bout of (?:the|my|our|this) {CART}\b", "out"),
         (rf" (?:from|off) (?:the|my|our|this) {CART}\b", ""),
         (
-            r"(?:(?<=[,;.!?] )|(?<=\band )|^)([a-z][\w' -]{0,60}?) ?[x\u00d7(] ?(\d{1,4})\)?"
-            rf"{_END}",
+            rf"{_BEGIN}([a-z][\w' -]{{0,60}}?) ?[x\u00d7(] ?(\d{{1,4}})\)?{_END}",
             r"\2 \1",
         ),
     )
@@ -172,7 +188,9 @@ def _corrected(text: str) -> str:
     """`text` without what a person says wrong and corrects at once, as in "milk, no wait, oil"."""
     said, *anew = CORRECTION.split(text)
     for part in anew:
-        if said and _SAID_ANEW.match(part):
+        if re.match(rf"{_NUMBER}{_END}", part):
+            said += ". make it"
+        elif said and _SAID_ANEW.match(part):
             breaks = list(_BEFORE_LAST.finditer(said, max(0, len(said) - 60)))
             said = said[: breaks[-1].end()] if breaks else ""
         else:
@@ -181,10 +199,15 @@ def _corrected(text: str) -> str:
     return said.strip()
 
 
+_BULLET = re.compile(r"\n[ \t]*[-*\u2022][ \t]+")
+
+
 @lru_cache(maxsize=512)
 def plain(utterance: str) -> str:
     """`utterance` in lower case and on one line, reworded."""
-    text = re.sub(r"\s*\n\s*", ". ", utterance[:2000].casefold().replace("\u2019", "'").strip())
+    text = _BULLET.sub(", ", utterance[:2000].casefold())
+    text = re.sub(r"\s*\n\s*", ". ", text.replace("\u2019", "'").strip())
+    text = re.sub(r"\b(remove|delete|drop|take out|add|get|buy):[\s,]*", r"\1 ", text)
     text = " ".join(text.split())
     text = re.sub(
         r"(?:^|(?<=[.;!?,]))([^.;!?,]+?) (?:is|are) (?:a must|essential|needed)\b",

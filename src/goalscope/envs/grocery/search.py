@@ -17,7 +17,6 @@ import platformdirs
 
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.words import (
-    contains,
     head_nouns,
     head_words,
     singular,
@@ -96,9 +95,9 @@ class Search:
 
     def named(self, phrase: str) -> list[Item]:
         """All items whose names hold every word of `phrase`."""
-        words = singulars(phrase)
-        pairs = zip(self._catalogue.items, self._words, strict=True)
-        return [item for item, held in pairs if contains(held, words)]
+        places = [self._holding.get(word, frozenset[int]()) for word in singulars(phrase)]
+        common = frozenset.intersection(*places) if places else ()
+        return [self._catalogue.items[place] for place in sorted(common)]
 
     def mixed(self, item: Item, phrase: str) -> int:
         """How many words of the item's name are other things than `phrase`: garlic in a bread."""
@@ -153,6 +152,15 @@ class Search:
     @cached_property
     def _words(self) -> list[frozenset[str]]:
         return [frozenset(singulars(item.name)) for item in self._catalogue.items]
+
+    @cached_property
+    def _holding(self) -> dict[str, frozenset[int]]:
+        """For each word, the places of the items whose names hold it."""
+        places: defaultdict[str, set[int]] = defaultdict(set)
+        for index, held in enumerate(self._words):
+            for word in held:
+                places[word].add(index)
+        return {word: frozenset(found) for word, found in places.items()}
 
     @cached_property
     def _heads(self) -> dict[str, list[int]]:

@@ -282,7 +282,7 @@ class GroceryShop:
         if named:
             return [f"Not added, since it was ruled out: {phrase}."]
         said = words(phrase)
-        aisles = {word for item in self.catalogue.items for word in words(item.category)}
+        aisles = set(words(" ".join({item.category for item in self.catalogue.items})))
         if hearing.makes(phrase) or _NO_PRODUCT | aisles >= set(said) or said[0] in _NO_BEGINNING:
             return []
         if not request.outright and self._search.nearness(phrase) < _PRODUCT:
