@@ -8,6 +8,7 @@ import pytest
 
 from fakes import said
 from goalscope.envs.grocery import Catalogue, GroceryShop, Item, load_profiles
+from goalscope.envs.grocery.hearing import hear
 from goalscope.envs.grocery.search import Search
 from goalscope.types import Action, Profile
 
@@ -249,3 +250,36 @@ def test_words_of_refused_things_and_of_containers_lead_to_nothing() -> None:
     turns = said(sentence)
     assert all(shop.actions([term], turns) == [] for term in ("hot dog buns", "dog buns", "buns"))
     assert shop.mentioned(["Salt and Vinegar Potato Chips"]) == ["potato chips"]
+
+
+@pytest.mark.parametrize(
+    ("sentence", "diets"),
+    [
+        ("She can't eat gluten, sorry, dairy as well", {"gluten-free", "dairy-free"}),
+        ("He is allergic to nuts, I mean peanuts", {"nut-free"}),
+        ("Remove the Gluten-Free Bagels and the Dairy-Free Vanilla Ice Cream", set()),
+        ("Swap the Vegan Butter for Organic Salted Butter", set()),
+    ],
+)
+def test_corrections_take_no_restriction_back_and_names_state_none(
+    sentence: str, diets: set[str]
+) -> None:
+    assert hear([sentence], CATALOGUE.names).diets == diets
+
+
+def test_what_was_taken_out_does_not_come_back_unasked() -> None:
+    shop = opened({})
+    turns = ["I need bread and garlic", "Remove the Rye Bread"]
+    heard(shop, *turns, "Thanks.")
+    assert shop.basket == {"Garlic": 1}
+    assert shop.actions(["bread", "rye bread"], said(*turns)) == []
+    heard(shop, *turns, "Add another bread")
+    assert len(shop.basket) == 2
+    assert "Rye Bread" not in shop.basket
+
+
+def test_unclear_removal_is_told_and_takes_nothing() -> None:
+    shop = opened(FRUIT)
+    (told,) = heard(shop, "Remove it")
+    assert "not clear" in told
+    assert shop.basket == FRUIT

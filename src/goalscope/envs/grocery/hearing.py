@@ -22,10 +22,12 @@ class Hearing:
 
     Attributes:
         wanted: Things asked for outright and not refused since, in their order.
-        removed: What the newest words want taken out, all of it or some.
+        removed: What the newest words want taken out, all of it or some; no phrase where it is
+            unclear what.
         spared: What alone stays in the basket, by the newest words; all of it where there is none.
         refused: Things refused and not asked for since.
-        dropped: Things taken out of the basket and not asked for since.
+        dropped: Things taken out of the basket, all of them, and not asked for since.
+        lessened: Things of which some were taken out, and that were not asked for since.
         diets: Restrictions named, of `diets.DIETS`.
         words: All that was said, in lower case.
         empties: Whether the last words ask for an empty basket.
@@ -36,6 +38,7 @@ class Hearing:
     spared: tuple[str, ...]
     refused: tuple[str, ...]
     dropped: tuple[str, ...]
+    lessened: tuple[str, ...]
     diets: frozenset[str]
     words: str
     empties: bool
@@ -58,13 +61,15 @@ class Hearing:
         return _kind_of(thing, self.refused)
 
     def drops(self, thing: str) -> bool:
-        """Whether the person refused `thing`, or had it or such a thing taken out.
+        """Whether the person refused `thing`, or had it taken out."""
+        return _kind_of(thing, (*self.refused, *self.dropped))
 
-        Who has the hot dog buns taken out wants no other buns unasked.
-        """
-        name = singulars(thing)
-        ends = any(singulars(each)[-len(name) :] == name for each in self.dropped)
-        return ends or _kind_of(thing, (*self.refused, *self.dropped))
+    def spurns(self, kind: str) -> bool:
+        """Whether to add nothing of this kind unasked: after hot dog buns were dropped, no buns."""
+        name = singulars(kind)
+        out = (*self.dropped, *self.lessened)
+        ends = any(singulars(each)[-len(name) :] == name for each in out)
+        return ends or self.drops(kind) or _kind_of(kind, out)
 
 
 def hear(utterances: Sequence[str], names: Names | None = None) -> Hearing:
@@ -78,6 +83,7 @@ def hear(utterances: Sequence[str], names: Names | None = None) -> Hearing:
     asked: dict[str, Request] = {}
     refused: dict[str, None] = {}
     dropped: dict[str, None] = {}
+    lessened: dict[str, None] = {}
     changes: list[Request] = []
     kept: list[str] = []
     diets: frozenset[str] = frozenset()
@@ -92,13 +98,11 @@ def hear(utterances: Sequence[str], names: Names | None = None) -> Hearing:
         last = next(reversed(asked), "")
         for removal in removed(said):
             change = _named(removal, names, last)
-            if change is None:
-                continue
-            last = change.phrase
-            _reduce(asked, change)
-            dropped[change.phrase] = None
             if newest:
                 changes.append(change)
+            if last := change.phrase:
+                _reduce(asked, change)
+                (dropped if change.change == "none" else lessened)[last] = None
         out = {names.shown(r.phrase) for r in removed(said)}
         for thing, how in unwanted(said).items():
             thing = names.shown(thing)
@@ -113,11 +117,11 @@ def hear(utterances: Sequence[str], names: Names | None = None) -> Hearing:
                 del asked[phrase]
         for request in wanted(said):
             request = _named(request, names, last)
-            if request is None or is_diet(request.phrase):
+            if not request.phrase or is_diet(request.phrase):
                 continue
             _ask(asked, request, newest=newest)
             diets -= mild & implied(request.phrase)
-            for words in (refused, dropped):
+            for words in (refused, dropped, lessened):
                 for thing in [
                     r for r in words if contains(singulars(request.phrase), singulars(r))
                 ]:
@@ -128,6 +132,7 @@ def hear(utterances: Sequence[str], names: Names | None = None) -> Hearing:
         spared=tuple(kept),
         refused=tuple(refused),
         dropped=tuple(dropped),
+        lessened=tuple(lessened),
         diets=diets,
         words=". ".join(utterances).casefold(),
         empties=bool(utterances) and clears(utterances[-1]),
@@ -138,15 +143,16 @@ def _kind_of(thing: str, words: Sequence[str]) -> bool:
     return any(contains(singulars(thing), singulars(each)) for each in words)
 
 
-def _named(request: Request, names: Names, last: str) -> Request | None:
+def _named(request: Request, names: Names, last: str) -> Request:
     """`request` with the shop's name or, for "it", the thing spoken of last, if there is any."""
-    phrase = last if request.phrase == SAME else names.shown(request.phrase)
-    return replace(request, phrase=phrase) if phrase else None
+    return replace(request, phrase=last if request.phrase == SAME else names.shown(request.phrase))
 
 
 def _reduce(asked: dict[str, Request], change: Request) -> None:
-    """Ask for less of what `change` takes out."""
-    for phrase in [p for p in asked if contains(singulars(p), singulars(change.phrase))]:
+    """Ask for less of what `change` takes out: rye bread may be what came for "bread"."""
+    out = singulars(change.phrase)
+    alike = [p for p in asked if contains(singulars(p), out) or contains(out, singulars(p))]
+    for phrase in alike:
         left = asked[phrase].quantity - change.quantity
         if change.change == "none" or left < 1:
             del asked[phrase]

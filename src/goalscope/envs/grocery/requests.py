@@ -73,7 +73,8 @@ _SHUNS = (
     r"|without|avoid(?:ing)?|free of|free from|nothing (?:with|containing)|hates?|dislikes?)"
 )
 _TAKES = (
-    r"(?:remove|delete|drop|ditch|discard|(?:lose|minus|undo|return)(?= the )|get rid of|put back"
+    r"(?:remove|delete|drop|ditch|discard|(?:lose|minus|undo|return|cancel)(?= the )|get rid of"
+    r"|(?:put|take) back"
     r"|(?:take|throw) (?:out|off|away))"
 )
 _DROPS = (
@@ -90,10 +91,13 @@ _REFUSAL = re.compile(
     r"|(?<!no )(?<!not )\b(?P<allergen>(?!(?:an?|any|food|known|severe|bad|my|his|her|the|of)\b)"
     r"[\w-]+) (?:allergy|allergies)\b"
     r"|(?<!n't )(?<!not )\b(?:take|put|throw|leave)\s+"
-    r"(?P<apart>(?:(?!\b(?:i|we|add|get|put|take|leave|throw)\b)[^.;!?]){1,200}?)"
+    r"(?P<apart>(?:the|my|these|those|all|both)\b"
+    r"(?:(?!\b(?:i|we|is|are|for|going|add|get|put|take|leave|throw)\b)[^.;!?]){1,200}?"
+    r"|(?:(?!\b(?:i|we|is|are|for|add|get|put|take|leave|throw)\b)[^.;!?,]){1,60}?)"
     rf"\s+(?:out|back|off|away)\b(?:\s+(?:of|from|in|into) (?:the|my|our|this) {CART}\b)?"
 )
 _SEPARATOR = re.compile(r",|\band\b|\bplus\b|\bor\b|&|\bwith\b|\balong\b")
+_NO_THING = {*NUMBERS, "to", "the", "for", "with", "me", "'s", "s", "if", "at", "in", "on", "it"}
 _KEEP = re.compile(r"\s*(?:please |you can |do )*(?:keep|leave)\b")
 _ONLY = re.compile(r"\bkeep only ([^.;!?]+)")
 _MORE = re.compile(rf"(?:\w+ )*?(?:(?:another|additional|more)\b|(?:\d+|{WORD}) extra\b)")
@@ -276,7 +280,7 @@ def _request(chunk: str) -> Request | None:
         elif match["container"]:
             counted = "packages"
         chunk = _TAIL.sub("", _SMALL.sub("", chunk[match.end() :])).strip(" ,")
-    is_thing = chunk and not chunk.isdigit() and chunk not in NUMBERS and len(chunk.split()) <= 5
+    is_thing = chunk and not chunk.isdigit() and chunk not in _NO_THING and len(chunk.split()) <= 5
     if not is_thing or _SPEAKING.search(chunk):
         return None
     return Request(chunk, max(1, min(math.ceil(quantity), 99_999)), counted, change, outright)

@@ -18,6 +18,7 @@ _NUMBER = rf"(?:\d+|{WORD}(?:[ -]{WORD}){{0,3}})"
 _IT = "(?:it|that|this|them|those|these)"
 _TO = "(?:to |up to |down to )"
 _ACT = "(?:i|we|take|put|leave|throw|find|run)"
+_ALL = "(?:everything|all(?: the)?(?: items| things)?)"
 _EXCEPT = "(?:but|except(?: for)?|apart from|other than)"
 _ALONE = r"(?=\s*(?:[.,;!?]|$|out|back|off|away|again|please|from))"
 _PACKS = rf"(?!(?:{'|'.join([*GRAMS, *MILLILITRES])}|dozen)\b)"
@@ -25,6 +26,7 @@ _END = r"(?=\s*(?:[.,;!?]|$| and | please| instead| but ))"
 _THINGS = r"((?:(?!\b(?:add|remove|get|take|for|with|by|to)\b)[^.;!?]){1,80}?)"
 _BEGIN = r"(?:(?<=[.,;!?] )|(?<=\band )|^)"
 _THING = r"((?:(?!\b(?:and|but|add|remove)\b)[^.,;!?]){1,60}?)"
+
 ASKING = re.compile(
     r"\b(?:(?:i|we|you|they|he|she)(?:'d| would|'ll| will| also| really| just| definitely)*"
     r" (?:need|want|like|love|take|prefer|require|fancy|crave|wish for)s?(?: to (?:get|buy|have"
@@ -94,7 +96,6 @@ _REWORDED = [
 ]
 """Patterns, and the plainer words that stand for what they match: lacking a thing is needing it."""
 
-
 CORRECTION = re.compile(
     r"[\s,.;!?\u2013\u2014-]*\b(?:no,? wait|wait,? no|no,? sorry|wait|sorry|(?:no,? )?i mean"
     r"|i meant|scratch that)\b[\s,:.]*"
@@ -103,6 +104,8 @@ _SAID_ANEW = re.compile(
     rf"(?!(?:{_IT}|i|i'm|we|you|can|could|make|please|no|not|don't|never|for|about|but|and|add|remove"
     r"|take|get|buy|put|drop|delete|swap|replace|change|there|is|are|what|how|do|did)\b)\w"
 )
+_RESTRICTS = re.compile(r"allerg|intoleran|\b(?:no|not|cannot|without|avoid|never|\w+n't)\b")
+_BULLET = re.compile(r"\n[ \t]*[-*\u2022][ \t]+")
 _BEFORE_LAST = re.compile(
     r"[,;.!?]|\b(?:and|or|plus|add|get|buy|want|need|like|have|take|remove|order|delete)\b"
 )
@@ -125,7 +128,8 @@ _CHANGES = [
         (rf"(?:'d| would) rather have {_THING} than {_THING}{_END}", r" like \1. remove \2"),
         (
             r"\b(?:change|set|reduce|increase|lower|raise|cut|bring|take|update|bump)"
-            rf" (?:the )?(?:{_NUMBER} )?{_THING} (?:from {_NUMBER} )?{_TO}({_NUMBER}){_END}",
+            r" (?:the )?(?:(?:quantity|number|amount) of (?:the )?)?"
+            rf"(?:{_NUMBER} )?{_THING} (?:from {_NUMBER} )?{_TO}({_NUMBER}){_END}",
             r". add exactly \2 packs of \1",
         ),
         (
@@ -145,6 +149,11 @@ _CHANGES = [
             rf"(?<!\w)({_NUMBER}) {_THING}(?: please)?, not {_NUMBER}{_END}",
             r"exactly \1 packs of \2",
         ),
+        (
+            r"\b(?:(?:i|we) )?(?:don't|do not) (?:want|need)"
+            rf" {_NUMBER} {_THING},? (?:just|only) ({_NUMBER}){_END}",
+            r"exactly \2 packs of \1",
+        ),
         (r"\bi (?:said|meant) (?=exactly )", ""),
         (rf"\bmake the {_THING} ({_NUMBER}){_END}", r". add exactly \2 packs of \1"),
         (rf"\b({_NUMBER}) more(?: of {_IT})?{_END}", rf"\1 more {SAME}"),
@@ -153,19 +162,19 @@ _CHANGES = [
             rf"{_BEGIN}(?:the )?{_THING} (?:is|are)(?: not|n't| no longer) (?:needed|wanted){_END}",
             r"don't need \1",
         ),
-        (r"\b(?:only|just) (need|want|get|have|take|add)\b", r"\1 exactly"),
+        (rf"\b(?:only|just) (need|want|get|have|take|add) (?={_NUMBER} )", r"\1 exactly "),
         (rf"\b({_NUMBER}) (?:fewer|less) (?=\w)", r". remove \1 "),
         (rf"(?<!\w)({_NUMBER}) {_THING} (?:less|fewer){_END}", r". remove \1 \2"),
         (
             rf"(?:(?<=[.,;!?] )|^)(?!.{{0,40}}\b{_ACT}\b)(?:the )?{_THING}"
-            rf" (?:out|can go|(?:can|must|should) be removed){_END}",
+            rf" (?:out|(?:can|should|must) go|(?:can|must|should) be removed){_END}",
             r". remove \1",
         ),
         (
-            rf"\b(?:remove|delete|drop|take out) (?:everything|all)(?: else)? {_EXCEPT} ",
+            rf"\b(?:remove|delete|drop|take out) {_ALL}(?: else)? {_EXCEPT} ",
             ". keep only ",
         ),
-        (rf"\b(?:take )?(?:everything|all)(?: else)? out {_EXCEPT} ", ". keep only "),
+        (rf"\b(?:take )?{_ALL}(?: else)? out {_EXCEPT} ", ". keep only "),
         (r"\b(?:only|just) keep ", ". keep only "),
         (r"\bchanged (?:my|our) minds? about\b", "remove"),
         (
@@ -185,21 +194,23 @@ _CHANGES = [
 
 
 def _corrected(text: str) -> str:
-    """`text` without what a person says wrong and corrects at once, as in "milk, no wait, oil"."""
+    """`text` without what a person says wrong and corrects at once, as in "milk, no wait, oil".
+
+    What one must not or does not eat is not taken back so: better one restriction too many.
+    """
     said, *anew = CORRECTION.split(text)
     for part in anew:
         if re.match(rf"{_NUMBER}{_END}", part):
             said += ". make it"
-        elif said and _SAID_ANEW.match(part):
+        elif not _SAID_ANEW.match(part):
+            said += "."
+        elif _RESTRICTS.search(re.split(r"[.;!?]", said)[-1]):
+            said += ","
+        else:
             breaks = list(_BEFORE_LAST.finditer(said, max(0, len(said) - 60)))
             said = said[: breaks[-1].end()] if breaks else ""
-        else:
-            said += "."
         said += f" {part}"
     return said.strip()
-
-
-_BULLET = re.compile(r"\n[ \t]*[-*\u2022][ \t]+")
 
 
 @lru_cache(maxsize=512)

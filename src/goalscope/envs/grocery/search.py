@@ -95,8 +95,10 @@ class Search:
 
     def named(self, phrase: str) -> list[Item]:
         """All items whose names hold every word of `phrase`."""
-        places = [self._holding.get(word, frozenset[int]()) for word in singulars(phrase)]
-        common = frozenset.intersection(*places) if places else ()
+        said = singulars(phrase)
+        common = self._holding.get(said[0], set[int]()) if said else set[int]()
+        for word in said[1:]:
+            common = common & self._holding.get(word, set[int]())
         return [self._catalogue.items[place] for place in sorted(common)]
 
     def mixed(self, item: Item, phrase: str) -> int:
@@ -154,13 +156,13 @@ class Search:
         return [frozenset(singulars(item.name)) for item in self._catalogue.items]
 
     @cached_property
-    def _holding(self) -> dict[str, frozenset[int]]:
+    def _holding(self) -> dict[str, set[int]]:
         """For each word, the places of the items whose names hold it."""
         places: defaultdict[str, set[int]] = defaultdict(set)
         for index, held in enumerate(self._words):
             for word in held:
                 places[word].add(index)
-        return {word: frozenset(found) for word, found in places.items()}
+        return dict(places)
 
     @cached_property
     def _heads(self) -> dict[str, list[int]]:

@@ -130,7 +130,7 @@ class GroceryShop:
         text = f" {' '.join(singulars('. '.join(said)))} "
         for gone in (*hearing.refused, *hearing.dropped):
             text = text.replace(f" {' '.join(singulars(gone))} ", " . ")
-        return [name for name in self._search.mentioned(text) if not hearing.drops(name)]
+        return [name for name in self._search.mentioned(text) if not hearing.spurns(name)]
 
     def status(self) -> str:
         """The basket with quantities, prices and the total, one item a line."""
@@ -202,11 +202,13 @@ class GroceryShop:
             name = result.action.target
             before[name] = before.get(name, 0) + sign * result.action.quantity
         held = [item for name, n in before.items() if n > 0 and (item := self.catalogue.get(name))]
-        told = [
-            f"There {'were' if _is_plural(each.phrase) else 'was'} no {each.phrase} in the basket."
-            for each in hearing.removed
-            if not _called(each.phrase, held)
-        ]
+        told: list[str] = []
+        for phrase in (removal.phrase for removal in hearing.removed):
+            if not phrase:
+                told.append("It is not clear what is to leave the basket. Please name it.")
+            elif not _called(phrase, held) and not _is_vague(phrase):
+                verb = "were" if singulars(phrase)[-1:] != words(phrase)[-1:] else "was"
+                told.append(f"There {verb} no {phrase} in the basket.")
         for request in self._heard(turns[-1:]).wanted:
             item = self._meant(request.phrase, hearing)
             there = before.get(item.name, 0) if item and request.change == "more" else 0
@@ -267,7 +269,9 @@ class GroceryShop:
 
     def _meant(self, phrase: str, hearing: Hearing) -> Item | None:
         """The item that a request means: by its exact name, in the basket, or the plainest."""
-        others = (item for item in self._search.named(phrase) if hearing.permits(item))
+        if _is_vague(phrase) and phrase not in self._names:
+            return None
+        others = (item for item in self._search.named(phrase) if _allowed(item, hearing))
         named = _called(phrase, list(dict.fromkeys([*self._found(phrase, hearing), *others])))
         named.sort(key=lambda item: (self._search.mixed(item, phrase), len(words(item.name))))
         return next((item for item in named if item.name in self._basket), next(iter(named), None))
@@ -275,16 +279,16 @@ class GroceryShop:
     def _lacking(self, request: Request, hearing: Hearing) -> list[str]:
         """Why nothing can be added for the request; nothing where it names no product."""
         phrase = request.phrase
+        aisles = set(words(" ".join({item.category for item in self.catalogue.items})))
+        vague = _NO_PRODUCT.union(aisles).issuperset(words(phrase))
+        if vague or words(phrase)[0] in _NO_BEGINNING or hearing.makes(phrase):
+            return []
         named = self._search.named(phrase)
         diets = [d for d in sorted(hearing.diets) if all(violates(item, d) for item in named)]
         if named and diets:
             return [f"Not added, since it has to be {' and '.join(diets)}: {phrase}."]
         if named:
             return [f"Not added, since it was ruled out: {phrase}."]
-        said = words(phrase)
-        aisles = set(words(" ".join({item.category for item in self.catalogue.items})))
-        if hearing.makes(phrase) or _NO_PRODUCT | aisles >= set(said) or said[0] in _NO_BEGINNING:
-            return []
         if not request.outright and self._search.nearness(phrase) < _PRODUCT:
             return []
         return [f"The shop has nothing called '{phrase}'."]
@@ -297,7 +301,7 @@ class GroceryShop:
         """What the search finds that is not ruled out; a diet is searched for by its name, too."""
         texts = [*(f"{name} {term}" for name in sorted(hearing.diets)), term]
         found = dict.fromkeys(item for text in texts for item in self.search(text, _SHOWN))
-        return [item for item in found if hearing.permits(item)]
+        return [item for item in found if _allowed(item, hearing)]
 
     def _offers(self, term: str, hearing: Hearing) -> list[Item]:
         """The best permitted items that are what the term's last word says.
@@ -306,10 +310,9 @@ class GroceryShop:
         the person wants to make.
         """
         head = " ".join(words(term)[-1:])
-        if head in _VAGUE or hearing.makes(term) or hearing.drops(term):
+        if head in _VAGUE or hearing.makes(term) or hearing.spurns(term):
             return []
-        found = [i for i in self._found(term, hearing) if not hearing.drops(i.name)]
-        offers = [i for i in found if _is_a(i, head)][:_PER_TERM]
+        offers = [i for i in self._found(term, hearing) if _is_a(i, head)][:_PER_TERM]
         return [] if any(item.name in self._basket for item in offers) else offers
 
     def _contents(self) -> list[tuple[Item, int]]:
@@ -352,12 +355,17 @@ class GroceryShop:
         if not self._basket:
             return StepResult(action, False, "The basket is empty; add something first.")
         self._bought = True
-        told = f"{self.status()}\nThe basket is now purchased."
+        total = self.catalogue.money(self.total)
+        told = f"The basket is now purchased for {total}.\n{self.status()}"
         return StepResult(action, True, told, terminated=True, irreversible=True)
 
 
-def _is_plural(phrase: str) -> bool:
-    return singulars(phrase)[-1:] != words(phrase)[-1:]
+def _is_vague(phrase: str) -> bool:
+    return _NO_PRODUCT.issuperset(words(phrase))
+
+
+def _allowed(item: Item, hearing: Hearing) -> bool:
+    return hearing.permits(item) and not hearing.drops(item.name)
 
 
 def _called(phrase: str, items: Sequence[Item]) -> list[Item]:
