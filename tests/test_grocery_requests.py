@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from goalscope.envs.grocery.amounts import Request, packages
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.diets import DIETS, diet, violates
-from goalscope.envs.grocery.requests import Request, amount, clears, packages, unwanted, wanted
+from goalscope.envs.grocery.requests import amount, clears, unwanted, wanted
 
 
 @pytest.mark.parametrize(

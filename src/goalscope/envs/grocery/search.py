@@ -16,7 +16,13 @@ import numpy.typing as npt
 import platformdirs
 
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.words import head_nouns, head_words, singular, singulars, words
+from goalscope.envs.grocery.words import (
+    head_nouns,
+    head_words,
+    singular,
+    singulars,
+    words,
+)
 from goalscope.models.embedding import embedded
 
 __all__ = ["Search"]
@@ -83,6 +89,23 @@ class Search:
             scores[index] += _CATEGORY_WEIGHT * shares[items[index].category]
         return [items[i] for i in sorted(scores, key=lambda i: (-scores[i], i))[:limit]]
 
+    def nearness(self, text: str) -> float:
+        """Cosine of `text` and the item nearest to it in meaning."""
+        return float(_nearness(self._vectors, embedded([text])[0]).max())
+
+    def named(self, phrase: str) -> list[Item]:
+        """All items whose names hold every word of `phrase`."""
+        said = singulars(phrase)
+        common = self._holding.get(said[0], set[int]()) if said else set[int]()
+        for word in said[1:]:
+            common = common & self._holding.get(word, set[int]())
+        return [self._catalogue.items[place] for place in sorted(common)]
+
+    def mixed(self, item: Item, phrase: str) -> int:
+        """How many words of the item's name are other things than `phrase`: garlic in a bread."""
+        others = set(singulars(item.name)) - set(singulars(phrase))
+        return sum(word in self._heads for word in others)
+
     def kinds(self, text: str, limit: int) -> list[str]:
         """Generic names such as "flour" that may serve `text`, nearest first.
 
@@ -131,6 +154,15 @@ class Search:
     @cached_property
     def _words(self) -> list[frozenset[str]]:
         return [frozenset(singulars(item.name)) for item in self._catalogue.items]
+
+    @cached_property
+    def _holding(self) -> dict[str, set[int]]:
+        """For each word, the places of the items whose names hold it."""
+        places: defaultdict[str, set[int]] = defaultdict(set)
+        for index, held in enumerate(self._words):
+            for word in held:
+                places[word].add(index)
+        return dict(places)
 
     @cached_property
     def _heads(self) -> dict[str, list[int]]:

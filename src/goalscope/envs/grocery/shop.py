@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from decimal import Decimal
 
+from goalscope.envs.grocery.amounts import MOST, Request, packages, units
 from goalscope.envs.grocery.answers import answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.consent import consents
+from goalscope.envs.grocery.diets import violates
 from goalscope.envs.grocery.hearing import Hearing, hear
+from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.profiles import checks_met
-from goalscope.envs.grocery.requests import amount, packages
+from goalscope.envs.grocery.requests import amount, refuses, unrefused
 from goalscope.envs.grocery.search import Search
-from goalscope.envs.grocery.words import contains, singulars, words
+from goalscope.envs.grocery.words import contains, head_nouns, singular, singulars, words
 from goalscope.types import Action, Profile, StepResult, Turn
 
 __all__ = ["GroceryShop"]
-
-MOST_OF_ONE = 99
-"""Units of one item that a basket holds at most."""
 
 _PER_TERM = 5
 """Items offered for each search term."""
@@ -28,6 +28,25 @@ _VAGUE = frozenset({
     "things", "set",
 })  # fmt: skip
 """Words too general to choose an item by."""
+
+_NO_PRODUCT = _VAGUE | {
+    "something", "anything", "nothing", "everything", "stuff", "one", "ones", "rest", "bit", "lot",
+    "lots", "other", "others", "each", "some", "more", "a", "the", "of", "my", "good", "nice",
+    "meals", "breakfast", "ingredients", "groceries", "shopping", "basket", "cart", "order", "list",
+    "fruit", "fruits", "vegetables", "vegetable", "veggies", "dessert", "desserts", "snack", "to",
+    "going", "us", "me", "them", "her", "him", "ready", "back", "help", "idea", "ideas", "recipe",
+    "correct", "right", "yup", "yep", "nope", "total",
+}  # fmt: skip
+"""Words that name no product, at least alone or together."""
+
+_NO_BEGINNING = frozenset({
+    "something", "anything", "nothing", "everything", "whatever", "as", "at", "by", "in", "on",
+    "to", "near", "out", "after", "from", "under", "until",
+})  # fmt: skip
+"""Words that no product's name begins with."""
+
+_PRODUCT = 0.45
+"""Cosine with the nearest item from which on a bare phrase is taken for a product."""
 
 _SHOWN = 10
 """Items that the action `search inventory` lists."""
@@ -99,13 +118,19 @@ class GroceryShop:
 
     def kinds(self, text: str, limit: int) -> list[str]:
         """Generic names such as "flour" that may serve `text`, nearest first."""
+        said = self._names.hidden(text)
+        if refuses(said):
+            text = self._names.shown(unrefused(said))
         return self._search.kinds(text, limit)
 
     def mentioned(self, utterances: Sequence[str]) -> list[str]:
         """Generic names of things here that the person spoke of, and did not refuse."""
-        hearing = hear(utterances)
-        names = self._search.mentioned(". ".join(utterances))
-        return [name for name in names if not hearing.refuses(name)]
+        hearing = hear(utterances, self._names)
+        said = [self._names.brief(unrefused(self._names.hidden(each))) for each in utterances]
+        text = f" {' '.join(singulars('. '.join(said)))} "
+        for gone in (*hearing.refused, *hearing.dropped):
+            text = text.replace(f" {' '.join(singulars(gone))} ", " . ")
+        return [name for name in self._search.mentioned(text) if not hearing.spurns(name)]
 
     def status(self) -> str:
         """The basket with quantities, prices and the total, one item a line."""
@@ -124,7 +149,7 @@ class GroceryShop:
         What the person ruled out in `turns` is not offered. Removals and the purchase follow
         from the person's words alone: see `requests` and `completion_actions`.
         """
-        hearing = hear([turn.utterance for turn in turns])
+        hearing = self._heard(turns)
         if self._bought or hearing.empties:
             return []
         found: dict[str, int] = {}
@@ -140,27 +165,58 @@ class GroceryShop:
         """
         if self._bought:
             return []
-        hearing = hear([turn.utterance for turn in turns])
-        plan = [
-            Action("remove item", item.name, number)
+        hearing = self._heard(turns)
+        plan = {
+            item.name: -number
             for item, number in self._contents()
-            if hearing.empties or not hearing.permits(item)
-        ]
+            if hearing.empties or not hearing.permits(item) or not self._stays(item, hearing)
+        }
+        for removal in hearing.removed:
+            for item in _called(removal.phrase, [item for item, _ in self._contents()]):
+                held = self._basket[item.name]
+                shown = removal.quantity <= held  # what a person counts is what the basket shows
+                number = removal.quantity if shown else min(packages(removal, item), held)
+                if removal.change == "none":
+                    number = held
+                plan.setdefault(item.name, -number)
+                if removal.change == "fewer":
+                    break
         for request in hearing.wanted:
-            named = [i for i in self._found(request.phrase, hearing) if _is_a(i, request.phrase)]
-            named.sort(key=lambda item: len(words(item.name)))
-            held = next((i for i in named if i.name in self._basket), None)
-            if not named:
-                continue
-            item = held or named[0]
-            missing = packages(request, item) - self._basket.get(item.name, 0)
-            if missing > 0 and not any(action.target == item.name for action in plan):
-                plan.append(Action("add item", item.name, missing))
-        return plan
+            if item := self._meant(request.phrase, hearing):
+                held = self._basket.get(item.name, 0)
+                number = packages(request, item) - (0 if request.change == "more" else held)
+                if number > 0 or request.change == "exactly":
+                    plan.setdefault(item.name, min(number, MOST - held))
+        return [
+            Action("add item" if number > 0 else "remove item", name, abs(number))
+            for name, number in plan.items()
+            if number
+        ]
 
     def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
         """What the newest turn asks for outright and did not get, one sentence each."""
-        return []
+        hearing = self._heard(turns)
+        before = self.basket
+        for result in results:
+            sign = {"add item": -1, "remove item": 1}.get(result.action.name, 0)
+            name = result.action.target
+            before[name] = before.get(name, 0) + sign * result.action.quantity
+        held = [item for name, n in before.items() if n > 0 and (item := self.catalogue.get(name))]
+        told: list[str] = []
+        for phrase in (removal.phrase for removal in hearing.removed):
+            if not phrase:
+                told.append("It is not clear what is to leave the basket. Please name it.")
+            elif not _called(phrase, held) and not _is_vague(phrase):
+                verb = "were" if singulars(phrase)[-1:] != words(phrase)[-1:] else "was"
+                told.append(f"There {verb} no {phrase} in the basket.")
+        for request in self._heard(turns[-1:]).wanted:
+            item = self._meant(request.phrase, hearing)
+            there = before.get(item.name, 0) if item and request.change == "more" else 0
+            if item is None:
+                told += self._lacking(request, hearing)
+            elif units(request, item) + there > MOST:
+                told.append(f"The basket holds at most {MOST} of one item: {item.name}.")
+        return told
 
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
         """Empty: the one irreversible act, the purchase, follows from the person's order alone."""
@@ -204,11 +260,48 @@ class GroceryShop:
         """Which of the profile's checks the basket meets; an empty basket meets none."""
         return checks_met(profile.checks, self._contents(), bought=self._bought)
 
+    @property
+    def _names(self) -> Names:
+        return self.catalogue.names
+
+    def _heard(self, turns: Sequence[Turn]) -> Hearing:
+        return hear([turn.utterance for turn in turns], self._names)
+
+    def _meant(self, phrase: str, hearing: Hearing) -> Item | None:
+        """The item that a request means: by its exact name, in the basket, or the plainest."""
+        if _is_vague(phrase) and phrase not in self._names:
+            return None
+        others = (item for item in self._search.named(phrase) if _allowed(item, hearing))
+        named = _called(phrase, list(dict.fromkeys([*self._found(phrase, hearing), *others])))
+        named.sort(key=lambda item: (self._search.mixed(item, phrase), len(words(item.name))))
+        return next((item for item in named if item.name in self._basket), next(iter(named), None))
+
+    def _lacking(self, request: Request, hearing: Hearing) -> list[str]:
+        """Why nothing can be added for the request; nothing where it names no product."""
+        phrase = request.phrase
+        aisles = set(words(" ".join({item.category for item in self.catalogue.items})))
+        vague = _NO_PRODUCT.union(aisles).issuperset(words(phrase))
+        if vague or words(phrase)[0] in _NO_BEGINNING or hearing.makes(phrase):
+            return []
+        named = self._search.named(phrase)
+        diets = [d for d in sorted(hearing.diets) if all(violates(item, d) for item in named)]
+        if named and diets:
+            return [f"Not added, since it has to be {' and '.join(diets)}: {phrase}."]
+        if named:
+            return [f"Not added, since it was ruled out: {phrase}."]
+        if not request.outright and self._search.nearness(phrase) < _PRODUCT:
+            return []
+        return [f"The shop has nothing called '{phrase}'."]
+
+    def _stays(self, item: Item, hearing: Hearing) -> bool:
+        """Whether the newest words leave the item in the basket."""
+        return not hearing.spared or any(_called(each, [item]) for each in hearing.spared)
+
     def _found(self, term: str, hearing: Hearing) -> list[Item]:
         """What the search finds that is not ruled out; a diet is searched for by its name, too."""
         texts = [*(f"{name} {term}" for name in sorted(hearing.diets)), term]
         found = dict.fromkeys(item for text in texts for item in self.search(text, _SHOWN))
-        return [item for item in found if hearing.permits(item)]
+        return [item for item in found if _allowed(item, hearing)]
 
     def _offers(self, term: str, hearing: Hearing) -> list[Item]:
         """The best permitted items that are what the term's last word says.
@@ -217,7 +310,7 @@ class GroceryShop:
         the person wants to make.
         """
         head = " ".join(words(term)[-1:])
-        if head in _VAGUE or hearing.makes(term) or hearing.refuses(term):
+        if head in _VAGUE or hearing.makes(term) or hearing.spurns(term):
             return []
         offers = [i for i in self._found(term, hearing) if _is_a(i, head)][:_PER_TERM]
         return [] if any(item.name in self._basket for item in offers) else offers
@@ -236,15 +329,15 @@ class GroceryShop:
     def _problem(self, action: Action) -> str | None:
         """Why `action` cannot be taken, or None if it can."""
         name, number = action.target, action.quantity
-        if type(number) is not int or not 1 <= number <= MOST_OF_ONE:
-            return f"The quantity must be a whole number from 1 to {MOST_OF_ONE}."
+        if type(number) is not int or not 1 <= number <= MOST:
+            return f"The quantity must be a whole number from 1 to {MOST}."
         held = self._basket.get(name, 0)
         if action.name == "remove item" and held < number:
             return f"The basket holds {held} of {name!r}."
         if self.catalogue.get(name) is None:
             return f"The shop has no item of the name {name!r}."
-        if action.name == "add item" and held + number > MOST_OF_ONE:
-            return f"The basket holds {held} of {name!r} and may hold {MOST_OF_ONE}."
+        if action.name == "add item" and held + number > MOST:
+            return f"The basket holds {held} of {name!r} and may hold {MOST}."
         return None
 
     def _move(self, action: Action) -> StepResult:
@@ -262,8 +355,28 @@ class GroceryShop:
         if not self._basket:
             return StepResult(action, False, "The basket is empty; add something first.")
         self._bought = True
-        told = f"{self.status()}\nThe basket is now purchased."
+        total = self.catalogue.money(self.total)
+        told = f"The basket is now purchased for {total}.\n{self.status()}"
         return StepResult(action, True, told, terminated=True, irreversible=True)
+
+
+def _is_vague(phrase: str) -> bool:
+    return _NO_PRODUCT.issuperset(words(phrase))
+
+
+def _allowed(item: Item, hearing: Hearing) -> bool:
+    return hearing.permits(item) and not hearing.drops(item.name)
+
+
+def _called(phrase: str, items: Sequence[Item]) -> list[Item]:
+    """Those of `items` that `phrase` names: exactly, by their head noun, or else by any word."""
+    exact = [item for item in items if item.name.casefold() == phrase] or [
+        item for item in items if singulars(item.name) == singulars(phrase)
+    ]
+    named = [item for item in items if _is_a(item, phrase)]
+    last = singulars(phrase)[-1:]
+    heads = [i for i in named if last and last[0] in map(singular, head_nouns(i.name))]
+    return exact or heads or named
 
 
 def _is_a(item: Item, phrase: str) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 
 __all__ = [
     "asks",
@@ -14,6 +14,7 @@ __all__ = [
     "sentences",
     "singular",
     "singulars",
+    "spans",
     "words",
 ]
 
@@ -64,7 +65,13 @@ _QUESTION = re.compile(
 
 def words(text: str) -> list[str]:
     """The words of `text` in lower case, without possessive endings."""
-    return [w.replace("\u2019", "'").removesuffix("'s") for w in _WORD.findall(text.lower())]
+    return [word for word, _, _ in spans(text.lower())]
+
+
+def spans(text: str) -> Iterator[tuple[str, int, int]]:
+    """The words of lower-case `text` without possessive endings; where each begins and ends."""
+    for match in _WORD.finditer(text):
+        yield match[0].replace("\u2019", "'").removesuffix("'s"), match.start(), match.end()
 
 
 def singular(word: str) -> str:

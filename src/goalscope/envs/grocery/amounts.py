@@ -1,0 +1,128 @@
+"""How much a person asks for: number words, measures, and packages of an item."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+from goalscope.envs.grocery.catalogue import Item
+
+__all__ = [
+    "CONTAINER",
+    "COUNT",
+    "GRAMS",
+    "MILLILITRES",
+    "MOST",
+    "NUMBERS",
+    "WORD",
+    "Request",
+    "number",
+    "packages",
+    "units",
+]
+
+MOST = 99
+"""Units of one item that a basket holds at most."""
+
+
+NUMBERS = {
+    **{
+        "a": 0,
+        "an": 0,
+        "of": 0,
+        "and": 0,
+        "half": 0.5,
+        "hundred": 0,
+        "couple": 2,
+        "pair": 2,
+        "few": 3,
+    },
+    **{"one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8},
+    **{"nine": 9, "ten": 10, "eleven": 11, "twelve": 12, "thirteen": 13, "fourteen": 14},
+    **{"fifteen": 15, "sixteen": 16, "seventeen": 17, "eighteen": 18, "nineteen": 19, "several": 3},
+    **{"twenty": 20, "thirty": 30, "forty": 40, "fifty": 50, "sixty": 60, "eighty": 80},
+}
+WORD = f"(?:{'|'.join(NUMBERS)})"
+GRAMS = {
+    **dict.fromkeys(("kg", "kilo", "kilos", "kilogram", "kilograms"), 1000.0),
+    **dict.fromkeys(("g", "gram", "grams"), 1.0),
+    **dict.fromkeys(("lb", "lbs", "pound", "pounds"), 454.0),
+    **dict.fromkeys(("oz", "ounce", "ounces"), 28.35),
+}
+MILLILITRES = {
+    **dict.fromkeys(("l", "litre", "litres", "liter", "liters"), 1000.0),
+    **dict.fromkeys(("ml", "millilitre", "millilitres", "milliliter", "milliliters"), 1.0),
+    **dict.fromkeys(("pint", "pints"), 473.0),
+    **dict.fromkeys(("quart", "quarts"), 946.0),
+    **dict.fromkeys(("gal", "gallon", "gallons"), 3785.0),
+}
+_MEASURE = f"(?:{'|'.join([*GRAMS, *MILLILITRES])})"
+CONTAINER = (
+    r"(?:packages?|packs?|packets?|bags?|boxes|box|bottles?|cans?|tins?|jars?|cartons?|loaves|loaf"
+    r"|bunch(?:es)?|blocks?|bars?|tubs?|trays?|heads?|containers?|cases?|rolls?|sticks?|bulbs?"
+    r"|slices?|pieces?|sets?)"
+)
+COUNT = re.compile(
+    rf"(?:(?P<number>(?P<digits>\d{{1,6}}(?:\.\d+)?(?=[ a-z]))|{WORD}(?:[ -]{WORD})*(?= ))"
+    rf" ?(?:x )?(?:(?P<dozen>dozens?) |(?P<measure>{_MEASURE}) (?(digits)(?:of )?|of ))?"
+    rf"|(?P<alone>dozens?) )?(?:of |more )*(?P<container>(?:(?:\w+ )?{CONTAINER} of )+)?"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """Something asked for, or to be taken out.
+
+    Attributes:
+        phrase: What, in the person's words and lower case, such as "brown eggs".
+        quantity: How many, at least 1; for "two dozen" it is 24, for "1.5 kg" 1500.
+        counted: What the quantity counts: packages ("3 bags of chips"), single pieces ("6
+            bagels"), pieces by the dozen, or a weight or volume.
+        change: What becomes of the basket: it holds so many at least, so many more, exactly so
+            many, so many fewer, or none.
+        outright: Whether a verb or a number asks for it, rather than its bare mention.
+    """
+
+    phrase: str
+    quantity: int = 1
+    counted: Literal["packages", "pieces", "dozens", "grams", "millilitres"] = "pieces"
+    change: Literal["at least", "more", "exactly", "fewer", "none"] = "at least"
+    outright: bool = False
+
+
+def packages(request: Request, item: Item) -> int:
+    """How many units of `item` a basket can hold of those that the request comes to."""
+    return min(units(request, item), MOST)
+
+
+def units(request: Request, item: Item) -> int:
+    """How many units of `item` the request comes to, at least 1.
+
+    Two dozen eggs are two of a unit "12 ct", six bagels one of "6 ct", and 1.5 kg two of "1 kg".
+    Where the unit does not say how many pieces it holds, a dozen is taken for one unit, and a
+    piece for one unit; so is any weight or volume that the unit cannot be compared with.
+    """
+    unit = item.unit.lower()
+    number = request.quantity
+    if request.counted in ("grams", "millilitres"):
+        size = re.match(rf"(\d+(?:\.\d+)?)\s*({_MEASURE})\b", unit)
+        measures = GRAMS if request.counted == "grams" else MILLILITRES
+        one = float(size[1]) * measures.get(size[2], 0) if size else 0
+        number = math.ceil(number / one - 0.01) if one else 1
+    elif request.counted != "packages":
+        pieces = re.match(r"(\d+)\s*(?:ct|count|pack|pk|pcs|pieces)\b", unit)
+        if pieces and int(pieces[1]) > 0:
+            number = math.ceil(number / int(pieces[1]))
+        elif request.counted == "dozens" and unit != "each":
+            number = math.ceil(number / 12)
+    return max(number, 1)
+
+
+def number(said: str) -> float:
+    """The value of digits or of number words: "a" is 1, "twenty-four" 24, "half a" 0.5."""
+    if said[0].isdigit():
+        return float(said)
+    value = sum(NUMBERS[word] for word in re.split(r"[ -]", said)) or 1
+    return value * 100 if "hundred" in said else value

@@ -1,0 +1,231 @@
+"""The same words said more plainly: what a person says in many ways, said in one."""
+
+from __future__ import annotations
+
+import re
+from functools import lru_cache
+
+from goalscope.envs.grocery.amounts import GRAMS, MILLILITRES, WORD
+
+__all__ = ["ASKING", "CART", "CORRECTION", "SAME", "plain"]
+
+CART = "(?:basket|cart|order|list)"
+
+SAME = "ditto"
+"""Stands for the thing that was spoken of last, as in "make it three"."""
+
+_NUMBER = rf"(?:\d+|{WORD}(?:[ -]{WORD}){{0,3}})"
+_IT = "(?:it|that|this|them|those|these)"
+_TO = "(?:to |up to |down to )"
+_ACT = "(?:i|we|take|put|leave|throw|find|run)"
+_ALL = "(?:everything|all(?: the)?(?: items| things)?)"
+_EXCEPT = "(?:but|except(?: for)?|apart from|other than)"
+_ALONE = r"(?=\s*(?:[.,;!?]|$|out|back|off|away|again|please|from))"
+_PACKS = rf"(?!(?:{'|'.join([*GRAMS, *MILLILITRES])}|dozen)\b)"
+_END = r"(?=\s*(?:[.,;!?]|$| and | please| instead| but ))"
+_THINGS = r"((?:(?!\b(?:add|remove|get|take|for|with|by|to)\b)[^.;!?]){1,80}?)"
+_BEGIN = r"(?:(?<=[.,;!?] )|(?<=\band )|^)"
+_THING = r"((?:(?!\b(?:and|but|add|remove)\b)[^.,;!?]){1,60}?)"
+
+ASKING = re.compile(
+    r"\b(?:(?:i|we|you|they|he|she)(?:'d| would|'ll| will| also| really| just| definitely)*"
+    r" (?:need|want|like|love|take|prefer|require|fancy|crave|wish for)s?(?: to (?:get|buy|have"
+    r"|order|add|include|use))?|(?:i|we|you|he|she)(?:'d| would|'ll| will)(?: also| just)* have"
+    r"|looking for|(?:i'm|we're) after|could (?:do with|use)|in the mood for"
+    r"|(?:can|could|may|might) (?:i|we|you)(?: also| please| just)*"
+    r" (?:(?:get|find|order|buy)(?: me| us)?|have|add|include|put in|throw in|do|give (?:me|us))"
+    r"|add(?: in)?|get(?: me| us)?|buy(?: me| us)?|grab|pick up|throw in|put in|include"
+    r"|give (?:me|us)|bring(?: me| us)?|(?<!my )(?<!the )(?<!our )order|need|how about"
+    r"|what about|go for"
+    r"|let's (?:have|get|add|do|take|go with)|there should be"
+    r"|make sure (?:there is|there are|(?:we|i) have|to (?:get|add))|use)\b"
+    r"(?: (?:is|are)\b)?(?! to (?!get|buy|have|order|add))"
+)
+_REWORDED = [
+    (re.compile(pattern), plainer)
+    for pattern, plainer in (
+        (r"\ballerg(?:y|ies|ens?)\s?:", "allergic to"),
+        (r"(?<=\d),(?=\d{3}\b)", ""),
+        (
+            r"\b(?:\w+n't|not|never)(?: let (?:me|us))?(?: ever)? (?:forget|miss|skip|omit|drop"
+            r"|leave out)\b(?: (?:about|to (?:add|get|buy|include))\b)?",
+            "add",
+        ),
+        (
+            r"\b(?:\w+n't|not|never) (?:remove|delete|take out|get rid of|throw (?:out|away))\b",
+            "keep",
+        ),
+        (r"\bi (?:almost |nearly )?forgot\b(?: (?:about|to (?:add|get|buy|mention))\b)?", "add"),
+        (r"\b(?:an? )?half(?: an?)? dozen\b", "6"),
+        (rf"\b({WORD}) and a half\b", r"\1 half"),
+        (r"\b(\d+) (?:and a half|1/2)\b", r"\1.5"),
+        (r"\b(?:nobody|no one|none)\b[^.;!?,]{0,40} allergic\b[^.;!?]*", ""),
+        (r"\b(?:don't|do not|doesn't|does not) (?:need|want)(?: any)? more [^.;!?,]+", ""),
+        (
+            r"\b(?:(?:i|we)(?: do not| don't|(?:'ve| have) not) (?:have|got)|haven't got"
+            r"|(?:do not|don't|does not|doesn't) have (?:any|enough))\b"
+            r"(?! (?:any )?(?:dairy|gluten|lactose|meat|alcohol)\b)",
+            ". need",
+        ),
+        (
+            r"\b(?:i|we|i've|we've)(?: have)?(?: got)? (?:no|hardly any)(?= (?!.{0,20}allerg))",
+            ". need",
+        ),
+        (
+            r"\bthere(?:'s| is| are) no(?= [^.;!?,]{1,40} (?:at home|in the))"
+            r"|\b(?:(?:there(?:'s| is| are)|has|have) )?no(?= [^.;!?,]{1,40} left\b)",
+            ". need",
+        ),
+        (
+            r"\b(?:(?:i|we)(?:'m|'re| am| are)|ran|run|running)"
+            r"(?: (?:all|just|nearly|almost|completely))? (?:out of|low on|short (?:of|on))\b"
+            r"|\b(?:i|we) lack\b",
+            ". need",
+        ),
+        (
+            r"(?<!can )(?<!could )(?<!may )(?<!might )(?<!do )(?<!sure )"
+            r"\b(?:i|we)(?:'ve| have| already have| still have)\b(?! to\b)(?: got\b)?",
+            ". there is",
+        ),
+        (
+            r", so |,? (?:so|but|and|also) (?=(?:no|without|don't|nothing|i|we|let's|i'm|we're)\b)"
+            r"|, (?=(?:i|we|i'm|we're|i'd|i'll|we'd|we'll|can you|could you|please)\b)",
+            ". ",
+        ),
+    )
+]
+"""Patterns, and the plainer words that stand for what they match: lacking a thing is needing it."""
+
+CORRECTION = re.compile(
+    r"[\s,.;!?\u2013\u2014-]*\b(?:no,? wait|wait,? no|no,? sorry|wait|sorry|(?:no,? )?i mean"
+    r"|i meant|scratch that)\b[\s,:.]*"
+)
+_SAID_ANEW = re.compile(
+    rf"(?!(?:{_IT}|i|i'm|we|you|can|could|make|please|no|not|don't|never|for|about|but|and|add|remove"
+    r"|take|get|buy|put|drop|delete|swap|replace|change|there|is|are|what|how|do|did)\b)\w"
+)
+_RESTRICTS = re.compile(r"allerg|intoleran|\b(?:no|not|cannot|without|avoid|never|\w+n't)\b")
+_BULLET = re.compile(r"\n[ \t]*[-*\u2022][ \t]+")
+_BEFORE_LAST = re.compile(
+    r"[,;.!?]|\b(?:and|or|plus|add|get|buy|want|need|like|have|take|remove|order|delete)\b"
+)
+_CHANGES = [
+    (re.compile(pattern), plainer)
+    for pattern, plainer in (
+        (r"\b(?:mind|about) (add|swapp?|remov|tak|replac|chang)ing\b", r"\1e"),
+        (r"\badde\b", "add"),
+        (r"\bswappe\b", "swap"),
+        (
+            r"(?:,\s*|\s+(?=(?:and|then|also|please)\b))(?:(?:and|then|also|please)\s+)*"
+            r"(?=(?:add|remove|take|put|get me|get rid|buy|delete|drop|lose|ditch|keep)\b)",
+            ". ",
+        ),
+        (
+            rf"\b(?:swap|exchange|switch|trade|replace|substitute|change)(?: out)? {_THINGS}"
+            rf" (?:for|with|by|to|against) (?=(?!{_NUMBER}{_END}){_THING}{_END})",
+            r". remove \1. add ",
+        ),
+        (rf"(?:'d| would) rather have {_THING} than {_THING}{_END}", r" like \1. remove \2"),
+        (
+            r"\b(?:change|set|reduce|increase|lower|raise|cut|bring|take|update|bump)"
+            r" (?:the )?(?:(?:quantity|number|amount) of (?:the )?)?"
+            rf"(?:{_NUMBER} )?{_THING} (?:from {_NUMBER} )?{_TO}({_NUMBER}){_END}",
+            r". add exactly \2 packs of \1",
+        ),
+        (
+            rf"\b(?:make|change|set) {_IT} {_TO}?(?:just |only |exactly )?({_NUMBER}){_END}",
+            rf". add exactly \1 packs of {SAME}",
+        ),
+        (
+            rf"\bmake {_IT} (?:just |only |exactly )?({_NUMBER}) {_PACKS}",
+            r". add exactly \1 packs of ",
+        ),
+        (rf"\bmake {_IT} (?:just |only |exactly )?(?={_NUMBER} )", ". add exactly "),
+        (
+            rf"(?<!\w)({_NUMBER}) {_THING} (?:instead of|rather than) (?:the )?{_NUMBER}{_END}",
+            r"exactly \1 packs of \2",
+        ),
+        (
+            rf"(?<!\w)({_NUMBER}) {_THING}(?: please)?, not {_NUMBER}{_END}",
+            r"exactly \1 packs of \2",
+        ),
+        (
+            r"\b(?:(?:i|we) )?(?:don't|do not) (?:want|need)"
+            rf" {_NUMBER} {_THING},? (?:just|only) ({_NUMBER}){_END}",
+            r"exactly \2 packs of \1",
+        ),
+        (r"\bi (?:said|meant) (?=exactly )", ""),
+        (rf"\bmake the {_THING} ({_NUMBER}){_END}", r". add exactly \2 packs of \1"),
+        (rf"\b({_NUMBER}) more(?: of {_IT})?{_END}", rf"\1 more {SAME}"),
+        (rf"\b(?:want|like|need) {_THING} (?:removed|taken out|gone){_END}", r". remove \1"),
+        (
+            rf"{_BEGIN}(?:the )?{_THING} (?:is|are)(?: not|n't| no longer) (?:needed|wanted){_END}",
+            r"don't need \1",
+        ),
+        (rf"\b(?:only|just) (need|want|get|have|take|add) (?={_NUMBER} )", r"\1 exactly "),
+        (rf"\b({_NUMBER}) (?:fewer|less) (?=\w)", r". remove \1 "),
+        (rf"(?<!\w)({_NUMBER}) {_THING} (?:less|fewer){_END}", r". remove \1 \2"),
+        (
+            rf"(?:(?<=[.,;!?] )|^)(?!.{{0,40}}\b{_ACT}\b)(?:the )?{_THING}"
+            rf" (?:out|(?:can|should|must) go|(?:can|must|should) be removed){_END}",
+            r". remove \1",
+        ),
+        (
+            rf"\b(?:remove|delete|drop|take out) {_ALL}(?: else)? {_EXCEPT} ",
+            ". keep only ",
+        ),
+        (rf"\b(?:take )?{_ALL}(?: else)? out {_EXCEPT} ", ". keep only "),
+        (r"\b(?:only|just) keep ", ". keep only "),
+        (r"\bchanged (?:my|our) minds? about\b", "remove"),
+        (
+            rf"\b(remove|delete|drop|take) {_IT}{_ALONE}",
+            rf"\1 {SAME}",
+        ),
+        (rf"\bput ([^.;!?]{{1,200}}?) (?:in|into|to|on) (?:the|my|our|this) {CART}\b", r"add \1"),
+        (rf"\bout of (?:the|my|our|this) {CART}\b", "out"),
+        (rf" (?:from|off) (?:the|my|our|this) {CART}\b", ""),
+        (
+            rf"{_BEGIN}([a-z][\w' -]{{0,60}}?) ?[x\u00d7(] ?(\d{{1,4}})\)?{_END}",
+            r"\2 \1",
+        ),
+    )
+]
+"""Patterns of changes to the basket, and the additions and removals that they come to."""
+
+
+def _corrected(text: str) -> str:
+    """`text` without what a person says wrong and corrects at once, as in "milk, no wait, oil".
+
+    What one must not or does not eat is not taken back so: better one restriction too many.
+    """
+    said, *anew = CORRECTION.split(text)
+    for part in anew:
+        if re.match(rf"{_NUMBER}{_END}", part):
+            said += ". make it"
+        elif not _SAID_ANEW.match(part):
+            said += "."
+        elif _RESTRICTS.search(re.split(r"[.;!?]", said)[-1]):
+            said += ","
+        else:
+            breaks = list(_BEFORE_LAST.finditer(said, max(0, len(said) - 60)))
+            said = said[: breaks[-1].end()] if breaks else ""
+        said += f" {part}"
+    return said.strip()
+
+
+@lru_cache(maxsize=512)
+def plain(utterance: str) -> str:
+    """`utterance` in lower case and on one line, reworded."""
+    text = _BULLET.sub(", ", utterance[:2000].casefold())
+    text = re.sub(r"\s*\n\s*", ". ", text.replace("\u2019", "'").strip())
+    text = re.sub(r"\b(remove|delete|drop|take out|add|get|buy):[\s,]*", r"\1 ", text)
+    text = " ".join(text.split())
+    text = re.sub(
+        r"(?:^|(?<=[.;!?,]))([^.;!?,]+?) (?:is|are) (?:a must|essential|needed)\b",
+        r". need \1.",
+        text,
+    )
+    text = _corrected(text)
+    for pattern, plainer in (*_CHANGES, *_REWORDED):
+        text = pattern.sub(plainer, text)
+    return text
