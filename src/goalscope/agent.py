@@ -311,7 +311,7 @@ class Agent:
         try:
             asks = self.env.answer(turn.utterance) is not None
             changes, told = self._update(tracker, turn, propose=not asks) if tracker else ([], [])
-            complete = self.env.is_completion(turn)
+            complete = ends = self.env.is_completion(turn)
             turns = [*self.turns, turn]
             wants = [] if complete or asks else self._wants(turns)
             acts = wants or complete
@@ -335,7 +335,7 @@ class Agent:
                 replans=outcome.replans,
                 status=self.env.status(),
                 notes=(
-                    *told,
+                    *([] if ends else told),
                     *self._expected(turn),
                     *(tracker.notes if tracker else ()),
                     *(_told(each) for each in outcome.failed),

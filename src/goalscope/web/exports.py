@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Sequence
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
 
 from jinja2 import Environment as Templates
 from jinja2 import PackageLoader, StrictUndefined
@@ -11,15 +15,22 @@ from goalscope.domains import open_environment, settings_of
 from goalscope.episode import Round
 from goalscope.policy import undo
 from goalscope.store import EpisodeInfo
-from goalscope.types import InvalidInputError
-from goalscope.web.views import EpisodeView, RoundView, StoredEpisode
+from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.web.ribbons import HEIGHT, WIDTH, ribbons
+from goalscope.web.views import (
+    ActionView,
+    BeliefView,
+    EpisodeView,
+    GoalView,
+    RoundView,
+    StoredEpisode,
+)
 
 __all__ = ["as_html", "as_json", "room_picture"]
 
-TEMPLATES = Templates(
-    loader=PackageLoader("goalscope", "web"), autoescape=True, undefined=StrictUndefined,
-    trim_blocks=True, lstrip_blocks=True,
-)  # fmt: skip
+STATIC = Path(__file__).parent / "static"
+STYLES = ("style.css", "belief.css", "talk.css", "saved.css")
+ENDS = {"terminated": "done", "truncated": "out of rounds"}
 
 
 def as_json(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
@@ -30,9 +41,79 @@ def as_json(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
 def as_html(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
     """An episode to read and print, without any script."""
     stored = _stored(info, rounds)
-    return TEMPLATES.get_template("episode.html.jinja").render(
-        episode=stored.episode, rounds=stored.rounds
-    )
+    believed = [round for round in stored.rounds if round.belief]
+    drawn = ribbons([round.belief for round in believed if round.belief])
+    colours = {ribbon.goal: ribbon.colour for ribbon in drawn}
+
+    def shares_of(belief: BeliefView) -> list[tuple[str, str, float, bool]]:
+        return [
+            (_name(goal), colours[goal.text], goal.probability, goal.pinned)
+            for goal in belief.goals
+        ]
+
+    last = believed[-1].belief if believed else None
+    style = "\n".join((STATIC / name).read_text(encoding="utf-8") for name in STYLES)
+    return _templates().get_template("episode.html.jinja").render(
+        episode=stored.episode,
+        rounds=stored.rounds,
+        facts=_facts(stored.episode),
+        drawn=drawn,
+        drawn_rounds=[round.number for round in believed],
+        width=WIDTH * len(believed),
+        height=HEIGHT,
+        last_shares=shares_of(last) if last else [],
+        shares_of=shares_of,
+        room=_room(info, rounds),
+        style=style,
+        style_hash=b64encode(sha256(style.encode()).digest()).decode(),
+    )  # fmt: skip
+
+
+@cache
+def _templates() -> Templates:
+    templates = Templates(
+        loader=PackageLoader("goalscope", "web"), autoescape=True, undefined=StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    templates.filters["percent"] = _percent
+    templates.tests["look_up"] = _is_look_up
+    return templates
+
+
+def _is_look_up(action: ActionView) -> bool:
+    return action.ok and not action.irreversible and "\n" in action.observation
+
+
+def _percent(probability: float) -> str:
+    if 0 < probability < 0.005:
+        return "<1 %"
+    return ">99 %" if 0.995 < probability < 1 else f"{100 * probability:.0f} %"
+
+
+def _name(goal: GoalView) -> str:
+    return "None of these yet" if goal.unspecified else goal.text
+
+
+def _facts(episode: EpisodeView) -> list[str]:
+    """What is known of an episode, in the words of the page."""
+    return [
+        f"{episode.created[:16].replace('T', ' ')} UTC",
+        episode.domain,
+        episode.profile or "a person",
+        episode.method,
+        episode.model,
+        "1 round" if episode.rounds == 1 else f"{episode.rounds} rounds",
+        ENDS.get(episode.ended or "", "not ended"),
+        *([] if episode.score is None else [f"score {episode.score:.2f}"]),
+    ]
+
+
+def _room(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
+    """The room at the end, in base 64; empty where there is none to be drawn."""
+    try:
+        return b64encode(room_picture(info, rounds).encode()).decode()
+    except GoalscopeError:
+        return ""
 
 
 def room_picture(info: EpisodeInfo, rounds: Sequence[Round]) -> str:

@@ -40,11 +40,16 @@ function actionItem(action) {
       "span",
       {},
       unseen(action.ok ? "done: " : "failed: "),
-      action.ok && !action.irreversible && first ? first : action.text,
+      action.ok ? told(action) : action.text,
       action.ok ? null : h("span", { class: "reason" }, ` \u2013 ${first}`),
-      action.irreversible ? h("span", { class: "badge" }, "cannot be undone") : null,
+      action.irreversible && !action.observation.includes("cannot be undone") ? h("span", { class: "badge" }, "cannot be undone") : null,
     ),
   );
+}
+
+/** What an action that was done came to: its last line follows what it may have shown. */
+function told({ text, observation }) {
+  return observation.trim().split("\n").at(-1) || text;
 }
 
 /** Whether a status tells of a basket with something in it. */
@@ -52,17 +57,24 @@ function isBasket(lines) {
   return lines.some((line) => ITEM.test(line));
 }
 
-/** The status as a table of what is in the basket, or else as a list. */
-export function statusView(status) {
+/**
+ * The status as a table of what is in the basket, or else as a list.
+ * @param {string} status
+ * @param {?((name: string) => void)} remove Is told which item is to go.
+ */
+export function statusView(status, remove = null) {
   const lines = status.split("\n").filter((line) => line.trim());
-  return isBasket(lines) ? basket(lines) : listed(lines);
+  return isBasket(lines) ? basket(lines, remove) : listed(lines);
 }
 
-function basket(lines) {
+function basket(lines, remove) {
   const items = lines.map((line) => ITEM.exec(line)).filter(Boolean);
   const total = lines.map((line) => TOTAL.exec(line)).find(Boolean);
   const others = lines.slice(1).filter((line) => !ITEM.test(line) && !TOTAL.test(line));
   const cell = (name, text, attributes = {}) => h(name, attributes, text);
+  const heads = ["Number", "Item", "Price", ...(remove ? ["Remove"] : [])];
+  const button = (name) =>
+    h("button", { type: "button", class: "remove", title: `Remove ${name}`, onclick: () => remove(name) }, unseen(`Remove ${name}`));
   return h(
     "div",
     {},
@@ -73,17 +85,24 @@ function basket(lines) {
       h(
         "thead",
         { class: "unseen" },
-        h("tr", {}, ...["Number", "Item", "Price"].map((text) => cell("th", text, { scope: "col" }))),
+        h("tr", {}, ...heads.map((text) => cell("th", text, { scope: "col" }))),
       ),
       h(
         "tbody",
         {},
         ...items.map(([, number, name, price]) =>
-          h("tr", {}, cell("td", `${number}\u00a0\u00d7`, { class: "quantity" }), cell("td", name), cell("td", price, { class: "price" })),
+          h(
+            "tr",
+            {},
+            cell("td", `${number}\u00a0\u00d7`, { class: "quantity" }),
+            cell("td", name),
+            cell("td", price, { class: "price" }),
+            remove ? h("td", { class: "remove-cell" }, button(name)) : null,
+          ),
         ),
       ),
       total
-        ? h("tfoot", {}, h("tr", {}, cell("th", "Total", { scope: "row", colspan: 2 }), cell("td", total[1], { class: "price" })))
+        ? h("tfoot", {}, h("tr", {}, cell("th", "Total", { scope: "row", colspan: 2 }), cell("td", total[1], { class: "price" }), remove ? h("td", {}) : null))
         : null,
     ),
     ...others.map((line) => h("p", {}, line)),
@@ -108,9 +127,14 @@ export function statusSummary(status) {
 
 /** What stands in the end of a round: the basket, or the room from above. */
 export class Outcome {
-  /** @param {import("./api.js").Episode} episode */
-  constructor(episode) {
+  /**
+   * @param {import("./api.js").Episode} episode
+   * @param {?((name: string) => void)} remove Has the agent take an item out of the basket.
+   */
+  constructor(episode, remove = null) {
     this.episode = episode;
+    this.remove = remove;
+    this.ready = false;
     this.house = episode.domain === "house";
     this.shown = null;
     this.image = h("img", { class: "room", alt: "" });
@@ -124,6 +148,16 @@ export class Outcome {
     );
   }
 
+  get #removers() {
+    return [...this.body.querySelectorAll(".remove")];
+  }
+
+  /** Whether the agent listens now; a button that waits keeps the focus. */
+  setReady(ready) {
+    this.ready = ready;
+    for (const button of this.#removers) button.setAttribute("aria-disabled", String(!ready));
+  }
+
   /**
    * @param {number} number The round; 0 is the start.
    * @param {string} status
@@ -133,7 +167,10 @@ export class Outcome {
     if (key === this.shown) return;
     this.shown = key;
     const empty = this.house ? "The robot has not done anything yet." : "The basket is empty.";
-    this.body.replaceChildren(statusView(status || empty));
+    const focused = this.#removers.indexOf(document.activeElement);
+    this.body.replaceChildren(statusView(status || empty, this.remove && ((name) => this.ready && this.remove(name))));
+    this.setReady(this.ready);
+    if (focused >= 0) (this.#removers[focused] ?? this.#removers.at(-1))?.focus();
     if (!this.house) return;
     const picture = pathOf(this.episode.id, `/picture.svg?round=${number}`);
     this.image.src = picture;

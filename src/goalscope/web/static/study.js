@@ -4,6 +4,7 @@ import { h } from "./dom.js";
 import { api, Keeper, otherwise, same } from "./study_api.js";
 
 const QUIET = 800;
+const CHECK = "Please check the address, letter by letter, or ask whoever sent it to you.";
 const OFFLINE = "No connection. Trying again by itself \u2026";
 
 const main = document.getElementById("main");
@@ -68,7 +69,8 @@ async function show() {
       location.replace(`#/${next || "end"}`);
     }
   } catch (error) {
-    if (own === shown) page("That did not work", h("p", { role: "alert" }, error.message));
+    const remedy = error.status === 404 ? h("p", {}, CHECK) : "";
+    if (own === shown) page("That did not work", h("p", { role: "alert" }, error.message), remedy);
   } finally {
     clearTimeout(slow);
   }
