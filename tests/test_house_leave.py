@@ -378,7 +378,9 @@ def test_anything_but_a_plain_yes_permits_nothing(reply: str) -> None:
         ("Yes.", []),
     ],
 )
-def test_a_yes_is_the_order_and_others_may_follow(reply: str, wanted: list[tuple[str, str, str]]) -> None:
+def test_a_yes_is_the_order_and_others_may_follow(
+    reply: str, wanted: list[tuple[str, str, str]]
+) -> None:
     hearing = heard(Turn(ask_permission("slice", "tomato"), reply))
     assert hearing.permits("slice", "Tomato")
     found = [(r.verb, *r.object_types, *(r.destination_types or ("",))) for r in hearing.wanted]

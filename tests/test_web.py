@@ -74,9 +74,7 @@ def test_listeners_hear_each_step_the_round_and_the_end(address: str, visit) -> 
     assert kinds[-1] == "ended"
     assert kinds.count("round") == 3
     steps = list(dict.fromkeys(data["step"] for kind, data in heard if kind == "live"))
-    assert {"scoring 1 goal", "proposing goals", "checking goals", "planning", "asking"} <= {
-        *steps
-    }
+    assert {"scoring 1 goal", "proposing goals", "checking goals", "planning", "asking"} <= {*steps}
 
 
 def test_a_goal_is_confirmed_ruled_out_reworded_and_each_taken_back(address: str, visit) -> None:

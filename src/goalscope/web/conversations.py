@@ -134,8 +134,8 @@ class Conversation:
                     completion_phrase=self._env.completion_phrase,
                 )
             last = session.rounds[-1] if session.rounds else None
-            waits = last and last.question and state.utterance is None
-            asks = waits and (state.query or "").endswith(last.question)
+            asked = bool(last and last.question and (state.query or "").endswith(last.question))
+            waits = asked and state.utterance is None
             return Live(
                 version=state.version,
                 phase=state.phase,
@@ -147,7 +147,7 @@ class Conversation:
                 belief=session.belief and BeliefView.of(session.belief),
                 changes=[ChangeView.of(change) for change in session.corrections],
                 can_undo=session.can_take_back,
-                confirm=Confirm.of(last, self._env.completion_phrase) if last and asks else None,
+                confirm=Confirm.of(last, self._env.completion_phrase) if last and waits else None,
                 completion_phrase=self._env.completion_phrase,
                 error=state.error,
             )

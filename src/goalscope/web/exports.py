@@ -17,14 +17,7 @@ from goalscope.policy import undo
 from goalscope.store import EpisodeInfo
 from goalscope.types import GoalscopeError, InvalidInputError
 from goalscope.web.ribbons import HEIGHT, WIDTH, ribbons
-from goalscope.web.views import (
-    ActionView,
-    BeliefView,
-    EpisodeView,
-    GoalView,
-    RoundView,
-    StoredEpisode,
-)
+from goalscope.web.views import BeliefView, EpisodeView, GoalView, RoundView, StoredEpisode
 
 __all__ = ["as_html", "as_json", "room_picture"]
 
@@ -45,13 +38,14 @@ def as_html(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
     drawn = ribbons([round.belief for round in believed if round.belief])
     colours = {ribbon.goal: ribbon.colour for ribbon in drawn}
 
-    def shares_of(belief: BeliefView) -> list[tuple[str, str, float, bool]]:
-        return [
-            (_name(goal), colours[goal.text], goal.probability, goal.pinned)
-            for goal in belief.goals
-        ]
+    def shares_of(belief: BeliefView) -> list[tuple[str, str, float]]:
+        return [(_name(goal), colours[goal.text], goal.probability) for goal in belief.goals]
 
     last = believed[-1].belief if believed else None
+    there = {goal.text for goal in last.goals} if last else set[str]()
+    gone = [
+        (f"{each.goal} (dropped)", each.colour, 0.0) for each in drawn if each.goal not in there
+    ]
     style = "\n".join((STATIC / name).read_text(encoding="utf-8") for name in STYLES)
     return _templates().get_template("episode.html.jinja").render(
         episode=stored.episode,
@@ -61,7 +55,7 @@ def as_html(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
         drawn_rounds=[round.number for round in believed],
         width=WIDTH * len(believed),
         height=HEIGHT,
-        last_shares=shares_of(last) if last else [],
+        legend=[*(shares_of(last) if last else []), *gone],
         shares_of=shares_of,
         room=_room(info, rounds),
         style=style,
@@ -76,12 +70,7 @@ def _templates() -> Templates:
         trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
     templates.filters["percent"] = _percent
-    templates.tests["look_up"] = _is_look_up
     return templates
-
-
-def _is_look_up(action: ActionView) -> bool:
-    return action.ok and not action.irreversible and "\n" in action.observation
 
 
 def _percent(probability: float) -> str:
@@ -91,7 +80,8 @@ def _percent(probability: float) -> str:
 
 
 def _name(goal: GoalView) -> str:
-    return "None of these yet" if goal.unspecified else goal.text
+    name = "None of these yet" if goal.unspecified else goal.text
+    return f"{name} (confirmed)" if goal.pinned else name
 
 
 def _facts(episode: EpisodeView) -> list[str]:
@@ -110,6 +100,8 @@ def _facts(episode: EpisodeView) -> list[str]:
 
 def _room(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
     """The room at the end, in base 64; empty where there is none to be drawn."""
+    if info.domain != "house":
+        return ""
     try:
         return b64encode(room_picture(info, rounds).encode()).decode()
     except GoalscopeError:

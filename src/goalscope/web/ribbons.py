@@ -1,4 +1,4 @@
-"""The history of a belief as a drawing without a script: what static/ribbons.js draws in the page."""
+"""The history of a belief as a drawing without a script; in the page, ribbons.js draws it."""
 
 from __future__ import annotations
 

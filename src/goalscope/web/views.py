@@ -98,6 +98,11 @@ class ActionView(BaseModel):
     observation: str
     irreversible: bool
 
+    @property
+    def is_look_up(self) -> bool:
+        """Whether it only told something, and at length."""
+        return self.ok and not self.irreversible and "\n" in self.observation
+
     @classmethod
     def of(cls, result: StepResult) -> ActionView:
         """The view of an action's result."""
