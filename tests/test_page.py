@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import itertools
 import re
-import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, expect, sync_playwright
+from playwright.sync_api import Locator, Page, expect
 
+from browsers import needs_chromium
 from fakes import WordModel
 from sites import KEY, WRITES, site
 
-expect.set_options(timeout=20_000)
-CHROMIUM = shutil.which("chromium")
-pytestmark = pytest.mark.skipif(
-    CHROMIUM is None, reason="install Debian's chromium: `make servers` does"
-)
+pytestmark = needs_chromium
 
 WANTS = "I want to bake a cake. Please add flour."
 TAGS = ("img", "svg", "iframe", "body", "video", "audio", "details", "input", "object", "marquee")
@@ -37,42 +33,6 @@ PAYLOADS = [
     f"<meta http-equiv=refresh content='0;javascript:{RUN}'>", f"<base href=javascript:{RUN}//>",
     f"<form action=javascript:{RUN}><button autofocus>", f"<style>*{{x:expression({RUN})}}</style>",
 ]  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    options = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
-    with sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=CHROMIUM, args=options)
-        yield started
-        started.close()
-
-
-def is_fault(message: ConsoleMessage) -> bool:
-    """Whether it is more than that the server has ended before the page was closed."""
-    return message.type == "error" and "net::ERR" not in message.text
-
-
-@pytest.fixture
-def enter(browser: Browser) -> Iterator[Callable[..., Page]]:
-    """Opens pages, each for a person of their own; none may say anything in its console."""
-    said: list[str] = []
-    contexts = []
-
-    def opened(address: str, **options) -> Page:
-        contexts.append(browser.new_context(**options))
-        page = contexts[-1].new_page()
-        page.set_default_timeout(15_000)
-        page.on("console", lambda each: said.append(each.text) if is_fault(each) else None)
-        page.on("pageerror", lambda error: said.append(str(error)))
-        page.on("dialog", lambda dialog: (said.append(dialog.message), dialog.dismiss()))
-        page.goto(address)
-        return page
-
-    yield opened
-    for context in contexts:
-        context.close()
-    assert said == []
 
 
 @pytest.fixture(scope="module")
