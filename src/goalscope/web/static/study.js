@@ -1,6 +1,7 @@
 /** A study: consent, instructions, one question after the other, and the code at the end. */
 
 import { h } from "./dom.js";
+import { statusView } from "./outcome.js";
 import { api, Keeper, otherwise, same } from "./study_api.js";
 
 const QUIET = 800;
@@ -250,7 +251,7 @@ function about(item) {
       h("p", { class: "soft small" }, `It can do this: ${item.possible.join(", ")}.`),
     ),
     item.transcript.length > 0 && part("The conversation", conversation(item.transcript)),
-    part("What came of it", h("p", { class: "text outcome" }, item.outcome.trim())),
+    part("What came of it", h("div", { class: "outcome" }, statusView(item.outcome))),
   ].filter(Boolean);
 }
 
