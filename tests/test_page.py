@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import re
 import time
 from collections.abc import Iterator
@@ -229,3 +230,114 @@ def test_nothing_is_wider_than_the_screen(address: str, enter, width: int, schem
         page.goto(path)
         expect(page.get_by_role("main")).to_be_visible()
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_an_act_of_the_robot_waits_on_a_card(address: str, enter) -> None:
+    page = enter(address)
+    page.get_by_text("A robot in a home").click()
+    begin(page)
+    say(page, "Could you slice the bread?")
+    rounds(page, 1)
+    card = page.get_by_role("region", name="To confirm")
+    expect(card).to_contain_text("May I slice the bread?")
+    card.get_by_role("button", name="Not yet").click()
+    rounds(page, 2)
+    expect(page.get_by_role("log")).to_contain_text("No, not yet.")
+    expect(card).to_be_hidden()
+    expect(page.get_by_text("sliced")).to_have_count(0)
+
+    say(page, "Could you slice the bread?")
+    rounds(page, 3)
+    page.reload()
+    card.get_by_role("button", name="Yes", exact=True).click()
+    rounds(page, 4)
+    expect(page.get_by_role("log")).to_contain_text("The bread is sliced")
+    expect(card).to_be_hidden()
+
+
+def test_a_yes_to_what_has_changed_since_is_refused_and_shown_anew(address: str, enter) -> None:
+    page = enter(address)
+    page.get_by_text("A robot in a home").click()
+    begin(page)
+    say(page, "Could you slice the bread?")
+    rounds(page, 1)
+    page.route(
+        "**/utterances",
+        lambda route: route.continue_(post_data={**route.request.post_data_json, "confirmed": "x"}),
+    )
+    card = page.get_by_role("region", name="To confirm")
+    card.get_by_role("button", name="Yes", exact=True).click()
+    expect(page.get_by_role("alert").filter(has_text="no longer")).to_be_visible()
+    expect(card).to_be_visible()
+    expect(page.get_by_text("sliced")).to_have_count(0)
+    page.unroute("**/utterances")
+    card.get_by_role("button", name="Yes", exact=True).click()
+    expect(page.get_by_role("log")).to_contain_text("The bread is sliced")
+
+
+def test_a_line_of_the_basket_is_removed_by_a_button(tmp_path: Path, enter) -> None:
+    with site(tmp_path / "episodes.db", Slow(WRITES)) as address:
+        page = enter(address)
+        begin(page)
+        say(page, WANTS)
+        rounds(page, 1)
+        basket = page.get_by_role("table").filter(has_text="Total")
+        lines = basket.get_by_role("button", name=re.compile("^Remove "))
+        name = lines.nth(1).get_attribute("title").removeprefix("Remove ")
+        lines.nth(1).focus()
+        page.keyboard.press("Enter")
+        expect(page.get_by_role("log")).to_contain_text(f"Remove the {name}.")
+        expect(lines.first).to_be_disabled()
+        page.keyboard.press("Enter")  # while the agent works, it says nothing
+        rounds(page, 2)
+        expect(basket.get_by_role("button", name=f"Remove {name}", exact=True)).to_have_count(0)
+        expect(page.get_by_role("log")).to_contain_text(f"{name} removed from the basket.")
+        expect(lines.nth(1)).to_be_focused()
+        expect(lines.nth(1)).to_be_enabled()
+
+
+def test_what_is_being_written_is_shown_until_it_is_asked(address: str, enter) -> None:
+    page = enter(address)
+    begin(page)
+    episode = page.url.rpartition("/")[2]
+    state = page.request.get(f"{address}/api/episodes/{episode}").json()
+    asks = {**state["live"], "phase": "thinking", "step": "asking"}
+    told = ({"query": None, "draft": "What kind"}, {"phase": "idle", "step": "", "query": "What?"})
+    events = "".join(
+        f"event: live\ndata: {json.dumps(asks | each | {'version': asks['version'] + number})}\n\n"
+        for number, each in enumerate(told, 1)
+    )
+    first, second = events.split("\n\n")[:2]
+    sent = [f"{first}\n\n", f"{second}\n\n"]
+    page.route(
+        "**/events",
+        lambda route: route.fulfill(
+            content_type="text/event-stream", body=f"retry: 1500\n{sent[0]}"
+        ),
+    )
+    page.reload()
+    draft = page.locator(".bubble.draft")
+    expect(draft).to_have_text("Assistant: What kind")
+    expect(draft).to_have_attribute("aria-live", "off")
+    sent[:] = sent[1:]
+    expect(draft).to_be_hidden()
+    expect(page.get_by_text("What?", exact=True)).to_be_visible()
+
+
+def test_what_a_correction_does_and_what_columns_mean_is_said(address: str, enter) -> None:
+    page = enter(address)
+    begin(page)
+    say(page, WANTS)
+    rounds(page, 1)
+    goals = page.get_by_role("region", name="Goals")
+    goals.get_by_role("button", name=re.compile("^bake a cake")).click()
+    meanings = goals.locator(".meanings")
+    for column in goals.get_by_role("columnheader").all_inner_texts()[2:]:
+        expect(meanings).to_contain_text(f"{column}: how")
+    goals.get_by_role("button", name="Say it otherwise").click()
+    expect(goals.get_by_text("count as confirmed").first).to_be_visible()
+    goals.get_by_role("textbox").first.fill("bake a tart")
+    goals.get_by_role("button", name="Save").click()
+    expect(goals.get_by_role("button", name=re.compile("^bake a tart"))).to_contain_text(
+        "confirmed"
+    )

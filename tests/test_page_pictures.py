@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,6 +25,7 @@ pytestmark = needs_chromium
 LOOKS = Path(__file__).with_name("looks.js").read_text(encoding="utf-8")
 SLOW = 180_000
 DESKTOP = {"width": 1280, "height": 860}
+PAPER = {"width": 800, "height": 860}
 PHONE = {"width": 390, "height": 780}
 SHOPPING = (
     "I'm cooking an Italian dinner for two friends on Friday.",
@@ -55,13 +56,12 @@ class Tour:
     house: str
     folder: Path
 
-    def picture(self, name: str) -> None:
-        """Take one, once nothing is wrong with what it shows."""
+    def picture(self, name: str, *, whole: bool = False) -> None:
+        """Take one of the screen, or the whole page, once nothing is wrong with what it shows."""
         looks = self.page.evaluate(LOOKS)
         assert looks["faults"] == []
         assert looks["lines"] > 10
-        self.page.screenshot(path=self.folder / f"{name}.png")
-        assert (self.folder / f"{name}.png").stat().st_size > 10_000
+        self.page.screenshot(path=self.folder / f"{name}.png", full_page=whole)
 
     def show(self, path: str, size: dict[str, int], scheme: str = "light") -> None:
         """Open a page anew, as somebody with such a screen would."""
@@ -108,6 +108,32 @@ def settled(tour: Tour, words: str) -> None:
     expect(tour.page.get_by_role("log")).to_contain_text(words)
 
 
+@pytest.mark.parametrize(
+    ("fault", "body"),
+    [
+        ("px wide", "<div style='width: 900px'>wide</div>"),
+        ("has a contrast of 1", "<p style='color: #ddd'>pale</p>"),
+        ("has a contrast of 2", "<p style='opacity: 0.4; color: #222'>thin</p>"),
+        ("is not there", "<img src='data:image/png;base64,'>"),
+        (
+            "is cut off",
+            "<p style='width: 3rem; overflow: hidden; white-space: nowrap'>too long</p>",
+        ),
+        ("is covered", "<button>a</button><p style='position: fixed; inset: 0; background: #fff'>"),
+        ("overlap", "<p style='margin: 0'>one</p><p style='margin: -0.9em 0'>two</p>"),
+        ("has too little contrast", "<input placeholder='hint' style='color: #ccc'>"),
+    ],
+)
+def test_a_fault_is_seen(browser: Browser, fault: str, body: str) -> None:
+    with browser.new_context(viewport=PHONE) as context:
+        page = context.new_page()
+        style = "<style>::placeholder { color: inherit }</style>"
+        page.set_content(f"<!doctype html>{style}<body>{body}")
+        assert fault in " ".join(page.evaluate(LOOKS)["faults"])
+        page.set_content(f"<!doctype html>{style}<body><p>well</p><button>a</button>")
+        assert page.evaluate(LOOKS)["faults"] == []
+
+
 def test_the_fonts_are_there(tour: Tour) -> None:
     tour.show(f"/#/talk/{tour.grocery}", DESKTOP)
     settled(tour, SHOPPING[-1])
@@ -115,7 +141,7 @@ def test_the_fonts_are_there(tour: Tour) -> None:
     devices.send("DOM.enable")
     devices.send("CSS.enable")
     document = devices.send("DOM.getDocument")["root"]["nodeId"]
-    for what in ("h1", "h2", ".bubble.agent", ".bubble.person", ".percent", ".price"):
+    for what in ("h1", "h2", ".bubble.agent:not(.draft)", ".bubble.person", ".percent", ".price"):
         node = devices.send("DOM.querySelector", {"nodeId": document, "selector": what})
         fonts = devices.send("CSS.getPlatformFontsForNode", {"nodeId": node["nodeId"]})["fonts"]
         assert sum(font["glyphCount"] for font in fonts) > 0, what
@@ -202,7 +228,7 @@ def test_a_study_of_what_came_of_it(tour: Tour) -> None:
     page.get_by_role("radio", name="2").check()
     page.get_by_label("Why?").fill("Pasta, mushrooms and wine fit the dinner; soy sauce does not.")
     expect(page.get_by_role("status")).to_have_text("Saved")
-    for size in (PHONE, DESKTOP):
-        page.set_viewport_size(size)
-        assert page.evaluate(LOOKS)["faults"] == []
-    page.screenshot(path=tour.folder / "page-study.png")
+    page.set_viewport_size(PHONE)
+    assert page.evaluate(LOOKS)["faults"] == []
+    page.set_viewport_size(PAPER)
+    tour.picture("page-study", whole=True)

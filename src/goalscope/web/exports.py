@@ -23,7 +23,6 @@ __all__ = ["as_html", "as_json", "room_picture"]
 
 STATIC = Path(__file__).parent / "static"
 STYLES = ("style.css", "belief.css", "talk.css", "saved.css")
-ENDS = {"terminated": "done", "truncated": "out of rounds"}
 
 
 def as_json(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
@@ -50,7 +49,7 @@ def as_html(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
     return _templates().get_template("episode.html.jinja").render(
         episode=stored.episode,
         rounds=stored.rounds,
-        facts=_facts(stored.episode),
+        facts=_facts(info),
         drawn=drawn,
         drawn_rounds=[round.number for round in believed],
         width=WIDTH * len(believed),
@@ -84,17 +83,17 @@ def _name(goal: GoalView) -> str:
     return f"{name} (confirmed)" if goal.pinned else name
 
 
-def _facts(episode: EpisodeView) -> list[str]:
+def _facts(info: EpisodeInfo) -> list[str]:
     """What is known of an episode, in the words of the page."""
     return [
-        f"{episode.created[:16].replace('T', ' ')} UTC",
-        episode.domain,
-        episode.profile or "a person",
-        episode.method,
-        episode.model,
-        "1 round" if episode.rounds == 1 else f"{episode.rounds} rounds",
-        ENDS.get(episode.ended or "", "not ended"),
-        *([] if episode.score is None else [f"score {episode.score:.2f}"]),
+        f"{info.created[:16].replace('T', ' ')} UTC",
+        info.domain,
+        info.profile or "a person",
+        info.method,
+        info.model,
+        "1 round" if info.rounds == 1 else f"{info.rounds} rounds",
+        info.ending,
+        *([] if info.score is None else [f"score {info.score:.2f}"]),
     ]
 
 

@@ -115,7 +115,7 @@ class List {
       ["Person", person],
       ["Method", episode.method],
       ["Rounds", String(episode.rounds)],
-      ["Ended", ENDS[episode.ended] ?? "not yet"],
+      ["Ended", ENDS[episode.ended] ?? "not ended"],
       ["Score", episode.score === null ? "" : episode.score.toFixed(2)],
     ];
     return h(

@@ -256,7 +256,7 @@ function endCard(episode, total) {
   return h(
     "section",
     { class: "card ended", "aria-label": "The end" },
-    h("h2", {}, episode.ended === "terminated" ? "Done" : "That was the last round"),
+    h("h2", {}, episode.ended === "terminated" ? "Done" : "Out of rounds"),
     h("p", {}, `${total ? `Total: ${total}. ` : ""}It took ${rounds}.${score}`),
     h(
       "div",
