@@ -296,6 +296,22 @@ def test_a_line_of_the_basket_is_removed_by_a_button(tmp_path: Path, enter) -> N
         expect(lines.nth(1)).to_be_enabled()
 
 
+def test_every_note_is_shown(address: str, enter) -> None:
+    page = enter(address)
+    begin(page)
+    say(page, WANTS)
+    rounds(page, 1)
+    say(page, "zyx wvu tsr")
+    rounds(page, 2)
+    episode = page.url.rpartition("/")[2]
+    told = page.request.get(f"{address}/api/episodes/{episode}").json()["rounds"]
+    notes = [note for each in told for note in each["notes"]]
+    assert notes
+    shown = page.get_by_role("log").locator(".note")
+    expect(shown).to_have_text([f"Note: {note}" for note in notes])
+    expect(shown.last).to_be_in_viewport()
+
+
 def test_what_is_being_written_is_shown_until_it_is_asked(address: str, enter) -> None:
     page = enter(address)
     begin(page)

@@ -58,6 +58,7 @@ class Tour:
 
     def picture(self, name: str, *, whole: bool = False) -> None:
         """Take one of the screen, or the whole page, once nothing is wrong with what it shows."""
+        self.page.mouse.move(0, 0)
         looks = self.page.evaluate(LOOKS)
         assert looks["faults"] == []
         assert looks["lines"] > 10

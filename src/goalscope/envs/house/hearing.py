@@ -13,7 +13,7 @@ from goalscope.envs.house.completion import completes
 from goalscope.envs.house.grammar import Clause, parse, parse_plain
 from goalscope.envs.house.heard import Hearing, Leave, Request
 from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
-from goalscope.envs.house.names import names, naming, readable, the
+from goalscope.envs.house.names import names, naming, readable
 from goalscope.envs.house.object_types import FLAGS, object_type, object_types
 from goalscope.envs.house.phrases import Phrase, PhraseReader, first_named
 from goalscope.envs.house.properties import ACTS
@@ -114,7 +114,7 @@ class _Listener:
         self.permit(parse_plain(text, self.count))
 
     def replied(self, turn: Turn) -> str:
-        """Read a plain yes to the question for leave as the order, and a no; the rest is left."""
+        """Read a plain yes or no to the question for leave; what else is said is left."""
         verb, name = leave.asked(turn.query) or ("", "")
         kind = self.type_of.get(name, "")
         said = leave.plain_case(turn.utterance)
@@ -124,12 +124,13 @@ class _Listener:
         if rest is not None:
             self.permitted[verb, name] = 1
             self.refused -= {(verb, kind), ("", kind)}
+            rest = f"{verb} {name}. {rest}"  # it is done whatever the goals would have now
         elif leave.denies(said):
             self.refuse(verb, (kind,))
             if not parse(turn.utterance, self.count):
                 self.keep_whole(said)
                 return ""
-        return turn.utterance if rest is None else f"{verb} {the(name)}. {rest}"
+        return turn.utterance if rest is None else rest
 
     def spoken_of(self, text: str) -> set[str]:
         """The types that are named in `text`; without any, all."""

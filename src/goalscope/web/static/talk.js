@@ -61,7 +61,7 @@ class Talk {
       this.log.element,
       h("div", { class: "foot" }, this.status, this.error, this.confirm, this.end, this.composer.element, this.hint),
     );
-    return h("div", { class: "talk" }, chat, this.strip.element, this.side.element);
+    return h("div", { class: `talk ${this.domain.name}` }, chat, this.strip.element, this.side.element);
   }
 
   #listen() {
