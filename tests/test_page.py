@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Locator, Page, Route, expect
 
 from browsers import needs_chromium
 from fakes import WordModel
@@ -316,28 +316,22 @@ def test_what_is_being_written_is_shown_until_it_is_asked(address: str, enter) -
     page = enter(address)
     begin(page)
     episode = page.url.rpartition("/")[2]
-    state = page.request.get(f"{address}/api/episodes/{episode}").json()
-    asks = {**state["live"], "phase": "thinking", "step": "asking"}
-    told = ({"query": None, "draft": "What kind"}, {"phase": "idle", "step": "", "query": "What?"})
-    events = "".join(
-        f"event: live\ndata: {json.dumps(asks | each | {'version': asks['version'] + number})}\n\n"
-        for number, each in enumerate(told, 1)
-    )
-    first, second = events.split("\n\n")[:2]
-    sent = [f"{first}\n\n", f"{second}\n\n"]
-    page.route(
-        "**/events",
-        lambda route: route.fulfill(
-            content_type="text/event-stream", body=f"retry: 1500\n{sent[0]}"
-        ),
-    )
+    live = page.request.get(f"{address}/api/episodes/{episode}").json()["live"]
+    writes = {"phase": "thinking", "step": "asking", "query": None, "draft": "What kind"}
+    told = {**live, **writes, "version": live["version"] + 1}
+
+    def events(route: Route) -> None:
+        body = f"retry: 500\nevent: live\ndata: {json.dumps(told)}\n\n"
+        route.fulfill(content_type="text/event-stream", body=body)
+
+    page.route("**/events", events)
     page.reload()
     draft = page.locator(".bubble.draft")
     expect(draft).to_have_text("Assistant: What kind")
     expect(draft).to_have_attribute("aria-live", "off")
-    sent[:] = sent[1:]
+    told |= {"version": live["version"] + 2, "phase": "idle", "query": "What kind of cake?"}
     expect(draft).to_be_hidden()
-    expect(page.get_by_text("What?", exact=True)).to_be_visible()
+    expect(page.get_by_text("What kind of cake?")).to_be_visible()
 
 
 def test_what_a_correction_does_and_what_columns_mean_is_said(address: str, enter) -> None:

@@ -25,6 +25,7 @@ pytestmark = needs_chromium
 LOOKS = Path(__file__).with_name("looks.js").read_text(encoding="utf-8")
 SLOW = 180_000
 DESKTOP = {"width": 1280, "height": 860}
+TALL = {"width": 1280, "height": 1360}
 PAPER = {"width": 800, "height": 860}
 PHONE = {"width": 390, "height": 780}
 SHOPPING = (
@@ -178,7 +179,7 @@ def test_reasons_in_the_dark(tour: Tour) -> None:
 
 
 def test_a_robot_asks_for_leave(tour: Tour) -> None:
-    tour.show(f"/#/talk/{tour.house}", DESKTOP)
+    tour.show(f"/#/talk/{tour.house}", TALL)
     settled(tour, TIDYING[-1])
     expect(tour.page.get_by_role("region", name="To confirm")).to_be_visible()
     expect(tour.page.get_by_role("img", name="The room")).to_have_js_property("complete", True)

@@ -3,8 +3,9 @@
 import { Bars, changeList, changesOf } from "./belief.js";
 import { coloursOf } from "./colours.js";
 import { h, nameOf, percent, setText } from "./dom.js";
-import { Outcome, statusSummary } from "./outcome.js";
+import { Outcome } from "./outcome.js";
 import { Ribbons } from "./ribbons.js";
+import { statusSummary } from "./status.js";
 import { details, wordsForm } from "./why.js";
 
 /**

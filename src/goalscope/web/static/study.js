@@ -1,7 +1,7 @@
 /** A study: consent, instructions, one question after the other, and the code at the end. */
 
 import { h } from "./dom.js";
-import { statusView } from "./outcome.js";
+import { statusView } from "./status.js";
 import { api, Keeper, otherwise, same } from "./study_api.js";
 
 const QUIET = 800;

@@ -4,7 +4,7 @@ import { api, listen } from "./api.js";
 import { Composer, Log } from "./chat.js";
 import { count, h, setText } from "./dom.js";
 import { aboutDomain, domainOf } from "./domains.js";
-import { statusSummary, statusView } from "./outcome.js";
+import { statusSummary, statusView } from "./status.js";
 import { Side, Strip } from "./side.js";
 
 /**
