@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 import pytest
 from hypothesis import settings
 
+from browsers import browser, enter  # noqa: F401
 from databases import place, server  # noqa: F401
 from goalscope.models.llamacpp import LlamaCpp
 from servers import (  # noqa: F401

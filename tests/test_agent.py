@@ -13,6 +13,7 @@ from goalscope.prompts import recent
 from goalscope.types import (
     UNSPECIFIED,
     Action,
+    ConflictError,
     Goal,
     GoalChange,
     GoalscopeError,
@@ -191,6 +192,21 @@ def test_a_calibration_is_the_role_plays_and_not_the_rankings(method, used) -> N
     round = agent.step("What?", "lamp light please")
     assert round.belief is not None
     assert round.belief.calibration == used
+
+
+def test_a_yes_to_another_state_than_the_present_one_is_refused_before_anything_is_done() -> None:
+    env = LampRoom()
+    agent = Agent(env, WordModel(REPLIES), confirm=True)
+    shown = agent.step("What?", "lamp light please").state
+    env.step(Action("smash", "vase"))
+    before, belief = env.fingerprint(), agent.tracker and agent.tracker.belief
+    with pytest.raises(ConflictError, match="no longer"):
+        agent.step("May I smash the lamp?", "yes", confirmed=shown)
+    assert (env.fingerprint(), len(agent.rounds)) == (before, 1)
+    assert agent.tracker is not None
+    assert agent.tracker.belief is belief
+    env.smashed.clear()
+    assert agent.step("May I smash the lamp?", "yes", confirmed=shown).number == 2
 
 
 def test_unknown_method_is_refused() -> None:

@@ -176,7 +176,7 @@ def test_the_frame_of_an_episode():
         "terminated", 0.75, 4,
     )  # fmt: skip
     assert "ab12" in drawn(show_header, info)
-    assert "terminated after 4 rounds, score 0.75, 1.5 s" in drawn(show_summary, info, 1.5)
+    assert "done after 4 rounds, score 0.75, 1.5 s" in drawn(show_summary, info, 1.5)
     table = drawn(show_scores, [info, info])
     assert table.count("baker") == 2
     assert "mean" in table

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import itertools
+import json
 import re
-import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, expect, sync_playwright
+from playwright.sync_api import Locator, Page, Route, expect
 
+from browsers import needs_chromium
 from fakes import WordModel
 from sites import KEY, WRITES, site
 
-expect.set_options(timeout=20_000)
-CHROMIUM = shutil.which("chromium")
-pytestmark = pytest.mark.skipif(
-    CHROMIUM is None, reason="install Debian's chromium: `make servers` does"
-)
+pytestmark = needs_chromium
 
 WANTS = "I want to bake a cake. Please add flour."
 TAGS = ("img", "svg", "iframe", "body", "video", "audio", "details", "input", "object", "marquee")
@@ -37,42 +34,6 @@ PAYLOADS = [
     f"<meta http-equiv=refresh content='0;javascript:{RUN}'>", f"<base href=javascript:{RUN}//>",
     f"<form action=javascript:{RUN}><button autofocus>", f"<style>*{{x:expression({RUN})}}</style>",
 ]  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    options = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
-    with sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=CHROMIUM, args=options)
-        yield started
-        started.close()
-
-
-def is_fault(message: ConsoleMessage) -> bool:
-    """Whether it is more than that the server has ended before the page was closed."""
-    return message.type == "error" and "net::ERR" not in message.text
-
-
-@pytest.fixture
-def enter(browser: Browser) -> Iterator[Callable[..., Page]]:
-    """Opens pages, each for a person of their own; none may say anything in its console."""
-    said: list[str] = []
-    contexts = []
-
-    def opened(address: str, **options) -> Page:
-        contexts.append(browser.new_context(**options))
-        page = contexts[-1].new_page()
-        page.set_default_timeout(15_000)
-        page.on("console", lambda each: said.append(each.text) if is_fault(each) else None)
-        page.on("pageerror", lambda error: said.append(str(error)))
-        page.on("dialog", lambda dialog: (said.append(dialog.message), dialog.dismiss()))
-        page.goto(address)
-        return page
-
-    yield opened
-    for context in contexts:
-        context.close()
-    assert said == []
 
 
 @pytest.fixture(scope="module")
@@ -269,3 +230,124 @@ def test_nothing_is_wider_than_the_screen(address: str, enter, width: int, schem
         page.goto(path)
         expect(page.get_by_role("main")).to_be_visible()
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_an_act_of_the_robot_waits_on_a_card(address: str, enter) -> None:
+    page = enter(address)
+    page.get_by_text("A robot in a home").click()
+    begin(page)
+    say(page, "Could you slice the bread?")
+    rounds(page, 1)
+    card = page.get_by_role("region", name="To confirm")
+    expect(card).to_contain_text("May I slice the bread?")
+    card.get_by_role("button", name="Not yet").click()
+    rounds(page, 2)
+    expect(page.get_by_role("log")).to_contain_text("No, not yet.")
+    expect(card).to_be_hidden()
+    expect(page.get_by_text("sliced")).to_have_count(0)
+
+    say(page, "Could you slice the bread?")
+    rounds(page, 3)
+    page.reload()
+    card.get_by_role("button", name="Yes", exact=True).click()
+    rounds(page, 4)
+    expect(page.get_by_role("log")).to_contain_text("The bread is sliced")
+    expect(card).to_be_hidden()
+
+
+def test_a_yes_to_what_has_changed_since_is_refused_and_shown_anew(address: str, enter) -> None:
+    page = enter(address)
+    page.get_by_text("A robot in a home").click()
+    begin(page)
+    say(page, "Could you slice the bread?")
+    rounds(page, 1)
+    page.route(
+        "**/utterances",
+        lambda route: route.continue_(post_data={**route.request.post_data_json, "confirmed": "x"}),
+    )
+    card = page.get_by_role("region", name="To confirm")
+    card.get_by_role("button", name="Yes", exact=True).click()
+    expect(page.get_by_role("alert").filter(has_text="no longer")).to_be_visible()
+    expect(card).to_be_visible()
+    expect(page.get_by_text("sliced")).to_have_count(0)
+    page.unroute("**/utterances")
+    card.get_by_role("button", name="Yes", exact=True).click()
+    expect(page.get_by_role("log")).to_contain_text("The bread is sliced")
+
+
+def test_a_line_of_the_basket_is_removed_by_a_button(tmp_path: Path, enter) -> None:
+    with site(tmp_path / "episodes.db", Slow(WRITES)) as address:
+        page = enter(address)
+        begin(page)
+        say(page, WANTS)
+        rounds(page, 1)
+        basket = page.get_by_role("table").filter(has_text="Total")
+        lines = basket.get_by_role("button", name=re.compile("^Remove "))
+        name = lines.nth(1).get_attribute("title").removeprefix("Remove ")
+        lines.nth(1).focus()
+        page.keyboard.press("Enter")
+        expect(page.get_by_role("log")).to_contain_text(f"Remove the {name}.")
+        expect(lines.first).to_be_disabled()
+        page.keyboard.press("Enter")  # while the agent works, it says nothing
+        rounds(page, 2)
+        expect(basket.get_by_role("button", name=f"Remove {name}", exact=True)).to_have_count(0)
+        expect(page.get_by_role("log")).to_contain_text(f"{name} removed from the basket.")
+        expect(lines.nth(1)).to_be_focused()
+        expect(lines.nth(1)).to_be_enabled()
+
+
+def test_every_note_is_shown(address: str, enter) -> None:
+    page = enter(address)
+    begin(page)
+    say(page, WANTS)
+    rounds(page, 1)
+    say(page, "zyx wvu tsr")
+    rounds(page, 2)
+    episode = page.url.rpartition("/")[2]
+    told = page.request.get(f"{address}/api/episodes/{episode}").json()["rounds"]
+    notes = [note for each in told for note in each["notes"]]
+    assert notes
+    shown = page.get_by_role("log").locator(".note")
+    expect(shown).to_have_text([f"Note: {note}" for note in notes])
+    expect(shown.last).to_be_in_viewport()
+
+
+def test_what_is_being_written_is_shown_until_it_is_asked(address: str, enter) -> None:
+    page = enter(address)
+    begin(page)
+    episode = page.url.rpartition("/")[2]
+    live = page.request.get(f"{address}/api/episodes/{episode}").json()["live"]
+    writes = {"phase": "thinking", "step": "asking", "query": None, "draft": "What kind"}
+    told = {**live, **writes, "version": live["version"] + 1}
+
+    def events(route: Route) -> None:
+        body = f"retry: 500\nevent: live\ndata: {json.dumps(told)}\n\n"
+        route.fulfill(content_type="text/event-stream", body=body)
+
+    page.route("**/events", events)
+    page.reload()
+    draft = page.locator(".bubble.draft")
+    expect(draft).to_have_text("Assistant: What kind")
+    expect(draft).to_have_attribute("aria-live", "off")
+    told |= {"version": live["version"] + 2, "phase": "idle", "query": "What kind of cake?"}
+    expect(draft).to_be_hidden()
+    expect(page.get_by_text("What kind of cake?")).to_be_visible()
+
+
+def test_what_a_correction_does_and_what_columns_mean_is_said(address: str, enter) -> None:
+    page = enter(address)
+    begin(page)
+    say(page, WANTS)
+    rounds(page, 1)
+    goals = page.get_by_role("region", name="Goals")
+    goals.get_by_role("button", name=re.compile("^bake a cake")).click()
+    meanings = goals.locator(".meanings")
+    for column in goals.get_by_role("columnheader").all_inner_texts()[2:]:
+        expect(meanings).to_contain_text(f"{column}: how")
+    goals.get_by_role("button", name="Say it otherwise").click()
+    expect(goals.get_by_text("count as confirmed").first).to_be_visible()
+    goals.get_by_role("textbox").first.fill("bake a tart")
+    goals.get_by_role("button", name="Save").click()
+    expect(goals.get_by_role("button", name=re.compile("^bake a tart"))).to_contain_text(
+        "confirmed"
+    )

@@ -19,6 +19,7 @@ from goalscope.models.opening import open_model
 from goalscope.policy import Outcome, Planner, Want, undo
 from goalscope.types import (
     UNSPECIFIED,
+    ConflictError,
     Goal,
     GoalChange,
     GoalscopeError,
@@ -291,21 +292,26 @@ class Agent:
         Args:
             query: What the agent asked.
             utterance: What the person answered.
-            confirmed: Fingerprint of the state in which they confirm what nobody can undo. In any
-                other state the agent with `confirm` asks again.
+            confirmed: Fingerprint of the state in which they confirm what nobody can undo; "" where
+                they do not. Without it the agent with `confirm` asks before it ends the task.
             keep: Stores the round; where it fails, there was no such round.
 
         Raises:
+            ConflictError: What is confirmed is not the present state; nothing was done.
             InvalidInputError: The utterance is empty, broken, or too long for the model.
         """
         turn = Turn(query, checked_text(utterance, "utterance"))
+        if self.confirm and confirmed not in ("", self.env.fingerprint()):
+            raise ConflictError(
+                "Things are no longer as they were shown, so nothing was done. Look again."
+            )
         tracker = self.tracker
         before = (tracker.belief, tracker.turns) if tracker else None
         history = [result for round in self.rounds for result in round.results]
         try:
             asks = self.env.answer(turn.utterance) is not None
             changes, told = self._update(tracker, turn, propose=not asks) if tracker else ([], [])
-            complete = self.env.is_completion(turn)
+            complete = ends = self.env.is_completion(turn)
             turns = [*self.turns, turn]
             wants = [] if complete or asks else self._wants(turns)
             acts = wants or complete
@@ -329,7 +335,7 @@ class Agent:
                 replans=outcome.replans,
                 status=self.env.status(),
                 notes=(
-                    *told,
+                    *([] if ends else told),
                     *self._expected(turn),
                     *(tracker.notes if tracker else ()),
                     *(_told(each) for each in outcome.failed),
@@ -414,7 +420,8 @@ class Agent:
         Returns:
             What has changed, and what is to be told besides.
         """
-        self._progress(f"scoring {len(tracker.belief.goals)} goals")
+        known = len(tracker.belief.goals)
+        self._progress(f"scoring {known} {'goal' if known == 1 else 'goals'}")
         belief = tracker.observe(turn.query, turn.utterance)
         changes: list[GoalChange] = []
         told: list[str] = []

@@ -47,8 +47,10 @@ def new(
         return
     people = -(-episodes * plan.ratings_per_item // min(plan.items_per_participant, episodes))
     out = console()
+    held = "1 episode" if episodes == 1 else f"{episodes} episodes"
+    wanted = "1 person" if people == 1 else f"{people} people"
     out.print(
-        f"Study {plan.name} has {episodes} episodes to rate, which takes {people} people or more. "
+        f"Study {plan.name} has {held} to rate, which takes {wanted} or more. "
         f"`goalscope serve` shows it at /study/{plan.name}.",
         soft_wrap=True,
     )

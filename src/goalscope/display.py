@@ -95,12 +95,11 @@ def show_round(
 
 def show_summary(console: Console, info: EpisodeInfo, seconds: float | None = None) -> None:
     """How an episode ended."""
-    ended = info.ended or "not ended"
     score = "" if info.score is None else f", score {info.score:.2f}"
     took = "" if seconds is None else f", {seconds:.1f} s"
     noun = "round" if info.rounds == 1 else "rounds"
     console.print(
-        Text(f"Episode {info.id}: {ended} after {info.rounds} {noun}{score}{took}", "bold")
+        Text(f"Episode {info.id}: {info.ending} after {info.rounds} {noun}{score}{took}", "bold")
     )
 
 
@@ -123,7 +122,7 @@ def show_scores(console: Console, infos: Sequence[EpisodeInfo]) -> None:
     table.add_column("score", justify="right")
     for info in infos:
         score = "" if info.score is None else f"{info.score:.2f}"
-        table.add_row(plain(info.profile or ""), info.ended, info.id, str(info.rounds), score)
+        table.add_row(plain(info.profile or ""), info.ending, info.id, str(info.rounds), score)
     scores = [info.score for info in infos if info.score is not None]
     if scores:
         table.add_section()
@@ -147,7 +146,7 @@ def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
             plain(info.domain),
             plain(info.profile or "you"),
             plain(info.method),
-            info.ended or "no",
+            info.ending,
             str(info.rounds),
             "" if info.score is None else f"{info.score:.2f}",
         )

@@ -62,6 +62,11 @@ class EpisodeInfo:
     rounds: int
     owner: str | None = None
 
+    @property
+    def ending(self) -> str:
+        """How it ended, in words for people: "done", "out of rounds" or "not ended"."""
+        return {None: "not ended", "terminated": "done", "truncated": "out of rounds"}[self.ended]
+
 
 class Store:
     """The episodes in one database. Every call that writes is durable when it returns.

@@ -115,7 +115,9 @@ class Plan:
         "How relevant and reasonable is this for the person's profile and the assistant's task? "
         "Please do not penalise inefficiency or repeats."
     )
-    scale: tuple[str, ...] = ("least reasonable", "", "", "most reasonable")
+    scale: tuple[str, ...] = (
+        "least reasonable", "less reasonable", "more reasonable", "most reasonable",
+    )  # fmt: skip
     episodes: Selection = field(default_factory=Selection)
     transcript: bool = False
     ratings_per_item: int = 5

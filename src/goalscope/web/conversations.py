@@ -16,7 +16,7 @@ from typing import Any, Literal, TypeVar
 
 from pydantic import BaseModel
 
-from goalscope.agent import CONFIRM, Correction
+from goalscope.agent import Correction
 from goalscope.belief import Belief
 from goalscope.dialog import FALLBACK
 from goalscope.domains import Settings, open_environment
@@ -134,7 +134,8 @@ class Conversation:
                     completion_phrase=self._env.completion_phrase,
                 )
             last = session.rounds[-1] if session.rounds else None
-            waits = last is not None and last.question == CONFIRM and state.utterance is None
+            asked = bool(last and last.question and (state.query or "").endswith(last.question))
+            waits = asked and state.utterance is None
             return Live(
                 version=state.version,
                 phase=state.phase,
@@ -146,9 +147,7 @@ class Conversation:
                 belief=session.belief and BeliefView.of(session.belief),
                 changes=[ChangeView.of(change) for change in session.corrections],
                 can_undo=session.can_take_back,
-                confirm=Confirm(state=last.state, status=last.status, question=last.question)
-                if last and waits
-                else None,
+                confirm=Confirm.of(last, self._env.completion_phrase) if last and waits else None,
                 completion_phrase=self._env.completion_phrase,
                 error=state.error,
             )
@@ -268,14 +267,16 @@ class Conversation:
         self._become(phase="waiting" if place else "thinking", place=place)
 
     def _step(self, query: str, text: str, confirmed: str) -> None:
+        kept = None if confirmed else text  # what is confirmed must be looked at anew
         try:
             round = self._session.step(query, text, confirmed=confirmed)
         except GoalscopeError as error:
-            self._become(error=str(error))
+            self._become(error=str(error), utterance=kept)
             return
         except Exception:
             log.exception("a round failed")
-            self._become(error="Something went wrong here, and nothing was done. Try again.")
+            told = "Something went wrong here, and nothing was done. Try again."
+            self._become(error=told, utterance=kept)
             return
         self._publish("round", RoundView.of(round))
         info = self._session.info

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Sequence
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
 
 from jinja2 import Environment as Templates
 from jinja2 import PackageLoader, StrictUndefined
@@ -11,15 +15,14 @@ from goalscope.domains import open_environment, settings_of
 from goalscope.episode import Round
 from goalscope.policy import undo
 from goalscope.store import EpisodeInfo
-from goalscope.types import InvalidInputError
-from goalscope.web.views import EpisodeView, RoundView, StoredEpisode
+from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.web.ribbons import HEIGHT, WIDTH, ribbons
+from goalscope.web.views import BeliefView, EpisodeView, GoalView, RoundView, StoredEpisode
 
 __all__ = ["as_html", "as_json", "room_picture"]
 
-TEMPLATES = Templates(
-    loader=PackageLoader("goalscope", "web"), autoescape=True, undefined=StrictUndefined,
-    trim_blocks=True, lstrip_blocks=True,
-)  # fmt: skip
+STATIC = Path(__file__).parent / "static"
+STYLES = ("style.css", "belief.css", "talk.css", "saved.css")
 
 
 def as_json(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
@@ -30,9 +33,78 @@ def as_json(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
 def as_html(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
     """An episode to read and print, without any script."""
     stored = _stored(info, rounds)
-    return TEMPLATES.get_template("episode.html.jinja").render(
-        episode=stored.episode, rounds=stored.rounds
-    )
+    believed = [round for round in stored.rounds if round.belief]
+    drawn = ribbons([round.belief for round in believed if round.belief])
+    colours = {ribbon.goal: ribbon.colour for ribbon in drawn}
+
+    def shares_of(belief: BeliefView) -> list[tuple[str, str, float]]:
+        return [(_name(goal), colours[goal.text], goal.probability) for goal in belief.goals]
+
+    last = believed[-1].belief if believed else None
+    there = {goal.text for goal in last.goals} if last else set[str]()
+    gone = [
+        (f"{each.goal} (dropped)", each.colour, 0.0) for each in drawn if each.goal not in there
+    ]
+    style = "\n".join((STATIC / name).read_text(encoding="utf-8") for name in STYLES)
+    return _templates().get_template("episode.html.jinja").render(
+        episode=stored.episode,
+        rounds=stored.rounds,
+        facts=_facts(info),
+        drawn=drawn,
+        drawn_rounds=[round.number for round in believed],
+        width=WIDTH * len(believed),
+        height=HEIGHT,
+        legend=[*(shares_of(last) if last else []), *gone],
+        shares_of=shares_of,
+        room=_room(info, rounds),
+        style=style,
+        style_hash=b64encode(sha256(style.encode()).digest()).decode(),
+    )  # fmt: skip
+
+
+@cache
+def _templates() -> Templates:
+    templates = Templates(
+        loader=PackageLoader("goalscope", "web"), autoescape=True, undefined=StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    templates.filters["percent"] = _percent
+    return templates
+
+
+def _percent(probability: float) -> str:
+    if 0 < probability < 0.005:
+        return "<1 %"
+    return ">99 %" if 0.995 < probability < 1 else f"{100 * probability:.0f} %"
+
+
+def _name(goal: GoalView) -> str:
+    name = "None of these yet" if goal.unspecified else goal.text
+    return f"{name} (confirmed)" if goal.pinned else name
+
+
+def _facts(info: EpisodeInfo) -> list[str]:
+    """What is known of an episode, in the words of the page."""
+    return [
+        f"{info.created[:16].replace('T', ' ')} UTC",
+        info.domain,
+        info.profile or "a person",
+        info.method,
+        info.model,
+        "1 round" if info.rounds == 1 else f"{info.rounds} rounds",
+        info.ending,
+        *([] if info.score is None else [f"score {info.score:.2f}"]),
+    ]
+
+
+def _room(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
+    """The room at the end, in base 64; empty where there is none to be drawn."""
+    if info.domain != "house":
+        return ""
+    try:
+        return b64encode(room_picture(info, rounds).encode()).decode()
+    except GoalscopeError:
+        return ""
 
 
 def room_picture(info: EpisodeInfo, rounds: Sequence[Round]) -> str:

@@ -24,7 +24,7 @@ LARGEST = 64 * 1024
 
 OPEN = (
     "/study/", "/api/studies/", "/static/study", "/static/style.css", "/static/dom.js",
-    "/static/icon.svg",
+    "/static/status.js", "/static/icon.svg",
 )  # fmt: skip
 """Paths that need no password: those who take part in a study are strangers."""
 

@@ -114,7 +114,11 @@ def study_router(store: Store) -> APIRouter:
 
     @router.get("/study/{name}", include_in_schema=False)
     def page(name: str) -> FileResponse:
-        named(name)
+        """For an unknown study, too: the page then says so."""
+        try:
+            named(name)
+        except HTTPException as unknown:
+            return FileResponse(PAGE, unknown.status_code)
         return FileResponse(PAGE)
 
     @router.get("/api/studies/{name}")

@@ -10,6 +10,7 @@ from pydantic import BaseModel
 
 from goalscope import belief as beliefs
 from goalscope import episode as episodes
+from goalscope.agent import CONFIRM
 from goalscope.store import EpisodeInfo
 from goalscope.tracking import Advice, Tracked
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, StepResult
@@ -96,6 +97,11 @@ class ActionView(BaseModel):
     ok: bool
     observation: str
     irreversible: bool
+
+    @property
+    def is_look_up(self) -> bool:
+        """Whether it only told something, and at length."""
+        return self.ok and not self.irreversible and "\n" in self.observation
 
     @classmethod
     def of(cls, result: StepResult) -> ActionView:
@@ -184,11 +190,28 @@ class StoredEpisode(BaseModel):
 
 
 class Confirm(BaseModel):
-    """What nobody can undo waits until exactly this state is confirmed."""
+    """What nobody can undo waits until exactly this state is confirmed.
+
+    `yes` and `no` are the words that answer the question; `no` is empty where silence does.
+    """
 
     state: str
     status: str
     question: str
+    yes: str
+    no: str
+
+    @classmethod
+    def of(cls, round: episodes.Round, completion_phrase: str) -> Confirm:
+        """What is asked after a round."""
+        ends = round.question == CONFIRM
+        return cls(
+            state=round.state,
+            status=round.status,
+            question=round.question,
+            yes=completion_phrase if ends else "Yes.",
+            no="" if ends else "No, not yet.",
+        )
 
 
 class Live(BaseModel):

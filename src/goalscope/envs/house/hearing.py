@@ -119,6 +119,7 @@ class _Listener(Referents):
         if rest is not None:
             self.permitted[verb, name] = 1
             self.refused -= {(verb, kind), ("", kind)}
+            rest = f"{verb} {name}. {rest}"  # it is done whatever the goals would have now
         elif leave.denies(said):
             self.refuse(verb, (kind,))
             if not parse(turn.utterance, self.count):

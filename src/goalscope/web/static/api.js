@@ -13,8 +13,8 @@
  *   question: string, state: string, terminated: boolean}} Round
  * @typedef {{phase: "idle"|"waiting"|"thinking", place: number, step: string, query: ?string,
  *   round: number, utterance: ?string, belief: ?Belief, changes: Change[], can_undo: boolean,
- *   confirm: ?{state: string, status: string, question: string}, completion_phrase: string,
- *   error: ?string}} Live
+ *   confirm: ?{state: string, status: string, question: string, yes: string, no: string},
+ *   completion_phrase: string, draft: string, error: ?string}} Live
  */
 
 /** The server said no; the message says what to do. */

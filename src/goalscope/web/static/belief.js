@@ -1,6 +1,6 @@
 /** The belief as bars that move, with what can be done about each goal. */
 
-import { arrange, calm, freshId, h, percent, setText, unseen } from "./dom.js";
+import { arrange, calm, freshId, h, nameOf, percent, setText, unseen } from "./dom.js";
 
 const SHOWN = 5;
 const SMALL = 0.02;
@@ -118,8 +118,7 @@ export class Bars {
       details: h("div", { class: "details", id, hidden: true }),
     };
     row.bar = h("span", { class: "bar" }, row.fill);
-    const name = h("span", { class: "goal-name" }, goal.unspecified ? "None of these yet" : goal.text);
-    if (goal.unspecified) name.title = "Unspecified: what you want is not in the list so far";
+    const name = h("span", { class: "goal-name" }, nameOf(goal));
     const face = [h("span", { class: "goal-line" }, name, row.isNew, row.pin, row.percent, row.arrow, row.change, row.inSet), row.bar];
     row.button = this.detailsOf
       ? h(

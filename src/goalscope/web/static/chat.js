@@ -23,13 +23,14 @@ export class Log {
 
   /**
    * @param {import("./api.js").Round[]} rounds
-   * @param {?{round: number, query: ?string, utterance: ?string}} open The exchange under way.
+   * @param {?{round: number, query: ?string, draft: string, utterance: ?string}} open The exchange
+   *   under way.
    */
   show(rounds, open = null) {
     const numbers = rounds.map((round) => round.number);
     rounds.forEach((round) => this.#exchange(round.number).settle(round));
     if (open && !numbers.includes(open.round)) {
-      this.#exchange(open.round).say(open.query, open.utterance);
+      this.#exchange(open.round).say(open.query, open.utterance, open.draft);
       numbers.push(open.round);
     }
     for (const number of [...this.exchanges.keys()]) {
@@ -59,13 +60,23 @@ class Exchange {
   constructor(number) {
     this.settled = false;
     this.query = bubble("agent", "Assistant");
+    this.draft = bubble("agent draft", "Assistant", { "aria-live": "off" });
     this.utterance = bubble("person", "You");
     this.done = h("div", { class: "done-list" });
-    this.element = h("div", { class: "exchange", "data-round": number }, this.query.element, this.utterance.element, this.done);
+    this.element = h(
+      "div",
+      { class: "exchange", "data-round": number },
+      this.draft.element,
+      this.query.element,
+      this.utterance.element,
+      this.done,
+    );
     this.say(null, null);
   }
 
-  say(query, utterance) {
+  /** What is being written stands where the query will be. */
+  say(query, utterance, draft = "") {
+    this.draft.show(query ? "" : draft);
     this.query.show(query);
     this.utterance.show(utterance);
   }
@@ -78,14 +89,15 @@ class Exchange {
     const told = round.replans ? [`The plan was made anew ${round.replans === 1 ? "once" : `${round.replans} times`}.`] : [];
     this.done.replaceChildren(
       ...(round.actions.length ? [actionList(round.actions)] : []),
-      ...[...told, ...round.notes].map((note) => h("p", { class: "note" }, note)),
+      ...told.map((each) => h("p", {}, each)),
+      ...round.notes.map((note) => h("p", { class: "note" }, unseen("Note: "), note)),
     );
   }
 }
 
-function bubble(kind, who) {
+function bubble(kind, who, attributes = {}) {
   const text = h("span", {});
-  const element = h("p", { class: `bubble ${kind}` }, unseen(`${who}: `), text);
+  const element = h("p", { class: `bubble ${kind}`, ...attributes }, unseen(`${who}: `), text);
   return {
     element,
     show: (said) => {

@@ -48,6 +48,11 @@ export function unseen(text) {
   return h("span", { class: "unseen" }, text);
 }
 
+/** How a goal is called: the one without words, "Unspecified" in files, says what it stands for. */
+export function nameOf(goal) {
+  return goal.unspecified ? "None of these yet" : goal.text;
+}
+
 /** A probability in per cent. */
 export function percent(probability) {
   if (probability > 0 && probability < 0.005) return "<1\u00a0%";

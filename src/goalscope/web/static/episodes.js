@@ -5,7 +5,7 @@ import { count, h, localTime, setText, unseen } from "./dom.js";
 
 const PAGE = 25;
 const PAUSE = 250;
-const ENDS = { terminated: "completed", truncated: "out of rounds" };
+const ENDS = { terminated: "done", truncated: "out of rounds" };
 
 /**
  * @param {HTMLElement} main
@@ -96,7 +96,7 @@ class List {
 
   #show({ episodes: found, total }) {
     const last = this.offset + found.length;
-    setText(this.found, total ? `${this.offset + 1} to ${last} of ${count(total, "episode")}` : "Nothing is found.");
+    setText(this.found, found.length === total ? (total ? count(total, "episode") : "Nothing is found.") : `${this.offset + 1} to ${last} of ${count(total, "episode")}`);
     this.table.hidden = found.length === 0;
     this.rows.replaceChildren(...found.map((episode) => this.#row(episode)));
     this.earlier.parentElement.hidden = total <= PAGE;
@@ -110,11 +110,12 @@ class List {
     const choose = (event) => this.#choose(episode.id, event.target.checked);
     const goOn = episode.mine && !episode.ended && !episode.profile;
     const cells = [
+      ["Id", episode.id],
       ["Domain", episode.domain],
       ["Person", person],
       ["Method", episode.method],
       ["Rounds", String(episode.rounds)],
-      ["Ended", ENDS[episode.ended] ?? "not yet"],
+      ["Ended", ENDS[episode.ended] ?? "not ended"],
       ["Score", episode.score === null ? "" : episode.score.toFixed(2)],
     ];
     return h(
@@ -162,11 +163,12 @@ class List {
 }
 
 function classOf(name) {
+  if (name === "Id") return "id";
   return name === "Rounds" || name === "Score" ? "number" : null;
 }
 
 function headings() {
-  const names = ["Started", "Domain", "Person", "Method", "Rounds", "Ended", "Score"];
+  const names = ["Started", "Id", "Domain", "Person", "Method", "Rounds", "Ended", "Score"];
   return [
     ...names.map((name) => h("th", { scope: "col", class: classOf(name) }, name)),
     h("td", {}),

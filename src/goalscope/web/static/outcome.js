@@ -2,9 +2,7 @@
 
 import { pathOf } from "./api.js";
 import { count, h, unseen } from "./dom.js";
-
-const ITEM = /^- (\d+) x (.*): (.*)$/;
-const TOTAL = /^Total: (.*)$/;
+import { statusView } from "./status.js";
 
 /**
  * The actions of a round, with what came of each; what was only looked up is folded.
@@ -40,77 +38,28 @@ function actionItem(action) {
       "span",
       {},
       unseen(action.ok ? "done: " : "failed: "),
-      action.ok && !action.irreversible && first ? first : action.text,
+      action.ok ? told(action) : action.text,
       action.ok ? null : h("span", { class: "reason" }, ` \u2013 ${first}`),
-      action.irreversible ? h("span", { class: "badge" }, "cannot be undone") : null,
+      action.irreversible && !action.observation.includes("cannot be undone") ? h("span", { class: "badge" }, "cannot be undone") : null,
     ),
   );
 }
 
-/** Whether a status tells of a basket with something in it. */
-function isBasket(lines) {
-  return lines.some((line) => ITEM.test(line));
-}
-
-/** The status as a table of what is in the basket, or else as a list. */
-export function statusView(status) {
-  const lines = status.split("\n").filter((line) => line.trim());
-  return isBasket(lines) ? basket(lines) : listed(lines);
-}
-
-function basket(lines) {
-  const items = lines.map((line) => ITEM.exec(line)).filter(Boolean);
-  const total = lines.map((line) => TOTAL.exec(line)).find(Boolean);
-  const others = lines.slice(1).filter((line) => !ITEM.test(line) && !TOTAL.test(line));
-  const cell = (name, text, attributes = {}) => h(name, attributes, text);
-  return h(
-    "div",
-    {},
-    h(
-      "table",
-      { class: "basket" },
-      h("caption", { class: "unseen" }, lines[0].replace(/:$/, "")),
-      h(
-        "thead",
-        { class: "unseen" },
-        h("tr", {}, ...["Number", "Item", "Price"].map((text) => cell("th", text, { scope: "col" }))),
-      ),
-      h(
-        "tbody",
-        {},
-        ...items.map(([, number, name, price]) =>
-          h("tr", {}, cell("td", `${number}\u00a0\u00d7`, { class: "quantity" }), cell("td", name), cell("td", price, { class: "price" })),
-        ),
-      ),
-      total
-        ? h("tfoot", {}, h("tr", {}, cell("th", "Total", { scope: "row", colspan: 2 }), cell("td", total[1], { class: "price" })))
-        : null,
-    ),
-    ...others.map((line) => h("p", {}, line)),
-  );
-}
-
-function listed(lines) {
-  const items = lines.filter((line) => line.startsWith("- "));
-  const rest = lines.filter((line) => !line.startsWith("- "));
-  return h(
-    "div",
-    { class: "status-text" },
-    ...rest.map((line) => h("p", {}, line)),
-    items.length ? h("ul", {}, ...items.map((line) => h("li", {}, line.slice(2)))) : null,
-  );
-}
-
-/** In a few words, for where there is no room: the total, or how many items. */
-export function statusSummary(status) {
-  return /^Total: (.*)$/m.exec(status)?.[1] ?? "";
+/** What an action that was done came to: its last line follows what it may have shown. */
+function told({ text, observation }) {
+  return observation.trim().split("\n").at(-1) || text;
 }
 
 /** What stands in the end of a round: the basket, or the room from above. */
 export class Outcome {
-  /** @param {import("./api.js").Episode} episode */
-  constructor(episode) {
+  /**
+   * @param {import("./api.js").Episode} episode
+   * @param {?((name: string) => void)} remove Has the agent take an item out of the basket.
+   */
+  constructor(episode, remove = null) {
     this.episode = episode;
+    this.remove = remove;
+    this.ready = false;
     this.house = episode.domain === "house";
     this.shown = null;
     this.image = h("img", { class: "room", alt: "" });
@@ -124,6 +73,16 @@ export class Outcome {
     );
   }
 
+  get #removers() {
+    return [...this.body.querySelectorAll(".remove")];
+  }
+
+  /** Whether the agent listens now; a button that waits keeps the focus. */
+  setReady(ready) {
+    this.ready = ready;
+    for (const button of this.#removers) button.setAttribute("aria-disabled", String(!ready));
+  }
+
   /**
    * @param {number} number The round; 0 is the start.
    * @param {string} status
@@ -133,7 +92,10 @@ export class Outcome {
     if (key === this.shown) return;
     this.shown = key;
     const empty = this.house ? "The robot has not done anything yet." : "The basket is empty.";
-    this.body.replaceChildren(statusView(status || empty));
+    const focused = this.#removers.indexOf(document.activeElement);
+    this.body.replaceChildren(statusView(status || empty, this.remove && ((name) => this.ready && this.remove(name))));
+    this.setReady(this.ready);
+    if (focused >= 0) (this.#removers[focused] ?? this.#removers.at(-1))?.focus();
     if (!this.house) return;
     const picture = pathOf(this.episode.id, `/picture.svg?round=${number}`);
     this.image.src = picture;

@@ -1,6 +1,6 @@
 /** The history of the belief: a ribbon for each goal over the rounds, and the same as a table. */
 
-import { h, percent, svg } from "./dom.js";
+import { h, nameOf, percent, svg } from "./dom.js";
 
 const HEIGHT = 168;
 const AXIS = 22;
@@ -88,7 +88,7 @@ export class Ribbons {
 
   #ribbon(band, step) {
     const history = band.series.values.map((value) => percent(value)).join(" \u2192 ");
-    const title = svg("title", {}, `${band.series.text}: ${history}`);
+    const title = svg("title", {}, `${nameOf(band.series)}: ${history}`);
     return svg("path", { class: `ribbon ${this.#classOf(band.series)}`, d: outline(band, step) }, title);
   }
 
@@ -103,7 +103,7 @@ export class Ribbons {
       {},
       svg("rect", { class: `key ${this.#classOf(band.series)}`, x: plot + 6, y: y - 4, width: 3, height: 8, rx: 1 }),
       svg("text", { class: "ribbon-label", x: plot + 14, y: y + 4 }, shortened(nameOf(band.series), room)),
-      svg("title", {}, band.series.text),
+      svg("title", {}, nameOf(band.series)),
     );
   }
 
@@ -129,7 +129,7 @@ export class Ribbons {
   }
 }
 
-/** Of each goal that ever was, its probability in each column; "Unspecified" comes last. */
+/** Of each goal that ever was, its probability in each column; "None of these yet" comes last. */
 function seriesOf(columns) {
   const found = new Map();
   columns.forEach((column, place) => {
@@ -178,10 +178,6 @@ function outline({ tops, bottoms }, step) {
     path += `H${ends[place][0].toFixed(1)}`;
   }
   return `${path}Z`;
-}
-
-function nameOf(series) {
-  return series.unspecified ? "none of these yet" : series.text;
 }
 
 function shortened(text, room) {

@@ -2,20 +2,21 @@
 
 import { Bars, changeList, changesOf } from "./belief.js";
 import { coloursOf } from "./colours.js";
-import { h, percent, setText } from "./dom.js";
-import { Outcome, statusSummary } from "./outcome.js";
+import { h, nameOf, percent, setText } from "./dom.js";
+import { Outcome } from "./outcome.js";
 import { Ribbons } from "./ribbons.js";
+import { statusSummary } from "./status.js";
 import { details, wordsForm } from "./why.js";
 
 /**
  * @typedef {{correct: (kind: string, goal: string, text?: string) => Promise<void>,
- *   undo: () => Promise<void>}} Hands
+ *   undo: () => Promise<void>, remove: (name: string) => void}} Hands
  */
 
 export class Side {
   /**
    * @param {import("./api.js").Episode} episode
-   * @param {Hands} hands What the person can do about the goals.
+   * @param {Hands} hands What the person can do about goals and basket.
    */
   constructor(episode, hands) {
     this.episode = episode;
@@ -23,7 +24,7 @@ export class Side {
     this.rounds = [];
     this.bars = new Bars((text) => this.#details(text));
     this.ribbons = new Ribbons();
-    this.outcome = new Outcome(episode);
+    this.outcome = new Outcome(episode, hands.remove);
     this.corrections = h("div", { class: "changes-slot" });
     this.changes = h("div", { class: "changes-slot" });
     this.undo = h("button", { type: "button", onclick: () => this.#undo() }, "Undo");
@@ -86,6 +87,11 @@ export class Side {
     return this.bars.close();
   }
 
+  /** Whether the agent listens now. */
+  setReady(ready) {
+    this.outcome.setReady(ready);
+  }
+
   /** The basket's total. */
   get summary() {
     return statusSummary(this.rounds.at(-1)?.status ?? "");
@@ -131,7 +137,8 @@ export class Side {
       }
     };
     const form = wordsForm("What you want, in your words", "", "Add", send);
-    const box = h("details", { class: "add" }, h("summary", {}, "Add a goal"), form, problem);
+    const hint = h("p", { class: "soft small" }, "It counts as confirmed: almost certainly what you want.");
+    const box = h("details", { class: "add" }, h("summary", {}, "Add a goal"), form, hint, problem);
     return box;
   }
 
@@ -148,8 +155,7 @@ export class Side {
 function summaryOf(belief) {
   const first = belief?.goals[0];
   if (!first) return "";
-  const name = first.unspecified ? "none of these yet" : first.text;
-  return `Likeliest now: ${name}, ${percent(first.probability)}.`;
+  return `Likeliest now: ${nameOf(first)}, ${percent(first.probability)}.`;
 }
 
 /** On a phone: the belief in one line, which opens what stands beside the chat. */
@@ -185,8 +191,7 @@ export class Strip {
   show(side) {
     const goals = side.belief?.goals ?? [];
     const [first] = goals;
-    const name = first?.unspecified ? "None of these yet" : first?.text;
-    setText(this.text, first ? `${percent(first.probability)} ${name}` : "The belief");
+    setText(this.text, first ? `${percent(first.probability)} ${nameOf(first)}` : "The belief");
     setText(this.sum, side.summary);
     this.mini.replaceChildren(
       ...goals.map((goal) => {

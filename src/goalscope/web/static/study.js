@@ -1,9 +1,11 @@
 /** A study: consent, instructions, one question after the other, and the code at the end. */
 
 import { h } from "./dom.js";
+import { statusView } from "./status.js";
 import { api, Keeper, otherwise, same } from "./study_api.js";
 
 const QUIET = 800;
+const CHECK = "Please check the address, letter by letter, or ask whoever sent it to you.";
 const OFFLINE = "No connection. Trying again by itself \u2026";
 
 const main = document.getElementById("main");
@@ -68,7 +70,8 @@ async function show() {
       location.replace(`#/${next || "end"}`);
     }
   } catch (error) {
-    if (own === shown) page("That did not work", h("p", { role: "alert" }, error.message));
+    const remedy = error.status === 404 ? h("p", {}, CHECK) : "";
+    if (own === shown) page("That did not work", h("p", { role: "alert" }, error.message), remedy);
   } finally {
     clearTimeout(slow);
   }
@@ -248,7 +251,7 @@ function about(item) {
       h("p", { class: "soft small" }, `It can do this: ${item.possible.join(", ")}.`),
     ),
     item.transcript.length > 0 && part("The conversation", conversation(item.transcript)),
-    part("What came of it", h("p", { class: "text outcome" }, item.outcome.trim())),
+    part("What came of it", h("div", { class: "outcome" }, statusView(item.outcome))),
   ].filter(Boolean);
 }
 

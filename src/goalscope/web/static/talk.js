@@ -4,7 +4,7 @@ import { api, listen } from "./api.js";
 import { Composer, Log } from "./chat.js";
 import { count, h, setText } from "./dom.js";
 import { aboutDomain, domainOf } from "./domains.js";
-import { statusView } from "./outcome.js";
+import { statusSummary, statusView } from "./status.js";
 import { Side, Strip } from "./side.js";
 
 /**
@@ -36,6 +36,7 @@ class Talk {
     this.side = new Side(state.episode, {
       correct: (kind, goal, text) => this.correct(kind, goal, text),
       undo: () => this.undo(),
+      remove: (name) => this.say(`Remove the ${name}.`),
     });
     this.strip = new Strip(this.side.element);
     this.status = h("p", { class: "thinking", role: "status" });
@@ -60,7 +61,7 @@ class Talk {
       this.log.element,
       h("div", { class: "foot" }, this.status, this.error, this.confirm, this.end, this.composer.element, this.hint),
     );
-    return h("div", { class: "talk" }, chat, this.strip.element, this.side.element);
+    return h("div", { class: `talk ${this.domain.name}` }, chat, this.strip.element, this.side.element);
   }
 
   #listen() {
@@ -121,7 +122,7 @@ class Talk {
       this.#live(await api.say(this.id, said));
     } catch (error) {
       this.pending = null;
-      this.failed = text;
+      this.failed = confirmed ? null : text; // what is confirmed must be looked at anew
       this.#tell(error.message);
       if (error.status === 409) this.reload();
     }
@@ -153,14 +154,16 @@ class Talk {
     const { episode, rounds, live, connected } = this.state;
     const round = live?.round ?? rounds.length + 1;
     const utterance = this.pending ?? live?.utterance ?? this.failed;
-    this.log.show(rounds, live ? { round, query: live.query, utterance } : null);
+    this.log.show(rounds, live ? { round, query: live.query, draft: live.draft, utterance } : null);
     this.side.show(rounds, live);
     this.strip.show(this.side);
     this.#status(live, connected);
     this.#error(live);
     this.#confirm(live);
-    this.#end(episode, live);
-    this.composer.setReady(Boolean(live && live.phase === "idle" && live.query && this.pending === null));
+    this.#end(episode, rounds, live);
+    const ready = Boolean(live && live.phase === "idle" && live.query && this.pending === null);
+    this.composer.setReady(ready);
+    this.side.setReady(ready);
   }
 
   #status(live, connected) {
@@ -191,7 +194,7 @@ class Talk {
     const shown = wanted && `${live.round}|${wanted.state}`;
     if (shown === this.confirmShown) return;
     this.confirmShown = shown;
-    this.confirm.replaceChildren(...(wanted ? [this.#confirmCard(wanted, live.completion_phrase)] : []));
+    this.confirm.replaceChildren(...(wanted ? [this.#confirmCard(wanted)] : []));
   }
 
   #notYet() {
@@ -199,23 +202,29 @@ class Talk {
     this.composer.input.focus();
   }
 
-  #confirmCard({ state, status, question }, phrase) {
-    const yes = this.state.episode.domain === "grocery" ? "Buy this basket" : "Yes, do this";
+  /** @param {NonNullable<import("./api.js").Live["confirm"]>} asked */
+  #confirmCard({ state, status, question, yes, no }) {
+    const buys = this.state.episode.domain === "grocery";
+    const answer = (words) => {
+      this.say(words, state);
+      this.log.element.focus({ preventScroll: true });
+    };
+    const refuse = () => (no ? answer(no) : this.#notYet());
     return h(
       "section",
       { class: "card confirm", "aria-label": "To confirm" },
       h("h2", {}, question),
-      statusView(status),
+      buys ? statusView(status) : h("p", {}, "Nobody can undo that."),
       h(
         "div",
         { class: "buttons" },
-        h("button", { type: "button", class: "primary", onclick: () => this.say(phrase, state) }, yes),
-        h("button", { type: "button", onclick: () => this.#notYet() }, "Not yet"),
+        h("button", { type: "button", class: "primary", onclick: () => answer(yes) }, buys ? "Buy this basket" : "Yes"),
+        h("button", { type: "button", onclick: refuse }, "Not yet"),
       ),
     );
   }
 
-  #end(episode, live) {
+  #end(episode, rounds, live) {
     this.composer.element.hidden = !live;
     this.hint.hidden = !live;
     if (live && this.hint.childElementCount === 0) {
@@ -225,7 +234,7 @@ class Talk {
     }
     if (live || this.end.childElementCount) return;
     this.hangUp?.();
-    this.end.append(endCard(episode));
+    this.end.append(endCard(episode, statusSummary(rounds.at(-1)?.status ?? "")));
     this.log.scrollToEnd();
   }
 }
@@ -241,14 +250,14 @@ function working(live, pending) {
   return `${step[0].toUpperCase()}${step.slice(1)}\u2026`;
 }
 
-function endCard(episode) {
+function endCard(episode, total) {
   const rounds = count(episode.rounds, "round");
   const score = episode.score === null ? "" : ` Score: ${episode.score.toFixed(2)}.`;
   return h(
     "section",
     { class: "card ended", "aria-label": "The end" },
-    h("h2", {}, episode.ended === "terminated" ? "Done" : "That was the last round"),
-    h("p", {}, `It took ${rounds}.${score}`),
+    h("h2", {}, episode.ended === "terminated" ? "Done" : "Out of rounds"),
+    h("p", {}, `${total ? `Total: ${total}. ` : ""}It took ${rounds}.${score}`),
     h(
       "div",
       { class: "buttons" },

@@ -4,6 +4,11 @@ import { api } from "./api.js";
 import { h, percent, signed } from "./dom.js";
 
 const SLIGHT = 0.1;
+const COLUMNS = [
+  ["Evidence", "how much these words speak for the goal (+) or against it (\u2212), beside the others, in nats."],
+  ["After it", "how likely the goal was then."],
+  ["If unsaid", "how likely it would be now without these words."],
+];
 
 /**
  * What opens under a goal.
@@ -16,7 +21,8 @@ const SLIGHT = 0.1;
 export function details({ id, goal, round, weighs, goesOn, correct }) {
   const box = h("div", { class: "why" });
   if (goal.unspecified) {
-    box.append(h("p", { class: "soft" }, "How likely it is that what you want is not in the list so far."));
+    const about = "How likely it is that what you want is not in the list so far. Files and the command line call it \u201cUnspecified\u201d.";
+    box.append(h("p", { class: "soft" }, about));
   } else if (correct) {
     box.append(corrections(goal, correct));
   }
@@ -37,16 +43,17 @@ function corrections(goal, correct) {
     }
   };
   const form = wordsForm("In your words", goal.text, "Save", (text) => act("reword", text));
-  form.hidden = true;
+  const hint = h("p", { class: "soft" }, "Your words take its place, and count as confirmed: almost certainly what you want.");
+  const rewording = h("div", { class: "rewording", hidden: true }, form, hint);
   const reword = h(
     "button",
     {
       type: "button",
       "aria-expanded": "false",
       onclick: () => {
-        form.hidden = !form.hidden;
-        reword.setAttribute("aria-expanded", String(!form.hidden));
-        if (!form.hidden) form.querySelector("input").focus();
+        rewording.hidden = !rewording.hidden;
+        reword.setAttribute("aria-expanded", String(!rewording.hidden));
+        if (!rewording.hidden) form.querySelector("input").focus();
       },
     },
     "Say it otherwise",
@@ -58,7 +65,7 @@ function corrections(goal, correct) {
     h("button", { type: "button", onclick: () => act("veto") }, "No, rule it out"),
     reword,
   );
-  return h("div", {}, buttons, form, problem);
+  return h("div", {}, buttons, rewording, problem);
 }
 
 /** A field for a goal's words, and a button. */
@@ -106,9 +113,7 @@ function reasonsTable(id, goal, reasons, goesOn) {
   const heads = [
     ["", "Turn"],
     ["Said", null],
-    ["Evidence", "In nats, against the mean of the other goals"],
-    ["Then", "How likely the goal was after it"],
-    ["Without", "How likely the goal would be now, had this not been said"],
+    ...COLUMNS.map(([name]) => [name, null]),
   ];
   const table = h(
     "table",
@@ -121,7 +126,9 @@ function reasonsTable(id, goal, reasons, goesOn) {
     ),
     h("tbody", {}, ...rows),
   );
-  return goesOn ? [table, wordByWord(id, goal, reasons, cells)] : [table];
+  const rest = goesOn ? [wordByWord(id, goal, reasons, cells)] : [];
+  const meanings = COLUMNS.map(([name, meaning]) => h("li", {}, h("strong", {}, name), `: ${meaning}`));
+  return [table, ...rest, h("ul", { class: "meanings" }, ...meanings)];
 }
 
 function wordByWord(id, goal, reasons, cells) {

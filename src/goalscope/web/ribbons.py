@@ -1,0 +1,90 @@
+"""The history of a belief as a drawing without a script; in the page, ribbons.js draws it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from goalscope.web.views import BeliefView
+
+__all__ = ["HEIGHT", "WIDTH", "Ribbon", "ribbons"]
+
+WIDTH, HEIGHT = 100, 100
+"""Of a column; the page stretches them."""
+LEVEL = 0.36
+"""Share of a column in which a ribbon is level."""
+COLOURS = 9
+"""How many style.css has, `.c0` and so on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ribbon:
+    """A goal over the rounds.
+
+    Attributes:
+        goal: Its text.
+        unspecified: Whether it stands for no stated goal.
+        colour: Its class in style.css.
+        probability: In each column; 0 where the goal was not there.
+        path: Its outline, as the `d` of an SVG path.
+    """
+
+    goal: str
+    unspecified: bool
+    colour: str
+    probability: list[float]
+    path: str
+
+
+def ribbons(beliefs: Sequence[BeliefView]) -> list[Ribbon]:
+    """A ribbon for each goal that ever was, from the top; the one without words comes last."""
+    values: dict[str, list[float]] = {}
+    without: set[str] = set()
+    for place, belief in enumerate(beliefs):
+        for goal in belief.goals:
+            row = values.setdefault(goal.text, [0.0] * len(beliefs))
+            row[place] = goal.probability
+            if goal.unspecified:
+                without.add(goal.text)
+    drawn: list[Ribbon] = []
+    tops = [0.0] * len(beliefs)
+    for text in sorted(values, key=lambda text: text in without):
+        bottoms = [top + value for top, value in zip(tops, values[text], strict=True)]
+        colour = "unspecified" if text in without else f"c{len(drawn) % COLOURS}"
+        path = _outline(tops, bottoms)
+        drawn.append(Ribbon(text, text in without, colour, values[text], path))
+        tops = bottoms
+    return drawn
+
+
+def _outline(tops: Sequence[float], bottoms: Sequence[float]) -> str:
+    """Level in the middle of each column, and a curve to the next; back below."""
+    half, last = LEVEL * WIDTH / 2, len(tops) - 1
+    middles = [(place + 0.5) * WIDTH for place in range(len(tops))]
+    ends = [
+        (0.0 if place == 0 else x - half, (last + 1.0) * WIDTH if place == last else x + half)
+        for place, x in enumerate(middles)
+    ]
+    there = [(x, y) for pair, y in zip(ends, tops, strict=True) for x in pair]
+    back = [
+        (x, y)
+        for pair, y in zip(reversed(ends), reversed(bottoms), strict=True)
+        for x in reversed(pair)
+    ]
+    return f"M{_points(there)} L{_points(back)} Z"
+
+
+def _points(line: Sequence[tuple[float, float]]) -> str:
+    """Points in pairs: straight within a pair, curved to the next."""
+    path = ""
+    for place, (x, y) in enumerate(line):
+        at = f"{x:.1f} {y * HEIGHT:.2f}"
+        if place == 0:
+            path = at
+        elif place % 2:
+            path += f" L{at}"
+        else:
+            before, height = line[place - 1]
+            middle = (before + x) / 2
+            path += f" C{middle:.1f} {height * HEIGHT:.2f} {middle:.1f} {y * HEIGHT:.2f} {at}"
+    return path

@@ -1,0 +1,79 @@
+/** What an environment says of how it stands: the basket as a table, anything else as a list. */
+
+import { h, unseen } from "./dom.js";
+
+const ITEM = /^- (\d+) x (.*): (.*)$/;
+const TOTAL = /^Total: (.*)$/;
+
+/** Whether a status tells of a basket with something in it. */
+function isBasket(lines) {
+  return lines.some((line) => ITEM.test(line));
+}
+
+/**
+ * The status as a table of what is in the basket, or else as a list.
+ * @param {string} status
+ * @param {?((name: string) => void)} remove Is told which item is to go.
+ */
+export function statusView(status, remove = null) {
+  const lines = status.split("\n").filter((line) => line.trim());
+  return isBasket(lines) ? basket(lines, remove) : listed(lines);
+}
+
+function basket(lines, remove) {
+  const items = lines.map((line) => ITEM.exec(line)).filter(Boolean);
+  const total = lines.map((line) => TOTAL.exec(line)).find(Boolean);
+  const others = lines.slice(1).filter((line) => !ITEM.test(line) && !TOTAL.test(line));
+  const cell = (name, text, attributes = {}) => h(name, attributes, text);
+  const heads = ["Number", "Item", "Price", ...(remove ? ["Remove"] : [])];
+  const button = (name) =>
+    h("button", { type: "button", class: "remove", title: `Remove ${name}`, onclick: () => remove(name) }, unseen(`Remove ${name}`));
+  return h(
+    "div",
+    {},
+    h(
+      "table",
+      { class: "basket" },
+      h("caption", { class: "unseen" }, lines[0].replace(/:$/, "")),
+      h(
+        "thead",
+        { class: "unseen" },
+        h("tr", {}, ...heads.map((text) => cell("th", text, { scope: "col" }))),
+      ),
+      h(
+        "tbody",
+        {},
+        ...items.map(([, number, name, price]) =>
+          h(
+            "tr",
+            {},
+            cell("td", `${number}\u00a0\u00d7`, { class: "quantity" }),
+            cell("td", name),
+            cell("td", price, { class: "price" }),
+            remove ? h("td", { class: "remove-cell" }, button(name)) : null,
+          ),
+        ),
+      ),
+      total
+        ? h("tfoot", {}, h("tr", {}, cell("th", "Total", { scope: "row", colspan: 2 }), cell("td", total[1], { class: "price" }), remove ? h("td", {}) : null))
+        : null,
+    ),
+    ...others.map((line) => h("p", {}, line)),
+  );
+}
+
+function listed(lines) {
+  const items = lines.filter((line) => line.startsWith("- "));
+  const rest = lines.filter((line) => !line.startsWith("- "));
+  return h(
+    "div",
+    { class: "status-text" },
+    ...rest.map((line) => h("p", {}, line)),
+    items.length ? h("ul", {}, ...items.map((line) => h("li", {}, line.slice(2)))) : null,
+  );
+}
+
+/** In a few words, for where there is no room: the total, or how many items. */
+export function statusSummary(status) {
+  return /^Total: (.*)$/m.exec(status)?.[1] ?? "";
+}
