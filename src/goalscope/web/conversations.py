@@ -22,7 +22,7 @@ from goalscope.dialog import FALLBACK
 from goalscope.domains import Settings, open_environment
 from goalscope.envs import Environment
 from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
-from goalscope.models import Model
+from goalscope.models import Heard, Model
 from goalscope.session import Session, saved_settings
 from goalscope.store import EpisodeInfo, Store
 from goalscope.types import ConflictError, Goal, GoalscopeError, InvalidInputError, checked_text
@@ -45,6 +45,9 @@ KEPT = 100
 SETTLED = 60.0
 """Seconds from a request on in which a conversation stays open."""
 
+PAUSE = 0.1
+"""Seconds between two tellings of what the agent is writing."""
+
 Event = tuple[Literal["live", "round", "ended"], BaseModel]
 
 
@@ -54,6 +57,7 @@ class _State:
     phase: Literal["idle", "waiting", "thinking"] = "idle"
     place: int = 0
     step: str = ""
+    draft: str = ""
     query: str | None = None
     utterance: str | None = None
     error: str | None = None
@@ -70,8 +74,8 @@ class Conversation:
         env: Where the agent acts.
         model: Of the session.
         owner: Whose it is.
-        open: Makes the session, given what is to be told of the agent's progress, and the episode
-            that goes on.
+        open: Makes the session, given what is to be told of the agent's progress and of what it
+            writes, and the episode that goes on.
         resumed: The stored episode that goes on; its session is opened at the desk.
     """
 
@@ -81,7 +85,7 @@ class Conversation:
         env: Environment,
         model: Model,
         owner: str,
-        open: Callable[[Callable[[str], None], EpisodeInfo | None], Session],
+        open: Callable[[Heard, Heard, EpisodeInfo | None], Session],
         resumed: EpisodeInfo | None = None,
     ) -> None:
         self.owner = owner
@@ -90,7 +94,8 @@ class Conversation:
         self._state = _State(time.time_ns() // 1_000_000)
         self._listeners: dict[asyncio.Queue[Event], asyncio.AbstractEventLoop] = {}
         self._opened: Session | None = None
-        self._open = partial(open, lambda step: self._become(step=step))
+        self._open = partial(open, lambda step: self._become(step=step), self._drafted)
+        self._drafted_at = 0.0
         self.used = time.monotonic()
         if resumed:
             self.id = resumed.id
@@ -140,6 +145,7 @@ class Conversation:
                 phase=state.phase,
                 place=state.place,
                 step=state.step,
+                draft=state.draft,
                 query=state.query,
                 round=len(session.rounds) + 1,
                 utterance=state.utterance,
@@ -260,7 +266,7 @@ class Conversation:
             try:
                 return work()
             finally:
-                self._become(phase="idle", place=0, step="")
+                self._become(phase="idle", place=0, step="", draft="")
 
         return self._desk.submit(self.owner, done, self._moved)
 
@@ -277,11 +283,11 @@ class Conversation:
             log.exception("a round failed")
             self._become(error="Something went wrong here, and nothing was done. Try again.")
             return
-        self._publish("round", RoundView.of(round))
+        self._publish("round", lambda: RoundView.of(round))
         info = self._session.info
         self._become(query=None, utterance=None)
         if info.ended:
-            self._publish("ended", EpisodeView.of(info, mine=True))
+            self._publish("ended", lambda: EpisodeView.of(info, mine=True))
         else:
             self._ask()
 
@@ -303,17 +309,27 @@ class Conversation:
         except Exception:
             log.exception("a question failed")
             query = FALLBACK
-        self._become(query=query)
+        self._become(query=query, draft="")
 
     def _become(self, **changes: Any) -> None:
         with self._lock:
             self._state = replace(self._state, version=self._state.version + 1, **changes)
-        self._publish("live", self.live())
+            self._publish("live", self.live)
 
-    def _publish(self, kind: Literal["live", "round", "ended"], data: BaseModel) -> None:
+    def _drafted(self, text: str) -> None:
+        now = time.monotonic()
+        if self._listeners and now - self._drafted_at >= PAUSE:
+            self._drafted_at = now
+            self._become(draft=text)
+
+    def _publish(
+        self, kind: Literal["live", "round", "ended"], view: Callable[[], BaseModel]
+    ) -> None:
         with self._lock:
-            for queue, loop in self._listeners.items():
-                loop.call_soon_threadsafe(queue.put_nowait, (kind, data))
+            if self._listeners:
+                event = kind, view()
+                for queue, loop in self._listeners.items():
+                    loop.call_soon_threadsafe(queue.put_nowait, event)
 
 
 class Conversations:
@@ -365,7 +381,7 @@ class Conversations:
     def _enter(self, owner: str, settings: Settings, resume: EpisodeInfo | None) -> Conversation:
         env = open_environment(settings)
 
-        def open(progress: Callable[[str], None], resume: EpisodeInfo | None) -> Session:
+        def open(progress: Heard, draft: Heard, resume: EpisodeInfo | None) -> Session:
             return Session(
                 self._store,
                 settings,
@@ -375,6 +391,7 @@ class Conversations:
                 resume=resume,
                 confirm=True,
                 progress=progress,
+                draft=draft,
             )
 
         entered = Conversation(self.desk, env, self._model, owner, open, resume)
