@@ -6,6 +6,7 @@ PYTHONPATH=tests python benchmarks/load.py [PEOPLE] [ROUNDS]
 from __future__ import annotations
 
 import contextlib
+import logging
 import multiprocessing
 import random
 import sys
@@ -74,6 +75,7 @@ def chat(address: str, number: int, rounds: int, took: list[float], wrong: list[
 
 def main() -> None:
     """Print what was measured."""
+    logging.getLogger().setLevel(logging.WARNING)  # a library's own setting tells of each request
     people, rounds = (int(each) for each in (*sys.argv[1:], "50", "3")[:2])
     took: list[float] = []
     wrong: list[str] = []

@@ -94,6 +94,7 @@ class Conversation:
         self._state = _State(time.time_ns() // 1_000_000)
         self._listeners: dict[asyncio.Queue[Event], asyncio.AbstractEventLoop] = {}
         self._opened: Session | None = None
+        self._viewed: tuple[Belief | None, BeliefView | None] = None, None
         self._open = partial(open, lambda step: self._become(step=step), self._drafted)
         self._drafted_at = 0.0
         self.used = time.monotonic()
@@ -149,7 +150,7 @@ class Conversation:
                 query=state.query,
                 round=len(session.rounds) + 1,
                 utterance=state.utterance,
-                belief=session.belief and BeliefView.of(session.belief),
+                belief=self._view(session.belief),
                 changes=[ChangeView.of(change) for change in session.corrections],
                 can_undo=session.can_take_back,
                 confirm=Confirm(state=last.state, status=last.status, question=last.question)
@@ -158,6 +159,12 @@ class Conversation:
                 completion_phrase=self._env.completion_phrase,
                 error=state.error,
             )
+
+    def _view(self, belief: Belief | None) -> BeliefView | None:
+        """As it is told again and again while people wait, it is made once."""
+        if belief is not self._viewed[0]:
+            self._viewed = belief, belief and BeliefView.of(belief)
+        return self._viewed[1]
 
     def catch_up(self, info: EpisodeInfo, *, again: bool = False) -> None:
         """Open the episode anew where it has gone on elsewhere.
@@ -257,6 +264,7 @@ class Conversation:
         with self._lock:
             if self._state.phase != "idle":
                 raise ConflictError("The agent is still at work. Wait for it, and try again.")
+            self._desk.admit(self.owner)
             self._become(phase="waiting", step=step, utterance=utterance, error=None)
 
     def _submit(self, work: Callable[[], T]) -> Future[T]:
@@ -394,7 +402,11 @@ class Conversations:
                 draft=draft,
             )
 
-        entered = Conversation(self.desk, env, self._model, owner, open, resume)
+        try:
+            entered = Conversation(self.desk, env, self._model, owner, open, resume)
+        except BaseException:
+            env.close()
+            raise
         with self._lock:
             self._open[entered.id] = entered
             idle = [each for each in self._open.values() if each.is_idle and each is not entered]
