@@ -86,7 +86,7 @@ def serve(
 ) -> None:
     """Open the web page: chat, watch the belief move, correct it.
 
-    Everybody who opens it has episodes of their own; with the key, which is kept for you, one sees all.
+    Everybody who opens it has episodes of their own; with your key, which is kept, one sees all.
     """
     import socket
 

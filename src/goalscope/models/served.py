@@ -155,7 +155,7 @@ class ServedGenerator:
             extra: dict[str, Any] = {length: max_tokens}
             if schema is not None:
                 extra["response_format"] = form(_object(schema))
-            if heard and self._streams:
+            if heard and schema is None and self._streams:
                 extra |= {"stream": True, "stream_options": {"include_usage": True}}
             try:
                 return self.server.post("chat/completions", {**body, **extra}, heard=heard)
