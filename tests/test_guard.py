@@ -283,9 +283,11 @@ def test_so_many_streams_are_open_at_once(address: str, visit, monkeypatch) -> N
     ann, ben = visit(address), visit(address)
     mine, other = ann.begin(), ben.begin()
     with ExitStack() as opened:
-        for _ in range(3):
-            answer = opened.enter_context(ann.http.stream("GET", f"{mine}/events"))
-            assert next(answer.iter_lines()) == "event: live"
+        streams = [
+            opened.enter_context(ann.http.stream("GET", f"{mine}/events")).iter_lines()
+            for _ in range(3)
+        ]
+        assert [next(lines) for lines in streams] == ["event: live"] * 3
         refused = ann.http.get(f"{mine}/events")
         assert (refused.status_code, refused.headers["retry-after"]) == (429, "5")
         assert opened.enter_context(ben.http.stream("GET", f"{other}/events")).status_code == 200
