@@ -19,7 +19,6 @@ from goalscope.database.tables import AnswerRow, CellRow, ItemRow, ParticipantRo
 from goalscope.domains import TRACKING, Settings, profiles_of
 from goalscope.episode import Round
 from goalscope.experiment.results import Results
-from goalscope.experiment.summary import Estimate
 from goalscope.report import read_report
 from goalscope.store import Store
 from goalscope.study import plan
@@ -27,8 +26,8 @@ from goalscope.study.agreement import krippendorff_alpha
 from goalscope.study.assignment import assigned
 from goalscope.study.book import Book
 from goalscope.study.export import as_csv, inert
-from goalscope.study.people import Answer, Participant, excluded
 from goalscope.study.items import chosen_episodes
+from goalscope.study.people import Answer, Participant, excluded
 from goalscope.study.plan import Check, Exclusion, Plan, Selection, read_plan
 from goalscope.study.summary import study_tables
 from goalscope.types import Action, ConflictError, InvalidInputError, StepResult, Turn

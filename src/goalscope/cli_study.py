@@ -56,8 +56,8 @@ def new(
     )
     if left_out:
         out.print(
-            f"{left_out} others were with real people, whose wishes only their conversation tells: "
-            "transcript = true takes them in, too.",
+            f"Left out: {left_out} with real people, whose wishes only the conversation tells. "
+            "transcript = true takes them in.",
             soft_wrap=True,
         )
     if real:

@@ -227,7 +227,7 @@ def _means(values: Array, axis: int) -> Array:
     known = ~np.isnan(values)
     count = known.sum(axis)
     total: Array = np.where(known, values, 0.0).sum(axis)
-    return np.divide(total, count, np.full(count.shape, np.nan), where=count > 0)
+    return np.divide(total, count, np.full_like(total, np.nan), where=count > 0)
 
 
 def _sd(runs: Sequence[Sequence[float]]) -> Entry:

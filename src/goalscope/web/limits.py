@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-import time
 from collections import OrderedDict
 from collections.abc import Hashable
 from dataclasses import dataclass
+from time import monotonic
 
 from fastapi import HTTPException
 
@@ -70,14 +70,14 @@ class Meter:
     def take(self, who: Hashable) -> float:
         """Have one, unless they must wait: seconds as for `wait`."""
         wait, left = self.wait(who), self._now(who)
-        self._left[who] = (left if wait else left - 1, time.monotonic())
+        self._left[who] = (left if wait else left - 1, monotonic())
         self._left.move_to_end(who)
         while len(self._left) > 10_000:
             self._left.popitem(last=False)
         return wait
 
     def _now(self, who: Hashable) -> float:
-        now = time.monotonic()
+        now = monotonic()
         left, when = self._left.get(who, (float(self._rate.burst), now))
         return min(float(self._rate.burst), left + (now - when) / self._rate.every)
 
