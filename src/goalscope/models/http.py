@@ -283,7 +283,7 @@ class Server:
         """The answer, in a thread that is left alone at the deadline: HTTPX bounds but silences."""
         seconds = max(0.1, deadline - time.monotonic())
         future: Future[tuple[httpx2.Response, bytes]] = Future()
-        streamed = heard and Streamed(lambda text: future.cancelled() or heard(text))
+        streamed = heard and Streamed(heard)
 
         def work() -> None:
             try:
@@ -292,10 +292,7 @@ class Server:
                 future.set_exception(error)
 
         Thread(target=work, daemon=True).start()
-        try:
-            return future.result(seconds)
-        finally:
-            future.cancel()  # where it has no result yet: nothing is told of it any more
+        return future.result(seconds)
 
     def _fetch(
         self,

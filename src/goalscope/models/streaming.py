@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from typing import Any
+
+from goalscope.models import Heard
 
 __all__ = ["Streamed"]
 
@@ -16,7 +17,7 @@ class Streamed:
         heard: Is told the text so far, whenever it has grown.
     """
 
-    def __init__(self, heard: Callable[[str], object]) -> None:
+    def __init__(self, heard: Heard) -> None:
         self._heard = heard
         self._rest = b""
         self._message: dict[str, str] = {}
