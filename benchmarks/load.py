@@ -38,9 +38,9 @@ def listen(person: Person, episode: str, heard: SimpleQueue[dict]) -> None:
                 heard.put(data)
 
 
-def chat(address: str, number: int, rounds: int, took: list[float], wrong: list[str]) -> None:
+def chat(person: Person, number: int, rounds: int, took: list[float], wrong: list[str]) -> None:
     """One person's episode: each request is timed, and at the end nobody else's words are there."""
-    person, thinking = Person(address), random.Random(number)
+    thinking = random.Random(number)
 
     def timed(ask, *given, **named):
         start = time.perf_counter()
@@ -84,10 +84,11 @@ def main() -> None:
         server = multiprocessing.Process(target=serve, args=(Path(folder) / "episodes.db", there))
         server.start()
         address = here.recv()
+        browsers = [Person(address) for _ in range(people)]  # slow to make, which is not timed
         start = time.perf_counter()
         threads = [
-            threading.Thread(target=chat, args=(address, number, rounds, took, wrong))
-            for number in range(people)
+            threading.Thread(target=chat, args=(person, number, rounds, took, wrong))
+            for number, person in enumerate(browsers)
         ]
         for thread in threads:
             thread.start()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import sys
 from asyncio import wrap_future
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
@@ -41,9 +40,6 @@ __all__ = ["create_app"]
 STATIC = Path(__file__).parent / "static"
 BEAT = 15.0
 """Seconds after which a silent connection is told that it still stands."""
-
-SWITCH = 0.0005
-"""Seconds after which the model's thread lets another one answer."""
 
 METHODS: dict[Method, str] = {
     "good": "infers goals, and plans for the likeliest",
@@ -144,7 +140,6 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncGenerator[None]:
-        sys.setswitchinterval(SWITCH)
         yield
         await asyncio.to_thread(conversations.close)
 
