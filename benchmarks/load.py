@@ -6,6 +6,7 @@ PYTHONPATH=tests python benchmarks/load.py [PEOPLE] [ROUNDS]
 from __future__ import annotations
 
 import contextlib
+import logging
 import multiprocessing
 import random
 import sys
@@ -37,9 +38,9 @@ def listen(person: Person, episode: str, heard: SimpleQueue[dict]) -> None:
                 heard.put(data)
 
 
-def chat(address: str, number: int, rounds: int, took: list[float], wrong: list[str]) -> None:
+def chat(person: Person, number: int, rounds: int, took: list[float], wrong: list[str]) -> None:
     """One person's episode: each request is timed, and at the end nobody else's words are there."""
-    person, thinking = Person(address), random.Random(number)
+    thinking = random.Random(number)
 
     def timed(ask, *given, **named):
         start = time.perf_counter()
@@ -74,6 +75,7 @@ def chat(address: str, number: int, rounds: int, took: list[float], wrong: list[
 
 def main() -> None:
     """Print what was measured."""
+    logging.getLogger().setLevel(logging.WARNING)  # a library's own setting tells of each request
     people, rounds = (int(each) for each in (*sys.argv[1:], "50", "3")[:2])
     took: list[float] = []
     wrong: list[str] = []
@@ -82,10 +84,11 @@ def main() -> None:
         server = multiprocessing.Process(target=serve, args=(Path(folder) / "episodes.db", there))
         server.start()
         address = here.recv()
+        browsers = [Person(address) for _ in range(people)]  # slow to make, which is not timed
         start = time.perf_counter()
         threads = [
-            threading.Thread(target=chat, args=(address, number, rounds, took, wrong))
-            for number in range(people)
+            threading.Thread(target=chat, args=(person, number, rounds, took, wrong))
+            for number, person in enumerate(browsers)
         ]
         for thread in threads:
             thread.start()

@@ -48,6 +48,9 @@ class WordModel:
     def generate(self, messages: Sequence[Message], **settings) -> Completion:
         prompt = " ".join(message.content for message in messages)
         text = next((reply for mark, reply in self.replies.items() if mark in prompt), "")
+        if heard := settings.get("heard"):
+            for end in [match.end() for match in re.finditer(r"\S+", text)]:
+                heard(text[:end])
         return Completion(text, "stop", len(words(prompt)), len(words(text)))
 
 

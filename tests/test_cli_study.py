@@ -26,3 +26,25 @@ def test_on_the_command_line(tmp_path, monkeypatch):
     invoke("study", "export", "grocery", "--out", str(tmp_path / "out.csv"))
     assert (tmp_path / "out.csv").read_text().count("\n") == 1
     assert "no participant 7" in fails(2, "study", "forget", "grocery", "7")
+
+
+def test_a_study_is_closed_and_deleted(tmp_path, monkeypatch):
+    place = str(tmp_path / "s.db")
+    monkeypatch.setenv("GOALSCOPE_STORE", place)
+    with Store.open(place) as store:
+        fill(store)
+        talk = store.begin(domain="grocery", method="good", model="m", task="You shop.")
+        store.finish(talk, ended="terminated")
+    said = invoke("study", "new", str(EXAMPLE)).stdout
+    assert "has 4 episodes" in said
+    assert "Left out: 1 with real people" in said
+    assert "no study" in fails(2, "study", "close", "grocer")
+    invoke("study", "close", "grocery")
+    (table,) = json.loads(invoke("study", "list", "--json").stdout)
+    row = dict(zip(table["columns"], table["rows"][0], strict=True))
+    assert row["closed"] > row["made"]
+    assert invoke("study", "delete", "grocery", input="n\n").exit_code == 1
+    assert json.loads(invoke("study", "list", "--json").stdout)[0]["rows"]
+    invoke("study", "delete", "grocery", "--yes")
+    assert json.loads(invoke("study", "list", "--json").stdout)[0]["rows"] == []
+    assert "no study" in fails(2, "study", "delete", "grocery", "--yes")

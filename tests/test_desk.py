@@ -3,8 +3,10 @@
 import threading
 
 import pytest
+from fastapi import HTTPException
 
 from goalscope.web.desk import Desk
+from goalscope.web.limits import WAITING
 
 
 def test_people_are_served_in_rotation_and_told_their_place() -> None:
@@ -27,6 +29,38 @@ def test_people_are_served_in_rotation_and_told_their_place() -> None:
         job.result(5)
     assert order == ["Ann 2", "Ben", "Ann 3"]
     assert places == [2, 1, 0]
+    desk.close()
+
+
+def test_who_waits_is_told_their_place_only_where_it_changes() -> None:
+    desk, gate, began, places = Desk(), threading.Event(), threading.Event(), []
+    desk.submit("Ann", lambda: began.set() or gate.wait(), lambda place: None)
+    assert began.wait(5)
+    ben = desk.submit("Ben", lambda: None, places.append)
+    for name in "Cleo", "Dan", "Eve":
+        last = desk.submit(name, lambda: None, lambda place: None)
+    assert places == [1]
+    gate.set()
+    ben.result(5)
+    last.result(5)
+    assert places == [1, 0]
+    desk.close()
+
+
+def test_nobody_has_too_much_waiting() -> None:
+    desk, gate, began = Desk(), threading.Event(), threading.Event()
+    desk.submit("Ann", lambda: began.set() or gate.wait(), lambda place: None)
+    assert began.wait(5)
+    for _ in range(WAITING):
+        desk.admit("Ann")
+        last = desk.submit("Ann", lambda: None, lambda place: None)
+    with pytest.raises(HTTPException) as refused:
+        desk.admit("Ann")
+    assert (refused.value.status_code, refused.value.headers) == (429, {"Retry-After": "5"})
+    desk.admit("Ben")
+    gate.set()
+    last.result(5)
+    desk.admit("Ann")
     desk.close()
 
 

@@ -1,15 +1,27 @@
 """Who may ask for what."""
 
 import http.client
+import threading
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import httpx
 import pytest
 
+from goalscope.web import limits
+from goalscope.web.limits import Meter, Rate
 from sites import KEY, site
 
 PASSWORD = "what-visitors-show"
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """What the limits take for the time, which does not pass by itself."""
+    now = [1000.0]
+    monkeypatch.setattr(limits, "monotonic", lambda: now[0])
+    return now
 
 
 @pytest.fixture(scope="module")
@@ -118,14 +130,17 @@ def test_every_answer_forbids_scripts_of_others(address: str) -> None:
         assert answer.headers["x-content-type-options"] == "nosniff"
 
 
-def test_too_much_is_refused(address: str, visit) -> None:
-    person = visit(address)
-    body = b'{"domain": "' + b"x" * 70_000 + b'"}'
-    assert person.http.post("/api/episodes", content=body).status_code == 413
-    person = visit(address)
-    person.get("/api/options")
-    many = [person.http.delete("/api/episodes/none/corrections").status_code for _ in range(70)]
-    assert set(many) == {404, 429}
+def test_too_much_is_refused(tmp_path: Path, visit, clock) -> None:
+    with site(tmp_path / "episodes.db") as address:
+        person = visit(address)
+        body = b'{"domain": "' + b"x" * 70_000 + b'"}'
+        assert person.http.post("/api/episodes", content=body).status_code == 413
+        person = visit(address)
+        person.get("/api/options")
+        many = [person.http.delete("/api/episodes/none/corrections") for _ in range(70)]
+        assert {each.status_code for each in many} == {404, 429}
+        assert many[-1].json() == {"error": "That was too much at once. Wait a second."}
+        assert many[-1].headers["retry-after"] == "1"
 
 
 def test_a_wrong_or_hostile_key_in_an_address_changes_nobodys_cookies(address: str) -> None:
@@ -159,8 +174,12 @@ def test_who_opens_the_address_with_the_key_again_keeps_their_episodes(
         mine = ann.begin()
         ann.http.get("/", params={"key": password})
         assert ann.get(mine)["episode"]["mine"] is True
+        planted, kept = (ann.http.cookies[f"goalscope_{name}"] for name in ("visitor", "key"))
         ann.http.get("/", params={"key": KEY})
-        assert ann.get(mine)["episode"]["mine"] is False
+        assert ann.get(mine)["episode"]["mine"] is True
+        assert ann.http.cookies["goalscope_visitor"] != planted
+        thief = visit(address, cookies={"goalscope_visitor": planted, "goalscope_key": kept})
+        assert thief.http.get(mine).status_code == 404
         assert ann.get("/api/options")["host"] is True
 
 
@@ -182,7 +201,7 @@ def test_who_comes_through_one_proxy_is_not_one_visitor(tmp_path: Path, visit) -
         assert people[1].http.get(mine).status_code == 404
 
 
-def test_a_new_cookie_is_no_new_allowance(tmp_path: Path) -> None:
+def test_a_new_cookie_is_no_new_allowance(tmp_path: Path, clock) -> None:
     with site(tmp_path / "episodes.db") as address, httpx.Client(base_url=address) as http:
         sent = [
             http.delete(
@@ -197,3 +216,117 @@ def test_a_new_cookie_is_no_new_allowance(tmp_path: Path) -> None:
 def test_numbers_that_no_database_holds_are_refused(address: str, visit) -> None:
     for path in ("/api/episodes?offset=", "/api/studies/none/items/"):
         assert visit(address).http.get(f"{path}{10**30}").status_code == 422
+
+
+def test_a_link_of_another_site_takes_nothing_from_who_has_come_before(address: str, visit) -> None:
+    """Browsers withhold their cookies from it, and keep those that it does not replace."""
+    link = {"sec-fetch-site": "cross-site"}
+    answer = httpx.get(address, params={"key": KEY}, headers=link)
+    (cookie,) = answer.headers.get_list("set-cookie")
+    assert cookie.startswith("goalscope_key=")
+
+
+def test_keys_are_not_guessed_and_who_has_one_is_not_kept_out(tmp_path: Path, visit, clock) -> None:
+    with site(tmp_path / "episodes.db", password=PASSWORD) as address:
+        ann = visit(address)
+        ann.http.get("/", params={"key": PASSWORD})
+        ann.get("/api/options")
+        same = [httpx.get(address, params={"key": "as before"}) for _ in range(20)]
+        assert {each.status_code for each in same} == {401}
+        many = [httpx.get(address, params={"key": f"guess {n}"}) for n in range(15)]
+        assert [each.status_code for each in many] == [401] * 9 + [429] * 6
+        assert "Wait" in many[-1].json()["error"]
+        assert 1 <= int(many[-1].headers["retry-after"]) <= 6
+        for right in (KEY, PASSWORD):  # nothing is learnt now
+            assert httpx.get(address, params={"key": right}).status_code == 429
+            bearer = {"authorization": f"Bearer {right}"}
+            assert httpx.get(f"{address}/api/options", headers=bearer).status_code == 429
+            assert ann.http.get("/", params={"key": right}).status_code == (
+                429 if right == KEY else 303
+            )
+        assert ann.get("/api/options")["host"] is False
+        ann.begin()
+        clock[0] += 6
+        assert httpx.get(address, params={"key": KEY}).status_code == 303
+
+
+def test_guesses_from_many_addresses_are_counted_together(
+    tmp_path: Path, monkeypatch, clock
+) -> None:
+    monkeypatch.setattr("goalscope.web.guard.GUESSES_OF_ALL", Rate(3, 60.0))
+    with site(tmp_path / "episodes.db", password=PASSWORD) as address:
+        sent = [
+            httpx.get(
+                address, params={"key": f"guess {n}"}, headers={"x-forwarded-for": f"192.0.2.{n}"}
+            ).status_code
+            for n in range(5)
+        ]
+    assert sent == [401, 401, 401, 429, 429]
+
+
+def test_so_many_episodes_are_begun_in_an_hour(tmp_path: Path, visit, clock) -> None:
+    with site(tmp_path / "episodes.db") as address:
+        ann = visit(address)
+        ann.get("/api/options")
+        for _ in range(30):
+            ann.begin()
+        refused = ann.http.post("/api/episodes", json={})
+        assert refused.status_code == 429
+        assert refused.json() == {
+            "error": "You have begun many conversations in this hour. Wait 2 minutes."
+        }
+        assert refused.headers["retry-after"] == "120"
+        visit(address).begin()
+        clock[0] += 120
+        ann.begin()
+
+
+@pytest.mark.parametrize("path", ["why?goal=x", "words?goal=x&turn=1", "export.html"])
+def test_what_costs_much_is_not_asked_for_without_end(
+    tmp_path: Path, path: str, visit, clock
+) -> None:
+    with site(tmp_path / "episodes.db") as address:
+        ann = visit(address)
+        ann.get("/api/options")
+        many = [ann.http.get(f"/api/episodes/none/{path}").status_code for _ in range(75)]
+        assert set(many) == {404, 429}
+        assert ann.get("/api/episodes")["total"] == 0
+        program = {"authorization": f"Bearer {KEY}"}
+        many = [
+            httpx.get(f"{address}/api/episodes/none/{path}", headers=program) for _ in range(75)
+        ]
+        assert {each.status_code for each in many} <= {403, 404}
+
+
+def test_so_many_streams_are_open_at_once(address: str, visit, monkeypatch) -> None:
+    monkeypatch.setattr("goalscope.web.app.STREAMS", 3)
+    ann, ben = visit(address), visit(address)
+    mine, other = ann.begin(), ben.begin()
+    with ExitStack() as opened:
+        streams = [
+            opened.enter_context(ann.http.stream("GET", f"{mine}/events")).iter_lines()
+            for _ in range(3)
+        ]
+        assert [next(lines) for lines in streams] == ["event: live"] * 3
+        refused = ann.http.get(f"{mine}/events")
+        assert (refused.status_code, refused.headers["retry-after"]) == (429, "5")
+        assert opened.enter_context(ben.http.stream("GET", f"{other}/events")).status_code == 200
+    gone = threading.Event()
+    for _ in range(200):
+        with ann.http.stream("GET", f"{mine}/events") as answer:
+            if answer.status_code == 200:
+                return
+        gone.wait(0.05)
+    pytest.fail("streams that were closed still count")
+
+
+def test_a_meter_gives_back_with_time(clock) -> None:
+    meter = Meter(Rate(2, 10.0))
+    assert [meter.take("ann") for _ in range(3)] == [0, 0, 10]
+    assert meter.take("ben") == 0
+    clock[0] += 9.5
+    assert meter.take("ann") == 1.0
+    clock[0] += 0.5
+    assert [meter.take("ann"), meter.take("ann")] == [0, 10]
+    clock[0] += 1000
+    assert [meter.take("ann") for _ in range(3)] == [0, 0, 10]

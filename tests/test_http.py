@@ -255,6 +255,28 @@ def test_a_byte_now_and_then_does_not_hold_anyone_for_ever(start: bytes) -> None
     server.close()
 
 
+def test_what_is_left_alone_is_not_heard_any_more() -> None:
+    head = b"HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\nContent-Length: 99999\r\n\r\n"
+    event = b'data: {"choices": [{"delta": {"content": "1"}}]}\n\n'
+
+    def behave(connection: socket.socket, stop: threading.Event) -> None:
+        connection.sendall(head)
+        while not stop.wait(0.02):
+            connection.sendall(event)
+
+    told: list[str] = []
+    with listening(behave) as address:
+        server = Server(address, patience=0.5)
+        with pytest.raises(ModelError, match="in time"):
+            server.post("chat/completions", {}, heard=told.append)
+        time.sleep(0.2)
+        heard = len(told)
+        time.sleep(0.2)
+        assert told[:2] == ["1", "11"]
+        assert len(told) == heard
+    server.close()
+
+
 @pytest.mark.parametrize(
     "sent",
     [

@@ -12,13 +12,13 @@ from random import Random
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sqlalchemy import update
+from scipy.stats import binom
+from sqlalchemy import func, select, update
 
-from goalscope.database.tables import CellRow, ParticipantRow
-from goalscope.domains import Settings, profiles_of
+from goalscope.database.tables import AnswerRow, CellRow, ItemRow, ParticipantRow
+from goalscope.domains import TRACKING, Settings, profiles_of
 from goalscope.episode import Round
 from goalscope.experiment.results import Results
-from goalscope.experiment.summary import Estimate
 from goalscope.report import read_report
 from goalscope.store import Store
 from goalscope.study import plan
@@ -26,8 +26,9 @@ from goalscope.study.agreement import krippendorff_alpha
 from goalscope.study.assignment import assigned
 from goalscope.study.book import Book
 from goalscope.study.export import as_csv, inert
+from goalscope.study.items import chosen_episodes
 from goalscope.study.people import Answer, Participant, excluded
-from goalscope.study.plan import Check, Exclusion, Plan, read_plan
+from goalscope.study.plan import Check, Exclusion, Plan, Selection, read_plan
 from goalscope.study.summary import study_tables
 from goalscope.types import Action, ConflictError, InvalidInputError, StepResult, Turn
 from test_summary import column, row
@@ -76,6 +77,7 @@ def test_the_example_is_a_study():
     assert study.exclusion.min_seconds == 5
 
 
+TALKS = '[[check]]\nprofile = "p"\noutcome = "o"\nrating = 0\nconversation = ["a", "b"'
 GOOD = 'name = "a"\nconsent = "Agree?"\ninstructions = "Rate."\n'
 
 
@@ -98,6 +100,8 @@ GOOD = 'name = "a"\nconsent = "Agree?"\ninstructions = "Rate."\n'
         (GOOD + '[[check]]\nprofile = "p"\noutcome = "o"\nrating = 4', "check 1: 'rating'"),
         (GOOD + '[[check]]\nprofile = "p"\noutcome = "o"', "'rating' is missing"),
         (GOOD + "[check]\nrating = 1", "[[check]]"),
+        (GOOD + TALKS + "]", "transcript = true"),
+        (GOOD + "transcript = true\n" + TALKS + ', "c"]', "pairs"),
         (GOOD + '[completion]\nurl = "javascript:alert(1)"', "https://"),
         (GOOD + "[exclusion]\nfailed_checks = 1", "Add a [[check]]"),
     ],
@@ -145,11 +149,104 @@ def test_a_robot_is_judged_by_what_it_did(store):
 
 
 def test_a_real_persons_episode_needs_the_conversation(store):
-    id = store.begin(domain="grocery", method="good", model="m", task="You shop.")
+    settings = asdict(Settings())
+    id = store.begin(
+        domain="grocery", method="good", model="m", task="You shop.", settings=settings
+    )
     store.finish(id, ended="terminated")
-    with pytest.raises(InvalidInputError, match="transcript = true"):
-        Book(store).add(PLAN)
+    named = replace(PLAN, episodes=Selection(ids=(id,)))
+    for study in (PLAN, named):
+        with pytest.raises(InvalidInputError, match="transcript = true"):
+            Book(store).add(study)
     assert Book(store).all() == []
+    book = Book(store)
+    assert [*book.items(book.add(replace(named, transcript=True))).values()] == [id]
+
+
+def test_what_others_did_in_the_same_store_is_left_out(store):
+    ids = fill(store)
+    talks = [
+        store.begin(domain=domain, method="good", model="m", task="You shop.")
+        for domain in ("grocery", TRACKING)
+    ]
+    for id in talks:
+        store.finish(id, ended="terminated")
+    found, left_out = chosen_episodes(store, PLAN)
+    assert ([info.id for info in found], left_out) == (ids, 1)
+    assert [*Book(store).items(Book(store).add(PLAN)).values()] == ids
+    with pytest.raises(InvalidInputError, match="another program"):
+        Book(store).add(replace(PLAN, name="t", episodes=Selection(ids=(talks[1],))))
+
+
+def test_a_check_shows_a_conversation_where_items_do(store, tmp_path):
+    fill(store)
+    said = ("What can I do?", "Choose 0.", "Anything else?", "No.")
+    check = Check("p", "Choose 0.", 0, said)
+    study = Book(store).add(replace(PLAN, transcript=True, checks=(check,)))
+    person = Book(store).join(study, "v", None)
+    shown = [Book(store).open(person, n)[0] for n in (1, 2, 3)]
+    assert {len(item.transcript) for item in shown} == {1, 2}
+    (found,) = (item for item in shown if item.outcome == "Choose 0.")
+    assert found.transcript == (Turn(*said[:2]), Turn(*said[2:]))
+    assert Book(store).named("s").plan == study.plan
+
+
+def test_a_closed_study_takes_nobody_new_and_who_began_may_finish(store, place):
+    fill(store)
+    book = Book(store)
+    study = book.add(PLAN)
+    ann = book.join(study, "ann", None)
+    with Store.open(place) as elsewhere:
+        there = Book(elsewhere)
+        assert there.over(there.named("s")) == ""
+        book.close(study)
+        assert "is closed" in there.over(there.named("s"))
+        for known in (study, there.named("s")):
+            with pytest.raises(ConflictError, match="is closed"):
+                there.join(known, "ben", None)
+    assert book.join(study, "ann", None) == ann
+    rate(book, ann, 2)
+    assert book.participant(study, "ann", None).finished
+    closed = book.named("s").closed
+    book.close(study)
+    assert book.named("s").closed == closed
+
+
+def test_a_deleted_study_leaves_nothing_and_takes_nothing_else(store):
+    ids = fill(store)
+    book = Book(store)
+    study, other = book.add(PLAN), book.add(replace(PLAN, name="t"))
+    ann, ben = book.join(study, "ann", "ann"), book.join(other, "ben", "ben")
+    rate(book, ann, 2)
+    rate(book, ben, 1)
+    kept = book.participants(other)
+    book.delete(study)
+    with pytest.raises(InvalidInputError, match="no study"):
+        book.named("s")
+    assert [each.plan.name for each in book.all()] == ["t"]
+    assert book.participants(other) == kept
+    with store.reading() as session:
+        for row, count in ((ParticipantRow, 1), (ItemRow, 4), (AnswerRow, 2)):
+            assert session.scalar(select(func.count()).select_from(row)) == count
+    assert [info.id for info in store.episodes()] == ids
+    assert book.participants(book.add(PLAN)) == []
+
+
+def test_the_interval_of_a_score_is_that_of_other_raters(store):
+    """Half of the people give 3 and half 0: of n drawn people the share of 3 is binomial."""
+    ids = fill(store, methods=("good",), people=2)
+    book = Book(store)
+    study = book.add(replace(PLAN, ratings_per_item=20))
+    for n in range(20):
+        rate(book, book.join(study, f"v{n}", None), 3 * (n % 2))
+    _, methods, episodes = study_tables(store, study)
+    low, high = binom.ppf([0.025, 0.975], 20, 0.5) / 20
+    (whole,) = column(methods, "human score")
+    assert whole.value == pytest.approx(0.5)
+    # whoever rates rates all alike: two episodes tell no more than one
+    for found in (whole, *column(episodes, "human score")):
+        assert (found.interval.low, found.interval.high) == pytest.approx((low, high), abs=0.051)
+    assert len(ids) == 2
 
 
 @given(st.integers(1, 9), st.integers(1, 12), st.integers(1, 5), st.integers(0, 99))
@@ -327,7 +424,8 @@ def test_scores_of_people_beside_those_of_the_judge_and_the_state(store):
         rate(book, book.join(study, f"v{n}", None), lambda answer, n=n: worth[answer.episode][n])
     progress, methods, episodes = study_tables(store, study)
     good, other = row(methods, "grocery", "m", "good"), row(methods, "grocery", "m", "no-goals")
-    assert good["human score"] == Estimate(good["human score"].value, None, "percent")
+    assert good["human score"].form == "percent"
+    assert good["human score"].value in good["human score"].interval
     assert good["human score"].value == pytest.approx(4 / 9)
     assert good["judge score"].value == pytest.approx(0.75)
     assert good["state score"].value == 1

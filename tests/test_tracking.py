@@ -282,3 +282,43 @@ def test_sessions_of_several_servers_over_one_store_are_one(kitchen: Kitchen) ->
     told = one.observe(id, 2, "", "soup")
     assert same(other.observe(id, 2, "", "soup"), told)
     assert Goal("make tea") in told.belief.goals
+
+
+@pytest.mark.parametrize(
+    "late",
+    [
+        lambda t, id: t.add(id, ["make tea"]),
+        lambda t, id: t.correct(id, "pin", "make tea"),
+        lambda t, id: t.observe(id, 1, *CAKE),
+    ],
+    ids=["add", "pin", "observe"],
+)
+@pytest.mark.parametrize(
+    "first",
+    [
+        lambda t, id: t.add(id, ["feed the birds"]),
+        lambda t, id: t.observe(id, 1, "", "I feed the birds."),
+    ],
+    ids=["added", "observed"],
+)
+def test_of_two_servers_none_undoes_what_the_other_did(kitchen: Kitchen, first, late) -> None:
+    id = kitchen.trackers.open(TASK, GOALS).id
+
+    def meanwhile() -> WordModel:
+        nonlocal now
+        now, others = None, now
+        if others:
+            first(others, id)
+        return kitchen.model
+
+    now: Trackers | None = None
+    with Store.open(kitchen.file) as store:
+        slow = Trackers(store, meanwhile)
+        now = kitchen.trackers
+        with pytest.raises(ConflictError):
+            late(slow, id)
+        assert same(slow.read(id), kitchen.trackers.read(id))
+        told = kitchen.trackers.read(id)
+        assert told.turns or Goal("feed the birds") in told.belief.goals
+        assert Goal("make tea") not in told.belief.goals
+        assert Goal("make tea") in slow.add(id, ["make tea"]).belief.goals

@@ -365,3 +365,63 @@ def test_an_episode_stays_open_until_its_first_request_is_over(
         monkeypatch.setattr(conversations, "SETTLED", 0.0)
         ann.begin()
         assert [f"/api/episodes/{id}" for id in closed] == episodes
+
+
+def heard_in_a_round(ann, mine: str) -> list[dict]:
+    """How the episode stood, each time that it was told, up to the next question."""
+    heard: list[dict] = []
+    ready, done = threading.Event(), threading.Event()
+
+    def listen() -> None:
+        for kind, data in ann.events(mine):
+            heard.extend([data] if kind == "live" else [])
+            ready.set()
+            if data.get("round") == 2 and data["phase"] == "idle":
+                break
+        done.set()
+
+    threading.Thread(target=listen, daemon=True).start()
+    assert ready.wait(10)
+    ann.say(mine, CAKE)
+    assert done.wait(10)
+    return heard
+
+
+def test_a_question_is_told_as_it_is_written(address: str, visit, monkeypatch) -> None:
+    monkeypatch.setattr(conversations, "PAUSE", 0.0)
+    ann = visit(address)
+    heard = heard_in_a_round(ann, ann.begin())
+    drafts = [each["draft"] for each in heard if each["draft"]]
+    assert {"What", "What do", "What do you", "What do you like?"} <= {*drafts}
+    assert all(each["step"] == "asking" for each in heard if each["draft"])
+    assert all(each["draft"] == "" for each in heard if each["query"])
+    assert heard[-1]["draft"] == ""
+
+
+def test_drafts_are_told_now_and_then(address: str, visit, monkeypatch) -> None:
+    monkeypatch.setattr(conversations, "PAUSE", 3600.0)
+    ann = visit(address)
+    heard = heard_in_a_round(ann, ann.begin())
+    assert len({each["draft"] for each in heard if each["draft"]}) <= 1
+
+
+def test_what_is_refused_at_the_desk_can_be_said_again(tmp_path: Path, visit, monkeypatch) -> None:
+    monkeypatch.setattr("goalscope.web.desk.WAITING", 1)
+    Slow.gate.set()
+    with site(tmp_path / "episodes.db", Slow(WRITES)) as address:
+        ann = visit(address)
+        one, two, three = (ann.begin() for _ in range(3))
+        for each in (one, two, three):
+            ann.live(each)
+        Slow.gate.clear()
+        Slow.at_work.clear()
+        ann.post(f"{one}/utterances", 202, text=CAKE, round=1)
+        assert Slow.at_work.wait(10)
+        ann.post(f"{two}/utterances", 202, text=CAKE, round=1)
+        refused = ann.http.post(f"{three}/utterances", json={"text": CAKE, "round": 1})
+        assert refused.status_code == 429
+        assert refused.headers["retry-after"] == "5"
+        Slow.gate.set()
+        ann.live(two)
+        assert ann.live(three)["round"] == 1
+        assert ann.say(three, CAKE)["round"] == 2

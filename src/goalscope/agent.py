@@ -14,7 +14,7 @@ from goalscope.envs import Environment
 from goalscope.episode import Round
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger, incomplete, made_from
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, Likelihood, PromptedRanking, RolePlay
-from goalscope.models import LikelihoodModel, Model
+from goalscope.models import Heard, LikelihoodModel, Model
 from goalscope.models.opening import open_model
 from goalscope.policy import Outcome, Planner, Want, undo
 from goalscope.types import (
@@ -181,6 +181,7 @@ class Agent:
         confirm: Whether an end that nobody can undo, such as a purchase, waits until the person has
             confirmed the very state that they were shown (see `step`).
         progress: Is told what the agent does, before each part of it.
+        draft: Is told each question that it writes, as it grows; it asks one of them.
 
     Raises:
         InvalidInputError: There is no such method or way to ask, or the method holds no belief
@@ -205,6 +206,7 @@ class Agent:
         seed: int = 0,
         confirm: bool = False,
         progress: Callable[[str], None] | None = None,
+        draft: Heard | None = None,
     ) -> None:
         self.env = env
         self.model = model
@@ -214,6 +216,7 @@ class Agent:
         self.seed = seed
         self.confirm = confirm
         self._progress = progress or _silent
+        self._draft = draft
         self.planner = planner or Planner(model, seed=seed)
         self.goals = GoalManager(
             model,
@@ -268,9 +271,10 @@ class Agent:
                 self.turns,
                 cost=self.cost,
                 seed=seed,
+                heard=self._draft,
             )
             return self._asked[0]
-        return ask(self.model, self.env, self.turns, seed=seed)
+        return ask(self.model, self.env, self.turns, seed=seed, heard=self._draft)
 
     def step(
         self,

@@ -12,7 +12,7 @@ from goalscope.belief import Belief
 from goalscope.dialog import FALLBACK, OPENING, question_of, with_answer, written
 from goalscope.envs import Environment
 from goalscope.likelihood import RolePlay
-from goalscope.models import Generator
+from goalscope.models import Generator, Heard
 from goalscope.prompts import recent, render, transcript
 from goalscope.types import UNSPECIFIED, Turn
 
@@ -40,6 +40,7 @@ def informative(
     most: int = 4,
     cost: float = COST,
     seed: int = 0,
+    heard: Heard | None = None,
 ) -> tuple[str, float | None]:
     """The agent's next query: the question that is expected to tell most about the goal.
 
@@ -56,6 +57,7 @@ def informative(
         most: Goals to tell apart, the likeliest ones.
         cost: Nats that a question must be expected to tell.
         seed: Of all that is drawn.
+        heard: Is told each question as it is written.
 
     Returns:
         The query, and what its answer is expected to tell, in nats; None for an open question.
@@ -67,7 +69,7 @@ def informative(
     question, gain = FALLBACK, None
     if now.entropy > cost:
         stated = [goal for goal in now.goals if goal != UNSPECIFIED]
-        _, questions = written(model, env, turns, stated, seed=seed)
+        _, questions = written(model, env, turns, stated, seed=seed, heard=heard)
         for each in unasked(questions, turns):
             found = known * expected_gain(each, model, likelihood, env.task, now, turns, seed=seed)
             if found > (cost if gain is None else gain):

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import secrets
+import tempfile
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -13,6 +17,44 @@ from goalscope.types import GoalscopeError, InvalidInputError
 __all__ = ["serve"]
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
+
+SHORTEST = 32
+"""Characters of a key that is kept."""
+
+
+def kept_key() -> tuple[str, Path]:
+    """The key of this user's servers, made at the first start, and the file that holds it.
+
+    Raises:
+        GoalscopeError: It cannot be kept or read, or is not as it was made.
+    """
+    import platformdirs
+
+    file = platformdirs.user_data_path("goalscope", False) / "serve.key"
+    remedy = f"Delete {file} for a new one, or set GOALSCOPE_KEY."
+    try:
+        if not file.exists():
+            file.parent.mkdir(parents=True, exist_ok=True)
+            handle, whole = tempfile.mkstemp(dir=file.parent)  # for this user alone
+            try:
+                with os.fdopen(handle, "w") as new:
+                    new.write(secrets.token_urlsafe(24))
+                    new.flush()
+                    os.fsync(handle)
+                os.link(whole, file)
+            except FileExistsError:  # another server was faster, and its key counts
+                pass
+            finally:
+                os.unlink(whole)
+        shared = os.name == "posix" and file.stat().st_mode & 0o077
+        key = file.read_text("ascii").strip()
+    except (OSError, UnicodeDecodeError) as error:
+        raise GoalscopeError(f"The key of the host cannot be kept ({error}). {remedy}") from None
+    if shared:
+        raise GoalscopeError(f"Others may read the key of the host. {remedy}")
+    if len(key) < SHORTEST:
+        raise GoalscopeError(f"The key of the host is broken. {remedy}")
+    return key, file
 
 
 def serve(
@@ -31,7 +73,7 @@ def serve(
     key: Annotated[
         str | None,
         typer.Option(
-            envvar="GOALSCOPE_KEY", help="What you show, to see all episodes.  [default: a new one]"
+            envvar="GOALSCOPE_KEY", help="What you show, to see all episodes.  [default: as kept]"
         ),
     ] = None,
     model: Model = None,
@@ -44,9 +86,8 @@ def serve(
 ) -> None:
     """Open the web page: chat, watch the belief move, correct it.
 
-    Everybody who opens it has episodes of their own; with the key, which is printed, one sees all.
+    Everybody who opens it has episodes of their own; with your key, which is kept, one sees all.
     """
-    import secrets
     import socket
 
     from goalscope.cli_episodes import engine_of
@@ -80,7 +121,7 @@ def serve(
         names = {f"{each}:{port}" for each in reached}
         if port == 80:
             names |= reached
-        key = key or secrets.token_urlsafe(24)
+        key, file = (key, None) if key else kept_key()
         settings = Settings(
             model=named(model),
             generator=named(generator),
@@ -94,14 +135,23 @@ def serve(
             engine_of(settings) as engine,
         ):
             app = create_app(episodes, engine, settings)
-            guarded = Guard(app, hosts=names | {*(name or ())}, key=key, password=password)
+            guarded = Guard(
+                app,
+                hosts=names | {*(name or ())},
+                key=key,
+                password=password,
+                moved=episodes.move_visitor,
+            )
             shown = f"[{host}]" if ":" in host else host
             out = console()
             out.print(f"goalscope is at http://{shown}:{port}/", soft_wrap=True)
+            secret = key if out.is_terminal else "KEY"  # what is no terminal may be a log
             out.print(
-                f"For you, with everybody's episodes: http://{shown}:{port}/?key={key}",
+                f"For you, with everybody's episodes: http://{shown}:{port}/?key={secret}",
                 soft_wrap=True,
             )
+            if file:
+                out.print(f"The key stands in {file}.", style="dim", soft_wrap=True)
             out.print("Ctrl-C ends it; everything is stored.", style="dim")
             config = uvicorn.Config(
                 guarded, log_level="warning", access_log=False, timeout_graceful_shutdown=2

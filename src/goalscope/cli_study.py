@@ -36,12 +36,14 @@ def new(
     """Make a study of episodes in the store. It never changes afterwards."""
     from goalscope.store import Store
     from goalscope.study.book import Book
+    from goalscope.study.items import chosen_episodes
     from goalscope.study.plan import read_plan
 
     plan = read_plan(file)
     with Store.open(store) as opened:
-        book = Book(opened)
-        episodes = len(book.items(book.add(plan)))
+        found, left_out = chosen_episodes(opened, plan)
+        Book(opened).add(plan)
+    episodes, real = len(found), sum(info.profile is None for info in found)
     if as_json:
         print(json.dumps({"name": plan.name, "path": f"/study/{plan.name}", "episodes": episodes}))
         return
@@ -54,6 +56,17 @@ def new(
         f"`goalscope serve` shows it at /study/{plan.name}.",
         soft_wrap=True,
     )
+    if left_out:
+        out.print(
+            f"Left out: {left_out} with real people, whose wishes only the conversation tells. "
+            "transcript = true takes them in.",
+            soft_wrap=True,
+        )
+    if real:
+        out.print(
+            f"Raters will read what real people said in {real} of them. Do these know that?",
+            soft_wrap=True,
+        )
     if plan.completion.url:
         out.print(f"Its link for Prolific ends in /study/{plan.name}?{plan.id_parameter}="
                   "{{%PROLIFIC_PID%}}", soft_wrap=True)  # fmt: skip
@@ -69,13 +82,13 @@ def list_studies(store: StoreFile = None, as_json: Json = False) -> None:
 
     with Store.open(store) as opened:
         book = Book(opened)
-        rows: list[tuple[str | int, ...]] = []
+        rows: list[tuple[str | int | None, ...]] = []
         for each in book.all():
             people = book.participants(each)
             finished = sum(one.finished for one in people)
             items = len(book.items(each))
-            rows.append((each.plan.name, each.created, items, len(people), finished))
-    columns = ("name", "made", "episodes", "agreed", "finished")
+            rows.append((each.plan.name, each.created, each.closed, items, len(people), finished))
+    columns = ("name", "made", "closed", "episodes", "agreed", "finished")
     show_tables([Table("studies", "Studies", columns, tuple(rows))], as_json)
 
 
@@ -92,6 +105,37 @@ def show(name: Name, store: StoreFile = None, as_json: Json = False) -> None:
 
     with Store.open(store) as opened:
         show_tables(study_tables(opened, Book(opened).named(name)), as_json)
+
+
+@study.command()
+def close(name: Name, store: StoreFile = None) -> None:
+    """Take no new participants; those who have begun may finish."""
+    from goalscope.store import Store
+    from goalscope.study.book import Book
+
+    with Store.open(store) as opened:
+        book = Book(opened)
+        book.close(book.named(name))
+
+
+@study.command(name="delete")
+def delete_study(
+    name: Name,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask.")] = False,
+    store: StoreFile = None,
+) -> None:
+    """Delete a study with all participants and answers. The episodes stay."""
+    from goalscope.store import Store
+    from goalscope.study.book import Book
+
+    with Store.open(store) as opened:
+        book = Book(opened)
+        found = book.named(name)
+        people = len(book.participants(found))
+        if not yes:
+            what = f"Delete study {name} and what its {people} participants answered, for good?"
+            typer.confirm(what, abort=True)
+        book.delete(found)
 
 
 @study.command()

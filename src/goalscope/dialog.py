@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from goalscope.envs import Environment
-from goalscope.models import Generator, LanguageModel, Model
+from goalscope.models import Generator, Heard, LanguageModel, Model
 from goalscope.prompts import recent, render, transcript
 from goalscope.types import Goal, InvalidInputError, Message, Profile, Turn, checked_text
 
@@ -45,15 +45,16 @@ def ask(
     *,
     draws: int = 4,
     seed: int = 0,
+    heard: Heard | None = None,
 ) -> str:
     """The agent's next query; it answers first, where the person asked something.
 
     Of several questions that the model writes, the one is taken whose words it finds likeliest;
-    a question is never asked twice.
+    a question is never asked twice. `heard` is told each as it is written.
     """
     if not turns:
         return OPENING
-    prompt, questions = written(model, env, turns, draws=draws, seed=seed)
+    prompt, questions = written(model, env, turns, draws=draws, seed=seed, heard=heard)
     question = FALLBACK
     if questions:
         scores = model.token_logprobs([prompt] * len(questions), questions)
@@ -69,6 +70,7 @@ def written(
     *,
     draws: int = 4,
     seed: int = 0,
+    heard: Heard | None = None,
 ) -> tuple[list[Message], list[str]]:
     """A prompt for the next question, and the distinct ones that the model writes; none is old.
 
@@ -80,6 +82,7 @@ def written(
             question, as in the paper.
         draws: How often the model writes.
         seed: Of the draws.
+        heard: Is told each as it is written.
     """
     asked = {question_of(turn.query) for turn in turns}
     prompt = _with_status(
@@ -94,7 +97,11 @@ def written(
     questions: list[str] = []
     for draw in range(draws):
         reply = model.generate(
-            prompt, max_tokens=_REPLY // 2, temperature=0.6 if draw else 0.0, seed=seed + draw
+            prompt,
+            max_tokens=_REPLY // 2,
+            temperature=0.6 if draw else 0.0,
+            seed=seed + draw,
+            heard=heard,
         )
         question = question_of(reply.text)
         if question.endswith("?") and question not in asked and question not in questions:

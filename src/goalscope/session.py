@@ -20,7 +20,7 @@ from goalscope.domains import (
 from goalscope.envs import Environment
 from goalscope.episode import Round
 from goalscope.habits import habitual
-from goalscope.models import Model
+from goalscope.models import Heard, Model
 from goalscope.store import Ended, EpisodeInfo, Store
 from goalscope.types import Goal, GoalChange, InvalidInputError, Turn
 
@@ -75,6 +75,7 @@ class Session:
         resume: EpisodeInfo | None = None,
         confirm: bool = False,
         progress: Callable[[str], None] | None = None,
+        draft: Heard | None = None,
     ) -> None:
         """Begin an episode, or continue one.
 
@@ -90,6 +91,7 @@ class Session:
             resume: The stored episode to continue.
             confirm: See `Agent`, as for the next one.
             progress: Is told what the agent does.
+            draft: Is told each question that it writes, as for `Agent`.
 
         Raises:
             InvalidInputError: There is no such profile, or no other one whose goal they could
@@ -110,6 +112,7 @@ class Session:
             seed=settings.seed,
             confirm=confirm,
             progress=progress,
+            draft=draft,
         )
         self._human = self._make_human(model, read)
         self.earlier = store.rounds(resume.id) if resume else []

@@ -20,14 +20,16 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from goalscope.database.errors import explained
 from goalscope.database.opening import WRITING, default_place, opened
-from goalscope.database.tables import CorrectionRow, EpisodeRow, RoundRow, Words
+from goalscope.database.tables import CorrectionRow, EpisodeRow, ParticipantRow, RoundRow, Words
 from goalscope.episode import Round
 from goalscope.rounds_json import dumps, round_from_json, round_to_json, turn_like
-from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.types import ConflictError, GoalscopeError, InvalidInputError
 
 __all__ = ["Ended", "EpisodeInfo", "Store"]
 
 Ended = Literal["terminated", "truncated"]
+
+_CHANGED = "Episode {} has gone on meanwhile (in another window?). Try again."
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +161,7 @@ class Store:
         id: str,
         round: Round,
         *,
-        after: Round | None = None,
+        after: Round | Mapping[str, Any] | None = None,
         end: tuple[Ended, float | None] | None = None,
     ) -> None:
         """Store one finished round.
@@ -167,21 +169,24 @@ class Store:
         Args:
             id: Of the episode.
             round: The round.
-            after: What it builds on, which must still be the newest round as it was read.
+            after: What it builds on, which must still be so: the newest round, or the settings.
             end: How the episode ends with it, and its score; as for `finish`.
 
         Raises:
+            ConflictError: There is such a round already, or what it builds on has changed.
             GoalscopeError: The round cannot be written; all earlier ones are kept.
         """
         row = RoundRow(episode=id, number=round.number, json=round_to_json(round))
         with self.writing() as session:
-            if after:
+            if isinstance(after, Round):
                 _still_newest(session, id, after)
+            elif after is not None:
+                _still_so(session, id, after)
             session.add(row)
             try:
                 session.flush()
             except IntegrityError as error:
-                raise GoalscopeError(
+                raise ConflictError(
                     f"Round {round.number} of episode {id} cannot be added: the episode has such a "
                     "round already (does it run in another window?) or is unknown."
                 ) from error
@@ -211,7 +216,7 @@ class Store:
         """Store the newest round anew.
 
         Raises:
-            GoalscopeError: It is not the newest any more, or has been changed meanwhile.
+            ConflictError: It is not the newest any more, or has been changed meanwhile.
         """
         with self.writing() as session:
             _still_newest(session, id, old)
@@ -221,17 +226,30 @@ class Store:
                 .values(json=round_to_json(new))
             )
 
-    def configure(self, id: str, settings: Mapping[str, Any]) -> None:
-        """Replace the settings of an episode."""
+    def configure(self, id: str, old: Mapping[str, Any], new: Mapping[str, Any]) -> None:
+        """Replace the settings of an episode that has no rounds yet.
+
+        Raises:
+            ConflictError: The settings are others than `old` by now, or there is a round.
+        """
+        row = EpisodeRow
         with self.writing() as session:
-            session.execute(
-                update(EpisodeRow).where(EpisodeRow.id == id).values(settings=dumps(dict(settings)))
-            )
+            _still_so(session, id, old)
+            if session.scalar(select(func.count()).where(RoundRow.episode == id)):
+                raise ConflictError(_CHANGED.format(id))
+            session.execute(update(row).where(row.id == id).values(settings=dumps(dict(new))))
 
     def finish(self, id: str, *, ended: Ended, score: float | None = None) -> None:
         """Record how an episode ended, with its score (0 to 1) if it has a profile."""
         with self.writing() as session:
             _finish(session, id, ended, score)
+
+    def move_visitor(self, old: str, new: str) -> None:
+        """Give what is one visitor's to another: episodes, and their part in studies."""
+        with self.writing() as session:
+            row, part = EpisodeRow, ParticipantRow
+            session.execute(update(row).where(row.owner == old).values(owner=new))
+            session.execute(update(part).where(part.visitor == old).values(visitor=new))
 
     def rounds(self, id: str, *, since: int = 1) -> list[Round]:
         """Return an episode's rounds in order, from one number on.
@@ -305,12 +323,18 @@ def _finish(session: Session, id: str, ended: Ended, score: float | None) -> Non
     session.execute(update(EpisodeRow).where(EpisodeRow.id == id).values(ended=ended, score=score))
 
 
+def _still_so(session: Session, id: str, settings: Mapping[str, Any]) -> None:
+    same = select(EpisodeRow.settings).where(EpisodeRow.id == id).with_for_update()
+    if json.loads(session.scalar(same) or "null") != settings:
+        raise ConflictError(_CHANGED.format(id))
+
+
 def _still_newest(session: Session, id: str, round: Round) -> None:
     row = RoundRow
     same = select(row.json).where(row.episode == id, row.number == round.number).with_for_update()
     newer = select(func.count()).where(row.episode == id, row.number > round.number)
     if session.scalar(same) != round_to_json(round) or session.scalar(newer):
-        raise GoalscopeError(f"Episode {id} has gone on meanwhile (in another window?). Try again.")
+        raise ConflictError(_CHANGED.format(id))
 
 
 def _matching(owner: str | None, text: str) -> list[ColumnElement[bool]]:

@@ -208,7 +208,7 @@ class Trackers:
                 notes=tracker.notes,
                 terminated=False,
             )
-            self._store.append(id, round, after=rounds[-1] if rounds else None)
+            self._store.append(id, round, after=rounds[-1] if rounds else session.info.settings)
             return replace(session, rounds=(*rounds, round)).tracked()
 
     def add(self, id: str, goals: Iterable[str]) -> Tracked:
@@ -287,7 +287,8 @@ class Trackers:
                     "goals": [goal.text for goal in tracker.belief.goals if goal != UNSPECIFIED],
                     "changes": [asdict(each) for each in earlier],
                 }
-                self._store.configure(id, {**session.info.settings, TRACKING: begun})
+                settings = session.info.settings
+                self._store.configure(id, settings, {**settings, TRACKING: begun})
         return self.read(id)
 
     def _load(self, id: str) -> _Session:

@@ -36,7 +36,7 @@ __all__ = [
     "Words",
 ]
 
-REVISION = "0003"
+REVISION = "0004"
 """The newest of migrations/versions. Their ids have four digits, and grow."""
 VERSION_TABLE = "goalscope_version"
 
@@ -140,7 +140,7 @@ class CellRow(Base):
 
 
 class StudyRow(Base):
-    """A study with people who rate episodes."""
+    """A study with people who rate episodes; since `closed` it takes no new ones."""
 
     __tablename__ = "studies"
 
@@ -148,6 +148,7 @@ class StudyRow(Base):
     name: Mapped[str] = mapped_column(unique=True)
     created: Mapped[str]
     plan: Mapped[str] = mapped_column(Text)
+    closed: Mapped[str | None]
 
 
 class ItemRow(Base):

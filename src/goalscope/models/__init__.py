@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -14,6 +14,7 @@ from goalscope.types import Message, UnreadableAnswerError
 __all__ = [
     "Completion",
     "Generator",
+    "Heard",
     "LanguageModel",
     "LikelihoodModel",
     "Model",
@@ -24,6 +25,9 @@ __all__ = [
 ]
 
 Array = npt.NDArray[np.float64]
+
+Heard = Callable[[str], None]
+"""Is told a text as it grows: all of it so far, each time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +72,7 @@ class Generator(LanguageModel, Protocol):
         seed: int = 0,
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
+        heard: Heard | None = None,
     ) -> Completion:
         """Write the assistant's next message.
 
@@ -78,6 +83,8 @@ class Generator(LanguageModel, Protocol):
             seed: Seed of the sampler; the same seed gives the same text.
             stop: Strings that end the reply; they are not part of it.
             schema: JSON schema that the reply must satisfy.
+            heard: Is told the reply as it is written, as far as that is sure to stay; once, in the
+                end, by a model that cannot do better.
 
         Raises:
             ModelError: The messages do not fit the context, or the model failed.

@@ -13,7 +13,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from goalscope.models import Array, Completion, OpenGenerator, OpenModel, OpenScorer
+from goalscope.models import Array, Completion, Heard, OpenGenerator, OpenModel, OpenScorer
 from goalscope.types import GoalscopeError, InvalidInputError, Message
 
 __all__ = ["CachedModel"]
@@ -86,6 +86,7 @@ class CachedModel:
         seed: int = 0,
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
+        heard: Heard | None = None,
     ) -> Completion:
         """See `Generator.generate`."""
         settings: dict[str, Any] = {
@@ -98,8 +99,10 @@ class CachedModel:
         key = self._key("generate", messages, settings)
         answer = self._find(key)
         if answer is None:
-            answer = asdict(self.model.generate(messages, **settings))
+            answer = asdict(self.model.generate(messages, **settings, heard=heard))
             self._keep({key: answer})
+        elif heard:
+            heard(answer["text"])
         return Completion(**answer)
 
     def token_logprobs(

@@ -14,7 +14,9 @@ from threading import Thread
 from typing import TYPE_CHECKING, Any, cast
 from urllib.parse import urlsplit
 
+from goalscope.models import Heard
 from goalscope.models.extras import package
+from goalscope.models.streaming import Streamed
 from goalscope.types import InvalidInputError, ModelError
 
 if TYPE_CHECKING:
@@ -184,20 +186,41 @@ class Server:
         """
         return self._call("GET", path, None, ATTEMPTS)
 
-    def post(self, path: str, body: Mapping[str, Any], *, attempts: int = ATTEMPTS) -> Any:
+    def post(
+        self,
+        path: str,
+        body: Mapping[str, Any],
+        *,
+        attempts: int = ATTEMPTS,
+        heard: Heard | None = None,
+    ) -> Any:
         """Send JSON to a path; one that begins with "/" is the server's, not the API's.
+
+        Args:
+            path: The path.
+            body: The JSON.
+            attempts: How often to try.
+            heard: Is told a chat completion as it grows, where it comes as a stream; in another
+                thread, and from its beginning in another attempt.
 
         Raises:
             Refusal: The server refused it.
             ModelError: There was no usable answer.
         """
-        return self._call("POST", path, body, attempts)
+        return self._call("POST", path, body, attempts, heard)
 
     def close(self) -> None:
         """Close the connections."""
         self._client.close()
 
-    def _call(self, method: str, path: str, body: Mapping[str, Any] | None, attempts: int) -> Any:
+    def _call(
+        self,
+        method: str,
+        path: str,
+        body: Mapping[str, Any] | None,
+        attempts: int,
+        heard: Heard | None = None,
+    ) -> Any:
         import tenacity
 
         deadline = time.monotonic() + self._patience
@@ -213,19 +236,26 @@ class Server:
                 with attempt:
                     self.usage.retries += tried > 0
                     tried += 1
-                    return self._once(method, path, body, deadline)
+                    return self._once(method, path, body, deadline, heard)
         except _Trouble as trouble:
             wait = f" It asks to wait {trouble.wait:.0f} s." if trouble.wait else ""
             times = "once" if tried == 1 else f"{tried} times"
             raise ModelError(f"{trouble}{wait} Asked {times}; try again later.") from None
         raise AssertionError("tenacity ends by a return or an error")
 
-    def _once(self, method: str, path: str, body: Mapping[str, Any] | None, deadline: float) -> Any:
+    def _once(
+        self,
+        method: str,
+        path: str,
+        body: Mapping[str, Any] | None,
+        deadline: float,
+        heard: Heard | None,
+    ) -> Any:
         import httpx2
 
         self.usage.requests += 1
         try:
-            return self._read(path, *self._in_time(method, path, body, deadline))
+            return self._read(path, *self._in_time(method, path, body, deadline, heard))
         except (TimeoutError, httpx2.TimeoutException):
             raise _Trouble(
                 f"{self.url} did not answer in time ({self._timeout:.0f} s of silence, "
@@ -243,15 +273,21 @@ class Server:
             ) from None
 
     def _in_time(
-        self, method: str, path: str, body: Mapping[str, Any] | None, deadline: float
+        self,
+        method: str,
+        path: str,
+        body: Mapping[str, Any] | None,
+        deadline: float,
+        heard: Heard | None,
     ) -> tuple[httpx2.Response, bytes]:
         """The answer, in a thread that is left alone at the deadline: HTTPX bounds but silences."""
         seconds = max(0.1, deadline - time.monotonic())
         future: Future[tuple[httpx2.Response, bytes]] = Future()
+        streamed = heard and Streamed(heard)
 
         def work() -> None:
             try:
-                future.set_result(self._fetch(method, path, body, seconds))
+                future.set_result(self._fetch(method, path, body, seconds, streamed))
             except BaseException as error:
                 future.set_exception(error)
 
@@ -259,7 +295,12 @@ class Server:
         return future.result(seconds)
 
     def _fetch(
-        self, method: str, path: str, body: Mapping[str, Any] | None, seconds: float
+        self,
+        method: str,
+        path: str,
+        body: Mapping[str, Any] | None,
+        seconds: float,
+        streamed: Streamed | None,
     ) -> tuple[httpx2.Response, bytes]:
         end = time.monotonic() + seconds
         with self._client.stream(
@@ -269,6 +310,8 @@ class Server:
             timeout=min(self._timeout, seconds),
         ) as response:
             data = bytearray()
+            if "text/event-stream" not in response.headers.get("content-type", ""):
+                streamed = None
             for chunk in response.iter_bytes():
                 data += chunk
                 if len(data) > _LARGEST:
@@ -277,7 +320,10 @@ class Server:
                     )
                 if time.monotonic() > end:
                     raise TimeoutError
-            return response, bytes(data)
+                if streamed:
+                    with understood(self.url):
+                        streamed.take(chunk)
+            return response, streamed.answer() if streamed else bytes(data)
 
     def _read(self, path: str, response: httpx2.Response, data: bytes) -> Any:
         status = response.status_code

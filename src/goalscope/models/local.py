@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from goalscope.models import Array, Completion, unfinished_json
+from goalscope.models import Array, Completion, Heard, unfinished_json
 from goalscope.models.sampling import Grammar, Logits, choose
 from goalscope.models.scoring import TokenScorer
 from goalscope.types import Message
@@ -49,6 +49,7 @@ class LocalModel(TokenScorer):
         seed: int = 0,
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
+        heard: Heard | None = None,
     ) -> Completion:
         """Write the assistant's next message; see `Generator.generate`.
 
@@ -64,7 +65,7 @@ class LocalModel(TokenScorer):
         room = min(max_tokens, self.context_size - len(prompt))
         random = np.random.default_rng(seed)
         grammar = self.grammar(schema) if schema is not None else None
-        text, written, finish = "", list[int](), "length"
+        text, written, finish, told = "", list[int](), "length", ""
         logits = self.read(prompt, room)
         while len(written) < room:
             token = choose(logits, temperature, random, grammar)
@@ -77,10 +78,14 @@ class LocalModel(TokenScorer):
             if cuts:
                 text, finish = text[: min(cuts)], "stop"
                 break
+            if heard and len(sure := _sure(text, stop)) > len(told):
+                heard(told := sure)
             if len(written) < room:
                 logits = self.push(token)
         if grammar is not None and finish == "length":
             raise unfinished_json(room)
+        if heard and text != told:
+            heard(text)
         return Completion(text, finish, len(prompt), len(written))
 
     def next_logprobs(self, prompt: Sequence[int]) -> Array:
@@ -95,3 +100,10 @@ class LocalModel(TokenScorer):
         logprobs = self.next_logprobs(prompt)
         token = int(np.argmax(logprobs))
         return token, float(logprobs[token])
+
+
+def _sure(text: str, stop: Sequence[str]) -> str:
+    """What stays whatever follows: not half a letter, nor what may begin a stop string."""
+    text = text.rstrip("\ufffd")
+    open_ends = (n for end in stop for n in range(1, len(end)) if text.endswith(end[:n]))
+    return text[: len(text) - max(open_ends, default=0)]

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, cast
 
-from goalscope.models import Array, Completion, OpenGenerator, OpenModel, OpenScorer
+from goalscope.models import Array, Completion, Heard, OpenGenerator, OpenModel, OpenScorer
 from goalscope.models.adapters import NO_ADAPTER, adapter_file, shipped
 from goalscope.models.cache import CachedModel
 from goalscope.models.chat import ChatTokenizer
@@ -76,6 +76,7 @@ class TwoModels:
         seed: int = 0,
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
+        heard: Heard | None = None,
     ) -> Completion:
         """See `Generator.generate`."""
         return self.generator.generate(
@@ -85,6 +86,7 @@ class TwoModels:
             seed=seed,
             stop=stop,
             schema=schema,
+            heard=heard,
         )
 
     def token_logprobs(

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from textwrap import shorten
 from typing import Any
 
-from goalscope.models import Array, Completion, unfinished_json
+from goalscope.models import Array, Completion, Heard, unfinished_json
 from goalscope.models.chat import ChatTokenizer
 from goalscope.models.http import ATTEMPTS, Refusal, Server, understood
 from goalscope.models.protocols import PROTOCOLS, Protocol
@@ -64,6 +64,7 @@ class ServedGenerator:
         self.server, self.tokenizer = server, tokenizer
         self._context_size = context_size
         self._dialect: _Dialect = _OPENAI
+        self._streams = True
 
     @property
     def name(self) -> str:
@@ -91,6 +92,7 @@ class ServedGenerator:
         seed: int = 0,
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
+        heard: Heard | None = None,
     ) -> Completion:
         """Write the assistant's next message; see `Generator.generate`.
 
@@ -107,7 +109,7 @@ class ServedGenerator:
         }
         if stop:
             body["stop"] = list(stop)
-        answer = self._post(body, max_tokens, schema)
+        answer = self._post(body, max_tokens, schema, heard)
         with understood(self.server.url):
             choice: dict[str, Any] = answer["choices"][0]
             usage: dict[str, Any] = answer.get("usage") or {}
@@ -123,6 +125,8 @@ class ServedGenerator:
         finish = "length" if reason == "length" else "stop"
         if schema is not None:
             text = self._checked(text, finish, schema, max_tokens)
+        if heard:
+            heard(text)
         return Completion(text, finish, read, written)
 
     @property
@@ -139,7 +143,11 @@ class ServedGenerator:
         self.server.close()
 
     def _post(
-        self, body: Mapping[str, Any], max_tokens: int, schema: Mapping[str, Any] | None
+        self,
+        body: Mapping[str, Any],
+        max_tokens: int,
+        schema: Mapping[str, Any] | None,
+        heard: Heard | None,
     ) -> Any:
         """Ask, in the next dialect where the server does not know a key of this one."""
         while True:
@@ -147,11 +155,15 @@ class ServedGenerator:
             extra: dict[str, Any] = {length: max_tokens}
             if schema is not None:
                 extra["response_format"] = form(_object(schema))
+            if heard and schema is None and self._streams:
+                extra |= {"stream": True, "stream_options": {"include_usage": True}}
             try:
-                return self.server.post("chat/completions", {**body, **extra})
+                return self.server.post("chat/completions", {**body, **extra}, heard=heard)
             except Refusal as refusal:
                 said = str(refusal)
-                if self._dialect is _OPENAI and "max_completion_tokens" in said:
+                if "stream" in extra and "stream" in said:
+                    self._streams = False
+                elif self._dialect is _OPENAI and "max_completion_tokens" in said:
                     self._dialect = ("max_completion_tokens", form)
                 elif self._dialect is _OPENAI and "response_format" in said:
                     self._dialect = (length, _loose)

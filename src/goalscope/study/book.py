@@ -33,11 +33,13 @@ class Study:
         number: In the store.
         created: In UTC, ISO 8601.
         plan: What it is.
+        closed: Since when it takes no new participants; None while it does.
     """
 
     number: int
     created: str
     plan: Plan
+    closed: str | None
 
 
 class Book:
@@ -45,7 +47,6 @@ class Book:
 
     def __init__(self, store: Store) -> None:
         self._store = store
-        self._known: dict[str, Study] = {}
 
     def add(self, plan: Plan) -> Study:
         """Make a study of the episodes as they are now.
@@ -53,7 +54,7 @@ class Book:
         Raises:
             InvalidInputError: Its name is taken, or its episodes cannot be rated.
         """
-        found = chosen_episodes(self._store, plan.episodes)
+        found, _ = chosen_episodes(self._store, plan)
         items = [(info.id, item_of(self._store, info, plan)) for info in found]
         rows = [ItemRow(view=dumps(asdict(item)), episode=id) for id, item in items]
         for check in plan.checks:
@@ -84,16 +85,33 @@ class Book:
         Raises:
             InvalidInputError: There is none.
         """
-        if name in self._known:  # a study never changes
-            return self._known[name]
         with self._store.reading() as session:
             row = session.scalar(select(StudyRow).where(StudyRow.name == name))
+            if row is not None:
+                return _study(row)
             known = session.scalars(select(StudyRow.name)).all()
-        if row is None:
-            hint = nearest(name, known) if known else "`goalscope study new` makes one."
-            raise InvalidInputError(f'There is no study "{name}"; {hint}')
-        self._known[name] = _study(row)
-        return self._known[name]
+        hint = nearest(name, known) if known else "`goalscope study new` makes one."
+        raise InvalidInputError(f'There is no study "{name}"; {hint}')
+
+    def close(self, study: Study) -> None:
+        """Let nobody new take part; who has begun may finish."""
+        with self._store.writing() as session:
+            row = session.get_one(StudyRow, study.number)
+            row.closed = row.closed or _now()
+
+    def delete(self, study: Study) -> None:
+        """Delete a study with all its participants and answers."""
+        people = select(ParticipantRow.number).where(ParticipantRow.study == study.number)
+        with self._store.writing() as session:
+            session.execute(delete(AnswerRow).where(AnswerRow.participant.in_(people)))
+            for row in (ParticipantRow, ItemRow):
+                session.execute(delete(row).where(row.study == study.number))
+            session.execute(delete(StudyRow).where(StudyRow.number == study.number))
+
+    def over(self, study: Study) -> str:
+        """Why nobody new can take part, in a sentence; empty where they can."""
+        with self._store.reading() as session:
+            return "" if _order(session, study) else _over(study)
 
     def items(self, study: Study) -> dict[int, str]:
         """The episodes by their items' numbers."""
@@ -122,7 +140,7 @@ class Book:
         """Note that somebody agrees, and give them their items; who has agreed keeps theirs.
 
         Raises:
-            ConflictError: As for `participant`; or no more ratings are needed.
+            ConflictError: As for `participant`; or nobody new can take part (see `over`).
             InvalidInputError: They should have an id.
         """
         plan = study.plan
@@ -132,24 +150,14 @@ class Book:
                 "you were told to."
             )
         with self._store.writing() as session:
-            session.scalar(
-                select(StudyRow).where(StudyRow.number == study.number).with_for_update()
-            )
+            now = session.get_one(StudyRow, study.number, with_for_update=True)
             there = _participant(session, study, visitor, external)
             if there is not None:
                 return there
-            others = _participants(session, study)
-            query = select(ItemRow).where(ItemRow.study == study.number).order_by("number")
-            items = session.scalars(query).all()
-            order = assigned(
-                _ratings(study, [row.number for row in items if row.episode], others),
-                [row.number for row in items if not row.episode],
-                wanted=plan.ratings_per_item,
-                share=plan.items_per_participant,
-                rng=Random(f"{plan.seed}:{len(others)}"),
-            )
+            study = _study(now)
+            order = _order(session, study)
             if not order:
-                raise ConflictError("This study has all the ratings that it needs. Thank you.")
+                raise ConflictError(_over(study))
             row = ParticipantRow(
                 study=study.number, visitor=visitor, external=external, joined=_now()
             )
@@ -220,6 +228,27 @@ class Book:
             elif (revision, rating, explanation) != (row.revision, row.rating, row.explanation):
                 raise ConflictError("A newer answer to this question is already saved.")
             return _as_answer(row, session.get_one(ItemRow, row.item))
+
+
+def _order(session: Session, study: Study) -> list[int]:
+    """The items of the next participant; none where nobody new can take part."""
+    if study.closed:
+        return []
+    plan, others = study.plan, _participants(session, study)
+    query = select(ItemRow).where(ItemRow.study == study.number).order_by("number")
+    items = session.scalars(query).all()
+    return assigned(
+        _ratings(study, [row.number for row in items if row.episode], others),
+        [row.number for row in items if not row.episode],
+        wanted=plan.ratings_per_item,
+        share=plan.items_per_participant,
+        rng=Random(f"{plan.seed}:{len(others)}"),
+    )
+
+
+def _over(study: Study) -> str:
+    why = "is closed" if study.closed else "has all the ratings that it needs"
+    return f"This study {why}, so nobody new can take part. Thank you for your interest."
 
 
 def _participant(
@@ -311,7 +340,8 @@ def _item(row: ItemRow) -> Item:
 
 
 def _study(row: StudyRow) -> Study:
-    return Study(row.number, row.created, plan_of(json.loads(row.plan), f"The study {row.name}"))
+    plan = plan_of(json.loads(row.plan), f"The study {row.name}")
+    return Study(row.number, row.created, plan, row.closed)
 
 
 def _now() -> str:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import get_args
 
-from goalscope.domains import Settings, profile_named
+from goalscope.domains import Domain, Settings, profile_named
 from goalscope.judge import possible_actions
 from goalscope.store import EpisodeInfo, Store
-from goalscope.study.plan import Check, Plan, Selection
+from goalscope.study.plan import Check, Plan
 from goalscope.types import InvalidInputError, Turn
 
 __all__ = ["Item", "chosen_episodes", "item_of", "item_of_check"]
@@ -34,46 +35,56 @@ class Item:
     transcript: tuple[Turn, ...] = ()
 
 
-def chosen_episodes(store: Store, selection: Selection) -> list[EpisodeInfo]:
+def chosen_episodes(store: Store, plan: Plan) -> tuple[list[EpisodeInfo], int]:
     """The episodes of the store that fit all that is named, in the order in which they began.
 
+    And how many were left out since they were with real people, whom nobody can judge for without
+    the conversation.
+
     Raises:
-        InvalidInputError: There are none, or one that is named has not ended.
+        InvalidInputError: There are none, or one that is named cannot be rated.
     """
+    selection = plan.episodes
     if selection.ids:
         found = [store.episode(id) for id in selection.ids]
         for info in found:
             if info.ended is None:
                 raise InvalidInputError(f"Episode {info.id} has not ended, so it cannot be rated.")
+            if info.domain not in get_args(Domain):
+                raise InvalidInputError(
+                    f"In episode {info.id} another program acted, so it cannot be rated."
+                )
+            if not (info.profile or plan.transcript):
+                raise InvalidInputError(
+                    f"Episode {info.id} was with a real person, who has no profile, so raters must "
+                    "see the conversation: set transcript = true, or leave it out of [episodes]."
+                )
     else:
         found = [info for info in store.episodes() if info.ended]
     found = [
         info
         for info in {info.id: info for info in found}.values()
         if selection.domain in ("", info.domain)
+        and info.domain in get_args(Domain)
         and (not selection.methods or info.method in selection.methods)
         and (not selection.profiles or info.profile in selection.profiles)
     ]
-    if not found:
+    rateable = [info for info in found if info.profile or plan.transcript]
+    left_out = len(found) - len(rateable)
+    if not rateable:
         raise InvalidInputError(
-            "No episode that has ended fits [episodes] of the study. `goalscope episodes` lists "
-            "them all."
+            f"All {left_out} episodes that fit were with real people, who have no profile, so "
+            "raters must see the conversations: set transcript = true."
+            if left_out
+            else "No episode that has ended fits [episodes] of the study. `goalscope episodes` "
+            "lists them all."
         )
-    return found
+    return rateable, left_out
 
 
 def item_of(store: Store, info: EpisodeInfo, plan: Plan) -> Item:
-    """The item of a stored episode.
-
-    Raises:
-        InvalidInputError: It shows nothing by which to judge what the person wanted.
-    """
+    """The item of a stored episode."""
     rounds = store.rounds(info.id)
-    if info.profile is None and not plan.transcript:
-        raise InvalidInputError(
-            f"Episode {info.id} was with a real person, who has no profile, so raters must see the "
-            "conversation: set transcript = true, or leave it out of [episodes]."
-        )
     settings = Settings(**info.settings)
     profile = profile_named(settings, info.profile).description if info.profile else ""
     if info.domain == "grocery":
@@ -92,4 +103,6 @@ def item_of(store: Store, info: EpisodeInfo, plan: Plan) -> Item:
 
 def item_of_check(check: Check, like: Item) -> Item:
     """The item of a check, which looks like another one."""
-    return Item(like.task, like.possible, check.profile, check.outcome)
+    said = check.conversation
+    turns = tuple(map(Turn, said[::2], said[1::2]))
+    return Item(like.task, like.possible, check.profile, check.outcome, turns)

@@ -45,11 +45,14 @@ class Check:
         profile: The person, in words.
         outcome: What the assistant is said to have achieved.
         rating: The right one.
+        conversation: What is shown of it where the study shows conversations: by turns what the
+            assistant says and what the person answers.
     """
 
     profile: str
     outcome: str
     rating: int
+    conversation: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,6 +182,16 @@ def read_plan(file: Path) -> Plan:
             f"{label}, exclusion: nobody can fail {plan.exclusion.failed_checks} of "
             f"{len(plan.checks)} checks. Add a [[check]], or lower 'failed_checks'."
         )
+    for number, check in enumerate(plan.checks, 1):
+        if len(check.conversation) % 2:
+            raise InvalidInputError(
+                f"{label}, check {number}: 'conversation' must hold pairs: what the assistant "
+                "says, and what the person answers."
+            )
+        if check.conversation and not plan.transcript:
+            raise InvalidInputError(
+                f"{label}, check {number}: nobody sees a 'conversation' without transcript = true."
+            )
     return plan
 
 

@@ -6,12 +6,14 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+import numpy.typing as npt
 from sqlalchemy import select
 
 from goalscope.database.tables import CellRow
 from goalscope.experiment.summary import Entry, Estimate, Labels, Measured, Table, chosen, mean
 from goalscope.experiment.summary_judge import JUDGE_NOTES, Reading, evaluator_of, reading_of
-from goalscope.stats import pooled_sd_of_mean
+from goalscope.stats import RESAMPLES, Interval, pooled_sd_of_mean
 from goalscope.store import EpisodeInfo, Store
 from goalscope.study.agreement import krippendorff_alpha
 from goalscope.study.book import Book, Study
@@ -20,6 +22,8 @@ from goalscope.study.plan import BEST, Plan
 
 __all__ = ["study_tables"]
 
+Array = npt.NDArray[np.float64]
+
 
 @dataclass(frozen=True, slots=True)
 class Rated:
@@ -27,18 +31,18 @@ class Rated:
 
     Attributes:
         info: The episode.
-        ratings: Of the people who count.
+        ratings: Of the people who count, by their number.
         readings: By the evaluator's label.
     """
 
     info: EpisodeInfo
-    ratings: list[int] = field(default_factory=list[int])
+    ratings: dict[int, int] = field(default_factory=dict[int, int])
     readings: dict[str, Reading] = field(default_factory=dict[str, Reading])
 
     @property
     def trials(self) -> list[float]:
         """The ratings as shares of the best."""
-        return [rating / BEST for rating in self.ratings]
+        return [rating / BEST for rating in self.ratings.values()]
 
 
 def study_tables(store: Store, study: Study) -> list[Table]:
@@ -51,7 +55,7 @@ def study_tables(store: Store, study: Study) -> list[Table]:
     for each in counted:
         for answer in each.answers:
             if answer.episode is not None and answer.rating is not None:
-                rated[answer.episode].ratings.append(answer.rating)
+                rated[answer.episode].ratings[each.number] = answer.rating
     judges = _judged(store, rated)
     found = list(rated.values())
     tables = [_progress(study, people, counted, found), _methods(study, found, judges)]
@@ -80,7 +84,10 @@ def _progress(
         ("ratings that count", sum(len(each.ratings) for each in rated)),
         ("episodes", len(rated)),
         (f"episodes with {wanted} ratings", sum(len(each.ratings) >= wanted for each in rated)),
-        ("Krippendorff's alpha, ordinal", krippendorff_alpha([each.ratings for each in rated])),
+        (
+            "Krippendorff's alpha, ordinal",
+            krippendorff_alpha([[*each.ratings.values()] for each in rated]),
+        ),
     ]
     rules = "; ".join(_rules(study.plan)) or "none"
     notes = (
@@ -112,7 +119,7 @@ def _methods(study: Study, rated: Sequence[Rated], judges: Sequence[str]) -> Tab
     for key, group in sorted(groups.items()):
         trials = [each.trials for each in group if each.ratings]
         row: list[Entry] = [*key, len(group), sum(map(len, trials))]
-        row += [_over_people(group, lambda each: mean(each.trials)), _sd(trials)]
+        row += [_human(group), _sd(trials)]
         row.append(_over_people(group, lambda each: each.info.score))
         for judge in judges:
             read = [each.readings[judge].trials for each in group if judge in each.readings]
@@ -129,7 +136,7 @@ def _episodes(study: Study, rated: Sequence[Rated], judges: Sequence[str]) -> Ta
     for each in rated:
         info = each.info
         row: list[Entry] = [info.id, info.profile or "a person", info.method, len(each.ratings)]
-        row += [_percent(mean(each.trials)), _percent(info.score)]
+        row += [_human([each]), _percent(info.score)]
         rows.append((*row, *(_percent(_judge(each, judge)) for judge in judges)))
     columns = ("episode", "profile", "method", "ratings", "human score", "state score")
     columns = (*columns, *_headed(judges, "judge score"))
@@ -140,6 +147,8 @@ def _notes(judges: Sequence[str]) -> tuple[str, ...]:
     return (
         "Scores are means over profiles. The human score is a share of the best rating, "
         f"{BEST}; the state score is the share of the profile's conditions that hold in the end.",
+        "Intervals of 95 % are bootstrapped over those who rated: what other people would say of "
+        "the same episodes. There is none where all agree, or only one has rated.",
         "SD: pooled standard deviation of the mean (Sec. 5.1), the noise of several raters or "
         "trials of an episode, and not of the choice of profiles; the paper gives no formula.",
         *(JUDGE_NOTES if judges else ()),
@@ -178,13 +187,47 @@ def _judge(rated: Rated, judge: str) -> float | None:
     return mean(reading.trials) if reading else None
 
 
-def _over_people(rated: Sequence[Rated], measure: Callable[[Rated], float | None]) -> Entry:
+def _over_people(
+    rated: Sequence[Rated], measure: Callable[[Rated], float | None]
+) -> Estimate | None:
     """Mean over profiles of the mean over their episodes."""
     by_profile: dict[str, list[float]] = {}
     for each in rated:
         if (value := measure(each)) is not None:
             by_profile.setdefault(each.info.profile or each.info.id, []).append(value)
     return _percent(mean([sum(each) / len(each) for each in by_profile.values()]))
+
+
+def _human(group: Sequence[Rated]) -> Estimate | None:
+    """The human score, with the interval in which other raters' might lie."""
+    found = _over_people(group, lambda each: mean(each.trials))
+    return found and Estimate(found.value, _interval(group), "percent")
+
+
+def _interval(group: Sequence[Rated], *, seed: int = 0) -> Interval | None:
+    """Percentile bootstrap of the mean over profiles, which resamples whole participants."""
+    rated = [each for each in group if each.ratings]
+    people = sorted({person for each in rated for person in each.ratings})
+    given = np.array([[each.ratings.get(person, np.nan) for each in rated] for person in people])
+    if len(people) < 2 or np.nanmin(given) == np.nanmax(given):
+        return None
+    rng = np.random.default_rng(seed)
+    drawn = rng.multinomial(len(people), np.full(len(people), 1 / len(people)), RESAMPLES)
+    counts = drawn @ ~np.isnan(given)
+    sums = drawn @ np.nan_to_num(given) / BEST
+    of_episodes = np.divide(sums, counts, np.full(sums.shape, np.nan), where=counts > 0)
+    names = np.array([each.info.profile or each.info.id for each in rated])
+    of_profiles = [_means(of_episodes[:, names == name], 1) for name in np.unique(names)]
+    low, high = np.quantile(_means(np.stack(of_profiles), 0), (0.025, 0.975))
+    return Interval(float(low), float(high))
+
+
+def _means(values: Array, axis: int) -> Array:
+    """Of those values that are known; NaN where none is."""
+    known = ~np.isnan(values)
+    count = known.sum(axis)
+    total: Array = np.where(known, values, 0.0).sum(axis)
+    return np.divide(total, count, np.full_like(total, np.nan), where=count > 0)
 
 
 def _sd(runs: Sequence[Sequence[float]]) -> Entry:

@@ -29,6 +29,7 @@ from goalscope.web.access import seen_by
 from goalscope.web.conversations import Conversation, Conversations
 from goalscope.web.exports import as_html, as_json, room_picture
 from goalscope.web.guard import Guest, Visitor
+from goalscope.web.limits import STREAMS, too_much
 from goalscope.web.study import study_router
 from goalscope.web.tracking import tracking_routes
 from goalscope.web.views import EpisodeView, Live, RoundView, StoredEpisode, Why
@@ -134,6 +135,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     settings = defaults or Settings()
     conversations = Conversations(store, model)
     domains = _domains(settings)
+    streams: list[str] = []
     scenes = {scene for domain in domains for scene in domain.scenes}
 
     @asynccontextmanager
@@ -210,7 +212,10 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     @app.get("/api/episodes/{id}/events", response_class=StreamingResponse)
     async def events(id: str, visitor: Guest) -> StreamingResponse:
         conversation = await asyncio.to_thread(entered, id, visitor, again=True)
-        return StreamingResponse(_stream(conversation), media_type="text/event-stream")
+        if streams.count(visitor.id) >= STREAMS:
+            raise too_much("You have this page open in too many windows. Close some.", 5)
+        stream = _stream(conversation, streams, visitor.id)
+        return StreamingResponse(stream, media_type="text/event-stream")
 
     @app.post("/api/episodes/{id}/utterances", status_code=202)
     def say(id: str, given: Utterance, visitor: Guest) -> Live:
@@ -273,18 +278,22 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     return app
 
 
-async def _stream(conversation: Conversation) -> AsyncGenerator[str]:
+async def _stream(conversation: Conversation, open: list[str], who: str) -> AsyncGenerator[str]:
     """Server-sent events; a comment in long silences shows whether anybody still listens."""
-    with conversation.listening() as queue:
-        yield _event("live", conversation.live())
-        kind = ""
-        while kind != "ended":
-            try:
-                kind, data = await asyncio.wait_for(queue.get(), BEAT)
-            except TimeoutError:
-                yield ": still here\n\n"
-            else:
-                yield _event(kind, data)
+    open.append(who)
+    try:
+        with conversation.listening() as queue:
+            yield _event("live", conversation.live())
+            kind = ""
+            while kind != "ended":
+                try:
+                    kind, data = await asyncio.wait_for(queue.get(), BEAT)
+                except TimeoutError:
+                    yield ": still here\n\n"
+                else:
+                    yield _event(kind, data)
+    finally:
+        open.remove(who)
 
 
 def _event(kind: str, data: BaseModel) -> str:
@@ -294,7 +303,7 @@ def _event(kind: str, data: BaseModel) -> str:
 async def _refused(request: Request, error: Exception) -> JSONResponse:
     """Errors in a sentence that says what to do."""
     if isinstance(error, HTTPException):
-        return JSONResponse({"error": str(error.detail)}, error.status_code)
+        return JSONResponse({"error": str(error.detail)}, error.status_code, error.headers)
     if isinstance(error, RequestValidationError):
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"][1:])

@@ -22,7 +22,7 @@ from goalscope.dialog import FALLBACK
 from goalscope.domains import Settings, open_environment
 from goalscope.envs import Environment
 from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
-from goalscope.models import Model
+from goalscope.models import Heard, Model
 from goalscope.session import Session, saved_settings
 from goalscope.store import EpisodeInfo, Store
 from goalscope.types import ConflictError, Goal, GoalscopeError, InvalidInputError, checked_text
@@ -45,6 +45,9 @@ KEPT = 100
 SETTLED = 60.0
 """Seconds from a request on in which a conversation stays open."""
 
+PAUSE = 0.1
+"""Seconds between two tellings of what the agent is writing."""
+
 Event = tuple[Literal["live", "round", "ended"], BaseModel]
 
 
@@ -54,6 +57,7 @@ class _State:
     phase: Literal["idle", "waiting", "thinking"] = "idle"
     place: int = 0
     step: str = ""
+    draft: str = ""
     query: str | None = None
     utterance: str | None = None
     error: str | None = None
@@ -70,8 +74,8 @@ class Conversation:
         env: Where the agent acts.
         model: Of the session.
         owner: Whose it is.
-        open: Makes the session, given what is to be told of the agent's progress, and the episode
-            that goes on.
+        open: Makes the session, given what is to be told of the agent's progress and of what it
+            writes, and the episode that goes on.
         resumed: The stored episode that goes on; its session is opened at the desk.
     """
 
@@ -81,7 +85,7 @@ class Conversation:
         env: Environment,
         model: Model,
         owner: str,
-        open: Callable[[Callable[[str], None], EpisodeInfo | None], Session],
+        open: Callable[[Heard, Heard, EpisodeInfo | None], Session],
         resumed: EpisodeInfo | None = None,
     ) -> None:
         self.owner = owner
@@ -90,7 +94,9 @@ class Conversation:
         self._state = _State(time.time_ns() // 1_000_000)
         self._listeners: dict[asyncio.Queue[Event], asyncio.AbstractEventLoop] = {}
         self._opened: Session | None = None
-        self._open = partial(open, lambda step: self._become(step=step))
+        self._viewed: tuple[Belief | None, BeliefView | None] = None, None
+        self._open = partial(open, lambda step: self._become(step=step), self._drafted)
+        self._drafted_at = 0.0
         self.used = time.monotonic()
         if resumed:
             self.id = resumed.id
@@ -141,16 +147,23 @@ class Conversation:
                 phase=state.phase,
                 place=state.place,
                 step=state.step,
+                draft=state.draft,
                 query=state.query,
                 round=len(session.rounds) + 1,
                 utterance=state.utterance,
-                belief=session.belief and BeliefView.of(session.belief),
+                belief=self._view(session.belief),
                 changes=[ChangeView.of(change) for change in session.corrections],
                 can_undo=session.can_take_back,
                 confirm=Confirm.of(last, self._env.completion_phrase) if last and waits else None,
                 completion_phrase=self._env.completion_phrase,
                 error=state.error,
             )
+
+    def _view(self, belief: Belief | None) -> BeliefView | None:
+        """As it is told again and again while people wait, it is made once."""
+        if belief is not self._viewed[0]:
+            self._viewed = belief, belief and BeliefView.of(belief)
+        return self._viewed[1]
 
     def catch_up(self, info: EpisodeInfo, *, again: bool = False) -> None:
         """Open the episode anew where it has gone on elsewhere.
@@ -250,6 +263,7 @@ class Conversation:
         with self._lock:
             if self._state.phase != "idle":
                 raise ConflictError("The agent is still at work. Wait for it, and try again.")
+            self._desk.admit(self.owner)
             self._become(phase="waiting", step=step, utterance=utterance, error=None)
 
     def _submit(self, work: Callable[[], T]) -> Future[T]:
@@ -259,7 +273,7 @@ class Conversation:
             try:
                 return work()
             finally:
-                self._become(phase="idle", place=0, step="")
+                self._become(phase="idle", place=0, step="", draft="")
 
         return self._desk.submit(self.owner, done, self._moved)
 
@@ -278,11 +292,11 @@ class Conversation:
             told = "Something went wrong here, and nothing was done. Try again."
             self._become(error=told, utterance=kept)
             return
-        self._publish("round", RoundView.of(round))
+        self._publish("round", lambda: RoundView.of(round))
         info = self._session.info
         self._become(query=None, utterance=None)
         if info.ended:
-            self._publish("ended", EpisodeView.of(info, mine=True))
+            self._publish("ended", lambda: EpisodeView.of(info, mine=True))
         else:
             self._ask()
 
@@ -304,17 +318,27 @@ class Conversation:
         except Exception:
             log.exception("a question failed")
             query = FALLBACK
-        self._become(query=query)
+        self._become(query=query, draft="")
 
     def _become(self, **changes: Any) -> None:
         with self._lock:
             self._state = replace(self._state, version=self._state.version + 1, **changes)
-        self._publish("live", self.live())
+            self._publish("live", self.live)
 
-    def _publish(self, kind: Literal["live", "round", "ended"], data: BaseModel) -> None:
+    def _drafted(self, text: str) -> None:
+        now = time.monotonic()
+        if self._listeners and now - self._drafted_at >= PAUSE:
+            self._drafted_at = now
+            self._become(draft=text)
+
+    def _publish(
+        self, kind: Literal["live", "round", "ended"], view: Callable[[], BaseModel]
+    ) -> None:
         with self._lock:
-            for queue, loop in self._listeners.items():
-                loop.call_soon_threadsafe(queue.put_nowait, (kind, data))
+            if self._listeners:
+                event = kind, view()
+                for queue, loop in self._listeners.items():
+                    loop.call_soon_threadsafe(queue.put_nowait, event)
 
 
 class Conversations:
@@ -366,7 +390,7 @@ class Conversations:
     def _enter(self, owner: str, settings: Settings, resume: EpisodeInfo | None) -> Conversation:
         env = open_environment(settings)
 
-        def open(progress: Callable[[str], None], resume: EpisodeInfo | None) -> Session:
+        def open(progress: Heard, draft: Heard, resume: EpisodeInfo | None) -> Session:
             return Session(
                 self._store,
                 settings,
@@ -376,9 +400,14 @@ class Conversations:
                 resume=resume,
                 confirm=True,
                 progress=progress,
+                draft=draft,
             )
 
-        entered = Conversation(self.desk, env, self._model, owner, open, resume)
+        try:
+            entered = Conversation(self.desk, env, self._model, owner, open, resume)
+        except BaseException:
+            env.close()
+            raise
         with self._lock:
             self._open[entered.id] = entered
             idle = [each for each in self._open.values() if each.is_idle and each is not entered]

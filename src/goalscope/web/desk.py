@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from threading import Condition, Thread
 from typing import Any
 
+from goalscope.web.limits import WAITING, too_much
+
 __all__ = ["Desk"]
 
 log = logging.getLogger(__name__)
@@ -17,11 +19,12 @@ log = logging.getLogger(__name__)
 Moved = Callable[[int], None]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(eq=False, slots=True)
 class _Job:
     work: Callable[[], Any]
     moved: Moved
     future: Future[Any]
+    place: int = 0
 
 
 class Desk:
@@ -37,6 +40,12 @@ class Desk:
         self._changed = Condition()
         self._worker = Thread(target=self._serve, name="model", daemon=True)
         self._worker.start()
+
+    def admit(self, who: str) -> None:
+        """Raise the HTTPException 429 where as much of theirs waits as may."""
+        with self._changed:
+            if len(self._lines.get(who, ())) >= WAITING:
+                raise too_much("Too much of yours waits for the model.", 5)
 
     def submit(self, who: str, work: Callable[[], Any], moved: Moved) -> Future[Any]:
         """Have something done when it is `who`'s turn.
@@ -92,18 +101,19 @@ class Desk:
                     job.future.set_exception(error)
 
     def _tell_all(self) -> None:
-        """Tell everybody who waits how many are before them."""
+        """Tell everybody who waits how many are before them, where that has changed."""
         place = int(self._busy)
         depth = max(map(len, self._lines.values()), default=0)
         for row in range(depth):
             for line in self._lines.values():
                 if row < len(line):
-                    if place:
+                    if place not in (0, line[row].place):
                         _tell(line[row], place)
                     place += 1
 
 
 def _tell(job: _Job, place: int) -> None:
+    job.place = place
     try:
         job.moved(place)
     except Exception:

@@ -6,9 +6,9 @@ import hashlib
 import hmac
 import json
 import secrets
-import time
+from asyncio import to_thread
 from collections import OrderedDict
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection
 from typing import Annotated
 from urllib.parse import parse_qs, quote, unquote
 
@@ -16,6 +16,8 @@ from fastapi import Depends, Request
 from starlette.exceptions import HTTPException
 from starlette.requests import cookie_parser
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from goalscope.web.limits import GUESSES, GUESSES_OF_ALL, Limits, Meter, too_much
 
 __all__ = ["Guard", "Guest", "Visitor"]
 
@@ -28,8 +30,8 @@ OPEN = (
 )  # fmt: skip
 """Paths that need no password: those who take part in a study are strangers."""
 
-RATE, BURST = 2.0, 60
-"""Requests that change something: a second, and at once, of one visitor."""
+KNOWN = 10_000
+"""Right and wrong keys that are remembered."""
 
 VISITOR, KEY = "goalscope_visitor", "goalscope_key"
 YEAR = 365 * 24 * 3600
@@ -81,21 +83,35 @@ class Guard:
         hosts: Names with ports under which the server is reached.
         key: Of the host.
         password: Of the visitors; None where everybody who can reach the server may come in.
+        moved: Is told the old and the new id of a visitor whose id changes.
     """
 
     def __init__(
-        self, app: ASGIApp, *, hosts: Collection[str], key: str, password: str | None = None
+        self,
+        app: ASGIApp,
+        *,
+        hosts: Collection[str],
+        key: str,
+        password: str | None = None,
+        moved: Callable[[str, str], object] | None = None,
     ) -> None:
         self.app = app
         self.hosts, self.key, self.password = frozenset(hosts), key, password
-        self._spent: OrderedDict[tuple[str, str], tuple[float, float]] = OrderedDict()
+        self._moved = moved
+        self._limits = Limits()
+        self._guesses, self._guesses_of_all = Meter(GUESSES), Meter(GUESSES_OF_ALL)
+        self._wrong: OrderedDict[str, None] = OrderedDict()
+        self._right: OrderedDict[str, None] = OrderedDict()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Let a request through, or answer it."""
         if scope["type"] == "lifespan":
             await self.app(scope, receive, send)
         elif scope["type"] == "http":
-            await self._http(scope, receive, send)
+            try:
+                await self._http(scope, receive, send)
+            except HTTPException as error:
+                await _refuse(send, error)
         else:
             await send({"type": "websocket.close", "code": 1008})
 
@@ -105,42 +121,43 @@ class Guard:
             headers.setdefault(name.decode("latin-1"), []).append(value.decode("latin-1"))
         (host,) = headers.get("host", []) if len(headers.get("host", [])) == 1 else ("",)
         if host not in self.hosts:
-            await _refuse(send, 403, f"This server is not {host or 'that host'}. Use its own name.")
-            return
+            raise HTTPException(403, f"This server is not {host or 'that host'}. Use its own name.")
         cookies = _cookies(headers.get("cookie", []))
         kind, _, bearer = headers.get("authorization", [""])[0].partition(" ")
         if kind != "Bearer":  # a proxy's own, such as Basic, which all its visitors may share
             bearer = ""
         given = parse_qs(scope["query_string"].decode("latin-1")).get("key", [""])[0]
         kept = unquote(cookies.get(KEY, ""))
+        self._check_guesses({given, bearer, kept} - {""}, cookies.get(VISITOR, ""), _address(scope))
         is_host = any(_same(shown, self.key) for shown in (given, bearer, kept))
         of_study = scope["path"].startswith(OPEN)
         is_open = self.password is None or of_study
         if not (is_open or any(map(self._fits, (given, bearer, kept)))):
-            await _refuse(send, 401, "This server asks for a key: open it with ?key=... once.")
-            return
+            raise HTTPException(401, "This server asks for a key: open it with ?key=... once.")
         if bearer and not self._fits(bearer):
-            await _refuse(send, 401, "That key is not this server's; `goalscope serve` prints it.")
-            return
+            raise HTTPException(401, "That key is not this server's; `goalscope serve` has it.")
         origins, own = headers.get("origin", []), f"{scope['scheme']}://{host}"
-        if scope["method"] not in ("GET", "HEAD", "OPTIONS"):
-            program = bool(bearer) and is_host and not headers.get("cookie")
-            if not (origins == [own] or (program and not origins)):
-                error = "That did not come from this server's own page. A program shows the key: "
-                await _refuse(send, 403, error + "Authorization: Bearer KEY, without cookies.")
-                return
-            if not program and (wait := self._wait(cookies, scope)):
-                await _refuse(send, 429, f"That was too much at once. Wait {wait:.0f} seconds.")
-                return
+        program = bool(bearer) and is_host and not headers.get("cookie")
+        reads = scope["method"] in ("GET", "HEAD", "OPTIONS")
+        if not (reads or origins == [own] or (program and not origins)):
+            error = "That did not come from this server's own page. A program shows the key: "
+            raise HTTPException(403, error + "Authorization: Bearer KEY, without cookies.")
+        if not program:
+            visitor = cookies.get(VISITOR, "")
+            self._limits.check(scope["method"], scope["path"], visitor, _address(scope))
+        # Who comes by another site's link has not shown the cookies that they may have.
+        by_link = headers.get("sec-fetch-site") == ["cross-site"]
         fresh: list[str] = []
         if self._fits(given) and scope["method"] == "GET" and not of_study:
-            await _enter(send, scope, given, is_new=not _same(given, kept))
+            if not (by_link or _same(given, kept)):
+                renewed = await self._renewed(cookies.get(VISITOR, ""))
+                _remember(self._right, _digest(renewed, given))
+                fresh.append(_cookie(VISITOR, renewed, scope))
+            await _enter(send, scope, given, fresh)
             return
         secret = cookies.get(VISITOR, "") or bearer
         if len(secret) < 32 and not bearer:
             secret = secrets.token_urlsafe(32)
-            # Who comes by another site's link has not shown the cookie that they may have.
-            by_link = headers.get("sec-fetch-site") == ["cross-site"]
             if not (by_link or scope["path"].startswith("/static/")):
                 fresh.append(_cookie(VISITOR, secret, scope))
         scope.setdefault("state", {})["visitor"] = Visitor(secret, is_host=is_host)
@@ -149,24 +166,39 @@ class Guard:
     def _fits(self, shown: str) -> bool:
         return _same(shown, self.key) or bool(self.password and _same(shown, self.password))
 
-    def _wait(self, cookies: Mapping[str, str], scope: Scope) -> float:
-        """Seconds until this visitor may ask for another change; 0 for now.
+    def _check_guesses(self, shown: set[str], visitor: str, address: str) -> None:
+        """Count wrong keys, each of them once.
 
-        Their address pays for the first one: otherwise each new cookie would be a new allowance.
+        Who guesses too often must wait, and learns nothing meanwhile. Nobody waits for the key that
+        their browser has shown before.
+
+        Raises:
+            HTTPException: 429.
         """
-        visitor, address = ("visitor", cookies.get(VISITOR, "")), ("address", _address(scope))
-        if visitor not in self._spent and (wait := self._take(address)):
-            return wait
-        return self._take(visitor) if visitor[1] else 0.0
+        new = {
+            key
+            for key in shown
+            if _digest(key) not in self._wrong and _digest(visitor, key) not in self._right
+        }
+        if new and (wait := self._guesses.wait(address) or self._guesses_of_all.wait("")):
+            raise too_much("Too many wrong keys were tried.", wait)
+        for key in new:
+            if not self._fits(key):
+                self._guesses.take(address)
+                self._guesses_of_all.take("")
+                _remember(self._wrong, _digest(key))
+            elif visitor:
+                _remember(self._right, _digest(visitor, key))
 
-    def _take(self, who: tuple[str, str]) -> float:
-        now = time.monotonic()
-        left, when = self._spent.pop(who, (float(BURST), now))
-        left = min(float(BURST), left + (now - when) * RATE)
-        self._spent[who] = (max(left - 1, 0.0), now) if left >= 1 else (left, now)
-        while len(self._spent) > 10_000:
-            self._spent.popitem(last=False)
-        return 0.0 if left >= 1 else max(1.0, (1 - left) / RATE)
+    async def _renewed(self, secret: str) -> str:
+        """Another secret for a visitor, who keeps what is theirs; nobody can have planted it."""
+        if not secret:
+            return secrets.token_urlsafe(32)
+        new = hmac.new(self.key.encode(), secret.encode(), "sha256").hexdigest()
+        if self._moved:
+            ids = (Visitor(each, is_host=False).id for each in (secret, new))
+            await to_thread(self._moved, *ids)
+        return new
 
 
 def _limited(receive: Receive) -> Receive:
@@ -199,26 +231,21 @@ def _headed(send: Send, scope: Scope, cookies: list[str]) -> Send:
     return headed
 
 
-async def _enter(send: Send, scope: Scope, key: str, *, is_new: bool) -> None:
-    """Keep the key that the address holds, and show the page under an address without it.
-
-    Who shows it for the first time becomes a new visitor, so that nobody who planted the old
-    secret shares it.
-    """
-    fresh = [_cookie(KEY, quote(key, safe=""), scope)]
-    if is_new:
-        fresh.append(_cookie(VISITOR, secrets.token_urlsafe(32), scope))
-    headed = _headed(send, scope, fresh)
+async def _enter(send: Send, scope: Scope, key: str, cookies: list[str]) -> None:
+    """Keep the key that the address holds, and show the page under an address without it."""
+    headed = _headed(send, scope, [_cookie(KEY, quote(key, safe=""), scope), *cookies])
     place = "/" + quote(scope["path"].lstrip("/"))  # after two slashes it would be another host
     headers = [(b"location", place.encode()), (b"content-length", b"0")]
     await headed({"type": "http.response.start", "status": 303, "headers": headers})
     await headed({"type": "http.response.body", "body": b""})
 
 
-async def _refuse(send: Send, status: int, error: str) -> None:
-    body = json.dumps({"error": error}).encode()
+async def _refuse(send: Send, refusal: HTTPException) -> None:
+    body = json.dumps({"error": refusal.detail}).encode()
     headers = [(b"content-type", b"application/json"), (b"content-length", b"%d" % len(body))]
+    headers += [(name.lower().encode(), v.encode()) for name, v in (refusal.headers or {}).items()]
     headed = _headed(send, {}, [])
+    status = refusal.status_code
     await headed({"type": "http.response.start", "status": status, "headers": headers})
     await headed({"type": "http.response.body", "body": body})
 
@@ -240,3 +267,13 @@ def _address(scope: Scope) -> str:
 
 def _same(given: str, key: str) -> bool:
     return hmac.compare_digest(given.encode(), key.encode())
+
+
+def _digest(*secrets: str) -> str:
+    return hashlib.sha256("\0".join(secrets).encode()).hexdigest()
+
+
+def _remember(known: OrderedDict[str, None], digest: str) -> None:
+    known[digest] = None
+    while len(known) > KNOWN:
+        known.popitem(last=False)

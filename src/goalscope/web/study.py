@@ -50,6 +50,7 @@ class Participation(BaseModel):
     """A study, and how far one has come in it.
 
     Attributes:
+        over: Why nobody new can take part, in a sentence; empty where they can.
         answered: Whether each item has a rating; None for who has not agreed.
         completion: Once all items have one.
     """
@@ -60,6 +61,7 @@ class Participation(BaseModel):
     question: str
     scale: list[str]
     min_explanation: int
+    over: str
     answered: list[bool] | None
     completion: CompletionView | None
 
@@ -125,7 +127,7 @@ def study_router(store: Store) -> APIRouter:
     def participation(name: str, request: Request, visitor: Guest) -> Participation:
         study = named(name)
         there = book.participant(study, visitor.id, _external(study, request))
-        return _view(study, there)
+        return _view(study, there, over="" if there else book.over(study))
 
     @router.post("/api/studies/{name}/consent")
     def consent(name: str, given: Consent, request: Request, visitor: Guest) -> Participation:
@@ -169,7 +171,7 @@ def _external(study: Study, request: Request) -> str | None:
     return request.query_params.get(study.plan.id_parameter, "").strip()[:LONGEST] or None
 
 
-def _view(study: Study, participant: Participant | None) -> Participation:
+def _view(study: Study, participant: Participant | None, *, over: str = "") -> Participation:
     plan = study.plan
     done = participant is not None and participant.finished
     completion = CompletionView(code=plan.completion.code, url=plan.completion.url)
@@ -180,6 +182,7 @@ def _view(study: Study, participant: Participant | None) -> Participation:
         question=plan.question,
         scale=list(plan.scale),
         min_explanation=plan.min_explanation,
+        over=over,
         answered=participant and [each.rating is not None for each in participant.answers],
         completion=completion if done else None,
     )

@@ -80,6 +80,7 @@ def tracking_routes(trackers: Trackers, desk: Desk, store: Store) -> APIRouter:
             raise HTTPException(403, "This is somebody else's session.")
 
     async def at_desk(visitor: Visitor, work: Callable[[], Tracked]) -> TrackerView:
+        desk.admit(visitor.id)
         done = desk.submit(visitor.id, lambda: TrackerView.of(work()), lambda place: None)
         return await wrap_future(done)
 

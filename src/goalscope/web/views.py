@@ -222,6 +222,7 @@ class Live(BaseModel):
         phase: "idle" for the person's turn, "waiting" in the queue, "thinking".
         place: How many are before one in the queue.
         step: What the agent does now.
+        draft: A question that it is writing; it writes several, and asks one of them.
         query: What it asks; None while that is being made.
         round: The number that the next utterance will have; 0 while the episode is being opened.
         utterance: What was said and is being worked on, or could not be.
@@ -238,6 +239,7 @@ class Live(BaseModel):
     completion_phrase: str
     place: int = 0
     step: str = ""
+    draft: str = ""
     query: str | None = None
     round: int = 0
     utterance: str | None = None

@@ -57,7 +57,8 @@ async function show() {
     study ??= await api.study(later);
     const count = study.answered?.length ?? 0;
     const place = Number(to);
-    if (!count) consent();
+    if (!count && study.over) page(study.title, h("p", { class: "text" }, study.over));
+    else if (!count) consent();
     else if (to === "instructions") instructions();
     else if (Number.isInteger(place) && place >= 1 && place <= count) {
       const item = await api.item(place, later);
