@@ -318,10 +318,9 @@ class Agent:
             complete = ends = self.env.is_completion(turn)
             turns = [*self.turns, turn]
             wants = [] if complete or asks else self._wants(turns)
-            acts = wants or complete
             pending = self.rounds[-1].question if asks and self.rounds else ""
             outcome = Outcome((), 0, pending)
-            if acts:
+            if not asks:
                 self._progress("planning")
                 outcome = self.planner.act(self.env, wants, turns, history)
             results = outcome.results
@@ -342,7 +341,7 @@ class Agent:
                     *([] if ends else told),
                     *self._expected(turn),
                     *(tracker.notes if tracker else ()),
-                    *(_told(each) for each in outcome.failed),
+                    *self._failed(turn, outcome.failed),
                     *([] if asks or complete else self.env.unmet(turns, outcome.results)),
                     *(f"Not before it is clear what you want: {each}." for each in outcome.held),
                 ),
@@ -455,6 +454,15 @@ class Agent:
         stated = [each for each in self.tracker.belief.top() if each[0] != UNSPECIFIED]
         return [Want(goal.text, p) for goal, p in stated[: self.k]]
 
+    def _failed(self, turn: Turn, failed: Sequence[StepResult]) -> Iterator[str]:
+        """What could not be done: told once, and again where the person asks for it again."""
+        told = {note for round in self.rounds for note in round.notes}
+        again = self.env.requests([turn])
+        for each in failed:
+            note = f"Not done: {each.action}. {each.observation}"
+            if note not in told or each.action in again:
+                yield note
+
     def _expected(self, turn: Turn) -> Iterator[str]:
         query, gain = self._asked
         if gain is not None and query == turn.query:
@@ -475,10 +483,6 @@ def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator
 
 def _silent(step: str) -> None:
     """Nobody listens."""
-
-
-def _told(failed: StepResult) -> str:
-    return f"Not done: {failed.action}. {failed.observation}"
 
 
 def _as_goals(goals: Iterable[str | Goal]) -> list[Goal]:
