@@ -285,6 +285,15 @@ def test_what_was_asked_for_and_not_done_is_told() -> None:
     assert told not in agent.step("What?", "Good night").notes
 
 
+def test_what_nobody_asked_for_is_told_to_be_a_guess() -> None:
+    guess = "Guessed, not asked for: lamp."
+    assert guess in Agent(LampRoom(), WordModel(REPLIES)).step("What?", "lamp light please").notes
+    agent = Agent(Obeys(asked="lamp"), WordModel(REPLIES))
+    round = agent.step("What?", "lamp light please")
+    assert [str(result.action) for result in round.results] == ["switch on: lamp"]
+    assert guess not in round.notes
+
+
 def test_a_failure_is_told_once_and_again_when_it_is_asked_for_again() -> None:
     agent = Agent(Obeys(), WordModel(REPLIES))
     told = "Not done: switch on: broken. The switch does not move."

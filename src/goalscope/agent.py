@@ -24,7 +24,6 @@ from goalscope.types import (
     GoalChange,
     GoalscopeError,
     InvalidInputError,
-    StepResult,
     Turn,
     checked_text,
     meaning,
@@ -339,11 +338,8 @@ class Agent:
                 status=self.env.status(),
                 notes=(
                     *([] if ends else told),
-                    *self._expected(turn),
-                    *(tracker.notes if tracker else ()),
-                    *self._failed(turn, outcome.failed),
+                    *self._notes(turns, outcome),
                     *([] if asks or complete else self.env.unmet(turns, outcome.results)),
-                    *(f"Not before it is clear what you want: {each}." for each in outcome.held),
                 ),
                 terminated=complete or any(result.terminated for result in results),
                 question=outcome.question,
@@ -454,19 +450,27 @@ class Agent:
         stated = [each for each in self.tracker.belief.top() if each[0] != UNSPECIFIED]
         return [Want(goal.text, p) for goal, p in stated[: self.k]]
 
-    def _failed(self, turn: Turn, failed: Sequence[StepResult]) -> Iterator[str]:
-        """What could not be done: told once, and again where the person asks for it again."""
-        told = {note for round in self.rounds for note in round.notes}
-        again = self.env.requests([turn])
-        for each in failed:
-            note = f"Not done: {each.action}. {each.observation}"
-            if note not in told or each.action in again:
-                yield note
+    def _notes(self, turns: Sequence[Turn], outcome: Outcome) -> Iterator[str]:
+        """What the person should be told of a round.
 
-    def _expected(self, turn: Turn) -> Iterator[str]:
+        What could not be done is told once, and again where they ask for it again.
+        """
+        turn = turns[-1]
         query, gain = self._asked
         if gain is not None and query == turn.query:
             yield f"The answer to this question was expected to tell {gain:.2f} nats."
+        if self.tracker:
+            yield from self.tracker.notes
+        told = {note for round in self.rounds for note in round.notes}
+        again = self.env.requests([turn])
+        for failed in outcome.failed:
+            note = f"Not done: {failed.action}. {failed.observation}"
+            if note not in told or failed.action in again:
+                yield note
+        if outcome.guessed:
+            yield f"Guessed, not asked for: {', '.join(outcome.guessed)}."
+        for held in outcome.held:
+            yield f"Not before it is clear what you want: {held}."
 
 
 def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator[Round]:
