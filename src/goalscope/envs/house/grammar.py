@@ -22,20 +22,10 @@ _MODAL = re.compile(
 _LEAVE_ALONE = re.compile(
     r"\b(?:leave|keep)\b.*\b(?:alone|where|as (?:it|they)|in place|be|untouched|there|out)\b"
 )
-_ASKED = re.compile(
-    r"(?:(?:and|so|but|ok|okay|oh|well|hey|hi|hello)[ ,]+)*(?:please )?(?:(?:can|could|would|will)"
-    r" (?:you|we)\b|why (?:don't|not|do not) (?:you|we)\b|would you mind"
-    r"|(?:can|could|may) (?:i|we) (?:please )?have\b)"
-)
 _QUESTION = re.compile(
     r"(?:(?:and|so|but|ok|okay|oh|well)[ ,]+)*(?:what|which|who|whose|when|why|how|where"
     r"|do(?! (?:it|that|this)\b)|does"
     r"|did|is|are|was|were|has|have you|should|shall|may i|can i|could i|would it|will it)\b"
-)
-_PLAIN_LEAD = re.compile(
-    r"(?:(?:ok|okay|yes|yeah|sure|hi|hello|hey|thanks|robot|now|then|next|first|also|and|please"
-    r"|kindly|just|go ahead and|you may|i want you to|i need you to|i'd like you to"
-    r"|i would like you to|(?:can|could|would|will) you) ?)*"
 )
 _PLEASANT = re.compile(
     r"(?:(?:ok|okay|yes|yeah|yep|sure|great|good|perfect|nice|thanks|thank you|hi|hello|hey|there"
@@ -93,9 +83,10 @@ def parse_plain(text: str, here: Collection[str] = ()) -> list[Clause]:
 
 def _sentence(text: str, here: Collection[str], before: Clause | None = None) -> list[Clause]:
     words = re.findall(r"[a-z0-9]+(?:'[a-z]+)?|,", text)
-    question = (text.endswith("?") or _QUESTION.match(text)) and not _ASKED.match(text)
+    marked = text.rstrip(" .!)'").endswith("?")
+    question = (marked or _QUESTION.match(text)) and not v.ASKED.match(text)
     if question or _CONDITION.search(text):
-        asked = first_named(text, here) if text.endswith("?") else None
+        asked = first_named(text, here) if marked else None
         return [Clause("", (asked,))] if asked else []
     polite = bool(re.search(r"\bplease\b|\bfor me\b", text))
     reader = _Reader(words, here)
@@ -245,7 +236,7 @@ class _Reader(OrderReader):
                 and not self.leftover
                 and is_polite
                 and bool(
-                    _PLAIN_LEAD.fullmatch(" ".join(w for w in self.words[start:first] if w != ","))
+                    v.PLAIN_LEAD.fullmatch(" ".join(w for w in self.words[start:first] if w != ","))
                 )
                 and verb[0] != "make"
             )

@@ -20,7 +20,7 @@ class Phrase:
     Attributes:
         types: The object types that it may be; none for a pronoun.
         word: The pronoun: "it", "them", "one", "slice", "everything", "water", "there" ...; or
-            "unknown" for a thing that the grammar does not know.
+            "unknown" for a thing that the grammar does not know, and for none ("0 eggs").
         every: Whether all such things are meant.
         number: How many; 0 where it was not said.
         group: Whether it was named by a group word, such as "food".
@@ -211,14 +211,18 @@ class PhraseReader:
 
     def thing(self, i: int) -> tuple[Phrase | None, int]:
         """One thing with what determines it, or a pronoun."""
-        start, every, number = i, False, 0
+        start, every, number, zero = i, False, 0, False
         states: dict[str, bool | str] = {}
         while i < len(self.words):
             word = self.at(i)
             found, end = self.noun(i)
             known = word in v.DETERMINERS | v.FILLERS | v.PRONOUNS or word in v.NUMBERS
+            if word == "no" and self.at(i + 1) not in v.DETERMINERS:
+                known = zero = True
             if not (found or known or word.isdigit() or i == start or self.at(i - 1) in v.PLAIN):
                 found, end = self.unknown(i)
+            if found and zero:
+                return Phrase(word="unknown"), end
             if found:
                 every = every or (found.every and not number)
                 states = states if found.types or found.word in ("one", "them") else {}
@@ -230,7 +234,8 @@ class PhraseReader:
                 found = replace(found, every=every, number=number, states=said)
                 return replace(found, described=described or found.described), end
             if word in v.NUMBERS or word.isdigit():
-                number = v.NUMBERS.get(word, 0) or min(int(word) if word.isdigit() else 0, 99)
+                number = v.NUMBERS[word] if word in v.NUMBERS else min(int(word), 99)
+                zero = zero or not number
             elif not known:
                 break
             if word in v.QUALITIES:
@@ -239,6 +244,8 @@ class PhraseReader:
             i += 1
         said = self.words[start:i]
         word = next((w for w in reversed(said) if w in v.PRONOUNS), "")
+        if word and zero:
+            return Phrase(word="unknown"), i
         if word:
             number = 0 if word == "it" else number
             states = states if word in ("one", "ones", "them") else {}
