@@ -58,6 +58,9 @@ _RULED_OUT = {
     **dict.fromkeys(("raw", "uncooked"), ("cook",)),
     **dict.fromkeys(("uncut", "unsliced"), ("slice",)),
 }
+_NEAR = 200
+"""Characters on either side of a state in which the things that are in it are named."""
+
 _ASKS = re.compile(r"(?:is|are|was|were|do|does|did|why|what|which|who|when|where|how)\b")
 
 
@@ -123,20 +126,26 @@ def hesitates(said: str) -> bool:
 def keeps(text: str, here: Collection[str]) -> Iterator[tuple[tuple[str, ...], tuple[Phrase, ...]]]:
     """What is ruled out by wishes such as "leave it whole", and for which things.
 
-    Without things, those spoken of last are meant.
+    Without things, those spoken of last are meant. Of what stands before and behind the state some
+    words are read, and the same words once.
     """
     for sentence in re.split(r"(?<=[.!?;])\s+|\s+but\s+", text):
         if _ASKS.match(sentence):
             continue
         if match := _RATHER_KEEP.search(sentence):
             yield IRREVERSIBLE, _things(match["it"], here)
+        seen: set[tuple[str, str]] = set()
         for match in _STATES.finditer(sentence):
-            before = sentence[: match.start()]
+            before = sentence[max(match.start() - _NEAR, 0) : match.start()]
+            behind = sentence[match.start() :][:_NEAR]
+            if (before, behind) in seen:
+                continue
+            seen.add((before, behind))
             clause = re.split(r"[,;:]|\b(?:and|so)\b", before)[-1]
             if _NEGATIVE.search(clause) or re.search(r"\b(?:the|on|as a) $", before):
                 continue
             verbs = _RULED_OUT.get(match["state"], IRREVERSIBLE)
-            attribute = _things(sentence[match.start() :], here, first=True)
+            attribute = _things(behind, here, first=True)
             if attribute and re.search(
                 r"\b(?:an?|some|one|two|three|\d+|my|those|these) $", before
             ):
