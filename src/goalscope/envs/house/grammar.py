@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.orders import Clause, OrderReader
@@ -45,11 +46,16 @@ _LATER_FIRST = re.compile(
 
 def parse(text: str, here: Collection[str] = ()) -> list[Clause]:
     """The orders, wishes, refusals and statements in `text`; questions and conditions are none."""
+    return list(_parse(text[:2000], frozenset(here)))
+
+
+@lru_cache(maxsize=128)  # each round reads the whole conversation again
+def _parse(text: str, here: frozenset[str]) -> tuple[Clause, ...]:
     found: list[Clause] = []
-    text = re.sub(r"[\"\u201c][^\"\u201d]*[\"\u201d]", " , ", text[:2000].strip('"\u201c\u201d '))
+    text = re.sub(r"[\"\u201c][^\"\u201d]*[\"\u201d]", " , ", text.strip('"\u201c\u201d '))
     for sentence in re.split(r"(?<=[.!?;:])\s+|\n", text):
         found += _sentence(v.normal(sentence), here, found[-1] if found else None)
-    return found
+    return tuple(found)
 
 
 def parse_plain(text: str, here: Collection[str] = ()) -> list[Clause]:
@@ -155,6 +161,7 @@ class _Reader(OrderReader):
 
     polite: bool = False
     mine: bool = False
+    _leads: dict[int, int] = field(default_factory=dict[int, int], init=False)
 
     def order_said(self) -> str:
         """The words from where an order begins; empty if none does."""
@@ -188,11 +195,15 @@ class _Reader(OrderReader):
         )
 
     def lead(self, i: int) -> int:
-        while self.at(i) in v.LEAD and not self.verb(i, v.BASE):
-            i += 1
-        while self.at(i) == ",":
-            i = self.lead(i + 1)
-        return i
+        """Where the words that lead to a verb at `i` end."""
+        end = i
+        while end not in self._leads and (
+            self.at(end) == "," or (self.at(end) in v.LEAD and not self.verb(end, v.BASE))
+        ):
+            end += 1
+        last = self._leads.get(end, end)
+        self._leads |= dict.fromkeys(range(i, end), last)
+        return last
 
     def begins(self, i: int, start: int) -> bool:
         """Whether a new clause begins at `i`, behind one that begins at `start`."""
@@ -271,10 +282,13 @@ class _Reader(OrderReader):
             return Clause("any", things, negated=True)
         if text.startswith(tuple(f"{said} " for said in (*v.INTO, *v.ASIDE))):
             return Clause("")
-        self.words = [
-            "," if w in ("first", "instead", "rather") or (w == "next" and after != "to") else w
-            for w, after in zip(self.words, [*self.words[1:], ""], strict=True)
-        ]
+        self.reread(
+            [
+                "," if w in ("first", "instead", "rather") or (w == "next" and after != "to") else w
+                for w, after in zip(self.words, [*self.words[1:], ""], strict=True)
+            ]
+        )
+        self._leads.clear()
         tail = self.tail(end)
         place = tail.into
         if tail.source:

@@ -13,6 +13,13 @@ from goalscope.envs.house.object_types import object_type, object_types
 __all__ = ["Phrase", "PhraseReader", "Tail", "first_named"]
 
 
+_ROW = 40
+"""Most things in a row."""
+
+_DESCRIBED = 12
+"""Most words before a noun that belong to it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Phrase:
     """A thing as it was said.
@@ -89,6 +96,13 @@ class PhraseReader:
     here: Collection[str]
     leftover: bool = field(default=False, init=False)
     rest: int = field(default=0, init=False)
+    _read: dict[int, tuple[Phrase | None, int, bool]] = field(
+        default_factory=dict[int, tuple[Phrase | None, int, bool]], init=False
+    )
+
+    def reread(self, words: list[str]) -> None:
+        """Go on with other words."""
+        self.words, self._read = words, {}
 
     def at(self, i: int) -> str:
         """The word at `i`, empty behind the last."""
@@ -96,7 +110,10 @@ class PhraseReader:
 
     def said_at(self, i: int, said: Collection[str]) -> tuple[str, int]:
         """Which of some phrases stands at `i`, and where it ends."""
+        word = self.at(i)
         for phrase in said:
+            if not phrase.startswith(word):
+                continue
             end = i + phrase.count(" ") + 1
             if " ".join(self.words[i:end]) == phrase:
                 return phrase, end
@@ -190,7 +207,7 @@ class PhraseReader:
             i += bool(first and not first.every and self.at(end) == "and")
         thing, end = self.thing(i)
         either = False
-        while thing:
+        while thing and len(found) < _ROW:
             if either and found[-1].types and thing.types:
                 found[-1] = replace(found[-1], types=(*found[-1].types, *thing.types))
             else:
@@ -211,9 +228,18 @@ class PhraseReader:
 
     def thing(self, i: int) -> tuple[Phrase | None, int]:
         """One thing with what determines it, or a pronoun."""
+        if i not in self._read:
+            before, self.leftover = self.leftover, False
+            self._read[i] = (*self._thing(i), self.leftover)
+            self.leftover = before
+        found, end, leftover = self._read[i]
+        self.leftover |= leftover
+        return found, end
+
+    def _thing(self, i: int) -> tuple[Phrase | None, int]:
         start, every, number, zero = i, False, 0, False
         states: dict[str, bool | str] = {}
-        while i < len(self.words):
+        while i < min(len(self.words), start + _DESCRIBED):
             word = self.at(i)
             found, end = self.noun(i)
             known = word in v.DETERMINERS | v.FILLERS | v.PRONOUNS or word in v.NUMBERS

@@ -294,7 +294,8 @@ _REWORDED = [
             _in_order,
         ),
         (
-            r"\b(?:after|before|once|when|while|as soon as)\b(?! (?:that|this)\b)[^,?]*(?:, ?|(?=\?)|$)",
+            r"\b(?:after|before|once|when|while|as soon as)\b(?! (?:that|this)\b)[^,?]*"
+            r"(?:, ?|(?=\?)|$)",
             "",
         ),
         (r"\b(?:if (?:you (?:can|could|please|don't mind)|possible))\b", ""),
