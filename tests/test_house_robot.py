@@ -122,6 +122,14 @@ def test_what_is_no_action_never_reaches_the_house(action: Action) -> None:
     assert controller.steps == []
 
 
+def test_a_failure_is_told_with_names() -> None:
+    robot = HomeRobot(HouseController("Kitchen1"))
+    result = robot.step(Action("put", "bread", destination="toaster"))
+    assert not result.ok
+    assert "the bread" in result.observation
+    assert "|" not in result.observation
+
+
 def test_failed_action_is_taken_back_whole() -> None:
     controller = Counting("Kitchen1")
     robot = HomeRobot(controller)

@@ -243,7 +243,7 @@ class HomeRobot:
                     f"{action} failed ({refusal}), and what it began could not be taken back: the "
                     "house is not as it was. The robot stops; look at the house, and start anew."
                 ) from None
-            return StepResult(action, False, str(refusal))
+            return StepResult(action, False, self._named(str(refusal)))
         old, self._view = self._view, View(self.metadata, self._view.names)
         told = "; ".join([self._view.told(own, old.table[own]), *self._primitives.told()])
         if any(
@@ -270,6 +270,12 @@ class HomeRobot:
         """Which of the profile's goal conditions hold now; none while nothing has been changed."""
         met = conditions_met(profile.checks, self._view.objects)
         return [any(self._view.changes(self._start)) and each for each in met]
+
+    def _named(self, text: str) -> str:
+        """The text with the objects' names in place of their ids."""
+        for own, name in sorted(self.names.items(), reverse=True):
+            text = text.replace(own, the(name))
+        return text
 
     def _hear(self, turns: Sequence[Turn]) -> Hearing:
         return hear(turns, self._view.objects, self._view.names, self._start)
