@@ -44,7 +44,7 @@ class Streamed:
         lines = self._rest.splitlines(keepends=True)
         self._rest = bytearray() if lines[-1].endswith((b"\n", b"\r")) else lines.pop()
         for line in lines:
-            said = line.removeprefix(b"data:").strip()
+            said = bytes(line).removeprefix(b"data:").strip()
             if said == b"[DONE]":
                 self._ended = True
             elif line.startswith(b"data:"):
