@@ -111,7 +111,7 @@ def test_the_key_leaves_the_address_and_is_not_kept_itself(address: str) -> None
     answer = httpx.get(address, params={"key": KEY})
     assert (answer.status_code, answer.headers["location"]) == (303, "/")
     assert KEY not in answer.headers["set-cookie"]
-    assert "HttpOnly; SameSite=Strict" in answer.headers["set-cookie"]
+    assert "HttpOnly; SameSite=Lax" in answer.headers["set-cookie"]
 
 
 def test_what_the_host_begins_is_not_told_to_who_planted_a_secret(tmp_path: Path, visit) -> None:
@@ -318,7 +318,7 @@ def test_a_proxy_that_speaks_tls_has_pages_of_its_own(address: str) -> None:
     headers = {"origin": own, "x-forwarded-proto": "https"}
     answer = httpx.post(f"{address}/api/episodes", json={}, headers=headers)
     assert answer.status_code == 201
-    assert "; Secure" in answer.headers["set-cookie"]
+    assert "SameSite=Strict; Secure" in answer.headers["set-cookie"]
 
 
 def test_what_a_visitor_sends_is_not_kept_whole(address: str, monkeypatch) -> None:

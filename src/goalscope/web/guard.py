@@ -253,7 +253,9 @@ def _cookies(headers: list[str]) -> dict[str, str]:
 
 def _cookie(name: str, value: str, scope: Scope) -> str:
     secure = "; Secure" if scope.get("scheme") == "https" else ""
-    return f"{name}={value}; Path=/; Max-Age={YEAR}; HttpOnly; SameSite=Strict{secure}"
+    # A link of another site opens the page for who has been let in; it comes with no visitor.
+    same = "Strict" if name == VISITOR else "Lax"
+    return f"{name}={value}; Path=/; Max-Age={YEAR}; HttpOnly; SameSite={same}{secure}"
 
 
 def _address(scope: Scope) -> str:
