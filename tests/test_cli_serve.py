@@ -84,14 +84,17 @@ def test_nobody_has_as_many_addresses_as_they_say(tmp_path: Path) -> None:
         XDG_DATA_HOME=str(tmp_path),
     )  # fmt: skip
     assert process.stdout
-    address = process.stdout.readline().split()[-1]
-    guesses = [
-        httpx.get(
-            address, params={"key": f"guess {n}"}, headers={"x-forwarded-for": f"192.0.2.{n}"}
-        ).status_code
-        for n in range(30)
-    ]
-    process.kill()
-    process.communicate()
+    try:
+        address = process.stdout.readline().split()[-1]
+        with httpx.Client(base_url=address, timeout=60) as http:
+            guesses = [
+                http.get(
+                    "/", params={"key": f"guess {n}"}, headers={"x-forwarded-for": f"192.0.2.{n}"}
+                ).status_code
+                for n in range(30)
+            ]
+    finally:
+        process.kill()
+        process.communicate()
     assert guesses[:10] == [401] * 10
     assert 429 in guesses
