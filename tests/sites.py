@@ -96,8 +96,10 @@ def site(store: Path | str, model: Model | None = None, **guard: Any) -> Iterato
     with socket.create_server(("127.0.0.1", 0)) as listening, Store.open(store) as opened:
         host = f"127.0.0.1:{listening.getsockname()[1]}"
         app = create_app(opened, model or WordModel(WRITES), Settings())
-        guarded = Guard(app, **{"hosts": [host], "key": KEY, "moved": opened.move_visitor, **guard})
-        config = uvicorn.Config(guarded, log_level="critical", timeout_graceful_shutdown=1)
+        guarded = Guard(app, **{"hosts": [host], "key": KEY, **guard})
+        config = uvicorn.Config(
+            guarded, log_level="critical", timeout_graceful_shutdown=1, proxy_headers=False
+        )
         server = uvicorn.Server(config)
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
         thread.start()

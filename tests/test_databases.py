@@ -6,7 +6,7 @@ import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from threading import Barrier
+from threading import Barrier, Event
 
 import pytest
 from alembic.autogenerate import compare_metadata
@@ -19,9 +19,11 @@ from databases import PASSWORD
 from goalscope.database.tables import REVISION, VERSION_TABLE, Base
 from goalscope.experiment.results import Results
 from goalscope.store import Store
+from goalscope.study.book import Book, _order
 from goalscope.types import GoalscopeError, InvalidInputError, Turn
 from test_cli import invoke
 from test_store import EPISODE, a_round, pragma, values_of
+from test_study import PLAN, fill
 
 ODD = "half \ud800, NUL \x00, 100 % _ ' \" \\ é 🍰"
 
@@ -109,6 +111,33 @@ def test_of_threads_that_add_the_same_round_one_does(place):
         with ThreadPoolExecutor(6) as pool:
             assert sorted(pool.map(add, range(6))) == [False] * 5 + [True]
         assert len(store.rounds(id)) == 1
+
+
+def test_a_study_is_deleted_while_somebody_joins(place, monkeypatch):
+    begun, waits = Event(), Event()
+
+    def slowly(*given):
+        begun.set()
+        waits.wait(10)
+        return _order(*given)
+
+    with Store.open(place) as store, ThreadPoolExecutor(2) as pool:
+        fill(store)
+        book = Book(store)
+        study = book.add(PLAN)
+        monkeypatch.setattr("goalscope.study.book._order", slowly)
+        joins = pool.submit(book.join, study, "ann", None)
+        assert begun.wait(60)
+        deletes = pool.submit(book.delete, study)
+        if place.startswith("postgresql"):  # where nobody waits before they have a lock
+            with store.reading() as session:
+                waiting = text("SELECT count(*) FROM pg_locks WHERE NOT granted")
+                while not session.scalar(waiting):
+                    assert not deletes.done()
+        waits.set()
+        assert joins.result(60).number == 1
+        deletes.result(60)
+        assert book.all() == []
 
 
 OPENER = """

@@ -1,16 +1,21 @@
 """Who may ask for what."""
 
+import asyncio
 import http.client
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from types import SimpleNamespace
 
 import httpx
 import pytest
+from fastapi import FastAPI
 
 from goalscope.web import limits
-from goalscope.web.limits import Meter, Rate
+from goalscope.web.conversations import Conversations
+from goalscope.web.guard import Guard
+from goalscope.web.limits import Limits, Meter, Rate
 from sites import KEY, site
 
 PASSWORD = "what-visitors-show"
@@ -102,12 +107,33 @@ def test_what_another_has_does_not_exist(address: str, visit) -> None:
     assert ann.get(mine)["rounds"] == []
 
 
-def test_the_key_leaves_the_address_and_the_visitor_is_a_new_one(address: str) -> None:
-    planted = {"goalscope_visitor": "a-secret-that-somebody-else-planted-here"}
-    answer = httpx.get(address, params={"key": KEY}, cookies=planted)
+def test_the_key_leaves_the_address_and_is_not_kept_itself(address: str) -> None:
+    answer = httpx.get(address, params={"key": KEY})
     assert (answer.status_code, answer.headers["location"]) == (303, "/")
-    assert planted["goalscope_visitor"] not in answer.headers["set-cookie"]
-    assert "HttpOnly; SameSite=Strict" in answer.headers["set-cookie"]
+    assert KEY not in answer.headers["set-cookie"]
+    assert "HttpOnly; SameSite=Lax" in answer.headers["set-cookie"]
+
+
+def test_what_the_host_begins_is_not_told_to_who_planted_a_secret(tmp_path: Path, visit) -> None:
+    planted = {"goalscope_visitor": "a-secret-that-somebody-else-planted-here"}
+    with site(tmp_path / "episodes.db", password=PASSWORD) as address:
+        host, thief = visit(address, cookies=planted), visit(address, cookies=planted)
+        host.http.get("/", params={"key": KEY})
+        mine = host.begin()
+        thief.http.get("/", params={"key": PASSWORD})
+        assert thief.http.get(mine).status_code == 404
+        assert thief.get("/api/episodes")["total"] == 0
+        assert host.get(mine)["episode"]["mine"] is True
+
+
+def test_a_program_keeps_what_is_its_own(tmp_path: Path, visit) -> None:
+    with site(tmp_path / "episodes.db", password=PASSWORD) as address:
+        program = {"authorization": f"Bearer {PASSWORD}", "origin": address}
+        id = httpx.post(f"{address}/api/episodes", json={}, headers=program).json()["id"]
+        thief = visit(address, cookies={"goalscope_visitor": PASSWORD})
+        thief.http.get("/", params={"key": PASSWORD})
+        answer = httpx.get(f"{address}/api/episodes/{id}", headers=program)
+        assert answer.json()["episode"]["mine"] is True
 
 
 def test_with_a_password_nobody_comes_in_without_it(tmp_path: Path, visit) -> None:
@@ -161,7 +187,7 @@ def test_the_key_leads_to_no_other_server(address: str, path: str) -> None:
     assert answer.status == 303
     assert place.startswith("/")
     assert place[1] not in "/\\"
-    assert len(answer.headers.get_all("set-cookie", [])) == 2
+    assert len(answer.headers.get_all("set-cookie", [])) == 1
 
 
 def test_who_opens_the_address_with_the_key_again_keeps_their_episodes(
@@ -172,15 +198,12 @@ def test_who_opens_the_address_with_the_key_again_keeps_their_episodes(
         ann = visit(address)
         ann.http.get("/", params={"key": password})
         mine = ann.begin()
-        ann.http.get("/", params={"key": password})
-        assert ann.get(mine)["episode"]["mine"] is True
-        planted, kept = (ann.http.cookies[f"goalscope_{name}"] for name in ("visitor", "key"))
-        ann.http.get("/", params={"key": KEY})
-        assert ann.get(mine)["episode"]["mine"] is True
-        assert ann.http.cookies["goalscope_visitor"] != planted
-        thief = visit(address, cookies={"goalscope_visitor": planted, "goalscope_key": kept})
-        assert thief.http.get(mine).status_code == 404
+        for key in (password, KEY, password, KEY):
+            ann.http.get("/", params={"key": key})
+            assert ann.get(mine)["episode"]["mine"] is True
+            ann.live(mine)
         assert ann.get("/api/options")["host"] is True
+        assert ann.say(mine, "I want to bake a cake.")["round"] == 2
 
 
 def test_cookies_of_other_servers_hide_none(address: str, visit) -> None:
@@ -201,16 +224,18 @@ def test_who_comes_through_one_proxy_is_not_one_visitor(tmp_path: Path, visit) -
         assert people[1].http.get(mine).status_code == 404
 
 
-def test_a_new_cookie_is_no_new_allowance(tmp_path: Path, clock) -> None:
+def test_a_new_cookie_is_no_new_allowance(tmp_path: Path, monkeypatch, clock) -> None:
+    monkeypatch.setattr(Conversations, "begin", lambda *_: SimpleNamespace(id="one"))
     with site(tmp_path / "episodes.db") as address, httpx.Client(base_url=address) as http:
         sent = [
-            http.delete(
-                "/api/episodes/none/corrections",
-                headers={"origin": address, "cookie": f"goalscope_visitor={number:040}"},
+            http.post(
+                "/api/episodes",
+                json={},
+                headers={"origin": address, "cookie": f"goalscope_visitor={number % 20:040}"},
             ).status_code
-            for number in range(70)
+            for number in range(200)
         ]
-        assert set(sent) == {404, 429}
+        assert sent == [201] * 150 + [429] * 50
 
 
 def test_numbers_that_no_database_holds_are_refused(address: str, visit) -> None:
@@ -218,50 +243,89 @@ def test_numbers_that_no_database_holds_are_refused(address: str, visit) -> None
         assert visit(address).http.get(f"{path}{10**30}").status_code == 422
 
 
-def test_a_link_of_another_site_takes_nothing_from_who_has_come_before(address: str, visit) -> None:
-    """Browsers withhold their cookies from it, and keep those that it does not replace."""
-    link = {"sec-fetch-site": "cross-site"}
-    answer = httpx.get(address, params={"key": KEY}, headers=link)
-    (cookie,) = answer.headers.get_list("set-cookie")
-    assert cookie.startswith("goalscope_key=")
+@pytest.mark.parametrize("path", ["/", "/study/none", "/api/episodes/none/export.html"])
+@pytest.mark.parametrize("key", ["", PASSWORD, KEY])
+def test_who_comes_by_a_link_stays_who_they_were(address: str, path: str, key: str) -> None:
+    """Browsers withhold their cookies then, and take those that they are sent for theirs."""
+    link = {"accept": "text/html,application/xhtml+xml,*/*;q=0.8"}
+    answer = httpx.get(address + path, params={"key": key}, headers=link)
+    cookies = answer.headers.get_list("set-cookie")
+    assert [each.partition("=")[0] for each in cookies] in ([], ["goalscope_host"])
 
 
-def test_keys_are_not_guessed_and_who_has_one_is_not_kept_out(tmp_path: Path, visit, clock) -> None:
+def test_the_guests_link_makes_no_guest_of_the_host(tmp_path: Path, visit) -> None:
+    with site(tmp_path / "episodes.db", password=PASSWORD) as address:
+        ann = visit(address)
+        ann.http.get("/", params={"key": KEY})
+        link = httpx.get(address, params={"key": PASSWORD})
+        ann.http.cookies.update(link.cookies)
+        assert ann.get("/api/options")["host"] is True
+
+
+def test_passwords_are_not_guessed_and_who_has_come_in_is_not_kept_out(
+    tmp_path: Path, visit, clock
+) -> None:
     with site(tmp_path / "episodes.db", password=PASSWORD) as address:
         ann = visit(address)
         ann.http.get("/", params={"key": PASSWORD})
-        ann.get("/api/options")
+        cookies = ann.http.cookies
+    with site(tmp_path / "episodes.db", password=PASSWORD) as address:
         same = [httpx.get(address, params={"key": "as before"}) for _ in range(20)]
         assert {each.status_code for each in same} == {401}
         many = [httpx.get(address, params={"key": f"guess {n}"}) for n in range(15)]
         assert [each.status_code for each in many] == [401] * 9 + [429] * 6
         assert "Wait" in many[-1].json()["error"]
         assert 1 <= int(many[-1].headers["retry-after"]) <= 6
-        for right in (KEY, PASSWORD):  # nothing is learnt now
-            assert httpx.get(address, params={"key": right}).status_code == 429
+        for right, status in ((KEY, 200), (PASSWORD, 429)):  # nothing is learnt of it now
+            opened = httpx.get(address, params={"key": right}, follow_redirects=False)
+            assert opened.status_code == (303 if status == 200 else 429)
             bearer = {"authorization": f"Bearer {right}"}
-            assert httpx.get(f"{address}/api/options", headers=bearer).status_code == 429
-            assert ann.http.get("/", params={"key": right}).status_code == (
-                429 if right == KEY else 303
-            )
-        assert ann.get("/api/options")["host"] is False
-        ann.begin()
+            assert httpx.get(f"{address}/api/options", headers=bearer).status_code == status
+        back = visit(address, cookies=cookies)
+        assert back.http.get("/", params={"key": PASSWORD}).status_code == 303
+        assert back.get("/api/options")["host"] is False
+        back.begin()
         clock[0] += 6
-        assert httpx.get(address, params={"key": KEY}).status_code == 303
+        assert httpx.get(address, params={"key": PASSWORD}).status_code == 303
 
 
-def test_guesses_from_many_addresses_are_counted_together(
-    tmp_path: Path, monkeypatch, clock
-) -> None:
+def test_guesses_from_many_addresses_are_counted_together(monkeypatch, clock) -> None:
     monkeypatch.setattr("goalscope.web.guard.GUESSES_OF_ALL", Rate(3, 60.0))
-    with site(tmp_path / "episodes.db", password=PASSWORD) as address:
-        sent = [
-            httpx.get(
-                address, params={"key": f"guess {n}"}, headers={"x-forwarded-for": f"192.0.2.{n}"}
-            ).status_code
-            for n in range(5)
-        ]
-    assert sent == [401, 401, 401, 429, 429]
+    assert guesses(f"192.0.2.{n}" for n in range(5)) == [401, 401, 401, 429, 429]
+
+
+@pytest.mark.parametrize("address", ["2001:db8::{:x}", "::ffff:192.0.2.1"])
+def test_a_network_of_ipv6_is_one_address(address: str, clock) -> None:
+    assert guesses(address.format(n + 1) for n in range(12)) == [401] * 10 + [429] * 2
+    other = guesses(["2001:db8::1"] * 10 + ["2001:db8:0:1::1", "::ffff:192.0.2.9"])
+    assert other == [401] * 12
+
+
+def guesses(addresses: Iterable[str]) -> list[int]:
+    """The answers to wrong passwords from these addresses, one from each."""
+    guard = Guard(FastAPI(), hosts=["here"], key=KEY, password=PASSWORD)
+
+    async def sent(number: int, address: str) -> int:
+        transport = httpx.ASGITransport(guard, client=(address, 1))
+        async with httpx.AsyncClient(transport=transport, base_url="http://here") as http:
+            return (await http.get("/", params={"key": f"guess {number}"})).status_code
+
+    return [asyncio.run(sent(*each)) for each in enumerate(addresses)]
+
+
+def test_a_proxy_that_speaks_tls_has_pages_of_its_own(address: str) -> None:
+    own = address.replace("http://", "https://")
+    headers = {"origin": own, "x-forwarded-proto": "https"}
+    answer = httpx.post(f"{address}/api/episodes", json={}, headers=headers)
+    assert answer.status_code == 201
+    assert "SameSite=Strict; Secure" in answer.headers["set-cookie"]
+
+
+def test_what_a_visitor_sends_is_not_kept_whole(address: str, monkeypatch) -> None:
+    seen: list[str] = []
+    monkeypatch.setattr(Limits, "check", lambda _, *what: seen.append(what[2]))
+    httpx.get(address, cookies={"goalscope_visitor": "z" * 50_000})
+    assert [len(each) for each in seen] == [16]
 
 
 def test_so_many_episodes_are_begun_in_an_hour(tmp_path: Path, visit, clock) -> None:

@@ -153,6 +153,29 @@ def test_two_people_at_once_see_their_own(tmp_path: Path, enter) -> None:
             expect(page.get_by_role("main").get_by_role("rowheader")).to_have_count(1)
 
 
+def test_a_link_of_another_site_opens_the_page_and_all_stay_who_they_were(
+    tmp_path: Path, enter
+) -> None:
+    with site(tmp_path / "episodes.db", password="hello") as address:
+        links = "".join(
+            f"<a href='{address}{path}'>{name}</a> "
+            for name, path in [("first", "/?key=hello"), ("again", "/"), ("host", f"/?key={KEY}")]
+        )
+        other = tmp_path / "mail.html"
+        other.write_text(links)
+        page = enter(other.as_uri())
+        page.get_by_text("first").click()
+        begin(page)
+        page.wait_for_url(re.compile("#/.*/"))
+        mine = page.url
+        for name in ("again", "first", "host", "first"):
+            page.goto(other.as_uri())
+            page.get_by_text(name).click()
+            expect(page.get_by_role("main")).to_be_visible()
+            page.goto(mine)
+            expect(page.get_by_role("textbox").first).to_be_enabled()
+
+
 def test_no_text_is_ever_run(tmp_path: Path, enter) -> None:
     assert len(PAYLOADS) >= 100
     hostile = {

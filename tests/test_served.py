@@ -25,6 +25,7 @@ from goalscope.models.llamacpp import LlamaCpp
 from goalscope.models.protocols import Echo, Forced, NextTokens, PromptTokens, Protocol, SGLang
 from goalscope.models.scoring import Pair
 from goalscope.models.served import ServedGenerator, ServedScorer
+from goalscope.models.streaming import Streamed
 from goalscope.types import Message, ModelError
 
 httpx2 = pytest.importorskip("httpx2", reason="models behind a server need goalscope[remote]")
@@ -457,6 +458,35 @@ def test_a_stream_that_breaks_off_is_begun_again() -> None:
         assert answer.text == told[-1] == "Six eggs \u201c🥚"
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        streamed(piece("Six eggs.")),
+        streamed(piece("Six eggs."), piece(None, "stop"), end=False).rstrip(),
+        streamed(piece("Six eggs."), piece(None, "stop")).replace("\n", ""),
+        streamed(piece("Six eggs."), piece(None, "stop")).replace("\r", ""),
+    ],
+    ids=["no finish_reason", "no last line end", "CR", "LF"],
+)
+def test_a_stream_ends_as_servers_end_theirs(text: str) -> None:
+    assert Streams(text).generate() == (Completion("Six eggs.", "stop", 0, 0), ["Six eggs."] * 2)
+
+
+def test_only_what_speaks_of_streams_ends_them() -> None:
+    server = Streams(refuses="upstream error")
+    with pytest.raises(ModelError, match="upstream error"):
+        server.generate()
+    assert ["stream" in body for body in server.bodies] == [True]
+
+
+def test_a_line_without_end_is_refused() -> None:
+    parser = Streamed(lambda text: None)
+    parser.take(b"x" * (1 << 20))
+    parser.take(b"x")
+    with pytest.raises(ValueError, match="a line without end"):
+        parser.take(b"x")
+
+
 def test_who_does_not_stream_is_heard_in_the_end() -> None:
     server = Streams(refuses="unknown parameter: stream_options")
     answer, told = server.generate()
@@ -468,8 +498,11 @@ def test_who_does_not_stream_is_heard_in_the_end() -> None:
     assert told == ["Six eggs."]
 
 
+DEEP = "data: " + "[" * 100_000 + "\n"
+
+
 def test_a_stream_in_another_form_is_one_clear_line() -> None:
-    for body in (streamed([1]), streamed({"choices": [{"delta": 3}]}), "data: {\n"):
+    for body in (streamed([1]), streamed({"choices": [{"delta": 3}]}), "data: {\n", DEEP):
         with pytest.raises(ModelError) as error:
             Streams(body).generate()
         assert "\n" not in str(error.value)

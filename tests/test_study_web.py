@@ -18,7 +18,7 @@ from goalscope.database.tables import AnswerRow
 from goalscope.store import Store
 from goalscope.study.book import Book
 from goalscope.study.plan import Completion
-from sites import site
+from sites import KEY, site
 from test_study import PLAN, fill
 
 SAID = "It fits what they asked for."
@@ -148,6 +148,19 @@ def test_who_follows_a_link_again_is_who_they_were(address: str, visit) -> None:
     assert "set-cookie" not in httpx.get(f"{address}/static/study.js").headers
     ann.http.get("/study/shop", params={"key": "wrong"})
     assert "set-cookie" in httpx.get(f"{address}{HOME}").headers
+    assert ann.get(HOME)["answered"] == [True, False]
+
+
+def test_who_opens_the_link_of_the_host_goes_on_with_the_study(address: str, visit) -> None:
+    ann = visit(address)
+    ann.post(f"{HOME}/consent", agreed=True)
+    put(ann, 1, 2, 1)
+    for _ in range(2):  # the answer to the first is lost, and the study is opened meanwhile
+        lost = httpx.get(address, params={"key": KEY}, cookies=ann.http.cookies)
+        assert lost.status_code == 303
+        assert ann.post(f"{HOME}/consent", agreed=True)["answered"] == [True, False]
+    ann.http.get("/", params={"key": KEY})
+    assert ann.get("/api/options")["host"] is True
     assert ann.get(HOME)["answered"] == [True, False]
 
 

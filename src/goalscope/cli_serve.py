@@ -18,8 +18,8 @@ __all__ = ["serve"]
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
-SHORTEST = 32
-"""Characters of a key that is kept."""
+SHORTEST, SHORTEST_GIVEN = 32, 16
+"""Characters of a key that is kept, and of one that is given: nobody may be able to guess it."""
 
 
 def kept_key() -> tuple[str, Path]:
@@ -62,7 +62,10 @@ def serve(
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 for a free one.")] = 8000,
     name: Annotated[
         list[str] | None,
-        typer.Option(help="Another HOST[:PORT] under which browsers reach it, such as a proxy's."),
+        typer.Option(
+            help="Another HOST[:PORT] under which browsers reach it, such as a proxy's, whose "
+            "visitors all count as one address."
+        ),
     ] = None,
     password: Annotated[
         str | None,
@@ -107,6 +110,11 @@ def serve(
             "Others could reach this address. Give a --password (or GOALSCOPE_PASSWORD) that they "
             "must show, or leave out --host."
         )
+    if key and len(key) < SHORTEST_GIVEN:
+        raise InvalidInputError(
+            f"That key could be guessed. Give one of at least {SHORTEST_GIVEN} characters, or none "
+            "(--key, GOALSCOPE_KEY): then one is made."
+        )
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     with socket.socket(family) as listening:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -140,7 +148,6 @@ def serve(
                 hosts=names | {*(name or ())},
                 key=key,
                 password=password,
-                moved=episodes.move_visitor,
             )
             shown = f"[{host}]" if ":" in host else host
             out = console()
@@ -154,6 +161,10 @@ def serve(
                 out.print(f"The key stands in {file}.", style="dim", soft_wrap=True)
             out.print("Ctrl-C ends it; everything is stored.", style="dim")
             config = uvicorn.Config(
-                guarded, log_level="warning", access_log=False, timeout_graceful_shutdown=2
+                guarded,
+                log_level="warning",
+                access_log=False,
+                timeout_graceful_shutdown=2,
+                proxy_headers=False,  # anybody may send them, and so have many addresses
             )
             uvicorn.Server(config).run(sockets=[listening])

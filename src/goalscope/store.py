@@ -20,7 +20,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from goalscope.database.errors import explained
 from goalscope.database.opening import WRITING, default_place, opened
-from goalscope.database.tables import CorrectionRow, EpisodeRow, ParticipantRow, RoundRow, Words
+from goalscope.database.tables import CorrectionRow, EpisodeRow, RoundRow, Words
 from goalscope.episode import Round
 from goalscope.rounds_json import dumps, round_from_json, round_to_json, turn_like
 from goalscope.types import ConflictError, GoalscopeError, InvalidInputError
@@ -243,13 +243,6 @@ class Store:
         """Record how an episode ended, with its score (0 to 1) if it has a profile."""
         with self.writing() as session:
             _finish(session, id, ended, score)
-
-    def move_visitor(self, old: str, new: str) -> None:
-        """Give what is one visitor's to another: episodes, and their part in studies."""
-        with self.writing() as session:
-            row, part = EpisodeRow, ParticipantRow
-            session.execute(update(row).where(row.owner == old).values(owner=new))
-            session.execute(update(part).where(part.visitor == old).values(visitor=new))
 
     def rounds(self, id: str, *, since: int = 1) -> list[Round]:
         """Return an episode's rounds in order, from one number on.

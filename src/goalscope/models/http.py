@@ -323,7 +323,8 @@ class Server:
                 if streamed:
                     with understood(self.url):
                         streamed.take(chunk)
-            return response, streamed.answer() if streamed else bytes(data)
+            with understood(self.url):
+                return response, streamed.answer() if streamed else bytes(data)
 
     def _read(self, path: str, response: httpx2.Response, data: bytes) -> Any:
         status = response.status_code
@@ -390,12 +391,15 @@ def _patience() -> float:
     raise InvalidInputError(f"GOALSCOPE_PATIENCE must be seconds, such as 120, not {said!r}.")
 
 
+_UNREADABLE = AttributeError, LookupError, OverflowError, RecursionError, TypeError, ValueError
+
+
 @contextmanager
 def understood(url: str) -> Generator[None]:
     """Turn the errors of reading an answer of unknown form into a `ModelError`."""
     try:
         yield
-    except (AttributeError, LookupError, OverflowError, TypeError, ValueError) as error:
+    except _UNREADABLE as error:
         what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise ModelError(
             f"{url} sent an answer in a form that is not known ({what}). "

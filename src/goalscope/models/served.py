@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 from textwrap import shorten
 from typing import Any
@@ -161,7 +162,7 @@ class ServedGenerator:
                 return self.server.post("chat/completions", {**body, **extra}, heard=heard)
             except Refusal as refusal:
                 said = str(refusal)
-                if "stream" in extra and "stream" in said:
+                if "stream" in extra and re.search(r"\bstream", said):
                     self._streams = False
                 elif self._dialect is _OPENAI and "max_completion_tokens" in said:
                     self._dialect = ("max_completion_tokens", form)

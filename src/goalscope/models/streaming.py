@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from typing import Any
 
 from goalscope.models import Heard
 
 __all__ = ["Streamed"]
+
+_LONGEST = 1 << 20
+"""Bytes of a line."""
 
 
 class Streamed:
@@ -19,7 +23,8 @@ class Streamed:
 
     def __init__(self, heard: Heard) -> None:
         self._heard = heard
-        self._rest = b""
+        self._rest = bytearray()
+        self._ended = False
         self._message: dict[str, str] = {}
         self._finish: str | None = None
         self._others: dict[str, Any] = {}
@@ -28,17 +33,28 @@ class Streamed:
         """Take in the next bytes.
 
         Raises:
-            AttributeError: They are no such events; or LookupError, TypeError, ValueError.
+            AttributeError: They are no such events; or LookupError, RecursionError, TypeError,
+                ValueError.
         """
-        *lines, self._rest = (self._rest + data).split(b"\n")
+        self._rest += data
+        if len(self._rest) > len(data) + _LONGEST:
+            raise ValueError("a line without end")
+        if b"\n" not in data and b"\r" not in data:
+            return
+        lines = self._rest.splitlines(keepends=True)
+        self._rest = bytearray() if lines[-1].endswith((b"\n", b"\r")) else lines.pop()
         for line in lines:
-            said = line.removeprefix(b"data:").strip()
-            if line.startswith(b"data:") and said != b"[DONE]":
+            said = bytes(line).removeprefix(b"data:").strip()
+            if said == b"[DONE]":
+                self._ended = True
+            elif line.startswith(b"data:"):
                 self._event(json.loads(said))
 
     def answer(self) -> bytes:
         """JSON as it would have come in one piece; empty if it was broken off."""
-        if self._finish is None and "error" not in self._others:
+        with suppress(ValueError):  # of a last line that was broken off
+            self.take(b"\n")
+        if not (self._ended or self._finish or "error" in self._others):
             return b""
         choice = {"message": self._message, "finish_reason": self._finish}
         return json.dumps({**self._others, "choices": [choice]}).encode()

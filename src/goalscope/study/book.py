@@ -103,6 +103,7 @@ class Book:
         """Delete a study with all its participants and answers."""
         people = select(ParticipantRow.number).where(ParticipantRow.study == study.number)
         with self._store.writing() as session:
+            session.get(StudyRow, study.number, with_for_update=True)  # whoever joins does so, too
             session.execute(delete(AnswerRow).where(AnswerRow.participant.in_(people)))
             for row in (ParticipantRow, ItemRow):
                 session.execute(delete(row).where(row.study == study.number))

@@ -21,6 +21,6 @@ def seen_by(visitor: Visitor, store: Store, id: str) -> EpisodeInfo:
         info = store.episode(id)
     except InvalidInputError:
         info = None
-    if info is None or info.id != id or not (visitor.is_host or info.owner == visitor.id):
+    if info is None or info.id != id or not (visitor.is_host or visitor.owns(info.owner)):
         raise HTTPException(404, "There is no such episode.")
     return info

@@ -154,17 +154,17 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
 
     def entered(id: str, visitor: Visitor, *, again: bool = False) -> Conversation:
         info = seen(id, visitor)
-        if info.owner != visitor.id:
+        if not visitor.owns(info.owner):
             raise HTTPException(403, "This is somebody else's episode.")
         if info.ended:
             raise HTTPException(409, "This episode has ended. Begin another one.")
         return conversations.resume(info, again=again)
 
     def goes_on(info: EpisodeInfo, visitor: Visitor) -> bool:
-        return info.owner == visitor.id and not info.ended and info.domain != TRACKING
+        return visitor.owns(info.owner) and not info.ended and info.domain != TRACKING
 
     def view(info: EpisodeInfo, visitor: Visitor) -> EpisodeView:
-        return EpisodeView.of(info, mine=info.owner == visitor.id)
+        return EpisodeView.of(info, mine=visitor.owns(info.owner))
 
     @app.get("/", include_in_schema=False)
     def page() -> FileResponse:

@@ -176,8 +176,8 @@ class Conversation:
             behind = len(self._opened.rounds) < info.rounds if self._opened else again
             if self._state.phase != "idle" or not behind:
                 return
-            self._opened = None
             self._claim("opening")
+            self._opened = None
         self._submit(lambda: self._reopen(info))
 
     def say(self, text: str, round: int, confirmed: str = "") -> Live:
@@ -267,18 +267,15 @@ class Conversation:
             self._become(phase="waiting", step=step, utterance=utterance, error=None)
 
     def _submit(self, work: Callable[[], T]) -> Future[T]:
-        """Do at the desk what was claimed; whatever happens, then it is the person's turn."""
-
-        def done() -> T:
-            try:
-                return work()
-            finally:
-                self._become(phase="idle", place=0, step="", draft="")
-
-        return self._desk.submit(self.owner, done, self._moved)
+        """Do at the desk what was claimed; then, or if it is cancelled, it is the person's turn."""
+        future = self._desk.submit(self.owner, work, self._moved)
+        future.add_done_callback(lambda _: self._become(phase="idle", place=0, step="", draft=""))
+        return future
 
     def _moved(self, place: int) -> None:
-        self._become(phase="waiting" if place else "thinking", place=place)
+        with self._lock:
+            if self._state.phase != "idle":  # what was cancelled stands in line until its turn
+                self._become(phase="waiting" if place else "thinking", place=place)
 
     def _step(self, query: str, text: str, confirmed: str) -> None:
         kept = None if confirmed else text  # what is confirmed must be looked at anew

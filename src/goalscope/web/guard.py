@@ -6,11 +6,11 @@ import hashlib
 import hmac
 import json
 import secrets
-from asyncio import to_thread
 from collections import OrderedDict
-from collections.abc import Callable, Collection
+from collections.abc import Collection
+from ipaddress import IPv6Address, ip_address
 from typing import Annotated
-from urllib.parse import parse_qs, quote, unquote
+from urllib.parse import parse_qs, quote
 
 from fastapi import Depends, Request
 from starlette.exceptions import HTTPException
@@ -31,9 +31,9 @@ OPEN = (
 """Paths that need no password: those who take part in a study are strangers."""
 
 KNOWN = 10_000
-"""Right and wrong keys that are remembered."""
+"""Wrong keys that are remembered."""
 
-VISITOR, KEY = "goalscope_visitor", "goalscope_key"
+VISITOR, HOST, GUEST = "goalscope_visitor", "goalscope_host", "goalscope_guest"
 YEAR = 365 * 24 * 3600
 
 POLICY = (
@@ -53,13 +53,20 @@ class Visitor:
     """Who asks.
 
     Attributes:
-        id: Of the visitor, made from a secret that only their browser has.
+        browser: Theirs, by a secret that it keeps.
+        id: Whose is what they begin: the browser's, or the host's in it. So nobody who knows the
+            secret sees what the host begins, unless they have the host's key, too.
         is_host: Whether they have the key of the one who runs the server, and see everything.
     """
 
     def __init__(self, secret: str, *, is_host: bool) -> None:
-        self.id = hashlib.sha256(secret.encode()).hexdigest()[:16]
+        self.browser = _digest(secret)[:16]
+        self.id = _digest("host", secret)[:16] if is_host else self.browser
         self.is_host = is_host
+
+    def owns(self, owner: str | None) -> bool:
+        """Whether what this owner has is theirs; the host goes on with what the browser began."""
+        return owner in (self.id, self.browser)
 
 
 def _visitor(request: Request) -> Visitor:
@@ -78,12 +85,14 @@ class Guard:
     may be as fast as it likes. With a password, nobody comes in without it or the host's key, but
     for the pages of studies.
 
+    A key cannot be guessed, but a password could be: who guesses too often must wait. Nobody waits
+    who shows the host's key, or has a cookie that says that they have shown the password.
+
     Args:
         app: What is guarded.
         hosts: Names with ports under which the server is reached.
-        key: Of the host.
+        key: Of the host; nobody may be able to guess it.
         password: Of the visitors; None where everybody who can reach the server may come in.
-        moved: Is told the old and the new id of a visitor whose id changes.
     """
 
     def __init__(
@@ -93,15 +102,15 @@ class Guard:
         hosts: Collection[str],
         key: str,
         password: str | None = None,
-        moved: Callable[[str, str], object] | None = None,
     ) -> None:
         self.app = app
         self.hosts, self.key, self.password = frozenset(hosts), key, password
-        self._moved = moved
+        self._proofs = {HOST: self._proof("host")}
+        if password:
+            self._proofs[GUEST] = self._proof(f"guest {password}")
         self._limits = Limits()
         self._guesses, self._guesses_of_all = Meter(GUESSES), Meter(GUESSES_OF_ALL)
         self._wrong: OrderedDict[str, None] = OrderedDict()
-        self._right: OrderedDict[str, None] = OrderedDict()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Let a request through, or answer it."""
@@ -122,17 +131,20 @@ class Guard:
         (host,) = headers.get("host", []) if len(headers.get("host", [])) == 1 else ("",)
         if host not in self.hosts:
             raise HTTPException(403, f"This server is not {host or 'that host'}. Use its own name.")
-        cookies = _cookies(headers.get("cookie", []))
+        if headers.get("x-forwarded-proto") == ["https"]:  # no page can make a browser say so
+            scope["scheme"] = "https"
+        cookies, address = _cookies(headers.get("cookie", [])), _address(scope)
         kind, _, bearer = headers.get("authorization", [""])[0].partition(" ")
         if kind != "Bearer":  # a proxy's own, such as Basic, which all its visitors may share
             bearer = ""
         given = parse_qs(scope["query_string"].decode("latin-1")).get("key", [""])[0]
-        kept = unquote(cookies.get(KEY, ""))
-        self._check_guesses({given, bearer, kept} - {""}, cookies.get(VISITOR, ""), _address(scope))
-        is_host = any(_same(shown, self.key) for shown in (given, bearer, kept))
+        kept = {name for name, is_so in self._proofs.items() if _same(cookies.get(name, ""), is_so)}
+        if not kept:
+            self._check_guesses({given, bearer} - {""}, address)
+        is_host = HOST in kept or _same(given, self.key) or _same(bearer, self.key)
         of_study = scope["path"].startswith(OPEN)
         is_open = self.password is None or of_study
-        if not (is_open or any(map(self._fits, (given, bearer, kept)))):
+        if not (is_open or kept or self._fits(given) or self._fits(bearer)):
             raise HTTPException(401, "This server asks for a key: open it with ?key=... once.")
         if bearer and not self._fits(bearer):
             raise HTTPException(401, "That key is not this server's; `goalscope serve` has it.")
@@ -142,63 +154,47 @@ class Guard:
         if not (reads or origins == [own] or (program and not origins)):
             error = "That did not come from this server's own page. A program shows the key: "
             raise HTTPException(403, error + "Authorization: Bearer KEY, without cookies.")
+        known = cookies.get(VISITOR, "")
+        secret = known if len(known) >= 32 else bearer or secrets.token_urlsafe(32)
+        visitor = Visitor(secret, is_host=is_host)
         if not program:
-            visitor = cookies.get(VISITOR, "")
-            self._limits.check(scope["method"], scope["path"], visitor, _address(scope))
-        # Who comes by another site's link has not shown the cookies that they may have.
-        by_link = headers.get("sec-fetch-site") == ["cross-site"]
-        fresh: list[str] = []
+            self._limits.check(scope["method"], scope["path"], visitor.id, address)
         if self._fits(given) and scope["method"] == "GET" and not of_study:
-            if not (by_link or _same(given, kept)):
-                renewed = await self._renewed(cookies.get(VISITOR, ""))
-                _remember(self._right, _digest(renewed, given))
-                fresh.append(_cookie(VISITOR, renewed, scope))
-            await _enter(send, scope, given, fresh)
+            name = HOST if _same(given, self.key) else GUEST  # one does not replace the other
+            await _enter(send, scope, _cookie(name, self._proofs[name], scope))
             return
-        secret = cookies.get(VISITOR, "") or bearer
-        if len(secret) < 32 and not bearer:
-            secret = secrets.token_urlsafe(32)
-            if not (by_link or scope["path"].startswith("/static/")):
-                fresh.append(_cookie(VISITOR, secret, scope))
-        scope.setdefault("state", {})["visitor"] = Visitor(secret, is_host=is_host)
+        # Whoever comes by another site's link has not shown the cookies that they may have, and
+        # must keep them; the page that they come to shows them when it asks for more.
+        opens = not scope["path"].startswith("/api/") or "text/html" in str(headers.get("accept"))
+        fresh = (
+            [_cookie(VISITOR, secret, scope)] if not opens and secret not in (known, bearer) else []
+        )
+        scope.setdefault("state", {})["visitor"] = visitor
         await self.app(scope, _limited(receive), _headed(send, scope, fresh))
 
     def _fits(self, shown: str) -> bool:
         return _same(shown, self.key) or bool(self.password and _same(shown, self.password))
 
-    def _check_guesses(self, shown: set[str], visitor: str, address: str) -> None:
-        """Count wrong keys, each of them once.
+    def _proof(self, of: str) -> str:
+        return hmac.new(self.key.encode(), of.encode(), "sha256").hexdigest()
 
-        Who guesses too often must wait, and learns nothing meanwhile. Nobody waits for the key that
-        their browser has shown before.
+    def _check_guesses(self, shown: set[str], address: str) -> None:
+        """Count wrong keys, each of them once; who must wait learns nothing of passwords.
 
         Raises:
             HTTPException: 429.
         """
-        new = {
-            key
-            for key in shown
-            if _digest(key) not in self._wrong and _digest(visitor, key) not in self._right
-        }
-        if new and (wait := self._guesses.wait(address) or self._guesses_of_all.wait("")):
-            raise too_much("Too many wrong keys were tried.", wait)
-        for key in new:
+        for key in shown:
+            if _same(key, self.key) or (digest := _digest(key)) in self._wrong:
+                continue
+            if wait := self._guesses.wait(address) or self._guesses_of_all.wait(""):
+                raise too_much("Too many wrong keys were tried.", wait)
             if not self._fits(key):
                 self._guesses.take(address)
                 self._guesses_of_all.take("")
-                _remember(self._wrong, _digest(key))
-            elif visitor:
-                _remember(self._right, _digest(visitor, key))
-
-    async def _renewed(self, secret: str) -> str:
-        """Another secret for a visitor, who keeps what is theirs; nobody can have planted it."""
-        if not secret:
-            return secrets.token_urlsafe(32)
-        new = hmac.new(self.key.encode(), secret.encode(), "sha256").hexdigest()
-        if self._moved:
-            ids = (Visitor(each, is_host=False).id for each in (secret, new))
-            await to_thread(self._moved, *ids)
-        return new
+                self._wrong[digest] = None
+                while len(self._wrong) > KNOWN:
+                    self._wrong.popitem(last=False)
 
 
 def _limited(receive: Receive) -> Receive:
@@ -231,9 +227,9 @@ def _headed(send: Send, scope: Scope, cookies: list[str]) -> Send:
     return headed
 
 
-async def _enter(send: Send, scope: Scope, key: str, cookies: list[str]) -> None:
-    """Keep the key that the address holds, and show the page under an address without it."""
-    headed = _headed(send, scope, [_cookie(KEY, quote(key, safe=""), scope), *cookies])
+async def _enter(send: Send, scope: Scope, cookie: str) -> None:
+    """Keep who showed the key that the address holds, and show the page without it."""
+    headed = _headed(send, scope, [cookie])
     place = "/" + quote(scope["path"].lstrip("/"))  # after two slashes it would be another host
     headers = [(b"location", place.encode()), (b"content-length", b"0")]
     await headed({"type": "http.response.start", "status": 303, "headers": headers})
@@ -257,12 +253,21 @@ def _cookies(headers: list[str]) -> dict[str, str]:
 
 def _cookie(name: str, value: str, scope: Scope) -> str:
     secure = "; Secure" if scope.get("scheme") == "https" else ""
-    return f"{name}={value}; Path=/; Max-Age={YEAR}; HttpOnly; SameSite=Strict{secure}"
+    # A link of another site opens the page for who has been let in; it comes with no visitor.
+    same = "Strict" if name == VISITOR else "Lax"
+    return f"{name}={value}; Path=/; Max-Age={YEAR}; HttpOnly; SameSite={same}{secure}"
 
 
 def _address(scope: Scope) -> str:
+    """Of who connects, which may be a proxy; of a home or a machine with IPv6, its network."""
     client = scope.get("client")
-    return client[0] if client else ""
+    try:
+        address = ip_address(client[0] if client else "")
+    except ValueError:
+        return ""
+    if isinstance(address, IPv6Address):
+        return str(address.ipv4_mapped or int(address) >> 64)
+    return str(address)
 
 
 def _same(given: str, key: str) -> bool:
@@ -271,9 +276,3 @@ def _same(given: str, key: str) -> bool:
 
 def _digest(*secrets: str) -> str:
     return hashlib.sha256("\0".join(secrets).encode()).hexdigest()
-
-
-def _remember(known: OrderedDict[str, None], digest: str) -> None:
-    known[digest] = None
-    while len(known) > KNOWN:
-        known.popitem(last=False)

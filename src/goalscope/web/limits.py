@@ -33,16 +33,36 @@ GUESSES = Rate(10, 6.0)
 GUESSES_OF_ALL = Rate(200, 0.5)
 """Wrong keys and passwords of everybody."""
 
-RATES = (
-    # methods, paths, what is told, of one visitor, and of all newcomers from one address together
-    ("POST|PUT|PATCH|DELETE", r"/.*", "That was too much at once.", Rate(60, 0.5), Rate(60, 0.5)),
-    (
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """How often something may be asked for.
+
+    Attributes:
+        methods: A pattern of what is counted.
+        paths: Another.
+        told: What those hear who ask for more.
+        visitor: Of one visitor.
+        address: Of all visitors at one address.
+    """
+
+    methods: str
+    paths: str
+    told: str
+    visitor: Rate
+    address: Rate
+
+
+_MANY = "That was too much at once."
+LIMITS = (
+    Limit("POST|PUT|PATCH|DELETE", r"/.*", _MANY, Rate(60, 0.5), Rate(600, 0.05)),
+    Limit(
         "POST", r"/api/(episodes|trackers)", "You have begun many conversations in this hour.",
         Rate(30, 120.0), Rate(150, 24.0),
     ),
-    (
-        "GET", r"/api/\w+/\w+/(why|words|picture\.svg|export\.\w+)", "That was too much at once.",
-        Rate(60, 0.5), Rate(60, 0.5),
+    Limit(
+        "GET", r"/api/\w+/\w+/(why|words|picture\.svg|export\.\w+)", _MANY,
+        Rate(60, 0.5), Rate(600, 0.05),
     ),
 )  # fmt: skip
 
@@ -58,9 +78,6 @@ class Meter:
     def __init__(self, rate: Rate) -> None:
         self._rate = rate
         self._left: OrderedDict[Hashable, tuple[float, float]] = OrderedDict()
-
-    def __contains__(self, who: Hashable) -> bool:
-        return who in self._left
 
     def wait(self, who: Hashable) -> float:
         """Seconds until they may have one more; 0 for now."""
@@ -83,35 +100,29 @@ class Meter:
 
 
 class Limits:
-    """Keeps everybody to `RATES`."""
+    """Keeps everybody to `LIMITS`."""
 
     def __init__(self) -> None:
-        self._rates = [
-            (re.compile(methods), re.compile(paths), told, Meter(each), Meter(newcomers))
-            for methods, paths, told, each, newcomers in RATES
-        ]
+        self._meters = [(each, Meter(each.visitor), Meter(each.address)) for each in LIMITS]
 
     def check(self, method: str, path: str, visitor: str, address: str) -> None:
-        """Count a request.
-
-        The address pays for a visitor's first one: otherwise each new cookie would be a new
-        allowance.
+        """Count a request, which the address pays for, too: a new cookie is no new allowance.
 
         Args:
             method: Of the request.
             path: Of the request.
-            visitor: Their secret; empty where they have shown none.
+            visitor: Their id.
             address: Where they are.
 
         Raises:
             HTTPException: 429.
         """
-        for methods, paths, told, each, newcomers in self._rates:
-            if methods.fullmatch(method) and paths.fullmatch(path):
-                wait = 0.0 if visitor in each else newcomers.take(address)
-                wait = wait or (each.take(visitor) if visitor else 0.0)
-                if wait:
-                    raise too_much(told, wait)
+        for limit, visitors, addresses in self._meters:
+            if re.fullmatch(limit.methods, method) and re.fullmatch(limit.paths, path):
+                if wait := max(visitors.wait(visitor), addresses.wait(address)):
+                    raise too_much(limit.told, wait)
+                visitors.take(visitor)
+                addresses.take(address)
 
 
 def _told(seconds: float) -> str:

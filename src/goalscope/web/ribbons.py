@@ -23,16 +23,12 @@ class Ribbon:
 
     Attributes:
         goal: Its text.
-        unspecified: Whether it stands for no stated goal.
         colour: Its class in style.css.
-        probability: In each column; 0 where the goal was not there.
         path: Its outline, as the `d` of an SVG path.
     """
 
     goal: str
-    unspecified: bool
     colour: str
-    probability: list[float]
     path: str
 
 
@@ -52,7 +48,7 @@ def ribbons(beliefs: Sequence[BeliefView]) -> list[Ribbon]:
         bottoms = [top + value for top, value in zip(tops, values[text], strict=True)]
         colour = "unspecified" if text in without else f"c{len(drawn) % COLOURS}"
         path = _outline(tops, bottoms)
-        drawn.append(Ribbon(text, text in without, colour, values[text], path))
+        drawn.append(Ribbon(text, colour, path))
         tops = bottoms
     return drawn
 

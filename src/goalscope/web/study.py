@@ -109,7 +109,7 @@ def study_router(store: Store) -> APIRouter:
             raise HTTPException(404, "There is no such study.") from None
 
     def joined(study: Study, request: Request, visitor: Guest) -> Participant:
-        there = book.participant(study, visitor.id, _external(study, request))
+        there = book.participant(study, visitor.browser, _external(study, request))
         if there is None:
             raise HTTPException(403, "Agree to take part first.")
         return there
@@ -126,7 +126,7 @@ def study_router(store: Store) -> APIRouter:
     @router.get("/api/studies/{name}")
     def participation(name: str, request: Request, visitor: Guest) -> Participation:
         study = named(name)
-        there = book.participant(study, visitor.id, _external(study, request))
+        there = book.participant(study, visitor.browser, _external(study, request))
         return _view(study, there, over="" if there else book.over(study))
 
     @router.post("/api/studies/{name}/consent")
@@ -134,7 +134,7 @@ def study_router(store: Store) -> APIRouter:
         study = named(name)
         if not given.agreed:
             raise InvalidInputError("Only who agrees can take part.")
-        there = book.join(study, visitor.id, _external(study, request))
+        there = book.join(study, visitor.browser, _external(study, request))
         return _view(study, there)
 
     @router.get("/api/studies/{name}/items/{place}")

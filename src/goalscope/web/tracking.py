@@ -76,7 +76,7 @@ def tracking_routes(trackers: Trackers, desk: Desk, store: Store) -> APIRouter:
         return info
 
     def own(id: str, visitor: Visitor) -> None:
-        if seen(id, visitor).owner != visitor.id:
+        if not visitor.owns(seen(id, visitor).owner):
             raise HTTPException(403, "This is somebody else's session.")
 
     async def at_desk(visitor: Visitor, work: Callable[[], Tracked]) -> TrackerView:
