@@ -89,11 +89,13 @@ def test_an_episode_from_the_first_word_to_the_purchase(address: str, enter) -> 
     expect(page.get_by_text("Do you confirm exactly what is shown?").last).to_be_in_viewport()
     expect(card.get_by_text("Do you confirm")).to_have_count(0)
     shown = prices(card.get_by_role("table"))
+    page.get_by_role("button", name=re.compile("^Remove ")).first.click()
     card.get_by_role("button", name="Buy this basket").click()
     expect(page.get_by_role("region", name="The end")).to_contain_text("Done")
     bought = page.get_by_role("table").filter(has_text="Bought, total")
     assert shown == prices(bought)
     expect(bought.get_by_role("button")).to_have_count(0)
+    expect(page.get_by_role("button", name="Take out")).to_be_hidden()
     expect(page.get_by_role("log")).to_contain_text(f"is now purchased for {shown[-1]}")
 
 
@@ -334,8 +336,10 @@ def test_the_basket_and_the_last_words_are_seen_with_the_card(
     for button in card.get_by_role("button").all():
         expect(button).to_be_in_viewport(ratio=1)
     expect(page.get_by_label("Your words", exact=True)).to_be_in_viewport(ratio=1)
-    card.get_by_text(re.compile("^Total")).scroll_into_view_if_needed()
     expect(card.get_by_text(re.compile("^Total"))).to_be_in_viewport(ratio=1)
+    item = card.get_by_role("row").nth(-2)
+    item.scroll_into_view_if_needed()
+    expect(item).to_be_in_viewport(ratio=1)
     expect(card.get_by_role("button", name="Not yet")).to_be_in_viewport(ratio=1)
 
 

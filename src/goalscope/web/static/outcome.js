@@ -2,7 +2,7 @@
 
 import { pathOf } from "./api.js";
 import { count, h, setText, unseen } from "./dom.js";
-import { itemsOf, statusView } from "./status.js";
+import { statusView } from "./status.js";
 
 /**
  * The actions of a round, with what came of each; what was only looked up is folded.
@@ -121,8 +121,8 @@ export class Outcome {
     const empty = this.house ? "The robot has not done anything yet." : "The basket is empty.";
     const focused = this.#removers.indexOf(document.activeElement);
     this.body.replaceChildren(statusView(status || empty, this.remove && ((name) => this.#mark(name))));
-    const items = itemsOf(status);
-    this.marked = new Set([...this.marked].filter((name) => items.includes(name)));
+    const there = this.#removers.map((button) => button.value);
+    this.marked = new Set([...this.marked].filter((name) => there.includes(name)));
     this.#showMarks();
     if (focused >= 0) (this.#removers[focused] ?? this.#removers.at(-1))?.focus();
     if (!this.house) return;

@@ -20,11 +20,6 @@ export function statusView(status, mark = null) {
   return isBasket(lines) ? basket(lines, mark) : listed(lines);
 }
 
-/** The items that a status names. */
-export function itemsOf(status) {
-  return status.split("\n").flatMap((line) => ITEM.exec(line)?.[2] ?? []);
-}
-
 function basket(lines, hands) {
   const mark = isBought(lines) ? null : hands;
   const items = lines.map((line) => ITEM.exec(line)).filter(Boolean);
