@@ -32,6 +32,18 @@ RANKS = {"the most likely": '"2"', "the least likely": '"1"'}
 SLEEPER = Profile("sleeper", "likes light", ("lamp light please",))
 
 
+class Obeys(LampRoom):
+    """Whoever has named the one lamp wants it switched on."""
+
+    def __init__(self, offers=("lamp",), asked: str = "broken") -> None:
+        super().__init__(offers)
+        self.asked = asked
+
+    def requests(self, turns):
+        named = any(self.asked in turn.utterance for turn in turns) and self.asked not in self.on
+        return [Action("switch on", self.asked)] if named else []
+
+
 def test_golden_episode() -> None:
     env = LampRoom()
     agent = Agent(env, WordModel(REPLIES))
@@ -60,6 +72,13 @@ def test_nothing_is_done_while_no_goal_is_known() -> None:
     assert round.belief.goals == (UNSPECIFIED,)
     assert round.results == ()
     assert env.on == []
+
+
+def test_what_is_asked_for_outright_is_done_even_where_no_goal_is_known() -> None:
+    env = Obeys(["lamp"], asked="lamp")
+    agent = Agent(env, WordModel({**REPLIES, "name what the human may want": ""}))
+    assert agent.step("What now?", "the lamp please").belief.goals == (UNSPECIFIED,)
+    assert env.on == ["lamp"]
 
 
 @pytest.mark.parametrize("method", ["good", "no-inference"])
@@ -264,6 +283,23 @@ def test_what_was_asked_for_and_not_done_is_told() -> None:
     assert told not in agent.step("What?", "lamp light: is the nightlamp on?").notes
     assert told in agent.step("What?", "lamp light, and the nightlamp please").notes
     assert told not in agent.step("What?", "Good night").notes
+
+
+def test_what_nobody_asked_for_is_told_to_be_a_guess() -> None:
+    guess = "Guessed, not asked for: lamp."
+    assert guess in Agent(LampRoom(), WordModel(REPLIES)).step("What?", "lamp light please").notes
+    agent = Agent(Obeys(asked="lamp"), WordModel(REPLIES))
+    round = agent.step("What?", "lamp light please")
+    assert [str(result.action) for result in round.results] == ["switch on: lamp"]
+    assert guess not in round.notes
+
+
+def test_a_failure_is_told_once_and_again_when_it_is_asked_for_again() -> None:
+    agent = Agent(Obeys(), WordModel(REPLIES))
+    told = "Not done: switch on: broken. The switch does not move."
+    assert told in agent.step("What?", "the broken lamp please").notes
+    assert told not in agent.step("What?", "lamp light please").notes
+    assert told in agent.step("What?", "the broken lamp, I said").notes
 
 
 def test_question_is_never_asked_twice() -> None:

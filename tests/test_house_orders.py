@@ -328,6 +328,11 @@ def test_what_waits_for_leave_is_not_told_as_undone() -> None:
     [
         "and " * 900,
         "Put " * 400,
+        ", " * 1000,
+        "whole " * 330,
+        "after you " * 200,
+        "mug, " * 400,
+        "mug or " * 280,
         "wash the x, " * 150,
         "".join(f"wash the x{n}y. " for n in range(99)),
         "\u2603 slice \x00 it",
@@ -338,3 +343,73 @@ def test_hostile_words_are_read_in_the_end(said: str) -> None:
     assert not changes
     assert len(notes) <= 7
     assert all(len(note) < 120 for note in notes)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "Where was the mug after you put the apple in the fridge?",
+        "The kitchen was a mess after you opened the fridge.",
+        "I got angry after you threw the apple away.",
+        "Did the lettuce wilt after you opened the fridge?",
+        "What happens after you put the apple in the sink?",
+        "What did you do after you broke the egg?",
+        "I was sad once you sliced the bread.",
+        "Why was it wet after you cleaned the plate?",
+        "After you sliced the apple, I cried.",
+        "Don't do anything after you open the fridge.",
+        "Never open the fridge after you clean the plate.",
+        "I hate it. Once you opened the fridge, it smelled.",
+        "Was it ok after you moved the pan to the sink?",
+        "Before dinner, after you washed the plate, we ate.",
+        "My wife left after you dropped the bowl in the sink!",
+        "Guests complained after you put the bowl in the garbage can.",
+        "Clean plates were in the sink after you opened the fridge.",
+        "Light was bad after you opened the fridge.",
+        "Keep the fridge closed after you opened it.",
+        "Forget what I said after you opened the fridge.",
+        "After you have opened the fridge, don't put the apple in it.",
+        "You put the apple in the fridge after you opened it?",
+        "You put the apple in the fridge when I was out?",
+        "You put the apple in the fridge?!",
+        "Slice 0 apples.",
+        "Slice zero apples.",
+        "Slice no apples.",
+        "Slice 0 eggs and break 0 eggs",
+        "Break 0 eggs.",
+        "Put 0 apples in the fridge.",
+        "Wash zero of the plates.",
+    ],
+)
+def test_what_is_asked_told_forbidden_or_wanted_of_none_is_not_done(
+    said: str,
+) -> None:
+    assert told("Kitchen1", said)[::2] == (set(), "")
+
+
+@pytest.mark.parametrize(
+    ("said", "plan"),
+    [
+        (
+            "Put the apple in the fridge after you've opened the microwave.",
+            ["open: microwave", "put: apple -> fridge"],
+        ),
+        (
+            "Could you put the apple in the fridge after opening the microwave?",
+            ["open: microwave", "put: apple -> fridge"],
+        ),
+        (
+            "Once you have filled the pot, could you put it in the sink?",
+            ["fill: pot", "put: pot -> sink basin"],
+        ),
+        (
+            "Ok robot, once you open the microwave, put the apple in it",
+            ["open: microwave", "put: apple -> microwave"],
+        ),
+        ("Put zero eggs and the apple in the fridge", ["put: apple -> fridge"]),
+    ],
+)
+def test_what_is_to_be_done_first_is_done_first(said: str, plan: list[str]) -> None:
+    robot = robot_in("Kitchen1")
+    robot.reset()
+    assert [str(action) for action in robot.requests([Turn("", said)])] == plan

@@ -219,6 +219,25 @@ def test_plain_order_is_leave_and_a_refusal_is_none(robot: HomeRobot) -> None:
         assert robot.permission(bread, said(words)) == "May I slice the bread?"
 
 
+def test_what_an_action_tells_is_what_has_changed(robot: HomeRobot) -> None:
+    acts = [
+        (Action("clean", "mug 1"), "Mug 1 is clean."),
+        (Action("fill", "mug 1"), "Mug 1 is filled with water."),
+        (Action("empty", "mug 1"), "Mug 1 is empty."),
+        (Action("open", "fridge"), "The fridge is open."),
+        (Action("put", "mug 1", destination="fridge"), "Mug 1 is in the fridge."),
+        (Action("close", "fridge"), "The fridge is closed."),
+        (Action("pick up", "mug 1"), "Mug 1 is in the robot's hand."),
+        (Action("turn on", "coffee machine"), "The coffee machine is on."),
+        (Action("turn off", "coffee machine"), "The coffee machine is off."),
+        (Action("slice", "bread"), "The bread is sliced; this cannot be undone."),
+        (Action("break", "bowl"), "The bowl is broken; this cannot be undone."),
+        (Action("push", "garbage can"), "The garbage can is on the floor."),
+    ]
+    for action, told in acts:
+        assert robot.step(action).observation == told
+
+
 @pytest.mark.parametrize("verb", IRREVERSIBLE)
 def test_no_irreversible_act_is_free_without_a_word(robot: HomeRobot, verb: str) -> None:
     for name in robot._view.names.values():

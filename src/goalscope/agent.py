@@ -24,7 +24,6 @@ from goalscope.types import (
     GoalChange,
     GoalscopeError,
     InvalidInputError,
-    StepResult,
     Turn,
     checked_text,
     meaning,
@@ -318,10 +317,9 @@ class Agent:
             complete = ends = self.env.is_completion(turn)
             turns = [*self.turns, turn]
             wants = [] if complete or asks else self._wants(turns)
-            acts = wants or complete
             pending = self.rounds[-1].question if asks and self.rounds else ""
             outcome = Outcome((), 0, pending)
-            if acts:
+            if not asks:
                 self._progress("planning")
                 outcome = self.planner.act(self.env, wants, turns, history)
             results = outcome.results
@@ -340,11 +338,8 @@ class Agent:
                 status=self.env.status(),
                 notes=(
                     *([] if ends else told),
-                    *self._expected(turn),
-                    *(tracker.notes if tracker else ()),
-                    *(_told(each) for each in outcome.failed),
+                    *self._notes(turns, outcome),
                     *([] if asks or complete else self.env.unmet(turns, outcome.results)),
-                    *(f"Not before it is clear what you want: {each}." for each in outcome.held),
                 ),
                 terminated=complete or any(result.terminated for result in results),
                 question=outcome.question,
@@ -455,10 +450,27 @@ class Agent:
         stated = [each for each in self.tracker.belief.top() if each[0] != UNSPECIFIED]
         return [Want(goal.text, p) for goal, p in stated[: self.k]]
 
-    def _expected(self, turn: Turn) -> Iterator[str]:
+    def _notes(self, turns: Sequence[Turn], outcome: Outcome) -> Iterator[str]:
+        """What the person should be told of a round.
+
+        What could not be done is told once, and again where they ask for it again.
+        """
+        turn = turns[-1]
         query, gain = self._asked
         if gain is not None and query == turn.query:
             yield f"The answer to this question was expected to tell {gain:.2f} nats."
+        if self.tracker:
+            yield from self.tracker.notes
+        told = {note for round in self.rounds for note in round.notes}
+        again = self.env.requests([turn])
+        for failed in outcome.failed:
+            note = f"Not done: {failed.action}. {failed.observation}"
+            if note not in told or failed.action in again:
+                yield note
+        if outcome.guessed:
+            yield f"Guessed, not asked for: {', '.join(outcome.guessed)}."
+        for held in outcome.held:
+            yield f"Not before it is clear what you want: {held}."
 
 
 def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator[Round]:
@@ -475,10 +487,6 @@ def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator
 
 def _silent(step: str) -> None:
     """Nobody listens."""
-
-
-def _told(failed: StepResult) -> str:
-    return f"Not done: {failed.action}. {failed.observation}"
 
 
 def _as_goals(goals: Iterable[str | Goal]) -> list[Goal]:

@@ -20,6 +20,9 @@ __all__ = ["Choice", "Outcome", "Planner", "Want", "choose", "undo", "weigh"]
 OTHER_GOALS = ("get through the week", "clean the bathroom", "have breakfast")
 """Everyday goals that stand for having no particular one."""
 
+SEARCH = "search inventory"
+"""The action that changes nothing."""
+
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 Wordings = tuple[tuple[str, str], ...]
@@ -47,6 +50,7 @@ class Outcome:
         question: Leave to ask for, before what the plan holds besides may be done.
         failed: What was tried and could not be done.
         held: What would be right for one goal and wrong for another, and waits for an answer.
+        guessed: Targets of what was done though nobody asked for it outright.
     """
 
     results: tuple[StepResult, ...]
@@ -54,6 +58,7 @@ class Outcome:
     question: str = ""
     failed: tuple[StepResult, ...] = ()
     held: tuple[str, ...] = ()
+    guessed: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,9 +171,11 @@ class Planner:
         terms, held = self.search_terms(env, wants, [turn.utterance for turn in turns])
         held = [term for term in held if env.actions([term], turns)]
         question = ""
-        for replans in range(self.replans + 1):
+        asked: set[Action] = set()
+        for _ in range(self.replans + 1):
             results: list[StepResult] = []
             states = [env.fingerprint()]
+            asked |= {*env.requests(turns)}
             plan, unsure = self.plan(env, wants, terms, turns, [*history, *standing])
             for action in plan:
                 if action in impossible:
@@ -184,15 +191,25 @@ class Planner:
                 states.append(env.fingerprint())
                 if result.irreversible:  # slices, say, are there only now
                     planned = {each.target for each in plan}
-                    plan += [new for new in env.requests(turns) if new.target not in planned]
+                    new = [each for each in env.requests(turns) if each.target not in planned]
+                    asked |= {*new}
+                    plan += new
             else:
-                failed = tuple(impossible.values())
-                return Outcome((*standing, *results), replans, question, failed, (*held, *unsure))
+                standing += results
+                held += unsure
+                break
             kept = max((n for n, each in enumerate(results, 1) if each.irreversible), default=0)
             standing += results[:kept]
             undo(env, [*history, *standing], states[kept])
-        failed = tuple(impossible.values())
-        return Outcome(tuple(standing), self.replans + 1, question, failed, tuple(held))
+        acts = [each.action for each in standing if each.action.name != SEARCH]
+        return Outcome(
+            tuple(standing),
+            len(impossible),
+            question,
+            tuple(impossible.values()),
+            tuple(held),
+            tuple(action.target for action in acts if action not in asked),
+        )
 
     def search_terms(
         self, env: Environment, wants: Sequence[Want], utterances: Sequence[str]
@@ -258,7 +275,7 @@ class Planner:
             actions = env.actions([term], turns)
             if actions and not any(action.target in served for action in actions):
                 served.add(actions[0].target)
-                plan += [Action("search inventory", term), actions[0]]
+                plan += [Action(SEARCH, term), actions[0]]
         return plan, []
 
     def log_probability(

@@ -30,7 +30,7 @@ EMBEDDED = "HuggingFaceTB/SmolLM2-135M-Instruct"
 _CACHES = 32  # trees kept at once: one for each goal, and some for other calls in between
 _ONE_TREE = 4096  # tokens; attention looks over the whole tree, so larger ones cost more than save
 _BRANCHES = 1024  # tokens of a tree beside its trunk, where the next tree needs only the trunk
-_CACHE_BYTES = 3 << 29  # of all caches
+_CACHE_BYTES = 1 << 30  # of all caches, besides what a computation needs
 
 
 class LlamaCpp(LocalModel):

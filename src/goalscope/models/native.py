@@ -320,7 +320,7 @@ class KVCache:
             return
         self.free()
         params = self._lib.llama_context_default_params()
-        params.n_ctx = max(1024, 1 << (cells - 1).bit_length())
+        params.n_ctx = max(256, 1 << (cells - 1).bit_length())
         params.n_batch = params.n_ubatch = self._running.batch
         params.n_outputs_max = _OUTPUTS
         params.n_seq_max = 2 * MAX_PATHS

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.orders import Clause, OrderReader
@@ -22,20 +23,10 @@ _MODAL = re.compile(
 _LEAVE_ALONE = re.compile(
     r"\b(?:leave|keep)\b.*\b(?:alone|where|as (?:it|they)|in place|be|untouched|there|out)\b"
 )
-_ASKED = re.compile(
-    r"(?:(?:and|so|but|ok|okay|oh|well|hey|hi|hello)[ ,]+)*(?:please )?(?:(?:can|could|would|will)"
-    r" (?:you|we)\b|why (?:don't|not|do not) (?:you|we)\b|would you mind"
-    r"|(?:can|could|may) (?:i|we) (?:please )?have\b)"
-)
 _QUESTION = re.compile(
     r"(?:(?:and|so|but|ok|okay|oh|well)[ ,]+)*(?:what|which|who|whose|when|why|how|where"
     r"|do(?! (?:it|that|this)\b)|does"
     r"|did|is|are|was|were|has|have you|should|shall|may i|can i|could i|would it|will it)\b"
-)
-_PLAIN_LEAD = re.compile(
-    r"(?:(?:ok|okay|yes|yeah|sure|hi|hello|hey|thanks|robot|now|then|next|first|also|and|please"
-    r"|kindly|just|go ahead and|you may|i want you to|i need you to|i'd like you to"
-    r"|i would like you to|(?:can|could|would|will) you) ?)*"
 )
 _PLEASANT = re.compile(
     r"(?:(?:ok|okay|yes|yeah|yep|sure|great|good|perfect|nice|thanks|thank you|hi|hello|hey|there"
@@ -55,11 +46,16 @@ _LATER_FIRST = re.compile(
 
 def parse(text: str, here: Collection[str] = ()) -> list[Clause]:
     """The orders, wishes, refusals and statements in `text`; questions and conditions are none."""
+    return list(_parse(text[:2000], frozenset(here)))
+
+
+@lru_cache(maxsize=128)  # each round reads the whole conversation again
+def _parse(text: str, here: frozenset[str]) -> tuple[Clause, ...]:
     found: list[Clause] = []
-    text = re.sub(r"[\"\u201c][^\"\u201d]*[\"\u201d]", " , ", text[:2000].strip('"\u201c\u201d '))
+    text = re.sub(r"[\"\u201c][^\"\u201d]*[\"\u201d]", " , ", text.strip('"\u201c\u201d '))
     for sentence in re.split(r"(?<=[.!?;:])\s+|\n", text):
         found += _sentence(v.normal(sentence), here, found[-1] if found else None)
-    return found
+    return tuple(found)
 
 
 def parse_plain(text: str, here: Collection[str] = ()) -> list[Clause]:
@@ -93,9 +89,10 @@ def parse_plain(text: str, here: Collection[str] = ()) -> list[Clause]:
 
 def _sentence(text: str, here: Collection[str], before: Clause | None = None) -> list[Clause]:
     words = re.findall(r"[a-z0-9]+(?:'[a-z]+)?|,", text)
-    question = (text.endswith("?") or _QUESTION.match(text)) and not _ASKED.match(text)
+    marked = text.rstrip(" .!)'").endswith("?")
+    question = (marked or _QUESTION.match(text)) and not v.ASKED.match(text)
     if question or _CONDITION.search(text):
-        asked = first_named(text, here) if text.endswith("?") else None
+        asked = first_named(text, here) if marked else None
         return [Clause("", (asked,))] if asked else []
     polite = bool(re.search(r"\bplease\b|\bfor me\b", text))
     reader = _Reader(words, here)
@@ -164,6 +161,7 @@ class _Reader(OrderReader):
 
     polite: bool = False
     mine: bool = False
+    _leads: dict[int, int] = field(default_factory=dict[int, int], init=False)
 
     def order_said(self) -> str:
         """The words from where an order begins; empty if none does."""
@@ -197,11 +195,15 @@ class _Reader(OrderReader):
         )
 
     def lead(self, i: int) -> int:
-        while self.at(i) in v.LEAD and not self.verb(i, v.BASE):
-            i += 1
-        while self.at(i) == ",":
-            i = self.lead(i + 1)
-        return i
+        """Where the words that lead to a verb at `i` end."""
+        end = i
+        while end not in self._leads and (
+            self.at(end) == "," or (self.at(end) in v.LEAD and not self.verb(end, v.BASE))
+        ):
+            end += 1
+        last = self._leads.get(end, end)
+        self._leads |= dict.fromkeys(range(i, end), last)
+        return last
 
     def begins(self, i: int, start: int) -> bool:
         """Whether a new clause begins at `i`, behind one that begins at `start`."""
@@ -245,7 +247,7 @@ class _Reader(OrderReader):
                 and not self.leftover
                 and is_polite
                 and bool(
-                    _PLAIN_LEAD.fullmatch(" ".join(w for w in self.words[start:first] if w != ","))
+                    v.PLAIN_LEAD.fullmatch(" ".join(w for w in self.words[start:first] if w != ","))
                 )
                 and verb[0] != "make"
             )
@@ -280,10 +282,13 @@ class _Reader(OrderReader):
             return Clause("any", things, negated=True)
         if text.startswith(tuple(f"{said} " for said in (*v.INTO, *v.ASIDE))):
             return Clause("")
-        self.words = [
-            "," if w in ("first", "instead", "rather") or (w == "next" and after != "to") else w
-            for w, after in zip(self.words, [*self.words[1:], ""], strict=True)
-        ]
+        self.reread(
+            [
+                "," if w in ("first", "instead", "rather") or (w == "next" and after != "to") else w
+                for w, after in zip(self.words, [*self.words[1:], ""], strict=True)
+            ]
+        )
+        self._leads.clear()
         tail = self.tail(end)
         place = tail.into
         if tail.source:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
+from functools import lru_cache
 
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.completion import is_glad
@@ -58,6 +59,12 @@ _RULED_OUT = {
     **dict.fromkeys(("raw", "uncooked"), ("cook",)),
     **dict.fromkeys(("uncut", "unsliced"), ("slice",)),
 }
+_Ruled = tuple[tuple[str, ...], tuple[Phrase, ...]]
+"""Verbs, and the things for which they are ruled out."""
+
+_NEAR = 160
+"""Characters on either side of a state in which the things that are in it are named."""
+
 _ASKS = re.compile(r"(?:is|are|was|were|do|does|did|why|what|which|who|when|where|how)\b")
 
 
@@ -120,23 +127,38 @@ def hesitates(said: str) -> bool:
     return bool(_HESITANT.search(said))
 
 
-def keeps(text: str, here: Collection[str]) -> Iterator[tuple[tuple[str, ...], tuple[Phrase, ...]]]:
+def keeps(text: str, here: Collection[str]) -> Sequence[_Ruled]:
     """What is ruled out by wishes such as "leave it whole", and for which things.
 
-    Without things, those spoken of last are meant.
+    Without things, those spoken of last are meant. Of what stands before and behind the state some
+    words are read, and the same words once.
     """
+    return _keeps(text, frozenset(here))
+
+
+@lru_cache(maxsize=128)  # each round reads the whole conversation again
+def _keeps(text: str, here: frozenset[str]) -> tuple[_Ruled, ...]:
+    return tuple(_kept(text, here))
+
+
+def _kept(text: str, here: Collection[str]) -> Iterator[_Ruled]:
     for sentence in re.split(r"(?<=[.!?;])\s+|\s+but\s+", text):
         if _ASKS.match(sentence):
             continue
         if match := _RATHER_KEEP.search(sentence):
             yield IRREVERSIBLE, _things(match["it"], here)
+        seen: set[tuple[str, str]] = set()
         for match in _STATES.finditer(sentence):
-            before = sentence[: match.start()]
+            before = sentence[max(match.start() - _NEAR, 0) : match.start()]
+            behind = sentence[match.start() :][:_NEAR]
+            if (before, behind) in seen:
+                continue
+            seen.add((before, behind))
             clause = re.split(r"[,;:]|\b(?:and|so)\b", before)[-1]
             if _NEGATIVE.search(clause) or re.search(r"\b(?:the|on|as a) $", before):
                 continue
             verbs = _RULED_OUT.get(match["state"], IRREVERSIBLE)
-            attribute = _things(sentence[match.start() :], here, first=True)
+            attribute = _things(behind, here, first=True)
             if attribute and re.search(
                 r"\b(?:an?|some|one|two|three|\d+|my|those|these) $", before
             ):

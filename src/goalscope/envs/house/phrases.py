@@ -13,6 +13,13 @@ from goalscope.envs.house.object_types import object_type, object_types
 __all__ = ["Phrase", "PhraseReader", "Tail", "first_named"]
 
 
+_ROW = 40
+"""Most things in a row."""
+
+_DESCRIBED = 12
+"""Most words before a noun that belong to it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Phrase:
     """A thing as it was said.
@@ -20,7 +27,7 @@ class Phrase:
     Attributes:
         types: The object types that it may be; none for a pronoun.
         word: The pronoun: "it", "them", "one", "slice", "everything", "water", "there" ...; or
-            "unknown" for a thing that the grammar does not know.
+            "unknown" for a thing that the grammar does not know, and for none ("0 eggs").
         every: Whether all such things are meant.
         number: How many; 0 where it was not said.
         group: Whether it was named by a group word, such as "food".
@@ -89,6 +96,13 @@ class PhraseReader:
     here: Collection[str]
     leftover: bool = field(default=False, init=False)
     rest: int = field(default=0, init=False)
+    _read: dict[int, tuple[Phrase | None, int, bool]] = field(
+        default_factory=dict[int, tuple[Phrase | None, int, bool]], init=False
+    )
+
+    def reread(self, words: list[str]) -> None:
+        """Go on with other words."""
+        self.words, self._read = words, {}
 
     def at(self, i: int) -> str:
         """The word at `i`, empty behind the last."""
@@ -96,7 +110,10 @@ class PhraseReader:
 
     def said_at(self, i: int, said: Collection[str]) -> tuple[str, int]:
         """Which of some phrases stands at `i`, and where it ends."""
+        word = self.at(i)
         for phrase in said:
+            if not phrase.startswith(word):
+                continue
             end = i + phrase.count(" ") + 1
             if " ".join(self.words[i:end]) == phrase:
                 return phrase, end
@@ -190,7 +207,7 @@ class PhraseReader:
             i += bool(first and not first.every and self.at(end) == "and")
         thing, end = self.thing(i)
         either = False
-        while thing:
+        while thing and len(found) < _ROW:
             if either and found[-1].types and thing.types:
                 found[-1] = replace(found[-1], types=(*found[-1].types, *thing.types))
             else:
@@ -211,14 +228,27 @@ class PhraseReader:
 
     def thing(self, i: int) -> tuple[Phrase | None, int]:
         """One thing with what determines it, or a pronoun."""
-        start, every, number = i, False, 0
+        if i not in self._read:
+            before, self.leftover = self.leftover, False
+            self._read[i] = (*self._thing(i), self.leftover)
+            self.leftover = before
+        found, end, leftover = self._read[i]
+        self.leftover |= leftover
+        return found, end
+
+    def _thing(self, i: int) -> tuple[Phrase | None, int]:
+        start, every, number, zero = i, False, 0, False
         states: dict[str, bool | str] = {}
-        while i < len(self.words):
+        while i < min(len(self.words), start + _DESCRIBED):
             word = self.at(i)
             found, end = self.noun(i)
             known = word in v.DETERMINERS | v.FILLERS | v.PRONOUNS or word in v.NUMBERS
+            if word == "no" and self.at(i + 1) not in v.DETERMINERS:
+                known = zero = True
             if not (found or known or word.isdigit() or i == start or self.at(i - 1) in v.PLAIN):
                 found, end = self.unknown(i)
+            if found and zero:
+                return Phrase(word="unknown"), end
             if found:
                 every = every or (found.every and not number)
                 states = states if found.types or found.word in ("one", "them") else {}
@@ -230,7 +260,8 @@ class PhraseReader:
                 found = replace(found, every=every, number=number, states=said)
                 return replace(found, described=described or found.described), end
             if word in v.NUMBERS or word.isdigit():
-                number = v.NUMBERS.get(word, 0) or min(int(word) if word.isdigit() else 0, 99)
+                number = v.NUMBERS[word] if word in v.NUMBERS else min(int(word), 99)
+                zero = zero or not number
             elif not known:
                 break
             if word in v.QUALITIES:
@@ -239,6 +270,8 @@ class PhraseReader:
             i += 1
         said = self.words[start:i]
         word = next((w for w in reversed(said) if w in v.PRONOUNS), "")
+        if word and zero:
+            return Phrase(word="unknown"), i
         if word:
             number = 0 if word == "it" else number
             states = states if word in ("one", "ones", "them") else {}

@@ -245,7 +245,7 @@ class HomeRobot:
                 ) from None
             return StepResult(action, False, str(refusal))
         old, self._view = self._view, View(self.metadata, self._view.names)
-        told = "; ".join([self._view.told(own), *self._primitives.told()])
+        told = "; ".join([self._view.told(own, old.table[own]), *self._primitives.told()])
         if any(
             thing[state] and not old.table.get(each, thing)[state]
             for each, thing in self._view.table.items()

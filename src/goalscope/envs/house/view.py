@@ -15,6 +15,7 @@ _STATES = (
     ("isOpen", "open"), ("isToggled", "on"), ("isSliced", "sliced"), ("isCooked", "cooked"),
     ("isBroken", "broken"), ("isDirty", "dirty"), ("isUsedUp", "used up"),
 )  # fmt: skip
+_ENDED = {"isOpen": "closed", "isToggled": "off", "isDirty": "clean"}
 _INSIDE = frozenset(
     {"BathtubBasin", "Bowl", "Cup", "GarbageCan", "Mug", "Pot", "Sink", "SinkBasin"}
 )
@@ -62,17 +63,26 @@ class View:
             return words
         return f"{words} {self._in_or_on(action.destination)} the {self._kind(action.destination)}"
 
-    def told(self, own: str) -> str:
-        """How the object is now, in a sentence without its full stop."""
+    def told(self, own: str, was: Mapping[str, Any]) -> str:
+        """What is new of the object, in a sentence without its full stop: "The mug is clean".
+
+        Args:
+            own: The object's id.
+            was: Its metadata before. Where nothing is new, the sentence says where it is.
+        """
         thing, name = self.table[own], the(self.names[own])
-        states = [word for key, word in _STATES if thing[key]]
-        if thing["toggleable"] and not thing["isToggled"]:
-            states.append("off")
-        if thing["isFilledWithLiquid"]:
-            states.append(f"filled with {thing['fillLiquid'] or 'a liquid'}")
+        new = [
+            word if thing[key] else _ENDED.get(key, f"no longer {word}")
+            for key, word in _STATES
+            if thing[key] != was[key]
+        ]
+        if any(thing[key] != was[key] for key in ("isFilledWithLiquid", "fillLiquid")):
+            liquid = thing["fillLiquid"] or "a liquid"
+            new.append(f"filled with {liquid}" if thing["isFilledWithLiquid"] else "empty")
+        if not new or (is_whole(thing) and self._where(thing) != self._where(was)):
+            new.append(self._where(thing))
         verb = "are" if name.endswith("s") and not name.endswith("ss") else "is"
-        where = [self._where(thing)] if is_whole(thing) else []
-        return f"{name[:1].upper()}{name[1:]} {verb} {', '.join([*states, *where])}"
+        return f"{name[:1].upper()}{name[1:]} {verb} {', '.join(new)}"
 
     def changes(self, start: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
         """What is not as it was at the start, one object a text."""

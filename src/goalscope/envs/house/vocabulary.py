@@ -104,7 +104,7 @@ CHOOSING = FILLERS | _set("this that these those other same")
 """Words that tell which of several things is meant."""
 EACH = _set("all every each both")
 NUMBERS = {
-    **{"a": 1, "an": 1, "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6},
+    **{"zero": 0, "a": 1, "an": 1, "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6},
     **{"seven": 7, "eight": 8, "nine": 9, "ten": 10, "another": 1, "both": 2, "couple": 2},
 }
 PRONOUNS = _set("it them they those these that this one ones both all")
@@ -189,7 +189,7 @@ _PEOPLE = (
 _UNITS = r"(?:seconds?|moments?|minutes?|mins?|hours?|days?|weeks?|while|bit)"
 _DAYS = r"(?:monday|tuesday|wednesday|thursday|friday|saturday|sunday|week|weekend|month|morning)"
 _LATER = (
-    rf"(?:after|once|when|whenever|as soon as) {_PEOPLE}\b(?!')[^,;]*"
+    rf"(?:after|once|when|whenever|as soon as) {_PEOPLE}\b(?!')[^,;?]*"
     r"|(?<!for )(?<!you )(?<!be back )later(?: on| today)?\b"
     r"|(?<!for )(?:tomorrow|tonight)\b(?!')(?: (?:morning|noon|evening|afternoon|night))?"
     rf"|(?<!for )(?:next|on|this|by) {_DAYS}\b|(?<!for )this (?:evening|afternoon)\b"
@@ -200,15 +200,54 @@ _LATER = (
 """Another time than now."""
 
 
+ASKED = re.compile(
+    r"(?:(?:and|so|but|ok|okay|oh|well|hey|hi|hello)[ ,]+)*(?:please )?(?:(?:can|could|would|will)"
+    r" (?:you|we)\b|why (?:don't|not|do not) (?:you|we)\b|would you mind"
+    r"|(?:can|could|may) (?:i|we) (?:please )?have\b)"
+)
+"""How an order begins that is said as a question."""
+PLAIN_LEAD = re.compile(
+    r"(?:(?:ok|okay|yes|yeah|sure|hi|hello|hey|thanks|robot|now|then|next|first|also|and|please"
+    r"|kindly|just|go ahead and|you may|i want you to|i need you to|i'd like you to"
+    r"|i would like you to|(?:can|could|would|will) you)(?![\w'])[ ,]*)*"
+)
+"""Words that leave an order plain."""
+_NARRATES = re.compile(r"\b(?:i|we|he|she|they|was|were|had|did|got)\b")
+
+
+def _is_order(text: str) -> bool:
+    """Whether `text` begins with a verb as orders do, and tells of nothing."""
+    head, *more = re.findall(r"[a-z0-9']+", text) or [""]
+    verb = BASE.get(head) or BASE.get(" ".join([head, *more[:1]]))
+    if not verb or verb in ("ignore", "use") or head in ("leave", "keep"):
+        return False
+    unsure = head in NOUNS | SAID_OF_ALL
+    thing = bool(more) and (more[0] in DETERMINERS | PRONOUNS or more[0] in NUMBERS)
+    return (thing or not unsure) and not _NARRATES.search(text)
+
+
 def _in_order(said: re.Match[str]) -> str:
-    """Put what is to be done first first: "slice the bread" of "after you sliced the bread"."""
-    words = said["first"].split()
+    """Put what is to be done first first: "slice the bread" of "after you've sliced the bread".
+
+    Only orders are turned round: what is asked, told or forbidden stays as it was said.
+    """
+    rest, first, then = ((said[part] or "").strip(" ,.!?") for part in ("rest", "first", "then"))
+    lead = PLAIN_LEAD.match(rest)
+    rest = rest[len(lead[0]) :] if lead else rest
+    if not rest and (polite := PLAIN_LEAD.match(then)):
+        lead, then = polite, then[len(polite[0]) :]
+    start = lead[0] if lead else ""
+    end = "?" if said[0].rstrip(" .!").endswith("?") else ""
+    refused = {*re.findall(r"[a-z']+", said[0])} & {*NEGATIONS, "nothing", "none", "nobody"}
+    if not _is_order(rest or then) or refused or (end and not ASKED.match(start)):
+        return said[0]
+    words = first.split()
     for length in (2, 1):
         head = " ".join(words[:length])
         verb = DONE.get(head) or ING.get(head) or BASE.get(head)
-        if verb and verb != "pick up" and len(words) > length:
-            rest = [part for part in (said["rest"], said["then"]) if part]
-            return ", then ".join([" ".join([verb, *words[length:]]), *rest])
+        if verb and verb not in ("pick up", "use", "ignore") and len(words) > length:
+            after = [part for part in (rest, then) if part]
+            return start + ", then ".join([" ".join([verb, *words[length:]]), *after]) + end
     return said[0]
 
 
@@ -250,11 +289,15 @@ _REWORDED = [
             ", then",
         ),
         (
-            r"(?P<rest>.*?)[, ]*\b(?:after|once)(?: you(?:'ve| have)?)? (?P<first>[^,]+)"
-            r"(?:,(?P<then>.*))?",
+            r"^(?P<rest>.*?)\b(?:after|once)\b(?: you(?:'ve| have)?)? (?P<first>[^,]+)"
+            r"(?:,(?P<then>.*))?$",
             _in_order,
         ),
-        (r"\b(?:after|before|once|when|while|as soon as)\b(?! (?:that|this)\b)[^,]*(?:, ?|$)", ""),
+        (
+            r"\b(?:after|before|once|when|while|as soon as)\b(?! (?:that|this)\b)[^,?]*"
+            r"(?:, ?|(?=\?)|$)",
+            "",
+        ),
         (r"\b(?:if (?:you (?:can|could|please|don't mind)|possible))\b", ""),
     )
 ]
