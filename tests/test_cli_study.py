@@ -10,6 +10,7 @@ from test_study import EXAMPLE, fill
 def test_on_the_command_line(tmp_path, monkeypatch):
     place = str(tmp_path / "s.db")
     monkeypatch.setenv("GOALSCOPE_STORE", place)
+    assert "no study yet" in invoke("study", "list").stdout
     assert "No episode that has ended" in fails(2, "study", "new", str(EXAMPLE))
     with Store.open(place) as store:
         fill(store)
@@ -39,12 +40,13 @@ def test_a_study_is_closed_and_deleted(tmp_path, monkeypatch):
     assert "has 4 episodes" in said
     assert "Left out: 1 with real people" in said
     assert "no study" in fails(2, "study", "close", "grocer")
-    invoke("study", "close", "grocery")
+    assert "grocery is closed" in invoke("study", "close", "grocery").stdout
     (table,) = json.loads(invoke("study", "list", "--json").stdout)
     row = dict(zip(table["columns"], table["rows"][0], strict=True))
     assert row["closed"] > row["made"]
     assert invoke("study", "delete", "grocery", input="n\n").exit_code == 1
     assert json.loads(invoke("study", "list", "--json").stdout)[0]["rows"]
-    invoke("study", "delete", "grocery", "--yes")
+    said = invoke("study", "delete", "grocery", "--yes").stdout
+    assert said == "Study grocery is deleted, with all that 0 people answered. Its episodes stay.\n"
     assert json.loads(invoke("study", "list", "--json").stdout)[0]["rows"] == []
     assert "no study" in fails(2, "study", "delete", "grocery", "--yes")

@@ -9,7 +9,15 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from goalscope.belief import Belief
-from goalscope.display import show_belief, show_header, show_round, show_scores, show_summary
+from goalscope.display import (
+    show_belief,
+    show_episodes,
+    show_header,
+    show_round,
+    show_scores,
+    show_studies,
+    show_summary,
+)
 from goalscope.episode import Round
 from goalscope.plain import plain
 from goalscope.store import EpisodeInfo
@@ -180,3 +188,39 @@ def test_the_frame_of_an_episode():
     table = drawn(show_scores, [info, info])
     assert table.count("baker") == 2
     assert "mean" in table
+
+
+EPISODE = EpisodeInfo(
+    "ab12cd34", "2020-01-01T00:00:00+00:00", "grocery", "lazy-baker", "no-inference", "m", "Sell.",
+    {}, "truncated", 0.75, 12,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("width", [40, 60, 80, 120])
+def test_no_word_of_the_list_of_episodes_is_broken(width):
+    text = drawn(show_episodes, [EPISODE], width=width)
+    words = {
+        "id", "started", "(UTC)", "domain", "profile", "method", "ended", "rounds", "score",
+        EPISODE.id, "2020-01-01", "00:00", "grocery", "lazy-baker", "no-inference", "0.75", "12",
+        *EPISODE.ending.split(),
+    }  # fmt: skip
+    assert {word for word in text.split() if not set(word) <= {"─"}} <= words
+    assert {EPISODE.id, "lazy-baker", "12"} <= set(text.split())
+    assert ("no-inference" in text) is (width == 120)
+    assert max(map(len, text.splitlines())) <= width
+
+
+def test_an_empty_store_is_told_in_a_sentence():
+    assert drawn(show_episodes, []) == "No episode is stored yet. `goalscope chat` begins one.\n"
+
+
+@pytest.mark.parametrize("count", [1, 9])
+@pytest.mark.parametrize("width", [40, 80, 120])
+def test_studies_are_always_rows(width, count):
+    heads = ("name", "made", "closed", "episodes", "agreed", "finished")
+    rows = [(f"study-{n}", EPISODE.created, None, 31, 17, 5) for n in range(count)]
+    text = drawn(show_studies, heads, rows, width=width)
+    lines = [line.split() for line in text.splitlines() if "study-" in line]
+    assert [line[0] for line in lines] == [f"study-{n}" for n in range(count)]
+    assert all(line[-1] == "5" for line in lines)
+    assert ("2020-01-01 00:00" in text) is (width >= 80)

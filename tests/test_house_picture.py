@@ -280,6 +280,17 @@ def test_svg_stands_alone_and_speaks() -> None:
     assert not [name for name in attributes if name.startswith("on") or "href" in name]
 
 
+def test_the_robots_view_ends_at_the_walls() -> None:
+    root = ET.fromstring(svg_picture(room()))
+    (group,) = (each for each in root.iter(f"{SVG}g") if each.get("clip-path") == "url(#walls)")
+    assert [each.get("class") for each in group] == ["view"]
+    walls = root.find(f".//{SVG}clipPath[@id='walls']/{SVG}polygon")
+    drawn_room = root.find(f".//{SVG}polygon[@class='room']")
+    assert walls is not None
+    assert drawn_room is not None
+    assert walls.get("points") == drawn_room.get("points")
+
+
 def boxes(svg: str) -> list[tuple[str, float, float, float, float]]:
     """What is written on the map or drawn as a number there: (what, x0, y0, x1, y1)."""
     root = ET.fromstring(svg)

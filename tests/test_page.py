@@ -76,19 +76,27 @@ def test_an_episode_from_the_first_word_to_the_purchase(address: str, enter) -> 
     card = page.get_by_role("region", name="To confirm")
     expect(card).to_contain_text("Flour")
     card.get_by_role("button", name="Not yet").click()
-    expect(card).to_be_hidden()
-    expect(page.get_by_label("Your words", exact=True)).to_be_focused()
-    say(page, "Please add bananas.")
     rounds(page, 3)
+    expect(page.get_by_role("log").get_by_text("No, not yet.")).to_be_visible()
+    expect(card).to_be_hidden()
+    say(page, "Please add bananas.")
+    rounds(page, 4)
     expect(card).to_be_hidden()
 
     say(page, "Buy the basket")
-    rounds(page, 4)
+    rounds(page, 5)
     expect(card).to_contain_text("Banana")
+    expect(page.get_by_text("Do you confirm exactly what is shown?").last).to_be_in_viewport()
+    expect(card.get_by_text("Do you confirm")).to_have_count(0)
     shown = prices(card.get_by_role("table"))
+    page.get_by_role("button", name=re.compile("^Remove ")).first.click()
     card.get_by_role("button", name="Buy this basket").click()
     expect(page.get_by_role("region", name="The end")).to_contain_text("Done")
-    assert shown == prices(page.get_by_role("table").filter(has_text="Total"))
+    bought = page.get_by_role("table").filter(has_text="Bought, total")
+    assert shown == prices(bought)
+    expect(bought.get_by_role("button")).to_have_count(0)
+    expect(page.get_by_role("button", name="Take out")).to_be_hidden()
+    expect(page.get_by_role("log")).to_contain_text(f"is now purchased for {shown[-1]}")
 
 
 def test_a_belief_is_corrected_by_hand(address: str, enter) -> None:
@@ -262,7 +270,8 @@ def test_an_act_of_the_robot_waits_on_a_card(address: str, enter) -> None:
     say(page, "Could you slice the bread?")
     rounds(page, 1)
     card = page.get_by_role("region", name="To confirm")
-    expect(card).to_contain_text("May I slice the bread?")
+    expect(page.get_by_text("May I slice the bread?")).to_have_count(1)
+    expect(card).to_contain_text("Nobody can undo that.")
     card.get_by_role("button", name="Not yet").click()
     rounds(page, 2)
     expect(page.get_by_role("log")).to_contain_text("No, not yet.")
@@ -298,25 +307,89 @@ def test_a_yes_to_what_has_changed_since_is_refused_and_shown_anew(address: str,
     expect(page.get_by_role("log")).to_contain_text("The bread is sliced")
 
 
-def test_a_line_of_the_basket_is_removed_by_a_button(tmp_path: Path, enter) -> None:
+def test_lines_of_the_basket_are_marked_and_taken_out_together(tmp_path: Path, enter) -> None:
     with site(tmp_path / "episodes.db", Slow(WRITES)) as address:
+        page = enter(address)
+        begin(page)
+        say(page, "Please add flour, bananas, milk and eggs.")
+        rounds(page, 1)
+        basket = page.get_by_role("table").filter(has_text="Total")
+        lines = basket.get_by_role("button", name=re.compile("^Remove "))
+        names = [str(line.get_attribute("value")) for line in lines.all()]
+        out = page.get_by_role("button", name=re.compile("^Take out"))
+        expect(out).to_be_hidden()
+        for place in (0, 1, 2, 1):  # the second is no longer marked then
+            lines.nth(place).click()
+        for place, pressed in enumerate(("true", "false", "true")):
+            expect(lines.nth(place)).to_have_attribute("aria-pressed", pressed)
+        expect(basket.locator("tr.marked")).to_have_count(2)
+        expect(out).to_have_text("Take out 2")
+        say(page, "Hello.")
+        lines.nth(1).click()  # while the agent works
+        expect(out).to_be_disabled()
+        out.press("Enter")
+        rounds(page, 2)
+        expect(out).to_have_text("Take out 3")
+        out.click()
+        gone = [names[0], names[2], names[1]]
+        sentence = f"Remove the {gone[0]}, the {gone[1]} and the {gone[2]}."
+        expect(page.get_by_role("log").get_by_text(sentence)).to_be_visible()
+        rounds(page, 3)
+        for name in gone:
+            expect(basket.get_by_role("button", name=f"Remove {name}", exact=True)).to_have_count(0)
+            expect(page.get_by_role("log")).to_contain_text(f"{name} removed from the basket.")
+        expect(out).to_be_hidden()
+        expect(lines.first).to_be_focused()
+
+
+@pytest.mark.parametrize(("width", "height"), [(360, 640), (1280, 740)])
+def test_the_basket_and_the_last_words_are_seen_with_the_card(
+    address: str, enter, width: int, height: int
+) -> None:
+    page = enter(address, viewport={"width": width, "height": height})
+    begin(page)
+    say(page, "Please add flour, bananas, milk, eggs, butter, rice, apples, sugar, salt and tea.")
+    rounds(page, 1)
+    say(page, "Buy the basket")
+    rounds(page, 2)
+    card = page.get_by_role("region", name="To confirm")
+    expect(page.get_by_text("Do you confirm exactly what is shown?")).to_be_in_viewport(ratio=1)
+    expect(card).to_be_in_viewport(ratio=1)
+    expect(card.get_by_role("row").nth(1)).to_be_in_viewport(ratio=1)
+    for button in card.get_by_role("button").all():
+        expect(button).to_be_in_viewport(ratio=1)
+    expect(page.get_by_label("Your words", exact=True)).to_be_in_viewport(ratio=1)
+    expect(card.get_by_text(re.compile("^Total"))).to_be_in_viewport(ratio=1)
+    item = card.get_by_role("row").nth(-2)
+    item.scroll_into_view_if_needed()
+    expect(item).to_be_in_viewport(ratio=1)
+    expect(card.get_by_role("button", name="Not yet")).to_be_in_viewport(ratio=1)
+
+
+def test_before_the_first_words_nothing_is_believed(address: str, enter) -> None:
+    page = enter(address)
+    begin(page)
+    goals = page.get_by_role("region", name="Goals")
+    expect(goals.get_by_text("Nothing was said yet.")).to_be_visible()
+    expect(goals.get_by_text("How sure")).to_have_count(0)
+    expect(goals.get_by_text("None of these yet")).to_have_count(0)
+    say(page, WANTS)
+    rounds(page, 1)
+    expect(goals.get_by_text("Nothing was said yet.")).to_have_count(0)
+    expect(goals.get_by_text("How sure")).to_be_visible()
+
+
+def test_where_no_goal_leads_the_agent_is_not_sure(tmp_path: Path, enter) -> None:
+    with site(tmp_path / "episodes.db", WordModel({})) as address:
         page = enter(address)
         begin(page)
         say(page, WANTS)
         rounds(page, 1)
-        basket = page.get_by_role("table").filter(has_text="Total")
-        lines = basket.get_by_role("button", name=re.compile("^Remove "))
-        name = lines.nth(1).get_attribute("title").removeprefix("Remove ")
-        lines.nth(1).focus()
-        page.keyboard.press("Enter")
-        expect(page.get_by_role("log")).to_contain_text(f"Remove the {name}.")
-        expect(lines.first).to_be_disabled()
-        page.keyboard.press("Enter")  # while the agent works, it says nothing
-        rounds(page, 2)
-        expect(basket.get_by_role("button", name=f"Remove {name}", exact=True)).to_have_count(0)
-        expect(page.get_by_role("log")).to_contain_text(f"{name} removed from the basket.")
-        expect(lines.nth(1)).to_be_focused()
-        expect(lines.nth(1)).to_be_enabled()
+        goals = page.get_by_role("region", name="Goals")
+        expect(goals.get_by_role("listitem").first).to_contain_text("None of these yet")
+        expect(goals).to_contain_text("How sure: I do not know yet what you want")
+        expect(goals.get_by_text("nearly certain")).to_have_count(0)
+        expect(goals.get_by_text("With 90")).to_be_hidden()
 
 
 def test_every_note_is_shown(address: str, enter) -> None:
@@ -329,10 +402,29 @@ def test_every_note_is_shown(address: str, enter) -> None:
     episode = page.url.rpartition("/")[2]
     told = page.request.get(f"{address}/api/episodes/{episode}").json()["rounds"]
     notes = [note for each in told for note in each["notes"]]
-    assert notes
     shown = page.get_by_role("log").locator(".note")
-    expect(shown).to_have_text([f"Note: {note}" for note in notes])
-    expect(shown.last).to_be_in_viewport()
+    expect(shown).to_have_count(len(notes))
+    unexplained = "No goal explains these words, and no better one was found."
+    assert [each["belief_note"] for each in told] == ["", unexplained]
+    expect(page.get_by_role("region", name="Goals").get_by_text(unexplained)).to_be_visible()
+    expect(page.get_by_role("log").get_by_text(unexplained)).to_have_count(0)
+
+
+def test_a_note_that_is_said_again_is_small(address: str, enter) -> None:
+    page = enter(address)
+    begin(page)
+    for number in (1, 2):
+        say(page, "Please add a unicorn.")
+        rounds(page, number)
+    page.reload()
+    notes = page.get_by_role("log").locator(".note")
+    expect(notes).to_have_count(2)
+    expect(notes.first).to_contain_text("Note: ")
+    told = (notes.first.text_content() or "").removeprefix("Note: ")
+    expect(notes.last).to_have_text(f"As before: {told}")
+    expect(notes.last).to_be_in_viewport()
+    sizes = [each.evaluate("e => parseFloat(getComputedStyle(e).fontSize)") for each in notes.all()]
+    assert sizes[1] < sizes[0]
 
 
 def test_what_is_being_written_is_shown_until_it_is_asked(address: str, enter) -> None:
@@ -367,6 +459,7 @@ def test_what_a_correction_does_and_what_columns_mean_is_said(address: str, ente
     meanings = goals.locator(".meanings")
     for column in goals.get_by_role("columnheader").all_inner_texts()[2:]:
         expect(meanings).to_contain_text(f"{column}: how")
+    expect(meanings).to_contain_text("among the goals of now")
     goals.get_by_role("button", name="Say it otherwise").click()
     expect(goals.get_by_text("count as confirmed").first).to_be_visible()
     goals.get_by_role("textbox").first.fill("bake a tart")

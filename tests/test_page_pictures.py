@@ -219,7 +219,7 @@ def test_a_study_of_what_came_of_it(tour: Tour) -> None:
     card = page.get_by_role("region", name="To confirm")
     assert page.evaluate(LOOKS)["faults"] == []
     card.get_by_role("button", name="Buy this basket").click()
-    expect(page.get_by_role("region", name="The end")).to_contain_text("Total: $")
+    expect(page.get_by_role("region", name="The end")).to_contain_text("Bought, total $")
     assert page.evaluate(LOOKS)["faults"] == []
     with Store.open(tour.file) as store:
         Book(store).add(STUDY)

@@ -50,9 +50,8 @@ def new(
     people = -(-episodes * plan.ratings_per_item // min(plan.items_per_participant, episodes))
     out = console()
     held = "1 episode" if episodes == 1 else f"{episodes} episodes"
-    wanted = "1 person" if people == 1 else f"{people} people"
     out.print(
-        f"Study {plan.name} has {held} to rate, which takes {wanted} or more. "
+        f"Study {plan.name} has {held} to rate, which takes {_people(people)} or more. "
         f"`goalscope serve` shows it at /study/{plan.name}.",
         soft_wrap=True,
     )
@@ -76,6 +75,7 @@ def new(
 def list_studies(store: StoreFile = None, as_json: Json = False) -> None:
     """List the studies, and how many people have finished."""
     from goalscope.cli_experiments import show_tables
+    from goalscope.display import show_studies
     from goalscope.experiment.summary import Table
     from goalscope.store import Store
     from goalscope.study.book import Book
@@ -89,7 +89,12 @@ def list_studies(store: StoreFile = None, as_json: Json = False) -> None:
             items = len(book.items(each))
             rows.append((each.plan.name, each.created, each.closed, items, len(people), finished))
     columns = ("name", "made", "closed", "episodes", "agreed", "finished")
-    show_tables([Table("studies", "Studies", columns, tuple(rows))], as_json)
+    if as_json:
+        show_tables([Table("studies", "Studies", columns, tuple(rows))], as_json)
+    elif rows:
+        show_studies(console(), columns, rows)
+    else:
+        print("There is no study yet. `goalscope study new FILE` makes one.")
 
 
 @study.command()
@@ -116,6 +121,7 @@ def close(name: Name, store: StoreFile = None) -> None:
     with Store.open(store) as opened:
         book = Book(opened)
         book.close(book.named(name))
+    print(f"Study {name} is closed: it takes no new participants. Who has begun may finish.")
 
 
 @study.command(name="delete")
@@ -133,9 +139,10 @@ def delete_study(
         found = book.named(name)
         people = len(book.participants(found))
         if not yes:
-            what = f"Delete study {name} and what its {people} participants answered, for good?"
+            what = f"Delete study {name} and all that {_people(people)} answered, for good?"
             typer.confirm(what, abort=True)
         book.delete(found)
+    print(f"Study {name} is deleted, with all that {_people(people)} answered. Its episodes stay.")
 
 
 @study.command()
@@ -173,3 +180,7 @@ def forget(
     with Store.open(store) as opened:
         book = Book(opened)
         book.forget(book.named(name), participant)
+
+
+def _people(number: int) -> str:
+    return "1 person" if number == 1 else f"{number} people"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.padding import Padding
 from rich.panel import Panel
@@ -26,6 +27,7 @@ __all__ = [
     "show_reasons",
     "show_round",
     "show_scores",
+    "show_studies",
     "show_summary",
 ]
 
@@ -131,25 +133,55 @@ def show_scores(console: Console, infos: Sequence[EpisodeInfo]) -> None:
 
 
 def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
-    """A table of stored episodes."""
-    table = Table()
-    for heading in ("id", "started (UTC)"):
-        table.add_column(heading, no_wrap=True, min_width=16 if heading != "id" else 8)
-    for heading in ("domain", "profile", "method", "ended"):
-        table.add_column(heading, overflow="fold")
-    table.add_column("rounds", justify="right")
-    table.add_column("score", justify="right")
-    for info in infos:
-        table.add_row(
-            info.id,
-            info.created[:16].replace("T", " "),
-            plain(info.domain),
-            plain(info.profile or "you"),
-            plain(info.method),
-            info.ending,
-            str(info.rounds),
-            "" if info.score is None else f"{info.score:.2f}",
-        )
+    """A table of stored episodes; a narrow terminal leaves out some of its columns."""
+    if not infos:
+        console.print("No episode is stored yet. `goalscope chat` begins one.")
+        return
+    columns: dict[str, list[str]] = {
+        "id": [info.id for info in infos],
+        "started (UTC)": [info.created[:16].replace("T", " ") for info in infos],
+        "domain": [info.domain for info in infos],
+        "profile": [info.profile or "you" for info in infos],
+        "method": [info.method for info in infos],
+        "ended": [info.ending for info in infos],
+        "rounds": [str(info.rounds) for info in infos],
+        "score": ["" if info.score is None else f"{info.score:.2f}" for info in infos],
+    }
+    _columns(console, columns, ("method", "score", "started (UTC)", "domain", "ended"))
+
+
+def show_studies(
+    console: Console, headings: Sequence[str], rows: Sequence[Sequence[str | int | None]]
+) -> None:
+    """A table of studies, as `show_episodes`; times are in UTC and end at the minute."""
+    columns = {
+        heading: [
+            "-"
+            if each is None
+            else str(each)[:16].replace("T", " ")
+            if heading in ("made", "closed")
+            else str(each)
+            for each in column
+        ]
+        for heading, column in zip(headings, zip(*rows, strict=True), strict=True)
+    }
+    _columns(console, columns, ("made", "agreed", "closed", "episodes"))
+
+
+def _columns(console: Console, columns: Mapping[str, Sequence[str]], spare: Sequence[str]) -> None:
+    """A table whose words stay whole: where it is too wide, columns of `spare` are left out."""
+    shown = dict(columns)
+    for least in spare:
+        if sum(max(map(len, (name, *each))) + 2 for name, each in shown.items()) < console.width:
+            break
+        del shown[least]
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for name in shown:
+        numbers = name in ("rounds", "score", "episodes", "agreed", "finished")
+        overflow = "ellipsis" if table.columns else "fold"  # the first is what one must type
+        table.add_column(name, justify="right" if numbers else "left", overflow=overflow)
+    for row in zip(*shown.values(), strict=True):
+        table.add_row(*map(plain, row))
     console.print(table)
 
 
@@ -197,8 +229,8 @@ def show_reasons(
         named = "it" if each == goal else f'"{each.text}"'
         console.print(plain(f"You confirmed {named} {_when(turns)}."))
     console.print(
-        "Evidence is against the mean of the other goals; without it: the belief now, had it not "
-        "been said.",
+        "Evidence is against the mean of the other goals; then: among the goals of now, without "
+        "those that are gone since; without it: the belief now, had it not been said.",
         style="dim",
     )
 

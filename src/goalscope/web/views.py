@@ -31,6 +31,10 @@ __all__ = [
 ]
 
 
+NO_GOAL = "No goal explains these words, and no better one was found."
+"""The one note of a round that is about its belief, and not about what was done."""
+
+
 class GoalView(BaseModel):
     """A goal with its probability; `pinned` where the person has confirmed it."""
 
@@ -115,12 +119,16 @@ class ActionView(BaseModel):
 
 
 class RoundView(BaseModel):
-    """One round: what was said, believed and done. `state` names the state after it."""
+    """One round: what was said, believed and done. `state` names the state after it.
+
+    `belief_note` is told beside the belief, and `notes` below what was done.
+    """
 
     number: int
     query: str
     utterance: str
     belief: BeliefView | None
+    belief_note: str
     changes: list[ChangeView]
     actions: list[ActionView]
     replans: int
@@ -138,11 +146,12 @@ class RoundView(BaseModel):
             query=round.turn.query,
             utterance=round.turn.utterance,
             belief=round.belief and BeliefView.of(round.belief),
+            belief_note=NO_GOAL if NO_GOAL in round.notes else "",
             changes=[ChangeView.of(change) for change in round.changes],
             actions=[ActionView.of(result) for result in round.results],
             replans=round.replans,
             status=round.status,
-            notes=list(round.notes),
+            notes=[note for note in round.notes if note != NO_GOAL],
             question=round.question,
             state=round.state,
             terminated=round.terminated,
@@ -192,7 +201,7 @@ class StoredEpisode(BaseModel):
 class Confirm(BaseModel):
     """What nobody can undo waits until exactly this state is confirmed.
 
-    `yes` and `no` are the words that answer the question; `no` is empty where silence does.
+    `yes` and `no` are the words that answer the question.
     """
 
     state: str
@@ -204,13 +213,12 @@ class Confirm(BaseModel):
     @classmethod
     def of(cls, round: episodes.Round, completion_phrase: str) -> Confirm:
         """What is asked after a round."""
-        ends = round.question == CONFIRM
         return cls(
             state=round.state,
             status=round.status,
             question=round.question,
-            yes=completion_phrase if ends else "Yes.",
-            no="" if ends else "No, not yet.",
+            yes=completion_phrase if round.question == CONFIRM else "Yes.",
+            no="No, not yet.",
         )
 
 

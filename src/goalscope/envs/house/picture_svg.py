@@ -125,7 +125,7 @@ class _Drawing:
         self._add("style", {}, _style())
         self._add("rect", {"class": "paper", "width": "100%", "height": "100%"})
         self._heading()
-        self._rect("room", plan.room)
+        self._add("polygon", {"class": "room", "points": self._corners()})
         for piece in sorted(plan.pieces, key=lambda each: _LAYERS.index(each.kind)):
             if piece.kind != "thing":
                 self._piece(piece)
@@ -167,10 +167,9 @@ class _Drawing:
     def _points(self, part: Iterable[Point]) -> str:
         return " ".join(f"{x:.1f},{y:.1f}" for x, y in map(self._xy, part))
 
-    def _rect(self, kind: str, box: Box) -> None:
-        x0, z0, x1, z1 = box
-        corners = ((x0, z0), (x1, z0), (x1, z1), (x0, z1))
-        self._add("polygon", {"class": kind, "points": self._points(corners)})
+    def _corners(self) -> str:
+        x0, z0, x1, z1 = self.plan.room
+        return self._points(((x0, z0), (x1, z0), (x1, z1), (x0, z1)))
 
     def _piece(self, piece: Piece) -> None:
         for part in piece.parts:
@@ -186,7 +185,10 @@ class _Drawing:
             return
         x, y = self._xy(self.plan.robot)
         turn = {"transform": f"translate({x:.1f} {y:.1f}) rotate({self.plan.heading:.1f})"}
-        self._add("path", {"class": "view", "d": "M0 0L-30 -42A52 52 0 0 1 30 -42Z", **turn})
+        walls = self._add("clipPath", {"id": "walls"})
+        ET.SubElement(walls, "polygon", {"points": self._corners()})
+        view = {"class": "view", "d": "M0 0L-30 -42A52 52 0 0 1 30 -42Z", **turn}
+        ET.SubElement(self._add("g", {"clip-path": "url(#walls)"}), "path", view)
         self._add("path", {"class": "robot", "d": "M0 -13L9 10L0 5L-9 10Z", **turn})
         self.taken.append(_centred((x, y), 24, 26))
         at = (min(max(x, self.left + 20), self.width - self.left - 20), y + 20)

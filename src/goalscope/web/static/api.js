@@ -9,8 +9,8 @@
  *   model: string, task: string, ended: ?("terminated"|"truncated"), score: ?number,
  *   rounds: number, mine: boolean}} Episode
  * @typedef {{number: number, query: string, utterance: string, belief: ?Belief,
- *   changes: Change[], actions: Action[], replans: number, status: string, notes: string[],
- *   question: string, state: string, terminated: boolean}} Round
+ *   belief_note: string, changes: Change[], actions: Action[], replans: number,
+ *   status: string, notes: string[], question: string, state: string, terminated: boolean}} Round
  * @typedef {{phase: "idle"|"waiting"|"thinking", place: number, step: string, query: ?string,
  *   round: number, utterance: ?string, belief: ?Belief, changes: Change[], can_undo: boolean,
  *   confirm: ?{state: string, status: string, question: string, yes: string, no: string},

@@ -9,7 +9,9 @@ const MOVE = { duration: 450, easing: "cubic-bezier(.2,.7,.2,1)" };
 
 /**
  * @typedef {import("./api.js").Belief} Belief
- * @typedef {{belief: ?Belief, previous: ?Belief, colours: Map<string, string>, version: string}} Shown
+ * @typedef {{belief: ?Belief, previous: ?Belief, colours: Map<string, string>, version: string,
+ *   note?: string, silent?: boolean}} Shown `note`: of how the words were understood; `silent`: nothing
+ *   was said yet, so that there is nothing to believe.
  */
 
 export class Bars {
@@ -21,10 +23,11 @@ export class Bars {
     this.all = false;
     this.shown = null;
     this.sureness = h("p", { class: "sureness" });
+    this.note = h("p", { class: "soft small" });
     this.list = h("ol", { class: "bars" });
     this.legend = h("p", { class: "legend" });
     this.more = h("button", { type: "button", class: "quiet", onclick: () => this.#toggleRest() });
-    this.element = h("div", { class: "belief" }, this.sureness, this.list, this.more, this.legend);
+    this.element = h("div", { class: "belief" }, this.sureness, this.list, this.more, this.legend, this.note);
   }
 
   /** @param {Shown} shown */
@@ -32,14 +35,16 @@ export class Bars {
     const before = this.#places();
     const fresh = shown.version !== this.shown?.version;
     this.shown = shown;
-    const goals = shown.belief && !shown.belief.degenerate ? shown.belief.goals : [];
+    const goals = shown.belief && !shown.belief.degenerate && !shown.silent ? shown.belief.goals : [];
     const kept = new Set(goals.map((goal) => goal.text));
     for (const text of [...this.rows.keys()]) if (!kept.has(text)) this.rows.delete(text);
     if (!kept.has(this.open)) this.open = null;
     goals.forEach((goal) => this.#update(goal, fresh));
     this.#list(goals);
-    setText(this.sureness, told(shown.belief));
-    this.sureness.title = shown.belief ? `Entropy: ${shown.belief.entropy.toFixed(2)} nats` : "";
+    setText(this.sureness, shown.silent ? "Nothing was said yet." : told(shown.belief));
+    setText(this.note, shown.note ?? "");
+    this.note.hidden = !shown.note;
+    this.sureness.title = shown.belief && !shown.silent ? `Entropy: ${shown.belief.entropy.toFixed(2)} nats` : "";
     this.#legend(shown.belief, goals);
     this.#slide(before);
   }
@@ -74,7 +79,7 @@ export class Bars {
   }
 
   #legend(belief, goals) {
-    const marked = new Set(goals.length ? belief.set_90 : []);
+    const marked = new Set(!goals.length || goals[0].unspecified ? [] : belief.set_90);
     this.legend.hidden = marked.size === 0;
     setText(
       this.legend,
@@ -174,6 +179,7 @@ export class Bars {
 function told(belief) {
   if (!belief) return "This method keeps no belief.";
   if (belief.degenerate) return "No goal explains what was said.";
+  if (belief.goals[0]?.unspecified) return "How sure: I do not know yet what you want";
   const number = Math.exp(belief.entropy);
   if (number < 1.15) return "How sure: nearly certain";
   if (number < 1.8) return "How sure: quite sure";

@@ -14,11 +14,11 @@ export class Log {
       "aria-label": "Conversation",
       tabindex: 0,
       onscroll: () => {
-        this.atEnd = this.#isAtEnd();
+        if (this.element.clientHeight === this.height) this.atEnd = this.#isAtEnd();
       },
     });
     this.atEnd = true;
-    new ResizeObserver(() => this.atEnd && this.scrollToEnd()).observe(this.element);
+    new ResizeObserver(() => this.#resized()).observe(this.element);
   }
 
   /**
@@ -28,7 +28,7 @@ export class Log {
    */
   show(rounds, open = null) {
     const numbers = rounds.map((round) => round.number);
-    rounds.forEach((round) => this.#exchange(round.number).settle(round));
+    rounds.forEach((round, place) => this.#exchange(round.number).settle(round, rounds[place - 1]?.notes));
     if (open && !numbers.includes(open.round)) {
       this.#exchange(open.round).say(open.query, open.utterance, open.draft);
       numbers.push(open.round);
@@ -43,6 +43,12 @@ export class Log {
   scrollToEnd() {
     this.atEnd = true;
     this.element.scrollTop = this.element.scrollHeight;
+  }
+
+  /** Who had the last words in view keeps them there, whatever takes room below. */
+  #resized() {
+    this.height = this.element.clientHeight;
+    if (this.atEnd) this.scrollToEnd();
   }
 
   #isAtEnd() {
@@ -81,8 +87,11 @@ class Exchange {
     this.utterance.show(utterance);
   }
 
-  /** @param {import("./api.js").Round} round */
-  settle(round) {
+  /**
+   * @param {import("./api.js").Round} round
+   * @param {string[]} before The notes of the round before; what they said already is told in small.
+   */
+  settle(round, before = []) {
     if (this.settled) return;
     this.settled = true;
     this.say(round.query, round.utterance);
@@ -90,7 +99,11 @@ class Exchange {
     this.done.replaceChildren(
       ...(round.actions.length ? [actionList(round.actions)] : []),
       ...told.map((each) => h("p", {}, each)),
-      ...round.notes.map((note) => h("p", { class: "note" }, unseen("Note: "), note)),
+      ...round.notes.map((note) =>
+        before.includes(note)
+          ? h("p", { class: "note again" }, "As before: ", note)
+          : h("p", { class: "note" }, unseen("Note: "), note),
+      ),
     );
   }
 }

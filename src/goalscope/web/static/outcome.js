@@ -1,7 +1,7 @@
 /** What was done, and what it led to: actions, the basket, the room. */
 
 import { pathOf } from "./api.js";
-import { count, h, unseen } from "./dom.js";
+import { count, h, setText, unseen } from "./dom.js";
 import { statusView } from "./status.js";
 
 /**
@@ -45,31 +45,34 @@ function actionItem(action) {
   );
 }
 
-/** What an action that was done came to: its last line follows what it may have shown. */
-function told({ text, observation }) {
-  return observation.trim().split("\n").at(-1) || text;
+/** What an action that was done came to: a purchase first says so; else the last line does. */
+function told({ text, observation, irreversible }) {
+  return observation.trim().split("\n").at(irreversible ? 0 : -1) || text;
 }
 
 /** What stands in the end of a round: the basket, or the room from above. */
 export class Outcome {
   /**
    * @param {import("./api.js").Episode} episode
-   * @param {?((name: string) => void)} remove Has the agent take an item out of the basket.
+   * @param {?((names: string[]) => void)} remove Has the agent take items out of the basket.
    */
   constructor(episode, remove = null) {
     this.episode = episode;
     this.remove = remove;
+    this.marked = new Set();
     this.ready = false;
     this.house = episode.domain === "house";
     this.shown = null;
     this.image = h("img", { class: "room", alt: "" });
     this.body = h("div", {});
+    this.takeOut = h("button", { type: "button", class: "take-out", hidden: true, onclick: () => this.#send() });
     this.element = h(
       "div",
       { class: "panel" },
       h("h2", {}, this.house ? "The room" : "The basket"),
       this.house ? h("a", { class: "room-link", target: "_blank", rel: "noopener" }, this.image) : null,
       this.body,
+      this.takeOut,
     );
   }
 
@@ -77,10 +80,34 @@ export class Outcome {
     return [...this.body.querySelectorAll(".remove")];
   }
 
-  /** Whether the agent listens now; a button that waits keeps the focus. */
+  /** Whether the agent listens now; the button waits until then, and keeps the focus. */
   setReady(ready) {
     this.ready = ready;
-    for (const button of this.#removers) button.setAttribute("aria-disabled", String(!ready));
+    this.takeOut.setAttribute("aria-disabled", String(!ready));
+  }
+
+  #mark(name) {
+    if (!this.marked.delete(name)) this.marked.add(name);
+    this.#showMarks();
+  }
+
+  #send() {
+    if (!this.ready) return;
+    const names = [...this.marked];
+    this.marked.clear();
+    this.#showMarks();
+    this.#removers[0]?.focus();
+    this.remove(names);
+  }
+
+  #showMarks() {
+    for (const button of this.#removers) {
+      const isMarked = this.marked.has(button.value);
+      button.setAttribute("aria-pressed", String(isMarked));
+      button.closest("tr").classList.toggle("marked", isMarked);
+    }
+    this.takeOut.hidden = this.marked.size === 0;
+    setText(this.takeOut, `Take out ${this.marked.size}`);
   }
 
   /**
@@ -93,8 +120,10 @@ export class Outcome {
     this.shown = key;
     const empty = this.house ? "The robot has not done anything yet." : "The basket is empty.";
     const focused = this.#removers.indexOf(document.activeElement);
-    this.body.replaceChildren(statusView(status || empty, this.remove && ((name) => this.ready && this.remove(name))));
-    this.setReady(this.ready);
+    this.body.replaceChildren(statusView(status || empty, this.remove && ((name) => this.#mark(name))));
+    const there = this.#removers.map((button) => button.value);
+    this.marked = new Set([...this.marked].filter((name) => there.includes(name)));
+    this.#showMarks();
     if (focused >= 0) (this.#removers[focused] ?? this.#removers.at(-1))?.focus();
     if (!this.house) return;
     const picture = pathOf(this.episode.id, `/picture.svg?round=${number}`);

@@ -199,7 +199,7 @@ class View {
     this.number = round.number;
     this.belief = round.belief;
     const previous = this.rounds[place - 1]?.belief ?? null;
-    this.bars.show({ belief: round.belief, previous, colours: this.colours, version: String(place) });
+    this.bars.show({ belief: round.belief, previous, colours: this.colours, version: String(place), note: round.belief_note });
     this.ribbons.show(this.columns, this.colours, place);
     this.outcome.show(round.number, round.status);
     this.log.show(this.rounds.slice(0, place + 1));

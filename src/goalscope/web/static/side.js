@@ -10,7 +10,7 @@ import { details, wordsForm } from "./why.js";
 
 /**
  * @typedef {{correct: (kind: string, goal: string, text?: string) => Promise<void>,
- *   undo: () => Promise<void>, remove: (name: string) => void}} Hands
+ *   undo: () => Promise<void>, remove: (names: string[]) => void}} Hands
  */
 
 export class Side {
@@ -72,8 +72,10 @@ export class Side {
     const colours = coloursOf([...columns.map((column) => column.belief), belief]);
     this.belief = belief;
     this.colours = colours;
-    setText(this.told, summaryOf(belief));
-    this.bars.show({ belief, previous: previous ?? null, colours, version: key });
+    this.silent = !rounds.length && belief?.goals.length === 1 && belief.goals[0].unspecified;
+    setText(this.told, this.silent ? "" : summaryOf(belief));
+    const note = corrected ? "" : last?.belief_note;
+    this.bars.show({ belief, previous: previous ?? null, colours, version: key, note, silent: this.silent });
     this.ribbons.show(columns, colours);
     this.history.hidden = !columns.some((column) => column.belief);
     this.add.hidden = !this.#correctable();
@@ -189,9 +191,10 @@ export class Strip {
 
   /** @param {Side} side */
   show(side) {
-    const goals = side.belief?.goals ?? [];
+    const goals = (!side.silent && side.belief?.goals) || [];
     const [first] = goals;
-    setText(this.text, first ? `${percent(first.probability)} ${nameOf(first)}` : "The belief");
+    const none = side.silent ? "Nothing was said yet" : "The belief";
+    setText(this.text, first ? `${percent(first.probability)} ${nameOf(first)}` : none);
     setText(this.sum, side.summary);
     this.mini.replaceChildren(
       ...goals.map((goal) => {

@@ -13,21 +13,26 @@ function isBasket(lines) {
 /**
  * The status as a table of what is in the basket, or else as a list.
  * @param {string} status
- * @param {?((name: string) => void)} remove Is told which item is to go.
+ * @param {?((name: string) => void)} mark Is told which item is to go, or to stay after all.
  */
-export function statusView(status, remove = null) {
+export function statusView(status, mark = null) {
   const lines = status.split("\n").filter((line) => line.trim());
-  return isBasket(lines) ? basket(lines, remove) : listed(lines);
+  return isBasket(lines) ? basket(lines, mark) : listed(lines);
 }
 
-function basket(lines, remove) {
+function basket(lines, hands) {
+  const mark = isBought(lines) ? null : hands;
   const items = lines.map((line) => ITEM.exec(line)).filter(Boolean);
   const total = lines.map((line) => TOTAL.exec(line)).find(Boolean);
   const others = lines.slice(1).filter((line) => !ITEM.test(line) && !TOTAL.test(line));
   const cell = (name, text, attributes = {}) => h(name, attributes, text);
-  const heads = ["Number", "Item", "Price", ...(remove ? ["Remove"] : [])];
+  const heads = ["Number", "Item", "Price", ...(mark ? ["Remove"] : [])];
   const button = (name) =>
-    h("button", { type: "button", class: "remove", title: `Remove ${name}`, onclick: () => remove(name) }, unseen(`Remove ${name}`));
+    h(
+      "button",
+      { type: "button", class: "remove", value: name, title: `Remove ${name}`, onclick: () => mark(name) },
+      unseen(`Remove ${name}`),
+    );
   return h(
     "div",
     {},
@@ -50,12 +55,12 @@ function basket(lines, remove) {
             cell("td", `${number}\u00a0\u00d7`, { class: "quantity" }),
             cell("td", name),
             cell("td", price, { class: "price" }),
-            remove ? h("td", { class: "remove-cell" }, button(name)) : null,
+            mark ? h("td", { class: "remove-cell" }, button(name)) : null,
           ),
         ),
       ),
       total
-        ? h("tfoot", {}, h("tr", {}, cell("th", "Total", { scope: "row", colspan: 2 }), cell("td", total[1], { class: "price" }), remove ? h("td", {}) : null))
+        ? h("tfoot", {}, h("tr", {}, cell("th", isBought(lines) ? "Bought, total" : "Total", { scope: "row", colspan: 2 }), cell("td", total[1], { class: "price" }), mark ? h("td", {}) : null))
         : null,
     ),
     ...others.map((line) => h("p", {}, line)),
@@ -73,7 +78,13 @@ function listed(lines) {
   );
 }
 
-/** In a few words, for where there is no room: the total, or how many items. */
+function isBought(lines) {
+  return lines[0] === "Purchased:";
+}
+
+/** In a few words, for where there is no room: the total. */
 export function statusSummary(status) {
-  return /^Total: (.*)$/m.exec(status)?.[1] ?? "";
+  const lines = status.split("\n");
+  const total = lines.map((line) => TOTAL.exec(line)).find(Boolean)?.[1];
+  return total ? `${isBought(lines) ? "Bought, total" : "Total"} ${total}` : "";
 }

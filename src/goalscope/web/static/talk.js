@@ -36,7 +36,7 @@ class Talk {
     this.side = new Side(state.episode, {
       correct: (kind, goal, text) => this.correct(kind, goal, text),
       undo: () => this.undo(),
-      remove: (name) => this.say(`Remove the ${name}.`),
+      remove: (names) => this.say(`Remove ${listed(names)}.`),
     });
     this.strip = new Strip(this.side.element);
     this.status = h("p", { class: "thinking", role: "status" });
@@ -191,35 +191,35 @@ class Talk {
 
   #confirm(live) {
     const wanted = live?.confirm && live.phase === "idle" && this.pending === null ? live.confirm : null;
-    const shown = wanted && `${live.round}|${wanted.state}`;
+    const shown = wanted && `${live.round}|${wanted.state}|${live.query}`;
     if (shown === this.confirmShown) return;
     this.confirmShown = shown;
-    this.confirm.replaceChildren(...(wanted ? [this.#confirmCard(wanted)] : []));
+    if (wanted) this.strip.close();
+    this.confirm.replaceChildren(...(wanted ? [this.#confirmCard(wanted, live.query ?? "")] : []));
   }
 
-  #notYet() {
-    this.confirm.replaceChildren(h("p", { class: "note", role: "status" }, "Nothing was done. Say what is to be changed."));
-    this.composer.input.focus();
-  }
-
-  /** @param {NonNullable<import("./api.js").Live["confirm"]>} asked */
-  #confirmCard({ state, status, question, yes, no }) {
+  /**
+   * The question stands in the talk already, if the agent could ask it.
+   * @param {NonNullable<import("./api.js").Live["confirm"]>} asked
+   * @param {string} query
+   */
+  #confirmCard({ state, status, question, yes, no }, query) {
     const buys = this.state.episode.domain === "grocery";
-    const answer = (words) => {
-      this.say(words, state);
+    const about = buys ? "Your basket" : "Nobody can undo that.";
+    const answer = (words, confirmed) => {
+      this.say(words, confirmed);
       this.log.element.focus({ preventScroll: true });
     };
-    const refuse = () => (no ? answer(no) : this.#notYet());
     return h(
       "section",
       { class: "card confirm", "aria-label": "To confirm" },
-      h("h2", {}, question),
-      buys ? statusView(status) : h("p", {}, "Nobody can undo that."),
+      h("h2", {}, query.includes(question) ? about : question),
+      buys ? h("div", { class: "card-body", tabindex: 0 }, statusView(status)) : null,
       h(
         "div",
         { class: "buttons" },
-        h("button", { type: "button", class: "primary", onclick: () => answer(yes) }, buys ? "Buy this basket" : "Yes"),
-        h("button", { type: "button", onclick: refuse }, "Not yet"),
+        h("button", { type: "button", class: "primary", onclick: () => answer(yes, state) }, buys ? "Buy this basket" : "Yes"),
+        h("button", { type: "button", onclick: () => answer(no) }, "Not yet"),
       ),
     );
   }
@@ -250,6 +250,12 @@ function working(live, pending) {
   return `${step[0].toUpperCase()}${step.slice(1)}\u2026`;
 }
 
+/** "the A", "the A and the B", "the A, the B and the C". */
+function listed(names) {
+  const things = names.map((name) => `the ${name}`);
+  return [things.slice(0, -1).join(", "), things.at(-1)].filter(Boolean).join(" and ");
+}
+
 function endCard(episode, total) {
   const rounds = count(episode.rounds, "round");
   const score = episode.score === null ? "" : ` Score: ${episode.score.toFixed(2)}.`;
@@ -257,7 +263,7 @@ function endCard(episode, total) {
     "section",
     { class: "card ended", "aria-label": "The end" },
     h("h2", {}, episode.ended === "terminated" ? "Done" : "Out of rounds"),
-    h("p", {}, `${total ? `Total: ${total}. ` : ""}It took ${rounds}.${score}`),
+    h("p", {}, `${total ? `${total}. ` : ""}It took ${rounds}.${score}`),
     h(
       "div",
       { class: "buttons" },
