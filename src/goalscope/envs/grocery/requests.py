@@ -18,7 +18,8 @@ from goalscope.envs.grocery.amounts import (
     Request,
     number,
 )
-from goalscope.envs.grocery.rewording import ASKING, CART, CORRECTION, SAME, plain
+from goalscope.envs.grocery.moods import Mood
+from goalscope.envs.grocery.rewording import ASKING, CART, CORRECTION, SAME, Said, heard, plain
 from goalscope.envs.grocery.words import asks, contains, sentences, singulars
 
 __all__ = [
@@ -60,16 +61,16 @@ _SERVINGS = re.compile(
     r"|kids|adults|friends|years?(?: old)?)\b"
 )
 _HARMS = (
-    r"(?:(?<!not )(?<!n't )(?:allerg(?:ic|y|ies) to|(?:intolerant|sensitive) (?:to|of))"
+    r"(?:(?:allerg(?:ic|y|ies) to|(?:intolerant|sensitive) (?:to|of))"
     r"|reacts? (?:\w+ )?to"
     r"|(?:can'?t|cannot|can not|mustn't|must not) (?:eat|have|tolerate|digest|be around))"
 )
 _NEVER = r"(?:don'?t|doesn'?t|do not|does not|didn'?t|did not|won'?t|never|shouldn'?t)"
 _SHUNS = (
     r"(?:no(?! (?:problem|thanks|thank|need|idea|one|preference|rush|worries|matter|doubt|i\b"
-    r"|\w* ?allerg))|(?:can'?t|cannot|can not) (?:stand|do|drink|use)"
+    r"|\w* ?allerg))|(?:can'?t|cannot|can not) (?:stand|do(?! without)|drink|use)"
     rf"|{_NEVER} (?:(?:really|actually|even|ever|want to) )*"
-    r"(?:like|eat|have|do|touch|tolerate|drink|care for)s?"
+    r"(?:like|eat|have(?! enough)|do(?! without)|touch|tolerate|drink|care for)s?"
     r"|without|avoid(?:ing)?|free of|free from|nothing (?:with|containing)|hates?|dislikes?)"
 )
 _TAKES = (
@@ -79,16 +80,17 @@ _TAKES = (
 )
 _DROPS = (
     rf"(?:{_NEVER} (?:(?:really|actually|even|need to) )*"
-    r"(?:want to (?:get|buy|have|add|order)|want|need|add|use|include|buy|get|put)s?|skip"
+    r"(?:want to (?:get|buy|have|add|order)|want|need|(?<!did not )(?<!didn't )(?:add|use|include|buy"
+    r"|get|put))s?|skip"
     r"|leave (?:out|off)|hold|omit|not (?:the|any)|cut out|lose"
-    r"|scratch|never mind|(?<!i )(?<!we )(?<!you )(?<!to )forget(?: about)?)"
+    r"|(?:(?<=^)|(?<=[.,;!?] )|(?<=please )|(?<=and )|(?<=let's ))scratch|never mind|(?<!i )(?<!we )(?<!you )(?<!to )forget(?: about)?)"
 )
 _BESIDE = r"(?:instead of|rather than|other than|except(?: for)?|apart from|anything (?:with|but))"
 _REFUSAL = re.compile(
     rf"\b(?:(?P<harms>{_HARMS})|(?P<shuns>{_SHUNS})|(?P<takes>{_TAKES})|(?P<beside>{_BESIDE})"
     rf"|{_DROPS})\s+"
     r"(?P<what>[^;!?]+?)(?=\.(?:\s|$)|[;!?]|$)"
-    r"|(?<!no )(?<!not )\b(?P<allergen>(?!(?:an?|any|food|known|severe|bad|my|his|her|the|of)\b)"
+    r"|\b(?P<allergen>(?!(?:an?|any|food|known|severe|bad|my|his|her|the|of)\b)"
     r"[\w-]+) (?:allergy|allergies)\b"
     r"|(?<!n't )(?<!not )\b(?:take|put|throw|leave)\s+"
     r"(?P<apart>(?:the|my|these|those|all|both)\b"
@@ -118,9 +120,18 @@ _STOP = re.compile(
 )
 _ALL = "(?:everything|it all|all of it|them all|all items)"
 _CLEARS = re.compile(
-    rf"(?<!not )(?<!n't )\b(?:(?:empty|clear) (?:out )?(?:the|my|this) (?:whole |entire )?{CART}"
+    rf"\b(?:(?:empty|clear) (?:out )?(?:the|my|this) (?:whole |entire )?{CART}"
     rf"|(?:take|throw|put) {_ALL} (?:out|back|away)|(?:remove|delete|drop) {_ALL}"
     r"|start (?:all )?over)\b(?! (?:but|except))"
+)
+_DENIED = re.compile(
+    r"\b(?:not|never|nobody|cannot|no (?:one|need|reason|longer|point|way)|\w+n't|unless|in case"
+    r"|if(?! (?:possible|you (?:can|could|like))\b))"
+    r"(?: (?!(?:as|just|only|so|but|and|because|please|with|that)\b)[\w']+){0,4} $"
+)
+_NOT_ILL = re.compile(
+    r"\b(?:not|never|neither|no longer|\w+n't|(?:nobody|no one|none)(?: \w+){0,2})"
+    r"(?: (?:is|are|was|at all|actually|really|even|any|a|anymore|longer|seriously))* $"
 )
 
 
@@ -134,9 +145,9 @@ class Refusal(IntEnum):
 
 def wanted(utterance: str) -> list[Request]:
     """What `utterance` may ask for, in its order; refused things and questions are left out."""
-    text = _REFUSAL.sub(_without_refused, plain(utterance))
     found: dict[str, Request] = {}
-    for sentence in sentences(_SERVINGS.sub(" ", text)):
+    texts = [_unrefused(said) for said in heard(utterance) if said.mood is not Mood.QUESTION]
+    for sentence in sentences(_SERVINGS.sub(" ", " ".join(texts))):
         for part in re.split(r"\bbut\b|\s-\s", sentence.strip(" .;!?")):
             start = 0
             if asks(sentence) or _KEEP.match(part):
@@ -174,7 +185,7 @@ def amount(thing: str, said: str) -> Request:
 def unwanted(utterance: str) -> dict[str, Refusal]:
     """What `utterance` refuses or wants taken out, in lower case and in its order, and how."""
     found: dict[str, Refusal] = {}
-    for match in _REFUSAL.finditer(plain(utterance)):
+    for match in _refusals(utterance):
         ill = match["harms"] or match["allergen"]
         how = Refusal.HARMED if ill else Refusal.SHUNNED if match["shuns"] else Refusal.DROPPED
         for thing in _refused(match):
@@ -185,31 +196,58 @@ def unwanted(utterance: str) -> dict[str, Refusal]:
 
 def removed(utterance: str) -> list[Request]:
     """What `utterance` wants taken out of the basket, all of it or so many fewer."""
-    matches = _REFUSAL.finditer(plain(utterance))
-    return [thing for m in matches if m["takes"] or m["apart"] for thing in _refused(m)]
+    matches = (m for m in _refusals(utterance) if m["takes"] or m["apart"])
+    return [thing for match in matches for thing in _refused(match)]
 
 
 def spared(utterance: str) -> list[str]:
     """What alone is to stay in the basket, in lower case."""
-    text = plain(utterance)
-    parts = (p for found in _ONLY.findall(text) for p in _SEPARATOR.split(_STOP.sub("", found)))
+    texts = [said.text for said in heard(utterance) if said.mood is Mood.ORDER]
+    parts = (p for text in texts for found in _ONLY.findall(text) for p in _SEPARATOR.split(_STOP.sub("", found)))
     return [thing.phrase for part in parts if (thing := _request(part))]
 
 
 def refuses(utterance: str) -> bool:
     """Whether `utterance` refuses anything, corrects itself, or counts in containers."""
-    text = plain(utterance)
-    return bool(_REFUSAL.search(text) or _CONTAINED.search(text) or CORRECTION.search(utterance))
+    containers = _CONTAINED.search(plain(utterance))
+    return bool(containers or CORRECTION.search(utterance) or next(_refusals(utterance), None))
 
 
 def unrefused(utterance: str) -> str:
     """`utterance` without what it refuses, and without containers: "a bag of" says no thing."""
-    return _CONTAINED.sub(" ", _REFUSAL.sub(_without_refused, plain(utterance)))
+    return _CONTAINED.sub(" ", " ".join(map(_unrefused, heard(utterance))))
 
 
 def clears(utterance: str) -> bool:
     """Whether the person wants the whole basket emptied."""
-    return bool(_CLEARS.search(plain(utterance)))
+    return any(said.mood is Mood.ORDER and _CLEARS.search(said.text) for said in heard(utterance))
+
+
+def _refusals(utterance: str) -> Iterator[re.Match[str]]:
+    for said in heard(utterance):
+        yield from (match for match in _REFUSAL.finditer(said.text) if _counts(match, said.mood))
+
+
+def _counts(match: re.Match[str], mood: Mood) -> bool:
+    """Whether a refusal is meant: none is in a question or after a "not", but what harms may be."""
+    before = match.string[max(0, match.start() - 80) : match.start()]
+    if match["harms"] or match["allergen"]:
+        return not _NOT_ILL.search(before)
+    if match["takes"] or match["apart"]:
+        return mood is Mood.ORDER
+    return mood is not Mood.QUESTION and not _DENIED.search(before)
+
+
+def _unrefused(said: Said) -> str:
+    """A clause without what it refuses, and without the refusals that it denies."""
+    return _REFUSAL.sub(
+        lambda match: (
+            _without_refused(match)
+            if _counts(match, said.mood)
+            else f" . {match[0].partition(',')[2]}"
+        ),
+        said.text,
+    )
 
 
 def _refused(match: re.Match[str]) -> Iterator[Request]:
@@ -241,7 +279,7 @@ def _enumerated(match: re.Match[str], listed: str) -> str:
     bare = match["takes"] and (
         re.search(r"\band\b|&", listed) or not re.search(r"\b(?:please|instead)\b", match["what"])
     )
-    meant, goes_on = [first], not match["shuns"] and not match["beside"]
+    meant, goes_on = [first], not (match["shuns"] or match["beside"] or match[0][:3] == "not")
     for part in rest:
         goes_on = goes_on and bool(_LIST.match(part) or (bare and not _NEW.match(part)))
         if goes_on or part.strip().startswith(("no ", "or ")):
