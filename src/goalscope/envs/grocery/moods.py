@@ -20,7 +20,7 @@ class Mood(Enum):
 
 
 _FILLER = (
-    r"please|kindly|ok|okay|yes|yeah|yep|no|nope|oh|well|hi|hello|hey|actually|just|also|then|now"
+    r"please|kindly|ok|okay|yes|yeah|yep|yup|no|nope|nah|hmm|um|ah|right|alright|cool|oh|well|hi|hello|hey|actually|just|also|then|now"
     r"|and|so|but|maybe|perhaps|sorry|thanks|thank you|great|good|perfect|fine|first|again|instead"
     r"|definitely|really|simply|wait|do|go ahead|feel free to|(?:make|be) sure (?:to|you)"
     r"|(?:don't forget|remember) to|i guess|i think|on second thoughts?|never ?mind|forget it"
@@ -29,11 +29,12 @@ _FILLER = (
 )
 _WISH = (
     r"(?:can|could|will|would|may|might) (?:you|we|i)(?: mind| be able to)?|let's|let us|let me"
-    r"|(?:i|we)(?:'d| would|'ll| will| do)?(?: also| really| just| definitely)*"
+    r"|(?:i|we)(?:'d| would|'ll| will|'ve| do)?(?: also| really| just| definitely)*"
     r" (?:want|like|love|prefer|need|have|decided|wish)(?: you)? to|(?:i|we)(?:'d| would) rather"
     r"|(?:i|we)(?:'m|'re| am| are) going to|(?:i|we)(?:'ll| will)|(?:you|we) (?:can|could|should"
     r"|may|might|must|need to|have to)|i (?:said|asked you|told you)(?: to)?|you forgot to"
-    r"|(?:is|would) it (?:be )?possible to|i'd appreciate it if you"
+    r"|(?:is|would) it (?:be )?possible to|(?:i'd appreciate it|it would be (?:good|great|nice)) if you"
+    r"(?: could| can| would)?"
 )
 _PREFACE = re.compile(rf"(?:\W*\b(?:{_FILLER}|{_WISH})(?!['\w])){{0,8}}+\W*")
 _POLITE = re.compile(r"\W*(?:\w+\W+){0,2}?(?:can|could|will|would|may|might) (?:you|we|i)\b")

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 from enum import IntEnum
+from functools import lru_cache
 
 from goalscope.envs.grocery.amounts import (
     CONTAINER,
@@ -54,6 +55,9 @@ _SPEAKING = re.compile(
     r"|do|does|did|will|would|should|could|can(?= \w)|there's|who|what|when|why|how|not|don't"
     r"|doesn't|isn't|let's)\b"
 )
+_NUMBER = re.compile(rf"\d|\b(?:{WORD}|dozens?)\b")
+_COUNTED = 12
+"""Words that a number and what it counts come to at most."""
 _SERVINGS = re.compile(
     rf"\b(?:for|serves?|serving|feeds?|feeding)\s+(?:about |around |up to |roughly )?"
     rf"(?:\d+|(?!an?\b){WORD}(?:[ -]{WORD})*|a dozen)\b(?: (?:\w+ )?(?:people|guests|kids"
@@ -65,16 +69,16 @@ _HARMS = (
     r"|reacts? (?:\w+ )?to"
     r"|(?:can'?t|cannot|can not|mustn't|must not) (?:eat|have|tolerate|digest|be around))"
 )
-_NEVER = r"(?:don'?t|doesn'?t|do not|does not|didn'?t|did not|won'?t|never|shouldn'?t)"
+_NEVER = r"(?:don'?t|doesn'?t|do not|does not|didn'?t|did not|won'?t|never|no longer|shouldn'?t)"
 _SHUNS = (
-    r"(?:no(?! (?:problem|thanks|thank|need|idea|one|preference|rush|worries|matter|doubt|i\b"
+    r"(?:no(?! (?:problem|thanks|thank|need|reason|point|way|longer|circumstances|idea|one|preference|rush|worries|matter|doubt|i\b"
     r"|\w* ?allerg))|(?:can'?t|cannot|can not) (?:stand|do(?! without)|drink|use)"
     rf"|{_NEVER} (?:(?:really|actually|even|ever|want to) )*"
     r"(?:like|eat|have(?! enough)|do(?! without)|touch|tolerate|drink|care for)s?"
     r"|without|avoid(?:ing)?|free of|free from|nothing (?:with|containing)|hates?|dislikes?)"
 )
 _TAKES = (
-    r"(?:remove|delete|drop|ditch|discard|(?:lose|minus|undo|return|cancel)(?= the )|get rid of"
+    r"(?:remove|delete|drop(?! [\w' ]{1,40} off\b)|ditch|discard|(?:lose|minus|undo|return|cancel)(?= the )|get rid of"
     r"|(?:put|take) back"
     r"|(?:take|throw) (?:out|off|away))"
 )
@@ -83,7 +87,7 @@ _DROPS = (
     r"(?:want to (?:get|buy|have|add|order)|want|need|(?<!did not )(?<!didn't )(?:add|use|include|buy"
     r"|get|put))s?|skip"
     r"|leave (?:out|off)|hold|omit|not (?:the|any)|cut out|lose"
-    r"|(?:(?<=^)|(?<=[.,;!?] )|(?<=please )|(?<=and )|(?<=let's ))scratch|never mind|(?<!i )(?<!we )(?<!you )(?<!to )forget(?: about)?)"
+    r"|(?:(?<=^)|(?<=[.,;!?] )|(?<=please )|(?<=and )|(?<=let's ))scratch|never mind|(?<!i )(?<!we )(?<!you )(?<!to )forget(?: about)?(?! to))"
 )
 _BESIDE = r"(?:instead of|rather than|other than|except(?: for)?|apart from|anything (?:with|but))"
 _REFUSAL = re.compile(
@@ -171,15 +175,27 @@ def wanted(utterance: str) -> list[Request]:
 def amount(thing: str, said: str) -> Request:
     """How much of `thing` a person last spoke of, in whatever sentence; else one piece of it."""
     asked = singulars(thing)
-    for clause in reversed(re.split(r"[.;:!?,]\s|\band\b", _SERVINGS.sub(" ", said.casefold()))):
-        spoken = clause.split()
-        for start in range(len(spoken)):
-            rest = " ".join(spoken[start:])
-            if (match := COUNT.match(rest)) and (match["number"] or match["alone"]):
-                request = _request(rest)
+    for spoken, meant in _spoken(said):
+        if contains(meant, asked):
+            for start in range(len(spoken)):
+                request = _counted(" ".join(spoken[start : start + _COUNTED]))
                 if request and contains(singulars(request.phrase), asked):
                     return request
     return Request(thing)
+
+
+@lru_cache(maxsize=8)
+def _spoken(said: str) -> list[tuple[list[str], list[str]]]:
+    """The words of each clause with a number, and their singulars; the newest first."""
+    text = _SERVINGS.sub(" ", said.casefold())
+    parts = reversed(re.split(r"[.;:!?,]\s|\band\b", text))
+    return [(part.split(), singulars(part)) for part in parts if _NUMBER.search(part)]
+
+
+@lru_cache(maxsize=4096)
+def _counted(said: str) -> Request | None:
+    count = COUNT.match(said)
+    return _request(said) if count and (count["number"] or count["alone"]) else None
 
 
 def unwanted(utterance: str) -> dict[str, Refusal]:
@@ -246,7 +262,7 @@ def _unrefused(said: Said) -> str:
             if _counts(match, said.mood)
             else f" . {match[0].partition(',')[2]}"
         ),
-        said.text,
+        _CLEARS.sub(" . ", said.text),
     )
 
 
@@ -319,6 +335,6 @@ def _request(chunk: str) -> Request | None:
             counted = "packages"
         chunk = _TAIL.sub("", _SMALL.sub("", chunk[match.end() :])).strip(" ,")
     is_thing = chunk and not chunk.isdigit() and chunk not in _NO_THING and len(chunk.split()) <= 5
-    if not is_thing or _SPEAKING.search(chunk):
+    if not is_thing or not quantity or _SPEAKING.search(chunk):
         return None
     return Request(chunk, max(1, min(math.ceil(quantity), 99_999)), counted, change, outright)

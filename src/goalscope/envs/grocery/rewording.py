@@ -71,7 +71,8 @@ _REWORDED = [
             ". need",
         ),
         (
-            r"\b(?:i|we|i've|we've)(?: have)?(?: got)? (?:no|hardly any)(?= (?!.{0,20}allerg))",
+            r"\b(?:i|we|i've|we've)(?: have)?(?: got)? (?:no|hardly any)"
+            r"(?= (?!longer\b|.{0,20}allerg))",
             ". need",
         ),
         (
@@ -186,7 +187,7 @@ _CHANGES = [
         ),
         (r"\bchanged (?:my|our) minds? about\b", "remove"),
         (
-            rf"\b(remove|delete|drop|take) {_IT}{_ALONE}",
+            rf"\b(remove|delete|drop(?! \w+ off\b)|take) {_IT}{_ALONE}",
             rf"\1 {SAME}",
         ),
         (rf"\bput ([^.;!?]{{1,200}}?) (?:in|into|to|on) (?:the|my|our|this) {CART}\b", r"add \1"),
@@ -196,6 +197,7 @@ _CHANGES = [
             rf"{_BEGIN}([a-z][\w' -]{{0,60}}?) ?[x\u00d7(] ?(\d{{1,4}})\)?{_END}",
             r"\2 \1",
         ),
+        (r"\badd exactly 0 packs of ", "remove "),
     )
 ]
 """Patterns of changes to the basket, and the additions and removals that they come to."""
@@ -235,7 +237,7 @@ def heard(utterance: str) -> tuple[Said, ...]:
     text = _BULLET.sub(", ", utterance[:2000].casefold())
     text = re.sub(r"\s*\n\s*", ". ", text.replace("\u2019", "'").strip())
     text = re.sub(r"\b(remove|delete|drop|take out|add|get|buy):[\s,]*", r"\1 ", text)
-    text = " ".join(text.split())
+    text = re.sub(r"\b(to|it|that) zero(?=[.,;!?]|$)", r"\1 0", " ".join(text.split()))
     text = re.sub(
         r"(?:^|(?<=[.;!?,]))([^.;!?,]+?) (?:is|are) (?:a must|essential|needed)\b",
         r". need \1.",
