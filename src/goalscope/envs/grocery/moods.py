@@ -36,8 +36,9 @@ _WISH = (
     r"|(?:is|would) it (?:be )?possible to|(?:i'd appreciate it|it would be (?:good|great|nice)) if you"
     r"(?: could| can| would)?"
 )
-_PREFACE = re.compile(rf"(?:\W*\b(?:{_FILLER}|{_WISH})(?!['\w])){{0,8}}+\W*")
-_POLITE = re.compile(r"\W*(?:\w+\W+){0,2}?(?:can|could|will|would|may|might) (?:you|we|i)\b")
+_GAP = r"[^\w']{0,5}"
+_PREFACE = re.compile(rf"(?:{_GAP}\b(?:{_FILLER}|{_WISH})(?!['\w])){{0,8}}+{_GAP}")
+_POLITE = re.compile(rf"{_GAP}(?:\w+{_GAP}){{0,2}}?(?:can|could|will|would|may|might) (?:you|we|i)\b")
 _VERB = (
     r"(?:remove|delete|drop|ditch|discard|lose the|minus the|undo|return|cancel|get rid"
     r"|take|put|throw|leave|swap|exchange|switch|trade|replace|substitute|change|set|reduce"

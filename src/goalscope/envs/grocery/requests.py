@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from enum import IntEnum
 from functools import lru_cache
@@ -147,14 +147,17 @@ class Refusal(IntEnum):
     HARMED = 3
 
 
-def wanted(utterance: str) -> list[Request]:
+@lru_cache(maxsize=512)
+def wanted(utterance: str) -> tuple[Request, ...]:
     """What `utterance` may ask for, in its order; refused things and questions are left out."""
     found: dict[str, Request] = {}
     texts = [_unrefused(said) for said in heard(utterance) if said.mood is not Mood.QUESTION]
     for sentence in sentences(_SERVINGS.sub(" ", " ".join(texts))):
+        if asks(sentence):
+            continue
         for part in re.split(r"\bbut\b|\s-\s", sentence.strip(" .;!?")):
             start = 0
-            if asks(sentence) or _KEEP.match(part):
+            if _KEEP.match(part):
                 continue
             if asking := ASKING.search(part):
                 start = asking.end()
@@ -169,7 +172,7 @@ def wanted(utterance: str) -> list[Request]:
                     request = replace(request, phrase=list(found)[-1])
                 if request.phrase not in found or request.change == "exactly":
                     found[request.phrase] = request
-    return list(found.values())
+    return tuple(found.values())
 
 
 def amount(thing: str, said: str) -> Request:
@@ -198,7 +201,8 @@ def _counted(said: str) -> Request | None:
     return _request(said) if count and (count["number"] or count["alone"]) else None
 
 
-def unwanted(utterance: str) -> dict[str, Refusal]:
+@lru_cache(maxsize=512)
+def unwanted(utterance: str) -> Mapping[str, Refusal]:
     """What `utterance` refuses or wants taken out, in lower case and in its order, and how."""
     found: dict[str, Refusal] = {}
     for match in _refusals(utterance):
@@ -210,10 +214,11 @@ def unwanted(utterance: str) -> dict[str, Refusal]:
     return found
 
 
-def removed(utterance: str) -> list[Request]:
+@lru_cache(maxsize=512)
+def removed(utterance: str) -> tuple[Request, ...]:
     """What `utterance` wants taken out of the basket, all of it or so many fewer."""
     matches = (m for m in _refusals(utterance) if m["takes"] or m["apart"])
-    return [thing for match in matches for thing in _refused(match)]
+    return tuple(thing for match in matches for thing in _refused(match))
 
 
 def spared(utterance: str) -> list[str]:

@@ -237,6 +237,7 @@ def heard(utterance: str) -> tuple[Said, ...]:
     text = _BULLET.sub(", ", utterance[:2000].casefold())
     text = re.sub(r"\s*\n\s*", ". ", text.replace("\u2019", "'").strip())
     text = re.sub(r"\b(remove|delete|drop|take out|add|get|buy):[\s,]*", r"\1 ", text)
+    text = re.sub(r"([^\w\s'])(?:\s*\1)+", r"\1", text)
     text = re.sub(r"\b(to|it|that) zero(?=[.,;!?]|$)", r"\1 0", " ".join(text.split()))
     text = re.sub(
         r"(?:^|(?<=[.;!?,]))([^.;!?,]+?) (?:is|are) (?:a must|essential|needed)\b",
