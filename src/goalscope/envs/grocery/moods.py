@@ -33,12 +33,14 @@ _WISH = (
     r" (?:want|like|love|prefer|need|have|decided|wish)(?: you)? to|(?:i|we)(?:'d| would) rather"
     r"|(?:i|we)(?:'m|'re| am| are) going to|(?:i|we)(?:'ll| will)|(?:you|we) (?:can|could|should"
     r"|may|might|must|need to|have to)|i (?:said|asked you|told you)(?: to)?|you forgot to"
-    r"|(?:is|would) it (?:be )?possible to|(?:i'd appreciate it|it would be (?:good|great|nice)) if you"
-    r"(?: could| can| would)?"
+    r"|(?:is|would) it (?:be )?possible to"
+    r"|(?:i'd appreciate it|it would be (?:good|great|nice)) if you(?: could| can| would)?"
 )
 _GAP = r"[^\w']{0,5}"
 _PREFACE = re.compile(rf"(?:{_GAP}\b(?:{_FILLER}|{_WISH})(?!['\w])){{0,8}}+{_GAP}")
-_POLITE = re.compile(rf"{_GAP}(?:\w+{_GAP}){{0,2}}?(?:can|could|will|would|may|might) (?:you|we|i)\b")
+_POLITE = re.compile(
+    rf"{_GAP}(?:\w+{_GAP}){{0,2}}?(?:can|could|will|would|may|might) (?:you|we|i)\b"
+)
 _VERB = (
     r"(?:remove|delete|drop|ditch|discard|lose the|minus the|undo|return|cancel|get rid"
     r"|take|put|throw|leave|swap|exchange|switch|trade|replace|substitute|change|set|reduce"

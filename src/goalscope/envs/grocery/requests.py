@@ -53,7 +53,7 @@ _TAIL = re.compile(
 _SPEAKING = re.compile(
     r"\b(?:i|i'm|we|we're|you|he|she|they|it|it's|its|that's|is|are|was|were|be|been|has|have|had"
     r"|do|does|did|will|would|should|could|can(?= \w)|there's|who|what|when|why|how|not|don't"
-    r"|doesn't|isn't|let's)\b"
+    r"|doesn't|isn't|let's|must)\b"
 )
 _NUMBER = re.compile(rf"\d|\b(?:{WORD}|dozens?)\b")
 _COUNTED = 12
@@ -71,23 +71,25 @@ _HARMS = (
 )
 _NEVER = r"(?:don'?t|doesn'?t|do not|does not|didn'?t|did not|won'?t|never|no longer|shouldn'?t)"
 _SHUNS = (
-    r"(?:no(?! (?:problem|thanks|thank|need|reason|point|way|longer|circumstances|idea|one|preference|rush|worries|matter|doubt|i\b"
-    r"|\w* ?allerg))|(?:can'?t|cannot|can not) (?:stand|do(?! without)|drink|use)"
+    r"(?:no(?! (?:problem|thanks|thank|need|reason|point|way|longer|circumstances"
+    r"|idea|one|preference|rush|worries|matter|doubt|i\b|\w* ?allerg))"
+    r"|(?:can'?t|cannot|can not) (?:stand|do(?! without)|drink|use)"
     rf"|{_NEVER} (?:(?:really|actually|even|ever|want to) )*"
     r"(?:like|eat|have(?! enough)|do(?! without)|touch|tolerate|drink|care for)s?"
     r"|without|avoid(?:ing)?|free of|free from|nothing (?:with|containing)|hates?|dislikes?)"
 )
 _TAKES = (
-    r"(?:remove|delete|drop(?! [\w' ]{1,40} off\b)|ditch|discard|(?:lose|minus|undo|return|cancel)(?= the )|get rid of"
-    r"|(?:put|take) back"
+    r"(?:remove|delete|drop(?! [\w' ]{1,40} off\b)|ditch|discard"
+    r"|(?:lose|minus|undo|return|cancel)(?= the )|get rid of|(?:put|take) back"
     r"|(?:take|throw) (?:out|off|away))"
 )
 _DROPS = (
     rf"(?:{_NEVER} (?:(?:really|actually|even|need to) )*"
-    r"(?:want to (?:get|buy|have|add|order)|want|need|(?<!did not )(?<!didn't )(?:add|use|include|buy"
-    r"|get|put))s?|skip"
-    r"|leave (?:out|off)|hold|omit|not (?:the|any)|cut out|lose"
-    r"|(?:(?<=^)|(?<=[.,;!?] )|(?<=please )|(?<=and )|(?<=let's ))scratch|never mind|(?<!i )(?<!we )(?<!you )(?<!to )forget(?: about)?(?! to))"
+    r"(?:want to (?:get|buy|have|add|order)|want|need"
+    r"|(?<!did not )(?<!didn't )(?:add|use|include|buy|get|put))s?"
+    r"|skip|leave (?:out|off)|hold|omit|not (?:the|any)|cut out|lose"
+    r"|(?:(?<=^)|(?<=[.,;!?] )|(?<=please )|(?<=and )|(?<=let's ))scratch|never mind"
+    r"|(?<!i )(?<!we )(?<!you )(?<!to )forget(?: about)?(?! to))"
 )
 _BESIDE = r"(?:instead of|rather than|other than|except(?: for)?|apart from|anything (?:with|but))"
 _REFUSAL = re.compile(
@@ -224,7 +226,12 @@ def removed(utterance: str) -> tuple[Request, ...]:
 def spared(utterance: str) -> list[str]:
     """What alone is to stay in the basket, in lower case."""
     texts = [said.text for said in heard(utterance) if said.mood is Mood.ORDER]
-    parts = (p for text in texts for found in _ONLY.findall(text) for p in _SEPARATOR.split(_STOP.sub("", found)))
+    parts = (
+        p
+        for text in texts
+        for found in _ONLY.findall(text)
+        for p in _SEPARATOR.split(_STOP.sub("", found))
+    )
     return [thing.phrase for part in parts if (thing := _request(part))]
 
 

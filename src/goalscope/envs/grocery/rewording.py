@@ -181,8 +181,8 @@ _CHANGES = [
         ),
         (rf"\b(?:take )?{_ALL}(?: else)? out {_EXCEPT} ", ". keep only "),
         (
-            r"^\W*(?:(?:please|ok|okay|so|no|now|actually|and|then|let's|(?:can|could) (?:you|we)) )*"
-            r"(?:only|just) keep ",
+            r"^\W*(?:(?:please|ok|okay|so|no|now|actually|and|then|let's"
+            r"|(?:can|could) (?:you|we)) )*(?:only|just) keep ",
             ". keep only ",
         ),
         (r"\bchanged (?:my|our) minds? about\b", "remove"),

@@ -56,8 +56,8 @@ _MADE = re.compile(
 )
 _ADD = "(?:please |also |kindly |just )*(?:add|get|buy|put|include|order|find|bring|give|like|mind)"
 _CHANGE = (
-    rf"(?:{_ADD}|(?:please |also |kindly |just |only )*(?:have|do|take|throw|pick|remove|delete|drop"
-    r"|ditch|discard|lose|leave|skip|swap|exchange|switch|trade|replace|substitute|change|set"
+    rf"(?:{_ADD}|(?:please |also |kindly |just |only )*(?:have|do|take|throw|pick|remove|delete"
+    r"|drop|ditch|discard|lose|leave|skip|swap|exchange|switch|trade|replace|substitute|change|set"
     r"|reduce|increase|make|keep|empty|clear|start|be able|use|try|see|go))"
 )
 _QUESTION = re.compile(
