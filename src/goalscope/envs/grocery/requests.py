@@ -325,7 +325,7 @@ def _without_refused(match: re.Match[str]) -> str:
 
 
 def _request(chunk: str) -> Request | None:
-    said = chunk = chunk.strip(" ,-'\"()")
+    said = chunk = chunk.strip(" ,-'\"()")[:200]
     for _ in range(3):
         chunk = ASKING.sub("", chunk, count=1).strip() if ASKING.match(chunk) else chunk
         chunk = _TAIL.sub("", _SMALL.sub("", chunk)).strip(" ,")
