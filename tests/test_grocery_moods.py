@@ -71,6 +71,8 @@ def after(*utterances: str) -> dict[str, int]:
         "Undo the coffee purchase later?",
         "I thought we put the butter back?",
         "Can you drop it off at my house?",
+        "Should I take the coffee off the list?",
+        "Do you think we should remove the eggs?",
     ],
 )
 def test_a_question_changes_nothing(sentence: str) -> None:
@@ -163,6 +165,9 @@ def test_a_statement_changes_nothing(sentence: str) -> None:
         ("I no longer need coffee", "Instant Coffee"),
         ("Could you do it without coffee?", "Instant Coffee"),
         ("The coffee can go.", "Instant Coffee"),
+        ("No, actually, I wanted to take the coffee out", "Instant Coffee"),
+        ("Hi there, could I actually drop the coffee?", "Instant Coffee"),
+        ("Sure, we will have to take the coffee out", "Instant Coffee"),
         ("Set the eggs to 0", "Large Eggs"),
         ("Change the eggs to zero", "Large Eggs"),
         ("Scratch the coffee", "Instant Coffee"),
