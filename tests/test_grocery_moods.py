@@ -190,6 +190,7 @@ def test_an_order_to_keep_one_thing_takes_the_rest_out(order: str) -> None:
         ("Clear the basket and add one large eggs.", {"Large Eggs": 1}),
         ("Clear the basket and add 3 packs of large eggs.", {"Large Eggs": 3}),
         ("Empty the cart, then add whole milk.", {"Whole Milk": 1}),
+        ("Clear the basket. I'll go ahead and take garlic, please", {"Garlic": 1}),
         ("Start over: two garlic and 2 oat milk", {"Garlic": 2, "Oat Milk": 2}),
         ("Can we start over? I want garlic.", {"Garlic": 1}),
     ],

@@ -238,6 +238,7 @@ def heard(utterance: str) -> tuple[Said, ...]:
     text = re.sub(r"\s*\n\s*", ". ", text.replace("\u2019", "'").strip())
     text = re.sub(r"\b(remove|delete|drop|take out|add|get|buy):[\s,]*", r"\1 ", text)
     text = re.sub(r"([^\w\s'])(?:\s*\1)+", r"\1", text)
+    text = text.replace(" go ahead and ", " ")
     text = re.sub(r"\b(to|it|that) zero(?=[.,;!?]|$)", r"\1 0", " ".join(text.split()))
     text = re.sub(
         r"(?:^|(?<=[.;!?,]))([^.;!?,]+?) (?:is|are) (?:a must|essential|needed)\b",
