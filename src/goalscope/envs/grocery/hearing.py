@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from goalscope.envs.grocery.amounts import Request
 from goalscope.envs.grocery.catalogue import Item
@@ -14,6 +15,8 @@ from goalscope.envs.grocery.rewording import SAME
 from goalscope.envs.grocery.words import contains, made, singulars
 
 __all__ = ["Hearing", "hear"]
+
+_NO_NAMES = Names(())
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +82,11 @@ def hear(utterances: Sequence[str], names: Names | None = None) -> Hearing:
         utterances: What the person said, the newest last.
         names: Of the shop's items, which are then heard whole.
     """
-    names = names or Names(())
+    return _hear(tuple(utterances), names or _NO_NAMES)
+
+
+@lru_cache(maxsize=64)
+def _hear(utterances: tuple[str, ...], names: Names) -> Hearing:
     asked: dict[str, Request] = {}
     refused: dict[str, None] = {}
     dropped: dict[str, None] = {}

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from enum import IntEnum
+from functools import lru_cache
 
 from goalscope.envs.grocery.amounts import (
     CONTAINER,
@@ -18,7 +19,8 @@ from goalscope.envs.grocery.amounts import (
     Request,
     number,
 )
-from goalscope.envs.grocery.rewording import ASKING, CART, CORRECTION, SAME, plain
+from goalscope.envs.grocery.moods import Mood
+from goalscope.envs.grocery.rewording import ASKING, CART, CORRECTION, SAME, Said, heard, plain
 from goalscope.envs.grocery.words import asks, contains, sentences, singulars
 
 __all__ = [
@@ -51,8 +53,11 @@ _TAIL = re.compile(
 _SPEAKING = re.compile(
     r"\b(?:i|i'm|we|we're|you|he|she|they|it|it's|its|that's|is|are|was|were|be|been|has|have|had"
     r"|do|does|did|will|would|should|could|can(?= \w)|there's|who|what|when|why|how|not|don't"
-    r"|doesn't|isn't|let's)\b"
+    r"|doesn't|isn't|let's|must)\b"
 )
+_NUMBER = re.compile(rf"\d|\b(?:{WORD}|dozens?)\b")
+_COUNTED = 12
+"""Words that a number and what it counts come to at most."""
 _SERVINGS = re.compile(
     rf"\b(?:for|serves?|serving|feeds?|feeding)\s+(?:about |around |up to |roughly )?"
     rf"(?:\d+|(?!an?\b){WORD}(?:[ -]{WORD})*|a dozen)\b(?: (?:\w+ )?(?:people|guests|kids"
@@ -60,35 +65,38 @@ _SERVINGS = re.compile(
     r"|kids|adults|friends|years?(?: old)?)\b"
 )
 _HARMS = (
-    r"(?:(?<!not )(?<!n't )(?:allerg(?:ic|y|ies) to|(?:intolerant|sensitive) (?:to|of))"
+    r"(?:(?:allerg(?:ic|y|ies) to|(?:intolerant|sensitive) (?:to|of))"
     r"|reacts? (?:\w+ )?to"
     r"|(?:can'?t|cannot|can not|mustn't|must not) (?:eat|have|tolerate|digest|be around))"
 )
-_NEVER = r"(?:don'?t|doesn'?t|do not|does not|didn'?t|did not|won'?t|never|shouldn'?t)"
+_NEVER = r"(?:don'?t|doesn'?t|do not|does not|didn'?t|did not|won'?t|never|no longer|shouldn'?t)"
 _SHUNS = (
-    r"(?:no(?! (?:problem|thanks|thank|need|idea|one|preference|rush|worries|matter|doubt|i\b"
-    r"|\w* ?allerg))|(?:can'?t|cannot|can not) (?:stand|do|drink|use)"
+    r"(?:no(?! (?:problem|thanks|thank|need|reason|point|way|longer|circumstances"
+    r"|idea|one|preference|rush|worries|matter|doubt|i\b|\w* ?allerg))"
+    r"|(?:can'?t|cannot|can not) (?:stand|do(?! without)|drink|use)"
     rf"|{_NEVER} (?:(?:really|actually|even|ever|want to) )*"
-    r"(?:like|eat|have|do|touch|tolerate|drink|care for)s?"
+    r"(?:like|eat|have(?! enough)|do(?! without)|touch|tolerate|drink|care for)s?"
     r"|without|avoid(?:ing)?|free of|free from|nothing (?:with|containing)|hates?|dislikes?)"
 )
 _TAKES = (
-    r"(?:remove|delete|drop|ditch|discard|(?:lose|minus|undo|return|cancel)(?= the )|get rid of"
-    r"|(?:put|take) back"
+    r"(?:remove|delete|drop(?! [\w' ]{1,40} off\b)|ditch|discard"
+    r"|(?:lose|minus|undo|return|cancel)(?= the )|get rid of|(?:put|take) back"
     r"|(?:take|throw) (?:out|off|away))"
 )
 _DROPS = (
     rf"(?:{_NEVER} (?:(?:really|actually|even|need to) )*"
-    r"(?:want to (?:get|buy|have|add|order)|want|need|add|use|include|buy|get|put)s?|skip"
-    r"|leave (?:out|off)|hold|omit|not (?:the|any)|cut out|lose"
-    r"|scratch|never mind|(?<!i )(?<!we )(?<!you )(?<!to )forget(?: about)?)"
+    r"(?:want to (?:get|buy|have|add|order)|want|need"
+    r"|(?<!did not )(?<!didn't )(?:add|use|include|buy|get|put))s?"
+    r"|skip|leave (?:out|off)|hold|omit|not (?:the|any)|cut out|lose"
+    r"|(?:(?<=^)|(?<=[.,;!?] )|(?<=please )|(?<=and )|(?<=let's ))scratch|never mind"
+    r"|(?<!i )(?<!we )(?<!you )(?<!to )forget(?: about)?(?! to))"
 )
 _BESIDE = r"(?:instead of|rather than|other than|except(?: for)?|apart from|anything (?:with|but))"
 _REFUSAL = re.compile(
     rf"\b(?:(?P<harms>{_HARMS})|(?P<shuns>{_SHUNS})|(?P<takes>{_TAKES})|(?P<beside>{_BESIDE})"
     rf"|{_DROPS})\s+"
     r"(?P<what>[^;!?]+?)(?=\.(?:\s|$)|[;!?]|$)"
-    r"|(?<!no )(?<!not )\b(?P<allergen>(?!(?:an?|any|food|known|severe|bad|my|his|her|the|of)\b)"
+    r"|\b(?P<allergen>(?!(?:an?|any|food|known|severe|bad|my|his|her|the|of)\b)"
     r"[\w-]+) (?:allergy|allergies)\b"
     r"|(?<!n't )(?<!not )\b(?:take|put|throw|leave)\s+"
     r"(?P<apart>(?:the|my|these|those|all|both)\b"
@@ -118,9 +126,18 @@ _STOP = re.compile(
 )
 _ALL = "(?:everything|it all|all of it|them all|all items)"
 _CLEARS = re.compile(
-    rf"(?<!not )(?<!n't )\b(?:(?:empty|clear) (?:out )?(?:the|my|this) (?:whole |entire )?{CART}"
+    rf"\b(?:(?:empty|clear) (?:out )?(?:the|my|this) (?:whole |entire )?{CART}"
     rf"|(?:take|throw|put) {_ALL} (?:out|back|away)|(?:remove|delete|drop) {_ALL}"
     r"|start (?:all )?over)\b(?! (?:but|except))"
+)
+_DENIED = re.compile(
+    r"\b(?:not|never|nobody|cannot|no (?:one|need|reason|longer|point|way)|\w+n't|unless|in case"
+    r"|if(?! (?:possible|you (?:can|could|like))\b))"
+    r"(?: (?!(?:as|just|only|so|but|and|because|please|with|that)\b)[\w']+){0,4} $"
+)
+_NOT_ILL = re.compile(
+    r"\b(?:not|never|neither|no longer|\w+n't|(?:nobody|no one|none)(?: \w+){0,2})"
+    r"(?: (?:is|are|was|at all|actually|really|even|any|a|anymore|longer|seriously))* $"
 )
 
 
@@ -132,14 +149,17 @@ class Refusal(IntEnum):
     HARMED = 3
 
 
-def wanted(utterance: str) -> list[Request]:
+@lru_cache(maxsize=512)
+def wanted(utterance: str) -> tuple[Request, ...]:
     """What `utterance` may ask for, in its order; refused things and questions are left out."""
-    text = _REFUSAL.sub(_without_refused, plain(utterance))
     found: dict[str, Request] = {}
-    for sentence in sentences(_SERVINGS.sub(" ", text)):
+    texts = [_unrefused(said) for said in heard(utterance) if said.mood is not Mood.QUESTION]
+    for sentence in sentences(_SERVINGS.sub(" ", " ".join(texts))):
+        if asks(sentence):
+            continue
         for part in re.split(r"\bbut\b|\s-\s", sentence.strip(" .;!?")):
             start = 0
-            if asks(sentence) or _KEEP.match(part):
+            if _KEEP.match(part):
                 continue
             if asking := ASKING.search(part):
                 start = asking.end()
@@ -154,27 +174,40 @@ def wanted(utterance: str) -> list[Request]:
                     request = replace(request, phrase=list(found)[-1])
                 if request.phrase not in found or request.change == "exactly":
                     found[request.phrase] = request
-    return list(found.values())
+    return tuple(found.values())
 
 
 def amount(thing: str, said: str) -> Request:
     """How much of `thing` a person last spoke of, in whatever sentence; else one piece of it."""
     asked = singulars(thing)
-    for clause in reversed(re.split(r"[.;:!?,]\s|\band\b", _SERVINGS.sub(" ", said.casefold()))):
-        spoken = clause.split()
-        for start in range(len(spoken)):
-            rest = " ".join(spoken[start:])
-            if (match := COUNT.match(rest)) and (match["number"] or match["alone"]):
-                request = _request(rest)
+    for spoken, meant in _spoken(said):
+        if contains(meant, asked):
+            for start in range(len(spoken)):
+                request = _counted(" ".join(spoken[start : start + _COUNTED]))
                 if request and contains(singulars(request.phrase), asked):
                     return request
     return Request(thing)
 
 
-def unwanted(utterance: str) -> dict[str, Refusal]:
+@lru_cache(maxsize=8)
+def _spoken(said: str) -> list[tuple[list[str], list[str]]]:
+    """The words of each clause with a number, and their singulars; the newest first."""
+    text = _SERVINGS.sub(" ", said.casefold())
+    parts = reversed(re.split(r"[.;:!?,]\s|\band\b", text))
+    return [(part.split(), singulars(part)) for part in parts if _NUMBER.search(part)]
+
+
+@lru_cache(maxsize=4096)
+def _counted(said: str) -> Request | None:
+    count = COUNT.match(said)
+    return _request(said) if count and (count["number"] or count["alone"]) else None
+
+
+@lru_cache(maxsize=512)
+def unwanted(utterance: str) -> Mapping[str, Refusal]:
     """What `utterance` refuses or wants taken out, in lower case and in its order, and how."""
     found: dict[str, Refusal] = {}
-    for match in _REFUSAL.finditer(plain(utterance)):
+    for match in _refusals(utterance):
         ill = match["harms"] or match["allergen"]
         how = Refusal.HARMED if ill else Refusal.SHUNNED if match["shuns"] else Refusal.DROPPED
         for thing in _refused(match):
@@ -183,33 +216,66 @@ def unwanted(utterance: str) -> dict[str, Refusal]:
     return found
 
 
-def removed(utterance: str) -> list[Request]:
+@lru_cache(maxsize=512)
+def removed(utterance: str) -> tuple[Request, ...]:
     """What `utterance` wants taken out of the basket, all of it or so many fewer."""
-    matches = _REFUSAL.finditer(plain(utterance))
-    return [thing for m in matches if m["takes"] or m["apart"] for thing in _refused(m)]
+    matches = (m for m in _refusals(utterance) if m["takes"] or m["apart"])
+    return tuple(thing for match in matches for thing in _refused(match))
 
 
 def spared(utterance: str) -> list[str]:
     """What alone is to stay in the basket, in lower case."""
-    text = plain(utterance)
-    parts = (p for found in _ONLY.findall(text) for p in _SEPARATOR.split(_STOP.sub("", found)))
+    texts = [said.text for said in heard(utterance) if said.mood is Mood.ORDER]
+    parts = (
+        p
+        for text in texts
+        for found in _ONLY.findall(text)
+        for p in _SEPARATOR.split(_STOP.sub("", found))
+    )
     return [thing.phrase for part in parts if (thing := _request(part))]
 
 
 def refuses(utterance: str) -> bool:
     """Whether `utterance` refuses anything, corrects itself, or counts in containers."""
-    text = plain(utterance)
-    return bool(_REFUSAL.search(text) or _CONTAINED.search(text) or CORRECTION.search(utterance))
+    containers = _CONTAINED.search(plain(utterance))
+    return bool(containers or CORRECTION.search(utterance) or next(_refusals(utterance), None))
 
 
 def unrefused(utterance: str) -> str:
     """`utterance` without what it refuses, and without containers: "a bag of" says no thing."""
-    return _CONTAINED.sub(" ", _REFUSAL.sub(_without_refused, plain(utterance)))
+    return _CONTAINED.sub(" ", " ".join(map(_unrefused, heard(utterance))))
 
 
 def clears(utterance: str) -> bool:
     """Whether the person wants the whole basket emptied."""
-    return bool(_CLEARS.search(plain(utterance)))
+    return any(said.mood is Mood.ORDER and _CLEARS.search(said.text) for said in heard(utterance))
+
+
+def _refusals(utterance: str) -> Iterator[re.Match[str]]:
+    for said in heard(utterance):
+        yield from (match for match in _REFUSAL.finditer(said.text) if _counts(match, said.mood))
+
+
+def _counts(match: re.Match[str], mood: Mood) -> bool:
+    """Whether a refusal is meant: none is in a question or after a "not", but what harms may be."""
+    before = match.string[max(0, match.start() - 80) : match.start()]
+    if match["harms"] or match["allergen"]:
+        return not _NOT_ILL.search(before)
+    if match["takes"] or match["apart"]:
+        return mood is Mood.ORDER
+    return mood is not Mood.QUESTION and not _DENIED.search(before)
+
+
+def _unrefused(said: Said) -> str:
+    """A clause without what it refuses, and without the refusals that it denies."""
+    return _REFUSAL.sub(
+        lambda match: (
+            _without_refused(match)
+            if _counts(match, said.mood)
+            else f" . {match[0].partition(',')[2]}"
+        ),
+        _CLEARS.sub(" . ", said.text),
+    )
 
 
 def _refused(match: re.Match[str]) -> Iterator[Request]:
@@ -241,7 +307,7 @@ def _enumerated(match: re.Match[str], listed: str) -> str:
     bare = match["takes"] and (
         re.search(r"\band\b|&", listed) or not re.search(r"\b(?:please|instead)\b", match["what"])
     )
-    meant, goes_on = [first], not match["shuns"] and not match["beside"]
+    meant, goes_on = [first], not (match["shuns"] or match["beside"] or match[0][:3] == "not")
     for part in rest:
         goes_on = goes_on and bool(_LIST.match(part) or (bare and not _NEW.match(part)))
         if goes_on or part.strip().startswith(("no ", "or ")):
@@ -259,7 +325,7 @@ def _without_refused(match: re.Match[str]) -> str:
 
 
 def _request(chunk: str) -> Request | None:
-    said = chunk = chunk.strip(" ,-'\"()")
+    said = chunk = chunk.strip(" ,-'\"()")[:200]
     for _ in range(3):
         chunk = ASKING.sub("", chunk, count=1).strip() if ASKING.match(chunk) else chunk
         chunk = _TAIL.sub("", _SMALL.sub("", chunk)).strip(" ,")
@@ -281,6 +347,6 @@ def _request(chunk: str) -> Request | None:
             counted = "packages"
         chunk = _TAIL.sub("", _SMALL.sub("", chunk[match.end() :])).strip(" ,")
     is_thing = chunk and not chunk.isdigit() and chunk not in _NO_THING and len(chunk.split()) <= 5
-    if not is_thing or _SPEAKING.search(chunk):
+    if not is_thing or not quantity or _SPEAKING.search(chunk):
         return None
     return Request(chunk, max(1, min(math.ceil(quantity), 99_999)), counted, change, outright)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from functools import lru_cache
 
 from goalscope.envs.grocery.amounts import GRAMS, MILLILITRES, WORD
+from goalscope.envs.grocery.moods import Mood, clauses
 
-__all__ = ["ASKING", "CART", "CORRECTION", "SAME", "plain"]
+__all__ = ["ASKING", "CART", "CORRECTION", "SAME", "Said", "heard", "plain"]
 
 CART = "(?:basket|cart|order|list)"
 
@@ -48,7 +50,8 @@ _REWORDED = [
         (r"(?<=\d),(?=\d{3}\b)", ""),
         (
             r"\b(?:\w+n't|not|never)(?: let (?:me|us))?(?: ever)? (?:forget|miss|skip|omit|drop"
-            r"|leave out)\b(?: (?:about|to (?:add|get|buy|include))\b)?",
+            r"|leave out)\b(?! to (?!add|get|buy|include))(?: (?:about|to (?:add|get|buy|include))"
+            r"\b)?",
             "add",
         ),
         (
@@ -68,7 +71,8 @@ _REWORDED = [
             ". need",
         ),
         (
-            r"\b(?:i|we|i've|we've)(?: have)?(?: got)? (?:no|hardly any)(?= (?!.{0,20}allerg))",
+            r"\b(?:i|we|i've|we've)(?: have)?(?: got)? (?:no|hardly any)"
+            r"(?= (?!longer\b|.{0,20}allerg))",
             ". need",
         ),
         (
@@ -109,17 +113,18 @@ _BULLET = re.compile(r"\n[ \t]*[-*\u2022][ \t]+")
 _BEFORE_LAST = re.compile(
     r"[,;.!?]|\b(?:and|or|plus|add|get|buy|want|need|like|have|take|remove|order|delete)\b"
 )
+_VERBS = {
+    "adding": "add",
+    "changing": "change",
+    "removing": "remove",
+    "replacing": "replace",
+    "swapping": "swap",
+    "taking": "take",
+}
+_MINDING = re.compile(rf"\b(mind|about) ({'|'.join(_VERBS)})\b")
 _CHANGES = [
     (re.compile(pattern), plainer)
     for pattern, plainer in (
-        (r"\b(?:mind|about) (add|swapp?|remov|tak|replac|chang)ing\b", r"\1e"),
-        (r"\badde\b", "add"),
-        (r"\bswappe\b", "swap"),
-        (
-            r"(?:,\s*|\s+(?=(?:and|then|also|please)\b))(?:(?:and|then|also|please)\s+)*"
-            r"(?=(?:add|remove|take|put|get me|get rid|buy|delete|drop|lose|ditch|keep)\b)",
-            ". ",
-        ),
         (
             rf"\b(?:swap|exchange|switch|trade|replace|substitute|change)(?: out)? {_THINGS}"
             rf" (?:for|with|by|to|against) (?=(?!{_NUMBER}{_END}){_THING}{_END})",
@@ -175,10 +180,14 @@ _CHANGES = [
             ". keep only ",
         ),
         (rf"\b(?:take )?{_ALL}(?: else)? out {_EXCEPT} ", ". keep only "),
-        (r"\b(?:only|just) keep ", ". keep only "),
+        (
+            r"^\W*(?:(?:please|ok|okay|so|no|now|actually|and|then|let's"
+            r"|(?:can|could) (?:you|we)) )*(?:only|just) keep ",
+            ". keep only ",
+        ),
         (r"\bchanged (?:my|our) minds? about\b", "remove"),
         (
-            rf"\b(remove|delete|drop|take) {_IT}{_ALONE}",
+            rf"\b(remove|delete|drop(?! \w+ off\b)|take) {_IT}{_ALONE}",
             rf"\1 {SAME}",
         ),
         (rf"\bput ([^.;!?]{{1,200}}?) (?:in|into|to|on) (?:the|my|our|this) {CART}\b", r"add \1"),
@@ -188,6 +197,7 @@ _CHANGES = [
             rf"{_BEGIN}([a-z][\w' -]{{0,60}}?) ?[x\u00d7(] ?(\d{{1,4}})\)?{_END}",
             r"\2 \1",
         ),
+        (r"\badd exactly 0 packs of ", "remove "),
     )
 ]
 """Patterns of changes to the basket, and the additions and removals that they come to."""
@@ -213,19 +223,37 @@ def _corrected(text: str) -> str:
     return said.strip()
 
 
+@dataclass(frozen=True, slots=True)
+class Said:
+    """A clause, reworded to one or more plain sentences, and what it does."""
+
+    text: str
+    mood: Mood
+
+
 @lru_cache(maxsize=512)
-def plain(utterance: str) -> str:
-    """`utterance` in lower case and on one line, reworded."""
+def heard(utterance: str) -> tuple[Said, ...]:
+    """The clauses of `utterance` in lower case, reworded; changes only where they are ordered."""
     text = _BULLET.sub(", ", utterance[:2000].casefold())
     text = re.sub(r"\s*\n\s*", ". ", text.replace("\u2019", "'").strip())
     text = re.sub(r"\b(remove|delete|drop|take out|add|get|buy):[\s,]*", r"\1 ", text)
-    text = " ".join(text.split())
+    text = re.sub(r"([^\w\s'])(?:\s*\1)+", r"\1", text)
+    text = text.replace(" go ahead and ", " ")
+    text = re.sub(r"\b(to|it|that) zero(?=[.,;!?]|$)", r"\1 0", " ".join(text.split()))
     text = re.sub(
         r"(?:^|(?<=[.;!?,]))([^.;!?,]+?) (?:is|are) (?:a must|essential|needed)\b",
         r". need \1.",
         text,
     )
-    text = _corrected(text)
-    for pattern, plainer in (*_CHANGES, *_REWORDED):
-        text = pattern.sub(plainer, text)
-    return text
+    text = _MINDING.sub(lambda match: f"{match[1]} {_VERBS[match[2]]}", _corrected(text))
+    found: list[Said] = []
+    for clause, mood in clauses(text):
+        for pattern, plainer in (*(_CHANGES if mood is Mood.ORDER else ()), *_REWORDED):
+            clause = pattern.sub(plainer, clause)
+        found.append(Said(clause, mood))
+    return tuple(found)
+
+
+def plain(utterance: str) -> str:
+    """`utterance` in lower case and on one line, reworded."""
+    return " ".join(said.text for said in heard(utterance))

@@ -154,14 +154,17 @@ class GroceryShop:
             return []
         found: dict[str, int] = {}
         for term in relevant:
-            for item in self._offers(term, hearing):
-                found.setdefault(item.name, packages(amount(term, hearing.words), item))
+            if offers := self._offers(term, hearing):
+                much = amount(term, hearing.words)
+                for item in offers:
+                    found.setdefault(item.name, packages(much, item))
         return [Action("add item", name, number) for name, number in found.items()]
 
     def requests(self, turns: Sequence[Turn]) -> list[Action]:
         """Removals of what the person ruled out, then additions of what they asked for outright.
 
-        A request counts where the shop has a thing of that name; it is met once.
+        A request counts where the shop has a thing of that name; it is met once, from what the
+        removals leave.
         """
         if self._bought:
             return []
@@ -178,15 +181,15 @@ class GroceryShop:
                 number = removal.quantity if shown else min(packages(removal, item), held)
                 if removal.change == "none":
                     number = held
-                plan.setdefault(item.name, -number)
+                plan[item.name] = max(plan.get(item.name, 0) - number, -held)
                 if removal.change == "fewer":
                     break
         for request in hearing.wanted:
             if item := self._meant(request.phrase, hearing):
-                held = self._basket.get(item.name, 0)
+                held = self._basket.get(item.name, 0) + plan.get(item.name, 0)
                 number = packages(request, item) - (0 if request.change == "more" else held)
                 if number > 0 or request.change == "exactly":
-                    plan.setdefault(item.name, min(number, MOST - held))
+                    plan[item.name] = plan.get(item.name, 0) + min(number, MOST - held)
         return [
             Action("add item" if number > 0 else "remove item", name, abs(number))
             for name, number in plan.items()

@@ -54,10 +54,19 @@ _MADE = re.compile(
     r"|this|which|who|when|while|tonight|today|tomorrow|now|soon|later|please|together|myself"
     r"|ourselves)\b)[\w'-]+){1,7})"
 )
-_ORDER = "(?:please |also |kindly )?(?:add|get|buy|put|include|order|find|bring|give|like|mind)"
+_POLITE = "(?:please |also |kindly |just |actually |maybe |perhaps |possibly |only )*"
+_ADD = f"{_POLITE}(?:add|get|buy|put|include|order|find|bring|give|like|mind)"
+_CHANGE = (
+    rf"(?:{_ADD}|{_POLITE}(?:have|do|take|throw|pick|remove|delete"
+    r"|drop|ditch|discard|lose|leave|skip|swap|exchange|switch|trade|replace|substitute|change|set"
+    r"|reduce|increase|make|keep|empty|clear|start|be able|use|try|see|go))"
+)
 _QUESTION = re.compile(
     r"\W*(?:(?:and|so|but|oh|ok|okay|hi|hello|also|well|then)\W+)*"
-    rf"(?:(?:do|does|did|is|are|was|were|has|have|(?:should|shall|would)(?! \w+ {_ORDER}\b))"
+    r"(?:(?:do(?! you think (?:i|we|you) (?:can|could)\b)|does|did"
+    r"|is(?! it possible to\b)|are|was|were|has|have"
+    rf"|(?:should|shall)(?! \w+ {_ADD}\b)|would(?! \w+ {_CHANGE}\b| it be possible to\b)"
+    rf"|(?:can|could|may|might)(?= (?:i|we) (?!{_CHANGE}\b)))"
     r" (?:you|i|we|they|there|he|she|it|the|these|those|this|that|any|everything|all)\b"
     r"|(?:what|how)(?! about\b)\b.*\?|(?:which|where|who|when|why)\b.*\?)"
 )
