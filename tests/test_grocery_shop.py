@@ -106,6 +106,32 @@ def test_things_are_offered_in_the_amount_that_was_said() -> None:
     assert {action.quantity for action in offers} == {3}
 
 
+def test_what_left_the_basket_comes_back_only_if_it_is_asked_for() -> None:
+    opened = shop(("Gala Apples", 2))
+    assert "Gala Apples" in [each.target for each in shop().actions(["gala apples"])]
+    assert opened.step(Action("remove item", "Gala Apples", 2)).ok
+    assert opened.actions(["gala apples"]) == []
+    assert [each.target for each in opened.requests(said("Add the Gala Apples."))] == [
+        "Gala Apples"
+    ]
+    opened.reset()
+    assert opened.actions(["gala apples"]) != []
+
+
+@pytest.mark.parametrize(
+    ("words", "offered"),
+    [
+        ("Remove the butter.", False),
+        ("Remove everything except the butter.", False),
+        ("Remove the butter, and add some flour.", True),
+        ("I'd like to bake.", True),
+    ],
+)
+def test_nothing_is_offered_where_the_words_only_take_things_out(words: str, offered: bool) -> None:
+    opened = shop()
+    assert bool(opened.actions(["sugar"], said(words))) == offered
+
+
 def test_emptied_basket_stays_empty() -> None:
     opened = shop(("Large Eggs", 2), ("Whole Milk", 1))
     turns = said("I need eggs and milk.", "Forget it, take everything out.")

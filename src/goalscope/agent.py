@@ -36,6 +36,7 @@ Correction = Literal["pin", "veto", "reword"]
 Questions = Literal["likeliest", "informative"]
 
 UNCORRECTABLE = "This method holds no belief that could be corrected."
+NO_GOAL = "No goal explains these words, and no better one was found."
 CONFIRM = "That cannot be undone. Do you confirm exactly what is shown?"
 
 
@@ -431,7 +432,7 @@ class Agent:
             changes += self.goals.added(tracker.likelihood, belief, tracker.turns, self._changes)
             belief = tracker.add(change.goal for change in changes)
             if not changes:
-                told.append("No goal explains these words, and no better one was found.")
+                told.append(NO_GOAL)
         self._progress("checking goals")
         past = [round.belief for round in self.rounds if round.belief]
         removed = self.goals.removed([*past, belief])

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 
 from goalscope import belief as beliefs
 from goalscope import episode as episodes
-from goalscope.agent import CONFIRM
+from goalscope.agent import CONFIRM, NO_GOAL
 from goalscope.store import EpisodeInfo
 from goalscope.tracking import Advice, Tracked
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, StepResult
@@ -29,10 +29,6 @@ __all__ = [
     "TrackerView",
     "Why",
 ]
-
-
-NO_GOAL = "No goal explains these words, and no better one was found."
-"""The one note of a round that is about its belief, and not about what was done."""
 
 
 class GoalView(BaseModel):

@@ -65,6 +65,7 @@ class GroceryShop:
         self.catalogue = catalogue
         self._search = search or Search(catalogue)
         self._basket: dict[str, int] = {}
+        self._taken_out: set[str] = set()
         self._bought = False
 
     @property
@@ -103,6 +104,7 @@ class GroceryShop:
     def reset(self) -> None:
         """Empty the basket, not bought."""
         self._basket.clear()
+        self._taken_out.clear()
         self._bought = False
 
     def close(self) -> None:
@@ -146,11 +148,13 @@ class GroceryShop:
     def actions(self, relevant: Sequence[str], turns: Sequence[Turn] = ()) -> list[Action]:
         """Additions for each search term that the basket does not serve yet.
 
-        What the person ruled out in `turns` is not offered. Removals and the purchase follow
-        from the person's words alone: see `requests` and `completion_actions`.
+        What the person ruled out in `turns` is not offered, nor what once left the basket, nor
+        anything where the newest words only take things out. Removals and the purchase follow from
+        the person's words alone: see `requests` and `completion_actions`.
         """
         hearing = self._heard(turns)
-        if self._bought or hearing.empties:
+        lessens = hearing.empties or hearing.removed or hearing.spared
+        if self._bought or (lessens and not self._heard(turns[-1:]).wanted):
             return []
         found: dict[str, int] = {}
         for term in relevant:
@@ -316,7 +320,8 @@ class GroceryShop:
         if head in _VAGUE or hearing.makes(term) or hearing.spurns(term):
             return []
         offers = [i for i in self._found(term, hearing) if _is_a(i, head)][:_PER_TERM]
-        return [] if any(item.name in self._basket for item in offers) else offers
+        decided = self._basket.keys() | self._taken_out
+        return [] if any(item.name in decided for item in offers) else offers
 
     def _contents(self) -> list[tuple[Item, int]]:
         pairs = ((self.catalogue.get(name), n) for name, n in self._basket.items())
@@ -350,6 +355,7 @@ class GroceryShop:
             self._basket[action.target] = number
         else:
             del self._basket[action.target]
+            self._taken_out.add(action.target)
         done = "added to" if sign == 1 else "removed from"
         times = f"{action.quantity} x " if action.quantity != 1 else ""
         return StepResult(action, True, f"{times}{action.target} {done} the basket.")
