@@ -228,6 +228,8 @@ def test_what_was_not_done_is_told(sentences: list[str], told: list[str]) -> Non
         "No nuts, please",
         "My daughter turns six and I need butter",
         "Can you help me?",
+        "A birthday needs candles, too, and some garlic for the grown-ups.",
+        "Two of them eat no meat, so garlic would be good.",
     ],
 )
 def test_nothing_is_missed_that_is_no_product(sentence: str) -> None:

@@ -45,6 +45,13 @@ _NO_BEGINNING = frozenset({
 })  # fmt: skip
 """Words that no product's name begins with."""
 
+_TALK = frozenset({
+    "i", "we", "you", "he", "she", "they", "it", "them", "us", "me", "him", "who", "eat", "eats",
+    "need", "needs", "want", "wants", "like", "likes", "love", "loves", "come", "comes", "is",
+    "are", "was", "have", "has",
+})  # fmt: skip
+"""Words of a sentence, which no product's name holds."""
+
 _PRODUCT = 0.45
 """Cosine with the nearest item from which on a bare phrase is taken for a product."""
 
@@ -288,7 +295,8 @@ class GroceryShop:
         phrase = request.phrase
         aisles = set(words(" ".join({item.category for item in self.catalogue.items})))
         vague = _NO_PRODUCT.union(aisles).issuperset(words(phrase))
-        if vague or words(phrase)[0] in _NO_BEGINNING or hearing.makes(phrase):
+        no_name = words(phrase)[0] in _NO_BEGINNING or not _TALK.isdisjoint(words(phrase))
+        if vague or no_name or hearing.makes(phrase):
             return []
         named = self._search.named(phrase)
         diets = [d for d in sorted(hearing.diets) if all(violates(item, d) for item in named)]
