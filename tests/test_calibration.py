@@ -28,6 +28,8 @@ from goalscope.calibrations import (
     keep_calibration,
     known_calibration,
 )
+from goalscope.likelihood import DEFAULT_LAYOUT
+from goalscope.models.opening import TwoModels, open_model
 from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError
 
 share = st.floats(0, 1)
@@ -425,6 +427,15 @@ def test_those_that_are_shipped_can_be_read() -> None:
         made = calibration_named(str(file))
         assert made.n > 0
         assert made.thresholds
+
+
+@pytest.mark.parametrize("adapter", ["none", None])
+def test_the_embedded_model_is_calibrated_with_its_adapter_and_without(adapter) -> None:
+    opened = open_model(adapter=adapter)
+    scorer = opened.speaker if isinstance(opened, TwoModels) else opened
+    found, where = known_calibration(scorer, DEFAULT_LAYOUT, end_of_turn=False)
+    assert where == "comes with goalscope"
+    assert found.thresholds
 
 
 def test_tests_see_none_of_the_calibrations_of_this_machine(data_folder: Path) -> None:

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from goalscope.models.llamacpp import LlamaCpp, embedded_path
+from goalscope.models.llamacpp import LlamaCpp
 from goalscope.models.native import MAX_PATHS
-from goalscope.models.opening import model_label
 from goalscope.models.tune import requantize
 from goalscope.types import Message, ModelError
 from test_model_contract import CONTEXTS, HISTORY, REPLIES, TOLERANCE, one_at_a_time, sums
@@ -66,12 +65,6 @@ def test_an_interrupted_call_leaves_a_sound_cache(
         with pytest.raises(KeyboardInterrupt):
             sums(model, CONTEXTS, REPLIES)
     np.testing.assert_allclose(sums(model, CONTEXTS, REPLIES), expected, atol=TOLERANCE)
-
-
-def test_it_is_called_as_in_tables(model: LlamaCpp) -> None:
-    assert model.name == model_label({}) == "SmolLM2-135M-Instruct"
-    path = embedded_path()
-    assert LlamaCpp(path).name == model_label({"model": str(path)})
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:

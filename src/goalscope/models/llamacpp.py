@@ -80,7 +80,7 @@ class LlamaCpp(LocalModel):
             )
         self._caches = [KVCache(self._weights, self.tuning.running) for _ in range(_CACHES)]
         self._close = weakref.finalize(self, _free, self._weights, self._caches)
-        self.name = source.stem if path is not None else EMBEDDED.rpartition("/")[2]
+        self.name = self._weights.metadata("general.name") or source.stem
         trained: int = self._weights.lib.llama_model_n_ctx_train(self._weights.model)
         self._context_size = min(context_size, trained)
         self.tokenizer = self._weights.chat_tokenizer()
