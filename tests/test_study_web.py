@@ -3,6 +3,7 @@
 import random
 import re
 import threading
+import time
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -261,6 +262,7 @@ def test_a_thousand_answers_over_a_bad_network_are_a_thousand_rows(tmp_path: Pat
                     statuses[answer.status_code] += 1
                     if answer.status_code not in (429, 503):
                         return answer
+                    time.sleep(float(answer.headers.get("retry-after", 0)))
                 raise AssertionError(f"{method} {path} never came through")
 
             ask("GET", HOME)

@@ -55,7 +55,7 @@ class Limit:
 
 _MANY = "That was too much at once."
 LIMITS = (
-    Limit("POST|PUT|PATCH|DELETE", r"/.*", _MANY, Rate(60, 0.5), Rate(600, 0.05)),
+    Limit("POST|PUT|PATCH|DELETE", r"/.*", _MANY, Rate(60, 0.5), Rate(1200, 0.02)),
     Limit(
         "POST", r"/api/(episodes|trackers)", "You have begun many conversations in this hour.",
         Rate(30, 120.0), Rate(150, 24.0),
