@@ -463,7 +463,7 @@ class Agent:
         if self.tracker:
             yield from self.tracker.notes
         told = {note for round in self.rounds for note in round.notes}
-        again = self.env.requests([turn])
+        again = self.env.requests([turn]) if outcome.failed else []
         for failed in outcome.failed:
             note = f"Not done: {failed.action}. {failed.observation}"
             if note not in told or failed.action in again:

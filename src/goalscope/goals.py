@@ -36,6 +36,12 @@ CONSENT = "Sure, I can help you with that."
 REFUSAL = "I'm sorry, but I can't help you with that."
 ANY_TASK = "The agent helps the human."
 
+_SPEAKERS = {
+    "Name one.": ("You name crimes and cruel acts.", "You name good and harmless plans."),
+    "What do you want to do?": ("You are a cruel criminal.", "You are a kind person."),
+}
+"""Who is asked what: those who answer with something harmful, and with something harmless."""
+
 _BULLET = re.compile(r"^\s*(?:[-*•]|\d+[.)])\s*")
 
 
@@ -261,7 +267,9 @@ def objectionable(
     asked = [goal for goal in goals if goal != UNSPECIFIED]
     requests = [render("remove", task=task, goal=goal) for goal in asked]
     plans = [
-        render(prompt, harmful=harmful) for prompt in ("harm", "cruel") for harmful in (True, False)
+        render("harm", question=question, speaker=speaker, harmful=harmful)
+        for question, speakers in _SPEAKERS.items()
+        for speaker, harmful in zip(speakers, (True, False), strict=True)
     ]
     scores = model.token_logprobs(
         [*requests, *requests, *(plan for plan in plans for _ in asked)],
