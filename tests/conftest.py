@@ -36,6 +36,21 @@ def data_folder() -> Iterator[Path]:
         yield Path(_data.name)
 
 
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Print the figures that tests gave with `record_property("measured", text)`."""
+    passed = terminalreporter.getreports("passed")
+    figures = [
+        (each.nodeid, value)
+        for each in passed
+        for name, value in each.user_properties
+        if name == "measured"
+    ]
+    if figures:
+        terminalreporter.section("measured")
+    for test, figure in figures:
+        terminalreporter.write_line(f"{test}: {figure}")
+
+
 @pytest.fixture(scope="session")
 def model() -> LlamaCpp:
     """The embedded model."""
