@@ -32,11 +32,11 @@ def panel(top: int, query: str, utterance: str, shares: dict[str, float]) -> str
         f'<text x="24" y="{top + 18}" fill="#111" font-weight="600">“{escape(utterance)}”</text>'
     ]
     for row, (goal, colour) in enumerate(COLOURS.items()):
-        y, width = top + 3 + 21 * row, max(1.3, 130 * shares[goal])
+        y, width = top + 3 + 21 * row, max(1.3, 110 * shares[goal])
         parts.append(
-            f'<text x="556" y="{y}" text-anchor="end" fill="#333">{escape(goal)}</text>'
-            f'<rect x="566" y="{y - 11}" width="{width:.1f}" height="14" rx="2" fill="{colour}"/>'
-            f'<text x="{572 + width:.1f}" y="{y}" fill="#333">{shares[goal]:.0%}</text>'
+            f'<text x="596" y="{y}" text-anchor="end" fill="#333">{escape(goal)}</text>'
+            f'<rect x="606" y="{y - 11}" width="{width:.1f}" height="14" rx="2" fill="{colour}"/>'
+            f'<text x="{612 + width:.1f}" y="{y}" fill="#333">{shares[goal]:.0%}</text>'
         )
     return "\n".join(parts)
 

@@ -274,3 +274,6 @@ def test_the_site_builds_and_asks_other_hosts_for_nothing(tmp_path: Path) -> Non
     for page in pages:
         text = page.read_text(encoding="utf-8")
         assert not re.findall(r"<(?:script|link|img|iframe)[^>]+(?:src|href)=.?https?:", text), page
+        assert not re.findall(
+            r"^(?:[-*] |\|).*", re.sub(r"<pre.*?</pre>", "", text, flags=re.S), re.M
+        )
