@@ -316,13 +316,14 @@ def _settings(picture: Path | None, **given: Any) -> Settings:
         InvalidInputError: An option cannot be used or would be silently without effect, or the
             picture's folder is missing.
     """
-    from goalscope.domains import Settings
+    from goalscope.domains import Settings, load_domain
 
     files = dict.fromkeys(("profiles", "catalogue", "unity"), _absolute)
     models = dict.fromkeys(("model", "generator", "scorer"), named)
     readers: dict[str, Callable[[Any], Any]] = {
         **files,
         **models,
+        "domain": load_domain,
         "tokenizer": tokenizer_named,
         "adapter": adapter_named,
         "columns": _columns,
@@ -336,7 +337,10 @@ def _settings(picture: Path | None, **given: Any) -> Settings:
     shop = {"--catalogue": settings.catalogue, "--column": settings.columns}
     home = {"--scene": settings.scene, "--unity": settings.unity}
     home["--simulator"] = settings.simulator if settings.simulator != "house" else None
-    for option, value in (shop if settings.domain == "house" else home).items():
+    for option, value in {
+        **(shop if settings.domain != "grocery" else {}),
+        **(home if settings.domain != "house" else {}),
+    }.items():
         if value:
             raise InvalidInputError(f"{option} is not for the domain {settings.domain!r}.")
     if settings.unity and settings.simulator != "thor":
@@ -365,8 +369,10 @@ def _refuse_others(context: typer.Context, info: EpisodeInfo) -> None:
     Raises:
         InvalidInputError: One is given.
     """
+    from goalscope.domains import load_domain
+
     free = ["resume", "rounds", "picture", "store"]
-    free += ["domain"] * (context.params["domain"] == info.domain)
+    free += ["domain"] * (load_domain(context.params["domain"]) == info.domain)
     given = [
         each.opts[0]
         for each in context.command.params
