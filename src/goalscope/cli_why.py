@@ -14,10 +14,10 @@ from goalscope.types import Goal, InvalidInputError, checked_text
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from goalscope.agent import Correction
     from goalscope.belief import Belief
     from goalscope.session import Session
     from goalscope.store import EpisodeInfo
+    from goalscope.tracker import Correction
     from goalscope.types import Turn
 
 __all__ = ["correct", "why"]
