@@ -31,6 +31,7 @@ LAYERS = [
         "cli_options",
         "cli_report",
         "cli_serve",
+        "cli_settings",
         "cli_study",
         "cli_why",
     },

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from goalscope.cli_options import Json, Layout, Seed
-from goalscope.terminal import console, measuring, named, progress
+from goalscope.terminal import console, measuring, model_names, progress
 from goalscope.types import InvalidInputError
 
 __all__ = ["fit"]
@@ -129,7 +129,7 @@ def fit(
         _tell(facts, out, as_json)
         return
     with measuring("Loading the model"):
-        name = (named(model) or "").removeprefix("hf:") or embedded_path()
+        name = (model_names(model)["model"] or "").removeprefix("hf:") or embedded_path()
         on_processor = device in (None, "cpu") and not package("torch").cuda.is_available()
         dtype = "bfloat16" if on_processor and multiplies_bfloat16() else None
         engine = Transformers(name, context_size=2048, device=device, dtype=dtype)

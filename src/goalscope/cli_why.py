@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from goalscope.cli_options import Json, StoreFile
+from goalscope.cli_settings import engine_of
 from goalscope.terminal import console
 from goalscope.types import Goal, InvalidInputError, checked_text
 
@@ -150,7 +151,6 @@ def _words(
     info: EpisodeInfo, belief: Belief, turns: list[Turn], goal: Goal
 ) -> list[list[tuple[str, float]]]:
     """Of each turn, each word with its evidence."""
-    from goalscope.cli_episodes import engine_of
     from goalscope.domains import settings_of
     from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
     from goalscope.why import word_evidence
