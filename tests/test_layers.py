@@ -7,7 +7,7 @@ import goalscope
 
 ROOT = Path(goalscope.__file__).parent
 LAYERS = [
-    {"types", "plain", "calibration"},
+    {"types", "plain", "calibration", "extras"},
     {"belief", "models", "prompts", "envs", "stats", "calibrations"},
     {"likelihood", "goals", "dialog", "asking", "habits", "policy", "acting", "why"},
     {"agent", "episode", "judge", "tracker"},

@@ -83,13 +83,13 @@ def fit(
     when they have not become better for a while. Run again, it goes on where it stopped. The
     folder then holds the adapter, for --adapter, and a model card.
     """
+    from goalscope.extras import package
     from goalscope.fitting.fit import Settings
     from goalscope.fitting.plan import plan_fit
     from goalscope.fitting.run import fit_adapter
     from goalscope.fitting.sources import read_source
     from goalscope.likelihood import DEFAULT_LAYOUT
     from goalscope.models.adapters import NO_ADAPTER, adapter_file, shipped
-    from goalscope.models.extras import package
     from goalscope.models.llamacpp import EMBEDDED, embedded_path
     from goalscope.models.torch_network import multiplies_bfloat16
     from goalscope.models.transformers import Transformers

@@ -40,7 +40,7 @@ def mcp(
     from contextlib import ExitStack
     from functools import cache
 
-    from goalscope.models.extras import package
+    from goalscope.extras import package
     from goalscope.store import Store
     from goalscope.tracking import Trackers
 

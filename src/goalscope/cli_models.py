@@ -132,9 +132,9 @@ def doctor(
     import platformdirs
 
     from goalscope.calibrations import known_calibration
+    from goalscope.extras import EXTRAS
     from goalscope.likelihood import DEFAULT_LAYOUT
     from goalscope.models.check import check as check_model
-    from goalscope.models.extras import EXTRAS
     from goalscope.models.opening import parts
     from goalscope.models.tune import processor
     from goalscope.store import Store

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import secrets
-import tempfile
 from pathlib import Path
 from typing import Annotated
 
@@ -29,6 +27,9 @@ def kept_key() -> tuple[str, Path]:
     Raises:
         GoalscopeError: It cannot be kept or read, or is not as it was made.
     """
+    import secrets
+    import tempfile
+
     import platformdirs
 
     file = platformdirs.user_data_path("goalscope", False) / "serve.key"
@@ -94,7 +95,7 @@ def serve(
     """
     import socket
 
-    from goalscope.models.extras import package
+    from goalscope.extras import package
     from goalscope.store import Store
 
     for each in ("fastapi", "uvicorn"):
