@@ -7,7 +7,10 @@ from typing import Protocol
 
 from goalscope.types import Action, Profile, StepResult, Turn
 
-__all__ = ["Environment"]
+__all__ = ["SEARCH", "Environment"]
+
+SEARCH = "search inventory"
+"""Name of the action that only looks something up, in every domain."""
 
 
 class Environment(Protocol):
