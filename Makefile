@@ -1,4 +1,4 @@
-# make demo | make demo-web | make test | make servers | make check | make reliability | make pictures | make torch | make bench | make results
+# make demo | make demo-web | make test | make servers | make check | make docs | make reliability | make pictures | make torch | make bench | make results
 # (needs Python 3.11, a C++ compiler, make)
 
 PYTHON ?= python3
@@ -19,7 +19,7 @@ ADAPTERS := $(SETS:%=adapters/without-%/adapter.gguf) $(patsubst %,adapters/teac
 FIT := $(BIN)/goalscope fit --start none --out adapters
 SHORT := --steps 100 --every 100 --validation 20
 
-.PHONY: demo demo-web test check reliability pictures bench results adapter lock servers torch
+.PHONY: demo demo-web test check docs reliability pictures bench results adapter lock servers torch
 
 demo: $(READY)  ## one grocery episode with a scripted human, on the built-in model
 	$(BIN)/goalscope run grocery --profile $(PROFILE)
@@ -42,6 +42,9 @@ check: $(READY)  ## format, lint, types
 	$(BIN)/ruff format --check src tests benchmarks docs examples
 	$(BIN)/ruff check src tests benchmarks docs examples
 	$(BIN)/pyright --pythonpath $(BIN)/python
+
+docs: $(READY)  ## the pages of docs/ as a site, in site/; a link that leads nowhere is an error
+	$(BIN)/mkdocs build --strict
 
 reliability: $(READY)  ## what docs/reliability.md says, measured; the slow tests, too
 	$(BIN)/python -m pytest tests/reliability -m "slow or not slow"
