@@ -39,8 +39,8 @@ servers:  ## Debian's programs that some tests need, which are skipped without t
 		DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --yes --no-install-recommends postgresql chromium; }
 
 check: $(READY)  ## format, lint, types
-	$(BIN)/ruff format --check src tests benchmarks docs
-	$(BIN)/ruff check src tests benchmarks docs
+	$(BIN)/ruff format --check src tests benchmarks docs examples
+	$(BIN)/ruff check src tests benchmarks docs examples
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
 docs: $(READY)  ## the pages of docs/ as a site, in site/; a link that leads nowhere is an error
