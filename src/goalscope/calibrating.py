@@ -14,7 +14,7 @@ import numpy.typing as npt
 from goalscope.belief import log_posteriors
 from goalscope.calibration import EPSILONS, USUAL, Calibration
 from goalscope.datasets.goal_sets import chance
-from goalscope.models.extras import package
+from goalscope.extras import package
 from goalscope.stats import auroc
 from goalscope.types import GoalscopeError, InvalidInputError
 

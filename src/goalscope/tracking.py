@@ -8,7 +8,6 @@ from dataclasses import asdict, dataclass, replace
 from threading import Lock
 from typing import Any, Literal
 
-from goalscope.agent import Correction, GoalTracker
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL, calibration_from_json
 from goalscope.calibrations import calibration_named
@@ -18,6 +17,7 @@ from goalscope.goals import GoalManager, incomplete, made_from
 from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
 from goalscope.models import Model
 from goalscope.store import EpisodeInfo, Store
+from goalscope.tracker import Correction, GoalTracker
 from goalscope.types import (
     UNSPECIFIED,
     ConflictError,
@@ -374,25 +374,16 @@ class _Session:
         )
 
     def managed(self, model: Model, tracker: GoalTracker) -> list[GoalChange]:
-        """Propose goals if none explains the words, and remove proposed ones, as the agent does."""
+        """Have goals proposed and removed, as an agent does; those that were given stay."""
         if not self.begun["propose"]:
             return []
         settings = settings_of(self.info.settings)
         goals = GoalManager(model, tracker.task, propose=settings.propose, seed=settings.seed)
-        past = [change for round in self.rounds for change in round.changes] or self.earlier
-        changes: list[GoalChange] = []
-        if incomplete(tracker.belief, goals.propose, since=self.made_from):
-            changes += goals.added(tracker.likelihood, tracker.belief, tracker.turns, past)
-            del changes[max(0, GOALS + 1 - len(tracker.belief.goals)) :]
-            tracker.add(change.goal for change in changes)
-        added = [change for change in (*past, *changes) if change.kind == "added"]
-        own = {change.goal for change in added if change.reason != GIVEN} & {*tracker.belief.goals}
-        if own:
-            given = {*tracker.belief.goals} - own - {UNSPECIFIED}
-            beliefs = [*(round.belief for round in self.rounds if round.belief), tracker.belief]
-            removed = goals.removed([belief.drop(given) for belief in beliefs])
-            tracker.drop(change.goal for change in removed)
-            changes += removed
+        earlier = () if self.rounds else self.earlier
+        past = [*(change for round in self.rounds for change in round.changes), *earlier]
+        named = {each.goal for each in past if each.kind == "added" and each.reason != GIVEN}
+        given = {*tracker.belief.goals} - named - {UNSPECIFIED}
+        changes, _ = tracker.manage(goals, self.rounds, earlier, given=given, most=GOALS + 1)
         return changes
 
 

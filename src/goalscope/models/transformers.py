@@ -14,9 +14,9 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.extras import package
 from goalscope.models import Array
 from goalscope.models.adapters import read_adapter
-from goalscope.models.extras import package
 from goalscope.models.hf_tokenizer import chat_tokenizer, tokenizer_file
 from goalscope.models.local import LocalModel
 from goalscope.models.native import Weights

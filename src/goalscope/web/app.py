@@ -18,11 +18,12 @@ from fastapi.staticfiles import StaticFiles
 from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 
-from goalscope.agent import Correction, Method
+from goalscope.agent import Method
 from goalscope.domains import TRACKING, Domain, Settings, open_environment
 from goalscope.envs.house.scenes import known_scenes
 from goalscope.models import Model
 from goalscope.store import EpisodeInfo, Store
+from goalscope.tracker import Correction
 from goalscope.tracking import Trackers
 from goalscope.types import ConflictError, Goal, GoalscopeError, InvalidInputError
 from goalscope.web.access import seen_by

@@ -16,7 +16,6 @@ from typing import Any, Literal, TypeVar
 
 from pydantic import BaseModel
 
-from goalscope.agent import Correction
 from goalscope.belief import Belief
 from goalscope.dialog import FALLBACK
 from goalscope.domains import Settings, open_environment
@@ -25,6 +24,7 @@ from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
 from goalscope.models import Heard, Model
 from goalscope.session import Session, saved_settings
 from goalscope.store import EpisodeInfo, Store
+from goalscope.tracker import Correction
 from goalscope.types import ConflictError, Goal, GoalscopeError, InvalidInputError, checked_text
 from goalscope.web.desk import Desk
 from goalscope.web.views import BeliefView, ChangeView, Confirm, EpisodeView, Live, RoundView

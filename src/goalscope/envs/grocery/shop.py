@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from decimal import Decimal
 
+from goalscope import envs
 from goalscope.envs.grocery.amounts import MOST, Request, packages, units
 from goalscope.envs.grocery.answers import answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
@@ -18,7 +19,10 @@ from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.words import contains, head_nouns, singular, singulars, words
 from goalscope.types import Action, Profile, StepResult, Turn
 
-__all__ = ["GroceryShop"]
+__all__ = ["NAMES", "GroceryShop"]
+
+NAMES = (envs.SEARCH, "add item", "remove item", "buy basket")
+"""What can be done here."""
 
 _PER_TERM = 5
 """Items offered for each search term."""
@@ -243,7 +247,7 @@ class GroceryShop:
     def step(self, action: Action) -> StepResult:
         """Take one action. An impossible one changes nothing and says why."""
         match action.name:
-            case "search inventory":
+            case envs.SEARCH:
                 return self._look(action)
             case "add item" | "remove item" | "buy basket" if self._bought:
                 return StepResult(action, False, "The basket is already purchased.")
@@ -254,9 +258,10 @@ class GroceryShop:
             case "buy basket":
                 return self._buy(action)
             case _:
-                known = "search inventory, add item, remove item, buy basket"
                 return StepResult(
-                    action, False, f"There is no action {action.name!r}; there are {known}."
+                    action,
+                    False,
+                    f"There is no action {action.name!r}; there are {', '.join(NAMES)}.",
                 )
 
     def answer(self, question: str) -> str | None:
