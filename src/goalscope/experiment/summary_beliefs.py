@@ -11,13 +11,9 @@ import numpy.typing as npt
 
 from goalscope.calibrating import Observed, Tables, observed_in
 from goalscope.calibration import PAPER, USUAL, Calibration, calibration_from_json
+from goalscope.experiment.predictors import among_goals
 from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate, Measured, Table
-from goalscope.experiment.summary_dialogues import (
-    EPS,
-    among_goals,
-    by_settings,
-    mean_of,
-)
+from goalscope.experiment.summary_dialogues import EPS, by_settings, mean_of
 from goalscope.goals import UNEXPLAINED
 from goalscope.stats import auroc
 
