@@ -136,12 +136,10 @@ def _sets(
     threshold = dict(calibration.thresholds).get(EPS)
     if threshold is None:
         return None, None, None
-    found, sure = tables.drawn_turn(beliefs)
-    held = np.logical_or(sure >= threshold, sure >= found.max(-1))
-    sizes: Array = np.maximum(np.greater_equal(found, threshold).sum(-1), 1).mean(0)
+    held, sizes = tables.conformal_sets(beliefs, threshold)
     present, absent = held.astype(float).tolist()
     return (
         mean_of(present, groups, "held"),
         mean_of(absent, groups, "held"),
-        mean_of(sizes.tolist(), groups, "size"),
+        mean_of(sizes.mean(0).tolist(), groups, "size"),
     )
