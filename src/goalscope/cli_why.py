@@ -151,17 +151,12 @@ def _words(
     info: EpisodeInfo, belief: Belief, turns: list[Turn], goal: Goal
 ) -> list[list[tuple[str, float]]]:
     """Of each turn, each word with its evidence."""
-    from goalscope.domains import settings_of
-    from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
+    from goalscope.domains import roleplay_of, settings_of
     from goalscope.why import word_evidence
 
     settings = settings_of(info.settings)
     with engine_of(settings) as engine:
-        likelihood = RolePlay(
-            engine,
-            layout=settings.layout or DEFAULT_LAYOUT,
-            end_of_turn=settings.end_of_turn,
-        )
+        likelihood = roleplay_of(settings, engine)
         return [
             word_evidence(likelihood, info.task, belief, turns[:end], goal)
             for end in range(1, len(turns) + 1)

@@ -12,7 +12,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from goalscope.plain import plain
+from goalscope.plain import model_shown, plain
 from goalscope.types import UNSPECIFIED, Goal
 
 if TYPE_CHECKING:
@@ -40,7 +40,9 @@ SHOWN = 8
 def show_header(console: Console, info: EpisodeInfo) -> None:
     """What runs: the domain, the person, the method and the model."""
     person = info.profile or "you"
-    line = f"episode {info.id} | {info.domain} | {person} | {info.method} | {info.model}"
+    line = (
+        f"episode {info.id} | {info.domain} | {person} | {info.method} | {model_shown(info.model)}"
+    )
     console.print(Panel(plain(info.task), title=plain(line), title_align="left"))
 
 

@@ -15,7 +15,7 @@ from goalscope.agent import Method, Questions
 from goalscope.envs import Environment
 from goalscope.goals import UNEXPLAINED, Trigger
 from goalscope.habits import Habit
-from goalscope.likelihood import Layout
+from goalscope.likelihood import DEFAULT_LAYOUT, Layout, RolePlay
 from goalscope.models import Model
 from goalscope.policy import Planner
 from goalscope.types import InvalidInputError, Profile
@@ -33,6 +33,7 @@ __all__ = [
     "planner_of",
     "profile_named",
     "profiles_of",
+    "roleplay_of",
     "settings_of",
 ]
 
@@ -198,6 +199,12 @@ def planner_of(settings: Settings, model: Model) -> Planner:
     from goalscope.acting import ActionPlanner
 
     return ActionPlanner(model, seed=settings.seed)
+
+
+def roleplay_of(settings: Settings, model: Model) -> RolePlay:
+    """What weighs a person's words."""
+    layout = settings.layout or DEFAULT_LAYOUT
+    return RolePlay(model, layout=layout, end_of_turn=settings.end_of_turn)
 
 
 def profiles_of(settings: Settings) -> tuple[Profile, ...]:

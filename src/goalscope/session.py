@@ -20,7 +20,7 @@ from goalscope.domains import (
 from goalscope.envs import Environment
 from goalscope.episode import Round
 from goalscope.habits import habitual
-from goalscope.models import Heard, Model
+from goalscope.models import Heard, Model, model_name
 from goalscope.store import Ended, EpisodeInfo, Store
 from goalscope.tracker import Correction
 from goalscope.types import Goal, GoalChange, InvalidInputError, Turn
@@ -129,7 +129,7 @@ class Session:
                 profile=profile,
                 owner=owner,
                 method=settings.method,
-                model=getattr(model, "name", type(model).__name__),
+                model=model_name(model),
                 task=env.task,
                 settings=asdict(settings),
             )

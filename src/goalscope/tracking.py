@@ -11,11 +11,10 @@ from typing import Any, Literal
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL, calibration_from_json
 from goalscope.calibrations import calibration_named
-from goalscope.domains import TRACKING, Settings, settings_of
+from goalscope.domains import TRACKING, Settings, roleplay_of, settings_of
 from goalscope.episode import Round
 from goalscope.goals import GoalManager, incomplete, made_from
-from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
-from goalscope.models import Model
+from goalscope.models import Model, model_name
 from goalscope.store import EpisodeInfo, Store
 from goalscope.tracker import Correction, GoalTracker
 from goalscope.types import (
@@ -129,10 +128,10 @@ class Trackers:
             InvalidInputError: A text is empty, broken or too long, or the goals are too many.
         """
         settings = self._defaults
-        task = _checked(task, "task")
+        task = checked_text(task, "task", LONGEST)
         with self._lock:
             model = self._model()
-            likelihood = _likelihood(model, settings)
+            likelihood = roleplay_of(settings, model)
             tracker = GoalTracker(task=task, likelihood=likelihood)
             given = _new(tracker.belief, goals)
             tracker.add(given)  # refuses goals with too many tokens
@@ -148,7 +147,7 @@ class Trackers:
             id = self._store.begin(
                 domain=TRACKING,
                 method="good",
-                model=_name(model),
+                model=model_name(model),
                 task=task,
                 settings={**asdict(settings), TRACKING: begun},
                 owner=owner,
@@ -180,8 +179,8 @@ class Trackers:
                 closed or belongs to another model.
             InvalidInputError: There is no such session, or a text is broken or too long.
         """
-        query = _checked(query, "query") if query.strip() else ""
-        said = Turn(query, _checked(utterance, "utterance"))
+        query = checked_text(query, "query", LONGEST) if query.strip() else ""
+        said = Turn(query, checked_text(utterance, "utterance", LONGEST))
         with self._lock:
             session = self._load(id)
             rounds = session.rounds
@@ -316,12 +315,12 @@ class Trackers:
         if session.info.ended:
             raise ConflictError("This session is closed. Open another one.")
         model = self._model()
-        if _name(model) != session.info.model:
+        if model_name(model) != session.info.model:
             raise ConflictError(
                 f"This session belongs to the model {session.info.model}, and here is "
-                f"{_name(model)}. Open another one."
+                f"{model_name(model)}. Open another one."
             )
-        likelihood = _likelihood(model, settings_of(session.info.settings))
+        likelihood = roleplay_of(settings_of(session.info.settings), model)
         tracker = GoalTracker(task=session.info.task, likelihood=likelihood)
         tracker.belief, tracker.turns = session.belief, [round.turn for round in session.rounds]
         return model, tracker
@@ -387,15 +386,6 @@ class _Session:
         return changes
 
 
-def _likelihood(model: Model, settings: Settings) -> RolePlay:
-    layout = settings.layout or DEFAULT_LAYOUT
-    return RolePlay(model, layout=layout, end_of_turn=settings.end_of_turn)
-
-
-def _name(model: Model) -> str:
-    return getattr(model, "name", type(model).__name__)
-
-
 def _new(belief: Belief, goals: Iterable[str]) -> list[Goal]:
     """Those goals that the belief does not hold yet."""
     known = {meaning(goal.text): goal for goal in belief.goals}
@@ -411,10 +401,4 @@ def _new(belief: Belief, goals: Iterable[str]) -> list[Goal]:
 
 
 def _checked_goal(text: str) -> str:
-    return _checked(text, "goal", LONGEST_GOAL)
-
-
-def _checked(text: str, what: str, longest: int = LONGEST) -> str:
-    if len(text) > longest:
-        raise InvalidInputError(f"The {what} is longer than {longest} characters. Make it shorter.")
-    return checked_text(text, what)
+    return checked_text(text, "goal", LONGEST_GOAL)

@@ -45,12 +45,20 @@ class UnreadableAnswerError(ModelError):
     """A language model answered, but not in the form that it was asked for."""
 
 
-def checked_text(text: str, what: str) -> str:
+def checked_text(text: str, what: str, longest: int | None = None) -> str:
     """Return `text` without surrounding whitespace, refusing what no model can read.
 
+    Args:
+        text: From a person, a file or another program.
+        what: What the error is to call it.
+        longest: Most characters; None for any number.
+
     Raises:
-        InvalidInputError: `text` is empty, or holds a lone surrogate (half of a character).
+        InvalidInputError: `text` is empty or too long, or holds a lone surrogate (half of a
+            character).
     """
+    if longest is not None and len(text) > longest:
+        raise InvalidInputError(f"The {what} is longer than {longest} characters. Make it shorter.")
     try:
         text.encode()
     except UnicodeEncodeError as error:
