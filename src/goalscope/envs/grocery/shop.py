@@ -233,8 +233,9 @@ class GroceryShop:
         return told
 
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
-        """Empty: the one irreversible act, the purchase, follows from the person's order alone."""
-        return ""
+        """None for a purchase in a plan: it follows from the person's order alone."""
+        buys = action.name == "buy basket"
+        return f'To have the basket bought, say "{self.completion_phrase}".' if buys else ""
 
     def completion_actions(self) -> list[Action]:
         """The purchase, if there is something to buy."""
