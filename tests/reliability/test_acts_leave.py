@@ -143,7 +143,12 @@ def test_the_robot_breaks_nothing_on_such_sentences(
         model = WordModel()
         agent = Agent(robot, model, method="no-goals", planner=ActionPlanner(model))
         for number, frame in enumerate(NO_LEAVE[start : start + 8]):
-            act = ("slice the bread", "slicing the bread", "sliced the bread", "the bread is sliced")
+            act = (
+                "slice the bread",
+                "slicing the bread",
+                "sliced the bread",
+                "the bread is sliced",
+            )
             round = agent.step("What else?", frame.format(*(act if number % 2 else ACTS[2])))
             assert not any(each.irreversible for each in round.results), frame
             tried += 1

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import pytest
-
 from fakes import WordModel
 from goalscope.agent import Agent
 from goalscope.envs.grocery import Catalogue, GroceryShop

@@ -243,6 +243,8 @@ class GroceryShop:
 
     def step(self, action: Action) -> StepResult:
         """Take one action. An impossible one changes nothing and says why."""
+        if type(action.target) is not str:
+            return StepResult(action, False, "What an action is done to is named by a text.")
         match action.name:
             case "search inventory":
                 return self._look(action)
@@ -370,6 +372,8 @@ class GroceryShop:
         return StepResult(action, True, f"{times}{action.target} {done} the basket.")
 
     def _buy(self, action: Action) -> StepResult:
+        if action != Action("buy basket"):
+            return StepResult(action, False, "The basket is bought as it is, and once.")
         if not self._basket:
             return StepResult(action, False, "The basket is empty; add something first.")
         self._bought = True
