@@ -154,6 +154,7 @@ def test_on_the_page_only_the_card_of_the_present_basket_buys(
         assert "banana" in card["status"].lower()
         assert ann.say(mine, card["no"], confirmed=card["state"]) is not None
         assert ann.get(mine)["episode"]["ended"] is None
+        card = ann.say(mine, WORD)["confirm"]
         assert ann.say(mine, WORD, confirmed=card["state"]) is None
         rounds = ann.get(mine)["rounds"]
     assert [bool(each["actions"]) and each["actions"][-1]["irreversible"] for each in rounds] == [
