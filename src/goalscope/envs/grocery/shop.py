@@ -237,8 +237,9 @@ class GroceryShop:
         return told
 
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
-        """Empty: the one irreversible act, the purchase, follows from the person's order alone."""
-        return ""
+        """None for a purchase in a plan: it follows from the person's order alone."""
+        buys = action.name == "buy basket"
+        return f'To have the basket bought, say "{self.completion_phrase}".' if buys else ""
 
     def completion_actions(self) -> list[Action]:
         """The purchase, if there is something to buy."""
@@ -246,6 +247,8 @@ class GroceryShop:
 
     def step(self, action: Action) -> StepResult:
         """Take one action. An impossible one changes nothing and says why."""
+        if type(action.target) is not str:
+            return StepResult(action, False, "What an action is done to is named by a text.")
         match action.name:
             case envs.SEARCH:
                 return self._look(action)
@@ -374,6 +377,8 @@ class GroceryShop:
         return StepResult(action, True, f"{times}{action.target} {done} the basket.")
 
     def _buy(self, action: Action) -> StepResult:
+        if action != Action("buy basket"):
+            return StepResult(action, False, "The basket is bought as it is, and once.")
         if not self._basket:
             return StepResult(action, False, "The basket is empty; add something first.")
         self._bought = True
