@@ -49,7 +49,9 @@ docs: $(READY)  ## the pages of docs/ as a site, in site/; a link that leads now
 reliability: $(READY)  ## what docs/reliability.md says, measured; the slow tests, too
 	$(BIN)/python -m pytest tests/reliability -m "slow or not slow"
 
-pictures: $(READY)  ## those of the page in docs/, by the tests that look at it; after `make servers`
+pictures: $(READY)  ## those in docs/; of the page by the tests that look at it; after `make servers`
+	$(BIN)/python docs/belief_picture.py
+	$(BIN)/python docs/house_picture.py
 	GOALSCOPE_PICTURES=docs $(BIN)/python -m pytest tests/test_page_pictures.py
 
 bench: torch  ## speed of a belief update beside other ways, as ratios in one run
