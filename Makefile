@@ -1,4 +1,4 @@
-# make demo | make demo-web | make test | make servers | make check | make docs | make reliability | make pictures | make torch | make bench | make results
+# make demo | make demo-web | make test | make servers | make check | make docs | make reliability | make pictures | make recording | make torch | make bench | make results
 # (needs Python 3.11, a C++ compiler, make)
 
 PYTHON ?= python3
@@ -19,7 +19,7 @@ ADAPTERS := $(SETS:%=adapters/without-%/adapter.gguf) $(patsubst %,adapters/teac
 FIT := $(BIN)/goalscope fit --start none --out adapters
 SHORT := --steps 100 --every 100 --validation 20
 
-.PHONY: demo demo-web test check docs reliability pictures bench results adapter lock servers torch
+.PHONY: demo demo-web test check docs reliability pictures recording bench results adapter lock servers torch
 
 demo: $(READY)  ## one grocery episode with a scripted human, on the built-in model
 	$(BIN)/goalscope run grocery --profile $(PROFILE)
@@ -53,6 +53,9 @@ pictures: $(READY)  ## those in docs/; of the page by the tests that look at it;
 	$(BIN)/python docs/belief_picture.py
 	$(BIN)/python docs/house_picture.py
 	GOALSCOPE_PICTURES=docs $(BIN)/python -m pytest tests/test_page_pictures.py
+
+recording: $(READY)  ## docs/chat.svg, a chat with the garden's agent as a terminal that moves
+	$(BIN)/python docs/chat_recording.py
 
 bench: torch  ## speed of a belief update beside other ways, as ratios in one run
 	$(BIN)/python -m pip install --quiet "$(TORCH)" lm-eval matplotlib minicons
