@@ -49,10 +49,10 @@ docs: $(READY)  ## the pages of docs/ as a site, in site/; a link that leads now
 reliability: $(READY)  ## what docs/reliability.md says, measured; the slow tests, too
 	$(BIN)/python -m pytest tests/reliability -m "slow or not slow"
 
-pictures: $(READY)  ## those in docs/; of the page by the tests that look at it; after `make servers`
+pictures: $(READY)  ## those of the page in docs/, by the tests that look at it; after `make servers`
+	GOALSCOPE_PICTURES=docs $(BIN)/python -m pytest tests/test_page_pictures.py
 	$(BIN)/python docs/belief_picture.py
 	$(BIN)/python docs/house_picture.py
-	GOALSCOPE_PICTURES=docs $(BIN)/python -m pytest tests/test_page_pictures.py
 
 recording: $(READY)  ## docs/chat.svg, a chat with the garden's agent as a terminal that moves
 	$(BIN)/python docs/chat_recording.py
