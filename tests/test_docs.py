@@ -81,17 +81,19 @@ def shell(block: Block) -> Iterator[tuple[list[str], str]]:
     if block.language not in ("sh", "bash", "console"):
         return
     for line in re.sub(r"\\\n\s*", "", block.text).splitlines():
-        words = shlex.split(line.removeprefix("$ "), comments=True)
+        command, *target = line.removeprefix("$ ").split(" > ")
+        words = shlex.split(command, comments=True)
         while words and re.match(r"\w+=", words[0]):
             del words[0]
-        *words, target = words if ">" not in words else (*words[: words.index(">")], words[-1])
-        yield (words, target) if ">" in shlex.split(line, comments=True) else ([*words, target], "")
+        yield words, shlex.split(target[0], comments=True)[0] if target else ""
 
 
 def inline(page: Path) -> Iterator[str]:
     """What stands between single backticks."""
     text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.M)
-    yield from (found.replace("\\", "") for found in re.findall(r"`([^`\n]+)`", text))
+    for paragraph in re.split(r"\n\s*\n|\n\|", text):
+        for found in re.findall(r"`([^`]+)`", paragraph):
+            yield " ".join(found.replace("\\", "").split())
 
 
 def commands(command: Any, *path: str) -> Iterator[tuple[tuple[str, ...], Any]]:
