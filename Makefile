@@ -18,7 +18,7 @@ ADAPTERS := $(SETS:%=adapters/without-%/adapter.gguf) $(patsubst %,adapters/teac
 FIT := $(BIN)/goalscope fit --start none --out adapters
 SHORT := --steps 100 --every 100 --validation 20
 
-.PHONY: help demo demo-web test check docs reliability package audit pictures bench results adapter lock servers torch
+.PHONY: help demo demo-web test torch servers check package audit docs reliability pictures recording bench results adapter lock
 
 help:
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-13s%s\n", $$1, $$2}' Makefile
@@ -67,6 +67,11 @@ reliability: $(READY)  ## what docs/reliability.md says, measured; the slow test
 
 pictures: $(READY)  ## those of the page in docs/, by the tests that look at it; after `make servers`
 	GOALSCOPE_PICTURES=docs $(BIN)/python -m pytest tests/test_page_pictures.py
+	$(BIN)/python docs/belief_picture.py
+	$(BIN)/python docs/house_picture.py
+
+recording: $(READY)  ## docs/chat.svg, a chat with the garden's agent as a terminal that moves
+	$(BIN)/python docs/chat_recording.py
 
 bench: torch  ## speed of a belief update beside other ways, as ratios in one run
 	$(BIN)/python -m pip install --quiet "$(TORCH)" lm-eval matplotlib minicons

@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Callable, Iterator
+from decimal import ROUND_HALF_UP, Decimal
 from importlib import import_module
 from importlib.util import find_spec
 from itertools import pairwise
@@ -80,17 +81,19 @@ def shell(block: Block) -> Iterator[tuple[list[str], str]]:
     if block.language not in ("sh", "bash", "console"):
         return
     for line in re.sub(r"\\\n\s*", "", block.text).splitlines():
-        words = shlex.split(line.removeprefix("$ "), comments=True)
+        command, *target = line.removeprefix("$ ").split(" > ")
+        words = shlex.split(command, comments=True)
         while words and re.match(r"\w+=", words[0]):
             del words[0]
-        *words, target = words if ">" not in words else (*words[: words.index(">")], words[-1])
-        yield (words, target) if ">" in shlex.split(line, comments=True) else ([*words, target], "")
+        yield words, shlex.split(target[0], comments=True)[0] if target else ""
 
 
 def inline(page: Path) -> Iterator[str]:
     """What stands between single backticks."""
     text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.M)
-    yield from (found.replace("\\", "") for found in re.findall(r"`([^`\n]+)`", text))
+    for paragraph in re.split(r"\n\s*\n|\n\|", text):
+        for found in re.findall(r"`([^`]+)`", paragraph):
+            yield " ".join(found.replace("\\", "").split())
 
 
 def commands(command: Any, *path: str) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -254,6 +257,40 @@ def test_the_picture_is_of_the_example_beside_it() -> None:
     last = "".join(f"{share} {goal}\n" for goal, share in found[-len(goals) :])
     (shown,) = (each.text for each in blocks(ROOT / "README.md") if each.language == "text")
     same(last, shown)
+
+
+def cells(line: str) -> list[str]:
+    """Each entry of a table's row, without its interval."""
+    return [each.partition(" [")[0].strip() for each in line.strip("|").split("|")]
+
+
+def rounded(share: str, loss: str = "") -> str:
+    places = ((share.removesuffix(" %"), "1", " %"), (loss, "0.01", ""))
+    return ", ".join(
+        f"{Decimal(value).quantize(Decimal(place), ROUND_HALF_UP)}{unit}"
+        for value, place, unit in places
+        if value
+    )
+
+
+@pytest.mark.parametrize("dialogues", ["TEACh", "MultiWOZ", "ALFRED", "Taskmaster-4", "CaSiNo"])
+def test_the_figures_of_the_readme_are_those_of_the_results(dialogues: str) -> None:
+    results = (DOCS / "results.md").read_text(encoding="utf-8")
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (row,) = (line for line in readme.splitlines() if re.match(rf"\| \d+ {dialogues} ", line))
+    n, name = row.split()[1], dialogues.lower().replace("-", "")
+    ours = re.findall(rf"^\| {name}, .*\| \+ forgetting \|.*$", results, re.M)
+    without, adapted = [cells(line)[3:6] for line in ours]
+    start = rf"^### Goals inferred from dialogues: {name}, [^\n]* {cells(row)[1]} \w+ goals each, "
+    *_, table = re.findall(
+        rf"{start}SmolLM2-135M-Instruct, {n} dialogues\n\n(.*?)\n\n", results, re.M | re.S
+    )
+    others = {name: share for name, _, _, share, *_ in map(cells, table.splitlines())}
+    assert {without[0], adapted[0]} == {n}
+    assert cells(row)[2:] == [
+        rounded(*adapted[1:]), rounded(*without[1:]),
+        rounded(others["TF-IDF"]), rounded(others["embedding"]),
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"])

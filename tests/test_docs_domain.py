@@ -1,0 +1,31 @@
+"""docs/domain.md shows every line of examples/garden.py, and the rest of its code runs."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGE = (ROOT / "docs" / "domain.md").read_text(encoding="utf-8")
+GARDEN = (ROOT / "examples" / "garden.py").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
+
+
+def lines(text: str) -> list[str]:
+    return [line for line in text.splitlines() if line.strip()]
+
+
+def test_the_page_shows_the_whole_example_in_its_order() -> None:
+    *shown, _ = blocks("python")
+    assert lines("".join(shown)) == lines(GARDEN)
+    assert f"in {len(lines(GARDEN))} lines" in PAGE
+    (people,) = blocks("toml")
+    assert lines(people) == lines((ROOT / "examples" / "garden.toml").read_text(encoding="utf-8"))
+
+
+def test_the_rest_of_its_code_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    exec(compile(blocks("python")[-1], "docs/domain.md", "exec"), {})
