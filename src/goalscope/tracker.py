@@ -25,6 +25,7 @@ from goalscope.types import (
 __all__ = ["UNCORRECTABLE", "Correction", "GoalTracker"]
 
 Correction = Literal["pin", "veto", "reword"]
+"""What a person can say of a goal itself; see `GoalTracker.correct`."""
 
 UNCORRECTABLE = "This method holds no belief that could be corrected."
 """Said of a `Correction` where there is nothing to weigh."""

@@ -47,7 +47,14 @@ _REMEDIES = {
 
 @dataclass(slots=True)
 class Usage:
-    """What a server was asked so far."""
+    """What a server was asked so far.
+
+    Attributes:
+        requests: All, with those that failed.
+        retries: Requests that were made again.
+        prompt_tokens: Read, as the server counts them.
+        completion_tokens: Written.
+    """
 
     requests: int = 0
     retries: int = 0
