@@ -105,9 +105,9 @@ def test_a_broken_key_is_refused_and_not_shown(monkeypatch: pytest.MonkeyPatch, 
     ],
 )
 def test_the_key_is_never_shown(
-    naps: list[float],
+    naps: list[float],  # noqa: F811
     monkeypatch: pytest.MonkeyPatch,
-    reply: httpx2.Response | Exception,  # noqa: F811
+    reply: httpx2.Response | Exception,
 ) -> None:
     monkeypatch.setenv("GOALSCOPE_API_KEY", KEY)
     server = asked(Replay(reply))
