@@ -300,8 +300,10 @@ def _refuse_others(context: typer.Context, info: EpisodeInfo) -> None:
     Raises:
         InvalidInputError: One is given.
     """
+    from goalscope.domains import load_domain
+
     free = ["resume", "rounds", "picture", "store"]
-    free += ["domain"] * (context.params["domain"] == info.domain)
+    free += ["domain"] * (load_domain(context.params["domain"]) == info.domain)
     given = [
         each.opts[0]
         for each in context.command.params

@@ -36,11 +36,12 @@ def settings_given(picture: Path | None = None, **given: Any) -> Settings:
         InvalidInputError: An option cannot be used or would be silently without effect, or the
             picture's folder is missing.
     """
-    from goalscope.domains import Settings
+    from goalscope.domains import Settings, load_domain
     from goalscope.models.opening import MODEL_KEYS
 
     readers: dict[str, Callable[[Any], Any]] = {
         **dict.fromkeys(("profiles", "catalogue", "unity"), _absolute),
+        "domain": load_domain,
         "columns": _columns,
         "scene": _scene,
         "calibration": _calibration,
@@ -52,7 +53,11 @@ def settings_given(picture: Path | None = None, **given: Any) -> Settings:
     shop = {"--catalogue": settings.catalogue, "--column": settings.columns}
     home = {"--scene": settings.scene, "--unity": settings.unity}
     home["--simulator"] = settings.simulator if settings.simulator != "house" else None
-    for option, value in (shop if settings.domain == "house" else home).items():
+    others = {
+        **(shop if settings.domain != "grocery" else {}),
+        **(home if settings.domain != "house" else {}),
+    }
+    for option, value in others.items():
         if value:
             raise InvalidInputError(f"{option} is not for the domain {settings.domain!r}.")
     if settings.unity and settings.simulator != "thor":

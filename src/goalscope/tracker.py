@@ -34,10 +34,6 @@ UNCORRECTABLE = "This method holds no belief that could be corrected."
 class GoalTracker:
     """A belief over the goals of a person in dialogue, without a domain.
 
-    >>> tracker = GoalTracker(goals=["bake a cake", "cook soup"])   # doctest: +SKIP
-    >>> tracker.observe("What can I do?", "I need flour and cocoa.")   # doctest: +SKIP
-    >>> tracker.belief.top(1)   # doctest: +SKIP
-
     Args:
         model: Scores the words; by default the embedded model.
         task: The assistant's task, in a sentence.

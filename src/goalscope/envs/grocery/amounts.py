@@ -28,17 +28,8 @@ MOST = 99
 
 
 NUMBERS = {
-    **{
-        "a": 0,
-        "an": 0,
-        "of": 0,
-        "and": 0,
-        "half": 0.5,
-        "hundred": 0,
-        "couple": 2,
-        "pair": 2,
-        "few": 3,
-    },
+    **{"a": 0, "an": 0, "of": 0, "and": 0, "half": 0.5, "hundred": 0},
+    **{"couple": 2, "pair": 2, "few": 3},
     **{"one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8},
     **{"nine": 9, "ten": 10, "eleven": 11, "twelve": 12, "thirteen": 13, "fourteen": 14},
     **{"fifteen": 15, "sixteen": 16, "seventeen": 17, "eighteen": 18, "nineteen": 19, "several": 3},
@@ -81,15 +72,17 @@ class Request:
         counted: What the quantity counts: packages ("3 bags of chips"), single pieces ("6
             bagels"), pieces by the dozen, or a weight or volume.
         change: What becomes of the basket: it holds so many at least, so many more, exactly so
-            many, so many fewer, or none.
+            many, so many fewer, none, or as many as of what is replaced.
         outright: Whether a verb or a number asks for it, rather than its bare mention.
+        replaces: What makes way for it.
     """
 
     phrase: str
     quantity: int = 1
     counted: Literal["packages", "pieces", "dozens", "grams", "millilitres"] = "pieces"
-    change: Literal["at least", "more", "exactly", "fewer", "none"] = "at least"
+    change: Literal["at least", "more", "exactly", "fewer", "none", "as many"] = "at least"
     outright: bool = False
+    replaces: tuple[str, ...] = ()
 
 
 def packages(request: Request, item: Item) -> int:

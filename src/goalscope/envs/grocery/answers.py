@@ -8,6 +8,7 @@ from typing import Protocol
 
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.words import contains, singulars
+from goalscope.envs.speech import evened
 
 __all__ = ["Stock", "answered"]
 
@@ -76,7 +77,7 @@ class Stock(Protocol):
 
 def answered(question: str, shop: Stock) -> str | None:
     """The answer to `question`, or None where it is no question about stock or basket."""
-    text = " ".join(question.casefold().replace("\u2019", "'").split())[:300].rstrip(" ?!.")
+    text = evened(question)[:300].rstrip(" ?!.")
     if _BASKET.fullmatch(text):
         return shop.status()
     if _TOTAL.fullmatch(text):

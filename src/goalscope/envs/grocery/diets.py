@@ -9,6 +9,7 @@ from functools import cache
 
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.requests import Refusal, unwanted
+from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.words import asks, made, sentences, singulars
 
 __all__ = ["DIETS", "diet", "implied", "is_diet", "violates"]
@@ -312,8 +313,9 @@ def diet(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[str]
                 not _NOT.search(_clause(sentence, m.start())) for m in pattern.finditer(sentence)
             ):
                 standing.add(name)
-    for thing, how in unwanted(utterance).items():
-        standing |= implied(thing, how)
+    for said in heard(utterance):
+        for thing, how in unwanted(said).items():
+            standing |= implied(thing, how)
     return frozenset(standing)
 
 

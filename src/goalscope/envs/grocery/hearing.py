@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -10,13 +11,22 @@ from goalscope.envs.grocery.amounts import Request
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.diets import diet, implied, is_diet, violates
 from goalscope.envs.grocery.names import Names
-from goalscope.envs.grocery.requests import Refusal, clears, removed, spared, unwanted, wanted
-from goalscope.envs.grocery.rewording import SAME
+from goalscope.envs.grocery.requests import (
+    Refusal,
+    clears,
+    removed,
+    spared,
+    unwanted,
+    wanted,
+)
+from goalscope.envs.grocery.rewording import SAME, SAME_ALL, Said, heard
 from goalscope.envs.grocery.words import contains, made, singulars
 
 __all__ = ["Hearing", "hear"]
 
 _NO_NAMES = Names(())
+_WHICH = re.compile(r"(.+) ones?")
+"""Says which of the things spoken of last is meant: "the frozen ones"."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,8 +35,9 @@ class Hearing:
 
     Attributes:
         wanted: Things asked for outright and not refused since, in their order.
-        removed: What the newest words want taken out, all of it or some; no phrase where it is
-            unclear what.
+        newest: Those of them that the newest words asked for.
+        removed: What the newest words want taken out, all of it or some.
+        unclear: Whether the newest words say "it" of nothing, or of one of several things.
         spared: What alone stays in the basket, by the newest words; all of it where there is none.
         refused: Things refused and not asked for since.
         dropped: Things taken out of the basket, all of them, and not asked for since.
@@ -37,7 +48,9 @@ class Hearing:
     """
 
     wanted: tuple[Request, ...]
+    newest: tuple[Request, ...]
     removed: tuple[Request, ...]
+    unclear: bool
     spared: tuple[str, ...]
     refused: tuple[str, ...]
     dropped: tuple[str, ...]
@@ -74,6 +87,16 @@ class Hearing:
         ends = any(singulars(each)[-len(name) :] == name for each in out)
         return ends or self.drops(kind) or _kind_of(kind, out)
 
+    def keeping(self, things: Iterable[str]) -> Hearing:
+        """The same without what speaks against these `things`."""
+        kept = {*things}
+        return replace(
+            self,
+            removed=tuple(each for each in self.removed if each.phrase not in kept),
+            refused=tuple(each for each in self.refused if each not in kept),
+            dropped=tuple(each for each in self.dropped if each not in kept),
+        )
+
 
 def hear(utterances: Sequence[str], names: Names | None = None) -> Hearing:
     """Read utterances in their order; a word taken back counts no more.
@@ -87,94 +110,160 @@ def hear(utterances: Sequence[str], names: Names | None = None) -> Hearing:
 
 @lru_cache(maxsize=64)
 def _hear(utterances: tuple[str, ...], names: Names) -> Hearing:
-    asked: dict[str, Request] = {}
-    refused: dict[str, None] = {}
-    dropped: dict[str, None] = {}
-    lessened: dict[str, None] = {}
-    changes: list[Request] = []
-    kept: list[str] = []
-    diets: frozenset[str] = frozenset()
-    mild: set[str] = set()  # diets that rest on a refusal alone, which a request takes back
+    listener = _Listener(names)
     for number, utterance in enumerate(utterances, start=1):
-        newest = number == len(utterances)
-        said = names.hidden(utterance)
-        kept = [names.shown(phrase) for phrase in spared(said)]
-        if clears(utterance) or kept:
-            asked = {phrase: r for phrase, r in asked.items() if _kind_of(phrase, kept)}
-        earlier, diets = diets, diet(utterance, diets)
-        last = next(reversed(asked), "")
-        for removal in removed(said):
-            change = _named(removal, names, last)
-            if newest:
-                changes.append(change)
-            if last := change.phrase:
-                _reduce(asked, change)
-                (dropped if change.change == "none" else lessened)[last] = None
-        out = {names.shown(r.phrase) for r in removed(said)}
-        for thing, how in unwanted(said).items():
-            thing = names.shown(thing)
+        listener.hear(utterance, newest=number == len(utterances))
+    asked = listener.asked
+    return Hearing(
+        wanted=tuple(asked.values()),
+        newest=tuple(each for phrase, each in asked.items() if phrase in listener.named),
+        removed=tuple(listener.removed),
+        unclear=listener.unclear,
+        spared=tuple(listener.spared),
+        refused=tuple(listener.refused),
+        dropped=tuple(listener.dropped),
+        lessened=tuple(listener.lessened),
+        diets=listener.diets,
+        words=". ".join(utterances).casefold(),
+        empties=listener.empties,
+    )
+
+
+class _Listener:
+    """What stands so far.
+
+    Attributes:
+        asked: Requests by their phrases.
+        refused: Phrases in their order; so are `dropped` and `lessened`.
+        mild: Diets that rest on a refusal alone, which a request takes back.
+        before: Things that the last utterance asked for or took out that named any.
+        named: The same of the newest utterance.
+        removed: What the newest utterance wants taken out; `spared`, `empties` and `unclear` are
+            its own, too.
+    """
+
+    def __init__(self, names: Names) -> None:
+        self.names = names
+        self.asked: dict[str, Request] = {}
+        self.refused: dict[str, None] = {}
+        self.dropped: dict[str, None] = {}
+        self.lessened: dict[str, None] = {}
+        self.diets: frozenset[str] = frozenset()
+        self.mild: set[str] = set()
+        self.before: list[str] = []
+        self.named: list[str] = []
+        self.removed: list[Request] = []
+        self.spared: list[str] = []
+        self.empties = self.unclear = False
+
+    def hear(self, utterance: str, *, newest: bool) -> None:
+        """Take in one utterance, clause by clause."""
+        self.removed, self.spared = [], []
+        self.empties = self.unclear = False
+        self.before, self.named = self.named or self.before, []
+        earlier, self.diets = self.diets, diet(utterance, self.diets)
+        for clause in heard(self.names.hidden(utterance)):
+            self.clear(clause)
+            self.remove(clause)
+            self.refuse(clause, earlier)
+            self.ask(clause, newest=newest)
+
+    def clear(self, clause: Said) -> None:
+        """Take in that all is to leave the basket, or all but some."""
+        spared_here = [self.names.shown(phrase) for phrase in spared(clause)]
+        if not (clears(clause) or spared_here):
+            return
+        self.spared += spared_here
+        self.empties = self.empties or not spared_here
+        self.asked = {p: r for p, r in self.asked.items() if _kind_of(p, spared_here)}
+
+    def remove(self, clause: Said) -> None:
+        """Take in what is to leave the basket."""
+        for removal in removed(clause):
+            for phrase in self.meant(removal.phrase):
+                self.take_out(replace(removal, phrase=phrase))
+                self.named.append(phrase)
+
+    def take_out(self, removal: Request) -> None:
+        """Ask for less of what a removal takes out: rye bread may be what came for "bread"."""
+        self.removed.append(removal)
+        (self.dropped if removal.change == "none" else self.lessened)[removal.phrase] = None
+        out = singulars(removal.phrase)
+        for phrase, request in [*self.asked.items()]:
+            kind = singulars(phrase)
+            left = request.quantity - removal.quantity
+            if not (contains(kind, out) or contains(out, kind)):
+                replaces = tuple(old for old in request.replaces if old != removal.phrase)
+                self.asked[phrase] = replace(request, replaces=replaces)
+            elif removal.change == "none" or left < 1:
+                del self.asked[phrase]
+            else:
+                self.asked[phrase] = replace(request, quantity=left)
+
+    def refuse(self, clause: Said, earlier: frozenset[str]) -> None:
+        """Take in what is not wanted; `earlier` are the diets of earlier utterances."""
+        out = {self.names.shown(removal.phrase) for removal in removed(clause)}
+        for thing, how in unwanted(clause).items():
+            thing = self.names.shown(thing)
             if is_diet(thing):
                 continue
             restrictions = implied(thing, how)
             if how is not Refusal.HARMED:
-                mild |= restrictions - earlier
+                self.mild |= restrictions - earlier
             if not restrictions and thing not in out:
-                refused[thing] = None
-            for phrase in [p for p in asked if contains(singulars(p), singulars(thing))]:
-                del asked[phrase]
-        for request in wanted(said):
-            request = _named(request, names, last)
-            if not request.phrase or is_diet(request.phrase):
-                continue
-            _ask(asked, request, newest=newest)
-            diets -= mild & implied(request.phrase)
-            for words in (refused, dropped, lessened):
-                for thing in [
-                    r for r in words if contains(singulars(request.phrase), singulars(r))
-                ]:
-                    del words[thing]
-    return Hearing(
-        wanted=tuple(asked.values()),
-        removed=tuple(changes),
-        spared=tuple(kept),
-        refused=tuple(refused),
-        dropped=tuple(dropped),
-        lessened=tuple(lessened),
-        diets=diets,
-        words=". ".join(utterances).casefold(),
-        empties=bool(utterances) and clears(utterances[-1]),
-    )
+                self.refused[thing] = None
+            for phrase in [p for p in self.asked if contains(singulars(p), singulars(thing))]:
+                del self.asked[phrase]
+
+    def ask(self, clause: Said, *, newest: bool) -> None:
+        """Take in what is asked for."""
+        for request in wanted(clause):
+            for phrase in self.meant(request.phrase):
+                if not phrase or is_diet(phrase):
+                    continue
+                replaces = tuple(map(self.names.shown, request.replaces))
+                self.ask_for(replace(request, phrase=phrase, replaces=replaces), newest=newest)
+                self.named.append(phrase)
+
+    def ask_for(self, request: Request, *, newest: bool) -> None:
+        """Ask for something, once, whether in the singular or the plural.
+
+        What older words change is added up, so that it is met once; the newest change what is
+        there.
+        """
+        asked = singulars(request.phrase)
+        same = next((p for p in self.asked if singulars(p) == asked), request.phrase)
+        before = self.asked.pop(same, None)
+        if not newest:
+            more = before.quantity if before and request.change == "more" else 0
+            request = replace(request, quantity=request.quantity + more, change="at least")
+        self.asked[request.phrase] = request
+        self.diets -= self.mild & implied(request.phrase)
+        for words in (self.refused, self.dropped, self.lessened):
+            for thing in [each for each in words if contains(asked, singulars(each))]:
+                del words[thing]
+
+    def meant(self, phrase: str) -> list[str]:
+        """What a phrase stands for: "it", "them" and "the frozen ones" are of what was named last.
+
+        None where it is not clear of what.
+        """
+        which = _WHICH.fullmatch(phrase)
+        if not (which or phrase in (SAME, SAME_ALL)):
+            return [self.names.shown(phrase)]
+        found = self.named[-1:] if phrase != SAME_ALL else self.named
+        found = [*dict.fromkeys(found or self.before)]
+        if not found or (phrase != SAME_ALL and len(found) > 1):
+            self.unclear = True
+            return []
+        if not which:
+            return found
+        if found[0] in self.named:
+            self.asked.pop(found[0], None)
+        elif found[0] in self.asked:
+            self.take_out(Request(found[0], change="none"))
+        return [f"{which[1]} {found[0]}"]
 
 
 def _kind_of(thing: str, words: Sequence[str]) -> bool:
     return any(contains(singulars(thing), singulars(each)) for each in words)
-
-
-def _named(request: Request, names: Names, last: str) -> Request:
-    """`request` with the shop's name or, for "it", the thing spoken of last, if there is any."""
-    return replace(request, phrase=last if request.phrase == SAME else names.shown(request.phrase))
-
-
-def _reduce(asked: dict[str, Request], change: Request) -> None:
-    """Ask for less of what `change` takes out: rye bread may be what came for "bread"."""
-    out = singulars(change.phrase)
-    alike = [p for p in asked if contains(singulars(p), out) or contains(out, singulars(p))]
-    for phrase in alike:
-        left = asked[phrase].quantity - change.quantity
-        if change.change == "none" or left < 1:
-            del asked[phrase]
-        else:
-            asked[phrase] = replace(asked[phrase], quantity=left)
-
-
-def _ask(asked: dict[str, Request], request: Request, *, newest: bool) -> None:
-    """Ask for something, once, whether in the singular or the plural.
-
-    What older words change is added up, so that it is met once; the newest change what is there.
-    """
-    same = next((p for p in asked if singulars(p) == singulars(request.phrase)), request.phrase)
-    before = asked.pop(same, None)
-    if not newest:
-        more = before.quantity if before and request.change == "more" else 0
-        request = replace(request, quantity=request.quantity + more, change="at least")
-    asked[request.phrase] = request

@@ -31,6 +31,7 @@ _WISH = (
     r"(?:can|could|will|would|may|might) (?:you|we|i)(?: mind| be able to)?|let ?'s|let us|let me"
     r"|(?:i|we)(?:'d| would|'ll| will|'ve| do)?(?: also| really| just| definitely| actually)*"
     r" (?:want|wanted|like|love|prefer|need|have|decided|wish)(?: you)? to"
+    r"|do you mind"
     r"|(?:i|we)(?:'d| would) rather|(?:i|we)(?:'m|'re| am| are) going to|(?:i|we)(?:'ll| will)"
     r"|(?:you|we)(?: will|'ll)? (?:can|could|should|may|might|must|need to|have to)"
     r"|i (?:said|asked you|told you)(?: to)?|you forgot to"

@@ -20,7 +20,15 @@ from goalscope.envs.grocery.amounts import (
     number,
 )
 from goalscope.envs.grocery.moods import Mood
-from goalscope.envs.grocery.rewording import ASKING, CART, CORRECTION, SAME, Said, heard, plain
+from goalscope.envs.grocery.rewording import (
+    ASKING,
+    CART,
+    CORRECTION,
+    IN_PLACE,
+    Said,
+    heard,
+    plain,
+)
 from goalscope.envs.grocery.words import asks, contains, sentences, singulars
 
 __all__ = [
@@ -29,6 +37,7 @@ __all__ = [
     "clears",
     "refuses",
     "removed",
+    "replaced",
     "spared",
     "unrefused",
     "unwanted",
@@ -37,7 +46,8 @@ __all__ = [
 
 _SMALL = re.compile(
     r"^(?:(?:in|on|the|some|any(?: kinds? of)?|my|our|your|a (?:bit|little|lot) of|lots of"
-    r"|plenty of|enough|also|just|maybe|perhaps|really|of|more|extra|too|much|many|then|please"
+    rf"|plenty of|enough|{IN_PLACE}|also|just|maybe|perhaps|really|of|more|extra|too|much|many|then"
+    r"|please"
     r"|definitely|with|only|another|good|nice|like|such as|all(?: kinds)? of|all|those|these|that"
     r"|this|as well as|both|either|well|oh|yes|yeah|ok|okay|no|hi|hello|so|about"
     r"|actually|take|additional|exactly|my|same)\b[\s,]*)+"
@@ -45,7 +55,7 @@ _SMALL = re.compile(
 _TAIL = re.compile(
     r"(?:^|\s+)(?:please|too|as well|thanks|thank you|also|for\b.*|if (?:you|possible)\b.*"
     r"|to \w+\b.*|in (?:the|my) (?:basket|cart)|on top|would be \w+|tonight|tomorrow|today|now"
-    r"|of course|maybe|perhaps|or so|etc|instead|so that\b.*|because\b.*|since\b.*|which\b.*"
+    r"|of course|maybe|perhaps|or so|etc|instead|rather|so that\b.*|because\b.*|since\b.*|which\b.*"
     r"|that (?:is|are|can|will)\b.*|left|at home|on hand|in the (?:house|fridge|pantry|cupboard)"
     r"|in stock|available|there|though|at all|after all|in total|altogether|again|anymore"
     r"|any more|of any kind)$"
@@ -128,7 +138,7 @@ _ALL = "(?:everything|it all|all of it|them all|all items)"
 _CLEARS = re.compile(
     rf"\b(?:(?:empty|clear) (?:out )?(?:the|my|this) (?:whole |entire )?{CART}"
     rf"|(?:take|throw|put) {_ALL} (?:out|back|away)|(?:remove|delete|drop) {_ALL}"
-    r"|start (?:all )?over)\b(?! (?:but|except))"
+    r"|start (?:all )?(?:over|again|anew|from scratch))\b(?! (?:but|except))"
 )
 _DENIED = re.compile(
     r"\b(?:not|never|nobody|cannot|no (?:one|need|reason|longer|point|way)|\w+n't|unless|in case"
@@ -150,11 +160,13 @@ class Refusal(IntEnum):
 
 
 @lru_cache(maxsize=512)
-def wanted(utterance: str) -> tuple[Request, ...]:
-    """What `utterance` may ask for, in its order; refused things and questions are left out."""
+def wanted(said: Said) -> tuple[Request, ...]:
+    """What a clause may ask for, in its order; refused things and questions are left out."""
+    if said.mood is Mood.QUESTION:
+        return ()
     found: dict[str, Request] = {}
-    texts = [_unrefused(said) for said in heard(utterance) if said.mood is not Mood.QUESTION]
-    for sentence in sentences(_SERVINGS.sub(" ", " ".join(texts))):
+    replaces = replaced(said)
+    for sentence in sentences(_SERVINGS.sub(" ", _unrefused(said))):
         if asks(sentence):
             continue
         for part in re.split(r"\bbut\b|\s-\s", sentence.strip(" .;!?")):
@@ -165,13 +177,13 @@ def wanted(utterance: str) -> tuple[Request, ...]:
                 start = asking.end()
             elif _SPEAKING.search(_TAIL.sub("", part)):
                 continue
-            for chunk in _SEPARATOR.split(part[start:]):
-                if not (request := _request(chunk)):
-                    continue
+            for request in _listed(part[start:]):
+                if replaces:
+                    many = not request.outright and request.change == "at least"
+                    change = "as many" if many else request.change
+                    request = replace(request, replaces=replaces, change=change)
                 if asking:
                     request = replace(request, outright=True)
-                if request.phrase == SAME and found:
-                    request = replace(request, phrase=list(found)[-1])
                 if request.phrase not in found or request.change == "exactly":
                     found[request.phrase] = request
     return tuple(found.values())
@@ -204,10 +216,10 @@ def _counted(said: str) -> Request | None:
 
 
 @lru_cache(maxsize=512)
-def unwanted(utterance: str) -> Mapping[str, Refusal]:
-    """What `utterance` refuses or wants taken out, in lower case and in its order, and how."""
+def unwanted(said: Said) -> Mapping[str, Refusal]:
+    """What a clause refuses or wants taken out, in lower case and in its order, and how."""
     found: dict[str, Refusal] = {}
-    for match in _refusals(utterance):
+    for match in _refusals(said):
         ill = match["harms"] or match["allergen"]
         how = Refusal.HARMED if ill else Refusal.SHUNNED if match["shuns"] else Refusal.DROPPED
         for thing in _refused(match):
@@ -217,28 +229,31 @@ def unwanted(utterance: str) -> Mapping[str, Refusal]:
 
 
 @lru_cache(maxsize=512)
-def removed(utterance: str) -> tuple[Request, ...]:
-    """What `utterance` wants taken out of the basket, all of it or so many fewer."""
-    matches = (m for m in _refusals(utterance) if m["takes"] or m["apart"])
+def removed(said: Said) -> tuple[Request, ...]:
+    """What a clause wants taken out of the basket, all of it or so many fewer."""
+    matches = (m for m in _refusals(said) if m["takes"] or m["apart"])
     return tuple(thing for match in matches for thing in _refused(match))
 
 
-def spared(utterance: str) -> list[str]:
+def replaced(said: Said) -> tuple[str, ...]:
+    """What makes way for what the clause asks for, in lower case."""
+    if IN_PLACE in said.text:
+        return tuple(removal.phrase for removal in removed(said))
+    beside = (m for m in _refusals(said) if (m["beside"] or "").startswith(("instead", "rather")))
+    return tuple(thing.phrase for match in beside for thing in _refused(match))
+
+
+def spared(said: Said) -> list[str]:
     """What alone is to stay in the basket, in lower case."""
-    texts = [said.text for said in heard(utterance) if said.mood is Mood.ORDER]
-    parts = (
-        p
-        for text in texts
-        for found in _ONLY.findall(text)
-        for p in _SEPARATOR.split(_STOP.sub("", found))
-    )
-    return [thing.phrase for part in parts if (thing := _request(part))]
+    kept = _ONLY.findall(said.text) if said.mood is Mood.ORDER else ()
+    return [thing.phrase for each in kept for thing in _listed(_STOP.sub("", each))]
 
 
 def refuses(utterance: str) -> bool:
     """Whether `utterance` refuses anything, corrects itself, or counts in containers."""
     containers = _CONTAINED.search(plain(utterance))
-    return bool(containers or CORRECTION.search(utterance) or next(_refusals(utterance), None))
+    refusals = any(True for said in heard(utterance) for _ in _refusals(said))
+    return bool(containers or CORRECTION.search(utterance) or refusals)
 
 
 def unrefused(utterance: str) -> str:
@@ -246,14 +261,13 @@ def unrefused(utterance: str) -> str:
     return _CONTAINED.sub(" ", " ".join(map(_unrefused, heard(utterance))))
 
 
-def clears(utterance: str) -> bool:
+def clears(said: Said) -> bool:
     """Whether the person wants the whole basket emptied."""
-    return any(said.mood is Mood.ORDER and _CLEARS.search(said.text) for said in heard(utterance))
+    return said.mood is Mood.ORDER and bool(_CLEARS.search(said.text))
 
 
-def _refusals(utterance: str) -> Iterator[re.Match[str]]:
-    for said in heard(utterance):
-        yield from (match for match in _REFUSAL.finditer(said.text) if _counts(match, said.mood))
+def _refusals(said: Said) -> Iterator[re.Match[str]]:
+    return (match for match in _REFUSAL.finditer(said.text) if _counts(match, said.mood))
 
 
 def _counts(match: re.Match[str], mood: Mood) -> bool:
@@ -322,6 +336,11 @@ def _without_refused(match: re.Match[str]) -> str:
         return " "
     end = max((listed.find(r.phrase) + len(r.phrase) for r in _refused(match)), default=0)
     return f" . {listed[end:]}"
+
+
+def _listed(text: str) -> Iterator[Request]:
+    """The requests for what a text lists."""
+    return (found for chunk in _SEPARATOR.split(text) if (found := _request(chunk)))
 
 
 def _request(chunk: str) -> Request | None:

@@ -8,16 +8,25 @@ from functools import lru_cache
 
 from goalscope.envs.grocery.amounts import GRAMS, MILLILITRES, WORD
 from goalscope.envs.grocery.moods import Mood, clauses
+from goalscope.envs.speech import evened
 
-__all__ = ["ASKING", "CART", "CORRECTION", "SAME", "Said", "heard", "plain"]
+__all__ = ["ASKING", "CART", "CORRECTION", "IN_PLACE", "SAME", "SAME_ALL", "Said"]
+__all__ += ["heard", "plain"]
 
 CART = "(?:basket|cart|order|list)"
 
 SAME = "ditto"
 """Stands for the thing that was spoken of last, as in "make it three"."""
 
+SAME_ALL = "dittos"
+"""Stands for all things that were spoken of last, as in "take them out"."""
+
+IN_PLACE = "inplace"
+"""Begins what takes the place of what the same clause takes out."""
+
 _NUMBER = rf"(?:\d+|{WORD}(?:[ -]{WORD}){{0,3}})"
 _IT = "(?:it|that|this|them|those|these)"
+_SPOKEN_OF = (("(?:it|that|this)", SAME), ("(?:them|those|these|both)", SAME_ALL))
 _TO = "(?:to |up to |down to )"
 _ACT = "(?:i|we|take|put|leave|throw|find|run)"
 _ALL = "(?:everything|all(?: the)?(?: items| things)?)"
@@ -30,16 +39,18 @@ _BEGIN = r"(?:(?<=[.,;!?] )|(?<=\band )|^)"
 _THING = r"((?:(?!\b(?:and|but|add|remove)\b)[^.,;!?]){1,60}?)"
 
 ASKING = re.compile(
-    r"\b(?:(?:i|we|you|they|he|she)(?:'d| would|'ll| will| also| really| just| definitely)*"
+    r"\b(?:(?:i|we|you|they|he|she|(?:my|our|the) \w+)"
+    r"(?:'d| would|'ll| will| also| really| just| definitely)*"
     r" (?:need|want|like|love|take|prefer|require|fancy|crave|wish for)s?(?: to (?:get|buy|have"
     r"|order|add|include|use))?|(?:i|we|you|he|she)(?:'d| would|'ll| will)(?: also| just)* have"
     r"|looking for|(?:i'm|we're) after|could (?:do with|use)|in the mood for"
     r"|(?:can|could|may|might) (?:i|we|you)(?: also| please| just)*"
     r" (?:(?:get|find|order|buy)(?: me| us)?|have|add|include|put in|throw in|do|give (?:me|us))"
-    r"|add(?: in)?|get(?: me| us)?|buy(?: me| us)?|grab|pick up|throw in|put in|include"
+    r"|add(?: in)?|get(?: me| us)?|buy(?: me| us)?|grab(?: me| us)?|pick up|throw in|put in|include"
     r"|give (?:me|us)|bring(?: me| us)?|(?<!my )(?<!the )(?<!our )order|need|how about"
     r"|what about|go for"
-    r"|let's (?:have|get|add|do|take|go with)|there should be"
+    r"|let's (?:have|get|add|do|take|go with)|let (?:me|us) (?:get|have|add)"
+    r"|there should be"
     r"|make sure (?:there is|there are|(?:we|i) have|to (?:get|add))|use)\b"
     r"(?: (?:is|are)\b)?(?! to (?!get|buy|have|order|add))"
 )
@@ -101,14 +112,15 @@ _REWORDED = [
 """Patterns, and the plainer words that stand for what they match: lacking a thing is needing it."""
 
 CORRECTION = re.compile(
-    r"[\s,.;!?\u2013\u2014-]*\b(?:no,? wait|wait,? no|no,? sorry|wait|sorry|(?:no,? )?i mean"
-    r"|i meant|scratch that)\b[\s,:.]*"
+    r"(?:[\s,.;!?\u2013\u2014-]*\b(?:no,? wait|wait,? no|no,? sorry|wait|sorry|oops"
+    r"|(?:no,? )?i mean|i meant|scratch that)\b[\s,:.]*)+"
 )
 _SAID_ANEW = re.compile(
     rf"(?!(?:{_IT}|i|i'm|we|you|can|could|make|please|no|not|don't|never|for|about|but|and|add|remove"
     r"|take|get|buy|put|drop|delete|swap|replace|change|there|is|are|what|how|do|did)\b)\w"
 )
 _RESTRICTS = re.compile(r"allerg|intoleran|\b(?:no|not|cannot|without|avoid|never|\w+n't)\b")
+_MEANT = re.compile(r",\s*([^,.;!?]+?),? i mean(?:t)?(?=[.;!?]|$)")
 _BULLET = re.compile(r"\n[ \t]*[-*\u2022][ \t]+")
 _BEFORE_LAST = re.compile(
     r"[,;.!?]|\b(?:and|or|plus|add|get|buy|want|need|like|have|take|remove|order|delete)\b"
@@ -128,17 +140,34 @@ _CHANGES = [
         (
             rf"\b(?:swap|exchange|switch|trade|replace|substitute|change)(?: out)? {_THINGS}"
             rf" (?:for|with|by|to|against) (?=(?!{_NUMBER}{_END}){_THING}{_END})",
-            r". remove \1. add ",
+            rf". remove \1. add {IN_PLACE} ",
         ),
-        (rf"(?:'d| would) rather have {_THING} than {_THING}{_END}", r" like \1. remove \2"),
+        (rf"(?:'d| would) rather have {_THING} than {_THING}{_END}", r" like \1 instead of \2"),
         (
             r"\b(?:change|set|reduce|increase|lower|raise|cut|bring|take|update|bump)"
             r" (?:the )?(?:(?:quantity|number|amount) of (?:the )?)?"
             rf"(?:{_NUMBER} )?{_THING} (?:from {_NUMBER} )?{_TO}({_NUMBER}){_END}",
             r". add exactly \2 packs of \1",
         ),
+        *(
+            change
+            for it, same in _SPOKEN_OF
+            for change in (
+                (
+                    rf"\b(?:make|change|set) {it} {_TO}?(?:just |only |exactly )?({_NUMBER}){_END}",
+                    rf". add exactly \1 packs of {same}",
+                ),
+                (rf"\b(remove|delete|drop(?! \w+ off\b)|take) {it}{_ALONE}", rf"\1 {same}"),
+            )
+        ),
+        (rf"\b({_NUMBER}) of each{_END}", rf"exactly \1 packs of {SAME_ALL}"),
+        (rf", ({_NUMBER}) of (?:it|them|those){_END}", rf". add exactly \1 packs of {SAME}"),
         (
-            rf"\b(?:make|change|set) {_IT} {_TO}?(?:just |only |exactly )?({_NUMBER}){_END}",
+            rf"\b({_NUMBER}) {_THING} (?:is|are|will be|would be|'s) (?:enough|plenty){_END}",
+            r". add exactly \1 packs of \2",
+        ),
+        (
+            rf"\b({_NUMBER}) (?:is|are|will be|would be|'s) (?:enough|plenty){_END}",
             rf". add exactly \1 packs of {SAME}",
         ),
         (
@@ -151,7 +180,7 @@ _CHANGES = [
             r"exactly \1 packs of \2",
         ),
         (
-            rf"(?<!\w)({_NUMBER}) {_THING}(?: please)?, not {_NUMBER}{_END}",
+            rf"(?<!\w)({_NUMBER}) {_THING}(?: please| in total)?,? not {_NUMBER}{_END}",
             r"exactly \1 packs of \2",
         ),
         (
@@ -187,10 +216,10 @@ _CHANGES = [
         ),
         (r"\bchanged (?:my|our) minds? about\b", "remove"),
         (
-            rf"\b(remove|delete|drop(?! \w+ off\b)|take) {_IT}{_ALONE}",
-            rf"\1 {SAME}",
+            r"\b(?:put|toss|throw|stick|chuck|pop|place|drop) ([^.;!?]{1,200}?)"
+            rf" (?:(?:in|into|to|on) (?:the|my|our|this) {CART}|in there)\b",
+            r"add \1",
         ),
-        (rf"\bput ([^.;!?]{{1,200}}?) (?:in|into|to|on) (?:the|my|our|this) {CART}\b", r"add \1"),
         (rf"\bout of (?:the|my|our|this) {CART}\b", "out"),
         (rf" (?:from|off) (?:the|my|our|this) {CART}\b", ""),
         (
@@ -208,7 +237,7 @@ def _corrected(text: str) -> str:
 
     What one must not or does not eat is not taken back so: better one restriction too many.
     """
-    said, *anew = CORRECTION.split(text)
+    said, *anew = CORRECTION.split(_MEANT.sub(r", i mean \1", text))
     for part in anew:
         if re.match(rf"{_NUMBER}{_END}", part):
             said += ". make it"
@@ -234,14 +263,15 @@ class Said:
 @lru_cache(maxsize=512)
 def heard(utterance: str) -> tuple[Said, ...]:
     """The clauses of `utterance` in lower case, reworded; changes only where they are ordered."""
-    text = _BULLET.sub(", ", utterance[:2000].casefold())
-    text = re.sub(r"\s*\n\s*", ". ", text.replace("\u2019", "'").strip())
+    text = re.sub(r"\s*\n\s*", ". ", _BULLET.sub(", ", utterance[:2000]).strip())
+    text = evened(text)
     text = re.sub(r"\b(remove|delete|drop|take out|add|get|buy):[\s,]*", r"\1 ", text)
     text = re.sub(r"([^\w\s'])(?:\s*\1)+", r"\1", text)
     text = text.replace(" go ahead and ", " ")
-    text = re.sub(r"\b(to|it|that) zero(?=[.,;!?]|$)", r"\1 0", " ".join(text.split()))
+    text = re.sub(r"\b(to|it|that) zero(?=[.,;!?]|$)", r"\1 0", text)
     text = re.sub(
-        r"(?:^|(?<=[.;!?,]))([^.;!?,]+?) (?:is|are) (?:a must|essential|needed)\b",
+        r"(?:^|(?<=[.;!?,]))(?! ?(?:it|that|this)\b)([^.;!?,]+?) (?:(?:is|are) (?:a must|essential"
+        r"|needed)|would be (?:nice|great|lovely|good|perfect))\b",
         r". need \1.",
         text,
     )

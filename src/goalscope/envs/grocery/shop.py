@@ -2,62 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from decimal import Decimal
 
 from goalscope import envs
-from goalscope.envs.grocery.amounts import MOST, Request, packages, units
+from goalscope.envs.grocery.amounts import MOST, packages, units
 from goalscope.envs.grocery.answers import answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
+from goalscope.envs.grocery.choosing import Choice, called, is_vague
 from goalscope.envs.grocery.consent import consents
-from goalscope.envs.grocery.diets import violates
 from goalscope.envs.grocery.hearing import Hearing, hear
 from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.requests import amount, refuses, unrefused
 from goalscope.envs.grocery.search import Search
-from goalscope.envs.grocery.words import contains, head_nouns, singular, singulars, words
+from goalscope.envs.grocery.words import singulars, words
 from goalscope.types import Action, Profile, StepResult, Turn
 
 __all__ = ["NAMES", "GroceryShop"]
 
 NAMES = (envs.SEARCH, "add item", "remove item", "buy basket")
 """What can be done here."""
-
-_PER_TERM = 5
-"""Items offered for each search term."""
-
-_VAGUE = frozenset({
-    "food", "foods", "meal", "dinner", "lunch", "drink", "drinks", "item", "items", "thing",
-    "things", "set",
-})  # fmt: skip
-"""Words too general to choose an item by."""
-
-_NO_PRODUCT = _VAGUE | {
-    "something", "anything", "nothing", "everything", "stuff", "one", "ones", "rest", "bit", "lot",
-    "lots", "other", "others", "each", "some", "more", "a", "the", "of", "my", "good", "nice",
-    "meals", "breakfast", "ingredients", "groceries", "shopping", "basket", "cart", "order", "list",
-    "fruit", "fruits", "vegetables", "vegetable", "veggies", "dessert", "desserts", "snack", "to",
-    "going", "us", "me", "them", "her", "him", "ready", "back", "help", "idea", "ideas", "recipe",
-    "correct", "right", "yup", "yep", "nope", "total",
-}  # fmt: skip
-"""Words that name no product, at least alone or together."""
-
-_NO_BEGINNING = frozenset({
-    "something", "anything", "nothing", "everything", "whatever", "as", "at", "by", "in", "on",
-    "to", "near", "out", "after", "from", "under", "until",
-})  # fmt: skip
-"""Words that no product's name begins with."""
-
-_TALK = frozenset({
-    "i", "we", "you", "he", "she", "they", "it", "them", "us", "me", "him", "who", "eat", "eats",
-    "need", "needs", "want", "wants", "like", "likes", "love", "loves", "come", "comes", "is",
-    "are", "was", "have", "has",
-})  # fmt: skip
-"""Words of a sentence, which no product's name holds."""
-
-_PRODUCT = 0.45
-"""Cosine with the nearest item from which on a bare phrase is taken for a product."""
 
 _SHOWN = 10
 """Items that the action `search inventory` lists."""
@@ -75,6 +40,7 @@ class GroceryShop:
         """Open the shop with an empty basket; `search` shares an index between shops."""
         self.catalogue = catalogue
         self._search = search or Search(catalogue)
+        self._choice = Choice(catalogue, self._search)
         self._basket: dict[str, int] = {}
         self._taken_out: set[str] = set()
         self._bought = False
@@ -165,11 +131,11 @@ class GroceryShop:
         """
         hearing = self._heard(turns)
         lessens = hearing.empties or hearing.removed or hearing.spared
-        if self._bought or (lessens and not self._heard(turns[-1:]).wanted):
+        if self._bought or (lessens and not hearing.newest):
             return []
         found: dict[str, int] = {}
         for term in relevant:
-            if offers := self._offers(term, hearing):
+            if offers := self._choice.offers(term, hearing, {*self._basket, *self._taken_out}):
                 much = amount(term, hearing.words)
                 for item in offers:
                     found.setdefault(item.name, packages(much, item))
@@ -187,10 +153,10 @@ class GroceryShop:
         plan = {
             item.name: -number
             for item, number in self._contents()
-            if hearing.empties or not hearing.permits(item) or not self._stays(item, hearing)
+            if hearing.empties or not hearing.permits(item) or not _stays(item, hearing)
         }
         for removal in hearing.removed:
-            for item in _called(removal.phrase, [item for item, _ in self._contents()]):
+            for item in called(removal.phrase, [item for item, _ in self._contents()]):
                 held = self._basket[item.name]
                 shown = removal.quantity <= held  # what a person counts is what the basket shows
                 number = removal.quantity if shown else min(packages(removal, item), held)
@@ -199,10 +165,14 @@ class GroceryShop:
                 plan[item.name] = max(plan.get(item.name, 0) - number, -held)
                 if removal.change == "fewer":
                     break
+        gone = {item: -plan[item.name] for item, _ in self._contents() if plan.get(item.name)}
         for request in hearing.wanted:
-            if item := self._meant(request.phrase, hearing):
+            if item := self._choice.meant(request.phrase, hearing, self._basket):
                 held = self._basket.get(item.name, 0) + plan.get(item.name, 0)
                 number = packages(request, item) - (0 if request.change == "more" else held)
+                if request.change == "as many":
+                    out = {each for old in request.replaces for each in called(old, [*gone])}
+                    number = max(number, gone[out.pop()] if len(out) == 1 else 0)
                 if number > 0 or request.change == "exactly":
                     plan[item.name] = plan.get(item.name, 0) + min(number, MOST - held)
         return [
@@ -221,24 +191,27 @@ class GroceryShop:
             before[name] = before.get(name, 0) + sign * result.action.quantity
         held = [item for name, n in before.items() if n > 0 and (item := self.catalogue.get(name))]
         told: list[str] = []
+        if hearing.unclear:
+            told.append("It is not clear which thing you mean. Please name it.")
         for phrase in (removal.phrase for removal in hearing.removed):
-            if not phrase:
-                told.append("It is not clear what is to leave the basket. Please name it.")
-            elif not _called(phrase, held) and not _is_vague(phrase):
+            if not called(phrase, held) and not is_vague(phrase):
                 verb = "were" if singulars(phrase)[-1:] != words(phrase)[-1:] else "was"
                 told.append(f"There {verb} no {phrase} in the basket.")
-        for request in self._heard(turns[-1:]).wanted:
-            item = self._meant(request.phrase, hearing)
+        for request in hearing.newest:
+            item = self._choice.meant(request.phrase, hearing, self._basket)
             there = before.get(item.name, 0) if item and request.change == "more" else 0
             if item is None:
-                told += self._lacking(request, hearing)
+                told += self._choice.lacking(request, hearing)
             elif units(request, item) + there > MOST:
                 told.append(f"The basket holds at most {MOST} of one item: {item.name}.")
+            elif request.outright and self._is_same(item, before):
+                told.append(f"The basket holds {before[item.name]} x {item.name} already.")
         return told
 
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
-        """Empty: the one irreversible act, the purchase, follows from the person's order alone."""
-        return ""
+        """None for a purchase in a plan: it follows from the person's order alone."""
+        buys = action.name == "buy basket"
+        return f'To have the basket bought, say "{self.completion_phrase}".' if buys else ""
 
     def completion_actions(self) -> list[Action]:
         """The purchase, if there is something to buy."""
@@ -246,6 +219,8 @@ class GroceryShop:
 
     def step(self, action: Action) -> StepResult:
         """Take one action. An impossible one changes nothing and says why."""
+        if type(action.target) is not str:
+            return StepResult(action, False, "What an action is done to is named by a text.")
         match action.name:
             case envs.SEARCH:
                 return self._look(action)
@@ -284,57 +259,20 @@ class GroceryShop:
         return self.catalogue.names
 
     def _heard(self, turns: Sequence[Turn]) -> Hearing:
-        return hear([turn.utterance for turn in turns], self._names)
+        """What the person said; what was to make way for what the shop lacks stays."""
+        hearing = hear([turn.utterance for turn in turns], self._names)
+        return hearing.keeping(
+            old
+            for request in hearing.wanted
+            if request.replaces
+            and not is_vague(request.phrase)
+            and self._choice.meant(request.phrase, hearing, ()) is None
+            for old in request.replaces
+        )
 
-    def _meant(self, phrase: str, hearing: Hearing) -> Item | None:
-        """The item that a request means: by its exact name, in the basket, or the plainest."""
-        if _is_vague(phrase) and phrase not in self._names:
-            return None
-        others = (item for item in self._search.named(phrase) if _allowed(item, hearing))
-        named = _called(phrase, list(dict.fromkeys([*self._found(phrase, hearing), *others])))
-        named.sort(key=lambda item: (self._search.mixed(item, phrase), len(words(item.name))))
-        return next((item for item in named if item.name in self._basket), next(iter(named), None))
-
-    def _lacking(self, request: Request, hearing: Hearing) -> list[str]:
-        """Why nothing can be added for the request; nothing where it names no product."""
-        phrase = request.phrase
-        aisles = set(words(" ".join({item.category for item in self.catalogue.items})))
-        vague = _NO_PRODUCT.union(aisles).issuperset(words(phrase))
-        no_name = words(phrase)[0] in _NO_BEGINNING or not _TALK.isdisjoint(words(phrase))
-        if vague or no_name or hearing.makes(phrase):
-            return []
-        named = self._search.named(phrase)
-        diets = [d for d in sorted(hearing.diets) if all(violates(item, d) for item in named)]
-        if named and diets:
-            return [f"Not added, since it has to be {' and '.join(diets)}: {phrase}."]
-        if named:
-            return [f"Not added, since it was ruled out: {phrase}."]
-        if not request.outright and self._search.nearness(phrase) < _PRODUCT:
-            return []
-        return [f"The shop has nothing called '{phrase}'."]
-
-    def _stays(self, item: Item, hearing: Hearing) -> bool:
-        """Whether the newest words leave the item in the basket."""
-        return not hearing.spared or any(_called(each, [item]) for each in hearing.spared)
-
-    def _found(self, term: str, hearing: Hearing) -> list[Item]:
-        """What the search finds that is not ruled out; a diet is searched for by its name, too."""
-        texts = [*(f"{name} {term}" for name in sorted(hearing.diets)), term]
-        found = dict.fromkeys(item for text in texts for item in self.search(text, _SHOWN))
-        return [item for item in found if _allowed(item, hearing)]
-
-    def _offers(self, term: str, hearing: Hearing) -> list[Item]:
-        """The best permitted items that are what the term's last word says.
-
-        None where the basket holds one of them, as it serves the term already, and none for what
-        the person wants to make.
-        """
-        head = " ".join(words(term)[-1:])
-        if head in _VAGUE or hearing.makes(term) or hearing.spurns(term):
-            return []
-        offers = [i for i in self._found(term, hearing) if _is_a(i, head)][:_PER_TERM]
-        decided = self._basket.keys() | self._taken_out
-        return [] if any(item.name in decided for item in offers) else offers
+    def _is_same(self, item: Item, before: Mapping[str, int]) -> bool:
+        """Whether the basket holds as much of the item as it did, and some."""
+        return 0 < before.get(item.name, 0) == self._basket.get(item.name, 0)
 
     def _contents(self) -> list[tuple[Item, int]]:
         pairs = ((self.catalogue.get(name), n) for name, n in self._basket.items())
@@ -374,6 +312,8 @@ class GroceryShop:
         return StepResult(action, True, f"{times}{action.target} {done} the basket.")
 
     def _buy(self, action: Action) -> StepResult:
+        if action != Action("buy basket"):
+            return StepResult(action, False, "The basket is bought as it is, and once.")
         if not self._basket:
             return StepResult(action, False, "The basket is empty; add something first.")
         self._bought = True
@@ -382,25 +322,6 @@ class GroceryShop:
         return StepResult(action, True, told, terminated=True, irreversible=True)
 
 
-def _is_vague(phrase: str) -> bool:
-    return _NO_PRODUCT.issuperset(words(phrase))
-
-
-def _allowed(item: Item, hearing: Hearing) -> bool:
-    return hearing.permits(item) and not hearing.drops(item.name)
-
-
-def _called(phrase: str, items: Sequence[Item]) -> list[Item]:
-    """Those of `items` that `phrase` names: exactly, by their head noun, or else by any word."""
-    exact = [item for item in items if item.name.casefold() == phrase] or [
-        item for item in items if singulars(item.name) == singulars(phrase)
-    ]
-    named = [item for item in items if _is_a(item, phrase)]
-    last = singulars(phrase)[-1:]
-    heads = [i for i in named if last and last[0] in map(singular, head_nouns(i.name))]
-    return exact or heads or named
-
-
-def _is_a(item: Item, phrase: str) -> bool:
-    """Whether the item's name has every word of the phrase."""
-    return contains(singulars(item.name), singulars(phrase))
+def _stays(item: Item, hearing: Hearing) -> bool:
+    """Whether the newest words leave the item in the basket."""
+    return not hearing.spared or any(called(each, [item]) for each in hearing.spared)

@@ -63,7 +63,7 @@ _CHANGE = (
 )
 _QUESTION = re.compile(
     r"\W*(?:(?:and|so|but|oh|ok|okay|hi|hello|also|well|then)\W+)*"
-    r"(?:(?:do(?! you think (?:i|we|you) (?:can|could)\b)|does|did"
+    r"(?:(?:do(?! you (?:mind|think (?:i|we|you) (?:can|could))\b)|does|did"
     r"|is(?! it possible to\b)|are|was|were|has|have"
     rf"|(?:should|shall)(?! \w+ {_ADD}\b)|would(?! \w+ {_CHANGE}\b| it be possible to\b)"
     rf"|(?:can|could|may|might)(?= (?:i|we) (?!{_CHANGE}\b)))"

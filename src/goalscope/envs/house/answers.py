@@ -8,6 +8,7 @@ from typing import Any
 
 from goalscope.envs.house.names import names, naming, the
 from goalscope.envs.house.state import is_whole
+from goalscope.envs.speech import evened
 
 __all__ = ["answered"]
 
@@ -77,7 +78,7 @@ def answered(
 
     `named` gives the objects' names by their ids, where they are not those of `names(objects)`.
     """
-    text = " ".join(question.casefold().replace("\u2019", "'").split())[:300].rstrip(" ?!.")
+    text = evened(question)[:300].rstrip(" ?!.")
     house = _House(objects, names(objects) if named is None else named)
     if _HOLDING.fullmatch(text):
         return house.holding()

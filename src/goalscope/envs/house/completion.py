@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from goalscope.envs.speech import lowered
+
 __all__ = ["completes", "is_glad"]
 
 _GLAD = (
@@ -32,7 +34,7 @@ def completes(utterance: str) -> bool:
 
     A negation, a condition, a quotation, a question or one more wish makes it a no.
     """
-    text = " ".join(utterance.casefold().replace("\u2019", "'").split()).strip('"\u201c\u201d ')
+    text = lowered(utterance).strip('"\u201c\u201d ')
     if len(text) > 200 or "?" in text or re.search(r"[^a-z ,.!;'\u2013\u2014-]|\.\.", text):
         return False
     said = False

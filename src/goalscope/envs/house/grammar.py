@@ -10,6 +10,7 @@ from functools import lru_cache
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.orders import Clause, OrderReader
 from goalscope.envs.house.phrases import Phrase, first_named
+from goalscope.envs.speech import lowered
 
 __all__ = ["parse", "parse_plain"]
 
@@ -64,7 +65,7 @@ def parse_plain(text: str, here: Collection[str] = ()) -> list[Clause]:
     A condition, a negation, a quotation, a question, or any word that the grammar does not know
     makes it none.
     """
-    said = " ".join(text.casefold().replace("\u2019", "'").split())
+    said = lowered(text)
     if (
         len(said) > 300
         or ".." in said

@@ -18,6 +18,7 @@ from goalscope.envs.house.object_types import object_type
 from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase, first_named
 from goalscope.envs.house.referents import NEEDS, TO_SLICES, Referents
+from goalscope.envs.speech import lowered
 from goalscope.types import Turn
 
 __all__ = ["IRREVERSIBLE", "Hearing", "Leave", "Request", "ask_permission", "completes", "hear"]
@@ -92,7 +93,7 @@ class _Listener(Referents):
         if asked := first_named(turn.query, self.count):
             self.last = self.recent = [asked]
         text = self.replied(turn)
-        said = leave.plain_case(text)
+        said = lowered(text)
         if leave.takes_back(said):
             self.permitted.clear()
             self.wanted.clear()
@@ -112,7 +113,7 @@ class _Listener(Referents):
         """Read a plain yes or no to the question for leave; what else is said is left."""
         verb, name = leave.asked(turn.query) or ("", "")
         kind = self.type_of.get(name, "")
-        said = leave.plain_case(turn.utterance)
+        said = lowered(turn.utterance)
         if not kind:
             return turn.utterance
         rest = leave.assented(said, verb, name, self.count)
@@ -147,7 +148,7 @@ class _Listener(Referents):
 
     def other_place(self, text: str) -> str:
         """Take in "not the fridge, the bowl" after a put, and turn what is left into an order."""
-        found = _OTHER_PLACE.fullmatch(leave.plain_case(text))
+        found = _OTHER_PLACE.fullmatch(lowered(text))
         place = self.order.place if found and self.order.verb == "put" else None
         if not found or not place:
             return text

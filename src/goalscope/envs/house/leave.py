@@ -13,7 +13,7 @@ from goalscope.envs.house.names import the
 from goalscope.envs.house.phrases import Phrase, PhraseReader
 
 __all__ = ["IRREVERSIBLE", "ask_permission", "asked", "assented", "denies", "doubts"]
-__all__ += ["hesitates", "keeps", "plain_case", "takes_back"]
+__all__ += ["hesitates", "keeps", "takes_back"]
 
 IRREVERSIBLE = ("break", "slice", "use up", "cook")
 """What nobody can undo, so that it needs leave."""
@@ -77,11 +77,6 @@ def asked(query: str) -> tuple[str, str] | None:
     """The verb and the name in a question that ends by asking for leave."""
     found = _QUESTION.search(query.strip())
     return (found[1], found[2]) if found else None
-
-
-def plain_case(text: str) -> str:
-    """`text` in lower case, on one line, with plain apostrophes."""
-    return " ".join(text[:2000].casefold().replace("\u2019", "'").split())
 
 
 def assented(said: str, verb: str, name: str, here: Collection[str]) -> str | None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from goalscope.envs.speech import evened
+
 
 def _set(words: str) -> frozenset[str]:
     return frozenset(words.split())
@@ -254,27 +256,19 @@ def _in_order(said: re.Match[str]) -> str:
 _REWORDED = [
     (re.compile(pattern), plain)
     for pattern, plain in (
-        (r"[\u2018\u2019\u00b4`]", "'"),
-        (r"\b(do|does|did|is|are|was|should|would|could|must|need)nt\b", r"\1n't"),
-        (r"\b(?:cannot|cant)\b", "can't"),
         (
             r"\b(?:in|into|on|onto) (?:the |my |a )?[a-z]+(?: [a-z]+)?,? (?:no|wait|sorry|oops"
             r"|actually|no wait)\b[, ]+(?=(?:in|into|on|onto)\b)",
             "",
         ),
-        (r"\bwont\b", "won't"),
-        (r"\blets\b", "let's"),
-        (r"\b(?:pls|plz|pleas)\b", "please"),
         (r",? (?:would|could|can|will) you(?: please)?\?$", " please"),
         (r"\btake (?:your time|care|a (?:seat|break|look))\b", ""),
-        (r"\bu\b", "you"),
         (r"\bcoff?e+\b", "coffee"),
         (r" ?&", " and"),
         (rf"\b(?:{_LATER})", f" {LATER} "),
         (r"\bneither\b", "not"),
         (r"\balso (?=(?:needs?|should|must|ha(?:s|ve)|go(?:es)?|belongs?)\b)", ""),
         (r"\bi mean(?:t)?\b", "rather"),
-        (r"\b(?:as well as|along with|together with)\b", "and"),
         (r"\bas well\b", "too"),
         (r"\b(?:(?:and|the|do) )*same (?:thing |goes )?(?:for|with)\b", "also"),
         (r"\b(can|could|may) (i|we) (?:please )?get\b", r"\1 \2 have"),
@@ -305,8 +299,8 @@ _REWORDED = [
 
 
 def normal(text: str) -> str:
-    """`text` in lower case, on one line, with plain quotation marks and contractions."""
-    text = " ".join(text[:2000].casefold().split())
+    """`text` evened and reworded."""
+    text = evened(text)
     for pattern, plain in _REWORDED:
         text = pattern.sub(plain, text)
     return text

@@ -1,0 +1,138 @@
+"""Which items of the shop a person's phrases and the agent's search terms mean."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Sequence
+
+from goalscope.envs.grocery.amounts import CONTAINER, Request
+from goalscope.envs.grocery.catalogue import Catalogue, Item
+from goalscope.envs.grocery.diets import violates
+from goalscope.envs.grocery.hearing import Hearing
+from goalscope.envs.grocery.search import Search
+from goalscope.envs.grocery.words import contains, head_nouns, singular, singulars, words
+
+__all__ = ["Choice", "called", "is_vague"]
+
+_PER_TERM = 5
+"""Items offered for each search term."""
+
+_VAGUE = frozenset({
+    "food", "foods", "meal", "dinner", "lunch", "drink", "drinks", "item", "items", "thing",
+    "things", "set",
+})  # fmt: skip
+"""Words too general to choose an item by."""
+
+_NO_PRODUCT = _VAGUE | {
+    "something", "anything", "nothing", "everything", "stuff", "one", "ones", "rest", "bit", "lot",
+    "lots", "other", "others", "each", "some", "more", "a", "the", "of", "my", "good", "nice",
+    "meals", "breakfast", "ingredients", "groceries", "shopping", "basket", "cart", "order", "list",
+    "fruit", "fruits", "vegetables", "vegetable", "veggies", "dessert", "desserts", "snack", "to",
+    "going", "us", "me", "them", "her", "him", "ready", "back", "help", "idea", "ideas", "recipe",
+    "correct", "right", "yup", "yep", "nope", "total",
+}  # fmt: skip
+"""Words that name no product, at least alone or together."""
+
+_NO_BEGINNING = frozenset({
+    "something", "anything", "nothing", "everything", "whatever", "as", "at", "by", "in", "on",
+    "to", "near", "out", "after", "from", "under", "until",
+})  # fmt: skip
+"""Words that no product's name begins with."""
+
+_TALK = frozenset({
+    "i", "we", "you", "he", "she", "they", "it", "them", "us", "me", "him", "who", "eat", "eats",
+    "need", "needs", "want", "wants", "like", "likes", "love", "loves", "come", "comes", "is",
+    "are", "was", "have", "has",
+})  # fmt: skip
+"""Words of a sentence, which no product's name holds."""
+
+_PRODUCT = 0.45
+"""Cosine with the nearest item from which on a bare phrase is taken for a product."""
+
+_DEPTH = 10
+"""Best items of a search that count."""
+
+_IN_UNITS = re.compile(rf" {CONTAINER}$")
+"""What a thing is counted in, behind it: "fennel bulbs"."""
+
+
+class Choice:
+    """Chooses items of one catalogue for what is said."""
+
+    def __init__(self, catalogue: Catalogue, search: Search) -> None:
+        """Choose among the items of `catalogue` with the help of its `search`."""
+        self._names = catalogue.names
+        self._aisles = set(words(" ".join({item.category for item in catalogue.items})))
+        self._search = search
+
+    def meant(self, phrase: str, hearing: Hearing, basket: Collection[str]) -> Item | None:
+        """The item that a request means: by its exact name, in the basket, or the plainest."""
+        if is_vague(phrase) and phrase not in self._names:
+            return None
+        others = (item for item in self._search.named(phrase) if _allowed(item, hearing))
+        named = called(phrase, list(dict.fromkeys([*self._found(phrase, hearing), *others])))
+        named.sort(key=lambda item: (self._search.mixed(item, phrase), len(words(item.name))))
+        found = next((item for item in named if item.name in basket), next(iter(named), None))
+        if found is None and (counted := _IN_UNITS.search(phrase)):
+            return self.meant(phrase[: counted.start()], hearing, basket)
+        return found
+
+    def lacking(self, request: Request, hearing: Hearing) -> list[str]:
+        """Why nothing can be added for the request; nothing where it names no product."""
+        phrase = request.phrase
+        vague = _NO_PRODUCT.union(self._aisles).issuperset(words(phrase))
+        no_name = words(phrase)[0] in _NO_BEGINNING or not _TALK.isdisjoint(words(phrase))
+        if vague or no_name or hearing.makes(phrase):
+            return []
+        named = self._search.named(phrase)
+        diets = [d for d in sorted(hearing.diets) if all(violates(item, d) for item in named)]
+        if named and diets:
+            return [f"Not added, since it has to be {' and '.join(diets)}: {phrase}."]
+        if named:
+            return [f"Not added, since it was ruled out: {phrase}."]
+        if not request.outright and self._search.nearness(phrase) < _PRODUCT:
+            return []
+        return [f"The shop has nothing called '{phrase}'."]
+
+    def offers(self, term: str, hearing: Hearing, decided: Collection[str]) -> list[Item]:
+        """The best permitted items that are what the term's last word says.
+
+        None where one of them is among the names that are `decided`: in the basket, it serves the
+        term already. None for what the person wants to make, either.
+        """
+        head = " ".join(words(term)[-1:])
+        if head in _VAGUE or hearing.makes(term) or hearing.spurns(term):
+            return []
+        offers = [i for i in self._found(term, hearing) if _is_a(i, head)][:_PER_TERM]
+        return [] if any(item.name in decided for item in offers) else offers
+
+    def _found(self, term: str, hearing: Hearing) -> list[Item]:
+        """What the search finds that is not ruled out; a diet is searched for by its name, too."""
+        texts = [*(f"{name} {term}" for name in sorted(hearing.diets)), term]
+        found = dict.fromkeys(item for text in texts for item in self._search.search(text, _DEPTH))
+        return [item for item in found if _allowed(item, hearing)]
+
+
+def is_vague(phrase: str) -> bool:
+    """Whether no word of `phrase` says what is meant."""
+    return _NO_PRODUCT.issuperset(words(phrase))
+
+
+def called(phrase: str, items: Sequence[Item]) -> list[Item]:
+    """Those of `items` that `phrase` names: exactly, by their head noun, or else by any word."""
+    exact = [item for item in items if item.name.casefold() == phrase] or [
+        item for item in items if singulars(item.name) == singulars(phrase)
+    ]
+    named = [item for item in items if _is_a(item, phrase)]
+    last = singulars(phrase)[-1:]
+    heads = [i for i in named if last and last[0] in map(singular, head_nouns(i.name))]
+    return exact or heads or named
+
+
+def _allowed(item: Item, hearing: Hearing) -> bool:
+    return hearing.permits(item) and not hearing.drops(item.name)
+
+
+def _is_a(item: Item, phrase: str) -> bool:
+    """Whether the item's name has every word of the phrase."""
+    return contains(singulars(item.name), singulars(phrase))

@@ -1,0 +1,70 @@
+"""What people type, made even before a grammar reads it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+__all__ = ["evened", "lowered", "misspelt"]
+
+_LONGEST = 2000
+"""Characters that are read of an utterance."""
+
+_EVENED = [
+    (re.compile(pattern), plainer)
+    for pattern, plainer in (
+        (
+            r"\b(do|does|did|is|are|was|were|should|would|could|must|need|have|has)nt\b",
+            r"\1n't",
+        ),
+        (r"\b(?:cannot|cant)\b", "can't"),
+        (r"\bwont\b", "won't"),
+        (r"\b(let|that|what|there)s\b(?! \d)", r"\1's"),
+        (r"\bi(m|ve)\b", r"i'\1"),
+        (r"\b(?:pls|plz|plse|pleas)\b", "please"),
+        (r"\b(?:thx|thanx|thnx)\b", "thanks"),
+        (r"\b(?:u|ya)\b", "you"),
+        (r"\b(c|w|sh)ld\b", r"\1ould"),
+        (r"\bgimme\b", "give me"),
+        (r"\blemme\b", "let me"),
+        (r"\bwanna\b", "want to"),
+        (r"\bgonna\b", "going to"),
+        (r"(?<=\w) n (?=\w)", " and "),
+        (r"(?:(?:^|(?<=[ ,.!?]))(?:uh+m?|um+|erm?|hm+|lol|haha)\b[,.]* ?)+", ""),
+        (r"(?:^|(?<=[.;!?] ))(?:i (?:think|guess|suppose|believe)),? (?!so\b|not\b)(?:that )?", ""),
+        (r"\b(?:as well as|along with|together with)\b", "and"),
+        (r"[ ,]+(?=[.;!?]|$)", ""),
+    )
+]
+"""Patterns, and what people write who take their time."""
+
+
+def lowered(text: str) -> str:
+    """`text` in lower case and on one line, with plain apostrophes."""
+    text = re.sub("[\u2018\u2019\u00b4`]", "'", text[:_LONGEST].casefold())
+    return " ".join(text.split())
+
+
+def evened(text: str) -> str:
+    """`text` lowered, with what is typed in haste written out, and without fillers."""
+    text = lowered(text)
+    for pattern, plainer in _EVENED:
+        text = pattern.sub(plainer, text)
+    return text
+
+
+def misspelt(word: str, known: Iterable[str]) -> str:
+    """The one known word that differs by doubled letters, or by two neighbours that changed places.
+
+    Other slips lead to other words too often. Empty where there is none, or more than one.
+    """
+    if len(word) < 4:
+        return ""
+    turned = {f"{word[:i]}{word[i + 1]}{word[i]}{word[i + 2 :]}" for i in range(len(word) - 1)}
+    bare = _undoubled(word)
+    found = {each for each in known if each in turned or _undoubled(each) == bare}
+    return found.pop() if len(found) == 1 else ""
+
+
+def _undoubled(word: str) -> str:
+    return re.sub(r"(.)\1+", r"\1", word)
