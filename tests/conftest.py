@@ -19,7 +19,7 @@ from servers import (  # noqa: F401
     llama_server,
     llama_server_address,
 )
-from sites import visit  # noqa: F401
+from sites import address, visit  # noqa: F401
 
 settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")

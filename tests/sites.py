@@ -76,6 +76,13 @@ class Person:
                     yield kind, json.loads(line.removeprefix("data: "))
 
 
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """A page of a test file's own."""
+    with site(tmp_path_factory.mktemp("site") / "episodes.db") as running:
+        yield running
+
+
 @pytest.fixture
 def visit() -> Iterator[Callable[..., Person]]:
     """Lets people visit a server; they leave when the test ends."""

@@ -133,6 +133,18 @@ def test_the_command_loads_nothing_heavy_before_it_is_needed():
     assert loaded.stdout.strip() == b"[]"
 
 
+def test_listing_episodes_loads_no_numerics_and_no_prompts(tmp_path):
+    code = (
+        "import sys\n"
+        "from goalscope.cli import app\n"
+        f"app(['episodes', '--store', {str(tmp_path / 'e.db')!r}], standalone_mode=False)\n"
+        "print([m for m in sys.modules if m in {'numpy', 'jinja2', 'llama_cpp'}])"
+    )
+    env = os.environ | {"PYTHONPATH": SOURCE}
+    loaded = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, check=True)
+    assert loaded.stdout.splitlines()[-1] == b"[]"
+
+
 def test_what_cannot_be_found_is_said_in_one_line(shop, tmp_path):
     assert "baker" in fails(2, "run", "--profile", "nobody", *shop)
     missing = tmp_path / "no.gguf"

@@ -19,7 +19,9 @@ from goalscope.display import (
     show_summary,
 )
 from goalscope.episode import Round
-from goalscope.plain import plain
+from goalscope.models.llamacpp import embedded_path
+from goalscope.models.native import Weights
+from goalscope.plain import model_shown, plain
 from goalscope.store import EpisodeInfo
 from goalscope.types import UNSPECIFIED, Action, Goal, GoalChange, StepResult, Turn
 
@@ -224,3 +226,8 @@ def test_studies_are_always_rows(width, count):
     assert [line[0] for line in lines] == [f"study-{n}" for n in range(count)]
     assert all(line[-1] == "5" for line in lines)
     assert ("2020-01-01 00:00" in text) is (width >= 80)
+
+
+def test_people_read_the_name_by_which_they_know_the_embedded_model() -> None:
+    filed = Weights(embedded_path(), vocabulary_only=True).metadata("general.name")
+    assert model_shown(f"writer and {filed}") == "writer and SmolLM2-135M-Instruct"

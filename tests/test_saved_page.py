@@ -2,22 +2,12 @@
 
 import re
 from base64 import b64encode
-from collections.abc import Iterator
 from hashlib import sha256
-
-import pytest
 
 from goalscope.web.ribbons import ribbons
 from goalscope.web.views import BeliefView, GoalView
-from sites import site
 
 CAKE = "I want to bake a cake. Please add flour."
-
-
-@pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with site(tmp_path_factory.mktemp("saved") / "episodes.db") as running:
-        yield running
 
 
 def test_a_saved_page_is_drawn_and_runs_nothing(address: str, visit) -> None:

@@ -2,7 +2,6 @@
 
 import json
 import threading
-from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from xml.etree import ElementTree
@@ -16,12 +15,6 @@ from goalscope.web import conversations
 from sites import KEY, WRITES, site
 
 CAKE = "I want to bake a cake. Please add flour."
-
-
-@pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with site(tmp_path_factory.mktemp("web") / "episodes.db") as running:
-        yield running
 
 
 def test_a_purchase_waits_for_the_confirmation_of_the_basket_as_shown(address: str, visit) -> None:

@@ -31,12 +31,6 @@ class Program(httpx.Client):
         return f"/api/trackers/{answer.json()['id']}"
 
 
-@pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with site(tmp_path_factory.mktemp("tracking") / "episodes.db") as running:
-        yield running
-
-
 @pytest.fixture
 def program(address: str) -> Iterator[Program]:
     with Program(address) as program:

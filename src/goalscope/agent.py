@@ -31,10 +31,16 @@ from goalscope.types import (
 __all__ = ["CONFIRM", "NO_GOAL", "Agent", "Method", "Questions", "run_episode"]
 
 Method = Literal["good", "no-goals", "no-inference"]
+"""The paper's agent and its ablations (Sec. 4.3); see `Agent`."""
+
 Questions = Literal["likeliest", "informative"]
+"""How an agent chooses what it asks; see `Agent`."""
 
 NO_GOAL = "No goal explains these words, and no better one was found."
+"""A round's note where a goal is missing."""
+
 CONFIRM = "That cannot be undone. Do you confirm exactly what is shown?"
+"""A round's question before an end that nobody can undo."""
 
 
 class Agent:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -37,11 +36,10 @@ def list_datasets(
     """List the datasets: what they hold, where they come from, and which files are there."""
     from rich.table import Table
 
-    from goalscope.datasets import DATASETS, data_folder
+    from goalscope.datasets import DATASETS, named_folder
     from goalscope.plain import plain
 
-    if folder is not None or os.environ.get("GOALSCOPE_DATA"):
-        folder = data_folder(folder)
+    folder = named_folder(folder)
     out = console()
     for dataset in DATASETS.values():
         there = {

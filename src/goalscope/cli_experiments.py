@@ -99,7 +99,7 @@ def mcq(
         (_model(model, generator, scorer, tokenizer, adapter),),
         questions=(part,),
     )
-    _run(plan, _folder(data), results, on, workers, anyway, as_json)
+    _run(plan, data, results, on, workers, anyway, as_json)
 
 
 @bench.command()
@@ -172,7 +172,7 @@ def dialogues(
         models=(_model(model, generator, scorer, tokenizer, adapter),),
         dialogues=(part,),
     )
-    _run(plan, _folder(data), results, on, workers, anyway, as_json)
+    _run(plan, data, results, on, workers, anyway, as_json)
 
 
 @experiment.command(name="run")
@@ -200,18 +200,19 @@ def run_experiment(
     plan = read_experiment(file)
     if model:
         plan = replace(plan, models=tuple(_model(each) for each in model))
-    _run(plan, _folder(data), results, on, workers, anyway, as_json)
+    _run(plan, data, results, on, workers, anyway, as_json)
 
 
 def _run(
     plan: Experiment,
-    folder: Path | None,
+    data: Path | None,
     results: Path | None,
     on: str | None,
     workers: int,
     anyway: bool,
     as_json: bool,
 ) -> None:
+    from goalscope.datasets import named_folder
     from goalscope.experiment.plan import judging, specs_of
     from goalscope.experiment.results import Results
     from goalscope.experiment.run import run, sole
@@ -223,7 +224,7 @@ def _run(
             f"not {on!r}."
         )
 
-    specs = specs_of(plan, folder)
+    specs = specs_of(plan, named_folder(data))
     path = results_folder(results) / f"{plan.name}.db"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -297,13 +298,6 @@ def show_tables(tables: Sequence[Table], as_json: bool) -> None:
         out.print(grid)
     for note in dict.fromkeys(note for table in tables for note in table.notes):
         out.print(plain(f"  {note}", "dim"))
-
-
-def _folder(data: Path | None) -> Path | None:
-    """The data folder, if one is named."""
-    from goalscope.datasets import data_folder
-
-    return data_folder(data) if data or os.environ.get("GOALSCOPE_DATA") else None
 
 
 def _model(

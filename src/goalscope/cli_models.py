@@ -158,9 +158,8 @@ def doctor(
                 f"{made.switching:g}, forgetting {made.forgetting:g}; {origin}"
             )
             for part in dict.fromkeys(parts(engine)):
-                if hasattr(part, "prompt_seconds"):
-                    seconds = getattr(part, "prompt_seconds")(512)  # noqa: B009
-                    report["prompt speed (tokens/s)"] = round(512 / seconds)
+                if prompt_seconds := getattr(part, "prompt_seconds", None):
+                    report["prompt speed (tokens/s)"] = round(512 / prompt_seconds(512))
                 tuning: Tuning | None = getattr(part, "tuning", None)
                 report["tuning"] = _trials(tuning) if tuning and tuning.trials else "none"
     except GoalscopeError as error:

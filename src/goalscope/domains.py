@@ -38,6 +38,7 @@ __all__ = [
 ]
 
 Domain = Literal["grocery", "house"]
+"""The shop, or the home robot."""
 TRACKING = "tracking"
 """The domain of episodes in which another program talks and acts; see `goalscope.tracking`."""
 SCENE = "Kitchen1"

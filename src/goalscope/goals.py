@@ -28,6 +28,7 @@ __all__ = [
 ]
 
 Trigger = float | Literal["paper"]
+"""When goals are proposed; see `GoalManager`."""
 
 UNEXPLAINED = 0.5
 """Probability of Unspecified above which goals are proposed (LOG.md)."""

@@ -33,6 +33,7 @@ __all__ = [
 ]
 
 Habit = Literal["terse", "distracted", "changes-mind", "volunteers-late"]
+"""What is special about a simulated person: `Terse`, `Distracted`, `ChangesMind` and so on."""
 
 WORDS = 6
 """Most words that a terse person says at a time."""
@@ -44,6 +45,7 @@ HESITATION = "Let me think."
 """Said early by a person who falls silent or would end the task."""
 
 CHANGED = "I've changed my mind."
+"""How the first words begin of a person who now wants something else."""
 
 REMARKS = {
     "the weather": "It rained all night and I hardly slept.",

@@ -26,7 +26,15 @@ __all__ = ["Dialogue", "infer", "read_dialogues", "trim_output"]
 
 @dataclass(frozen=True, slots=True)
 class Dialogue:
-    """One row of the input: a dialogue and the goals that are possible in it."""
+    """One row of the input: a dialogue and the goals that are possible in it.
+
+    Attributes:
+        line: Of the file, from 1.
+        id: Of its own within the file.
+        task: The assistant's task.
+        turns: At least one.
+        goals: Distinct, at least one; `UNSPECIFIED` is none of them.
+    """
 
     line: int
     id: str | int

@@ -29,6 +29,7 @@ __all__ = ["DEFAULT_LAYOUT", "Layout", "Likelihood", "PromptedRanking", "RolePla
 
 Array = npt.NDArray[np.float64]
 Layout = Literal["goal-first", "goal-last"]
+"""Where the likelihood prompt states the goal; see `RolePlay`."""
 
 DEFAULT_LAYOUT: Layout = "goal-last"
 """The layout that told goals apart better on development dialogues (LOG.md)."""

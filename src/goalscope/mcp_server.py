@@ -49,7 +49,7 @@ def create_server(trackers: Trackers) -> MCPServer[Any]:
     @_in_a_sentence
     def open_session(
         task: Annotated[str, Field(description="Your task, in a sentence.")],
-        goals: Goals = [],  # noqa: B006
+        goals: Goals = [],  # noqa: B006 (a schema shows the default; nobody changes it)
         propose: Annotated[
             bool, Field(description="Whether goalscope's own small model proposes goals, too.")
         ] = False,

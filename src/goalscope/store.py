@@ -28,6 +28,7 @@ from goalscope.types import ConflictError, GoalscopeError, InvalidInputError
 __all__ = ["Ended", "EpisodeInfo", "Store"]
 
 Ended = Literal["terminated", "truncated"]
+"""How an episode ended: its task complete, or its last round over."""
 
 _CHANGED = "Episode {} has gone on meanwhile (in another window?). Try again."
 

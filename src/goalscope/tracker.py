@@ -25,6 +25,7 @@ from goalscope.types import (
 __all__ = ["UNCORRECTABLE", "Correction", "GoalTracker"]
 
 Correction = Literal["pin", "veto", "reword"]
+"""What a person can say of a goal itself; see `GoalTracker.correct`."""
 
 UNCORRECTABLE = "This method holds no belief that could be corrected."
 """Said of a `Correction` where there is nothing to weigh."""
@@ -188,8 +189,4 @@ class GoalTracker:
 def _as_goals(goals: Iterable[str | Goal]) -> list[Goal]:
     if isinstance(goals, str):
         raise InvalidInputError(f"goals must be a list, such as [{goals!r}], not one text")
-    return [_as_goal(goal) for goal in goals]
-
-
-def _as_goal(goal: str | Goal) -> Goal:
-    return goal if isinstance(goal, Goal) else Goal(checked_text(goal, "goal"))
+    return [each if isinstance(each, Goal) else Goal(checked_text(each, "goal")) for each in goals]

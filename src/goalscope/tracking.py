@@ -47,6 +47,7 @@ GIVEN = "it was given"
 TOO_MANY = f"A session has at most {GOALS} goals. Rule some out, or leave some away."
 
 Advice = Literal["act", "ask", "propose"]
+"""What an assistant should do next; see `Tracked.advice`."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -33,6 +33,7 @@ __all__ = [
 ]
 
 NAMED = {"paper": PAPER, "usual": USUAL, "last-turn": LAST_TURN}
+"""Those that go by a name wherever a file of one can be named."""
 
 
 def calibration_named(name: str) -> Calibration:

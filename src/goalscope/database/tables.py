@@ -39,6 +39,7 @@ __all__ = [
 REVISION = "0004"
 """The newest of migrations/versions. Their ids have four digits, and grow."""
 VERSION_TABLE = "goalscope_version"
+"""Name of the table in which Alembic notes the revision."""
 
 Number = Float(53).with_variant(REAL(), "sqlite")  # a STRICT table knows no other name
 
@@ -66,8 +67,8 @@ class Base(DeclarativeBase):
             "ix": "%(table_name)s_%(column_0_name)s_ix",
         }
     )
-    type_annotation_map = {str: Words(), float: Number}  # noqa: RUF012
-    __table_args__: Any = {"sqlite_strict": True}  # noqa: RUF012
+    type_annotation_map = {str: Words(), float: Number}  # noqa: RUF012 (read by SQLAlchemy)
+    __table_args__: Any = {"sqlite_strict": True}  # noqa: RUF012 (so is this)
 
 
 class EpisodeRow(Base):

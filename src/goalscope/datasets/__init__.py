@@ -25,6 +25,7 @@ __all__ = [
     "Loaded",
     "data_folder",
     "load",
+    "named_folder",
     "read_cases",
     "said_key",
     "turns_of",
@@ -171,6 +172,7 @@ DATASETS: Mapping[str, Dataset] = {
         ),
     )
 }
+"""All datasets by their names."""
 
 _READERS: Mapping[str, _Reader] = {
     "teach": teach,
@@ -199,6 +201,11 @@ def data_folder(given: Path | None) -> Path:
             "in the environment variable GOALSCOPE_DATA."
         )
     return folder
+
+
+def named_folder(given: Path | None) -> Path | None:
+    """As `data_folder`, but None where none is named."""
+    return data_folder(given) if given or os.environ.get("GOALSCOPE_DATA") else None
 
 
 def load(

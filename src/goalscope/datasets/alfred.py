@@ -14,6 +14,7 @@ from goalscope.types import Turn, meaning
 __all__ = ["TASK", "alfred"]
 
 TASK = "Do a household task in this room for the human."
+"""What the assistant is to do, in a sentence."""
 
 _Plan = tuple[str, ...]  # the type of the task, then what it is done with
 

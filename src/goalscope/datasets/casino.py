@@ -15,6 +15,8 @@ from goalscope.types import Goal, InvalidInputError
 __all__ = ["TASK", "casino"]
 
 TASK = "Negotiate with the human, a fellow camper, over packages of food, water and firewood."
+"""What the assistant is to do, in a sentence."""
+
 _OPENING = "Hello!"
 _ISSUES: tuple[str, ...] = ("Food", "Water", "Firewood")
 _NO_WORDS = frozenset({"Submit-Deal", "Accept-Deal", "Reject-Deal", "Walk-Away"})

@@ -13,6 +13,7 @@ from goalscope.datasets.goal_sets import chance, draw
 __all__ = ["TASK", "detokenised", "multiwoz"]
 
 TASK = "Help the human to find and book places and transport in and around Cambridge."
+"""What the assistant is to do, in a sentence."""
 
 
 def multiwoz(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | str]:

@@ -20,6 +20,7 @@ from goalscope.types import InvalidInputError
 __all__ = ["TASK", "taskmaster"]
 
 TASK = "Take the human's order at a coffee bar."
+"""What the assistant is to do, in a sentence."""
 
 _CHANGED = ("temperature", "caffeine", "shots", "drink", "milk")
 _ATTRIBUTES = (*_CHANGED, "extras", "note")

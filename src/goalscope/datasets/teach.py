@@ -12,6 +12,7 @@ from goalscope.datasets.goal_sets import by_shared_words, chance, draw
 __all__ = ["TASK", "teach"]
 
 TASK = "Do a household task in this room for the human."
+"""What the assistant is to do, in a sentence."""
 
 
 def teach(file: Path, goal_set: str, goals: int, seed: int) -> Iterator[Case | str]:

@@ -36,11 +36,22 @@ __all__ = [
 Array = npt.NDArray[np.float64]
 
 GOALSCOPE = "goalscope"
+"""With the calibration known when it was measured."""
+
 AS_IN_PAPER = "goalscope, Eq. 1"
+"""Bayes' rule as it stands in the paper."""
+
 SIMILARITIES = {"TF-IDF": "tfidf", "BM25": "bm25", "embedding": "embedding"}
+"""Likeness of a goal to the words so far, and the key of its table in a result."""
+
 UNIFORM = "uniform"
+"""Every goal as likely as another."""
+
 GOALS_ALONE = "goals alone"
+"""A control that reads no dialogue: how like a goal is to the other goals."""
+
 OUTRIGHT = "model asked"
+"""The model is asked which goal it is, and how sure it is."""
 
 SEEN = {True: "goalscope, goal seen", False: "goalscope, goal unseen"}
 """goalscope where its adapter was fitted on the true goal's text, and where it was not."""
@@ -49,6 +60,8 @@ PREDICTORS = (GOALSCOPE, AS_IN_PAPER, *SEEN.values(), UNIFORM, GOALS_ALONE, *SIM
 """All predictors, in the order of the tables."""
 
 FOLDS = 5
+"""Into which dialogues are parted, so that a temperature is judged on others than it fits."""
+
 TEMPERATURES = np.geomspace(1e-3, 1e2, 51)
 MOST_SURE = 0.995
 """A model that says 100 % and is wrong would have an infinite log-loss."""

@@ -21,6 +21,7 @@ Flags = npt.NDArray[np.bool_]
 
 AS_AGENT = "goalscope, an agent's"
 FRESH = "goalscope, told of the change"
+"""The evidence before the change is left out."""
 
 NOTES = (
     "Each dialogue is scripted: turns of real people who had one goal, then of one who had another "

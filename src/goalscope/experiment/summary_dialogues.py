@@ -52,7 +52,14 @@ TURNS = (1, 2, 3, 4, 5, None)
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """One predictor's belief after one turn of one dialogue."""
+    """One predictor's belief after one turn of one dialogue.
+
+    Attributes:
+        id: Of the dialogue.
+        group: Of the dialogue; intervals resample groups.
+        scores: How good the belief was.
+        confidence: Probability of the likeliest goal.
+    """
 
     id: str
     group: str

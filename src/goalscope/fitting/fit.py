@@ -26,6 +26,7 @@ __all__ = ["Fit", "Objective", "Progress", "Settings", "Validation"]
 
 Array = npt.NDArray[np.float64]
 Objective = Literal["words", "goals", "both"]
+"""What is made small; see `Settings`."""
 
 _WARM_UP = 0.05  # of the steps, in which the learning rate rises
 _CLIP = 1.0  # largest norm of a gradient

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import email.utils
 import json
 import os
 import time
@@ -17,6 +16,7 @@ from urllib.parse import urlsplit
 from goalscope.extras import package
 from goalscope.models import Heard
 from goalscope.models.streaming import Streamed
+from goalscope.models.trouble import codes_of, failed, message_of, seconds_asked
 from goalscope.types import InvalidInputError, ModelError
 
 if TYPE_CHECKING:
@@ -47,7 +47,14 @@ _REMEDIES = {
 
 @dataclass(slots=True)
 class Usage:
-    """What a server was asked so far."""
+    """What a server was asked so far.
+
+    Attributes:
+        requests: All, with those that failed.
+        retries: Requests that were made again.
+        prompt_tokens: Read, as the server counts them.
+        completion_tokens: Written.
+    """
 
     requests: int = 0
     retries: int = 0
@@ -332,19 +339,21 @@ class Server:
             answer: Any = json.loads(data)
         except (ValueError, RecursionError):
             answer = None
-        said = self._excerpt(_message(answer) or data)
+        said = self._excerpt(message_of(answer) or data)
         if status == 200 and answer is None:
             raise _Trouble(f"{self.url} sent no JSON: {said}. Is it a model server?")
-        if status == 200 and not _failed(answer):
+        if status == 200 and not failed(answer):
             self._count(answer)
             return answer
-        if _code(answer) & _QUOTA:
+        if codes_of(answer) & _QUOTA:
             raise Refusal(
                 f"The quota at {self.url} is used up: {said} Raise it there, or use another model.",
                 status,
             )
         if status in _BUSY and not any(mark in said for mark in _LASTING):
-            raise _Trouble(f"{self.url} is in trouble (HTTP {status}): {said}", _asked(response))
+            raise _Trouble(
+                f"{self.url} is in trouble (HTTP {status}): {said}", seconds_asked(response)
+            )
         if status == 401:  # what is said of a wrong key may quote it
             said = "it wants a valid key."
         if response.has_redirect_location:
@@ -412,43 +421,3 @@ def _wait(state: tenacity.RetryCallState) -> float:
     error = state.outcome.exception() if state.outcome else None
     asked = error.wait if isinstance(error, _Trouble) else None
     return min(8.0, 0.5 * 2 ** (state.attempt_number - 1)) if asked is None else asked
-
-
-def _asked(response: httpx2.Response) -> float | None:
-    """Seconds that the headers ask to wait: a number, or up to a date; None if they do not."""
-    for name, unit in (("retry-after-ms", 1000), ("retry-after", 1)):
-        said = response.headers.get(name, "")
-        try:
-            return max(0.0, float(said) / unit)
-        except ValueError:
-            pass
-        try:
-            return max(0.0, email.utils.parsedate_to_datetime(said).timestamp() - time.time())
-        except (ValueError, OverflowError):
-            pass
-    return None
-
-
-def _error(answer: object) -> dict[str, Any]:
-    """The error object of an answer, wherever servers put it; empty if there is none."""
-    found: object = answer
-    if isinstance(answer, dict):
-        rows = cast("dict[str, Any]", answer)
-        found = rows.get("error", rows)
-    if isinstance(found, str):
-        return {"message": found}
-    return cast("dict[str, Any]", found) if isinstance(found, dict) else {}
-
-
-def _failed(answer: object) -> bool:
-    """Whether an answer holds an error, as some proxies' do that come with HTTP 200."""
-    return isinstance(answer, dict) and bool(cast("dict[str, Any]", answer).get("error"))
-
-
-def _message(answer: object) -> str:
-    error = _error(answer)
-    return str(error.get("message") or error.get("detail") or "")
-
-
-def _code(answer: object) -> set[str]:
-    return {str(_error(answer).get(key)) for key in ("code", "type")}

@@ -21,6 +21,7 @@ MIN_P = 0.05
 """Tokens less likely than this share of the likeliest are never sampled."""
 
 Logits = npt.NDArray[np.float32]
+"""[vocabulary] unnormalised log-probabilities of the next token."""
 
 
 class Grammar(Protocol):

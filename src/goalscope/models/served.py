@@ -212,7 +212,7 @@ class ServedScorer(TokenScorer):
         self._protocol: Protocol | None = None
 
     @property
-    def name(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
+    def name(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride] (only read)
         """The model's name at its server."""
         return self.server.model
 
@@ -261,7 +261,7 @@ class ServedScorer(TokenScorer):
 
     def _found(self) -> Protocol:
         if self._protocol is None:
-            self.server.facts  # a server that is down is not asked in many ways  # noqa: B018
+            _ = self.server.facts  # a server that is down is not asked in many ways
             complaints: list[str] = []
             for kind in PROTOCOLS:
                 complaint = self._complaint(kind(self.server, self.tokenizer))

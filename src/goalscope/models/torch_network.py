@@ -217,6 +217,7 @@ def _extension() -> Any:
 
         def __init__(self, known: Any, shapes: Sequence[tuple[int, int]]) -> None:
             """Begin with `known` [rows, tokens, numbers], flat; shapes are heads, head size."""
+            # The package is not known to the type checker.
             super().__init__()  # pyright: ignore[reportUnknownMemberType]
             self._length: int = 0 if known is None else known.shape[1]
             self._new: dict[int, tuple[Any, Any]] = {}

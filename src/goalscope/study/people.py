@@ -49,7 +49,14 @@ class Answer:
 
 @dataclass(frozen=True, slots=True)
 class Participant:
-    """Somebody who has agreed, with their answers in order; see `ParticipantRow`."""
+    """Somebody who has agreed to take part.
+
+    Attributes:
+        number: In the store, counted over all studies.
+        external: How a recruiting service names them.
+        joined: When they agreed, in UTC, ISO 8601.
+        answers: In the order of their items.
+    """
 
     number: int
     external: str | None

@@ -1,0 +1,153 @@
+"""Datasets that are missing or broken, and dialogues of one's own."""
+
+import gzip
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from goalscope.datasets import DATASETS, data_folder, load, read_cases
+from goalscope.types import Turn
+from test_datasets import (
+    MAKE,
+    game,
+    games,
+    made,
+    packed,
+    refused,
+)
+
+
+def test_what_is_missing_is_named_with_its_source(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said = refused(lambda: load("casino", tmp_path))
+    assert "CaSiNo (valid)" in said
+    assert "casino_valid.json" in said
+    assert "goalscope data list" in said
+    monkeypatch.delenv("GOALSCOPE_DATA", raising=False)
+    assert "--data" in refused(lambda: data_folder(None))
+    assert "nowhere" in refused(lambda: data_folder(tmp_path / "nowhere"))
+    monkeypatch.setenv("GOALSCOPE_DATA", str(tmp_path))
+    assert data_folder(None) == tmp_path
+
+
+def test_unknown_options_name_the_nearest(tmp_path: Path) -> None:
+    packed(tmp_path, "teach", games())
+    assert "'casino'" in refused(lambda: load("cassino", tmp_path))
+    assert "known are teach" in refused(lambda: load("mcq", tmp_path))
+    assert "'valid_seen'" in refused(lambda: load("teach", tmp_path, split="valid_sen"))
+    assert "'hard'" in refused(lambda: load("teach", tmp_path, goal_set="hart"))
+    assert "at least 2" in refused(lambda: load("teach", tmp_path, goals=1))
+    assert "at least 1" in refused(lambda: load("teach", tmp_path, limit=0))
+    assert "fewer than 20 goals" in refused(lambda: load("teach", tmp_path))
+
+
+BROKEN: list[tuple[str, list[str], str]] = [
+    ("teach", ["desc"], "'desc'"),
+    ("teach", ["interactions"], "'interactions'"),
+    ("multiwoz", ["log"], "'log'"),
+    ("multiwoz", ["goal"], "'goal'"),
+    ("casino", ["participant_info"], "'participant_info'"),
+    ("casino", ["participant_info", "mturk_agent_1", "value2issue", "Low"], "'Low'"),
+    ("alfred", ["pddl_params", "parent_target"], "'parent_target'"),
+    ("alfred", ["anns"], "'anns'"),
+    ("taskmaster4", ["turns"], "'turns'"),
+    ("taskmaster4", ["order_items"], "'order_items'"),
+]
+
+
+@pytest.mark.parametrize(("name", "path", "named"), BROKEN)
+@pytest.mark.parametrize("value", ["absent", 7])
+def test_a_broken_row_is_refused_with_its_place(
+    name: str, path: list[str], named: str, value: object, tmp_path: Path
+) -> None:
+    rows = MAKE[name]()
+    inner: Any = rows[1]
+    for key in path[:-1]:
+        inner = inner[key]
+    if value == "absent":
+        del inner[path[-1]]
+    else:
+        inner[path[-1]] = value
+    file = packed(tmp_path, name, rows)
+    said = refused(lambda: made(tmp_path, name, DATASETS[name].goal_sets[0]))
+    assert named in said
+    assert str(file) in said
+    assert re.search(r"line 2|dialogue ('D1'|2)", said)
+
+
+def test_broken_files_are_refused_with_their_cause(tmp_path: Path) -> None:
+    for name in MAKE:
+        file = packed(tmp_path, name, MAKE[name]())
+        whole = file.read_bytes()
+        for broken in (b"{", b"", whole[: len(whole) // 2], b"\xff" * 50):
+            file.write_bytes(broken)
+            said = refused(lambda name=name: load(name, tmp_path, goals=3))
+            assert str(file) in said
+    file = packed(tmp_path, "teach", games())
+    with gzip.open(file, "at") as lines:
+        lines.write('{"game_id": \n')
+    assert "line 8: not JSON" in refused(lambda: load("teach", tmp_path, goals=3))
+    packed(tmp_path, "teach", [*games(), [1]])
+    assert "line 8: expected a JSON object" in refused(lambda: load("teach", tmp_path, goals=3))
+    packed(tmp_path, "teach", [*games(), games()[0]])
+    assert "'g0'" in refused(lambda: load("teach", tmp_path, goals=3))
+
+
+def test_half_characters_are_refused(tmp_path: Path) -> None:
+    packed(tmp_path, "teach", [*games(), game(9, "Wash", "Wash \ud800.", ("commander", "so"))])
+    assert "lone surrogate" in refused(lambda: load("teach", tmp_path, goals=3))
+
+
+def own(**changed: object) -> dict[str, Any]:
+    return {
+        "id": 1,
+        "task": "Help in the kitchen.",
+        "turns": [{"query": "", "utterance": "Put the kettle on."}],
+        "goals": ["bake a cake", "make tea"],
+        "true": "make tea",
+        **changed,
+    }
+
+
+def written(folder: Path, *rows: object) -> Path:
+    file = folder / "own.jsonl"
+    file.write_text("\n\n".join(json.dumps(row) for row in rows))
+    return file
+
+
+def test_own_dialogues_are_cases(tmp_path: Path) -> None:
+    first, second = read_cases(written(tmp_path, own(), own(id="b", group="kin", true=0)))
+    assert (first.id, first.group, first.truth) == ("1", "1", 1)
+    assert (second.id, second.group, second.truth) == ("b", "kin", 0)
+    assert first.turns == (Turn("", "Put the kettle on."),)
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"true": "make a tea"}, "did you mean 'make tea'"),
+        ({"goals": ["make tea"]}, "there is one goal; expected at least two"),
+        ({"goals": ["make tea", "make tea", "bake"], "true": 2}, "two of the goals are the same"),
+        ({"true": None}, "got None"),
+        ({"true": 2}, "got 2"),
+        ({"true": True}, "got True"),
+        ({"goals": ["make tea", "Make tea."]}, "two of the goals are the same"),
+        ({"group": []}, '"group"'),
+        ({"id": "1"}, "'1'"),
+        ({"turns": []}, '"turns"'),
+    ],
+)
+def test_own_rows_that_are_no_case_are_refused(
+    changed: dict[str, Any], said: str, tmp_path: Path
+) -> None:
+    message = refused(lambda: read_cases(written(tmp_path, own(), own(**{"id": 2, **changed}))))
+    assert "line 3" in message
+    assert said in message
+
+
+def test_an_empty_own_file_is_refused(tmp_path: Path) -> None:
+    assert "no row" in refused(lambda: read_cases(written(tmp_path)))
