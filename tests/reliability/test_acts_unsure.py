@@ -1,0 +1,140 @@
+"""What is done, and what is asked, while it is not clear what the person wants."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fakes import WordModel, said
+from goalscope.acting import ActionPlanner
+from goalscope.agent import Agent
+from goalscope.belief import Belief
+from goalscope.calibrating import fit_calibration
+from goalscope.envs import Environment
+from goalscope.envs.grocery import Catalogue, GroceryShop
+from goalscope.envs.grocery.search import Search
+from goalscope.envs.house import HomeRobot, HouseController
+from goalscope.policy import Planner
+from goalscope.types import UNSPECIFIED, Goal
+from test_calibrating import believed, some
+
+CATALOGUE = Catalogue(Catalogue.load().items[::40])
+SEARCH = Search(CATALOGUE)
+WANTED = (
+    "bake a cake", "wash the car", "cook tomato soup", "buy the basket", "have a party",
+    "keep the kitchen tidy", "break everything", "drink coffee", "feed the cat", "sleep",
+)  # fmt: skip
+
+
+class Moody(WordModel):
+    """How likely a text is hangs on nothing that means anything."""
+
+    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+        return [
+            np.array([-6.0 + 3.0 * np.sin(zlib.crc32(f"{context[-1].content}{text}".encode()))])
+            for context, text in zip(contexts, continuations, strict=True)
+        ]
+
+
+def unsure(rng: np.random.Generator) -> Belief:
+    """A belief that Unspecified leads, alone or with others as likely."""
+    goals = [Goal(text) for text in rng.permutation(WANTED)[: rng.integers(1, 7)]]
+    weights = rng.dirichlet(np.ones(len(goals)) * rng.choice([0.1, 1.0, 10.0]))
+    lead = weights.max() * (1.0 if rng.random() < 0.5 else rng.uniform(1.0, 30.0))
+    if rng.random() < 0.2:
+        weights[: len(weights) // 2 + 1] = lead
+    prior = np.log(np.maximum(np.append(weights, lead), 1e-12))
+    return Belief((*goals, UNSPECIFIED), prior, np.zeros((0, len(prior))))
+
+
+@pytest.mark.parametrize("count", [200, pytest.param(5_000, marks=pytest.mark.slow)])
+def test_while_unspecified_leads_nothing_lasting_is_done_and_each_guess_is_told(
+    count: int, record_property: Callable[[str, object], None]
+) -> None:
+    rng = np.random.default_rng(3)
+    model = Moody()
+    shop, robot = GroceryShop(CATALOGUE, search=SEARCH), HomeRobot(HouseController("Bathroom1"))
+    planners: Sequence[tuple[Environment, Planner]] = (
+        (shop, Planner(model, kinds=12, near=6)),
+        (robot, ActionPlanner(model)),
+    )
+    guessed = tied = 0
+    for number in range(count):
+        env, planner = planners[number % 2]
+        agent = Agent(env, model, planner=planner)
+        assert agent.tracker is not None
+        belief = agent.tracker.belief = unsure(rng)
+        tied += belief.probability.max() > np.sort(belief.probability)[-2] + 1e-9
+        assert belief.probability[-1] >= belief.probability.max() - 1e-12
+        turns = said("It will be a long day, and I have guests.")
+        assert env.requests(turns) == []
+        outcome = planner.act(env, agent._wants(turns), turns, [])
+        done = [each for each in outcome.results if each.action.name != "search inventory"]
+        assert not any(each.irreversible for each in done)
+        assert {each.action.target for each in done} == {*outcome.guessed}
+        guessed += bool(done)
+        if done:
+            env.reset()
+    assert not shop.bought
+    record_property(
+        "measured",
+        f"{count:,} beliefs that Unspecified leads ({count - tied:,} tied): 0 lasting acts; "
+        f"something that can be undone is guessed, and told, in {guessed:,}",
+    )
+
+
+def test_where_unspecified_is_all_there_is_nothing_is_guessed(
+    record_property: Callable[[str, object], None],
+) -> None:
+    model = Moody()
+    turns = said("It will be a long day, and I have guests.")
+    for env, planner in (
+        (GroceryShop(CATALOGUE, search=SEARCH), Planner(model)),
+        (HomeRobot(HouseController("Bathroom1")), ActionPlanner(model, bar=-100.0)),
+    ):
+        agent = Agent(env, model, planner=planner)
+        assert agent._wants(turns) == []
+        before = env.fingerprint()
+        assert planner.act(env, [], turns, []).results == ()
+        assert env.fingerprint() == before
+
+
+def test_conformal_sets_cover_as_often_as_they_say_in_new_dialogues(
+    record_property: Callable[[str, object], None],
+) -> None:
+    """Marginally: over all dialogues and turns drawn at random, not for each kind of person."""
+    stats = pytest.importorskip("scipy.stats")
+    n = new = 600
+    made = fit_calibration(some(n, factor=2.0, turns=3))
+    people, rng = some(new, seed=8, factor=2.0, turns=3), np.random.default_rng(8)
+    figures: list[str] = []
+    for eps in (0.05, 0.1, 0.2):
+        covered, asks = [0, 0], [0, 0]
+        for each in people:
+            turn = int(rng.integers(len(each.goals)))
+            wrong = [i for i in range(each.goals.shape[1]) if i != each.truth]
+            for absent, out in enumerate((int(rng.choice(wrong)), each.truth)):
+                belief = believed(each, out, made)
+                then = replace(belief, log_likelihood=belief.log_likelihood[: turn + 1])
+                true = UNSPECIFIED if absent else Goal(f"goal {each.truth}")
+                held = then.conformal_set(eps)
+                covered[absent] += true in held
+                asks[absent] += len(held) > 1 or UNSPECIFIED in held
+        k = int(eps * (n + 1))
+        low, high = stats.betabinom.ppf([0.01, 0.99], new, n + 1 - k, k)
+        assert low <= min(covered) <= high
+        assert max(covered) >= low
+        present, absent = (f"{100 * each / new:.1f} %" for each in covered)
+        help_rate = "/".join(f"{100 * each / new:.0f} %" for each in asks)
+        figures.append(
+            f"eps {eps:g}: {present} and {absent} [{100 * low / new:.1f}, {100 * high / new:.1f}], "
+            f"help in {help_rate}"
+        )
+    record_property(
+        "measured",
+        f"{new} dialogues, goal there and missing (marginal only): " + "; ".join(figures),
+    )
