@@ -198,6 +198,8 @@ def episode(folder: str, *more: str) -> None:
     with suppress(GoalscopeError), Store.open(f"{folder}/s.db") as store:
         for info in store.episodes():
             begun, known = [info.id], info.rounds
+            if info.ended:
+                return
 
     def told(out: Any, round: Any, *given: Any, **options: Any) -> None:
         show(out, round, *given, **options)
