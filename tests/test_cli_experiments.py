@@ -260,7 +260,7 @@ def test_tables_come_with_and_without_what_was_retried(here, monkeypatch):
     assert kept["notes"][0].startswith("Without 3 of 9 cells")  # the judge's, too
     assert not any("belong to no run" in note for note in kept["notes"])
     questions = [found[name]["rows"] for name in ("mcq", "mcq-first-attempts")]
-    column = found["mcq"]["columns"].index("questions")
+    column = found["mcq"]["columns"].index("n")
     assert [{row[column] for row in rows} for rows in questions] == [{3}, {2}]
     (section,) = json.loads(invoke("report", "results/all.db", "--json").stdout)
     assert {f"all-{name}" for name in found} < {table["name"] for table in section["tables"]}
