@@ -11,6 +11,7 @@ from goalscope.datasets import DATASETS
 from goalscope.experiment import identity, work
 from goalscope.experiment.results import Results
 from goalscope.experiment.run import sole
+from goalscope.types import ModelError
 from test_cli import fails, invoke
 from test_run import QUESTIONS, SHOP, NamedModel
 
@@ -226,3 +227,41 @@ def test_the_datasets_are_listed_with_the_files_that_are_there(here, monkeypatch
     for each in DATASETS.values():
         assert each.title in text
         assert each.source in text
+
+
+def test_tables_come_with_and_without_what_was_retried(here, monkeypatch):
+    measure, failed = dict(work.KINDS), []
+
+    def fails_once(kind):
+        def attempt(model, spec):
+            if spec.get("settings", {}).get("method") != "good" and kind not in failed:
+                failed.append(kind)
+                raise ModelError("out of luck")
+            return measure[kind](model, spec)
+
+        return attempt
+
+    for kind in ("mcq", "episode"):
+        monkeypatch.setitem(work.KINDS, kind, fails_once(kind))
+    assert invoke("experiment", "run", "all.toml").exit_code == 1
+    found = tables("experiment", "run", "all.toml")
+    retried = {cell.spec["kind"]: cell for cell in cells("all") if cell.attempts > 1}
+    assert {*retried} == {"mcq", "episode"}
+    methods = next(name for name in found if name.endswith("-methods"))
+    kept = found[f"{methods}-first-attempts"]
+    place = found[methods]["columns"].index
+    assert [(row[0], row[place("retries")]) for row in found[methods]["rows"]] == [
+        ("good", 0), ("no-goals", 1),
+    ]  # fmt: skip
+    assert [(row[0], row[place("retries")], row[place("runs")]) for row in kept["rows"]] == [
+        ("good", 0, 1)
+    ]
+    assert kept["title"].endswith("first attempts alone")
+    assert kept["notes"][0].startswith("Without 3 of 9 cells")  # the judge's, too
+    assert not any("belong to no run" in note for note in kept["notes"])
+    questions = [found[name]["rows"] for name in ("mcq", "mcq-first-attempts")]
+    column = found["mcq"]["columns"].index("n")
+    assert [{row[column] for row in rows} for rows in questions] == [{3}, {2}]
+    (section,) = json.loads(invoke("report", "results/all.db", "--json").stdout)
+    assert {f"all-{name}" for name in found} < {table["name"] for table in section["tables"]}
+    assert not [name for name in tables("bench", "mcq", "q.jsonl") if "first" in name]

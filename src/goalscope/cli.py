@@ -104,6 +104,7 @@ def infer(
     from hashlib import sha256
 
     from goalscope.calibrations import calibration_named
+    from goalscope.experiment.identity import own_identity
     from goalscope.infer import infer as infer_dialogues
     from goalscope.infer import read_dialogues, trim_output
     from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
@@ -121,6 +122,7 @@ def infer(
             "model": engine.name,
             "adapter": getattr(scorer, "adapter_metadata", {}).get("general.name"),
             "weights": sha256(scorer.fingerprint.encode()).hexdigest()[:12],
+            **own_identity(),
             "layout": likelihood.layout,
             "end_of_turn": end_of_turn,
             "calibration": json.loads(json.dumps(asdict(given or likelihood.calibration))),

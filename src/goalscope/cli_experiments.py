@@ -216,7 +216,7 @@ def _run(
     from goalscope.experiment.plan import judging, specs_of
     from goalscope.experiment.results import Results
     from goalscope.experiment.run import run, sole
-    from goalscope.experiment.tables import tables_of
+    from goalscope.experiment.tables import first_attempts, tables_of
 
     if on not in (None, "dask") and not re.match(r"\w+://[^/]+:\d+$", on or ""):
         raise InvalidInputError(
@@ -256,7 +256,8 @@ def _run(
                 typer.echo(said, err=True)
             raise
         planned = kept.planned(specs)
-        show_tables(tables_of(kept, kept.planned([*specs, *judging(plan, planned)])), as_json)
+        cells = kept.planned([*specs, *judging(plan, planned)])
+        show_tables([*tables_of(kept, cells), *first_attempts(kept, cells)], as_json)
     if failed:
         raise GoalscopeError(
             f"{len(failed)} of {total} cells could not be measured, one of them so: {failed[0]} "

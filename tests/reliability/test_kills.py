@@ -1,70 +1,33 @@
-"""Whatever stops a run and at whatever moment: nothing that was told is lost, nothing is doubled."""
+"""Whatever stops a run, and whenever: nothing that was told is lost, and nothing is doubled."""
 
 from __future__ import annotations
 
 import json
 import os
 import random
-import shutil
 import signal
 from collections.abc import Sequence
 from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
-import lives as fork
 import pytest
-from lives import Lives, episode, experiment, furnish, rounds_of, signalled
 from sqlalchemy.engine.default import DefaultDialect
 
+import lives as fork
 from fakes import LampRoom, WordModel, words
 from goalscope.domains import Settings, open_environment
 from goalscope.envs.grocery import GroceryShop
 from goalscope.experiment.results import Results
-from goalscope.experiment.tables import tables_of
-from goalscope.rounds_json import round_to_json
 from goalscope.session import Session
 from goalscope.store import Store
 from goalscope.types import Action, StepResult, Turn
+from lives import Lives, anew, episode, experiment, furnish, measured, rounds_of, signalled
 from test_agent import REPLIES
 
-lives = fork.lives
+lives, whole = fork.lives, fork.whole
 DATABASES = ("sqlite", "postgresql")
 KILLS = [12, pytest.param(200, marks=pytest.mark.slow)]
-
-
-def measured(folder: Path) -> tuple[dict[str, Any], list[Any]]:
-    """Cells by key, each with its episode in it, and the tables less what counts the attempts."""
-    with Results.open(folder / "tiny.db") as results:
-        cells = {}
-        for cell in results.cells():
-            found = dict(cell.result or {})
-            if "episode" in found:
-                found["episode"] = [
-                    round_to_json(each) for each in results.rounds(found["episode"])
-                ]
-            cells[cell.key] = (cell.spec, {k: v for k, v in found.items() if k != "seconds"})
-        tables = [table.to_dict() for table in tables_of(results)]
-    for table in tables:
-        drop = {n for n, name in enumerate(table["columns"]) if name == "retries"}
-        table["rows"] = [[e for n, e in enumerate(row) if n not in drop] for row in table["rows"]]
-        table["command"] = ""
-    return cells, tables
-
-
-@pytest.fixture(scope="module")
-def whole(lives: Lives, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any, Any, Any]:
-    """A folder, and what an experiment and an episode come to there without an interruption."""
-    folder = furnish(tmp_path_factory.mktemp("whole") / "run")
-    for life in (experiment, episode):
-        assert lives.live(life, folder) == 0, (folder / "errors").read_text()
-    (rounds,) = rounds_of(folder / "s.db")
-    return folder, *measured(folder), rounds
-
-
-def anew(folder: Path) -> Path:
-    shutil.rmtree(folder)
-    return furnish(folder)
 
 
 @pytest.mark.parametrize("kills", KILLS)
@@ -266,13 +229,14 @@ def dying_experiment(folder: str, at: str) -> None:
 def test_an_experiment_may_end_before_and_after_each_commit(
     lives: Lives, whole: Any, stride: int, record_property: Any
 ) -> None:
-    folder, cells, tables, _ = whole
-    for deaths, at in enumerate(count(0, stride)):
+    (folder, cells, tables, _), deaths = whole, 0
+    for at in count(0, stride):
         anew(folder)
         code = lives.live(dying_experiment, folder, str(at))
         if code == 0:
             break
         assert code == 9, (folder / "errors").read_text()
+        deaths += 1
         assert lives.live(experiment, folder) == 0, (folder / "errors").read_text()
         assert measured(folder) == (cells, tables)
         episodes = rounds_of(folder / "tiny.db")

@@ -99,9 +99,11 @@ def keep_calibration(file: Path, calibration: Calibration, about: Mapping[str, A
         GoalscopeError: The file cannot be written.
     """
     text = json.dumps({**about, "calibration": asdict(calibration)}, indent=1)
+    part = file.with_name(f".{file.name}.part")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text + "\n", encoding="utf-8")
+        part.write_text(text + "\n", encoding="utf-8")
+        part.replace(file)
     except OSError as error:
         raise GoalscopeError(f"{file} cannot be written: {error.strerror or error}.") from None
 

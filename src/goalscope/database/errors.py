@@ -18,6 +18,7 @@ SERVER = "Is the server running, and is the address right? It was given with --s
 ADVICE = {
     # SQLite, by the name of the error
     "SQLITE_FULL": "The disk is full: free some space.",
+    "SQLITE_IOERR": "The disk is full or broken: free some space, or name another one's file.",
     "SQLITE_BUSY": "Another program is writing to it: close that one and try again.",
     "SQLITE_LOCKED": "Another program is writing to it: close that one and try again.",
     "SQLITE_READONLY": "It may not be written: name another file with --store.",

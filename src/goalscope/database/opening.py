@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import sqlite3
 import time
@@ -26,8 +27,13 @@ LEGACY = 4
 """The last version of SQLite files before Alembic's revisions."""
 WAIT = 10
 """Seconds until a locked database is given up."""
+MOUNTS = Path("/proc/self/mounts")
+"""Where Linux tells which file system is where."""
+NETWORK = ("nfs", "nfs4", "cifs", "smb3", "fuse.sshfs", "ceph", "lustre", "beegfs", "afs")
 WRITING = {"goalscope_writing": True}
 """Execution options of connections that write."""
+
+log = logging.getLogger(__name__)
 
 
 def default_place() -> str:
@@ -70,6 +76,12 @@ def _file(file: Path) -> Engine:
             "Name another file with --store."
         ) from error
     path = file.absolute()
+    if (kind := _file_system(Path(os.path.realpath(path)))) in NETWORK:
+        log.warning(
+            f"The episode store {file} is on a network file system ({kind}), where programs on "
+            "several machines can damage it. Name a file on a local disk, or a PostgreSQL "
+            "database, with --store."
+        )
     engine = create_engine("sqlite://", creator=lambda: _connected(path, file), poolclass=QueuePool)
 
     @event.listens_for(engine, "begin")
@@ -78,6 +90,16 @@ def _file(file: Path) -> Engine:
         connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
 
     return engine
+
+
+def _file_system(file: Path) -> str:
+    """The kind of the file system that a file is on; empty where the system does not tell."""
+    try:
+        lines = MOUNTS.read_text("utf-8", "replace").splitlines()
+    except OSError:
+        return ""
+    kinds = {place.replace(r"\040", " "): kind for _, place, kind, *_ in map(str.split, lines)}
+    return next((kinds[each] for each in map(str, file.parents) if each in kinds), "")
 
 
 def _connected(path: Path, name: Path) -> sqlite3.Connection:

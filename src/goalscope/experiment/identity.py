@@ -14,7 +14,7 @@ import goalscope
 from goalscope.models import OpenModel
 from goalscope.models.opening import MODEL_KEYS, model_label, open_model
 
-__all__ = ["identity_of", "opened"]
+__all__ = ["identity_of", "opened", "own_identity"]
 
 _SHOWN = (
     *("cli", "display", "plain", "terminal", "report"),
@@ -46,11 +46,12 @@ def identity_of(model: Mapping[str, Any]) -> dict[str, str]:
     if key not in _fingerprints:
         _fingerprints[key] = _short(opened(model).fingerprint)
     label = f"model {model_label(model)}"
-    return {**_package(), f"{label} #{_short(key)[:4]}" if model else label: _fingerprints[key]}
+    return {**own_identity(), f"{label} #{_short(key)[:4]}" if model else label: _fingerprints[key]}
 
 
 @cache
-def _package() -> dict[str, str]:
+def own_identity() -> dict[str, str]:
+    """The version of goalscope, and short hashes of its code and prompts."""
     root = Path(goalscope.__file__).parent
     files = sorted(each.relative_to(root) for each in root.rglob("*"))
     code = [

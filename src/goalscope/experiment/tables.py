@@ -13,7 +13,7 @@ from goalscope.experiment.summary_episodes import read_episodes
 from goalscope.experiment.summary_mcq import mcq_tables
 from goalscope.experiment.summary_models import model_tables
 
-__all__ = ["tables_of", "warnings_of"]
+__all__ = ["first_attempts", "tables_of", "warnings_of"]
 
 
 def tables_of(results: Results, cells: Sequence[Cell] | None = None) -> list[Table]:
@@ -32,6 +32,34 @@ def tables_of(results: Results, cells: Sequence[Cell] | None = None) -> list[Tab
         tables += episodes.tables(command=command)
     notes = tuple(warnings_of(asked))
     return [replace(table, notes=(*notes, *table.notes)) for table in tables if table.rows]
+
+
+def first_attempts(results: Results, cells: Sequence[Cell] | None = None) -> list[Table]:
+    """The tables without the cells that took more than one attempt; none where no cell did.
+
+    What made a cell fail at first may have to do with what it measures.
+    """
+    asked = results.asked_for() if cells is None else cells
+    retried = {cell.key for cell in asked if cell.attempts > 1}
+    kept = [cell for cell in asked if retried.isdisjoint({cell.key, *_judged_by(cell)})]
+    left_out = len(asked) - len(kept)
+    note = f"Without {left_out:,} of {len(asked):,} cells: they, or the runs that they judge, took "
+    return [
+        replace(
+            table,
+            name=f"{table.name}-first-attempts",
+            title=f"{table.title}, first attempts alone",
+            notes=(f"{note}more than one attempt.", *table.notes),
+        )
+        for table in (tables_of(results, kept) if left_out else [])
+    ]
+
+
+def _judged_by(cell: Cell) -> list[str]:
+    """The keys of the runs that an evaluator's cell is about."""
+    if cell.spec.get("kind") == "judge":
+        return [cell.spec["of"]["key"]]
+    return [run["key"] for run in cell.spec.get("of", [])]
 
 
 def warnings_of(cells: Sequence[Cell]) -> Iterator[str]:

@@ -275,7 +275,10 @@ class Fit:
             "optimizer": self._optimizer.state_dict(),
         }
         try:
-            torch.save(state, part)
+            with part.open("wb") as file:
+                torch.save(state, file)
+                file.flush()
+                os.fsync(file.fileno())
             os.replace(part, self._file)
         except (OSError, RuntimeError) as error:
             raise GoalscopeError(

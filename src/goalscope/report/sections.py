@@ -18,7 +18,7 @@ from goalscope.experiment.summary_beliefs import belief_table
 from goalscope.experiment.summary_changes import read_changes
 from goalscope.experiment.summary_dialogues import read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
-from goalscope.experiment.tables import tables_of, warnings_of
+from goalscope.experiment.tables import first_attempts, tables_of, warnings_of
 from goalscope.models.opening import model_label
 from goalscope.report.figures import (
     Figure,
@@ -148,7 +148,7 @@ def _section(results: Results, name: str, stem: str, draw: bool) -> Section | No
         return _episodes_alone(results, name, stem, draw)
     about = results.about
     done = [cell for cell in cells if cell.result is not None]
-    tables = [_progress(cells), *tables_of(results), *_studies(results)]
+    tables = [_progress(cells), *tables_of(results), *first_attempts(results), *_studies(results)]
     return Section(
         name,
         str(about.get("title") or about.get("name") or stem),

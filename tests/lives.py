@@ -11,6 +11,7 @@ import io
 import json
 import logging
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -90,7 +91,7 @@ class Lives:
     """The process that has loaded everything."""
 
     def __init__(self) -> None:
-        folders = [HERE.parents[1] / "src", HERE.parent, HERE]
+        folders = [HERE.parent / "src", HERE, HERE / "reliability"]
         path = os.pathsep.join([*map(str, folders), *sys.path])
         few = {"PYTHONPATH": path, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
         pipe = subprocess.PIPE
@@ -127,6 +128,16 @@ def lives() -> Iterator[Lives]:
     found = Lives()
     yield found
     found.close()
+
+
+@pytest.fixture(scope="module")
+def whole(lives: Lives, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any, Any, Any]:
+    """A folder, and what comes of it where nothing happens: cells, tables, and an episode."""
+    folder = furnish(tmp_path_factory.mktemp("whole") / "run")
+    for life in (experiment, episode):
+        assert lives.live(life, folder) == 0, (folder / "errors").read_text()
+    (rounds,) = rounds_of(folder / "s.db")
+    return folder, *measured(folder), rounds
 
 
 def signalled(life: Life, how: int, heard: int, delay: float) -> int:
@@ -180,11 +191,15 @@ def episode(folder: str, *more: str) -> None:
     """`goalscope run`, or what goes on with its episode; says the number of each round shown."""
     from goalscope import display
     from goalscope.store import Store
+    from goalscope.types import GoalscopeError
 
     show = display.show_round
-    with Store.open(f"{folder}/s.db") as store:
-        begun = [info.id for info in store.episodes()]
-        known = sum(info.rounds for info in store.episodes())
+    begun, known = list[str](), 0
+    with suppress(GoalscopeError), Store.open(f"{folder}/s.db") as store:
+        for info in store.episodes():
+            begun, known = [info.id], info.rounds
+            if info.ended:
+                return
 
     def told(out: Any, round: Any, *given: Any, **options: Any) -> None:
         show(out, round, *given, **options)
@@ -198,16 +213,46 @@ def episode(folder: str, *more: str) -> None:
         _command(*words, "--store", f"{folder}/s.db", *more)
 
 
-def rounds_of(file: Path) -> list[tuple[str, ...]]:
-    """Of each episode in a store its rounds, as they are stored; the file must be whole."""
+def rounds_of(place: Path | str) -> list[tuple[str, ...]]:
+    """Of each episode in a store its rounds, as they are stored; a file must be whole."""
     from goalscope.rounds_json import round_to_json
     from goalscope.store import Store
 
-    with Store.open(file) as store:
-        with store.reading() as session:
-            checked = session.connection().exec_driver_sql("PRAGMA integrity_check").scalar()
-        assert checked == "ok"
+    with Store.open(place) as store:
+        if "://" not in str(place):
+            with store.reading() as session:
+                checked = session.connection().exec_driver_sql("PRAGMA integrity_check").scalar()
+            assert checked == "ok"
         return [tuple(map(round_to_json, store.rounds(e.id))) for e in store.episodes()]
+
+
+def measured(folder: Path) -> tuple[dict[str, Any], list[Any]]:
+    """Cells by key, each with its episode in it, and the tables less what counts the attempts."""
+    from goalscope.experiment.results import Results
+    from goalscope.experiment.tables import tables_of
+    from goalscope.rounds_json import round_to_json
+
+    with Results.open(folder / "tiny.db") as results:
+        cells = {}
+        for cell in results.cells():
+            found = dict(cell.result or {})
+            if "episode" in found:
+                found["episode"] = [
+                    round_to_json(each) for each in results.rounds(found["episode"])
+                ]
+            cells[cell.key] = (cell.spec, {k: v for k, v in found.items() if k != "seconds"})
+        tables = [table.to_dict() for table in tables_of(results)]
+    for table in tables:
+        drop = {n for n, name in enumerate(table["columns"]) if name == "retries"}
+        table["rows"] = [[e for n, e in enumerate(row) if n not in drop] for row in table["rows"]]
+        table["command"] = ""
+    return cells, tables
+
+
+def anew(folder: Path) -> Path:
+    """The folder as it was before anything ran in it."""
+    shutil.rmtree(folder)
+    return furnish(folder)
 
 
 def _command(*words: str) -> None:
@@ -271,8 +316,9 @@ def _live(life: Callable[[], None], folder: Path) -> None:
         traceback.print_exc()
         code = 70
     finally:
-        sys.stdout.flush()
-        sys.stderr.flush()
+        with suppress(OSError):
+            sys.stdout.flush()
+            sys.stderr.flush()
         os._exit(code)
 
 

@@ -1,0 +1,429 @@
+"""Data on disk: durable at each commit, whole after a torn write, kept when the disk is full."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import resource
+import shutil
+import signal
+import sqlite3
+import subprocess
+import threading
+from collections import Counter
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sqlalchemy.engine.default import DefaultDialect
+
+import lives as fork
+from fakes import WordModel
+from goalscope.calibration import USUAL
+from goalscope.calibrations import calibration_named, keep_calibration
+from goalscope.database import opening
+from goalscope.experiment import identity
+from goalscope.experiment.plan import specs_of
+from goalscope.experiment.reading import read_experiment
+from goalscope.experiment.results import Results
+from goalscope.experiment.run import run
+from goalscope.infer import infer, read_dialogues, trim_output
+from goalscope.likelihood import RolePlay
+from goalscope.models.cache import CachedModel
+from goalscope.store import Store
+from goalscope.study.book import Book
+from goalscope.types import GoalscopeError, InvalidInputError
+from lives import Lives, anew, episode, experiment, furnish, measured, rounds_of
+from sites import site
+from test_cache import CHAT, Weighed
+from test_run import NamedModel
+from test_store import EPISODE, a_round
+from test_study import fill
+from test_study_web import HOME, WEB, put
+
+lives, whole = fork.lives, fork.whole
+STRIDES = [97, pytest.param(1, marks=pytest.mark.slow)]
+SETTINGS = {"model": "words"}
+
+
+# Durable on every connection
+
+
+def test_every_commit_is_on_disk_before_it_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, visit: Any, record_property: Any
+) -> None:
+    """Asked of each connection as it commits, whoever uses it."""
+    seen, used, commit = Counter[tuple[Any, ...]](), set[Any](), DefaultDialect.do_commit
+
+    def asked(self: Any, connection: Any) -> None:
+        cursor, found = connection.cursor(), []
+        for name in ("journal_mode", "synchronous", "foreign_keys"):
+            found += cursor.execute(f"PRAGMA {name}").fetchone()
+        seen[tuple(found)] += 1
+        used.add(connection.dbapi_connection)
+        commit(self, connection)
+
+    monkeypatch.setattr(DefaultDialect, "do_commit", asked)
+    for module in (identity, fork.importlib.import_module("goalscope.experiment.work")):
+        monkeypatch.setattr(module, "opened", lambda model: NamedModel())
+    monkeypatch.setattr(identity, "_fingerprints", {})
+    folder = furnish(tmp_path / "run")
+    plan = read_experiment(folder / "tiny.toml")
+    with Results.open(folder / "tiny.db") as results:
+        assert [step.error for step in run(plan, specs_of(plan, None), results)][-1] is None
+    with Store.open(tmp_path / "threads.db") as store, ThreadPoolExecutor(8) as pool:
+        together = threading.Barrier(8)
+
+        def talk(_: int) -> None:
+            together.wait()
+            id = store.begin(**EPISODE)
+            for number in range(1, 6):
+                store.append(id, a_round(number))
+
+        list(pool.map(talk, range(8)))
+    with Store.open(tmp_path / "study.db") as store:
+        fill(store)
+        Book(store).add(WEB)
+        with site(tmp_path / "study.db") as address:
+            ann = visit(address)
+            ann.post(f"{HOME}/consent", agreed=True)
+            assert put(ann, 1, 2, 1).status_code == 200
+    assert set(seen) == {("wal", 2, 1)}
+    assert seen.total() > 100
+    assert len(used) > 5
+    record_property(
+        "measured", f"{seen.total()} commits of {len(used)} connections: WAL and FULL at each"
+    )
+
+
+def test_a_file_system_on_which_nothing_is_durable_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """SQLite's own way with disks that cannot share memory, as many across a network."""
+    connect = sqlite3.connect
+
+    def without_shared_memory(file: Path, *given: Any, **more: Any) -> sqlite3.Connection:
+        return connect(f"{file.as_uri()}?vfs=unix-dotfile", *given, uri=True, **more)
+
+    monkeypatch.setattr(sqlite3, "connect", without_shared_memory)
+    with pytest.raises(GoalscopeError, match=r"not survive a crash.*a file on a local disk"):
+        Store.open(tmp_path / "s.db")
+
+
+@pytest.mark.parametrize("kind", ["nfs4", "cifs", "fuse.sshfs", "ext4", "tmpfs"])
+def test_a_network_file_system_is_warned_of(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, kind: str
+) -> None:
+    home = tmp_path / "my home"
+    home.mkdir()
+    (tmp_path / "link").symlink_to(home)
+    place = str(home).replace(" ", r"\040")
+    (tmp_path / "mounts").write_text(f"a / ext4 rw 0 0\nhost:/x {place} {kind} rw 0 0\n")
+    monkeypatch.setattr(opening, "MOUNTS", tmp_path / "mounts")
+    for file in (home / "new" / "s.db", tmp_path / "link" / "s.db", tmp_path / "s.db"):
+        with caplog.at_level(logging.WARNING):
+            Store.open(file).close()
+        warned = kind not in ("ext4", "tmpfs") and file != tmp_path / "s.db"
+        assert ("network file system" in caplog.text) is warned
+        caplog.clear()
+
+
+# Torn tails
+
+
+def test_beliefs_in_a_file_survive_a_tear_at_every_byte(
+    tmp_path: Path, record_property: Any
+) -> None:
+    turns = [{"query": "What?", "utterance": "milk"}, {"query": "And?", "utterance": "tea, ünd"}]
+    rows = [
+        {"id": n, "task": "Sell.", "turns": turns, "goals": ["buy milk", "drink tea ☕"]}
+        for n in range(2)
+    ]
+    file, out = tmp_path / "in.jsonl", tmp_path / "out.jsonl"
+    file.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    dialogues = read_dialogues(file)
+
+    def go_on() -> int:
+        left = trim_output(out, dialogues, SETTINGS)
+        return sum(1 for _ in infer(left, out, RolePlay(WordModel()), SETTINGS))
+
+    assert go_on() == 2
+    whole = out.read_bytes()
+    start = whole.index(b'{"id": 1')  # a dialogue is written at once, two lines
+    for size in range(start, len(whole) + 1):
+        out.write_bytes(whole[:size])
+        assert go_on() == (size < len(whole))
+        assert out.read_bytes() == whole
+    record_property("measured", f"torn at each of {len(whole) - start:,} bytes: only the torn "
+                    "dialogue is read again, and the file is the same to the byte")  # fmt: skip
+
+
+@pytest.mark.parametrize("stride", STRIDES)
+def test_a_store_loses_at_most_the_round_whose_write_was_torn(
+    tmp_path: Path, stride: int, record_property: Any
+) -> None:
+    """What is not yet in the database's file stands at the end of its log."""
+    with Store.open(tmp_path / "s.db") as store:
+        id = store.begin(**EPISODE)
+        store.append(id, a_round(1))
+        before = (tmp_path / "s.db-wal").stat().st_size
+        store.append(id, a_round(2))
+        shutil.copytree(tmp_path, tmp_path / "copy")
+    log = (tmp_path / "copy" / "s.db-wal").read_bytes()
+    kept = Counter[int]()
+    sizes = {*range(before, len(log), stride), len(log) - 1, len(log)}
+    for size in sorted(sizes):
+        torn = tmp_path / f"{size}"
+        torn.mkdir()
+        shutil.copy(tmp_path / "copy" / "s.db", torn)
+        (torn / "s.db-wal").write_bytes(log[:size])
+        connection = sqlite3.connect(torn / "s.db")
+        assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+        found = [n for (n,) in connection.execute("SELECT number FROM rounds ORDER BY number")]
+        connection.close()
+        assert found == ([1, 2] if size == len(log) else [1])
+        kept[len(found)] += 1
+        if size % (10 * stride) == 0 or size == len(log) - 1:
+            with Store.open(torn / "s.db") as store:
+                store.append(id, a_round(len(found) + 1))
+            assert len(rounds_of(torn / "s.db")[0]) == len(found) + 1
+        shutil.rmtree(torn)
+    assert set(kept) == {1, 2}
+    record_property("measured", f"torn at {len(sizes):,} of {len(log) - before + 1:,} bytes: "
+                    "whole each time, without the torn round alone")  # fmt: skip
+
+
+@pytest.mark.parametrize("stride", STRIDES)
+def test_the_cache_of_model_calls_loses_at_most_the_torn_one(
+    tmp_path: Path, stride: int, record_property: Any
+) -> None:
+    cached = CachedModel(Weighed(), tmp_path / "calls.db")
+    cached.token_logprobs([CHAT], ["milk"])
+    before = (tmp_path / "calls.db-wal").stat().st_size
+    cached.token_logprobs([CHAT], ["none at all"])
+    shutil.copytree(tmp_path, tmp_path / "copy")
+    log = (tmp_path / "copy" / "calls.db-wal").read_bytes()
+    cached.close()
+    sizes = {*range(before, len(log), stride), len(log) - 1, len(log)}
+    for size in sorted(sizes):
+        torn = tmp_path / f"{size}"
+        torn.mkdir()
+        shutil.copy(tmp_path / "copy" / "calls.db", torn)
+        (torn / "calls.db-wal").write_bytes(log[:size])
+        model = Weighed()
+        again = CachedModel(model, torn / "calls.db")
+        again.token_logprobs([CHAT] * 2, ["milk", "none at all"])
+        again.close()
+        assert model.pairs == (size < len(log))
+        shutil.rmtree(torn)
+    record_property("measured", f"torn at {len(sizes):,} of {len(log) - before + 1:,} bytes: "
+                    "at most that one call is made again")  # fmt: skip
+
+
+def test_a_calibration_is_the_old_or_the_new_whatever_stops_its_writing(
+    tmp_path: Path, lives: Lives
+) -> None:
+    file = tmp_path / "mine.json"
+    keep_calibration(file, USUAL, {})
+    for at in range(3):  # before the first byte, before the name is given, and after
+        code = lives.live(keeping, tmp_path, str(file), str(at))
+        assert code == 9
+        assert calibration_named(str(file)).temperature == (7.0 if at == 2 else USUAL.temperature)
+    whole = file.read_text()
+    for size in range(len(whole) - 1):  # by another program
+        file.write_text(whole[:size])
+        with pytest.raises(InvalidInputError, match="holds no calibration"):
+            calibration_named(str(file))
+
+
+def keeping(folder: str, file: str, at: str) -> None:
+    """Write a calibration, and die on the way."""
+    write, give = Path.write_text, Path.replace
+
+    def write_half(self: Path, text: str, **more: Any) -> Any:
+        if at == "0":
+            write(self, text[: len(text) // 2], **more)
+            os._exit(9)
+        return write(self, text, **more)
+
+    def give_name(self: Path, target: Path) -> Any:
+        if at == "1":
+            os._exit(9)
+        give(self, target)
+        os._exit(9)
+
+    Path.write_text, Path.replace = write_half, give_name
+    keep_calibration(Path(file), replace(USUAL, temperature=7.0), {})
+
+
+# Full, read-only and locked disks
+
+
+def limited(folder: str, life: str, size: str) -> None:
+    """Live with a disk on which no file may be larger than so many bytes."""
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (int(size), int(size)))
+    getattr(fork, life)(folder)
+
+
+def said_clearly(folder: Path) -> None:
+    """The last line of the errors is one for people, and no traceback stands above it."""
+    said = (folder / "errors").read_text()
+    assert "Traceback" not in said
+    assert said.splitlines()[-1].startswith("Error: "), said
+    (folder / "errors").unlink()
+
+
+@pytest.mark.parametrize(
+    ("life", "step"),
+    [
+        (experiment, 150_000),
+        (episode, 50_000),
+        pytest.param(experiment, 15_000, marks=pytest.mark.slow),
+        pytest.param(episode, 5_000, marks=pytest.mark.slow),
+    ],
+)
+def test_a_full_disk_stops_a_run_and_with_room_it_goes_on(
+    lives: Lives, whole: Any, life: Callable[..., None], step: int, record_property: Any
+) -> None:
+    folder, cells, tables, rounds = whole
+    stopped = 0
+    for size in range(step, 10**7, step):
+        anew(folder)
+        first = lives.begin(limited, folder, life.__name__, str(size))
+        code, told = first.ends(), first.said()
+        if code == 0:
+            break
+        assert code == 1, (folder / "errors").read_text()
+        said_clearly(folder)
+        stopped += 1
+        if life is experiment:
+            if told:
+                with Results.open(folder / "tiny.db") as results:
+                    assert {*told} <= {cell.key for cell in results.cells() if cell.result}
+            assert lives.live(experiment, folder) == 0, (folder / "errors").read_text()
+            assert measured(folder) == (cells, tables)
+        else:
+            if told:
+                assert len(rounds_of(folder / "s.db")[0]) >= len(told)
+            assert lives.live(episode, folder) == 0, (folder / "errors").read_text()
+            assert rounds_of(folder / "s.db") == [rounds]
+    assert stopped > 1
+    record_property("measured", f"{life.__name__}: full at {stopped} sizes: one line each, "
+                    "nothing that was told lost, the same in the end")  # fmt: skip
+
+
+@pytest.fixture
+def disk(tmp_path: Path) -> Iterator[Path]:
+    """A small disk of its own."""
+    made = ["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", tmp_path]
+    if not shutil.which("mount") or subprocess.run(made, capture_output=True).returncode:
+        pytest.skip("no disk can be mounted here")
+    yield tmp_path
+    subprocess.run(["umount", tmp_path], check=True)
+
+
+def test_a_disk_that_is_really_full_is_told_of_and_with_room_the_run_goes_on(
+    lives: Lives, whole: Any, disk: Path, record_property: Any
+) -> None:
+    folder, *_, rounds = whole
+    told: list[int] = []
+    for room in range(0, 400, 16):  # kilobytes
+        anew(folder)
+        for file in disk.iterdir():
+            file.unlink()
+        (folder / "s.db").symlink_to(disk / "s.db")
+        Store.open(disk / "s.db").close()
+        left = os.statvfs(disk)
+        (disk / "ballast").write_bytes(bytes(left.f_bavail * left.f_frsize - 1024 * room))
+        first = lives.begin(episode, folder)
+        if first.ends() == 0:
+            break
+        (disk / "ballast").unlink()
+        told.append(len(first.said()))
+        assert "The disk is full" in (folder / "errors").read_text()
+        said_clearly(folder)
+        assert sum(map(len, rounds_of(disk / "s.db"))) >= told[-1]
+        assert lives.live(episode, folder) == 0, (folder / "errors").read_text()
+        assert rounds_of(disk / "s.db") == [rounds]
+    assert len(told) > 2
+    assert max(told) > 0
+    record_property("measured", f"{len(told)} full disks, after up to {max(told)} rounds: told in "
+                    "a line each, no round lost, the same in the end")  # fmt: skip
+
+
+def unprivileged(folder: str, life: str) -> None:
+    """Live as nobody, for whom files may be read-only."""
+    if os.getuid() == 0:
+        os.setgid(65534)
+        os.setuid(65534)
+    getattr(fork, life)(folder)
+
+
+@pytest.mark.parametrize("life", [experiment, episode])
+def test_a_read_only_file_stops_a_run_and_is_as_it_was(
+    lives: Lives, life: Callable[..., None], record_property: Any
+) -> None:
+    with fork.TemporaryDirectory() as name:  # where nobody may enter, too
+        os.chmod(name, 0o777)
+        folder = furnish(Path(name) / "run")
+        os.chmod(folder, 0o777)
+        assert lives.live(unprivileged, folder, life.__name__) == 0, (folder / "errors").read_text()
+        (folder / "errors").unlink(missing_ok=True)
+        file = folder / ("tiny.db" if life is experiment else "s.db")
+        with sqlite3.connect(file) as connection:  # as before the last of its work
+            connection.execute("UPDATE cells SET result = NULL")
+            connection.execute("UPDATE episodes SET ended = NULL")
+            connection.execute("DELETE FROM rounds WHERE number > 1")
+        connection.close()
+        before = file.read_bytes()
+        os.chmod(file, 0o444)
+        os.chmod(folder, 0o555)
+        for path in (folder / "said", folder / "errors"):
+            path.touch()
+            os.chmod(path, 0o666)
+        assert lives.live(unprivileged, folder, life.__name__) == 1
+        said = (folder / "errors").read_text()
+        assert "Traceback" not in said
+        assert "written" in said.splitlines()[-1] or "opened" in said.splitlines()[-1], said
+        assert file.read_bytes() == before
+        os.chmod(folder, 0o777)
+        os.chmod(file, 0o666)
+        assert lives.live(unprivileged, folder, life.__name__) == 0, (folder / "errors").read_text()
+
+
+def impatient(folder: str, life: str) -> None:
+    """Live without waiting long for a lock."""
+    opening.WAIT = 0
+    getattr(fork, life)(folder)
+
+
+@pytest.mark.parametrize("life", [experiment, episode])
+def test_a_locked_file_stops_a_run_and_once_it_is_free_it_goes_on(
+    lives: Lives, whole: Any, life: Callable[..., None]
+) -> None:
+    folder, cells, tables, rounds = whole
+    anew(folder)
+    file = folder / ("tiny.db" if life is experiment else "s.db")
+    first = lives.begin(life, folder)
+    fork.signalled(first, signal.SIGKILL, 2, 0)
+    told = first.said()
+    other = sqlite3.connect(file, isolation_level=None)
+    other.execute("BEGIN IMMEDIATE")
+    assert lives.live(impatient, folder, life.__name__) == 1
+    assert "Another program is writing to it" in (folder / "errors").read_text()
+    said_clearly(folder)
+    other.execute("ROLLBACK")
+    other.close()
+    assert lives.live(life, folder) == 0, (folder / "errors").read_text()
+    if life is experiment:
+        assert measured(folder) == (cells, tables)
+        with Results.open(file) as results:
+            attempts = {cell.key: cell.attempts for cell in results.cells()}
+        assert {attempts[key] for key in told} == {1}
+    else:
+        assert rounds_of(file) == [rounds]
