@@ -1,4 +1,4 @@
-# make demo | make demo-web | make test | make servers | make check | make reliability | make pictures | make torch | make bench | make results
+# make demo | make demo-web | make test | make servers | make check | make reliability | make fuzz | make pictures | make torch | make bench | make results
 # (needs Python 3.11, a C++ compiler, make)
 
 PYTHON ?= python3
@@ -19,7 +19,7 @@ ADAPTERS := $(SETS:%=adapters/without-%/adapter.gguf) $(patsubst %,adapters/teac
 FIT := $(BIN)/goalscope fit --start none --out adapters
 SHORT := --steps 100 --every 100 --validation 20
 
-.PHONY: demo demo-web test check reliability pictures bench results adapter lock servers torch
+.PHONY: demo demo-web test check reliability fuzz pictures bench results adapter lock servers torch
 
 demo: $(READY)  ## one grocery episode with a scripted human, on the built-in model
 	$(BIN)/goalscope run grocery --profile $(PROFILE)
@@ -45,6 +45,10 @@ check: $(READY)  ## format, lint, types
 
 reliability: $(READY)  ## what docs/reliability.md says, measured; the slow tests, too
 	$(BIN)/python -m pytest tests/reliability -m "slow or not slow"
+
+fuzz: $(READY)  ## the readers of others' text, a minute each, by a fuzzer that follows what it reaches
+	$(BIN)/python -m pip install --quiet atheris==3.0.0
+	PYTHONPATH=tests:tests/reliability $(BIN)/python tests/reliability/fuzz.py
 
 pictures: $(READY)  ## those of the page in docs/, by the tests that look at it; after `make servers`
 	GOALSCOPE_PICTURES=docs $(BIN)/python -m pytest tests/test_page_pictures.py
