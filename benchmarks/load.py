@@ -131,7 +131,9 @@ def main() -> None:
     print(f"{people} people, {rounds} rounds each, {len(took)} requests in {seconds:.1f} s")
     print(f"latency: median {half:.0f} ms, 95 % within {most:.0f} ms, longest {longest:.0f} ms")
     third = max(1, len(memory) // 3)
-    before, after = (np.median(part) / 2**20 for part in (memory[third : 2 * third], memory[-third:]))
+    before, after = (
+        np.median(part) / 2**20 for part in (memory[third : 2 * third], memory[-third:])
+    )
     print(f"memory: {before:.0f} MiB in the second third, {after:.0f} MiB in the last one")
     print(f"event loop: {len(late)} readings, {(late > 0.25).sum()} over 250 ms late, the latest "
           f"{1000 * late.max():.0f} ms")  # fmt: skip

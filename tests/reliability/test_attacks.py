@@ -1,10 +1,9 @@
-"""Nobody comes to what is another's, or to what is none of the server's, by any of its addresses."""
+"""Nobody comes to what is another's, or to what is not served, by any address of the server."""
 
 from __future__ import annotations
 
 import asyncio
 import http.client
-import json
 import re
 import threading
 from collections.abc import Callable, Iterator
@@ -60,6 +59,7 @@ def test_nobody_reads_the_words_of_another(
         """The person's canary, their episode, and everything that was told to them."""
         canary, told = f"canary{number:03}x", []
         person = Person(address, verify=False)
+        person.patience = 900
         mine = person.begin()
         together.wait(120)
         for word in "flour", "milk":
@@ -74,9 +74,8 @@ def test_nobody_reads_the_words_of_another(
         person.http.close()
         return canary, mine.rpartition("/")[2], told
 
-    with site(tmp_path / "episodes.db", model) as address:
-        with ThreadPoolExecutor(count) as pool:
-            people = list(pool.map(chat, range(count)))
+    with site(tmp_path / "episodes.db", model) as address, ThreadPoolExecutor(count) as pool:
+        people = list(pool.map(chat, range(count)))
     with Store.open(tmp_path / "episodes.db") as store:
         stored = {id: f"{store.episode(id)} {store.rounds(id)}" for _, id, _ in people}
         owners = {store.episode(id).owner for id in stored}
@@ -279,13 +278,13 @@ NAMES = [
     *(each.replace("../", "..%c0%af") for each in OUT),
     *(each.replace("../", "%ef%bc%8e%ef%bc%8e/") for each in OUT),
     "/etc/passwd", "//etc/passwd", "%2fetc%2fpasswd", "%2f%2fetc/passwd", "file:///etc/passwd",
-    "C:\\Windows\\win.ini", "C:%5cWindows%5cwin.ini", "%5c%5chost%5cshare%5cx", "CON", "app.js::$DATA",
-    "%00", "app.js%00", "app.js%00.css", "../app.py", "..%2fapp.py", "%2e%2e/guard.py", ".", "..",
+    "C:\\Windows\\win.ini", "C:%5cWindows%5cwin.ini", "%5c%5chost%5cshare%5cx",
+    "CON", "app.js::$DATA",    "%00", "app.js%00", "app.js%00.css", "../app.py", "..%2fapp.py", "%2e%2e/guard.py", ".", "..",
     "%2e", "%2e%2e", "~root", "%7eroot/.profile", "app.js/../../app.py", "app.js/..%2f..%2fapp.py",
 ]  # fmt: skip
 PLACES = (
-    "/static/{}", "/{}", "/study/{}", "/api/studies/{}", "/api/studies/{}/items/1", "/api/episodes/{}",
-    "/api/episodes/{}/export.json", "/api/episodes/{}/export.html", "/api/episodes/1/export.{}",
+    "/static/{}", "/{}", "/study/{}", "/api/studies/{}", "/api/studies/{}/items/1",
+    "/api/episodes/{}", "/api/episodes/{}/export.json", "/api/episodes/{}/export.html", "/api/episodes/1/export.{}",
     "/api/episodes/{}/picture.svg?round=0", "/api/trackers/{}", "/api/trackers/{}/why",
     "/api/episodes?text={}",
 )  # fmt: skip
@@ -321,7 +320,14 @@ def test_no_address_leads_out_of_what_is_served(
 def test_no_scene_of_a_request_is_a_file(address: str) -> None:
     program = {"authorization": f"Bearer {KEY}"}
     with httpx.Client(base_url=address, headers=program) as http:
-        for name in [*NAMES, "\0", "a\0.json", "/proc/self/environ", "Kitchen1/../x.json", "x" * 9000]:
+        for name in [
+            *NAMES,
+            "\0",
+            "a\0.json",
+            "/proc/self/environ",
+            "Kitchen1/../x.json",
+            "x" * 9000,
+        ]:
             body = {"domain": "house", "scene": name}
             http.cookies.clear()
             answer = http.post("/api/episodes", json=body)

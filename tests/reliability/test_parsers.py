@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from entries import ENTRIES
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from entries import ENTRIES
 from goalscope.types import GoalscopeError
 from processes import environment
 
@@ -27,7 +27,8 @@ ODD = [
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=9)
     | st.sampled_from([10**400, -1, 0, 1e308, "", "\ud800", "Apple", "Floor|0"]),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    lambda inner: st.lists(inner, max_size=3)
+    | st.dictionaries(st.text(max_size=5), inner, max_size=3),
     max_leaves=5,
 )  # fmt: skip
 
@@ -67,9 +68,11 @@ def replaced(draw: st.DrawFn, samples: list[bytes]) -> bytes:
 
 @pytest.mark.parametrize("count", [50, pytest.param(1000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ENTRIES)
-def test_only_typed_errors_come_of_reading(name: str, count: int, record_property: Callable) -> None:
+def test_only_typed_errors_come_of_reading(
+    name: str, count: int, record_property: Callable
+) -> None:
     read, samples = ENTRIES[name]
-    ends = Counter[str]()
+    ends, told = Counter[str](), list[str]()
     for sample in samples:
         read(sample)
     ways = edited(samples)
@@ -83,12 +86,13 @@ def test_only_typed_errors_come_of_reading(name: str, count: int, record_propert
             read(data)
             ends["read"] += 1
         except GoalscopeError as error:
-            assert str(error).isprintable()
+            told.append(str(error))
             ends["refused"] += 1
 
     tried()
-    told = f"{name}: {ends.total():,} hostile texts, {ends['refused']:,} refused, 0 other errors"
-    record_property("measured", told)
+    assert all(each.isprintable() for each in told)
+    figure = f"{name}: {ends.total():,} hostile texts, {ends['refused']:,} refused, 0 other errors"
+    record_property("measured", figure)
 
 
 LOAD = """

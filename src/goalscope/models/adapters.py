@@ -206,7 +206,7 @@ def _opened(path: Path) -> tuple[Any, dict[str, Any]]:
     class Reader(base):
         def _get(self, offset: int, dtype: Any, count: int = 1, **order: Any) -> Any:
             """Refuse what the file is too short for: a list would be read without end."""
-            found = super()._get(offset, dtype, count, **order)
+            found: Any = base._get(self, offset, dtype, count, **order)
             if len(found) < count:
                 raise ValueError("it ends too early")
             return found
