@@ -279,12 +279,14 @@ NAMES = [
     *(each.replace("../", "%ef%bc%8e%ef%bc%8e/") for each in OUT),
     "/etc/passwd", "//etc/passwd", "%2fetc%2fpasswd", "%2f%2fetc/passwd", "file:///etc/passwd",
     "C:\\Windows\\win.ini", "C:%5cWindows%5cwin.ini", "%5c%5chost%5cshare%5cx",
-    "CON", "app.js::$DATA",    "%00", "app.js%00", "app.js%00.css", "../app.py", "..%2fapp.py", "%2e%2e/guard.py", ".", "..",
+    "CON", "app.js::$DATA",    "%00", "app.js%00", "app.js%00.css", "../app.py",
+    "..%2fapp.py", "%2e%2e/guard.py", ".", "..",
     "%2e", "%2e%2e", "~root", "%7eroot/.profile", "app.js/../../app.py", "app.js/..%2f..%2fapp.py",
 ]  # fmt: skip
 PLACES = (
     "/static/{}", "/{}", "/study/{}", "/api/studies/{}", "/api/studies/{}/items/1",
-    "/api/episodes/{}", "/api/episodes/{}/export.json", "/api/episodes/{}/export.html", "/api/episodes/1/export.{}",
+    "/api/episodes/{}", "/api/episodes/{}/export.json", "/api/episodes/{}/export.html",
+    "/api/episodes/1/export.{}",
     "/api/episodes/{}/picture.svg?round=0", "/api/trackers/{}", "/api/trackers/{}/why",
     "/api/episodes?text={}",
 )  # fmt: skip
