@@ -185,13 +185,17 @@ from goalscope.types import Turn
 goals, tokens = int(sys.argv[1]), int(sys.argv[2])
 model = LlamaCpp(context_size=8192)
 likelihood = RolePlay(model)
-turns, length = [], 0
-while length < tokens:
+everything = [Goal(f"find thing {n}") for n in range(goals)]
+
+def prompt():
+    return model.count_tokens(likelihood.context("Help.", everything[0], turns))
+
+turns = [Turn("What do you need?", "Something for my home.")]
+while prompt() < tokens:
     words = f"In room {len(turns)} there is a table with a cake, and I would like some of it. " * 8
     turns.append(Turn("And what else do you need in that room?", words))
-    length += 8 * 20
-used = likelihood.window("Help.", turns)
-everything = [Goal(f"find thing {n}") for n in range(goals)]
+turns.append(Turn("Anything else?", "Put the kettle on."))
+assert likelihood.window("Help.", turns) == 0
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 start = time.monotonic()
 row = likelihood.log_likelihood("Help.", everything, turns, since=len(turns) - 1)[0]
@@ -210,9 +214,9 @@ try:
     ended = None
 except KeyboardInterrupt:
     ended = time.monotonic() - stopped
-prompt = model.count_tokens(likelihood.context("Help.", everything[0], turns[used:]))
-print(json.dumps({"before": before, "peak": peak, "took": took, "ended": ended, "prompt": prompt,
-                  "decoded": model.tokens_decoded, "logits": model._weights.vocab_size}))
+print(json.dumps(
+    {"before": before, "peak": peak, "took": took, "ended": ended, "prompt": prompt()}
+))
 """
 
 
