@@ -18,7 +18,7 @@ ADAPTERS := $(SETS:%=adapters/without-%/adapter.gguf) $(patsubst %,adapters/teac
 FIT := $(BIN)/goalscope fit --start none --out adapters
 SHORT := --steps 100 --every 100 --validation 20
 
-.PHONY: help demo demo-web test torch servers check package audit docs reliability pictures recording bench results adapter lock
+.PHONY: help demo demo-web test torch servers check package audit docs reliability fuzz pictures recording bench results adapter lock
 
 help:
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-13s%s\n", $$1, $$2}' Makefile
@@ -64,6 +64,10 @@ docs: $(READY)  ## the pages of docs/ as a site, in site/; a link that leads now
 
 reliability: $(READY)  ## what docs/reliability.md says, measured; the slow tests, too
 	$(BIN)/python -m pytest tests/reliability -m "slow or not slow"
+
+fuzz: $(READY)  ## the readers of others' text, a minute each, by a fuzzer that follows what it reaches
+	$(BIN)/python -m pip install --quiet atheris==3.0.0
+	PYTHONPATH=tests:tests/reliability $(BIN)/python tests/reliability/fuzz.py
 
 pictures: $(READY)  ## those of the page in docs/, by the tests that look at it; after `make servers`
 	GOALSCOPE_PICTURES=docs $(BIN)/python -m pytest tests/test_page_pictures.py

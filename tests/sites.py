@@ -33,6 +33,9 @@ WRITES = {
 class Person:
     """A browser without a screen: it keeps its cookies, and says where it comes from."""
 
+    patience = 60
+    """Seconds that they wait for the agent."""
+
     def __init__(self, address: str, **options: Any) -> None:
         self.http = httpx.Client(
             base_url=address, headers={"origin": address}, timeout=60, **options
@@ -53,7 +56,7 @@ class Person:
 
     def live(self, episode: str) -> Mapping[str, Any]:
         """How the episode stands once the agent is at rest."""
-        end = time.monotonic() + 60
+        end = time.monotonic() + self.patience
         while (live := self.get(episode)["live"]) and live["phase"] != "idle":
             assert time.monotonic() < end, live
             time.sleep(0.01)

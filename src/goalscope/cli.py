@@ -157,10 +157,21 @@ app.add_typer(models, name="models")
 app.add_typer(study, name="study")
 
 
+class _Lines(logging.Formatter):
+    """Records whose further lines are indented: no text in them passes for another record."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        from goalscope.plain import plain
+
+        return plain(super().format(record)).plain.replace("\n", "\n    ")
+
+
 def main() -> None:
     """Run the command line."""
     os.environ.setdefault("TQDM_DISABLE", "1")  # goalscope has progress bars of its own
-    logging.basicConfig(level=logging.WARNING)  # before a library sets one that tells everything
+    log = logging.StreamHandler()
+    log.setFormatter(_Lines(logging.BASIC_FORMAT))
+    logging.basicConfig(level=logging.WARNING, handlers=[log])  # before a library sets its own
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # an ASCII terminal shows ? and goes on

@@ -159,6 +159,7 @@ def serve(
             out.print("Ctrl-C ends it; everything is stored.", style="dim")
             config = uvicorn.Config(
                 guarded,
+                log_config=None,  # ours, which no text can forge
                 log_level="warning",
                 access_log=False,
                 timeout_graceful_shutdown=2,

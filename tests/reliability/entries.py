@@ -182,7 +182,7 @@ ENTRIES: dict[str, tuple[Callable[[bytes], object], list[bytes]]] = {
     "catalogue": (
         read_catalogue,
         [
-            b"name,category,unit,price,tags,brand\nTea,drinks,20 ct,$2.50,vegan,A\nTea,,40 ct,2,,\n",
+            b"name,category,unit,price,tags,brand\nTea,drinks,20 ct,$2.5,vegan,A\nTea,,40 ct,2,,\n",
             'Title;Price;Currency\n"Br\u00f6d; ""white""";1.299,00;\u20ac\n'.encode(),
         ],
     ),

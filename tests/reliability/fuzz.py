@@ -10,12 +10,26 @@ from __future__ import annotations
 
 import multiprocessing
 import sys
+from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import atheris
 
-WORDS = (*'{}[]:,"=;', "\n", "\t", "\0", "null", "true", "1e999", "NaN", "-1", "\\ud800", "[[", "- ")
+WORDS = (
+    *'{}[]:,"=;',
+    "\n",
+    "\t",
+    "\0",
+    "null",
+    "true",
+    "1e999",
+    "NaN",
+    "-1",
+    "\\ud800",
+    "[[",
+    "- ",
+)
 """What text of all these forms is made of."""
 
 
@@ -28,10 +42,8 @@ def fuzz(name: str, seconds: int) -> None:
     read, samples = ENTRIES[name]
 
     def one(data: bytes) -> None:
-        try:
+        with suppress(GoalscopeError):
             read(data)
-        except GoalscopeError:
-            pass
 
     with TemporaryDirectory() as folder:
         corpus, words = Path(folder, "corpus"), Path(folder, "words")

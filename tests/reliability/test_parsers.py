@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from collections import Counter
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
+from entries import ENTRIES
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from entries import ENTRIES
 from goalscope.types import GoalscopeError
+from processes import environment
 
 ODD = [
     b"\0", b"\xff", b"\xef\xbb\xbf", b"\r", b"\n", b'"', b"'", b"\\ud800", b"\\u0000", b"{", b"}",
@@ -23,7 +27,8 @@ ODD = [
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=9)
     | st.sampled_from([10**400, -1, 0, 1e308, "", "\ud800", "Apple", "Floor|0"]),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    lambda inner: st.lists(inner, max_size=3)
+    | st.dictionaries(st.text(max_size=5), inner, max_size=3),
     max_leaves=5,
 )  # fmt: skip
 
@@ -63,9 +68,11 @@ def replaced(draw: st.DrawFn, samples: list[bytes]) -> bytes:
 
 @pytest.mark.parametrize("count", [50, pytest.param(1000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ENTRIES)
-def test_only_typed_errors_come_of_reading(name: str, count: int, record_property: Callable) -> None:
+def test_only_typed_errors_come_of_reading(
+    name: str, count: int, record_property: Callable
+) -> None:
     read, samples = ENTRIES[name]
-    ends = Counter[str]()
+    ends, told = Counter[str](), list[str]()
     for sample in samples:
         read(sample)
     ways = edited(samples)
@@ -79,9 +86,39 @@ def test_only_typed_errors_come_of_reading(name: str, count: int, record_propert
             read(data)
             ends["read"] += 1
         except GoalscopeError as error:
-            assert str(error).isprintable()
+            told.append(str(error))
             ends["refused"] += 1
 
     tried()
-    told = f"{name}: {ends.total():,} hostile texts, {ends['refused']:,} refused, 0 other errors"
-    record_property("measured", told)
+    assert all(each.isprintable() for each in told)
+    figure = f"{name}: {ends.total():,} hostile texts, {ends['refused']:,} refused, 0 other errors"
+    record_property("measured", figure)
+
+
+LOAD = """
+import resource, sys
+from pathlib import Path
+from goalscope.envs.grocery import Catalogue
+shop = Catalogue.load(Path(sys.argv[1]))
+assert len({item.name for item in shop.items}) == len(shop)
+print(len(shop), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+
+
+@pytest.mark.parametrize("count", [5000, pytest.param(1_000_000, marks=pytest.mark.slow)])
+def test_a_catalogue_of_a_million_rows_fits(
+    count: int, tmp_path: Path, record_property: Callable
+) -> None:
+    file = tmp_path / "shop.csv"
+    with file.open("w") as rows:
+        rows.write("name,category,unit,price\n")
+        for number in range(count):  # every fifth name is there again
+            rows.write(f"Tea of kind {number - number % 5 // 4},drinks,20 ct,${number % 90}.50\n")
+    done = subprocess.run(
+        [sys.executable, "-c", LOAD, str(file)],
+        env=environment(), capture_output=True, text=True, timeout=1800, check=True,
+    )  # fmt: skip
+    read, peak = map(int, done.stdout.split())
+    assert read == count
+    assert peak < 2**20  # KiB
+    record_property("measured", f"{count:,} rows: {read:,} items, {peak / 2**10:,.0f} MiB at most")

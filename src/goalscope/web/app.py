@@ -31,6 +31,7 @@ from goalscope.web.access import seen_by
 from goalscope.web.conversations import Conversation, Conversations
 from goalscope.web.exports import as_html, as_json, room_picture
 from goalscope.web.guard import Guest, Visitor
+from goalscope.web.health import Health, Probe
 from goalscope.web.limits import STREAMS, too_much
 from goalscope.web.study import study_router
 from goalscope.web.tracking import tracking_routes
@@ -181,6 +182,13 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
             domains=domains,
             methods=[MethodView(name=name, about=about) for name, about in METHODS.items()],
         )
+
+    probe = Probe(model, conversations.desk)
+
+    @app.get("/api/health")
+    async def health(visitor: Guest) -> Health:
+        """Whether the model works: 503 where it fails, or does not answer within 8 seconds."""
+        return Health(seconds=await probe.answered())
 
     @app.get("/api/episodes")
     def episodes(

@@ -1,0 +1,129 @@
+"""Whatever stands in a store, a page that shows it runs none of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+from browsers import needs_chromium
+from goalscope.belief import Belief
+from goalscope.domains import Settings
+from goalscope.episode import Round
+from goalscope.report import read_report, write_report
+from goalscope.store import Store
+from goalscope.study.book import Book
+from goalscope.study.plan import Check
+from goalscope.types import UNSPECIFIED, Action, Goal, GoalChange, StepResult, Turn
+from sites import KEY, site
+from test_page import PAYLOADS as FIRST
+from test_page import RUN
+from test_study import PEOPLE, PLAN
+
+pytestmark = needs_chromium
+
+PAYLOADS = [
+    *FIRST,
+    *(f"<{tag} {on}={RUN} tabindex=1 autofocus>x</{tag}>" for tag in ("a", "p", "select", "keygen")
+      for on in ("onfocus", "onanimationstart", "onpointerenter", "onwheel", "oncut")),
+    *(f"<iframe srcdoc='{inner}'></iframe>" for inner in (f"<script>parent.{RUN}</script>", "x")),
+    *(f"<img/src=x/{gap}onerror={RUN}>" for gap in ("\t", "\n", "\r", "\x0c", "/")),
+    *(f"{start}script>{RUN}{start}/script>" for start in
+      ("\uff1c", "\u2039", "%3C", "&lt;", "\\x3c", "\\u003c")),
+    f"<svg onload\u00a0={RUN}>", f"<svg/onload={RUN}//", f"<!--><img src=x onerror={RUN}>-->",
+    f"<noscript><p title='</noscript><img src=x onerror={RUN}>'>", f"<xss id=x onfocus={RUN}>#x",
+    f"<object data='data:text/html,<script>{RUN}</script>'>", f"<embed src=javascript:{RUN}>",
+    f"<link rel=import href='data:text/html,<script>{RUN}</script>'>",
+    f"');{RUN};//", f'";{RUN};//', f"javascript:{RUN}",
+    f"[x](javascript:{RUN})", f"`${{{RUN}}}`", f"\u2028{RUN}\u2029", f"#{{{RUN}}}",
+]  # fmt: skip
+SIZE = 20
+
+
+def fill(store: Store, profile: str) -> str:
+    """An episode whose every field holds the payloads."""
+    settings = asdict(Settings(human="scripted"))
+    id = store.begin(
+        domain="grocery", method="good", model=PAYLOADS[0], task=PAYLOADS[1], profile=profile,
+        settings=settings,
+    )  # fmt: skip
+    for number, at in enumerate(range(0, len(PAYLOADS), SIZE), 1):
+        some = PAYLOADS[at : at + SIZE]
+        goals = [UNSPECIFIED, *map(Goal, some)]
+        belief = Belief.uniform(goals).observe(np.linspace(-1, 0, len(goals)))
+        turn, lines = Turn(" ".join(some), " ".join(reversed(some))), "\n- 1 x ".join(some)
+        results = tuple(StepResult(Action("add item", each), True, each) for each in some)
+        changes = tuple(GoalChange("added", Goal(each), each) for each in some)
+        status = f"The basket holds:\n- 1 x {lines}\nTotal: $1.00"
+        round = Round(number, turn, belief, changes, results, 0, status, tuple(some), False)
+        store.append(id, round)
+    store.finish(id, ended="terminated", score=1.0)
+    return id
+
+
+@pytest.mark.parametrize("profile", [PEOPLE[0]])
+def test_nothing_that_is_stored_is_run(
+    profile: str, tmp_path: Path, enter: Callable, record_property: Callable
+) -> None:
+    assert len({*PAYLOADS}) >= 150
+    file = tmp_path / "episodes.db"
+    with Store.open(file) as store:
+        episode = fill(store, profile)
+        Book(store).add(
+            replace(
+                PLAN,
+                name="shop",
+                title=PAYLOADS[2],
+                consent=" ".join(PAYLOADS[:40]),
+                instructions=" ".join(PAYLOADS[40:]),
+                question=PAYLOADS[3],
+                transcript=True,
+                scale=tuple(PAYLOADS[4:8]),
+                items_per_participant=1,
+                checks=(Check(" ".join(PAYLOADS), "\n".join(PAYLOADS), 0),),
+            )
+        )
+    report = write_report(read_report(file, draw=False), tmp_path / "report")
+    with site(file) as address:
+        page = enter(f"{address}/?key={KEY}")
+        saved = tmp_path / "saved.html"
+        exported = page.request.get(f"{address}/api/episodes/{episode}/export.html")
+        saved.write_bytes(exported.body())
+        places = ["/#/episodes", f"/#/compare/{episode}/{episode}", f"/#/replay/{episode}"]
+        for place in places:
+            page.goto(f"{address}{place}")
+            expect(page.get_by_role("main")).to_be_visible()
+            page.wait_for_load_state("networkidle")
+            assert page.evaluate("window.ran") is None
+        for _ in range(0, len(PAYLOADS), SIZE):
+            page.get_by_role("slider").press("ArrowLeft")
+            assert page.evaluate("window.ran") is None
+        expect(page.get_by_text(PAYLOADS[0]).first).to_be_visible()
+        for kept in (saved, report):
+            page.goto(kept.as_uri())
+            assert page.evaluate("window.ran") is None
+            assert page.locator("script, iframe, object, embed, [onerror], [onload]").count() == 0
+            assert PAYLOADS[0][:40] in page.inner_text("body")
+        page.goto(f"{address}/study/shop")
+        expect(page.get_by_role("checkbox")).to_be_visible()
+        page.get_by_role("checkbox").check()
+        page.get_by_role("button", name="Take part").click()
+        page.get_by_role("link", name="Go to the questions").click()
+        for number in (1, 2):
+            expect(page.get_by_role("heading", name=f"Question {number} of 2")).to_be_visible()
+            assert page.evaluate("window.ran") is None
+            page.get_by_role("radio").first.check()
+            page.get_by_label("Why?").fill("".join(PAYLOADS)[:3000])
+            page.get_by_role("button").filter(has_text="Next").or_(
+                page.get_by_role("button", name="Finish")
+            ).first.click()
+        page.wait_for_load_state("networkidle")
+        assert page.evaluate("window.ran") is None
+    record_property(
+        "measured",
+        f"{len({*PAYLOADS})} payloads in every field, 6 pages: 0 executions, 0 complaints",
+    )

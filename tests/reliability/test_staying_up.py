@@ -1,0 +1,243 @@
+"""What is too much, too slow or broken ends in time, and the process goes on."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import httpx
+import numpy as np
+import pytest
+
+from fakes import WordModel
+from goalscope.agent import Agent, run_episode
+from goalscope.dialog import ScriptedHuman
+from goalscope.domains import Settings, open_environment, planner_of
+from goalscope.models import Completion
+from goalscope.models.http import Server
+from goalscope.types import ModelError, Profile
+from processes import environment
+from sites import KEY, WRITES, site
+
+PROGRAM = {"authorization": f"Bearer {KEY}"}
+
+
+class Endless(WordModel):
+    """Writes ever more, whatever it may, and keeps how long what it was asked is."""
+
+    def __init__(self) -> None:
+        super().__init__(context_size=2000)
+        self.longest = self.written = 0
+
+    def generate(self, messages, **settings):
+        self.longest = max(self.longest, self.count_tokens(messages))
+        self.written += 1
+        lines = [f"- thing {self.written * 50 + n} flour milk eggs" for n in range(50)]
+        return Completion("\n".join(lines), "stop", 1, 1)
+
+    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+        for context, text in zip(contexts, continuations, strict=True):
+            self.longest = max(self.longest, self.count_tokens(context) + len(text.split()))
+        return super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+
+
+@pytest.mark.parametrize("domain", ["grocery", "house"])
+def test_a_model_that_writes_without_end_gets_no_more_done(
+    domain: str, record_property: Callable
+) -> None:
+    settings, model = Settings(domain=domain, rounds=2), Endless()
+    env = open_environment(settings)
+    agent = Agent(env, model, planner=planner_of(settings, model))
+    wish = "I want to bake a cake. Please add flour, milk and eggs."
+    wish = wish if domain == "grocery" else "Please put the apple in the fridge, and tidy up."
+    person = Profile("p", "d", (wish,) * 50, ())
+    rounds = list(run_episode(agent, ScriptedHuman(person, env), max_rounds=settings.rounds))
+    planner = agent.planner
+    most = 2 * planner.limit * 4  # a search and its find for each term, and what a find leads to
+    acts = [len(each.results) for each in rounds]
+    assert len(rounds) <= settings.rounds
+    assert 0 < max(acts) <= most
+    assert max(each.replans for each in rounds) <= planner.replans + 1
+    assert max(len(each.belief.goals) for each in rounds if each.belief) <= 1 + 3 * len(rounds)
+    assert model.longest <= model.context_size
+    assert all(
+        len(goal.text) <= 100 for each in rounds if each.belief for goal in each.belief.goals
+    )
+    env.close()
+    told = f"{len(rounds)} rounds, at most {max(acts)} actions in one, prompts of at most"
+    record_property("measured", f"{domain}: {told} {model.longest} of {model.context_size} tokens")
+
+
+class Hangs(WordModel):
+    """Does not come back, where it is told so, until it is let go."""
+
+    def __init__(self) -> None:
+        super().__init__(WRITES)
+        self.go = threading.Event()
+        self.go.set()
+        self.fails = False
+
+    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+        assert self.go.wait(60)
+        if self.fails:
+            raise ModelError("The model is gone. Start it again.")
+        return super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+
+
+@pytest.mark.parametrize("wait", [1, pytest.param(8, marks=pytest.mark.slow)])
+def test_health_is_that_the_model_scores_a_word_in_time(
+    wait: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, record_property: Callable
+) -> None:
+    model = Hangs()
+    monkeypatch.setattr("goalscope.web.health.WAIT", float(wait))
+    with site(tmp_path / "episodes.db", model) as address:
+
+        def health() -> tuple[int, float, dict]:
+            start = time.monotonic()
+            answer = httpx.get(f"{address}/api/health", headers=PROGRAM, timeout=60)
+            return answer.status_code, time.monotonic() - start, answer.json()
+
+        status, _, told = health()
+        assert (status, model.calls) == (200, 1)
+        assert set(told) == {"seconds"}
+        model.fails = True
+        assert health()[::2] == (503, {"error": "The model is gone. Start it again."})
+        model.fails = False
+        model.go.clear()
+        status, took, told = health()
+        assert status == 503
+        assert f"has not answered for {wait} s" in told["error"]
+        monkeypatch.setattr("goalscope.web.health.WAIT", 0.2)
+        calls = model.calls
+        assert {health()[0] for _ in range(5)} == {503}
+        assert httpx.get(f"{address}/api/options", headers=PROGRAM).status_code == 200
+        model.go.set()
+        while health()[0] != 200:
+            time.sleep(0.01)
+        assert model.calls <= calls + 2  # those who waited had one trial
+    record_property("measured", f"a model that hangs is told after {took:.1f} s")
+
+
+def test_health_fails_where_the_models_server_is_gone(tmp_path: Path) -> None:
+    pytest.importorskip("httpx2")
+
+    class Gone(WordModel):
+        """Asks a server that is not there any more."""
+
+        server = Server("http://127.0.0.1:9/v1#m", patience=1)
+
+        def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+            self.server.post("completions", {})
+
+    with site(tmp_path / "episodes.db", Gone(WRITES)) as address:
+        answer = httpx.get(f"{address}/api/health", headers=PROGRAM, timeout=60)
+        assert answer.status_code == 503
+
+
+@pytest.mark.parametrize("count", [2, pytest.param(50, marks=pytest.mark.slow)])
+def test_too_little_memory_again_and_again_leaves_the_answers_as_they_are(
+    count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, record_property: Callable
+) -> None:
+    torch = pytest.importorskip("torch")
+    from goalscope.models.transformers import Transformers
+    from test_transformers import assert_equal, family, reference, tiny
+
+    model = Transformers(tiny(tmp_path / "llama", "llama"), device="cpu")
+    pairs, forward = family(4, branches=3), model.network.model.forward
+    expected, batch = reference(model, pairs), model._batch
+    least, failed = 10**9, 0
+    for number in range(count):
+        room = int(np.random.default_rng(number).integers(40, 100))
+
+        def limited(*args, input_ids, room=room, **rest):
+            nonlocal failed
+            if input_ids.numel() > room:
+                failed += 1
+                raise torch.OutOfMemoryError("CUDA out of memory")
+            return forward(*args, input_ids=input_ids, **rest)
+
+        monkeypatch.setattr(model.network.model, "forward", limited)
+        model._batch, model._width = batch, min(batch, 512)
+        model.clear_cache()
+        assert_equal(model.score(pairs), expected)
+        least = min(least, model._batch)
+    assert failed >= count // 2
+    assert least < batch
+    record_property(
+        "measured",
+        f"{count} of {count} calls survive {failed} times too little memory",
+    )
+
+
+MANY_GOALS = """
+import json, resource, sys, threading, os, signal, time
+import numpy as np
+from goalscope import Goal
+from goalscope.likelihood import RolePlay
+from goalscope.models.llamacpp import LlamaCpp
+from goalscope.types import Turn
+
+goals, tokens = int(sys.argv[1]), int(sys.argv[2])
+model = LlamaCpp(context_size=8192)
+likelihood = RolePlay(model)
+everything = [Goal(f"find thing {n}") for n in range(goals)]
+
+def prompt():
+    return model.count_tokens(likelihood.context("Help.", everything[0], turns))
+
+turns = [Turn("What do you need?", "Something for my home.")]
+while prompt() < tokens:
+    words = f"In room {len(turns)} there is a table with a cake, and I would like some of it. " * 8
+    turns.append(Turn("And what else do you need in that room?", words))
+turns.append(Turn("Anything else?", "Put the kettle on."))
+assert likelihood.window("Help.", turns) == 0
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+start = time.monotonic()
+row = likelihood.log_likelihood("Help.", everything, turns, since=len(turns) - 1)[0]
+took = time.monotonic() - start
+assert row.shape == (goals,) and np.isfinite(row).all()
+peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+model.clear_cache()
+stopped = 0.0
+def stop():
+    global stopped
+    stopped = time.monotonic()
+    os.kill(os.getpid(), signal.SIGINT)
+threading.Timer(min(3.0, took / 4), stop).start()
+try:
+    likelihood.log_likelihood("Help.", everything, turns, since=len(turns) - 1)
+    ended = None
+except KeyboardInterrupt:
+    ended = time.monotonic() - stopped
+print(json.dumps(
+    {"before": before, "peak": peak, "took": took, "ended": ended, "prompt": prompt()}
+))
+"""
+
+
+@pytest.mark.parametrize(
+    ("goals", "tokens"), [(10, 300), pytest.param(500, 4000, marks=pytest.mark.slow)]
+)
+def test_many_goals_and_a_long_talk_keep_within_memory(
+    goals: int, tokens: int, record_property: Callable
+) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", MANY_GOALS, str(goals), str(tokens)],
+        env=environment(), capture_output=True, text=True, timeout=3000, check=True,
+    )  # fmt: skip
+    found = json.loads(done.stdout)
+    grown = (found["peak"] - found["before"]) / 2**10
+    assert found["prompt"] >= tokens
+    assert grown < 2500
+    assert found["ended"] is not None
+    record_property(
+        "measured",
+        f"{goals} goals, {found['prompt']:,} tokens of prompt: {grown:,.0f} MiB besides the model, "
+        f"{found['peak'] / 2**10:,.0f} MiB in all, {found['took']:.0f} s; Ctrl-C ends it in "
+        f"{found['ended']:.1f} s",
+    )
