@@ -59,6 +59,7 @@ _REWORDED = [
     for pattern, plainer in (
         (r"\ballerg(?:y|ies|ens?)\s?:", "allergic to"),
         (r"(?<=\d),(?=\d{3}\b)", ""),
+        (r",? ?\bif (?:you have|there(?:'s| is| are)) (?:any|some|it|them|one)\b,?", ""),
         (
             r"\b(?:\w+n't|not|never)(?: let (?:me|us))?(?: ever)? (?:forget|miss|skip|omit|drop"
             r"|leave out)\b(?! to (?!add|get|buy|include))(?: (?:about|to (?:add|get|buy|include))"
@@ -161,7 +162,7 @@ _CHANGES = [
             )
         ),
         (rf"\b({_NUMBER}) of each{_END}", rf"exactly \1 packs of {SAME_ALL}"),
-        (rf", ({_NUMBER}) of (?:it|them|those){_END}", rf". add exactly \1 packs of {SAME}"),
+        (rf"(?:^|, )({_NUMBER}) of (?:it|them|those){_END}", rf". add exactly \1 packs of {SAME}"),
         (
             rf"\b({_NUMBER}) {_THING} (?:is|are|will be|would be|'s) (?:enough|plenty){_END}",
             r". add exactly \1 packs of \2",
@@ -205,7 +206,7 @@ _CHANGES = [
             r". remove \1",
         ),
         (
-            rf"\b(?:remove|delete|drop|take out) {_ALL}(?: else)? {_EXCEPT} ",
+            rf"\b(?:remove|delete|drop|take out|get rid of) {_ALL}(?: else)? {_EXCEPT} ",
             ". keep only ",
         ),
         (rf"\b(?:take )?{_ALL}(?: else)? out {_EXCEPT} ", ". keep only "),

@@ -13,11 +13,12 @@ from goalscope.envs.house.completion import completes
 from goalscope.envs.house.grammar import parse, parse_plain
 from goalscope.envs.house.heard import Hearing, Leave, Request
 from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
+from goalscope.envs.house.meeting import NEEDS
 from goalscope.envs.house.names import names, readable, the
 from goalscope.envs.house.object_types import object_type
 from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase, first_named
-from goalscope.envs.house.referents import NEEDS, TO_SLICES, Referents
+from goalscope.envs.house.referents import TO_SLICES, Referents
 from goalscope.envs.speech import lowered
 from goalscope.types import Turn
 

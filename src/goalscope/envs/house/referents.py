@@ -9,18 +9,13 @@ from dataclasses import replace
 from typing import Any
 
 from goalscope.envs.house.heard import Request
-from goalscope.envs.house.meeting import stood_on
+from goalscope.envs.house.meeting import NEEDS, stood_on
 from goalscope.envs.house.names import naming, readable
 from goalscope.envs.house.object_types import FLAGS, object_type, object_types
 from goalscope.envs.house.phrases import Phrase, PhraseReader
-from goalscope.envs.house.properties import ACTS
 
-__all__ = ["NEEDS", "TO_SLICES", "Referents"]
+__all__ = ["TO_SLICES", "Referents"]
 
-NEEDS = {
-    **{verb: needs for verb, (needs, _, _) in ACTS.items()},
-    **{"put": "pickupable", "pick up": "pickupable", "": "receptacle"},
-}
 _FREE = frozenset(("moveable", "pickupable"))
 """What may be pushed and pulled has one of these flags."""
 

@@ -15,12 +15,12 @@ _VERBS = {
     "put": "put|put away|place|move|set|store|stow|drop|carry|transfer|arrange|stack|hang|return"
     "|serve|lay|lay out|set out|line|line up|relocate|deposit|insert|throw|throw away|throw out"
     "|toss|toss away|toss out|keep"
-    "|leave|dispose of|get rid of|plate|add",
+    "|leave|dispose of|get rid of|plate|add|stick|pop|chuck|hide|tuck|shove",
     "pick up": "pick up|pickup|pick|grab|take|take out|get|bring|bring back|bring over|fetch"
     "|retrieve|hold|give|hand|collect|gather|gather up|find|remove|lift|lift up",
     "open": "open|open up",
     "close": "close|shut",
-    "turn on": "turn on|switch on|power on|start|light",
+    "turn on": "turn on|switch on|power on|start|light|run",
     "turn off": "turn off|turn down|switch off|power off|shut off|blow|blow out|put out|extinguish",
     "turn": "turn|switch",
     "slice": "slice|slice up|cut|cut up|chop|chop up|dice",
@@ -74,7 +74,8 @@ LEAD = _set(
     " yeah sure hi hello hey first next also just let's let us me try have should must shall go"
     " ahead finally lastly again good great nice perfect job work thanks thank alright there"
     " start by be do help remember make sure today your task is the going it says that all after"
-    " this would've got but or well awesome more one robot had better either only rather meanwhile"
+    " this would've got but or well mind awesome more one robot had better either only rather"
+    " meanwhile"
 ) | (NEGATIONS - {"no", "nobody", "neither"})
 LIKED = _set("need want like love needs")
 MINE = frozenset(("i", "i'll", "i'm"))
@@ -119,6 +120,8 @@ INTO = (
     *("on top of", "in to", "on to", "back in", "back on", "back to", "back into", "over to"),
     *("inside of", "into", "onto", "inside", "in", "on", "to", "upon", "at"),
 )
+TOWARDS = frozenset(("into", "onto", "in to", "on to", "back in", "back on", "back into"))
+"""Those that tell, even without a verb, where a thing should go."""
 ASIDE = (
     *("next to", "in front of", "out of", "close to", "to the left of", "to the right of"),
     *("left of", "right of", "on the left of", "on the right of", "beside", "by", "near"),
@@ -253,6 +256,7 @@ def _in_order(said: re.Match[str]) -> str:
     return said[0]
 
 
+_WASH = "(?:wash|rinse|scrub|wipe|clean)"
 _REWORDED = [
     (re.compile(pattern), plain)
     for pattern, plain in (
@@ -264,6 +268,13 @@ _REWORDED = [
         (r",? (?:would|could|can|will) you(?: please)?\?$", " please"),
         (r"\btake (?:your time|care|a (?:seat|break|look))\b", ""),
         (r"\bcoff?e+\b", "coffee"),
+        (r"\b(?:would|is) it (?:be )?possible (?:for you )?to\b", "could you"),
+        (
+            rf"\b(?:needs?|could (?:do with|use)) an? (?:\w+ )?{_WASH}"
+            r"(?=[,.!?]|$| and\b| please\b)",
+            r"needs washing",
+        ),
+        (rf"\bgive ([^,.!?]{{1,40}}?) an? (?:\w+ )?{_WASH}\b", r"wash \1"),
         (r" ?&", " and"),
         (rf"\b(?:{_LATER})", f" {LATER} "),
         (r"\bneither\b", "not"),
