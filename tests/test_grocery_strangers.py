@@ -93,7 +93,8 @@ def heard(basket: dict[str, int], *utterances: str) -> tuple[dict[str, int], lis
         (
             {},
             [
-                "it's taco night! get ground beef, taco shells, salsa verde, and shredded cheddar cheese"
+                "it's taco night! get ground beef, taco shells, salsa verde, "
+                "and shredded cheddar cheese"
             ],
             {
                 "Ground Beef": 1,
