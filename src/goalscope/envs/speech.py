@@ -5,7 +5,13 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 
-__all__ = ["evened", "lowered", "misspelt"]
+__all__ = ["LEAD", "evened", "lowered", "misspelt"]
+
+LEAD = (
+    r"(?:(?:ok(?:ay)?|hi|hello|hey|so|and|but|well|sorry|excuse me|also|please|(?:can|could) you"
+    r" tell me|do you know|tell me)[ ,]+)*"
+)
+"""How a question begins that is evened."""
 
 _LONGEST = 2000
 """Characters that are read of an utterance."""
