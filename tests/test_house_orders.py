@@ -279,12 +279,18 @@ def test_what_an_order_did_not_get_is_told(said: str, notes: list[str]) -> None:
         ("Kitchen1", "Fill the wine bottle", [], ["The wine bottle is filled already."]),
         ("Kitchen1", "Put the apple in the fridge and close it", ["apple: now in the fridge"], []),
         ("Kitchen1", "Wash the mugs", ["mug 1: no longer dirty"], []),
+        (
+            "Kitchen1",
+            "Bring me the apple.|Pick up the apple.",
+            ["apple: now in the robot's hand"],
+            ["I hold the apple already."],
+        ),
     ],
 )
 def test_what_is_so_already_is_told(
     scene: str, said: str, changes: list[str], notes: list[str]
 ) -> None:
-    assert told(scene, said) == (set(changes), notes, "")
+    assert told(scene, *said.split("|")) == (set(changes), notes, "")
 
 
 @pytest.mark.parametrize(

@@ -47,6 +47,8 @@ def unmet(
         yield f"I can hold one thing at a time: where should {_listed(hands)} go?"
     elif hands and held and held not in hands[0].object_types:
         yield f"My hand is full: it holds {the(view.names[view.held])}."
+    elif hands and held:
+        yield f"I hold {the(view.names[view.held])} already."
     for request in left:
         if request.passing or request in hands or request.verb == "pick up":
             continue
