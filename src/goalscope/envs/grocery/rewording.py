@@ -272,7 +272,7 @@ def heard(utterance: str) -> tuple[Said, ...]:
     text = re.sub(r"\b(to|it|that) zero(?=[.,;!?]|$)", r"\1 0", text)
     text = re.sub(
         r"(?:^|(?<=[.;!?,]))(?! ?(?:it|that|this)\b)([^.;!?,]+?) (?:(?:is|are) (?:a must|essential"
-        r"|needed)|would be (?:nice|great|lovely|good|perfect))\b",
+        r"|needed)|would be (?:nice|great|lovely|good|perfect)(?=,))",
         r". need \1.",
         text,
     )
