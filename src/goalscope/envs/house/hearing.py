@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from textwrap import shorten
 from typing import Any
 
@@ -61,17 +61,19 @@ def hear(
     )
 
 
+@dataclass
 class _Listener(Standing):
-    def __init__(
-        self,
-        objects: Sequence[Mapping[str, Any]],
-        named: Mapping[str, str],
-        start: Mapping[str, Mapping[str, Any]],
-    ) -> None:
-        super().__init__(objects, named, start)
-        self.order = Clause("")
-        self.fresh: list[Request] = []
-        self.missed: list[str] = []
+    """Takes in one turn after the other.
+
+    Attributes:
+        order: The last one, for words that repeat it or name another place.
+        fresh: Its requests.
+        missed: See `Hearing.missed`.
+    """
+
+    order: Clause = field(default=Clause(""), init=False)
+    fresh: list[Request] = field(default_factory=list[Request], init=False)
+    missed: list[str] = field(default_factory=list[str], init=False)
 
     def hear(self, turn: Turn) -> None:
         """Take in one turn."""

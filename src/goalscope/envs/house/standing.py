@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
-from typing import Any
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field, replace
 
 from goalscope.envs.house.heard import Request
 from goalscope.envs.house.leave import IRREVERSIBLE
@@ -26,6 +25,7 @@ _RIVALS = {
 """Of two requests for one thing with one of these words, the later stands."""
 
 
+@dataclass
 class Standing(Referents):
     """What stands, in a scene.
 
@@ -37,17 +37,12 @@ class Standing(Referents):
             type or the name; 0 stands for all.
     """
 
-    def __init__(
-        self,
-        objects: Sequence[Mapping[str, Any]],
-        named: Mapping[str, str],
-        start: Mapping[str, Mapping[str, Any]],
-    ) -> None:
-        super().__init__(objects, named, start)
-        self.wanted: list[Request] = []
-        self.refused: set[tuple[str, str]] = set()
-        self.kept_out: set[tuple[str, str]] = set()
-        self.permitted: dict[tuple[str, str], int] = {}
+    wanted: list[Request] = field(default_factory=list[Request], init=False)
+    refused: set[tuple[str, str]] = field(default_factory=set[tuple[str, str]], init=False)
+    kept_out: set[tuple[str, str]] = field(default_factory=set[tuple[str, str]], init=False)
+    permitted: dict[tuple[str, str], int] = field(
+        default_factory=dict[tuple[str, str], int], init=False
+    )
 
     def drop_leave(self, kinds: Collection[str]) -> None:
         """Take back leave for things of these types."""
