@@ -112,7 +112,7 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         part = [word for word in part if word != v.LATER]
         reader = _Reader(part, here, polite, mine)
         clause = reader.clause()
-        mine = reader.mine and reader.does
+        mine = reader.mine and not reader.did
         said = "" if later or mine else reader.order_said()
         if listed and clause and any(thing.word == "unknown" for thing in clause.things):
             said = " ".join(part).strip(" ,").removeprefix("and ")
@@ -167,12 +167,12 @@ class _Reader(OrderReader):
     Attributes:
         polite: Whether the sentence says please.
         mine: Whether it is about what the person does, and not the robot.
-        does: Whether it has a verb of doing: "I left the mug there" has none.
+        did: Whether it tells of what was done: "I left the mug there".
     """
 
     polite: bool = False
     mine: bool = False
-    does: bool = True
+    did: bool = False
     _leads: dict[int, int] = field(default_factory=dict[int, int], init=False)
 
     def order_said(self) -> str:
@@ -247,7 +247,7 @@ class _Reader(OrderReader):
         if alone := self.leave_alone(first):
             return alone
         verb = self.verb(first, v.BASE) or (self.verb(first, v.ING) if v.GERUND & lead else None)
-        self.does = verb is not None
+        self.did = verb is None and self.verb(first, v.DONE) is not None
         if verb:
             clause = self.order(*verb, negated=negated)
             if (
