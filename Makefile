@@ -1,5 +1,4 @@
-# make demo | make demo-web | make test | make servers | make check | make reliability | make pictures | make torch | make bench | make results
-# (needs Python 3.11, a C++ compiler, make)
+# `make` alone lists what there is. Needs Python 3.11, a C++ compiler and make.
 
 PYTHON ?= python3
 PROFILE ?= chocolate-cake
@@ -19,7 +18,10 @@ ADAPTERS := $(SETS:%=adapters/without-%/adapter.gguf) $(patsubst %,adapters/teac
 FIT := $(BIN)/goalscope fit --start none --out adapters
 SHORT := --steps 100 --every 100 --validation 20
 
-.PHONY: demo demo-web test check reliability pictures bench results adapter lock servers torch
+.PHONY: help demo demo-web test check docs reliability package audit pictures bench results adapter lock servers torch
+
+help:
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-13s%s\n", $$1, $$2}' Makefile
 
 demo: $(READY)  ## one grocery episode with a scripted human, on the built-in model
 	$(BIN)/goalscope run grocery --profile $(PROFILE)
@@ -39,9 +41,26 @@ servers:  ## Debian's programs that some tests need, which are skipped without t
 		DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --yes --no-install-recommends postgresql chromium; }
 
 check: $(READY)  ## format, lint, types
-	$(BIN)/ruff format --check src tests benchmarks docs
-	$(BIN)/ruff check src tests benchmarks docs
+	$(BIN)/ruff format --check src tests benchmarks docs examples
+	$(BIN)/ruff check src tests benchmarks docs examples
 	$(BIN)/pyright --pythonpath $(BIN)/python
+
+package:  ## built, and installed in an empty environment of each Python from 3.11 on
+	rm -rf dist build/package && $(PYTHON) -m venv build/package/build
+	build/package/build/bin/python -m pip install --quiet build && build/package/build/bin/python -m build
+	@for python in python3.11 python3.12 python3.13; do \
+		command -v $$python >/dev/null || { echo "$$python: not here"; continue; }; \
+		here=build/package/$$python; \
+		$$python -m venv $$here && $$here/bin/python -m pip install --quiet dist/*.whl || exit 1; \
+		echo "$$python: $$(du -sm $$here | cut -f 1) MB, $$(cd $$here && bin/goalscope doctor | grep '^problems')"; \
+	done
+
+audit:  ## known weaknesses of every pinned package
+	test -x build/audit/bin/pip-audit || { $(PYTHON) -m venv build/audit && build/audit/bin/python -m pip install --quiet pip-audit; }
+	build/audit/bin/pip-audit --requirement requirements.lock --require-hashes --disable-pip --strict
+
+docs: $(READY)  ## the pages of docs/ as a site, in site/; a link that leads nowhere is an error
+	$(BIN)/mkdocs build --strict
 
 reliability: $(READY)  ## what docs/reliability.md says, measured; the slow tests, too
 	$(BIN)/python -m pytest tests/reliability -m "slow or not slow"

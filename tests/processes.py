@@ -9,7 +9,7 @@ HERE = Path(__file__).parent
 START = """
 import sys
 from contextlib import nullcontext
-import goalscope.cli_mcp, goalscope.cli_serve
+import goalscope.cli_settings
 from fakes import WordModel
 from goalscope.cli import main
 
@@ -18,8 +18,7 @@ class Loud(WordModel):
         print("a stray word")
         return super().token_logprobs(*given, **more)
 
-for module in (goalscope.cli_mcp, goalscope.cli_serve):
-    module.opened_model = lambda *given: nullcontext(Loud())
+goalscope.cli_settings.opened_model = lambda *given: nullcontext(Loud())
 main()
 """
 

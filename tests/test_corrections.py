@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from fakes import LampRoom, WordModel
-from goalscope.agent import Agent, GoalTracker
+from goalscope.agent import Agent
 from goalscope.belief import PINNED, Belief
 from goalscope.calibration import PAPER, USUAL
 from goalscope.cli_why import correct
@@ -23,6 +23,7 @@ from goalscope.domains import Settings
 from goalscope.rounds_json import round_from_json, round_to_json
 from goalscope.session import Session
 from goalscope.store import Store
+from goalscope.tracker import GoalTracker
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError
 from test_agent import RANKS, REPLIES
 from test_cli import invoke, shop, store_file, words  # noqa: F401

@@ -7,10 +7,10 @@ import goalscope
 
 ROOT = Path(goalscope.__file__).parent
 LAYERS = [
-    {"types", "plain", "calibration"},
+    {"types", "plain", "calibration", "extras"},
     {"belief", "models", "prompts", "envs", "stats", "calibrations"},
     {"likelihood", "goals", "dialog", "asking", "habits", "policy", "acting", "why"},
-    {"agent", "episode", "judge"},
+    {"agent", "episode", "judge", "tracker"},
     {"database", "rounds_json", "store", "infer", "domains", "datasets"},
     {"session", "tracking", "display", "benchmarks", "calibrating"},
     {"experiment"},
@@ -31,6 +31,7 @@ LAYERS = [
         "cli_options",
         "cli_report",
         "cli_serve",
+        "cli_settings",
         "cli_study",
         "cli_why",
     },

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fakes import WordModel
-from goalscope.agent import GoalTracker
 from goalscope.calibration import PAPER, Calibration
 from goalscope.likelihood import GOAL_TOKENS, PromptedRanking, RolePlay
+from goalscope.tracker import GoalTracker
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn
 
 CAKE, SOUP = Goal("bake cake"), Goal("cook soup")

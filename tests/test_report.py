@@ -17,8 +17,9 @@ from goalscope.belief import Belief
 from goalscope.calibration import USUAL
 from goalscope.cli_report import report
 from goalscope.episode import Round
+from goalscope.experiment.predictors import PREDICTORS, SEEN, UNIFORM
 from goalscope.experiment.results import Results, cell_key
-from goalscope.experiment.summary_dialogues import PREDICTORS, SEEN, UNIFORM, read_dialogues
+from goalscope.experiment.summary_dialogues import read_dialogues
 from goalscope.report import read_report, write_markdown, write_report
 from goalscope.report.drawing import clean, draw
 from goalscope.report.figures import accuracy_figure, belief_figure

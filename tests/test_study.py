@@ -19,13 +19,14 @@ from goalscope.database.tables import AnswerRow, CellRow, ItemRow, ParticipantRo
 from goalscope.domains import TRACKING, Settings, profiles_of
 from goalscope.episode import Round
 from goalscope.experiment.results import Results
+from goalscope.experiment.summary import inert
 from goalscope.report import read_report
 from goalscope.store import Store
 from goalscope.study import plan
 from goalscope.study.agreement import krippendorff_alpha
 from goalscope.study.assignment import assigned
 from goalscope.study.book import Book
-from goalscope.study.export import as_csv, inert
+from goalscope.study.export import as_csv
 from goalscope.study.items import chosen_episodes
 from goalscope.study.people import Answer, Participant, excluded
 from goalscope.study.plan import Check, Exclusion, Plan, Selection, read_plan

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from goalscope.calibration import LAST_TURN, Calibration
+from goalscope.experiment.predictors import PREDICTORS
 from goalscope.experiment.summary import NO_INTERVAL, Estimate, Table
-from goalscope.experiment.summary_dialogues import PREDICTORS, read_dialogues
+from goalscope.experiment.summary_dialogues import read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
 from goalscope.experiment.summary_mcq import mcq_tables
 from goalscope.experiment.summary_models import model_tables

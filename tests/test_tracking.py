@@ -8,12 +8,12 @@ from typer.testing import CliRunner
 
 from fakes import WordModel
 from goalscope import tracking
-from goalscope.agent import GoalTracker
 from goalscope.belief import PINNED
 from goalscope.calibration import PAPER
 from goalscope.cli import app
 from goalscope.domains import Settings
 from goalscope.store import Store
+from goalscope.tracker import GoalTracker
 from goalscope.tracking import Tracked, Trackers
 from goalscope.types import UNSPECIFIED, ConflictError, Goal, GoalscopeError, InvalidInputError
 

@@ -6,11 +6,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from goalscope.agent import Agent, GoalTracker, run_episode
+    from goalscope.agent import Agent, run_episode
     from goalscope.belief import Belief
     from goalscope.calibration import PAPER, Calibration
     from goalscope.episode import Round
     from goalscope.models.opening import open_model
+    from goalscope.tracker import GoalTracker
     from goalscope.types import (
         UNSPECIFIED,
         Goal,
@@ -41,7 +42,7 @@ _HOME = {
     "Agent": "agent",
     "Belief": "belief",
     "Calibration": "calibration",
-    "GoalTracker": "agent",
+    "GoalTracker": "tracker",
     "PAPER": "calibration",
     "Round": "episode",
     "open_model": "models.opening",

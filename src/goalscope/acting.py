@@ -96,13 +96,15 @@ class ActionPlanner(Planner):
         terms: Sequence[str],
         turns: Sequence[Turn],
         history: Sequence[StepResult],
+        requested: Sequence[Action],
     ) -> tuple[list[Action], list[str]]:
         """What the person asks for outright, and that alone; else the best for each thing.
 
         And what to hold back, in words: what is best on average, but wrong for some goal.
         """
-        if plan := env.requests(turns):
-            return plan, []
+        if requested:
+            return [*requested], []
+        plan: list[Action] = []
         held: list[str] = []
         served: set[str] = set()
         before = {result.action.target for result in history}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Literal, get_args
 
@@ -12,11 +12,11 @@ from goalscope.calibration import USUAL, Calibration
 from goalscope.dialog import Human, ask, with_answer
 from goalscope.envs import Environment
 from goalscope.episode import Round
-from goalscope.goals import UNEXPLAINED, GoalManager, Trigger, incomplete, made_from
-from goalscope.likelihood import DEFAULT_LAYOUT, Layout, Likelihood, PromptedRanking, RolePlay
-from goalscope.models import Heard, LikelihoodModel, Model
-from goalscope.models.opening import open_model
+from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
+from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
+from goalscope.models import Heard, Model
 from goalscope.policy import Outcome, Planner, Want, undo
+from goalscope.tracker import UNCORRECTABLE, Correction, GoalTracker
 from goalscope.types import (
     UNSPECIFIED,
     ConflictError,
@@ -26,136 +26,15 @@ from goalscope.types import (
     InvalidInputError,
     Turn,
     checked_text,
-    meaning,
 )
 
-__all__ = ["Agent", "Correction", "GoalTracker", "Method", "Questions", "run_episode"]
+__all__ = ["CONFIRM", "NO_GOAL", "Agent", "Method", "Questions", "run_episode"]
 
 Method = Literal["good", "no-goals", "no-inference"]
-Correction = Literal["pin", "veto", "reword"]
 Questions = Literal["likeliest", "informative"]
 
-UNCORRECTABLE = "This method holds no belief that could be corrected."
 NO_GOAL = "No goal explains these words, and no better one was found."
 CONFIRM = "That cannot be undone. Do you confirm exactly what is shown?"
-
-
-class GoalTracker:
-    """A belief over the goals of a person in dialogue, without a domain.
-
-    >>> tracker = GoalTracker(goals=["bake a cake", "cook soup"])   # doctest: +SKIP
-    >>> tracker.observe("What can I do?", "I need flour and cocoa.")   # doctest: +SKIP
-    >>> tracker.belief.top(1)   # doctest: +SKIP
-
-    Args:
-        model: Scores the words; by default the embedded model.
-        task: The assistant's task, in a sentence.
-        goals: Goals to start with, besides `UNSPECIFIED`.
-        include_unspecified: Whether "no stated goal" is one of the hypotheses.
-        likelihood: Evidence of a turn; by default the role-play likelihood of `model`.
-        calibration: How evidence becomes probabilities; that of the likelihood if None.
-    """
-
-    def __init__(
-        self,
-        model: LikelihoodModel | None = None,
-        *,
-        task: str = "Help the human with what they want.",
-        goals: Iterable[str | Goal] = (),
-        include_unspecified: bool = True,
-        likelihood: Likelihood | None = None,
-        calibration: Calibration | None = None,
-    ) -> None:
-        self.likelihood = likelihood or RolePlay(model or open_model())
-        self.task = checked_text(task, "task")
-        self.turns: list[Turn] = []
-        support = [UNSPECIFIED] if include_unspecified else []
-        self.belief = Belief.uniform(
-            [*support, *_as_goals(goals)], calibration or self.likelihood.calibration
-        )
-
-    def observe(self, query: str, utterance: str) -> Belief:
-        """Update the belief with what the person answered; on an error it stays as it was.
-
-        Raises:
-            InvalidInputError: The utterance is empty, broken, or too long for the model.
-        """
-        turns = [*self.turns, Turn(query, checked_text(utterance, "utterance"))]
-        rows = self.likelihood.log_likelihood(
-            self.task, self.belief.goals, turns, since=len(self.turns)
-        )
-        self.belief = self.belief.observe(rows[0])
-        self.turns = turns
-        return self.belief
-
-    def add(self, goals: Iterable[str | Goal]) -> Belief:
-        """Add goals; each is scored on all past turns, as if it had been there from the start."""
-        added = _as_goals(goals)
-        if not self.turns or not isinstance(self.likelihood, PromptedRanking):
-            self.belief = self.belief.add(
-                added, lambda new: self.likelihood.log_likelihood(self.task, new, self.turns)
-            )
-        elif added:  # an order is one of all goals together
-            everything = tuple(dict.fromkeys([*self.belief.goals, *added]))
-            row = self.likelihood.log_likelihood(
-                self.task, everything, self.turns, since=len(self.turns) - 1
-            )[0]
-            self.belief = Belief.uniform(everything, self.belief.calibration).observe(row)
-        return self.belief
-
-    def drop(self, goals: Iterable[str | Goal]) -> Belief:
-        """Remove goals; see `Belief.drop`."""
-        self.belief = self.belief.drop(_as_goals(goals))
-        return self.belief
-
-    def pin(self, goal: str | Goal) -> Belief:
-        """Take a goal that the person confirms, perhaps a new one (see `Belief.pinned`)."""
-        (pinned,) = _as_goals([goal])
-        self.belief = self.add([pinned]).pin(pinned)
-        return self.belief
-
-    def correct(self, correction: Correction, goal: str | Goal, text: str = "") -> list[GoalChange]:
-        """Take what the person says of the goals themselves, and tell what it changed.
-
-        Args:
-            correction: "pin": it is this goal, perhaps a new one. "veto": it is not, and never will
-                be proposed again. "reword": it is this goal in other words.
-            goal: The goal.
-            text: For "reword" the words.
-
-        Raises:
-            InvalidInputError: There is no such goal or no belief, or a text is empty or broken.
-        """
-        if isinstance(self.likelihood, PromptedRanking):
-            raise InvalidInputError(UNCORRECTABLE)
-        (named,) = _as_goals([goal])
-        present = {meaning(each.text): each for each in self.belief.goals}
-        named = present.get(meaning(named.text), named)
-        kept = _as_goals([text])[0] if correction == "reword" else named
-        kept = present.get(meaning(kept.text), kept)
-        if UNSPECIFIED in (named, kept) or (correction != "pin" and named not in self.belief.goals):
-            raise InvalidInputError(f"There is no goal {named.text!r} to correct so.")
-        changes: list[GoalChange] = []
-        if correction != "veto":
-            if kept not in self.belief.goals:
-                changes.append(GoalChange("added", kept, "you named it"))
-            self.pin(kept)
-            changes.append(GoalChange("pinned", kept, "you confirmed it"))
-        if correction == "veto" or (correction == "reword" and changes[-1].goal != named):
-            self.drop([named])
-            reason = "you ruled it out" if correction == "veto" else "you said it in other words"
-            changes.append(GoalChange("removed", named, reason, final=True))
-        return changes
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What the person should be told of how they were understood."""
-        if not self.turns or not isinstance(self.likelihood, RolePlay):
-            return ()
-        start = self.likelihood.window(self.task, self.turns)
-        if not start:
-            return ()
-        return (f"The conversation is long: the first {start} turns are no longer read.",)
 
 
 class Agent:
@@ -314,7 +193,9 @@ class Agent:
         history = [result for round in self.rounds for result in round.results]
         try:
             asks = self.env.answer(turn.utterance) is not None
-            changes, told = self._update(tracker, turn, propose=not asks) if tracker else ([], [])
+            changes, missing = (
+                self._update(tracker, turn, propose=not asks) if tracker else ([], False)
+            )
             complete = ends = self.env.is_completion(turn)
             turns = [*self.turns, turn]
             wants = [] if complete or asks else self._wants(turns)
@@ -338,7 +219,7 @@ class Agent:
                 replans=outcome.replans,
                 status=self.env.status(),
                 notes=(
-                    *([] if ends else told),
+                    *([NO_GOAL] if missing and not ends else []),
                     *self._notes(turns, outcome),
                     *([] if asks or complete else self.env.unmet(turns, outcome.results)),
                 ),
@@ -414,35 +295,14 @@ class Agent:
 
     def _update(
         self, tracker: GoalTracker, turn: Turn, *, propose: bool
-    ) -> tuple[list[GoalChange], list[str]]:
-        """Update; propose if no goal explains the words; remove; and update again.
-
-        Returns:
-            What has changed, and what is to be told besides.
-        """
+    ) -> tuple[list[GoalChange], bool]:
+        """Weigh the words, and manage the goals; see `GoalTracker.manage`."""
         known = len(tracker.belief.goals)
         self._progress(f"scoring {known} {'goal' if known == 1 else 'goals'}")
-        belief = tracker.observe(turn.query, turn.utterance)
-        changes: list[GoalChange] = []
-        told: list[str] = []
-        if propose and incomplete(
-            belief, self.goals.propose, since=made_from([round.changes for round in self.rounds])
-        ):
-            self._progress("proposing goals")
-            changes += self.goals.added(tracker.likelihood, belief, tracker.turns, self._changes)
-            belief = tracker.add(change.goal for change in changes)
-            if not changes:
-                told.append(NO_GOAL)
-        self._progress("checking goals")
-        past = [round.belief for round in self.rounds if round.belief]
-        removed = self.goals.removed([*past, belief])
-        tracker.drop(change.goal for change in removed)
-        return [*changes, *removed], told
-
-    @property
-    def _changes(self) -> list[GoalChange]:
-        """All changes of the goals so far."""
-        return [*(change for round in self.rounds for change in round.changes), *self._corrections]
+        tracker.observe(turn.query, turn.utterance)
+        return tracker.manage(
+            self.goals, self.rounds, self._corrections, propose=propose, progress=self._progress
+        )
 
     def _wants(self, turns: Sequence[Turn]) -> list[Want]:
         """What to act for: the top k goals; the planner weighs what remains by the words alone."""
@@ -488,13 +348,3 @@ def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator
 
 def _silent(step: str) -> None:
     """Nobody listens."""
-
-
-def _as_goals(goals: Iterable[str | Goal]) -> list[Goal]:
-    if isinstance(goals, str):
-        raise InvalidInputError(f"goals must be a list, such as [{goals!r}], not one text")
-    return [_as_goal(goal) for goal in goals]
-
-
-def _as_goal(goal: str | Goal) -> Goal:
-    return goal if isinstance(goal, Goal) else Goal(checked_text(goal, "goal"))

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from goalscope.belief import log_posteriors
 from goalscope.calibration import EPSILONS, USUAL, Calibration
 from goalscope.datasets.goal_sets import chance
-from goalscope.models.extras import package
+from goalscope.extras import package
 from goalscope.stats import auroc
 from goalscope.types import GoalscopeError, InvalidInputError
 
@@ -133,6 +133,12 @@ class Tables:
         found = np.exp(beliefs[:, np.arange(len(self.turns)), self.drawn])
         return found, np.stack([found[0, :, 1], found[1, :, 0]])
 
+    def conformal_sets(self, beliefs: Array, threshold: float) -> tuple[Array, Array]:
+        """Whether the set after the turn that was drawn holds what is true, and its size [2, N]."""
+        found, sure = self.drawn_turn(beliefs)
+        held = np.logical_or(sure >= threshold, sure >= found.max(-1))
+        return held, np.maximum(np.greater_equal(found, threshold).sum(-1), 1)
+
     def last_odds(self, beliefs: Array) -> Array:
         """[2, N] log-odds of Unspecified after the last turn, nats."""
         own: Array = beliefs[:, np.arange(len(self.turns)), self.turns - 1, 0]
@@ -213,11 +219,9 @@ def quality(
         odds.append(tables.last_odds(beliefs))
         groups += [each.group for each in rest]
         if eps in dict(way.thresholds):
-            found, sure = tables.drawn_turn(beliefs)
-            threshold = dict(way.thresholds)[eps]
-            top = found.max(-1)
-            held.append(np.logical_or(sure >= threshold, sure >= top))
-            sizes.append(np.maximum(np.greater_equal(found, threshold).sum(-1), 1).ravel())
+            own, size = tables.conformal_sets(beliefs, dict(way.thresholds)[eps])
+            held.append(own)
+            sizes.append(size.ravel())
     present, absent = np.concatenate(odds, axis=1)
     yield Quality(
         n=len(dialogues),

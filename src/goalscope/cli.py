@@ -34,7 +34,7 @@ from goalscope.cli_report import report
 from goalscope.cli_serve import serve
 from goalscope.cli_study import study
 from goalscope.cli_why import why
-from goalscope.terminal import adapter_named, console, named, opened_model, progress
+from goalscope.terminal import console, model_names, opened_model, progress
 from goalscope.types import GoalscopeError, InvalidInputError
 
 
@@ -113,9 +113,8 @@ def infer(
     given = calibration_named(calibration) if calibration else None
     dialogues = read_dialogues(file)
     cut: list[str | int] = []
-    with opened_model(
-        named(model), tokenizer=tokenizer, adapter=adapter_named(adapter), calls=calls
-    ) as engine:
+    names = model_names(model, tokenizer=tokenizer, adapter=adapter)
+    with opened_model(names, calls) as engine:
         likelihood = RolePlay(engine, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
         scorer: Any = parts(engine)[1]
         settings = {

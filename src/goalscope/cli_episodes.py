@@ -36,7 +36,8 @@ from goalscope.cli_options import (
     Unity,
     Writer,
 )
-from goalscope.terminal import adapter_named, console, named, opened_model, tokenizer_named
+from goalscope.cli_settings import check_picture, engine_of, settings_given
+from goalscope.terminal import console
 from goalscope.types import GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -44,13 +45,11 @@ if TYPE_CHECKING:
 
     from goalscope.domains import Settings
     from goalscope.envs import Environment
-    from goalscope.goals import Trigger
-    from goalscope.models import OpenModel
     from goalscope.session import Session
     from goalscope.store import EpisodeInfo
     from goalscope.types import Profile
 
-__all__ = ["chat", "engine_of", "episodes", "replay", "run"]
+__all__ = ["chat", "episodes", "replay", "run"]
 
 
 def chat(
@@ -110,11 +109,11 @@ def chat(
         info = episodes.episode(resume) if resume else None
         if info:
             _refuse_others(context, info)
-            _check_picture(picture, info.domain)
+            check_picture(picture, info.domain)
         settings = (
             saved_settings(info, rounds=rounds)
             if info
-            else _settings(
+            else settings_given(
                 picture,
                 domain=domain,
                 method=method,
@@ -207,7 +206,7 @@ def run(
     from goalscope.session import Session
     from goalscope.store import Store
 
-    settings = _settings(
+    settings = settings_given(
         picture,
         domain=domain,
         human=human,
@@ -282,20 +281,6 @@ def episodes(store: StoreFile = None, as_json: Json = False) -> None:
 
 
 @contextmanager
-def engine_of(settings: Settings, calls: Path | None = None) -> Generator[OpenModel]:
-    """The model of an episode."""
-    with opened_model(
-        settings.model,
-        settings.generator,
-        settings.scorer,
-        settings.tokenizer,
-        settings.adapter,
-        calls,
-    ) as engine:
-        yield engine
-
-
-@contextmanager
 def _environment(settings: Settings, person: Profile | None) -> Generator[Environment]:
     """The environment of an episode; what is to be known of it is said."""
     from goalscope.domains import open_environment
@@ -309,64 +294,16 @@ def _environment(settings: Settings, person: Profile | None) -> Generator[Enviro
         env.close()
 
 
-def _settings(picture: Path | None, **given: Any) -> Settings:
-    """The settings of options as they were given, if these fit the domain.
-
-    Raises:
-        InvalidInputError: An option cannot be used or would be silently without effect, or the
-            picture's folder is missing.
-    """
-    from goalscope.domains import Settings
-
-    files = dict.fromkeys(("profiles", "catalogue", "unity"), _absolute)
-    models = dict.fromkeys(("model", "generator", "scorer"), named)
-    readers: dict[str, Callable[[Any], Any]] = {
-        **files,
-        **models,
-        "tokenizer": tokenizer_named,
-        "adapter": adapter_named,
-        "columns": _columns,
-        "scene": _scene,
-        "calibration": _calibration,
-        "propose": _propose,
-    }
-    settings = Settings(
-        **{key: readers[key](value) if key in readers else value for key, value in given.items()}
-    )
-    shop = {"--catalogue": settings.catalogue, "--column": settings.columns}
-    home = {"--scene": settings.scene, "--unity": settings.unity}
-    home["--simulator"] = settings.simulator if settings.simulator != "house" else None
-    for option, value in (shop if settings.domain == "house" else home).items():
-        if value:
-            raise InvalidInputError(f"{option} is not for the domain {settings.domain!r}.")
-    if settings.unity and settings.simulator != "thor":
-        raise InvalidInputError("--unity goes with --simulator thor.")
-    _check_picture(picture, settings.domain)
-    if settings.method != "good":
-        for option in ("layout", "end_of_turn", "calibration", "propose"):
-            if given[option]:
-                raise InvalidInputError(
-                    f"--{option.replace('_', '-')} is for the method 'good': {settings.method!r} "
-                    "weighs no evidence. Leave it out."
-                )
-    return settings
-
-
-def _check_picture(picture: Path | None, domain: str) -> None:
-    if picture and domain != "house":
-        raise InvalidInputError(f"--picture is not for the domain {domain!r}.")
-    if picture and not picture.absolute().parent.is_dir():
-        raise InvalidInputError(f"There is no folder {picture.parent} for the picture.")
-
-
 def _refuse_others(context: typer.Context, info: EpisodeInfo) -> None:
     """Refuse the options that an episode keeps from when it was begun.
 
     Raises:
         InvalidInputError: One is given.
     """
+    from goalscope.domains import load_domain
+
     free = ["resume", "rounds", "picture", "store"]
-    free += ["domain"] * (context.params["domain"] == info.domain)
+    free += ["domain"] * (load_domain(context.params["domain"]) == info.domain)
     given = [
         each.opts[0]
         for each in context.command.params
@@ -457,45 +394,3 @@ def _outcome(info: EpisodeInfo) -> dict[str, Any]:
         "terminated": info.ended == "terminated",
         "episode": info.id,
     }
-
-
-def _scene(given: str | None) -> str | None:
-    """A scene's name, or its file as a resumed episode finds it again from any folder."""
-    return _absolute(Path(given)) if given and Path(given).is_file() else given
-
-
-def _absolute(path: Path | None) -> str | None:
-    """The path as a resumed episode finds it again from any folder."""
-    return None if path is None else str(path.absolute())
-
-
-def _calibration(given: str | None) -> str | None:
-    """The name or file, once it is known to be one."""
-    from goalscope.calibrations import NAMED, calibration_named
-
-    if given is None or given in NAMED:
-        return given
-    calibration_named(given)
-    return _absolute(Path(given))
-
-
-def _propose(given: str | None) -> Trigger:
-    """A probability, or "paper"."""
-    from goalscope.goals import UNEXPLAINED
-
-    if given is None or given == "paper":
-        return given or UNEXPLAINED
-    try:
-        return float(given)
-    except ValueError:
-        raise InvalidInputError(
-            f'--propose takes a probability or "paper", not "{given}".'
-        ) from None
-
-
-def _columns(given: list[str] | None) -> dict[str, str]:
-    pairs = [each.partition("=") for each in given or ()]
-    for name, mark, title in pairs:
-        if not (name and mark and title):
-            raise InvalidInputError(f'--column takes NAME=TITLE, not "{name}{mark}{title}".')
-    return {name: title for name, _, title in pairs}

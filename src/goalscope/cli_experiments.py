@@ -24,7 +24,7 @@ from goalscope.cli_options import (
     Tokenizer,
     Writer,
 )
-from goalscope.terminal import adapter_named, console, named, progress, tokenizer_named
+from goalscope.terminal import console, model_names, progress
 from goalscope.types import GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -317,11 +317,5 @@ def _model(
     model, generator, scorer = (
         None if name == "embedded" else name for name in (model, generator, scorer)
     )
-    given = {
-        "model": named(model),
-        "generator": named(generator),
-        "scorer": named(scorer),
-        "tokenizer": tokenizer_named(tokenizer),
-        "adapter": adapter_named(adapter),
-    }
+    given = model_names(model, generator, scorer, tokenizer, adapter)
     return {key: value for key, value in given.items() if value}

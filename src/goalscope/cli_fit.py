@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from goalscope.cli_options import Json, Layout, Seed
-from goalscope.terminal import console, measuring, named, progress
+from goalscope.terminal import console, measuring, model_names, progress
 from goalscope.types import InvalidInputError
 
 __all__ = ["fit"]
@@ -83,13 +83,13 @@ def fit(
     when they have not become better for a while. Run again, it goes on where it stopped. The
     folder then holds the adapter, for --adapter, and a model card.
     """
+    from goalscope.extras import package
     from goalscope.fitting.fit import Settings
     from goalscope.fitting.plan import plan_fit
     from goalscope.fitting.run import fit_adapter
     from goalscope.fitting.sources import read_source
     from goalscope.likelihood import DEFAULT_LAYOUT
     from goalscope.models.adapters import NO_ADAPTER, adapter_file, shipped
-    from goalscope.models.extras import package
     from goalscope.models.llamacpp import EMBEDDED, embedded_path
     from goalscope.models.torch_network import multiplies_bfloat16
     from goalscope.models.transformers import Transformers
@@ -129,7 +129,7 @@ def fit(
         _tell(facts, out, as_json)
         return
     with measuring("Loading the model"):
-        name = (named(model) or "").removeprefix("hf:") or embedded_path()
+        name = (model_names(model)["model"] or "").removeprefix("hf:") or embedded_path()
         on_processor = device in (None, "cpu") and not package("torch").cuda.is_available()
         dtype = "bfloat16" if on_processor and multiplies_bfloat16() else None
         engine = Transformers(name, context_size=2048, device=device, dtype=dtype)

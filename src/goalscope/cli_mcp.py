@@ -14,7 +14,7 @@ from goalscope.cli_options import (
     Tokenizer,
     Writer,
 )
-from goalscope.terminal import adapter_named, named, tokenizer_named
+from goalscope.cli_settings import engine_of, settings_given
 from goalscope.types import GoalscopeError
 
 if TYPE_CHECKING:
@@ -40,21 +40,19 @@ def mcp(
     from contextlib import ExitStack
     from functools import cache
 
-    from goalscope.cli_episodes import engine_of
-    from goalscope.domains import Settings
-    from goalscope.models.extras import package
+    from goalscope.extras import package
     from goalscope.store import Store
     from goalscope.tracking import Trackers
 
     package("mcp.server", "The MCP server needs", GoalscopeError)
     from goalscope.mcp_server import create_server
 
-    settings = Settings(
-        model=named(model),
-        generator=named(generator),
-        scorer=named(scorer),
-        tokenizer=tokenizer_named(tokenizer),
-        adapter=adapter_named(adapter),
+    settings = settings_given(
+        model=model,
+        generator=generator,
+        scorer=scorer,
+        tokenizer=tokenizer,
+        adapter=adapter,
         calibration=calibration,
         seed=seed,
     )

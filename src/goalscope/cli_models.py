@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from goalscope.cli_options import Adapter, Json, Model, Scorer, StoreFile, Tokenizer, Writer
-from goalscope.terminal import adapter_named, console, measuring, named, opened_model
+from goalscope.terminal import console, measuring, model_names, opened_model
 from goalscope.types import GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -61,9 +61,8 @@ def check(
     """
     from goalscope.models.check import check as check_model
 
-    with opened_model(
-        named(model), named(generator), named(scorer), tokenizer, adapter_named(adapter)
-    ) as engine:
+    names = model_names(model, generator, scorer, tokenizer, adapter)
+    with opened_model(names) as engine:
         found, problems = check_model(engine)
     _report({**found, "problems": problems}, as_json)
 
@@ -133,9 +132,9 @@ def doctor(
     import platformdirs
 
     from goalscope.calibrations import known_calibration
+    from goalscope.extras import EXTRAS
     from goalscope.likelihood import DEFAULT_LAYOUT
     from goalscope.models.check import check as check_model
-    from goalscope.models.extras import EXTRAS
     from goalscope.models.opening import parts
     from goalscope.models.tune import processor
     from goalscope.store import Store
@@ -150,9 +149,7 @@ def doctor(
             report[package] = f"missing ({'optional: ' if extra else ''}{wanted})"
     problems: list[str] = []
     try:
-        with opened_model(
-            named(model), named(generator), named(scorer), tokenizer, adapter_named(adapter)
-        ) as engine:
+        with opened_model(model_names(model, generator, scorer, tokenizer, adapter)) as engine:
             found, problems = check_model(engine)
             report |= found
             made, origin = known_calibration(parts(engine)[1], DEFAULT_LAYOUT, end_of_turn=False)

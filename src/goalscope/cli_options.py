@@ -32,7 +32,12 @@ __all__ = [
     "Writer",
 ]
 
-Domain = Annotated[Literal["grocery", "house"], typer.Argument(help="Where the agent acts.")]
+Domain = Annotated[
+    str,
+    typer.Argument(
+        metavar="[grocery|house|FILE.py]", help="Where the agent acts: a file is your own domain."
+    ),
+]
 Scene = Annotated[
     str | None,
     typer.Option(metavar="NAME|FILE", help="The house's room; see `house scenes`."),

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import os
-import secrets
-import tempfile
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from goalscope.cli_options import Adapter, Model, Scorer, Seed, StoreFile, Tokenizer, Writer
-from goalscope.terminal import adapter_named, console, named, tokenizer_named
+from goalscope.cli_settings import engine_of, settings_given
+from goalscope.terminal import console
 from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = ["serve"]
@@ -28,6 +27,9 @@ def kept_key() -> tuple[str, Path]:
     Raises:
         GoalscopeError: It cannot be kept or read, or is not as it was made.
     """
+    import secrets
+    import tempfile
+
     import platformdirs
 
     file = platformdirs.user_data_path("goalscope", False) / "serve.key"
@@ -93,9 +95,7 @@ def serve(
     """
     import socket
 
-    from goalscope.cli_episodes import engine_of
-    from goalscope.domains import Settings
-    from goalscope.models.extras import package
+    from goalscope.extras import package
     from goalscope.store import Store
 
     for each in ("fastapi", "uvicorn"):
@@ -130,18 +130,15 @@ def serve(
         if port == 80:
             names |= reached
         key, file = (key, None) if key else kept_key()
-        settings = Settings(
-            model=named(model),
-            generator=named(generator),
-            scorer=named(scorer),
-            tokenizer=tokenizer_named(tokenizer),
-            adapter=adapter_named(adapter),
+        settings = settings_given(
+            model=model,
+            generator=generator,
+            scorer=scorer,
+            tokenizer=tokenizer,
+            adapter=adapter,
             seed=seed,
         )
-        with (
-            Store.open(store) as episodes,
-            engine_of(settings) as engine,
-        ):
+        with Store.open(store) as episodes, engine_of(settings) as engine:
             app = create_app(episodes, engine, settings)
             guarded = Guard(
                 app,

@@ -8,16 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from goalscope.cli_options import Json, StoreFile
+from goalscope.cli_settings import engine_of
 from goalscope.terminal import console
 from goalscope.types import Goal, InvalidInputError, checked_text
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from goalscope.agent import Correction
     from goalscope.belief import Belief
     from goalscope.session import Session
     from goalscope.store import EpisodeInfo
+    from goalscope.tracker import Correction
     from goalscope.types import Turn
 
 __all__ = ["correct", "why"]
@@ -150,18 +151,12 @@ def _words(
     info: EpisodeInfo, belief: Belief, turns: list[Turn], goal: Goal
 ) -> list[list[tuple[str, float]]]:
     """Of each turn, each word with its evidence."""
-    from goalscope.cli_episodes import engine_of
-    from goalscope.domains import settings_of
-    from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
+    from goalscope.domains import roleplay_of, settings_of
     from goalscope.why import word_evidence
 
     settings = settings_of(info.settings)
     with engine_of(settings) as engine:
-        likelihood = RolePlay(
-            engine,
-            layout=settings.layout or DEFAULT_LAYOUT,
-            end_of_turn=settings.end_of_turn,
-        )
+        likelihood = roleplay_of(settings, engine)
         return [
             word_evidence(likelihood, info.task, belief, turns[:end], goal)
             for end in range(1, len(turns) + 1)

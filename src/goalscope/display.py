@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -12,12 +12,14 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from goalscope.belief import Belief
-from goalscope.episode import Round
-from goalscope.plain import plain
-from goalscope.store import EpisodeInfo
+from goalscope.plain import model_shown, plain
 from goalscope.types import UNSPECIFIED, Goal
-from goalscope.why import Reason
+
+if TYPE_CHECKING:
+    from goalscope.belief import Belief
+    from goalscope.episode import Round
+    from goalscope.store import EpisodeInfo
+    from goalscope.why import Reason
 
 __all__ = [
     "show_belief",
@@ -38,7 +40,9 @@ SHOWN = 8
 def show_header(console: Console, info: EpisodeInfo) -> None:
     """What runs: the domain, the person, the method and the model."""
     person = info.profile or "you"
-    line = f"episode {info.id} | {info.domain} | {person} | {info.method} | {info.model}"
+    line = (
+        f"episode {info.id} | {info.domain} | {person} | {info.method} | {model_shown(info.model)}"
+    )
     console.print(Panel(plain(info.task), title=plain(line), title_align="left"))
 
 

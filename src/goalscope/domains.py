@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from goalscope.agent import Method, Questions
 from goalscope.envs import Environment
 from goalscope.goals import UNEXPLAINED, Trigger
 from goalscope.habits import Habit
-from goalscope.likelihood import Layout
+from goalscope.likelihood import DEFAULT_LAYOUT, Layout, RolePlay
 from goalscope.models import Model
 from goalscope.policy import Planner
 from goalscope.types import InvalidInputError, Profile
@@ -25,10 +28,12 @@ __all__ = [
     "TRACKING",
     "Domain",
     "Settings",
+    "load_domain",
     "open_environment",
     "planner_of",
     "profile_named",
     "profiles_of",
+    "roleplay_of",
     "settings_of",
 ]
 
@@ -45,7 +50,7 @@ class Settings:
     """Everything that makes an episode what it is; stored with it.
 
     Attributes:
-        domain: "grocery" or "house".
+        domain: "grocery", "house", or a file (see `load_domain`).
         human: Who answers: "you" at the terminal, the profile's "scripted" or "simulated" one, or
             a simulated one with a `Habit`.
         method: See `Agent`.
@@ -69,7 +74,7 @@ class Settings:
         rounds: Most rounds.
     """
 
-    domain: Domain = "grocery"
+    domain: str = "grocery"
     human: Literal["you", "scripted", "simulated"] | Habit = "you"
     method: Method = "good"
     model: str | None = None
@@ -97,8 +102,54 @@ def settings_of(stored: Mapping[str, Any]) -> Settings:
     return Settings(**{key: value for key, value in stored.items() if key != TRACKING})
 
 
+def load_domain(name: str) -> str:
+    """Make a domain known to this process; returns its name for `Settings`.
+
+    A file of Python is run. It must have functions `open_environment(profile)`, where the profile
+    may be None, and `load_profiles(path)`, where None stands for its own people; it may have
+    `open_planner(model, seed)`. What a stored episode names is never run by itself.
+
+    Args:
+        name: "grocery", "house" or a file.
+
+    Raises:
+        InvalidInputError: It is none of these, or a function is missing.
+    """
+    if name in get_args(Domain):
+        return name
+    path = Path(name).absolute()
+    spec = importlib.util.spec_from_file_location(f"goalscope_domain_{path.stem}", path)
+    if not path.is_file() or spec is None or spec.loader is None:
+        raise InvalidInputError(
+            f'A domain is "grocery", "house" or a file of Python, not {name!r}. Is there such a '
+            "file, and does its name end in .py?"
+        )
+    module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    for function in ("open_environment", "load_profiles"):
+        if not callable(getattr(module, function, None)):
+            raise InvalidInputError(f"{name}: the function {function} is missing.")
+    _OWN[str(path)] = module
+    return str(path)
+
+
+_OWN: dict[str, Any] = {}
+
+
+def _own(domain: str) -> Any:
+    """The module of a domain that is a file."""
+    if domain not in _OWN:
+        raise InvalidInputError(
+            f"The domain {domain} is a file of Python, which is run only where it is named on the "
+            "command line, such as `goalscope chat FILE.py --resume ID`."
+        )
+    return _OWN[domain]
+
+
 def open_environment(settings: Settings, profile: Profile | None = None) -> Environment:
-    """The shop with its catalogue, or the home robot in its scene, or in the profile's."""
+    """The shop with its catalogue, the home robot in its scene or the profile's, or one's own."""
+    if settings.domain not in get_args(Domain):
+        return _own(settings.domain).open_environment(profile)
     if settings.domain == "grocery":
         from goalscope.envs.grocery import GroceryShop
 
@@ -142,9 +193,18 @@ def planner_of(settings: Settings, model: Model) -> Planner:
     """What chooses the actions in the domain."""
     if settings.domain == "grocery":
         return Planner(model, seed=settings.seed)
+    if settings.domain != "house":
+        own = getattr(_own(settings.domain), "open_planner", None)
+        return own(model, settings.seed) if own else Planner(model, seed=settings.seed)
     from goalscope.acting import ActionPlanner
 
     return ActionPlanner(model, seed=settings.seed)
+
+
+def roleplay_of(settings: Settings, model: Model) -> RolePlay:
+    """What weighs a person's words."""
+    layout = settings.layout or DEFAULT_LAYOUT
+    return RolePlay(model, layout=layout, end_of_turn=settings.end_of_turn)
 
 
 def profiles_of(settings: Settings) -> tuple[Profile, ...]:
@@ -155,8 +215,10 @@ def profiles_of(settings: Settings) -> tuple[Profile, ...]:
     """
     if settings.domain == "grocery":
         from goalscope.envs.grocery import load_profiles
-    else:
+    elif settings.domain == "house":
         from goalscope.envs.house import load_profiles
+    else:
+        load_profiles = _own(settings.domain).load_profiles
     return load_profiles(settings.profiles)
 
 

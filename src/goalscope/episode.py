@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from goalscope.belief import Belief
 from goalscope.types import GoalChange, StepResult, Turn
+
+if TYPE_CHECKING:
+    from goalscope.belief import Belief
 
 __all__ = ["Round"]
 

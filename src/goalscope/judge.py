@@ -85,9 +85,9 @@ class OrderEffect:
 def possible_actions(domain: str) -> tuple[str, ...]:
     """What an agent of "grocery" or "house" can do, for `possible` of `judge` and `compare`."""
     if domain == "grocery":
-        return ("search inventory", "add item", "remove item", "buy basket")
-    from goalscope.envs.house.offers import NAMES
-
+        from goalscope.envs.grocery.shop import NAMES
+    else:
+        from goalscope.envs.house.offers import NAMES
     return NAMES
 
 

@@ -14,6 +14,7 @@ from goalscope.calibrations import known_calibration
 from goalscope.models import Generator, LikelihoodModel
 from goalscope.models.adapters import FITTED_LAYOUT, NO_ADAPTER
 from goalscope.models.opening import parts
+from goalscope.models.scoring import are_logprobs
 from goalscope.prompts import recent, render, transcript
 from goalscope.types import (
     UNSPECIFIED,
@@ -122,9 +123,9 @@ class RolePlay:
                 )
         words = [turn.utterance for turn in turns[since:] for _ in goals]
         scores = self.model.token_logprobs(contexts, words, end_of_turn=self.end_of_turn)
+        if not all(map(are_logprobs, scores)):
+            raise ModelError("The model gave a number that is no log-probability; check the file.")
         values = np.array([float(score.sum()) for score in scores])
-        if not np.isfinite(values).all():
-            raise ModelError("The model gave a log-probability that is not finite; check the file.")
         return values.reshape(len(turns) - since, len(goals))
 
     def token_log_likelihood(

@@ -11,7 +11,7 @@ from mcp.server import MCPServer
 from mcp.server.mcpserver.exceptions import ToolError
 from pydantic import Field
 
-from goalscope.agent import Correction
+from goalscope.tracker import Correction
 from goalscope.tracking import Trackers
 from goalscope.types import GoalscopeError
 from goalscope.web.views import TrackerView, Why

@@ -6,7 +6,10 @@ import unicodedata
 
 from rich.text import Text
 
-__all__ = ["plain"]
+__all__ = ["model_shown", "plain"]
+
+SHOWN = {"Smollm2 135M 8k Lc100K Mix1 Ep2": "SmolLM2-135M-Instruct"}
+"""What people call models that their files, and so episodes and calibrations, call otherwise."""
 
 HIDDEN = {"Cc", "Cf", "Cs", "Co", "Zl", "Zp"}  # control, format (bidi), surrogates, separators
 
@@ -20,3 +23,10 @@ def plain(text: str, style: str = "") -> Text:
         for each in text.replace("\t", " ").replace("\r\n", "\n")
     )
     return Text(shown, style)
+
+
+def model_shown(name: str) -> str:
+    """A model's name, or two in one, as people know it."""
+    for own, known in SHOWN.items():
+        name = name.replace(own, known)
+    return name

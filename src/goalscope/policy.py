@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.envs import Environment
+from goalscope.envs import SEARCH, Environment
 from goalscope.goals import drawn_lines
 from goalscope.models import Model
 from goalscope.prompts import recent, render
@@ -19,9 +19,6 @@ __all__ = ["Choice", "Outcome", "Planner", "Want", "choose", "undo", "weigh"]
 
 OTHER_GOALS = ("get through the week", "clean the bathroom", "have breakfast")
 """Everyday goals that stand for having no particular one."""
-
-SEARCH = "search inventory"
-"""The action that changes nothing."""
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
@@ -175,8 +172,9 @@ class Planner:
         for _ in range(self.replans + 1):
             results: list[StepResult] = []
             states = [env.fingerprint()]
-            asked |= {*env.requests(turns)}
-            plan, unsure = self.plan(env, wants, terms, turns, [*history, *standing])
+            requested = env.requests(turns)
+            asked |= {*requested}
+            plan, unsure = self.plan(env, wants, terms, turns, [*history, *standing], requested)
             for action in plan:
                 if action in impossible:
                     continue
@@ -264,12 +262,13 @@ class Planner:
         terms: Sequence[str],
         turns: Sequence[Turn],
         history: Sequence[StepResult],
+        requested: Sequence[Action],
     ) -> tuple[list[Action], list[str]]:
         """What the person asked for outright, then for each term a search and its best find.
 
         And what to hold back: nothing more than what `search_terms` does.
         """
-        plan = env.requests(turns)
+        plan = [*requested]
         served = {action.target for action in plan}
         for term in terms:
             actions = env.actions([term], turns)

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict
 
-import numpy as np
-
-from goalscope.belief import Belief
 from goalscope.calibration import calibration_from_json
 from goalscope.episode import Round
 from goalscope.types import Action, Goal, GoalChange, GoalscopeError, StepResult, Turn
@@ -48,6 +46,10 @@ def round_to_json(round: Round) -> str:
 
 def round_from_json(text: str) -> Round:
     """Read what `round_to_json` wrote; the round is equal in every value."""
+    import numpy as np
+
+    from goalscope.belief import Belief
+
     data = json.loads(text)
     belief = data["belief"]
     if belief is not None:
@@ -94,7 +96,7 @@ def round_from_json(text: str) -> Round:
 
 def _numbers(values: list[float]) -> list[float | str]:
     """Write -inf as a string, which numpy reads back as the number."""
-    return ["-inf" if value == -np.inf else value for value in values]
+    return ["-inf" if value == -math.inf else value for value in values]
 
 
 def dumps(value: object, *, sort_keys: bool = False) -> str:

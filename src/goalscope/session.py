@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, replace
 
-from goalscope.agent import Agent, Correction, run_episode
+from goalscope.agent import Agent, run_episode
 from goalscope.belief import Belief
 from goalscope.calibrations import calibration_named
 from goalscope.dialog import ConsoleHuman, Human, ScriptedHuman, SimulatedHuman
@@ -20,8 +20,9 @@ from goalscope.domains import (
 from goalscope.envs import Environment
 from goalscope.episode import Round
 from goalscope.habits import habitual
-from goalscope.models import Heard, Model
+from goalscope.models import Heard, Model, model_name
 from goalscope.store import Ended, EpisodeInfo, Store
+from goalscope.tracker import Correction
 from goalscope.types import Goal, GoalChange, InvalidInputError, Turn
 
 __all__ = ["Session", "saved_settings"]
@@ -128,7 +129,7 @@ class Session:
                 profile=profile,
                 owner=owner,
                 method=settings.method,
-                model=getattr(model, "name", type(model).__name__),
+                model=model_name(model),
                 task=env.task,
                 settings=asdict(settings),
             )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,15 +12,7 @@ if TYPE_CHECKING:
 
     from goalscope.models import OpenModel
 
-__all__ = [
-    "adapter_named",
-    "console",
-    "measuring",
-    "named",
-    "opened_model",
-    "progress",
-    "tokenizer_named",
-]
+__all__ = ["console", "measuring", "model_names", "opened_model", "progress"]
 
 
 def console(*, stderr: bool = False) -> Console:
@@ -79,26 +71,13 @@ def measuring(what: str) -> Generator[Callable[[str, float], None]]:
 
 @contextmanager
 def opened_model(
-    model: str | None,
-    generator: str | None = None,
-    scorer: str | None = None,
-    tokenizer: str | None = None,
-    adapter: str | None = None,
-    calls: Path | None = None,
+    names: Mapping[str, str | None], calls: Path | None = None
 ) -> Generator[OpenModel]:
-    """The model that options name, closed in the end; says what servers were asked."""
+    """A model by its `model_names`, closed in the end; says what servers were asked."""
     from goalscope.models.opening import open_model, parts
 
     with measuring("Loading the model") as report:
-        engine = open_model(
-            model,
-            generator=generator,
-            scorer=scorer,
-            tokenizer=tokenizer,
-            adapter=adapter,
-            calls=calls,
-            report=report,
-        )
+        engine = open_model(**names, calls=calls, report=report)
     try:
         yield engine
     finally:
@@ -109,22 +88,35 @@ def opened_model(
                 console(stderr=True).print(f"{server.url}: {server.usage}", style="dim")
 
 
-def named(model: str | None) -> str | None:
-    """A model's name as it is found again from any folder: files and folders by their full path."""
+def model_names(
+    model: str | None = None,
+    generator: str | None = None,
+    scorer: str | None = None,
+    tokenizer: str | None = None,
+    adapter: str | None = None,
+) -> dict[str, str | None]:
+    """The arguments of `open_model` that options name, as they are found from any folder.
+
+    Files and folders are named by their full path; a tokenizer that is none stays a hub's name.
+    """
+    from goalscope.models.adapters import NO_ADAPTER
+
+    return {
+        "model": _placed(model),
+        "generator": _placed(generator),
+        "scorer": _placed(scorer),
+        "tokenizer": _full_path(tokenizer),
+        "adapter": str(Path(adapter).absolute()) if adapter and adapter != NO_ADAPTER else adapter,
+    }
+
+
+def _placed(model: str | None) -> str | None:
     if model is None or model.startswith(("http://", "https://")):
         return model
     if model.startswith("hf:"):
-        return "hf:" + (tokenizer_named(model.removeprefix("hf:")) or "")
+        return f"hf:{_full_path(model.removeprefix('hf:'))}"
     return str(Path(model).absolute())
 
 
-def tokenizer_named(tokenizer: str | None) -> str | None:
-    """The same for a tokenizer, or another name that the hub may know if there is no such file."""
-    return str(Path(tokenizer).absolute()) if tokenizer and Path(tokenizer).exists() else tokenizer
-
-
-def adapter_named(adapter: str | None) -> str | None:
-    """The same for an adapter; "none" stays as it is."""
-    from goalscope.models.adapters import NO_ADAPTER
-
-    return str(Path(adapter).absolute()) if adapter and adapter != NO_ADAPTER else adapter
+def _full_path(name: str | None) -> str | None:
+    return str(Path(name).absolute()) if name and Path(name).exists() else name

@@ -8,16 +8,15 @@ from dataclasses import asdict, dataclass, replace
 from threading import Lock
 from typing import Any, Literal
 
-from goalscope.agent import Correction, GoalTracker
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL, calibration_from_json
 from goalscope.calibrations import calibration_named
-from goalscope.domains import TRACKING, Settings, settings_of
+from goalscope.domains import TRACKING, Settings, roleplay_of, settings_of
 from goalscope.episode import Round
 from goalscope.goals import GoalManager, incomplete, made_from
-from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
-from goalscope.models import Model
+from goalscope.models import Model, model_name
 from goalscope.store import EpisodeInfo, Store
+from goalscope.tracker import Correction, GoalTracker
 from goalscope.types import (
     UNSPECIFIED,
     ConflictError,
@@ -129,10 +128,10 @@ class Trackers:
             InvalidInputError: A text is empty, broken or too long, or the goals are too many.
         """
         settings = self._defaults
-        task = _checked(task, "task")
+        task = checked_text(task, "task", LONGEST)
         with self._lock:
             model = self._model()
-            likelihood = _likelihood(model, settings)
+            likelihood = roleplay_of(settings, model)
             tracker = GoalTracker(task=task, likelihood=likelihood)
             given = _new(tracker.belief, goals)
             tracker.add(given)  # refuses goals with too many tokens
@@ -148,7 +147,7 @@ class Trackers:
             id = self._store.begin(
                 domain=TRACKING,
                 method="good",
-                model=_name(model),
+                model=model_name(model),
                 task=task,
                 settings={**asdict(settings), TRACKING: begun},
                 owner=owner,
@@ -180,8 +179,8 @@ class Trackers:
                 closed or belongs to another model.
             InvalidInputError: There is no such session, or a text is broken or too long.
         """
-        query = _checked(query, "query") if query.strip() else ""
-        said = Turn(query, _checked(utterance, "utterance"))
+        query = checked_text(query, "query", LONGEST) if query.strip() else ""
+        said = Turn(query, checked_text(utterance, "utterance", LONGEST))
         with self._lock:
             session = self._load(id)
             rounds = session.rounds
@@ -316,12 +315,12 @@ class Trackers:
         if session.info.ended:
             raise ConflictError("This session is closed. Open another one.")
         model = self._model()
-        if _name(model) != session.info.model:
+        if model_name(model) != session.info.model:
             raise ConflictError(
                 f"This session belongs to the model {session.info.model}, and here is "
-                f"{_name(model)}. Open another one."
+                f"{model_name(model)}. Open another one."
             )
-        likelihood = _likelihood(model, settings_of(session.info.settings))
+        likelihood = roleplay_of(settings_of(session.info.settings), model)
         tracker = GoalTracker(task=session.info.task, likelihood=likelihood)
         tracker.belief, tracker.turns = session.belief, [round.turn for round in session.rounds]
         return model, tracker
@@ -374,35 +373,17 @@ class _Session:
         )
 
     def managed(self, model: Model, tracker: GoalTracker) -> list[GoalChange]:
-        """Propose goals if none explains the words, and remove proposed ones, as the agent does."""
+        """Have goals proposed and removed, as an agent does; those that were given stay."""
         if not self.begun["propose"]:
             return []
         settings = settings_of(self.info.settings)
         goals = GoalManager(model, tracker.task, propose=settings.propose, seed=settings.seed)
-        past = [change for round in self.rounds for change in round.changes] or self.earlier
-        changes: list[GoalChange] = []
-        if incomplete(tracker.belief, goals.propose, since=self.made_from):
-            changes += goals.added(tracker.likelihood, tracker.belief, tracker.turns, past)
-            del changes[max(0, GOALS + 1 - len(tracker.belief.goals)) :]
-            tracker.add(change.goal for change in changes)
-        added = [change for change in (*past, *changes) if change.kind == "added"]
-        own = {change.goal for change in added if change.reason != GIVEN} & {*tracker.belief.goals}
-        if own:
-            given = {*tracker.belief.goals} - own - {UNSPECIFIED}
-            beliefs = [*(round.belief for round in self.rounds if round.belief), tracker.belief]
-            removed = goals.removed([belief.drop(given) for belief in beliefs])
-            tracker.drop(change.goal for change in removed)
-            changes += removed
+        earlier = () if self.rounds else self.earlier
+        past = [*(change for round in self.rounds for change in round.changes), *earlier]
+        named = {each.goal for each in past if each.kind == "added" and each.reason != GIVEN}
+        given = {*tracker.belief.goals} - named - {UNSPECIFIED}
+        changes, _ = tracker.manage(goals, self.rounds, earlier, given=given, most=GOALS + 1)
         return changes
-
-
-def _likelihood(model: Model, settings: Settings) -> RolePlay:
-    layout = settings.layout or DEFAULT_LAYOUT
-    return RolePlay(model, layout=layout, end_of_turn=settings.end_of_turn)
-
-
-def _name(model: Model) -> str:
-    return getattr(model, "name", type(model).__name__)
 
 
 def _new(belief: Belief, goals: Iterable[str]) -> list[Goal]:
@@ -420,10 +401,4 @@ def _new(belief: Belief, goals: Iterable[str]) -> list[Goal]:
 
 
 def _checked_goal(text: str) -> str:
-    return _checked(text, "goal", LONGEST_GOAL)
-
-
-def _checked(text: str, what: str, longest: int = LONGEST) -> str:
-    if len(text) > longest:
-        raise InvalidInputError(f"The {what} is longer than {longest} characters. Make it shorter.")
-    return checked_text(text, what)
+    return checked_text(text, "goal", LONGEST_GOAL)

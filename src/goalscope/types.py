@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -45,12 +46,23 @@ class UnreadableAnswerError(ModelError):
     """A language model answered, but not in the form that it was asked for."""
 
 
-def checked_text(text: str, what: str) -> str:
+_UNSEEN = frozenset({"Cc", "Cf", "Zs", "Zl", "Zp"})  # controls, marks of format, spaces
+
+
+def checked_text(text: str, what: str, longest: int | None = None) -> str:
     """Return `text` without surrounding whitespace, refusing what no model can read.
 
+    Args:
+        text: From a person, a file or another program.
+        what: What the error is to call it.
+        longest: Most characters; None for any number.
+
     Raises:
-        InvalidInputError: `text` is empty, or holds a lone surrogate (half of a character).
+        InvalidInputError: `text` has nothing to read, is too long, or holds a lone surrogate (half
+            of a character).
     """
+    if longest is not None and len(text) > longest:
+        raise InvalidInputError(f"The {what} is longer than {longest} characters. Make it shorter.")
     try:
         text.encode()
     except UnicodeEncodeError as error:
@@ -58,10 +70,9 @@ def checked_text(text: str, what: str) -> str:
             f"The {what} holds a broken character at position {error.start} (a lone surrogate). "
             "Type it again, or save the file as UTF-8."
         ) from None
-    stripped = text.strip()
-    if not stripped:
+    if all(unicodedata.category(each) in _UNSEEN for each in text):
         raise InvalidInputError(f"The {what} is empty. Give at least one word.")
-    return stripped
+    return text.strip()
 
 
 def meaning(text: str) -> str:

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.extras import package
 from goalscope.models import Generator
 from goalscope.models.embedding import embedded
-from goalscope.models.extras import package
 from goalscope.prompts import render
 from goalscope.types import Goal, GoalscopeError, Turn
 

@@ -20,6 +20,7 @@ from goalscope.calibration import (
     Calibration,
     calibration_from_json,
 )
+from goalscope.models import model_name
 from goalscope.prompts import render
 from goalscope.types import GoalscopeError, InvalidInputError
 
@@ -81,7 +82,7 @@ def calibration_file(scorer: Any, layout: str, *, end_of_turn: bool) -> Path:
     chat = render(layout.replace("-", "_"), task="T", goal="G", query="Q")
     adapter: Path | None = getattr(scorer, "adapter", None)
     facts = [
-        getattr(scorer, "name", type(scorer).__name__),
+        model_name(scorer),
         hashlib.sha256(adapter.read_bytes()).hexdigest() if adapter else None,
         [[each.role, each.content] for each in chat],
         end_of_turn,

@@ -16,7 +16,7 @@ from sqlalchemy.exc import ArgumentError
 
 from goalscope.database.errors import explained
 from goalscope.database.tables import REVISION, TABLES, VERSION_TABLE
-from goalscope.models.extras import package
+from goalscope.extras import package
 from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = ["WRITING", "default_place", "opened"]

@@ -7,11 +7,18 @@ from typing import Protocol
 
 from goalscope.types import Action, Profile, StepResult, Turn
 
-__all__ = ["Environment"]
+__all__ = ["SEARCH", "Environment"]
+
+SEARCH = "search inventory"
+"""Name of the action that only looks something up, in every domain."""
 
 
 class Environment(Protocol):
-    """A domain in which the agent acts."""
+    """A domain in which the agent acts.
+
+    A class that inherits from it may leave out what it has no use for: `notes`, `close`, `unmet`,
+    `permission`, `answer` and `completion_actions`.
+    """
 
     @property
     def task(self) -> str:
@@ -21,7 +28,7 @@ class Environment(Protocol):
     @property
     def notes(self) -> Sequence[str]:
         """What a person should know about what was loaded, one sentence each."""
-        ...
+        return ()
 
     @property
     def completion_phrase(self) -> str:
@@ -34,7 +41,6 @@ class Environment(Protocol):
 
     def close(self) -> None:
         """Let go of whatever runs behind it."""
-        ...
 
     def fingerprint(self) -> str:
         """A text that is the same for the same state, and for no other."""
@@ -69,14 +75,14 @@ class Environment(Protocol):
         The present state is that after `results`, which were done for this turn; what failed or
         waits for leave is told elsewhere.
         """
-        ...
+        return []
 
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
         """What to ask before the action may be taken; empty where it may be taken now.
 
         An act that nobody can undo needs the person's word in `turns`.
         """
-        ...
+        return ""
 
     def step(self, action: Action) -> StepResult:
         """Take one action. An impossible one changes nothing and says why."""
@@ -84,7 +90,7 @@ class Environment(Protocol):
 
     def answer(self, question: str) -> str | None:
         """Answer a person's question from the state; None where it is no such question."""
-        ...
+        return None
 
     def is_completion(self, turn: Turn) -> bool:
         """Whether the person, in this context, says that the task is complete."""
@@ -92,7 +98,7 @@ class Environment(Protocol):
 
     def completion_actions(self) -> list[Action]:
         """What to do when the person says that the task is complete."""
-        ...
+        return []
 
     def checks_met(self, profile: Profile) -> list[bool]:
         """Which of the profile's checks the present state meets, in their order."""

@@ -16,7 +16,7 @@ from contextlib import ExitStack, contextmanager
 from queue import Empty, SimpleQueue
 from typing import Any
 
-from goalscope.models.extras import package
+from goalscope.extras import package
 from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = ["on_cluster"]

@@ -15,7 +15,7 @@ from goalscope.experiment.identity import identity_of
 from goalscope.experiment.plan import Experiment, judging
 from goalscope.experiment.results import Cell, Results
 from goalscope.experiment.work import measure, perform
-from goalscope.models.extras import package
+from goalscope.extras import package
 from goalscope.rounds_json import dumps
 from goalscope.types import GoalscopeError, InvalidInputError
 

@@ -26,8 +26,10 @@ __all__ = [
     "Measured",
     "Table",
     "chosen",
+    "inert",
     "markdown_text",
     "mean",
+    "percent",
     "slug",
 ]
 
@@ -62,7 +64,7 @@ class Estimate:
             raise ValueError(f"an estimate must be finite, not {self.value} {ends}")
 
     def __str__(self) -> str:
-        shown, unit = (_percent, " %") if self.form == "percent" else (_number, "")
+        shown, unit = (_hundredths, " %") if self.form == "percent" else (_number, "")
         text = f"{shown(self.value)}{unit}"
         if self.interval is None:
             return text
@@ -130,8 +132,8 @@ class Table:
         writer = csv.writer(file, lineterminator="\n")
         heads: list[str] = []
         for heading, is_wide in zip(self.columns, wide, strict=True):
-            heads += [_inert(heading)]
-            heads += [_inert(f"{heading}, {end}") for end in ("low", "high") if is_wide]
+            heads += [inert(_line(heading))]
+            heads += [inert(_line(f"{heading}, {end}")) for end in ("low", "high") if is_wide]
         writer.writerow(heads)
         for row in self.rows:
             line: list[str | float] = []
@@ -214,6 +216,11 @@ def mean(values: Sequence[float]) -> float | None:
     return math.fsum(values) / len(values) if values else None
 
 
+def percent(value: float | None) -> Estimate | None:
+    """A share (0 to 1) to be shown as a percentage, without an interval; None of None."""
+    return None if value is None else Estimate(value, None, "percent")
+
+
 def slug(text: str) -> str:
     """`text` as a part of file names and references; long ones end in a digest."""
     short = re.sub(r"[^A-Za-z0-9._-]+", "-", text).strip("-.") or "table"
@@ -230,7 +237,7 @@ def _value(value: object) -> str:
     return value if isinstance(value, str) else _key(value)
 
 
-def _percent(fraction: float) -> str:
+def _hundredths(fraction: float) -> str:
     return f"{100 * fraction:z.1f}"
 
 
@@ -263,14 +270,14 @@ def _spread(entry: Entry) -> list[str | float]:
         ends = (entry.interval.low, entry.interval.high) if entry.interval else ("", "")
         return [entry.value, *ends]
     if isinstance(entry, str):
-        return [_inert(entry), "", ""]
+        return [inert(_line(entry)), "", ""]
     return ["" if entry is None else entry, "", ""]
 
 
-def _inert(text: str) -> str:
-    line = _line(text)
-    first = unicodedata.normalize("NFKC", line[:1])  # some spreadsheets take wide signs, too
-    return f"'{line}" if first and first in "=+-@" else line
+def inert(text: str) -> str:
+    """The text, after an apostrophe if a spreadsheet would take it for a formula."""
+    first = unicodedata.normalize("NFKC", text[:1])  # some take wide signs, too
+    return f"'{text}" if first and first in "=+-@\t\r\n" else text
 
 
 def markdown_text(text: str) -> str:

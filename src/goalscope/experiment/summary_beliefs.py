@@ -11,13 +11,9 @@ import numpy.typing as npt
 
 from goalscope.calibrating import Observed, Tables, observed_in
 from goalscope.calibration import PAPER, USUAL, Calibration, calibration_from_json
+from goalscope.experiment.predictors import among_goals
 from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate, Measured, Table
-from goalscope.experiment.summary_dialogues import (
-    EPS,
-    among_goals,
-    by_settings,
-    mean_of,
-)
+from goalscope.experiment.summary_dialogues import EPS, by_settings, mean_of
 from goalscope.goals import UNEXPLAINED
 from goalscope.stats import auroc
 
@@ -140,12 +136,10 @@ def _sets(
     threshold = dict(calibration.thresholds).get(EPS)
     if threshold is None:
         return None, None, None
-    found, sure = tables.drawn_turn(beliefs)
-    held = np.logical_or(sure >= threshold, sure >= found.max(-1))
-    sizes: Array = np.maximum(np.greater_equal(found, threshold).sum(-1), 1).mean(0)
+    held, sizes = tables.conformal_sets(beliefs, threshold)
     present, absent = held.astype(float).tolist()
     return (
         mean_of(present, groups, "held"),
         mean_of(absent, groups, "held"),
-        mean_of(sizes.tolist(), groups, "size"),
+        mean_of(sizes.mean(0).tolist(), groups, "size"),
     )

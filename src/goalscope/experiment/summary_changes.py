@@ -10,14 +10,9 @@ import numpy.typing as npt
 
 from goalscope.calibration import PAPER, USUAL, calibration_from_json
 from goalscope.datasets.changes import AFTER
+from goalscope.experiment.predictors import AS_IN_PAPER, GOALSCOPE, among_goals
 from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate, Measured, Table, slug
-from goalscope.experiment.summary_dialogues import (
-    AS_IN_PAPER,
-    GOALSCOPE,
-    among_goals,
-    by_settings,
-    mean_of,
-)
+from goalscope.experiment.summary_dialogues import by_settings, mean_of
 
 __all__ = ["FRESH", "Changes", "read_changes"]
 

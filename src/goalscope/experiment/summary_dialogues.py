@@ -10,10 +10,26 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.belief import log_posteriors
-from goalscope.benchmarks.baselines import overlap
 from goalscope.calibration import PAPER, Calibration, calibration_from_json
 from goalscope.datasets.goal_sets import chance
+from goalscope.experiment.predictors import (
+    AS_IN_PAPER,
+    FOLDS,
+    GOALS_ALONE,
+    GOALSCOPE,
+    MOST_SURE,
+    OUTRIGHT,
+    PREDICTORS,
+    SEEN,
+    SIMILARITIES,
+    UNIFORM,
+    beside_unspecified,
+    fitted_temperatures,
+    likeness,
+    log_softmax,
+    outright_belief,
+    role_play,
+)
 from goalscope.experiment.summary import (
     NO_INTERVAL,
     Entry,
@@ -26,44 +42,12 @@ from goalscope.experiment.summary import (
 )
 from goalscope.stats import Reliability, Scores, auroc, bootstrap_mean, reliability, scores
 
-__all__ = [
-    "AS_IN_PAPER",
-    "GOALSCOPE",
-    "GOALS_ALONE",
-    "OUTRIGHT",
-    "PREDICTORS",
-    "SEEN",
-    "UNIFORM",
-    "Dialogues",
-    "Outcome",
-    "among_goals",
-    "by_settings",
-    "mean_of",
-    "read_dialogues",
-]
+__all__ = ["EPS", "Dialogues", "Openness", "Outcome", "by_settings", "mean_of", "read_dialogues"]
 
 Array = npt.NDArray[np.float64]
 
-GOALSCOPE = "goalscope"
-AS_IN_PAPER = "goalscope, Eq. 1"
-SIMILARITIES = {"TF-IDF": "tfidf", "BM25": "bm25", "embedding": "embedding"}
-UNIFORM = "uniform"
-GOALS_ALONE = "goals alone"
-OUTRIGHT = "model asked"
-
-SEEN = {True: "goalscope, goal seen", False: "goalscope, goal unseen"}
-"""goalscope where its adapter was fitted on the true goal's text, and where it was not."""
-
-PREDICTORS = (GOALSCOPE, AS_IN_PAPER, *SEEN.values(), UNIFORM, GOALS_ALONE, *SIMILARITIES, OUTRIGHT)
-"""All predictors, in the order of the tables."""
-
 TURNS = (1, 2, 3, 4, 5, None)
 """Turns that tables show; None for each dialogue's last."""
-
-FOLDS = 5
-TEMPERATURES = np.geomspace(1e-3, 1e2, 51)
-MOST_SURE = 0.995
-"""A model that says 100 % and is wrong would have an infinite log-loss."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -336,7 +320,7 @@ def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogue
         if result.get("role-play"):
             own = calibration_from_json(result["calibration"])
             for predictor, way in ((GOALSCOPE, own), (AS_IN_PAPER, PAPER)):
-                keep(predictor, cell, _role_play(result, way))
+                keep(predictor, cell, role_play(result, way))
                 if goals > 2:
                     last = None
                     for turn, last in enumerate(_openness(cell, way), 1):
@@ -344,19 +328,19 @@ def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogue
                     if last:
                         openness.setdefault((predictor, None), []).append(last)
             if len(known) == 2 and result.get("seen") is not None:
-                keep(SEEN[result["seen"]], cell, _role_play(result, own))
+                keep(SEEN[result["seen"]], cell, role_play(result, own))
         if answers := result.get("outright"):
-            keep(OUTRIGHT, cell, [_outright(answer, goals) for answer in answers])
+            keep(OUTRIGHT, cell, [outright_belief(answer, goals) for answer in answers])
             asked += len(answers)
             unread += sum(answer["goal"] is None for answer in answers)
     for predictor in (GOALS_ALONE, *SIMILARITIES):
-        found = [(cell, _likeness(cell, predictor)) for cell in cells]
+        found = [(cell, likeness(cell, predictor)) for cell in cells]
         own = [(cell, table) for cell, table in found if table.size]
-        fitted = _fit(own)
+        fitted = fitted_temperatures(own)
         if own and not fitted:
             notes.append(f"{predictor}: one group is too few to choose a temperature.")
         for (cell, table), temperature in zip(own, fitted, strict=False):
-            keep(predictor, cell, _log_softmax(table / temperature))
+            keep(predictor, cell, log_softmax(table / temperature))
         if fitted:
             low, high = min(fitted), max(fitted)
             span = f"{low:.2g}" if low == high else f"{low:.2g} to {high:.2g}"
@@ -379,7 +363,9 @@ def _openness(cell: Measured, calibration: Calibration) -> Iterator[Openness]:
     truth = case["truth"] + 1
     wrong = [place for place in range(1, table.shape[1]) if place != truth]
     out = chance(0, case["id"]).choice(wrong)
-    beliefs = [_beliefs(np.delete(table, gone, axis=1), calibration) for gone in (out, truth)]
+    beliefs = [
+        beside_unspecified(np.delete(table, gone, axis=1), calibration) for gone in (out, truth)
+    ]
     place = truth - (out < truth)  # of the true goal, once a wrong one is left out
     threshold = dict(calibration.thresholds).get(EPS)
     for present, absent in zip(*beliefs, strict=True):
@@ -396,78 +382,6 @@ def _openness(cell: Measured, calibration: Calibration) -> Iterator[Openness]:
             held,
             sizes,
         )
-
-
-def _beliefs(table: Array, calibration: Calibration) -> Array:
-    """[T, 1 + G] log-posteriors turn by turn, where the first column is that of Unspecified."""
-    width = int(table.shape[1])
-    return log_posteriors(np.zeros(width), table, np.arange(width) > 0, calibration)[1:]
-
-
-def among_goals(log_likelihood: Array, calibration: Calibration) -> Array:
-    """[T, G] log-posteriors turn by turn, over the goals alone, from their log-likelihoods."""
-    width = len(log_likelihood[0])
-    stated = np.ones(width, dtype=bool)
-    return log_posteriors(np.zeros(width), log_likelihood, stated, calibration)[1:]
-
-
-def _role_play(result: Mapping[str, Any], calibration: Calibration) -> Array:
-    return among_goals(np.array(result["role-play"], dtype=np.float64), calibration)
-
-
-def _outright(answer: Mapping[str, Any], goals: int) -> Array:
-    """[G] log-probability: `sure` on the goal that was named, the rest spread evenly."""
-    pick, sure = answer["goal"], answer["sure"]
-    even = 1 / goals
-    if pick is None or goals == 1:
-        return np.full(goals, np.log(even))
-    least = even * (1 + 1e-6)  # so that the goal that was named stays the likeliest
-    own = least if sure is None else min(max(sure, least), MOST_SURE)
-    belief = np.full(goals, np.log((1 - own) / (goals - 1)))
-    belief[pick] = np.log(own)
-    return belief
-
-
-def _likeness(cell: Measured, predictor: str) -> Array:
-    """[T, G] how like each goal is to the words so far, or to the other goals; [0] if not run."""
-    spec, result = cell
-    if predictor in SIMILARITIES:
-        return np.array(result.get(SIMILARITIES[predictor]) or [], dtype=np.float64)
-    goals: list[str] = spec["case"]["goals"]
-    row = [
-        overlap(goal, [*goals[:i], *goals[i + 1 :]]).mean() if len(goals) > 1 else 0.0
-        for i, goal in enumerate(goals)
-    ]
-    return np.tile(np.array(row, dtype=np.float64), (len(spec["case"]["turns"]), 1))
-
-
-def _fit(cells: Sequence[tuple[Measured, Array]]) -> list[float]:
-    """The temperature of each cell, chosen on the folds that its group is not in; [] for one."""
-    groups = sorted({cell[0]["case"]["group"] for cell, _ in cells})
-    folds = min(FOLDS, len(groups))
-    if folds < 2:
-        return []
-    order = np.random.default_rng(0).permutation(len(groups))
-    fold_of = {groups[index]: position % folds for position, index in enumerate(order)}
-    fold = np.array([fold_of[cell[0]["case"]["group"]] for cell, _ in cells])
-    turns = np.array([len(table) for _, table in cells])
-    losses = np.array([_losses(cell, table) for cell, table in cells])
-    best = [
-        float(TEMPERATURES[(losses[fold != k].sum(axis=0) / turns[fold != k].sum()).argmin()])
-        for k in range(folds)
-    ]
-    return [best[k] for k in fold]
-
-
-def _losses(cell: Measured, table: Array) -> Array:
-    """[temperatures] log-loss of a dialogue, summed over its turns."""
-    beliefs = _log_softmax(table / TEMPERATURES[:, None, None])
-    return -beliefs[:, :, cell[0]["case"]["truth"]].sum(axis=1)
-
-
-def _log_softmax(values: Array) -> Array:
-    shifted = values - values.max(axis=-1, keepdims=True)
-    return shifted - np.log(np.exp(shifted).sum(axis=-1, keepdims=True))
 
 
 def _estimate(outcomes: Sequence[Outcome], field: str) -> Estimate | None:

@@ -17,6 +17,7 @@ from goalscope.experiment.summary import (
     Table,
     chosen,
     mean,
+    percent,
     slug,
 )
 from goalscope.experiment.summary_compare import Comparison, comparisons_table, read_comparison
@@ -113,13 +114,13 @@ class Episodes:
             runs = self.of(method)
             by_profile = _by_profile(runs, _score)
             row: list[Entry] = [method, len(by_profile), len(runs), _over_profiles(by_profile)]
-            row += [_percent(pooled_sd_of_mean(list(by_profile.values()))), *_course(runs)]
+            row += [percent(pooled_sd_of_mean(list(by_profile.values()))), *_course(runs)]
             row.append(sum(max(run.attempts - 1, 0) for run in runs))
             for judge in self.judges:
                 read = [run for run in runs if judge in run.readings]
                 scored = _by_profile(read, lambda run, judge=judge: _judged(run, judge))
                 trials = [run.readings[judge].trials for run in read if run.readings[judge].trials]
-                row += [len(trials), _over_profiles(scored), _percent(pooled_sd_of_mean(trials))]
+                row += [len(trials), _over_profiles(scored), percent(pooled_sd_of_mean(trials))]
                 row += _counts(read, judge)
             rows.append(tuple(row))
         for judge in self.judges:
@@ -151,12 +152,12 @@ class Episodes:
         for profile in sorted({run.profile for run in self.runs}):
             for method in self.methods:
                 runs = self.of(method, profile)
-                score = _percent(mean([_score(run) for run in runs]))
+                score = percent(mean([_score(run) for run in runs]))
                 row: list[Entry] = [profile, method, len(runs), score, *_course(runs)]
                 for judge in self.judges:
                     read = [run for run in runs if judge in run.readings]
                     given = [value for run in read if (value := _judged(run, judge)) is not None]
-                    row += [_percent(mean(given)), *_counts(read, judge)]
+                    row += [percent(mean(given)), *_counts(read, judge)]
                 rows.append(tuple(row))
         columns = ("profile", "method", "runs", "score", "rounds", "terminated", "replans")
         for judge in self.judges:
@@ -345,14 +346,10 @@ def _course(runs: Sequence[Run]) -> tuple[Entry, ...]:
         mean([float(run.result[key]) for run in runs])
         for key in ("rounds", "terminated", "replans")
     )
-    return rounds, _percent(terminated), replans
+    return rounds, percent(terminated), replans
 
 
 def _counts(runs: Iterable[Run], judge: str) -> tuple[int, int]:
     """Trials that were scored, and those that were not."""
     readings = [run.readings[judge] for run in runs]
     return sum(len(each.trials) for each in readings), sum(each.unscored for each in readings)
-
-
-def _percent(value: float | None) -> Estimate | None:
-    return None if value is None else Estimate(value, None, "percent")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from goalscope.experiment.predictors import GOALSCOPE
 from goalscope.experiment.summary import NO_INTERVAL, Entry, Table, slug
-from goalscope.experiment.summary_dialogues import GOALSCOPE, Dialogues, Outcome, mean_of
+from goalscope.experiment.summary_dialogues import Dialogues, Outcome, mean_of
 
 __all__ = ["model_tables"]
 

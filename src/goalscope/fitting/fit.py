@@ -17,8 +17,8 @@ import numpy.typing as npt
 from goalscope.calibration import USUAL
 from goalscope.datasets import Case
 from goalscope.datasets.goal_sets import chance
+from goalscope.extras import package
 from goalscope.fitting.learner import Example, Learner
-from goalscope.models.extras import package
 from goalscope.stats import auroc
 from goalscope.types import UNSPECIFIED, GoalscopeError, InvalidInputError
 

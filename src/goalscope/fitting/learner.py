@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from goalscope.extras import package
 from goalscope.likelihood import RolePlay
 from goalscope.models.adapters import ARCHITECTURES, MODULES, Adapter
-from goalscope.models.extras import package
 from goalscope.models.packing import parents
 from goalscope.models.transformers import Transformers
 from goalscope.models.trie import Trie

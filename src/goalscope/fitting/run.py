@@ -14,6 +14,7 @@ from filelock import FileLock, Timeout
 
 from goalscope.datasets import Case, said_key
 from goalscope.datasets.goal_sets import goal_key
+from goalscope.extras import package
 from goalscope.fitting.card import write_card
 from goalscope.fitting.fit import Fit, Progress, Settings
 from goalscope.fitting.learner import Learner
@@ -28,7 +29,6 @@ from goalscope.models.adapters import (
     read_adapter,
     write_adapter,
 )
-from goalscope.models.extras import package
 from goalscope.models.transformers import Transformers
 from goalscope.types import GoalscopeError, InvalidInputError, Message
 

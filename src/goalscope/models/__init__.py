@@ -21,6 +21,7 @@ __all__ = [
     "OpenGenerator",
     "OpenModel",
     "OpenScorer",
+    "model_name",
     "unfinished_json",
 ]
 
@@ -162,3 +163,8 @@ def unfinished_json(room: int) -> UnreadableAnswerError:
         f"The model did not finish its JSON within {room} tokens. Allow more tokens, or "
         "limit the schema's lengths (maxLength, maxItems)."
     )
+
+
+def model_name(model: object) -> str:
+    """What a model, and its calibrations, are filed under: its name, or what kind it is."""
+    return getattr(model, "name", type(model).__name__)

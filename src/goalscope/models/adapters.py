@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.models.extras import package
+from goalscope.extras import package
 from goalscope.types import ModelError
 
 __all__ = [

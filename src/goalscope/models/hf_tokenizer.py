@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, cast
 
+from goalscope.extras import package
 from goalscope.models.chat import ChatTokenizer
-from goalscope.models.extras import package
 from goalscope.types import ModelError
 
 __all__ = ["chat_tokenizer", "tokenizer_file"]

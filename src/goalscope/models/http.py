@@ -14,8 +14,8 @@ from threading import Thread
 from typing import TYPE_CHECKING, Any, cast
 from urllib.parse import urlsplit
 
+from goalscope.extras import package
 from goalscope.models import Heard
-from goalscope.models.extras import package
 from goalscope.models.streaming import Streamed
 from goalscope.types import InvalidInputError, ModelError
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from goalscope.models.extras import package
+from goalscope.extras import package
 from goalscope.types import InvalidInputError, ModelError
 
 __all__ = ["pull", "pulled_files"]

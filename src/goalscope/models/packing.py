@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from goalscope.models.extras import package
+from goalscope.extras import package
 from goalscope.models.trie import Trie
 
 __all__ = ["ROOT", "PrefixStore", "Row", "batches", "pack", "parents"]

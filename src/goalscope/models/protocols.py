@@ -12,13 +12,12 @@ import numpy as np
 from goalscope.models import Array
 from goalscope.models.chat import ChatTokenizer
 from goalscope.models.http import Server, understood
-from goalscope.models.scoring import Pair
+from goalscope.models.scoring import LEAST, Pair
 from goalscope.types import ModelError
 
 __all__ = ["PROTOCOLS", "Echo", "Forced", "NextTokens", "PromptTokens", "Protocol", "SGLang"]
 
 _BATCH = 8  # whole prompts of one request: a slow server too answers it in time
-_LEAST = -1000.0  # nats of a token; servers write -9999 for what they leave out
 _NEXT = 128  # prompts of one request for next tokens; vLLM allows as many different tokens
 
 
@@ -256,6 +255,6 @@ def _batches(pairs: Sequence[Pair]) -> list[Sequence[Pair]]:
 def _array(values: Iterable[Any]) -> Array:
     """Log-probabilities as an array; what is null becomes NaN, which no caller takes."""
     row = np.array([np.nan if value is None else float(value) for value in values])
-    if (row < _LEAST).any():
+    if (row < LEAST).any():
         raise ValueError(f"{row.min():.0f} stands for a log-probability that it does not tell")
     return row

@@ -11,10 +11,11 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.extras import package
 from goalscope.models.native import Weights
 from goalscope.types import ModelError
 
-__all__ = ["MIN_P", "Grammar", "LlamaGrammar", "Logits", "choose", "log_prob"]
+__all__ = ["MIN_P", "Grammar", "LLGuidanceGrammar", "LlamaGrammar", "Logits", "choose", "log_prob"]
 
 MIN_P = 0.05
 """Tokens less likely than this share of the likeliest are never sampled."""
@@ -66,6 +67,43 @@ class LlamaGrammar:
     def accept(self, token: int) -> None:
         """See `Grammar.accept`."""
         self._lib.llama_sampler_accept(self._sampler, token)
+
+
+class LLGuidanceGrammar:
+    """A `Grammar` by llguidance."""
+
+    def __init__(self, tokenizer: Any, schema: Mapping[str, Any]) -> None:
+        """Compile a schema.
+
+        Args:
+            tokenizer: An `llguidance.LLTokenizer`.
+            schema: A JSON schema.
+
+        Raises:
+            ModelError: llguidance cannot turn it into a grammar.
+        """
+        matcher = package("llguidance").LLMatcher
+        layout = {"whitespace_flexible": False, "item_separator": ", ", "key_separator": ": "}
+        rules = matcher.grammar_from_json_schema(json.dumps(schema), overrides=layout)
+        self._matcher = matcher(tokenizer, rules, log_level=0)
+        if self._matcher.is_error():
+            reason = self._matcher.get_error().partition("\n")[0]
+            raise ModelError(
+                f"This JSON schema cannot be turned into a grammar ({reason}). Simplify it."
+            )
+        self._allowed: npt.NDArray[np.uint8] | None = None
+
+    def filter(self, logits: Logits, tokens: npt.NDArray[np.int32]) -> Logits:
+        """See `Grammar.filter`."""
+        if self._allowed is None:
+            bits = np.frombuffer(self._matcher.compute_bitmask(), np.uint8)
+            self._allowed = np.unpackbits(bits, bitorder="little")
+        return np.where(self._allowed[tokens], logits[tokens], np.float32(-np.inf))
+
+    def accept(self, token: int) -> None:
+        """See `Grammar.accept`."""
+        self._matcher.consume_token(token)
+        self._allowed = None
 
 
 def choose(

@@ -13,10 +13,13 @@ from goalscope.models import Array
 from goalscope.models.chat import ChatTokenizer
 from goalscope.types import Message, ModelError
 
-__all__ = ["Pair", "SelfTest", "TokenScorer"]
+__all__ = ["LEAST", "Pair", "SelfTest", "TokenScorer", "are_logprobs"]
 
 TOLERANCE = 0.2
 """Most nats by which two ways to the same number may differ; BF16 needs some."""
+
+LEAST = -1000.0
+"""Nats of a token that none has; servers write -9999 for what they do not tell."""
 
 PREFERENCE = 0.5
 """Least nats a token by which a true sentence is likelier than scrambled words; 10 is usual."""
@@ -72,6 +75,11 @@ class SelfTest:
                 f"{self.preference:.2f} nats a token (at least {PREFERENCE} is sound)."
             )
         return ""
+
+
+def are_logprobs(row: Array) -> bool:
+    """Whether all numbers can be log-probabilities of tokens, nats; NaN cannot."""
+    return bool(((row > LEAST) & (row < 1e-3)).all())
 
 
 class TokenScorer(ABC):
@@ -146,7 +154,7 @@ class TokenScorer(ABC):
         scored = iter(self.score([pair for pair in pairs if pair.answer]))
         rows = [next(scored) if pair.answer else np.zeros(0) for pair in pairs]
         for row, pair in zip(rows, pairs, strict=True):
-            if len(row) != len(pair.answer) or not np.isfinite(row).all() or (row > 1e-3).any():
+            if len(row) != len(pair.answer) or not are_logprobs(row):
                 raise ModelError(
                     f"{self.name} gave log-probabilities that cannot be: {row[:8].tolist()} for "
                     f"{len(pair.answer)} tokens. `goalscope models check` tells more."

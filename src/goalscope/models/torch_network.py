@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.extras import package
 from goalscope.models.adapters import Adapter
-from goalscope.models.extras import package
 from goalscope.types import ModelError
 
 __all__ = ["Network", "multiplies_bfloat16"]

@@ -12,22 +12,21 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from goalscope.extras import package
 from goalscope.models import Array
 from goalscope.models.adapters import read_adapter
-from goalscope.models.extras import package
 from goalscope.models.hf_tokenizer import chat_tokenizer, tokenizer_file
 from goalscope.models.local import LocalModel
 from goalscope.models.native import Weights
 from goalscope.models.packing import ROOT, PrefixStore, Row, batches, pack, parents
-from goalscope.models.sampling import Grammar, LlamaGrammar, Logits
+from goalscope.models.sampling import Grammar, LlamaGrammar, LLGuidanceGrammar, Logits
 from goalscope.models.scoring import Pair
 from goalscope.models.torch_network import Network
 from goalscope.models.trie import Trie
 from goalscope.types import Message, ModelError
 
-__all__ = ["LLGuidanceGrammar", "Transformers"]
+__all__ = ["Transformers"]
 
 Read = Callable[[list[int], Any], object]
 """Takes nodes of a tree and their next-token logits, a tensor [nodes, vocabulary]."""
@@ -422,43 +421,6 @@ class Transformers(LocalModel):
     @property
     def _dtype(self) -> str:
         return str(self.network.dtype).removeprefix("torch.")
-
-
-class LLGuidanceGrammar:
-    """A `Grammar` by llguidance."""
-
-    def __init__(self, tokenizer: Any, schema: Mapping[str, Any]) -> None:
-        """Compile a schema.
-
-        Args:
-            tokenizer: An `llguidance.LLTokenizer`.
-            schema: A JSON schema.
-
-        Raises:
-            ModelError: llguidance cannot turn it into a grammar.
-        """
-        matcher = package("llguidance").LLMatcher
-        layout = {"whitespace_flexible": False, "item_separator": ", ", "key_separator": ": "}
-        rules = matcher.grammar_from_json_schema(json.dumps(schema), overrides=layout)
-        self._matcher = matcher(tokenizer, rules, log_level=0)
-        if self._matcher.is_error():
-            reason = self._matcher.get_error().partition("\n")[0]
-            raise ModelError(
-                f"This JSON schema cannot be turned into a grammar ({reason}). Simplify it."
-            )
-        self._allowed: npt.NDArray[np.uint8] | None = None
-
-    def filter(self, logits: Logits, tokens: npt.NDArray[np.int32]) -> Logits:
-        """See `Grammar.filter`."""
-        if self._allowed is None:
-            bits = np.frombuffer(self._matcher.compute_bitmask(), np.uint8)
-            self._allowed = np.unpackbits(bits, bitorder="little")
-        return np.where(self._allowed[tokens], logits[tokens], np.float32(-np.inf))
-
-    def accept(self, token: int) -> None:
-        """See `Grammar.accept`."""
-        self._matcher.consume_token(token)
-        self._allowed = None
 
 
 def _to_numpy(logits: Any) -> Logits:

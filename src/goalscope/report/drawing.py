@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 from xml.dom import minidom
 
-from goalscope.models.extras import package
+from goalscope.extras import package
 from goalscope.plain import plain
 from goalscope.types import GoalscopeError
 

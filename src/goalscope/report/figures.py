@@ -8,17 +8,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from goalscope.episode import Round
-from goalscope.experiment.summary import Estimate, Table
-from goalscope.experiment.summary_changes import Changes
-from goalscope.experiment.summary_dialogues import (
+from goalscope.experiment.predictors import (
     AS_IN_PAPER,
     GOALSCOPE,
     OUTRIGHT,
     PREDICTORS,
     SEEN,
     UNIFORM,
-    Dialogues,
 )
+from goalscope.experiment.summary import Estimate, Table
+from goalscope.experiment.summary_changes import Changes
+from goalscope.experiment.summary_dialogues import Dialogues
 from goalscope.experiment.summary_episodes import Episodes
 from goalscope.report.drawing import COLOURS, GREY, INK, PALE, Drawing, draw, shortened
 from goalscope.stats import Reliability, proportion

@@ -42,7 +42,7 @@ def markdown(sections: Sequence[Section], skipped: Sequence[str]) -> str:
     parts = ["# Results", INTRODUCTION]
     parts.append("\n".join(
         f"* [{markdown_text(section.title)}](#{section.name})" + "".join(
-            f"\n  * [{markdown_text(table.title)}](#{table.name})" for table in section.tables
+            f"\n    * [{markdown_text(table.title)}](#{table.name})" for table in section.tables
         )
         for section in sections
     ))  # fmt: skip

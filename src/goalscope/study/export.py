@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
-import unicodedata
 
+from goalscope.experiment.summary import inert
 from goalscope.store import Store
 from goalscope.study.book import Book, Study
 from goalscope.study.people import excluded
 
-__all__ = ["as_csv", "inert"]
+__all__ = ["as_csv"]
 
 COLUMNS = (
     "study", "participant", "external_id", "joined", "finished", "excluded", "place", "item",
@@ -49,9 +49,3 @@ def as_csv(store: Store, study: Study, *, ids: bool = True) -> str:
             )  # fmt: skip
             writer.writerow([inert(cell) if isinstance(cell, str) else cell for cell in line])
     return file.getvalue()
-
-
-def inert(text: str) -> str:
-    """The text, after an apostrophe if a spreadsheet would take it for a formula."""
-    first = unicodedata.normalize("NFKC", text[:1])  # some take wide signs, too
-    return f"'{text}" if first and first in "=+-@\t\r\n" else text

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import get_args
 
-from goalscope.domains import Domain, Settings, profile_named
+from goalscope.domains import Domain, profile_named, settings_of
 from goalscope.judge import possible_actions
 from goalscope.store import EpisodeInfo, Store
 from goalscope.study.plan import Check, Plan
@@ -85,7 +85,7 @@ def chosen_episodes(store: Store, plan: Plan) -> tuple[list[EpisodeInfo], int]:
 def item_of(store: Store, info: EpisodeInfo, plan: Plan) -> Item:
     """The item of a stored episode."""
     rounds = store.rounds(info.id)
-    settings = Settings(**info.settings)
+    settings = settings_of(info.settings)
     profile = profile_named(settings, info.profile).description if info.profile else ""
     if info.domain == "grocery":
         outcome = rounds[-1].status if rounds else ""

@@ -11,7 +11,16 @@ import numpy.typing as npt
 from sqlalchemy import select
 
 from goalscope.database.tables import CellRow
-from goalscope.experiment.summary import Entry, Estimate, Labels, Measured, Table, chosen, mean
+from goalscope.experiment.summary import (
+    Entry,
+    Estimate,
+    Labels,
+    Measured,
+    Table,
+    chosen,
+    mean,
+    percent,
+)
 from goalscope.experiment.summary_judge import JUDGE_NOTES, Reading, evaluator_of, reading_of
 from goalscope.stats import RESAMPLES, Interval, pooled_sd_of_mean
 from goalscope.store import EpisodeInfo, Store
@@ -136,8 +145,8 @@ def _episodes(study: Study, rated: Sequence[Rated], judges: Sequence[str]) -> Ta
     for each in rated:
         info = each.info
         row: list[Entry] = [info.id, info.profile or "a person", info.method, len(each.ratings)]
-        row += [_human([each]), _percent(info.score)]
-        rows.append((*row, *(_percent(_judge(each, judge)) for judge in judges)))
+        row += [_human([each]), percent(info.score)]
+        rows.append((*row, *(percent(_judge(each, judge)) for judge in judges)))
     columns = ("episode", "profile", "method", "ratings", "human score", "state score")
     columns = (*columns, *_headed(judges, "judge score"))
     return Table(*_titled(study, "episodes", "episodes"), columns, tuple(rows))
@@ -195,7 +204,7 @@ def _over_people(
     for each in rated:
         if (value := measure(each)) is not None:
             by_profile.setdefault(each.info.profile or each.info.id, []).append(value)
-    return _percent(mean([sum(each) / len(each) for each in by_profile.values()]))
+    return percent(mean([sum(each) / len(each) for each in by_profile.values()]))
 
 
 def _human(group: Sequence[Rated]) -> Estimate | None:
@@ -231,8 +240,4 @@ def _means(values: Array, axis: int) -> Array:
 
 
 def _sd(runs: Sequence[Sequence[float]]) -> Entry:
-    return _percent(pooled_sd_of_mean(runs) if runs else None)
-
-
-def _percent(value: float | None) -> Estimate | None:
-    return None if value is None else Estimate(value, None, "percent")
+    return percent(pooled_sd_of_mean(runs) if runs else None)

@@ -18,11 +18,13 @@ from fastapi.staticfiles import StaticFiles
 from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 
-from goalscope.agent import Correction, Method
+from goalscope.agent import Method
 from goalscope.domains import TRACKING, Domain, Settings, open_environment
 from goalscope.envs.house.scenes import known_scenes
-from goalscope.models import Model
+from goalscope.models import Model, model_name
+from goalscope.plain import model_shown
 from goalscope.store import EpisodeInfo, Store
+from goalscope.tracker import Correction
 from goalscope.tracking import Trackers
 from goalscope.types import ConflictError, Goal, GoalscopeError, InvalidInputError
 from goalscope.web.access import seen_by
@@ -174,7 +176,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     def options(visitor: Guest) -> Options:
         return Options(
             version=version("goalscope"),
-            model=getattr(model, "name", type(model).__name__),
+            model=model_shown(model_name(model)),
             host=visitor.is_host,
             domains=domains,
             methods=[MethodView(name=name, about=about) for name, about in METHODS.items()],

@@ -16,7 +16,6 @@ from typing import Any, Literal, TypeVar
 
 from pydantic import BaseModel
 
-from goalscope.agent import Correction
 from goalscope.belief import Belief
 from goalscope.dialog import FALLBACK
 from goalscope.domains import Settings, open_environment
@@ -25,6 +24,7 @@ from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
 from goalscope.models import Heard, Model
 from goalscope.session import Session, saved_settings
 from goalscope.store import EpisodeInfo, Store
+from goalscope.tracker import Correction
 from goalscope.types import ConflictError, Goal, GoalscopeError, InvalidInputError, checked_text
 from goalscope.web.desk import Desk
 from goalscope.web.views import BeliefView, ChangeView, Confirm, EpisodeView, Live, RoundView
@@ -192,7 +192,7 @@ class Conversation:
             ConflictError: The agent is at work, or this round has had its answer.
             InvalidInputError: The text is empty, broken or too long.
         """
-        text = _checked(text, "message")
+        text = checked_text(text, "message", LONGEST)
         with self._lock:
             query = self._state.query
             if round != len(self._session.rounds) + 1 or query is None:
@@ -208,7 +208,10 @@ class Conversation:
             ConflictError: The agent is at work.
             InvalidInputError: A text is empty, broken or too long.
         """
-        goal, text = _checked(goal, "goal"), text and _checked(text, "goal")
+        goal, text = (
+            checked_text(goal, "goal", LONGEST),
+            text and checked_text(text, "goal", LONGEST),
+        )
         return self._change(lambda: self._session.correct(kind, Goal(goal), text))
 
     def take_back(self) -> Future[None]:
@@ -412,9 +415,3 @@ class Conversations:
                 del self._open[each.id]
                 each.close()
         return entered
-
-
-def _checked(text: str, what: str) -> str:
-    if len(text) > LONGEST:
-        raise InvalidInputError(f"The {what} is longer than {LONGEST} characters. Make it shorter.")
-    return checked_text(text, what)

@@ -13,6 +13,7 @@ from jinja2 import PackageLoader, StrictUndefined
 
 from goalscope.domains import open_environment, settings_of
 from goalscope.episode import Round
+from goalscope.plain import model_shown
 from goalscope.policy import undo
 from goalscope.store import EpisodeInfo
 from goalscope.types import GoalscopeError, InvalidInputError
@@ -90,7 +91,7 @@ def _facts(info: EpisodeInfo) -> list[str]:
         info.domain,
         info.profile or "a person",
         info.method,
-        info.model,
+        model_shown(info.model),
         "1 round" if info.rounds == 1 else f"{info.rounds} rounds",
         info.ending,
         *([] if info.score is None else [f"score {info.score:.2f}"]),

@@ -10,9 +10,9 @@ from typing import Annotated
 from fastapi import APIRouter, HTTPException, Path
 from pydantic import BaseModel
 
-from goalscope.agent import Correction
 from goalscope.domains import TRACKING
 from goalscope.store import EpisodeInfo, Store
+from goalscope.tracker import Correction
 from goalscope.tracking import Tracked, Trackers
 from goalscope.web.access import seen_by
 from goalscope.web.desk import Desk

@@ -11,6 +11,7 @@ from pydantic import BaseModel
 from goalscope import belief as beliefs
 from goalscope import episode as episodes
 from goalscope.agent import CONFIRM, NO_GOAL
+from goalscope.plain import model_shown
 from goalscope.store import EpisodeInfo
 from goalscope.tracking import Advice, Tracked
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, StepResult
@@ -178,7 +179,7 @@ class EpisodeView(BaseModel):
             domain=info.domain,
             profile=info.profile,
             method=info.method,
-            model=info.model,
+            model=model_shown(info.model),
             task=info.task,
             ended=info.ended,
             score=info.score,

@@ -49,7 +49,7 @@ _ORDERS_WHOLE = re.compile(_PHRASE.replace("THING", _WHOLE))
 _ORDERS = re.compile(_PHRASE.replace("THING", f"(?:{_WHOLE}|{_ONE})"))
 _DONE = re.compile(r"\b(?:that'?s (?:it|all|everything)|nothing else|done|finished|all set)\b")
 _PREFACE = re.compile(rf"{_FILLER}(?:[ ,]+{_FILLER})*")
-_POLITE = re.compile(r"(?:.*[ ,])?(?:can|could|would|will) (?:you|we)\b.*")
+_POLITE = re.compile(r"(?:.*[ ,])?(?:(?:can|could|will) (?:you|we)|would you(?=.*please))\b.*")
 _QUOTES = re.compile(r"[\"\u201c\u201d\u00ab\u00bb`]")
 _DASH = re.compile(r"\s+[-\u2013\u2014]+\s+|[\u2013\u2014:]|,?\s*\.\.\.+|\u2026")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from decimal import Decimal
 
+from goalscope import envs
 from goalscope.envs.grocery.amounts import MOST, packages, units
 from goalscope.envs.grocery.answers import answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
@@ -18,7 +19,10 @@ from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.words import singulars, words
 from goalscope.types import Action, Profile, StepResult, Turn
 
-__all__ = ["GroceryShop"]
+__all__ = ["NAMES", "GroceryShop"]
+
+NAMES = (envs.SEARCH, "add item", "remove item", "buy basket")
+"""What can be done here."""
 
 _SHOWN = 10
 """Items that the action `search inventory` lists."""
@@ -205,8 +209,9 @@ class GroceryShop:
         return told
 
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
-        """Empty: the one irreversible act, the purchase, follows from the person's order alone."""
-        return ""
+        """None for a purchase in a plan: it follows from the person's order alone."""
+        buys = action.name == "buy basket"
+        return f'To have the basket bought, say "{self.completion_phrase}".' if buys else ""
 
     def completion_actions(self) -> list[Action]:
         """The purchase, if there is something to buy."""
@@ -214,8 +219,10 @@ class GroceryShop:
 
     def step(self, action: Action) -> StepResult:
         """Take one action. An impossible one changes nothing and says why."""
+        if type(action.target) is not str:
+            return StepResult(action, False, "What an action is done to is named by a text.")
         match action.name:
-            case "search inventory":
+            case envs.SEARCH:
                 return self._look(action)
             case "add item" | "remove item" | "buy basket" if self._bought:
                 return StepResult(action, False, "The basket is already purchased.")
@@ -226,9 +233,10 @@ class GroceryShop:
             case "buy basket":
                 return self._buy(action)
             case _:
-                known = "search inventory, add item, remove item, buy basket"
                 return StepResult(
-                    action, False, f"There is no action {action.name!r}; there are {known}."
+                    action,
+                    False,
+                    f"There is no action {action.name!r}; there are {', '.join(NAMES)}.",
                 )
 
     def answer(self, question: str) -> str | None:
@@ -304,6 +312,8 @@ class GroceryShop:
         return StepResult(action, True, f"{times}{action.target} {done} the basket.")
 
     def _buy(self, action: Action) -> StepResult:
+        if action != Action("buy basket"):
+            return StepResult(action, False, "The basket is bought as it is, and once.")
         if not self._basket:
             return StepResult(action, False, "The basket is empty; add something first.")
         self._bought = True

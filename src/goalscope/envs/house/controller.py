@@ -114,8 +114,9 @@ class Controller(Protocol):
 class HouseController:
     """Drives the embedded house as `ai2thor.controller.Controller` drives Unity.
 
-    >>> controller = HouseController("Kitchen1")   # doctest: +SKIP
-    >>> controller.step("PickupObject", objectId=egg, forceAction=True)   # doctest: +SKIP
+    Examples:
+        >>> controller = HouseController("Kitchen1")   # doctest: +SKIP
+        >>> controller.step("PickupObject", objectId=egg, forceAction=True)   # doctest: +SKIP
 
     Args:
         scene: A scene, its name, or its file; see `load_scene`.

@@ -49,7 +49,7 @@ class View:
 
     def id(self, name: str) -> str:
         """The object of this name; empty if there is none."""
-        return self._ids.get(name, "")
+        return self._ids.get(name, "") if type(name) is str else ""
 
     def type_of(self, name: str) -> str:
         """The object type of a name; empty if there is no such thing."""

@@ -1,0 +1,195 @@
+"""A belief over the goals of a person in dialogue, whatever acts on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Sequence
+from typing import Literal
+
+from goalscope.belief import Belief
+from goalscope.calibration import Calibration
+from goalscope.episode import Round
+from goalscope.goals import GoalManager, incomplete, made_from
+from goalscope.likelihood import Likelihood, PromptedRanking, RolePlay
+from goalscope.models import LikelihoodModel
+from goalscope.models.opening import open_model
+from goalscope.types import (
+    UNSPECIFIED,
+    Goal,
+    GoalChange,
+    InvalidInputError,
+    Turn,
+    checked_text,
+    meaning,
+)
+
+__all__ = ["UNCORRECTABLE", "Correction", "GoalTracker"]
+
+Correction = Literal["pin", "veto", "reword"]
+
+UNCORRECTABLE = "This method holds no belief that could be corrected."
+"""Said of a `Correction` where there is nothing to weigh."""
+
+
+class GoalTracker:
+    """A belief over the goals of a person in dialogue, without a domain.
+
+    Args:
+        model: Scores the words; by default the embedded model.
+        task: The assistant's task, in a sentence.
+        goals: Goals to start with, besides `UNSPECIFIED`.
+        include_unspecified: Whether "no stated goal" is one of the hypotheses.
+        likelihood: Evidence of a turn; by default the role-play likelihood of `model`.
+        calibration: How evidence becomes probabilities; that of the likelihood if None.
+    """
+
+    def __init__(
+        self,
+        model: LikelihoodModel | None = None,
+        *,
+        task: str = "Help the human with what they want.",
+        goals: Iterable[str | Goal] = (),
+        include_unspecified: bool = True,
+        likelihood: Likelihood | None = None,
+        calibration: Calibration | None = None,
+    ) -> None:
+        self.likelihood = likelihood or RolePlay(model or open_model())
+        self.task = checked_text(task, "task")
+        self.turns: list[Turn] = []
+        support = [UNSPECIFIED] if include_unspecified else []
+        self.belief = Belief.uniform(
+            [*support, *_as_goals(goals)], calibration or self.likelihood.calibration
+        )
+
+    def observe(self, query: str, utterance: str) -> Belief:
+        """Update the belief with what the person answered; on an error it stays as it was.
+
+        Raises:
+            InvalidInputError: The utterance is empty, broken, or too long for the model.
+        """
+        turns = [*self.turns, Turn(query, checked_text(utterance, "utterance"))]
+        rows = self.likelihood.log_likelihood(
+            self.task, self.belief.goals, turns, since=len(self.turns)
+        )
+        self.belief = self.belief.observe(rows[0])
+        self.turns = turns
+        return self.belief
+
+    def add(self, goals: Iterable[str | Goal]) -> Belief:
+        """Add goals; each is scored on all past turns, as if it had been there from the start."""
+        added = _as_goals(goals)
+        if not self.turns or not isinstance(self.likelihood, PromptedRanking):
+            self.belief = self.belief.add(
+                added, lambda new: self.likelihood.log_likelihood(self.task, new, self.turns)
+            )
+        elif added:  # an order is one of all goals together
+            everything = tuple(dict.fromkeys([*self.belief.goals, *added]))
+            row = self.likelihood.log_likelihood(
+                self.task, everything, self.turns, since=len(self.turns) - 1
+            )[0]
+            self.belief = Belief.uniform(everything, self.belief.calibration).observe(row)
+        return self.belief
+
+    def drop(self, goals: Iterable[str | Goal]) -> Belief:
+        """Remove goals; see `Belief.drop`."""
+        self.belief = self.belief.drop(_as_goals(goals))
+        return self.belief
+
+    def pin(self, goal: str | Goal) -> Belief:
+        """Take a goal that the person confirms, perhaps a new one (see `Belief.pinned`)."""
+        (pinned,) = _as_goals([goal])
+        self.belief = self.add([pinned]).pin(pinned)
+        return self.belief
+
+    def correct(self, correction: Correction, goal: str | Goal, text: str = "") -> list[GoalChange]:
+        """Take what the person says of the goals themselves, and tell what it changed.
+
+        Args:
+            correction: "pin": it is this goal, perhaps a new one. "veto": it is not, and never will
+                be proposed again. "reword": it is this goal in other words.
+            goal: The goal.
+            text: For "reword" the words.
+
+        Raises:
+            InvalidInputError: There is no such goal or no belief, or a text is empty or broken.
+        """
+        if isinstance(self.likelihood, PromptedRanking):
+            raise InvalidInputError(UNCORRECTABLE)
+        (named,) = _as_goals([goal])
+        present = {meaning(each.text): each for each in self.belief.goals}
+        named = present.get(meaning(named.text), named)
+        kept = _as_goals([text])[0] if correction == "reword" else named
+        kept = present.get(meaning(kept.text), kept)
+        if UNSPECIFIED in (named, kept) or (correction != "pin" and named not in self.belief.goals):
+            raise InvalidInputError(f"There is no goal {named.text!r} to correct so.")
+        changes: list[GoalChange] = []
+        if correction != "veto":
+            if kept not in self.belief.goals:
+                changes.append(GoalChange("added", kept, "you named it"))
+            self.pin(kept)
+            changes.append(GoalChange("pinned", kept, "you confirmed it"))
+        if correction == "veto" or (correction == "reword" and changes[-1].goal != named):
+            self.drop([named])
+            reason = "you ruled it out" if correction == "veto" else "you said it in other words"
+            changes.append(GoalChange("removed", named, reason, final=True))
+        return changes
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the person should be told of how they were understood."""
+        if not self.turns or not isinstance(self.likelihood, RolePlay):
+            return ()
+        start = self.likelihood.window(self.task, self.turns)
+        if not start:
+            return ()
+        return (f"The conversation is long: the first {start} turns are no longer read.",)
+
+    def manage(
+        self,
+        goals: GoalManager,
+        rounds: Sequence[Round],
+        corrections: Sequence[GoalChange] = (),
+        *,
+        given: Collection[Goal] = (),
+        propose: bool = True,
+        most: int | None = None,
+        progress: Callable[[str], None] = lambda _: None,
+    ) -> tuple[list[GoalChange], bool]:
+        """After a turn, propose goals if none explains the words, and remove what is unfit.
+
+        Args:
+            goals: Proposes and removes (Sec. 3.2).
+            rounds: All before this turn.
+            corrections: What the person said of the goals since the last of them.
+            given: Goals that stay.
+            propose: Whether any may be proposed.
+            most: Most goals in all.
+            progress: Is told what is done, before each part of it.
+
+        Returns:
+            What has changed, and whether a goal is missing for which none was found.
+        """
+        since = made_from([round.changes for round in rounds])
+        added: list[GoalChange] = []
+        missing = propose and incomplete(self.belief, goals.propose, since=since)
+        if missing:
+            progress("proposing goals")
+            past = [*(change for round in rounds for change in round.changes), *corrections]
+            added = goals.added(self.likelihood, self.belief, self.turns, past)
+            if most is not None:
+                del added[max(0, most - len(self.belief.goals)) :]
+            self.add(change.goal for change in added)
+        progress("checking goals")
+        beliefs = [*(round.belief for round in rounds if round.belief), self.belief]
+        removed = goals.removed([belief.drop(given) for belief in beliefs])
+        self.drop(change.goal for change in removed)
+        return [*added, *removed], missing and not added
+
+
+def _as_goals(goals: Iterable[str | Goal]) -> list[Goal]:
+    if isinstance(goals, str):
+        raise InvalidInputError(f"goals must be a list, such as [{goals!r}], not one text")
+    return [_as_goal(goal) for goal in goals]
+
+
+def _as_goal(goal: str | Goal) -> Goal:
+    return goal if isinstance(goal, Goal) else Goal(checked_text(goal, "goal"))

@@ -1,0 +1,218 @@
+"""What reads text that others wrote: by name, a function of bytes, and bytes that it takes.
+
+Each function raises nothing but goalscope's own errors, whatever it is given; `test_parsers.py`
+and `fuzz.py` try.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from tempfile import mkdtemp
+
+from fakes import LampRoom, WordModel, said
+from goalscope.benchmarks.mcq import read_questions
+from goalscope.calibration import USUAL
+from goalscope.calibrations import calibration_named
+from goalscope.envs import grocery, house
+from goalscope.envs.grocery import Catalogue, GroceryShop
+from goalscope.envs.grocery.profiles import checks_met
+from goalscope.envs.house.conditions import conditions_met
+from goalscope.envs.house.scenes import read_scene
+from goalscope.envs.house.state import State
+from goalscope.experiment.reading import read_experiment
+from goalscope.goals import propose
+from goalscope.infer import read_dialogues
+from goalscope.judge import judge
+from goalscope.policy import Planner, Want
+from goalscope.study.plan import read_plan
+from goalscope.types import UNSPECIFIED, Goal, GoalscopeError
+from houses import house as home
+
+FOLDER = Path(mkdtemp(prefix="goalscope-parsers-"))
+CATALOGUE = Catalogue.load()
+SHOP = GroceryShop(CATALOGUE)
+KITCHEN = home("Kitchen1").metadata()
+
+
+def kept(name: str, data: bytes) -> Path:
+    path = FOLDER / name
+    path.write_bytes(data)
+    return path
+
+
+def read_catalogue(data: bytes) -> None:
+    shop = Catalogue.load(kept("shop.csv", data))
+    assert all(0 < len(item.name) <= 130 and item.name.isprintable() for item in shop.items)
+
+
+def read_metadata(data: bytes) -> None:
+    State(read_scene(kept("scene.json", data)))
+
+
+def read_room(data: bytes) -> None:
+    State(read_scene(kept("room.toml", data)))
+
+
+def read_profiles(data: bytes) -> None:
+    basket = [(item, 2) for item in CATALOGUE.items[:50]]
+    for load, met in (
+        (grocery.load_profiles, lambda checks: checks_met(checks, basket, bought=True)),
+        (house.load_profiles, lambda checks: conditions_met(checks, KITCHEN["objects"])),
+    ):
+        with suppress(GoalscopeError):
+            for profile in load(kept("people.toml", data)):
+                assert {*met(profile.checks)} <= {True, False}
+
+
+class Writes(WordModel):
+    """Writes one text, whatever it is asked."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__({"": text})
+
+
+def read_goals(data: bytes) -> None:
+    """What a model proposes, and what it names to look for, as plans are made of it."""
+    model, turns = Writes(text_of(data)), said("I want to bake a cake.")
+    for change in propose(model, None, "Shop.", turns, [UNSPECIFIED, Goal("bake a cake")]):
+        assert 2 <= len(change.goal.text) <= 100
+    for env in (LampRoom(["lamp", "cake", "flour"]), SHOP):
+        env.reset()
+        outcome = Planner(model).act(env, [Want("bake a cake", 1.0)], turns, [])
+        assert len(outcome.results) <= 40
+
+
+def read_verdict(data: bytes) -> None:
+    shown = {"task": "Shop.", "description": "A cake.", "outcome": "Flour x1"}
+    for trial in judge(Writes(text_of(data)), **shown, trials=1):
+        assert trial.score is None or 0 <= trial.score <= 3
+
+
+def text_of(data: bytes) -> str:
+    """As the text of a model, in which JSON may have left half a character."""
+    return data.decode(errors="surrogateescape")
+
+
+PROFILES = b"""
+[[profile]]
+name = "soup"
+scene = "Kitchen1"
+description = "You want soup."
+replies = ["Tomato soup.", "No cream."]
+checks = [{ must_have = ["tomatoes"], tag = "vegan", min_quantity = 2 }, { max_total = 60 },
+    { must_not_have = ["cream"] }, { bought = true }]
+"""
+HOME_PROFILES = b"""
+[[profile]]
+name = "tidy"
+scene = "Kitchen1"
+description = "You want it tidy."
+replies = ["Put the apple in the fridge."]
+checks = [{ object = "Apple", in = "Fridge", count = 1 }, { no = "Fridge", isOpen = true }]
+"""
+ROOM = b"""
+name = "Den"
+size = [4, 3.5]
+[agent]
+position = [1, 1]
+rotation = 90
+[[object]]
+type = "DiningTable"
+at = [2.5, 2]
+label = "desk"
+size = [1, 0.7, 0.8]
+[[object]]
+type = "Mug"
+on = "desk"
+isDirty = true
+[[object]]
+type = "Fridge"
+at = [3.5, 0.5]
+"""
+STUDY = b"""
+name = "shop"
+consent = "C"
+instructions = "I"
+transcript = true
+[episodes]
+domain = "grocery"
+methods = ["good"]
+[[check]]
+profile = "P"
+outcome = "O"
+rating = 0
+conversation = ["Yes?", "Soup."]
+[exclusion]
+min_seconds = 3
+[completion]
+url = "https://a.test/x"
+"""
+EXPERIMENT = b"""
+title = "T"
+models = ["embedded", { model = "http://a.test/v1", tokenizer = "t" }]
+[episodes]
+domain = "grocery"
+profiles = ["all"]
+methods = ["good", "no-goals"]
+seeds = [0, 1]
+[dialogues]
+set = "teach"
+[judge]
+trials = 3
+"""
+DIALOGUE = {
+    "id": "1", "task": "Help.", "goals": ["bake a cake", "make tea"],
+    "turns": [{"query": "Yes?", "utterance": "Put the kettle on."}],
+}  # fmt: skip
+QUESTION = {
+    "id": "1", "prompt": "What?", "choices": dict(zip("ABCDE", "vwxyz", strict=True)),
+    "answer": "A", "rephrasings": {},
+}  # fmt: skip
+SCENE = {
+    "sceneName": "FloorPlan1", "agent": KITCHEN["agent"],
+    "objects": [o for o in KITCHEN["objects"] if o["objectType"] in ("Floor", "Mug", "Fridge")],
+}  # fmt: skip
+CALIBRATION = {"calibration": json.loads(json.dumps(asdict(USUAL)))}
+
+ENTRIES: dict[str, tuple[Callable[[bytes], object], list[bytes]]] = {
+    "catalogue": (
+        read_catalogue,
+        [
+            b"name,category,unit,price,tags,brand\nTea,drinks,20 ct,$2.50,vegan,A\nTea,,40 ct,2,,\n",
+            'Title;Price;Currency\n"Br\u00f6d; ""white""";1.299,00;\u20ac\n'.encode(),
+        ],
+    ),
+    "scene": (read_metadata, [json.dumps(SCENE).encode()]),
+    "room": (read_room, [ROOM]),
+    "dialogues": (
+        lambda data: read_dialogues(kept("dialogues.jsonl", data)),
+        [json.dumps(DIALOGUE).encode() + b"\n\n"],
+    ),
+    "profiles": (read_profiles, [PROFILES, HOME_PROFILES]),
+    "goals": (read_goals, [b"- flour\n- sugar\n* 2 lamps\n3) bake a cake.\nHere:\n"]),
+    "verdict": (read_verdict, [b'{"score": 2.25, "explanation": "It fits."}']),
+    "questions": (
+        lambda data: read_questions(kept("questions.jsonl", data)),
+        [json.dumps(QUESTION).encode() + b"\n"],
+    ),
+    "paper's questions": (
+        lambda data: read_questions(kept("questions.csv", data)),
+        [b"prompt,A,B,C,D,E,answer\nWhat?,v,w,x,y,z,A\n"],
+    ),
+    "experiment": (
+        lambda data: read_experiment(kept("experiment.toml", data)),
+        [EXPERIMENT],
+    ),
+    "study": (
+        lambda data: read_plan(kept("study.toml", data)),
+        [STUDY],
+    ),
+    "calibration": (
+        lambda data: calibration_named(str(kept("calibration.json", data))),
+        [json.dumps(CALIBRATION).encode()],
+    ),
+}

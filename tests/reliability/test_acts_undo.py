@@ -1,0 +1,245 @@
+"""A plan that fails leaves no trace, but for what nobody can undo, and that is told."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import pytest
+
+from fakes import WordModel, said
+from goalscope.agent import Agent
+from goalscope.envs import Environment
+from goalscope.envs.grocery import Catalogue, GroceryShop
+from goalscope.envs.grocery.search import Search
+from goalscope.envs.house import HomeRobot, HouseController
+from goalscope.envs.house.hearing import IRREVERSIBLE
+from goalscope.envs.house.offers import NAMES
+from goalscope.envs.house.properties import LASTING, PREDICATES
+from goalscope.policy import Planner
+from goalscope.types import Action, GoalscopeError, StepResult
+
+CATALOGUE = Catalogue(Catalogue.load().items[::40])
+SEARCH = Search(CATALOGUE)
+SCENES = ("Kitchen1", "LivingRoom1", "Bedroom1", "Bathroom1")
+COUNTS = [100, pytest.param(1_000, marks=pytest.mark.slow)]
+STAYS = [each for each in PREDICATES if each not in ("isPickedUp", "parentReceptacles")]
+STAYS.remove("temperature")  # which returns by itself
+STATES = (*STAYS, "fillLiquid")
+"""What of a thing an act can change, besides where it is and how warm."""
+
+
+class Trusting(HomeRobot):
+    """A robot that asks nobody for leave."""
+
+    def permission(self, action: Action, turns: Sequence[object]) -> str:
+        return ""
+
+
+class Plans(Planner):
+    """Makes the plan that it is given, once."""
+
+    def __init__(self, given: Sequence[Action]) -> None:
+        super().__init__(WordModel(), replans=0)
+        self.given = given
+
+    def plan(self, *_: object) -> tuple[list[Action], list[str]]:
+        return [*self.given], []
+
+
+def shopping(rng: random.Random) -> Iterator[Action]:
+    while True:
+        name = rng.choice(CATALOGUE.items).name
+        yield Action(rng.choice(["add item", "add item", "remove item"]), name, rng.randint(1, 3))
+
+
+def housework(rng: random.Random, robot: HomeRobot) -> Iterator[Action]:
+    names = robot.names
+    frail = [names[each["objectId"]] for each in robot.metadata["objects"] if each["breakable"]]
+    while True:
+        offers = robot.actions([rng.choice(robot.kinds("", 99))])
+        yield rng.choice([*offers, Action("break", rng.choice(frail)), Action("open", "fridge")])
+
+
+def state(robot: HomeRobot) -> dict[str, Any]:
+    return {each["objectId"]: [each[name] for name in STATES] for each in robot.metadata["objects"]}
+
+
+@pytest.mark.parametrize("count", COUNTS)
+def test_a_failed_plan_leaves_the_basket_as_it_was(
+    count: int, record_property: Callable[[str, object], None]
+) -> None:
+    rng = random.Random(6)
+    shop, history = GroceryShop(CATALOGUE, search=SEARCH), list[StepResult]()
+    acts, failed = shopping(rng), 0
+    while failed < count:
+        before = shop.fingerprint()
+        plan = [next(acts) for _ in range(rng.randint(0, 6))]
+        if rng.random() < 0.9:
+            item = CATALOGUE.items[0].name
+            bad = [Action("remove item", item, 99), Action("add item", "none such"), Action("fly")]
+            plan.insert(rng.randint(0, len(plan)), rng.choice(bad))
+        outcome = Plans(plan).act(shop, [], said("hello"), history)
+        if outcome.failed:
+            failed += 1
+            assert outcome.results == ()
+            assert shop.fingerprint() == before
+        history = [*history, *outcome.results][-12:] if outcome.failed else []
+        if not history:
+            shop.reset()
+    record_property("measured", f"{failed:,} failed plans in the shop: each undone to the letter")
+
+
+@pytest.mark.parametrize("count", COUNTS)
+def test_a_failed_plan_leaves_the_house_as_it_was_but_for_what_lasts(
+    count: int, record_property: Callable[[str, object], None]
+) -> None:
+    rng = random.Random(6)
+    failed = lasting = 0
+    round = 0
+    while failed < count:
+        scene = SCENES[round % len(SCENES)]
+        robot, other = Trusting(HouseController(scene)), HomeRobot(HouseController(scene))
+        history: list[StepResult] = []
+        acts, round = housework(rng, robot), round + 1
+        for _ in range(25):
+            before = robot.fingerprint()
+            plan = [next(acts) for _ in range(rng.randint(0, 3))]
+            bad = rng.choice([Action("fly"), Action("put", next(acts).target, destination="moon")])
+            plan.insert(rng.randint(0, len(plan)), bad)
+            outcome = Plans(plan).act(robot, [], said("hello"), history)
+            assert outcome.failed
+            failed += 1
+            kept = [each for each in outcome.results if each.irreversible]
+            assert bool(kept) == bool(outcome.results)
+            history += outcome.results
+            if not kept:
+                assert robot.fingerprint() == before
+                continue
+            lasting += len(kept)
+            other.reset()
+            assert all(other.step(each.action).ok for each in history)
+            assert state(other) == state(robot)
+            assert outcome.results[-1].irreversible
+            assert all(each.observation.endswith("cannot be undone.") for each in kept)
+            done = sum(each[own] for each in robot.metadata["objects"] for own in LASTING)
+            assert done >= len([each for each in history if each.irreversible])
+    record_property(
+        "measured",
+        f"{failed:,} failed plans in the house: each undone to the letter, and {lasting:,} lasting "
+        "acts kept and told",
+    )
+
+
+class Leaking(GroceryShop):
+    """A shop in which, after the second reset, something lies in the basket."""
+
+    resets = 0
+
+    def reset(self) -> None:
+        super().reset()
+        self.resets += 1
+        if self.resets > 1:
+            self.step(Action("add item", CATALOGUE.items[5].name))
+
+
+class Moving(HouseController):
+    """A house in which things are elsewhere after the second reset."""
+
+    resets = 0
+
+    def reset(self, scene: Any = None, **parameters: Any) -> Any:
+        event = super().reset(scene, **parameters)
+        self.resets += 1
+        if self.resets > 2:
+            own = next(each for each in self._house.state.objects if each.startswith("Apple"))
+            self._house.state.objects[own]["isDirty"] = True
+            event.metadata["objects"] = self._house.metadata()["objects"]
+        return event
+
+
+@pytest.mark.parametrize("domain", ["shop", "house"])
+def test_where_undoing_leads_elsewhere_the_agent_stops_and_says_so(domain: str) -> None:
+    env: Environment
+    if domain == "shop":
+        env, good = Leaking(CATALOGUE, search=SEARCH), Action("add item", CATALOGUE.items[0].name)
+        env.reset()
+    else:
+        env, good = Trusting(Moving("Kitchen1")), Action("put", "tomato", destination="fridge")
+    plans = Plans([good, Action("fly")])
+    agent = Agent(env, WordModel(), method="no-goals", planner=plans)
+    with pytest.raises(
+        GoalscopeError, match=r"another state than before, so that the agent\s+stops"
+    ):
+        agent.step("What?", "hello there")
+    assert agent.rounds == []
+
+
+def restored(robot: HomeRobot, act: Action) -> bool:
+    """Whether another act, on anything that `act` has changed, leads back from what it led to."""
+    robot.reset()
+    start = state(robot)
+    assert robot.step(act).ok
+    changed = [own for own, now in state(robot).items() if start.get(own) != now]
+    for own in changed:
+        for name in NAMES:
+            if robot.step(Action(name, robot.names[own])).ok:
+                if state(robot) == start:
+                    return True
+                robot.reset()
+                robot.step(act)
+    return False
+
+
+@pytest.mark.parametrize(
+    "scene", ["Bathroom1", *(pytest.param(each, marks=pytest.mark.slow) for each in SCENES[:3])]
+)
+def test_an_act_is_marked_irreversible_where_no_other_leads_back_and_nowhere_else(
+    scene: str, record_property: Callable[[str, object], None]
+) -> None:
+    robot = Trusting(HouseController(scene))
+    start = state(robot)
+    marked, free = list[str](), 0
+    for target in [*robot.names.values()]:
+        for name in NAMES:
+            if name in ("put", "pick up"):
+                continue
+            result = robot.step(Action(name, target))
+            if result.ok and state(robot) != start:
+                assert result.irreversible != restored(robot, result.action), result.action
+                assert result.observation.endswith("cannot be undone.") == result.irreversible
+                marked += [name] * result.irreversible
+                free += not result.irreversible
+            if result.ok:
+                robot.reset()
+    assert {*marked} <= {*IRREVERSIBLE}
+    record_property(
+        "measured",
+        f"{scene}: {len(marked)} acts that nothing leads back from, all marked; {free} others not",
+    )
+
+
+@pytest.mark.parametrize(
+    "way",
+    [
+        (Action("put", "potato 1", destination="microwave"), Action("turn on", "microwave")),
+        (Action("turn on", "stove burner 1"), Action("put", "potato 1", destination="pan")),
+    ],
+)
+def test_what_heat_cooks_is_marked_too(way: Sequence[Action]) -> None:
+    robot = Trusting(HouseController("Kitchen1"))
+    assert [robot.step(each).irreversible for each in way] == [False, True]
+
+
+def test_a_purchase_alone_is_marked_in_the_shop() -> None:
+    shop = GroceryShop(CATALOGUE, search=SEARCH)
+    name = CATALOGUE.items[0].name
+    acts = [Action("search inventory", "milk"), Action("add item", name, 2)]
+    acts += [Action("remove item", name), Action("buy basket")]
+    assert [shop.step(each).irreversible for each in acts] == [False, False, False, True]
+    tried = [
+        Action(verb, each.name) for verb in ("add item", "remove item") for each in CATALOGUE.items
+    ]
+    assert not any(shop.step(each).ok for each in (*tried, Action("buy basket")))
+    assert shop.bought

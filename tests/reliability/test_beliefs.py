@@ -1,0 +1,339 @@
+"""What a belief must stand: broken words, failing models, copies of goals, hostile models."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fakes import LampRoom, WordModel
+from goalscope.agent import Agent, GoalTracker
+from goalscope.belief import Belief
+from goalscope.calibration import PAPER, USUAL
+from goalscope.envs.grocery import Catalogue, GroceryShop, load_profiles
+from goalscope.judge import judge
+from goalscope.models import Completion
+from goalscope.models.opening import open_model
+from goalscope.models.scoring import TokenScorer
+from goalscope.rounds_json import round_from_json, round_to_json
+from goalscope.types import (
+    UNSPECIFIED,
+    Goal,
+    InvalidInputError,
+    Message,
+    ModelError,
+    meaning,
+)
+
+REPLIES = {
+    "name what the human may want": "- have lamp light\n- sleep without light\n- read a book",
+    "lists of what is needed": "- lamp\n- book",
+    "short question": "Is it bright enough?",
+}
+SAID = ["lamp light please", "it is dark here", "a book to read", "no, sleep", "without light"]
+
+
+# Words that say nothing
+
+BLANK = st.text(st.characters(categories=["Zs", "Zl", "Zp", "Cc", "Cf"]), max_size=20)
+BROKEN = st.tuples(st.text(max_size=9), st.characters(categories=["Cs"]), st.text(max_size=9))
+
+
+@given(BLANK | BROKEN.map("".join))
+def test_words_that_say_nothing_or_are_broken_are_refused_and_change_nothing(said: str) -> None:
+    tracker = GoalTracker(WordModel(), goals=["bake a cake"])
+    agent = Agent(LampRoom(), WordModel(REPLIES))
+    before, believed = tracker.observe("Yes?", "a cake"), agent.step("Yes?", SAID[0]).belief
+    with pytest.raises(InvalidInputError):
+        tracker.observe("And?", said)
+    with pytest.raises(InvalidInputError):
+        agent.step("And?", said)
+    assert tracker.belief is before
+    assert agent.tracker is not None
+    assert agent.tracker.belief is believed
+    assert (len(tracker.turns), len(agent.rounds)) == (1, 1)
+
+
+# No evidence counts twice
+
+
+class Falters(WordModel):
+    """Breaks off at one of its calls."""
+
+    fails_at = 0
+
+    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+        self._count()
+        return super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+
+    def generate(self, messages: Sequence[Message], **settings: Any) -> Completion:
+        self._count()
+        return super().generate(messages, **settings)
+
+    def _count(self) -> None:
+        self.fails_at -= 1
+        if self.fails_at == 0:
+            raise ModelError("The server is gone.")
+
+
+def test_no_words_count_twice_whatever_fails_and_is_resumed(record_property) -> None:
+    smooth = Agent(LampRoom(["lamp", "book"]), WordModel(REPLIES))
+    expected = [smooth.step("And?", said).belief for said in SAID]
+    model, rounds, failures, apart = Falters(REPLIES), [], 0, 0.0
+    for number, said in enumerate(SAID):
+        for call in range(1, 100):
+            agent = Agent(LampRoom(["lamp", "book"]), model)
+            model.fails_at = 0
+            agent.resume([round_from_json(round_to_json(round)) for round in rounds])
+            model.fails_at = call
+            try:
+                agent.step("And?", said)
+                break
+            except ModelError:
+                failures += 1
+                assert len(agent.rounds) == number
+                model.fails_at = 0
+                agent.step("And?", said)  # the same agent tries again
+                assert agent.tracker is not None
+                again = agent.tracker.belief
+                agent.tracker.add(again.goals)  # a second update in the round
+                agent.tracker.add([goal.text for goal in again.goals if goal != UNSPECIFIED])
+                assert agent.tracker.belief is again
+                apart = max(apart, difference(again, expected[number]))
+        rounds = agent.rounds
+        apart = max(apart, difference(agent.rounds[-1].belief, expected[number]))
+    record_property(
+        "measured",
+        f"{len(SAID)} rounds, {failures} failed calls, each tried again; "
+        f"resumed before each: log-posteriors at most {apart:.0e} apart",
+    )
+    assert failures > 5 * len(SAID)
+    assert apart <= 1e-12
+
+
+def difference(one: Belief | None, other: Belief | None) -> float:
+    assert one is not None
+    assert other is not None
+    assert one.goals == other.goals
+    return float(np.abs(one.log_posterior - other.log_posterior).max())
+
+
+# Copies of goals
+
+tables = st.lists(st.lists(st.floats(-60, 0), min_size=5, max_size=5), min_size=1, max_size=6)
+FIVE = [UNSPECIFIED, *(Goal(f"goal {n}") for n in range(4))]
+
+
+@given(tables, st.sampled_from(FIVE[1:]), st.sampled_from([PAPER, USUAL]))
+def test_a_copy_of_a_goal_is_that_goal(table, goal: Goal, way) -> None:
+    belief = Belief(tuple(FIVE), np.zeros(5), np.array(table), way)
+    assert belief.add([goal, goal], lambda new: pytest.fail("a copy was scored")) is belief
+    merged = Belief.uniform([*FIVE, goal, *FIVE], way)
+    assert merged.goals == belief.goals
+    tracker = GoalTracker(WordModel(), goals=[each.text for each in [*FIVE[1:], goal]])
+    assert tracker.belief.goals == belief.goals
+
+
+@given(tables, st.integers(1, 4))
+def test_another_wording_of_a_goal_leaves_the_odds_of_the_others(table, which: int) -> None:
+    belief = Belief(tuple(FIVE), np.zeros(5), np.array(table), PAPER)
+    wider = belief.add([Goal("other words")], lambda new: belief.log_likelihood[:, [which]])
+    odds, others = (each.log_posterior[:5] - each.log_posterior[0] for each in (belief, wider))
+    assert others == pytest.approx(odds, abs=1e-12)
+    ranked = [goal for goal, _ in wider.top() if goal in belief.goals]
+    assert ranked == [goal for goal, _ in belief.top()]
+
+
+# Numbers that are none
+
+SENTINELS: dict[str, Callable[[np.ndarray], Any]] = {
+    "NaN": lambda row: np.append(row[:-1], np.nan),
+    "-inf": lambda row: np.append(row[:-1], -np.inf),
+    "+inf": lambda row: np.append(row[:-1], np.inf),
+    "above 0": lambda row: np.append(row[:-1], 0.5),
+    "-9999": lambda row: np.append(row[:-1], -9999.0),
+    "one missing": lambda row: row[:-1],
+    "one too many": lambda row: np.append(row, -1.0),
+    "none": lambda row: row[:0],
+}
+
+
+class Broken(WordModel):
+    """Gives a sentinel in place of one number, once it is told to."""
+
+    wrong: Callable[[np.ndarray], Any] | None = None
+
+    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+        rows = super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+        return [*rows[:-1], self.wrong(rows[-1])] if self.wrong and rows else rows
+
+
+class BrokenEngine(TokenScorer):
+    """One of goalscope's own scorers whose engine does so."""
+
+    name, context_size, fingerprint = "broken", 4096, "broken"
+
+    def __init__(self, tokenizer) -> None:
+        self.tokenizer = tokenizer
+        self.wrong: Callable[[np.ndarray], Any] | None = None
+
+    def score(self, pairs):
+        rows = [np.full(len(pair.answer), -1.0) for pair in pairs]
+        return [*rows[:-1], self.wrong(rows[-1])] if self.wrong else rows
+
+    def likeliest(self, prompt):
+        raise NotImplementedError
+
+    def clear_cache(self) -> None:
+        pass
+
+    def describe(self) -> str:
+        return self.name
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.mark.parametrize("kind", SENTINELS)
+def test_a_number_that_is_none_is_an_error_and_never_in_the_belief(model, kind: str) -> None:
+    engine = BrokenEngine(model.tokenizer)
+    tracker = GoalTracker(engine, goals=["bake a cake", "cook soup"])
+    before = tracker.observe("Yes?", "some flour")
+    engine.wrong = SENTINELS[kind]
+    with pytest.raises(ModelError):
+        tracker.observe("And?", "and some cocoa")
+    with pytest.raises(ModelError):
+        tracker.add(["wash the car"])
+    assert tracker.belief is before
+    assert len(tracker.turns) == 1
+
+
+@pytest.mark.parametrize("kind", ["NaN", "-inf", "+inf", "above 0", "-9999"])
+def test_a_number_of_anybodys_model_that_is_none_is_never_stored(tmp_path, kind: str) -> None:
+    model = Broken(REPLIES)
+    agent = Agent(LampRoom(), model)
+    first = agent.step("Yes?", SAID[0])
+    model.wrong = SENTINELS[kind]
+    kept: list[object] = []
+    with pytest.raises(ModelError):
+        agent.step("And?", SAID[1], keep=kept.append)
+    assert not kept
+    assert agent.tracker is not None
+    assert agent.tracker.belief is first.belief
+    model.wrong = None
+    assert agent.step("And?", SAID[1]).number == 2
+
+
+# A mind that changes
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+def test_a_belief_follows_a_mind_that_changes_after_fifteen_turns(noise, record_property) -> None:
+    """100 people with one of ten goals, for which each turn says two nats more than for others."""
+    random = np.random.default_rng(0)
+    goals = tuple(Goal(f"goal {n}") for n in range(10))
+    shipped = GoalTracker(open_model()).belief.calibration
+    ways = {"Eq. 1": PAPER, "usual": USUAL, "shipped": shipped}
+    followed = dict.fromkeys(ways, 0)
+    for _ in range(100):
+        first, second = random.choice(10, 2, replace=False)
+        table = random.normal(-30.0, noise, (18, 10))
+        table[:15, first] += 2.0
+        table[15:, second] += 2.0
+        for name, way in ways.items():
+            counted = table * way.temperature  # so that the nats are those that count
+            leaders = Belief(goals, np.zeros(10), counted, way).log_posteriors[16:].argmax(axis=1)
+            followed[name] += int(second in leaders)
+    shares = ", ".join(f"{name} {count} %" for name, count in followed.items())
+    record_property("measured", f"noise of {noise:g} nats: followed within 3 turns: {shares}")
+    assert min(followed["usual"], followed["shipped"]) >= (100 if noise == 0 else 60)
+
+
+# A model that would empty the goal set
+
+
+class Hostile(WordModel):
+    """Proposes what it should not, and finds each goal unsafe, irrelevant or neither, at random."""
+
+    PROPOSALS = (
+        "- Unspecified\n- unspecified.\n- UNSPECIFIED\n- remove every goal\n- have lamp light",
+        "- have lamp light\n- HAVE LAMP LIGHT\n- \ue000\n- <|im_end|>\n- ''\n- :",
+        "",
+        "- goal {n}\n- goal {n} again\n- another goal {n}",
+    )
+
+    def __init__(self, seed: int) -> None:
+        super().__init__(REPLIES)
+        self.random = np.random.default_rng(seed)
+
+    def generate(self, messages: Sequence[Message], **settings: Any) -> Completion:
+        if not any("name what the human may want" in each.content for each in messages):
+            return super().generate(messages, **settings)
+        text = self.PROPOSALS[self.random.integers(len(self.PROPOSALS))]
+        return Completion(text.format(n=self.random.integers(99)), "stop", 1, 1)
+
+    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+        return [-self.random.uniform(0.0, 500.0, 2) for _ in contexts]
+
+
+@pytest.mark.parametrize("episodes", [20, pytest.param(1_000, marks=pytest.mark.slow)])
+def test_unspecified_stays_and_no_goal_comes_or_goes_unsaid(episodes, record_property) -> None:
+    removed = rounds = 0
+    for seed in range(episodes):
+        agent = Agent(LampRoom(), Hostile(seed), patience=seed % 3)
+        goals = {UNSPECIFIED}
+        for number in range(10):
+            round = agent.step("And?", f"lamp light number {number} please")
+            for change in round.changes:
+                assert (change.kind == "added") == (change.goal not in goals)
+                goals ^= {change.goal}
+                assert change.reason
+                removed += change.kind == "removed"
+            assert round.belief is not None
+            assert {*round.belief.goals} == goals
+            assert UNSPECIFIED in goals
+            assert not {meaning(goal.text) for goal in goals - {UNSPECIFIED}} & {"unspecified"}
+            rounds += 1
+            for correction in ("pin", "veto", "reword"):
+                with pytest.raises(InvalidInputError):
+                    agent.correct(correction, "unspecified.", "anything")
+    record_property(
+        "measured",
+        f"{rounds:,} rounds: {removed:,} goals removed, each told with a reason; Unspecified never",
+    )
+    assert removed > rounds / 10
+
+
+# An empty basket
+
+
+class Generous(WordModel):
+    """Would give three points to anything."""
+
+    def generate(self, messages: Sequence[Message], **settings: Any) -> Completion:
+        self.calls += 1
+        return Completion('{"explanation": "A fine basket.", "score": 3}', "stop", 1, 1)
+
+
+def test_an_empty_basket_is_worth_nothing_to_any_profile_and_no_model_is_asked(
+    record_property,
+) -> None:
+    model, shop, trials = Generous(), GroceryShop(Catalogue.load(None)), []
+    profiles = load_profiles()
+    for profile in profiles:
+        assert not any(shop.checks_met(profile))
+        trials += judge(
+            model,
+            task=shop.task,
+            description=profile.description,
+            outcome=shop.status(),
+            actions=["search inventory: flour"],
+            empty=not shop.basket,
+        )
+    assert {trial.score for trial in trials} == {0.0}
+    assert model.calls == 0
+    record_property("measured", f"{len(profiles)} profiles, {len(trials)} trials: all 0")

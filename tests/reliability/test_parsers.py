@@ -1,0 +1,87 @@
+"""Whatever a file or a model holds, nothing but an error of goalscope's own comes of reading it."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from entries import ENTRIES
+from goalscope.types import GoalscopeError
+
+ODD = [
+    b"\0", b"\xff", b"\xef\xbb\xbf", b"\r", b"\n", b'"', b"'", b"\\ud800", b"\\u0000", b"{", b"}",
+    b"[" * 2000, b"9" * 5000, b"1e999", b"-1", b"NaN", b"null", b"true", b"[]", b"{}", b'""', b"=",
+    b",", b";", b":", b"\t", b"x" * 5000, b"0x10", b"1979-05-27", b"inf", b"- ", b"[[", b"]]",
+    "\u202e\u200b".encode(), "\U0001f600".encode(), b"\x1b[2J",
+]  # fmt: skip
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=9)
+    | st.sampled_from([10**400, -1, 0, 1e308, "", "\ud800", "Apple", "Floor|0"]),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=5,
+)  # fmt: skip
+
+
+@st.composite
+def edited(draw: st.DrawFn, samples: list[bytes]) -> bytes:
+    """A sample with some of its bytes cut out, and odd ones put in."""
+    data = draw(st.sampled_from(samples))
+    for _ in range(draw(st.integers(1, 3))):
+        at = draw(st.integers(0, len(data)))
+        cut = draw(st.sampled_from([0, 0, 1, 3, 30]))
+        data = data[:at] + draw(st.sampled_from(ODD) | st.binary(max_size=3)) + data[at + cut :]
+    return data
+
+
+@st.composite
+def replaced(draw: st.DrawFn, samples: list[bytes]) -> bytes:
+    """A sample of JSON in which something has another value, is missing, or is there besides."""
+    value = json.loads(draw(st.sampled_from(samples)))
+    for _ in range(draw(st.integers(1, 2))):
+        at: Any = value
+        while True:
+            keys = list(at) if isinstance(at, dict) else range(len(at))
+            if not keys:
+                break
+            key = draw(st.sampled_from(keys))
+            if isinstance(at[key], dict | list) and draw(st.booleans()):
+                at = at[key]
+                continue
+            if draw(st.integers(0, 5)):
+                at[key] = draw(VALUES)
+            else:
+                del at[key]
+            break
+    return json.dumps(value).encode()
+
+
+@pytest.mark.parametrize("count", [50, pytest.param(1000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ENTRIES)
+def test_only_typed_errors_come_of_reading(name: str, count: int, record_property: Callable) -> None:
+    read, samples = ENTRIES[name]
+    ends = Counter[str]()
+    for sample in samples:
+        read(sample)
+    ways = edited(samples)
+    if samples[0].startswith(b"{"):
+        ways |= replaced(samples)
+
+    @settings(max_examples=count, suppress_health_check=list(HealthCheck), database=None)
+    @given(ways)
+    def tried(data: bytes) -> None:
+        try:
+            read(data)
+            ends["read"] += 1
+        except GoalscopeError as error:
+            assert str(error).isprintable()
+            ends["refused"] += 1
+
+    tried()
+    told = f"{name}: {ends.total():,} hostile texts, {ends['refused']:,} refused, 0 other errors"
+    record_property("measured", told)

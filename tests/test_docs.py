@@ -1,0 +1,279 @@
+"""README.md and the pages of docs/ are true: their code runs, and prints what they say it does.
+
+A page that needs more than the embedded model has a test of its own, `test_docs_NAME.py`. The page
+of the command line is written anew by `GOALSCOPE_DOCS=1 pytest tests/test_docs.py`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from importlib.util import find_spec
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+import typer.main
+from typer.testing import CliRunner
+
+import goalscope
+from goalscope.cli import app
+from goalscope.datasets import read_cases
+from goalscope.envs import grocery, house
+from goalscope.experiment.reading import read_experiment
+from goalscope.infer import read_dialogues
+from goalscope.study.plan import read_plan
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+COMMANDS = DOCS / "commands.md"
+GENERATED = {COMMANDS, DOCS / "results.md"}
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted({*DOCS.glob("*.md")} - GENERATED)]
+ALONE = [page for page in PAGES if not (ROOT / "tests" / f"test_docs_{page.stem}.py").exists()]
+OF_OTHERS = {"--logits_all"}
+"""Options of other programs."""
+QUICK = (
+    "data list", "episodes", "house scenes", "house show", "infer", "models list", "study example",
+    "study list",
+)  # fmt: skip
+"""Commands that need no more than what a page gives them, and some seconds."""
+READERS: dict[str, Callable[[Path], Any]] = {
+    "dialogues.jsonl": read_dialogues,
+    "experiment.toml": read_experiment,
+    "own.jsonl": read_cases,
+    "people.toml": grocery.load_profiles,
+    "questions.jsonl": lambda file: import_module("goalscope.benchmarks.mcq").read_questions(file),
+    "residents.toml": house.load_profiles,
+    "shop.csv": lambda file: grocery.Catalogue.load(file, columns={"name": "Title"}),
+    "study.toml": read_plan,
+}
+PARSER = typer.main.get_command(app)
+each_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+each_page_alone = pytest.mark.parametrize("page", ALONE, ids=lambda page: page.name)
+
+
+class Block(NamedTuple):
+    """A fenced block of a page, and the heading of a file in it."""
+
+    language: str
+    title: str
+    text: str
+
+
+def blocks(page: Path) -> list[Block]:
+    fence = r'^```(\w*)(?: title="([^"]*)")?\n(.*?)^```$'
+    text = page.read_text(encoding="utf-8")
+    return [Block(*found) for found in re.findall(fence, text, re.DOTALL | re.MULTILINE)]
+
+
+def shell(block: Block) -> Iterator[tuple[list[str], str]]:
+    """The words of each command in a block for the shell, and the file that it writes to."""
+    if block.language not in ("sh", "bash", "console"):
+        return
+    for line in re.sub(r"\\\n\s*", "", block.text).splitlines():
+        words = shlex.split(line.removeprefix("$ "), comments=True)
+        while words and re.match(r"\w+=", words[0]):
+            del words[0]
+        *words, target = words if ">" not in words else (*words[: words.index(">")], words[-1])
+        yield (words, target) if ">" in shlex.split(line, comments=True) else ([*words, target], "")
+
+
+def inline(page: Path) -> Iterator[str]:
+    """What stands between single backticks."""
+    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.M)
+    yield from (found.replace("\\", "") for found in re.findall(r"`([^`\n]+)`", text))
+
+
+def commands(command: Any, *path: str) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Each command that is listed, under its names."""
+    yield path, command
+    for name, each in getattr(command, "commands", {}).items():
+        if not each.hidden:
+            yield from commands(each, *path, name)
+
+
+def parse(words: list[str]) -> str:
+    """Have the real command line take words, and do nothing but help; what it says."""
+    told = io.StringIO()
+    with contextlib.redirect_stdout(told):
+        PARSER.main(
+            words, prog_name="goalscope", standalone_mode=False, terminal_width=80, color=False
+        )
+    return told.getvalue()
+
+
+NAMES = dict(commands(PARSER))
+for each in NAMES.values():
+    each.callback = lambda **_: None
+
+
+def same(printed: str, shown: str) -> None:
+    """Hold two texts to be equal but for what another processor may compute, and for order."""
+    number = re.compile(r"-?\d+(?:\.\d+)?")
+    for found, expected in zip(
+        *(sorted(each.splitlines(), key=lambda line: number.sub("#", line))
+          for each in (printed, shown)), strict=True,
+    ):  # fmt: skip
+        assert number.sub("#", found) == number.sub("#", expected)
+        assert [float(each) for each in number.findall(found)] == pytest.approx(
+            [float(each) for each in number.findall(expected)], abs=6 if "%" in expected else 0.2
+        )
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("GOALSCOPE_STORE", str(tmp_path / "episodes.db"))
+    monkeypatch.setenv("GOALSCOPE_DATA", str(tmp_path / "datasets"))
+    (tmp_path / "datasets").mkdir()
+    return tmp_path
+
+
+@each_page_alone
+def test_what_a_page_shows_runs_and_prints_what_it_says(
+    page: Path, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names: dict[str, Any] = {"__name__": "__main__"}
+    for block, after in pairwise([*blocks(page), Block("", "", "")]):
+        if block.language in ("csv", "json", "toml"):
+            (folder / block.title).write_text(block.text, encoding="utf-8")
+            assert READERS[block.title](folder / block.title)
+        capsys.readouterr()
+        if block.language == "python":
+            exec(compile(block.text, str(page), "exec"), names)
+        printed = capsys.readouterr().out
+        for words, target in shell(block):
+            if not " ".join(words[1:]).startswith(QUICK) or "ID" in words:
+                continue
+            if words[1] == "infer" and not Path(words[2]).exists():
+                continue
+            done = CliRunner().invoke(app, words[1:])
+            assert done.exit_code == 0, (words, done.output)
+            printed += done.stdout
+            if target:
+                Path(target).write_text(done.stdout, encoding="utf-8")
+                assert READERS[target](Path(target))
+        if printed and after.language == "text":
+            same(printed, after.text)
+
+
+@each_page
+def test_every_command_of_a_page_is_one(page: Path) -> None:
+    given = [words for block in blocks(page) for words, _ in shell(block)]
+    for text in inline(page):
+        named = shlex.split(text) if text.startswith("goalscope ") else []
+        given.append([*named, "--help"] if tuple(named[1:]) in NAMES else named)
+    targets = re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    for words in given:
+        if words[:1] == ["goalscope"]:
+            parse(words[1:])
+        elif words[:1] == ["make"]:
+            assert set(words[1:]) <= {*targets}, words
+        for extra in re.findall(r"\.\[(\w+)\]|goalscope\[(\w+)\]", " ".join(words)):
+            assert "".join(extra) in project["optional-dependencies"]
+
+
+@each_page
+def test_every_option_of_a_page_is_one(page: Path) -> None:
+    known = {
+        option
+        for command in NAMES.values()
+        for parameter in command.params
+        for option in (*parameter.opts, *parameter.secondary_opts)
+    }
+    said = {option for text in inline(page) for option in re.findall(r"(?<!\S)--[\w-]+", text)}
+    assert said - known - OF_OTHERS - {"--help"} == set()
+
+
+@pytest.mark.parametrize("words", [["chat", "--speed", "9"], ["chatter"], ["run"]])
+def test_a_command_that_is_none_is_seen(words: list[str]) -> None:
+    with pytest.raises(Exception, match=r"(?i)no such|missing"):
+        parse(words)
+
+
+def test_what_is_printed_may_differ_a_little_and_in_nothing_else() -> None:
+    same("0.71 tea\n", "0.7 tea\n")
+    same("9% tea\n90% cake\n", "91% cake\n8% tea\n")
+    for wrong in ("0.3 tea\n", "0.7 cake\n", ""):
+        with pytest.raises((AssertionError, ValueError)):
+            same(wrong, "0.7 tea\n")
+
+
+def test_the_page_of_the_command_line_is_what_help_says() -> None:
+    parts = [
+        "# Command line\n\nWhat `goalscope COMMAND --help` says. Errors of what was given end with "
+        "exit code 2, all others with 1.\n"
+    ]
+    for path in NAMES:
+        told = parse([*path, "--help"])
+        heading = "#" * (len(path) + 1 if path else 2)
+        name = " ".join(("goalscope", *path))
+        parts.append(f"{heading} {name}\n\n```text\n{told.strip()}\n```\n")
+    page = "\n".join(parts)
+    if os.environ.get("GOALSCOPE_DOCS"):
+        COMMANDS.write_text(page, encoding="utf-8")
+    assert COMMANDS.read_text(encoding="utf-8") == page
+
+
+def test_the_page_of_the_code_names_every_module_and_no_other() -> None:
+    tree = (DOCS / "code.md").read_text(encoding="utf-8").partition("```\n")[2].partition("```")[0]
+    source = ROOT / "src" / "goalscope"
+    files = {file.name for file in source.rglob("*") if "__pycache__" not in file.parts}
+    said = set(re.findall(r"\b\w+\.py\b", tree))
+    assert said - files == set()
+    top = {each.name for each in source.iterdir()} - {"__init__.py", "__pycache__", "py.typed"}
+    named = said | {*re.findall(r"\b(\w+)/", tree)}
+    assert {each for each in top - named if not each.startswith("cli_")} == set()
+
+
+def test_the_reference_has_every_public_name() -> None:
+    pages = (DOCS / "reference.md", DOCS / "extending.md")
+    text = "\n".join(page.read_text(encoding="utf-8") for page in pages)
+    documented = {
+        name
+        for module in re.findall(r"^::: (\S+)", text, re.M)
+        for name in import_module(module).__all__
+    }
+    assert set(goalscope.__all__) - documented == set()
+
+
+def test_the_picture_is_of_the_example_beside_it() -> None:
+    drawn = (DOCS / "belief.svg").read_text(encoding="utf-8")
+    found = re.findall(r'text-anchor="end" fill="#333">([^<]+)<.*?>(\d+%)<', drawn)
+    goals = {goal for goal, _ in found}
+    last = "".join(f"{share} {goal}\n" for goal, share in found[-len(goals) :])
+    (shown,) = (each.text for each in blocks(ROOT / "README.md") if each.language == "text")
+    same(last, shown)
+
+
+@pytest.mark.parametrize("name", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"])
+def test_links_from_the_root_lead_somewhere(name: str) -> None:
+    text = (ROOT / name).read_text(encoding="utf-8")
+    for link in re.findall(r"\]\(([^)]+)\)", text):
+        if not link.startswith("https://"):
+            assert (ROOT / link.partition("#")[0]).is_file(), link
+
+
+@pytest.mark.skipif(not find_spec("mkdocs"), reason="mkdocs is not installed")
+def test_the_site_builds_and_asks_other_hosts_for_nothing(tmp_path: Path) -> None:
+    build = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)]
+    done = subprocess.run(build, cwd=ROOT, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    pages = sorted(tmp_path.glob("*.html"))
+    assert len(pages) > 10
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        assert not re.findall(r"<(?:script|link|img|iframe)[^>]+(?:src|href)=.?https?:", text), page
+        assert not re.findall(
+            r"^(?:[-*] |\|).*", re.sub(r"<pre.*?</pre>", "", text, flags=re.S), re.M
+        )
