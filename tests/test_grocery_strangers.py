@@ -236,6 +236,20 @@ def heard(basket: dict[str, int], *utterances: str) -> tuple[dict[str, int], lis
         (FULL, ["remove them"], {"Whole Milk": 2, "Large Eggs": 1, "Bananas": 1}),
         (FULL, ["i changed my mind, no bananas"], {"Whole Milk": 2, "Large Eggs": 1}),
         (FULL, ["Thats all folks, nothing else"], {"Whole Milk": 2, "Large Eggs": 1, "Bananas": 1}),
+        (
+            {},
+            ["need some halloumi, a jar of capers n two lemons asap"],
+            {"Halloumi": 1, "Capers": 1, "Lemons": 1},
+        ),
+        (
+            FULL,
+            ["I'd prefer oat milk to whole milk"],
+            {"Oat Milk": 2, "Large Eggs": 1, "Bananas": 1},
+        ),
+        (FULL, ["chuck out the bananas please"], {"Whole Milk": 2, "Large Eggs": 1}),
+        (FULL, ["everything except the eggs can go"], {"Large Eggs": 1}),
+        ({}, ["two cucumbers please", "sorry i meant three"], {"Cucumber": 3}),
+        ({}, ["Can I have some zuchini and a cauliflower"], {"Zucchini": 1, "Cauliflower": 1}),
     ],
 )
 def test_what_strangers_type_is_understood(

@@ -143,6 +143,7 @@ _CHANGES = [
             rf" (?:for|with|by|to|against) (?=(?!{_NUMBER}{_END}){_THING}{_END})",
             rf". remove \1. add {IN_PLACE} ",
         ),
+        (rf"(?<=\bprefer ){_THING} to {_THING}{_END}", r"\1 instead of \2"),
         (rf"(?:'d| would) rather have {_THING} than {_THING}{_END}", r" like \1 instead of \2"),
         (
             r"\b(?:change|set|reduce|increase|lower|raise|cut|bring|take|update|bump)"
