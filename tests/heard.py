@@ -1,12 +1,14 @@
-"""Scenes of things without places, and what is heard in them."""
+"""What is heard in scenes of things without places, and what is done in the shipped rooms."""
 
 from __future__ import annotations
 
-from goalscope.envs.house.hearing import (
-    Hearing,
-    hear,
-)
-from goalscope.types import Turn
+from functools import cache
+
+from fakes import WordModel
+from goalscope.acting import ActionPlanner
+from goalscope.envs.house import HomeRobot, HouseController
+from goalscope.envs.house.hearing import Hearing, hear
+from goalscope.types import StepResult, Turn
 
 TYPES = [
     "Bread",
@@ -56,3 +58,24 @@ def heard(*said: str | Turn, objects: list[dict[str, str]] | None = None) -> Hea
 
 def put(place: str, *things: str) -> list[tuple[str, str, str]]:
     return [("put", thing, place) for thing in things]
+
+
+@cache
+def robot_in(scene: str) -> HomeRobot:
+    return HomeRobot(HouseController(scene))
+
+
+def told(scene: str, *said: str) -> tuple[set[str], list[str], str]:
+    """What has changed in the end, what was told of the newest words, and what was asked."""
+    robot, turns = robot_in(scene), list[Turn]()
+    robot.reset()
+    history: list[StepResult] = []
+    notes, question = list[str](), ""
+    for each in said:
+        turns.append(Turn("What would you like me to do?", each))
+        outcome = ActionPlanner(WordModel()).act(robot, [], turns, history)
+        history += outcome.results
+        notes, question = robot.unmet(turns, outcome.results), outcome.question
+    status = robot.status().splitlines()
+    changes = {line.removeprefix("- ") for line in status if line.startswith("- ")}
+    return changes, notes, question

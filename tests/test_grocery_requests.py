@@ -125,6 +125,7 @@ def test_what_is_refused_is_heard(said: str, refused: list[str]) -> None:
     ("said", "named"),
     [
         ("my friend is a celiac", {"gluten-free"}),
+        ("im vegan and my son cant have nuts", {"vegan", "nut-free"}),
         ("she can't eat gluten", {"gluten-free"}),
         ("we are all vegetarian", {"vegetarian"}),
         ("no meat or dairy", {"vegetarian", "dairy-free"}),

@@ -85,6 +85,13 @@ def test_hand_holds_one_object_and_puts_back_the_other(robot: HomeRobot) -> None
     assert thing(robot, "Apple")["parentReceptacles"] == home
 
 
+def test_it_is_told_when_what_the_hand_held_went_back(robot: HomeRobot) -> None:
+    assert robot.step(Action("pick up", "apple")).ok
+    told = robot.step(Action("put", "tomato", destination="fridge")).observation
+    assert told == "The tomato is in the fridge; the apple went back to counter 2."
+    assert robot.step(Action("open", "microwave")).observation == "The microwave is open."
+
+
 def test_knob_stands_for_its_burner(robot: HomeRobot) -> None:
     burners = [name for name in robot._view.names.values() if name.startswith("stove burner")]
     assert robot.step(Action("turn on", burners[0])).ok

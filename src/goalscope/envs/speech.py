@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from functools import lru_cache
 
-__all__ = ["evened", "lowered", "misspelt"]
+__all__ = ["LEAD", "evened", "lowered", "misspelt"]
+
+LEAD = (
+    r"(?:(?:ok(?:ay)?|hi|hello|hey|so|and|but|well|sorry|excuse me|also|please|(?:can|could) you"
+    r" tell me|do you know|tell me)[ ,]+)*"
+)
+"""How a question begins that is evened."""
 
 _LONGEST = 2000
 """Characters that are read of an utterance."""
@@ -25,12 +31,13 @@ _EVENED = [
         (r"\b(?:thx|thanx|thnx)\b", "thanks"),
         (r"\b(?:u|ya)\b", "you"),
         (r"\b(c|w|sh)ld\b", r"\1ould"),
+        (r"\bteh\b", "the"),
         (r"\bgimme\b", "give me"),
         (r"\blemme\b", "let me"),
         (r"\bwanna\b", "want to"),
         (r"\bgonna\b", "going to"),
         (r"(?<=\w) n (?=\w)", " and "),
-        (r"(?:(?:^|(?<=[ ,.!?]))(?:uh+m?|um+|erm?|hm+|lol|haha)\b[,.]* ?)+", ""),
+        (r"(?:(?:^|(?<=[ ,.!?]))(?:uh+m?|um+|erm?|hm+|oh|lol|haha)\b[,.]* ?)+", ""),
         (r"(?:^|(?<=[.;!?] ))(?:i (?:think|guess|suppose|believe)),? (?!so\b|not\b)(?:that )?", ""),
         (r"\b(?:as well as|along with|together with)\b", "and"),
         (r"[ ,]+(?=[.;!?]|$)", ""),
@@ -53,12 +60,14 @@ def evened(text: str) -> str:
     return text
 
 
-def misspelt(word: str, known: Iterable[str]) -> str:
+@lru_cache(maxsize=4096)
+def misspelt(word: str, known: frozenset[str]) -> str:
     """The one known word that differs by doubled letters, or by two neighbours that changed places.
 
-    Other slips lead to other words too often. Empty where there is none, or more than one.
+    Other slips, and those in short words, lead to other words too often. Empty where there is
+    none, or more than one.
     """
-    if len(word) < 4:
+    if len(word) < 5:
         return ""
     turned = {f"{word[:i]}{word[i + 1]}{word[i]}{word[i + 2 :]}" for i in range(len(word) - 1)}
     bare = _undoubled(word)

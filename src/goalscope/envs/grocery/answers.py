@@ -8,37 +8,36 @@ from typing import Protocol
 
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.words import contains, singulars
-from goalscope.envs.speech import evened
+from goalscope.envs.speech import LEAD, evened
 
 __all__ = ["Stock", "answered"]
 
 _NAMED = 5
 """Items that an answer names at most."""
 
-_LEAD = r"(?:(?:ok(?:ay)?|hi|hello|hey|so|and|but|well|sorry|excuse me|um+|oh|also|please)[ ,]+)*"
 _THE = r"(?:the |a |an |any |some |one |your |that |this )?"
 _IN_BASKET = r"(?:in|into) (?:the|my|our) (?:basket|cart)"
 
 _BASKET = re.compile(
-    rf"{_LEAD}(?:what(?:'s| is| do (?:i|we) have| have (?:i|we) got| have you added| did you add)"
+    rf"{LEAD}(?:what(?:'s| is| do (?:i|we) have| have (?:i|we) got| have you added| did you add)"
     rf"(?: now| currently| so far)? {_IN_BASKET}.*"
     r"|(?:can|could|may) (?:i|we|you) (?:see|show(?: me)?|read(?: me)?|list) (?:the|my) "
     r"(?:basket|cart).*|is (?:the|my) (?:basket|cart) empty)"
 )
 _TOTAL = re.compile(
-    rf"{_LEAD}(?:(?:what(?:'s| is)|how much is|how much are) (?:the|my) (?:grand )?"
+    rf"{LEAD}(?:(?:what(?:'s| is)|how much is|how much are) (?:the|my) (?:grand )?"
     r"(?:total|sum|bill|basket|cart|order)(?: (?:price|cost|so far|now|total))*"
     r"|how much (?:is|does|do|will|would|are) (?:it|this|that|everything|all of (?:it|this|that)|i)"
     r"(?: all)?(?: together)?(?: (?:cost|come to|be|owe))?"
     r"(?: (?:in total|altogether|so far|now|me|all))*)"
 )
 _PRICE = re.compile(
-    rf"{_LEAD}(?:how much (?:is|are|does|do|would|will|for) {_THE}(.+?)(?: cost| be)?"
+    rf"{LEAD}(?:how much (?:is|are|does|do|would|will|for) {_THE}(.+?)(?: cost| be)?"
     rf"|what (?:does|do) {_THE}(.+?) cost|what(?:'s| is) the (?:price|cost) (?:of|for) {_THE}(.+?))"
 )
-_HELD = re.compile(rf"{_LEAD}(?:is|are) (?:there )?{_THE}(.+?) (?:already )?{_IN_BASKET}")
+_HELD = re.compile(rf"{LEAD}(?:is|are) (?:there )?{_THE}(.+?) (?:already )?{_IN_BASKET}")
 _STOCK = re.compile(
-    rf"{_LEAD}(?:(?:what|which)(?: (?:kinds?|sorts?|types?|brands?|varieties) of)? (.+?) "
+    rf"{LEAD}(?:(?:what|which)(?: (?:kinds?|sorts?|types?|brands?|varieties) of)? (.+?) "
     r"(?:do|have|can|are) (?:you|there)(?: (?:have|got|sell|offer|carry|stock|recommend"
     r"|guys have))*"
     rf"|(?:do|can) you (?:(?:also |even |still )?(?:have|sell|carry|stock|offer)) {_THE}(.+?)"

@@ -73,9 +73,11 @@ class Choice:
         named = called(phrase, list(dict.fromkeys([*self._found(phrase, hearing), *others])))
         named.sort(key=lambda item: (self._search.mixed(item, phrase), len(words(item.name))))
         found = next((item for item in named if item.name in basket), next(iter(named), None))
-        if found is None and (counted := _IN_UNITS.search(phrase)):
-            return self.meant(phrase[: counted.start()], hearing, basket)
-        return found
+        if found:
+            return found
+        nearly = _IN_UNITS.sub("", self._search.mended(phrase))
+        same = singulars(nearly) == singulars(phrase)
+        return None if same else self.meant(nearly, hearing, basket)
 
     def lacking(self, request: Request, hearing: Hearing) -> list[str]:
         """Why nothing can be added for the request; nothing where it names no product."""

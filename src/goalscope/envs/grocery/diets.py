@@ -11,6 +11,7 @@ from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.requests import Refusal, unwanted
 from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.words import asks, made, sentences, singulars
+from goalscope.envs.speech import evened
 
 __all__ = ["DIETS", "diet", "implied", "is_diet", "violates"]
 
@@ -301,7 +302,7 @@ def diet(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[str]
     apples", "oat milk for a vegan colleague". "It need not be organic" takes it back.
     """
     standing = set(before)
-    text = utterance.casefold().replace("\u2019", "'")
+    text = "\n".join(map(evened, utterance.splitlines()))
     for sentence in sentences(_ONLY.sub("everything is ", text)):
         for name, pattern in _NAMED.items():
             for match in pattern.finditer(sentence):

@@ -55,7 +55,8 @@ _SMALL = re.compile(
 _TAIL = re.compile(
     r"(?:^|\s+)(?:please|too|as well|thanks|thank you|also|for\b.*|if (?:you|possible)\b.*"
     r"|to \w+\b.*|in (?:the|my) (?:basket|cart)|on top|would be \w+|tonight|tomorrow|today|now"
-    r"|of course|maybe|perhaps|or so|etc|instead|rather|so that\b.*|because\b.*|since\b.*|which\b.*"
+    r"|asap|of course|maybe|perhaps|or so|etc|instead|rather|so that\b.*|because\b.*|since\b.*"
+    r"|which\b.*"
     r"|that (?:is|are|can|will)\b.*|left|at home|on hand|in the (?:house|fridge|pantry|cupboard)"
     r"|in stock|available|there|though|at all|after all|in total|altogether|again|anymore"
     r"|any more|of any kind)$"
@@ -91,7 +92,7 @@ _SHUNS = (
 _TAKES = (
     r"(?:remove|delete|drop(?! [\w' ]{1,40} off\b)|ditch|discard"
     r"|(?:lose|minus|undo|return|cancel)(?= the )|get rid of|(?:put|take) back"
-    r"|(?:take|throw) (?:out|off|away))"
+    r"|(?:take|throw|toss|chuck) (?:out|off|away))"
 )
 _DROPS = (
     rf"(?:{_NEVER} (?:(?:really|actually|even|need to) )*"

@@ -59,6 +59,7 @@ _REWORDED = [
     for pattern, plainer in (
         (r"\ballerg(?:y|ies|ens?)\s?:", "allergic to"),
         (r"(?<=\d),(?=\d{3}\b)", ""),
+        (r",? ?\bif (?:you have|there(?:'s| is| are)) (?:any|some|it|them|one)\b,?", ""),
         (
             r"\b(?:\w+n't|not|never)(?: let (?:me|us))?(?: ever)? (?:forget|miss|skip|omit|drop"
             r"|leave out)\b(?! to (?!add|get|buy|include))(?: (?:about|to (?:add|get|buy|include))"
@@ -142,6 +143,7 @@ _CHANGES = [
             rf" (?:for|with|by|to|against) (?=(?!{_NUMBER}{_END}){_THING}{_END})",
             rf". remove \1. add {IN_PLACE} ",
         ),
+        (rf"(?<=\bprefer ){_THING} to {_THING}{_END}", r"\1 instead of \2"),
         (rf"(?:'d| would) rather have {_THING} than {_THING}{_END}", r" like \1 instead of \2"),
         (
             r"\b(?:change|set|reduce|increase|lower|raise|cut|bring|take|update|bump)"
@@ -161,7 +163,7 @@ _CHANGES = [
             )
         ),
         (rf"\b({_NUMBER}) of each{_END}", rf"exactly \1 packs of {SAME_ALL}"),
-        (rf", ({_NUMBER}) of (?:it|them|those){_END}", rf". add exactly \1 packs of {SAME}"),
+        (rf"(?:^|, )({_NUMBER}) of (?:it|them|those){_END}", rf". add exactly \1 packs of {SAME}"),
         (
             rf"\b({_NUMBER}) {_THING} (?:is|are|will be|would be|'s) (?:enough|plenty){_END}",
             r". add exactly \1 packs of \2",
@@ -205,7 +207,7 @@ _CHANGES = [
             r". remove \1",
         ),
         (
-            rf"\b(?:remove|delete|drop|take out) {_ALL}(?: else)? {_EXCEPT} ",
+            rf"\b(?:remove|delete|drop|take out|get rid of) {_ALL}(?: else)? {_EXCEPT} ",
             ". keep only ",
         ),
         (rf"\b(?:take )?{_ALL}(?: else)? out {_EXCEPT} ", ". keep only "),
@@ -271,7 +273,7 @@ def heard(utterance: str) -> tuple[Said, ...]:
     text = re.sub(r"\b(to|it|that) zero(?=[.,;!?]|$)", r"\1 0", text)
     text = re.sub(
         r"(?:^|(?<=[.;!?,]))(?! ?(?:it|that|this)\b)([^.;!?,]+?) (?:(?:is|are) (?:a must|essential"
-        r"|needed)|would be (?:nice|great|lovely|good|perfect))\b",
+        r"|needed)|would be (?:nice|great|lovely|good|perfect)(?=,))",
         r". need \1.",
         text,
     )

@@ -23,6 +23,7 @@ from goalscope.envs.grocery.words import (
     singulars,
     words,
 )
+from goalscope.envs.speech import misspelt
 from goalscope.models.embedding import embedded
 
 __all__ = ["Search"]
@@ -92,6 +93,12 @@ class Search:
     def nearness(self, text: str) -> float:
         """Cosine of `text` and the item nearest to it in meaning."""
         return float(_nearness(self._vectors, embedded([text])[0]).max())
+
+    def mended(self, phrase: str) -> str:
+        """`phrase` with slips of the pen mended, as far as they are slips of the items' words."""
+        known = frozenset(self._holding)
+        said = singulars(phrase)
+        return " ".join(word if word in known else misspelt(word, known) or word for word in said)
 
     def named(self, phrase: str) -> list[Item]:
         """All items whose names hold every word of `phrase`."""

@@ -8,17 +8,13 @@ from typing import Any
 
 from goalscope.envs.house.names import names, naming, the
 from goalscope.envs.house.state import is_whole
-from goalscope.envs.speech import evened
+from goalscope.envs.speech import LEAD, evened
 
 __all__ = ["answered"]
 
 _NAMED = 5
 """Things that an answer names at most."""
 
-_LEAD = (
-    r"(?:(?:ok(?:ay)?|hi|hello|hey|so|and|but|well|sorry|excuse me|oh|also|please|(?:can|could) you"
-    r" tell me|do you know|tell me)[ ,]+)*"
-)
 _STATES: dict[str, tuple[str, bool]] = {
     **{"open": ("isOpen", True), "closed": ("isOpen", False), "shut": ("isOpen", False)},
     **{"on": ("isToggled", True), "off": ("isToggled", False), "broken": ("isBroken", True)},
@@ -29,44 +25,34 @@ _STATES: dict[str, tuple[str, bool]] = {
 _ENDS = frozenset(("isSliced", "isBroken"))
 """States that what is no longer whole may be asked about."""
 
-_STATE = re.compile(rf"{_LEAD}(?:is|are) (.+?) (?:already |still |now )?({'|'.join(_STATES)})")
+_STATE = re.compile(rf"{LEAD}(?:is|are) (.+?) (?:already |still |now )?({'|'.join(_STATES)})")
 _WHERE = re.compile(
-    rf"{_LEAD}where(?: (?:can|do|could) (?:i|we|you) (?:find|see|keep)|'s|'re| is| are)? (.+?)"
+    rf"{LEAD}where(?: (?:can|do|could) (?:i|we|you) (?:find|see|keep)|'s|'re| is| are)? (.+?)"
     r"(?: (?:is|are|now))?"
 )
 _HOLDING = re.compile(
-    rf"{_LEAD}(?:what (?:are you|do you) (?:hold|carry|have)(?:ing)?(?: (?:in your hands?|now))?"
+    rf"{LEAD}(?:what (?:are you|do you) (?:hold|carry|have)(?:ing)?(?: (?:in your hands?|now))?"
     r"|what(?:'s| is) in your hands?|are you (?:holding|carrying) (?:something|anything))"
 )
 _INSIDE = re.compile(
-    rf"{_LEAD}what(?:'s| is| are| do you see| do you have| can you see| things are)?"
+    rf"{LEAD}what(?:'s| is| are| do you see| do you have| can you see| things are)?"
     r" (?:there )?(?:in|inside|on|on top of|inside of) (.+?)(?: now)?"
 )
 _PLACED = re.compile(
-    rf"{_LEAD}(?:is|are) (?:there )?(.+?) (?:already |still |now )?(?:in|inside|on|on top of) (.+)"
+    rf"{LEAD}(?:is|are) (?:there )?(.+?) (?:already |still |now )?(?:in|inside|on|on top of) (.+)"
 )
 _COUNT = re.compile(
-    rf"{_LEAD}how many (.+?)(?: (?:are|do) (?:there|you see|you have|we have))?(?: here)?"
+    rf"{LEAD}how many (.+?)(?: (?:are|do) (?:there|you see|you have|we have))?(?: here)?"
 )
 _HAVE = re.compile(
-    rf"{_LEAD}(?:(?:do|can) (?:you|we) (?:have|see|find)|have (?:you|we) got|is there|are there)"
+    rf"{LEAD}(?:(?:do|can) (?:you|we) (?:have|see|find)|have (?:you|we) got|is there|are there)"
     r" (.+?)(?: (?:here|there|anywhere|in the (?:house|home|room|kitchen)))?"
 )
-_INNER = frozenset(
-    [
-        "Pot",
-        "Pan",
-        "Bowl",
-        "Cup",
-        "Mug",
-        "Box",
-        "GarbageCan",
-        "Bathtub",
-        "BathtubBasin",
-        "Sink",
-        "SinkBasin",
-    ]
-)
+_INNER = frozenset({
+    "Bathtub", "BathtubBasin", "Bowl", "Box", "Cup", "GarbageCan", "Mug", "Pan", "Pot", "Sink",
+    "SinkBasin",
+})  # fmt: skip
+"""Receptacles that things are in, besides those that open."""
 
 Object = Mapping[str, Any]
 

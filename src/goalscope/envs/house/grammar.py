@@ -24,6 +24,7 @@ _MODAL = re.compile(
 _LEAVE_ALONE = re.compile(
     r"\b(?:leave|keep)\b.*\b(?:alone|where|as (?:it|they)|in place|be|untouched|there|out)\b"
 )
+_LEFT_THERE = re.compile(r"\b(?:leave|keep) \w+ (?:there|where|in place)\b")
 _QUESTION = re.compile(
     r"(?:(?:and|so|but|ok|okay|oh|well)[ ,]+)*(?:what|which|who|whose|when|why|how|where"
     r"|do(?! (?:it|that|this)\b)|does"
@@ -111,7 +112,7 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         part = [word for word in part if word != v.LATER]
         reader = _Reader(part, here, polite, mine)
         clause = reader.clause()
-        mine = reader.mine
+        mine = reader.mine and not reader.did
         said = "" if later or mine else reader.order_said()
         if listed and clause and any(thing.word == "unknown" for thing in clause.things):
             said = " ".join(part).strip(" ,").removeprefix("and ")
@@ -137,6 +138,9 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
                 continue
         if loose and any(thing.word in ("it", "them") for thing in clause.things):
             found[-1] = replace(found[-1], verb="pick up", place=None)
+        if clause.verb == "any" and found and found[-1].verb not in ("", "same", "put", "pick up"):
+            stays = clause.things and clause.things[0].word and _LEFT_THERE.search(" ".join(part))
+            clause = replace(clause, verb="put") if stays else clause
         loose = reader.loose
         corrects = clause.verb == "same" and bool({*words} & v.CORRECTS)
         plain = clause.plain and not later
@@ -158,10 +162,17 @@ def _repeats(
 
 @dataclass
 class _Reader(OrderReader):
-    """Reads one clause, word by word."""
+    """Reads one clause, word by word.
+
+    Attributes:
+        polite: Whether the sentence says please.
+        mine: Whether it is about what the person does, and not the robot.
+        did: Whether it tells of what was done: "I left the mug there".
+    """
 
     polite: bool = False
     mine: bool = False
+    did: bool = False
     _leads: dict[int, int] = field(default_factory=dict[int, int], init=False)
 
     def order_said(self) -> str:
@@ -216,6 +227,8 @@ class _Reader(OrderReader):
         if after > i and v.LIKED & set(self.words[i:after]):
             return True
         _, end = self.things(i)
+        if end > i and self.at(end) in v.STATES and self.at(end + 1) in ("", ",", "and", *v.TAIL):
+            return True
         if end == i or not _MODAL.match(" ".join(self.words[end:])):
             return False
         before = self.joints(start)
@@ -234,6 +247,7 @@ class _Reader(OrderReader):
         if alone := self.leave_alone(first):
             return alone
         verb = self.verb(first, v.BASE) or (self.verb(first, v.ING) if v.GERUND & lead else None)
+        self.did = verb is None and self.verb(first, v.DONE) is not None
         if verb:
             clause = self.order(*verb, negated=negated)
             if (
@@ -290,8 +304,12 @@ class _Reader(OrderReader):
             ]
         )
         self._leads.clear()
+        if self.at(end) in v.STATES and self.only_tail(end + 1):
+            return self.state(things, end, "", negated=False)
         tail = self.tail(end)
         place = tail.into
+        if place and tail.by in v.TOWARDS and not lead & v.STATING:
+            return Clause("put", things, place)
         if tail.source:
             things = tuple(replace(thing, at=tail.source.types) for thing in things)
         if place and v.VESSELS & {*place.types} and self.words[first:end] == ["wine"]:
@@ -305,6 +323,10 @@ class _Reader(OrderReader):
         if same and self.polite and things[0].liquid and not place:
             return Clause("fill", things, liquid=things[0].liquid)
         return Clause("same" if same else "", things, place)
+
+    def only_tail(self, i: int) -> bool:
+        """Whether nothing but words such as "please" stands from `i` on."""
+        return all(word in v.TAIL or word == "," for word in self.words[i:])
 
     def leave_alone(self, first: int) -> Clause | None:
         """A refusal such as "leave the mug where it is"."""

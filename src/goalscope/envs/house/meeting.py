@@ -13,10 +13,16 @@ from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.view import View
 from goalscope.types import Action
 
-__all__ = ["FILLS", "brought", "meant", "meet", "settled", "stood_on"]
+__all__ = ["FILLS", "NEEDS", "brought", "meant", "meet", "met", "settled", "stood_on"]
 
 FILLS = {"fill": "water", "fill with coffee": "coffee", "fill with wine": "wine"}
 """What the actions that fill something fill it with."""
+
+NEEDS = {
+    **{verb: needs for verb, (needs, _, _) in ACTS.items()},
+    **{"put": "pickupable", "pick up": "pickupable", "": "receptacle"},
+}
+"""The affordance that each verb needs; without a verb, that of a place."""
 
 Table = Mapping[str, Mapping[str, Any]]
 
@@ -36,15 +42,30 @@ def meet(view: View, wanted: Sequence[Request], start: Table) -> list[Action]:
     """
     several = len(brought(wanted)) > 1
     kept = () if several else brought(wanted)
-    met = [each for each in wanted if each.verb != "pick up" or each in kept]
+    possible = [each for each in wanted if each.verb != "pick up" or each in kept]
     house = _Foreseen(view, start)
-    house.bind(met)
+    house.bind(possible)
     plan: list[Action] = []
-    for request in met:
+    for request in possible:
         for action in house.needed(request):
             if action.name == "put" or action not in plan:
                 plan.append(action)
     return plan
+
+
+def met(view: View, request: Request, start: Table) -> list[str]:
+    """Ids of what is already as the request wants it; none where something is still to be done."""
+    house = _Foreseen(view, start)
+    house.bind([request])
+    if house.needed(request):
+        return []
+    needs = NEEDS.get(request.verb, "")
+    so = [
+        own
+        for own in meant(view, request, start)
+        if view.table[own].get(needs) and not house.lacks(request, own)
+    ]
+    return so if request.every else so[: max(request.number, 1)]
 
 
 def brought(wanted: Sequence[Request]) -> list[Request]:
@@ -188,10 +209,10 @@ class _Foreseen:
             things = [own for own in things if view.table[own][needs]]
             many = len(things) if request.every else many
         lacking = [own for own in things if self.lacks(request, own)]
-        met = len(things) - len(lacking)
+        so = len(things) - len(lacking)
         return [
             action
-            for own in lacking[: max(many - met, 0)]
+            for own in lacking[: max(many - so, 0)]
             if (action := self.foreseen(request, own, places))
         ]
 

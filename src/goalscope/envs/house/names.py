@@ -10,6 +10,7 @@ from typing import Any
 
 from goalscope.envs.grocery.words import singular, singulars
 from goalscope.envs.house.object_types import object_types
+from goalscope.envs.speech import misspelt
 
 __all__ = ["GROUPS", "Naming", "mentioned", "names", "naming", "readable", "synonyms", "the"]
 
@@ -214,6 +215,8 @@ def naming(words: Sequence[str], start: int, here: Iterable[str] = ()) -> Naming
         if several := _groups().get("".join(span)):
             return Naming(several, end, plural=True, group=True)
         key = "".join(map(singular, span))
+        if end == start + 1 and key not in known and key not in strange:
+            key = misspelt(key, _single_words())
         if types := known.get(key) or strange.get(key):
             noun = span[span.index("of") - 1] if "of" in span[1:] else span[-1]
             return Naming(types, end, plural=singular(noun) != noun)
@@ -254,6 +257,11 @@ def _groups() -> dict[str, tuple[str, ...]]:
 @cache
 def _vocabulary() -> dict[str, tuple[str, ...]]:
     return _keyed(object_types())
+
+
+@cache
+def _single_words() -> frozenset[str]:
+    return frozenset(key for types in object_types() for key in map(singular, _called(types)))
 
 
 @lru_cache(maxsize=8)

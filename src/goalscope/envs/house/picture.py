@@ -13,7 +13,8 @@ from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.text import Text
 
-from goalscope.envs.house.floor_plan import Piece, Plan, Point, floor_plan
+from goalscope.envs.house.floor_plan import Piece, Plan, floor_plan
+from goalscope.envs.house.footprints import Point
 
 __all__ = ["TerminalPicture", "numbered", "ranges", "terminal_picture"]
 

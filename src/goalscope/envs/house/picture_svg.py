@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from textwrap import shorten, wrap
 from typing import Any
 
-from goalscope.envs.house.floor_plan import Box, Piece, Plan, Point, floor_plan
+from goalscope.envs.house.floor_plan import Piece, Plan, floor_plan
+from goalscope.envs.house.footprints import Box, Point, area, middle_of
 from goalscope.envs.house.picture import numbered, ranges
+from goalscope.envs.house.picture_style import LEGEND, style
 
 __all__ = ["svg_picture"]
 
@@ -22,38 +23,6 @@ GLYPH = 0.6  # mean width of a character, in font sizes
 LINE = 17.0
 DISC = 8.5
 CHANGES = 6
-LEGEND = ("open", "on", "hot", "cold", "dirty", "filled", "changed")
-LIGHT = {"paper": "#fff", "floor": "#f6f3ee", "wall": "#4a4a4a", "piece": "#e2d9cb",
-         "edge": "#a4937a", "ink": "#2b2b2b", "soft": "#6b675f", "glass": "#8fc3e8",
-         "robot": "#0b7285", "changed": "#e8590c", "open": "#2b8a3e", "on": "#e0a800",
-         "hot": "#d6336c", "cold": "#1c7ed6", "dirty": "#8d5a2b", "filled": "#0c9fb5",
-         "other": "#7048e8"}  # fmt: skip
-DARK = {"paper": "#1b1b1d", "floor": "#26262a", "wall": "#b9b9b9", "piece": "#3a3731",
-        "edge": "#7d7464", "ink": "#ececec", "soft": "#a8a59e", "glass": "#4f87ab",
-        "robot": "#3bc9db", "changed": "#ff922b", "open": "#51cf66", "on": "#ffd43b",
-        "hot": "#f783ac", "cold": "#4dabf7", "dirty": "#c08a55", "filled": "#66d9e8",
-        "other": "#b197fc"}  # fmt: skip
-STYLE = """
-text{font:12px system-ui,"DejaVu Sans",sans-serif;fill:var(--ink)}
-.paper{fill:var(--paper)}.room{fill:var(--floor);stroke:var(--wall);stroke-width:5}
-.furniture{fill:var(--piece);stroke:var(--edge);stroke-linejoin:round}
-.fitted{fill:none;stroke:var(--edge);stroke-dasharray:3 3;opacity:.7}
-.wall{fill:var(--glass);stroke:none;opacity:.75}
-.thing{fill:var(--soft);stroke:var(--paper);stroke-width:1}
-.name,.number,.robot-name{text-anchor:middle;dominant-baseline:central}
-.name{font-weight:600}.number{font-size:10px;font-weight:700;fill:var(--paper)}
-.lead{stroke:var(--ink);stroke-width:.8}.spot{fill:var(--ink)}.soft{fill:var(--soft)}
-.title{font-size:17px;font-weight:700}
-.robot{fill:var(--robot);stroke:var(--paper);stroke-width:1.5}.view{fill:var(--robot);opacity:.16}
-.robot-name{font-weight:700;fill:var(--robot)}
-.furniture.open,.fitted.open{stroke:var(--open);stroke-width:2.5}
-.furniture.on{stroke:var(--on);stroke-width:2.5}
-.thing.open{fill:var(--open)}.thing.on{fill:var(--on)}.thing.hot{fill:var(--hot)}
-.thing.cold{fill:var(--cold)}.thing.dirty{fill:var(--dirty)}.thing.filled{fill:var(--filled)}
-.thing.other{fill:var(--other)}
-.furniture.changed,.fitted.changed,.wall.changed,.thing.changed{stroke:var(--changed);stroke-width:2.5}
-text.changed{fill:var(--changed);font-weight:700}
-"""
 
 
 def svg_picture(
@@ -69,15 +38,6 @@ def svg_picture(
         named: What to call the objects, by id; None names them anew.
     """
     return _Drawing(floor_plan(metadata, previous, named)).text()
-
-
-def _style() -> str:
-    """The style sheet with its colours written out, as not every program knows variables."""
-
-    def coloured(colours: Mapping[str, str]) -> str:
-        return re.sub(r"var\(--(\w+)\)", lambda found: colours[found[1]], STYLE)
-
-    return f"{coloured(LIGHT)}@media(prefers-color-scheme:dark){{{coloured(DARK)}}}"
 
 
 @dataclass
@@ -122,7 +82,7 @@ class _Drawing:
         )
         self._add("title", {"id": "title"}, f"{plan.name or 'A room'} from above")
         self._add("desc", {"id": "desc"}, _told(plan))
-        self._add("style", {}, _style())
+        self._add("style", {}, style())
         self._add("rect", {"class": "paper", "width": "100%", "height": "100%"})
         self._heading()
         self._add("polygon", {"class": "room", "points": self._corners()})
@@ -132,7 +92,7 @@ class _Drawing:
         self._robot()
         everything = self._marks()
         marks = [mark for mark in everything if self._place(mark)]
-        for piece in sorted(plan.pieces, key=lambda each: _span(each)):
+        for piece in sorted(plan.pieces, key=lambda each: area(each.box)):
             if piece.kind == "furniture" and not self._name(piece):
                 everything.append(_Mark([piece], self._middle(piece)))
                 marks += [everything[-1]] if self._place(everything[-1]) else []
@@ -196,8 +156,7 @@ class _Drawing:
         self.taken.append(_box(at, "robot", FONT))
 
     def _middle(self, piece: Piece) -> Point:
-        x0, z0, x1, z1 = piece.box
-        return self._xy(((x0 + x1) / 2, (z0 + z1) / 2))
+        return self._xy(middle_of(piece.box))
 
     def _marks(self) -> list[_Mark]:
         """What gets a number: things in sight, what hangs, and what has things inside."""
@@ -390,11 +349,6 @@ def _state(piece: Piece) -> str:
     known = [mark for mark in piece.marks if mark in LEGEND]
     state = known[0] if known else "other" if piece.marks else ""
     return " ".join(filter(None, (state, "changed" if piece.changed else "")))
-
-
-def _span(piece: Piece) -> float:
-    x0, z0, x1, z1 = piece.box
-    return (x1 - x0) * (z1 - z0)
 
 
 def _box(at: Point, text: str, font: float) -> Box:

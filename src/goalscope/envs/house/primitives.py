@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from goalscope.envs.house.controller import Controller
-from goalscope.envs.house.names import readable
 from goalscope.envs.house.state import ENCLOSING, by_id, innermost
 from goalscope.types import GoalscopeError
 
@@ -66,7 +65,7 @@ class Primitives:
         self._told.clear()
 
     def told(self) -> list[str]:
-        """What the robot did besides, since it was last asked, in words."""
+        """What the robot did besides, since it was last asked, in words and objects' ids."""
         told, self._told = self._told, []
         return told
 
@@ -85,7 +84,9 @@ class Primitives:
         if held:
             if not self._origin:
                 raise Refusal("The hand is full, and what it holds came from nowhere.")
-            self.put(held[0]["objectId"], self._origin)
+            origin = self._origin
+            self.put(held[0]["objectId"], origin)
+            self._told.append(f"{held[0]['objectId']} went back to {origin}")
         known = by_id(self.metadata["objects"])
         origin = innermost(known[object_id], known)
         self.act("PickupObject", object_id)
@@ -135,7 +136,7 @@ class Primitives:
         self._approach(object_id)
         if thing["isToggled"]:
             self._step(action="ToggleObjectOff", objectId=object_id)
-            self._told.append(f"the {readable(thing['objectType'])} was running, and is off now")
+            self._told.append(f"{object_id} was running, and is off now")
         self._step(action="OpenObject", objectId=object_id)
         return [*opened, object_id]
 

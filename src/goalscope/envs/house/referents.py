@@ -5,22 +5,17 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from goalscope.envs.house.heard import Request
-from goalscope.envs.house.meeting import stood_on
+from goalscope.envs.house.meeting import NEEDS, stood_on
 from goalscope.envs.house.names import naming, readable
 from goalscope.envs.house.object_types import FLAGS, object_type, object_types
 from goalscope.envs.house.phrases import Phrase, PhraseReader
-from goalscope.envs.house.properties import ACTS
 
-__all__ = ["NEEDS", "TO_SLICES", "Referents"]
+__all__ = ["TO_SLICES", "Referents"]
 
-NEEDS = {
-    **{verb: needs for verb, (needs, _, _) in ACTS.items()},
-    **{"put": "pickupable", "pick up": "pickupable", "": "receptacle"},
-}
 _FREE = frozenset(("moveable", "pickupable"))
 """What may be pushed and pulled has one of these flags."""
 
@@ -34,32 +29,38 @@ TO_SLICES = frozenset(("put", "pick up", "cook"))
 """What is done to slices where a person says "slice the bread, and ... it"."""
 
 
+@dataclass
 class Referents:
     """What is in a scene, and what was spoken of last.
 
-    Args:
+    Attributes:
         objects: AI2-THOR's metadata of the objects.
         named: The objects' names by their ids.
         start: The objects' metadata at the start, by their ids.
+        count: How many there are of each type.
+        type_of: Types by name.
+        flags: Affordances by type.
+        place: The place that was spoken of last.
+        last: The things that were spoken of last.
+        recent: The same, with places and some that were spoken of before.
+        newest: Requests of the newest words.
     """
 
-    def __init__(
-        self,
-        objects: Sequence[Mapping[str, Any]],
-        named: Mapping[str, str],
-        start: Mapping[str, Mapping[str, Any]],
-    ) -> None:
-        self.start = start
-        self.count = Counter(str(o["objectType"]) for o in objects)
-        types = {str(o["objectId"]): str(o["objectType"]) for o in objects}
-        self.type_of = {name: types[own] for own, name in named.items() if own in types}
+    objects: Sequence[Mapping[str, Any]]
+    named: Mapping[str, str]
+    start: Mapping[str, Mapping[str, Any]]
+    place: Phrase | None = field(default=None, init=False)
+    last: list[Phrase] = field(default_factory=list[Phrase], init=False)
+    recent: list[Phrase] = field(default_factory=list[Phrase], init=False)
+    newest: list[Request] = field(default_factory=list[Request], init=False)
+
+    def __post_init__(self) -> None:
+        self.count = Counter(str(o["objectType"]) for o in self.objects)
+        types = {str(o["objectId"]): str(o["objectType"]) for o in self.objects}
+        self.type_of = {name: types[own] for own, name in self.named.items() if own in types}
         self.flags = {kind: set(object_type(kind).flags) for kind in self.count}
-        for each in objects:
+        for each in self.objects:
             self.flags[str(each["objectType"])] |= {flag for flag in FLAGS if each.get(flag)}
-        self.place: Phrase | None = None
-        self.last: list[Phrase] = []
-        self.recent: list[Phrase] = []
-        self.newest: list[Request] = []
 
     def meant(self, phrase: Phrase, verb: str) -> list[Phrase]:
         """The phrases with types for which a phrase stands; "it" must suit the verb."""

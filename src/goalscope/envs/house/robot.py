@@ -245,7 +245,8 @@ class HomeRobot:
                 ) from None
             return StepResult(action, False, self._named(str(refusal)))
         old, self._view = self._view, View(self.metadata, self._view.names)
-        told = "; ".join([self._view.told(own, old.table[own]), *self._primitives.told()])
+        besides = map(self._named, self._primitives.told())
+        told = "; ".join([self._view.told(own, old.table[own]), *besides])
         if any(
             thing[state] and not old.table.get(each, thing)[state]
             for each, thing in self._view.table.items()

@@ -7,7 +7,7 @@ from typing import Any
 
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.heard import Hearing, Request
-from goalscope.envs.house.meeting import brought, meant
+from goalscope.envs.house.meeting import brought, meant, met
 from goalscope.envs.house.names import readable, the
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.view import View
@@ -22,7 +22,7 @@ def unmet(
     results: Sequence[StepResult],
     start: Mapping[str, Mapping[str, Any]],
 ) -> Iterator[str]:
-    """Why requests of the newest words could not even be tried, one sentence each.
+    """Why requests of the newest words were not even tried, one sentence each.
 
     Args:
         view: The house after `results`.
@@ -30,10 +30,12 @@ def unmet(
         results: What was done for the newest words.
         start: Metadata by id, of the start.
     """
+    done = [result.action for result in results if result.ok]
+    touched = {name for action in done for name in (action.target, action.destination)}
     left = [
         request
         for request in hearing.newest
-        if not any(_serves(view, each.action, request) for each in results if each.ok)
+        if not any(_serves(view, action, request) for action in done)
     ]
     for request in hearing.newest:
         if 0 < (count := len(meant(view, request, start))) < request.number:
@@ -45,6 +47,8 @@ def unmet(
         yield f"I can hold one thing at a time: where should {_listed(hands)} go?"
     elif hands and held and held not in hands[0].object_types:
         yield f"My hand is full: it holds {the(view.names[view.held])}."
+    elif hands and held:
+        yield f"I hold {the(view.names[view.held])} already."
     for request in left:
         if request.passing or request in hands or request.verb == "pick up":
             continue
@@ -65,6 +69,8 @@ def unmet(
             yield f"There is no {' '.join([*_qualities(request), name])} here."
         elif request.verb == "put" and not request.destination_types:
             yield f"I do not know where to put {_listed([request])}."
+        elif (so := met(view, request, start)) and touched.isdisjoint(map(view.names.get, so)):
+            yield view.is_so(request.verb, so)
 
 
 def _serves(view: View, action: Action, request: Request) -> bool:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from goalscope.envs.house.names import names, readable, the
+from goalscope.envs.house.properties import ACTS
 from goalscope.envs.house.state import innermost, is_whole
 from goalscope.types import Action
 
@@ -19,6 +20,10 @@ _ENDED = {"isOpen": "closed", "isToggled": "off", "isDirty": "clean"}
 _INSIDE = frozenset(
     {"BathtubBasin", "Bowl", "Cup", "GarbageCan", "Mug", "Pot", "Sink", "SinkBasin"}
 )
+
+
+_SHOWN = 3
+"""Most things that one sentence names."""
 
 
 class View:
@@ -81,8 +86,21 @@ class View:
             new.append(f"filled with {liquid}" if thing["isFilledWithLiquid"] else "empty")
         if not new or (is_whole(thing) and self._where(thing) != self._where(was)):
             new.append(self._where(thing))
-        verb = "are" if name.endswith("s") and not name.endswith("ss") else "is"
+        verb = "are" if _is_plural(name) else "is"
         return f"{name[:1].upper()}{name[1:]} {verb} {', '.join(new)}"
+
+    def is_so(self, verb: str, things: Sequence[str]) -> str:
+        """A sentence that tells that `verb` has nothing to do for the things of these ids."""
+        thing = self.table[things[0]]
+        state = self._where(thing)
+        if verb in ACTS:
+            _, key, value = ACTS[verb]
+            state = dict(_STATES).get(key, "filled") if value else _ENDED.get(key, "empty")
+        told = [the(self.names[own]) for own in things[:_SHOWN]]
+        more = f", and {len(things) - _SHOWN} more" if len(things) > _SHOWN else ""
+        verb = "is" if len(things) == 1 and not _is_plural(told[0]) else "are"
+        text = f"{', '.join(told)}{more} {verb} {state} already."
+        return f"{text[0].upper()}{text[1:]}"
 
     def changes(self, start: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
         """What is not as it was at the start, one object a text."""
@@ -117,6 +135,10 @@ class View:
         place = self.table.get(self.id(name))
         inside = place is not None and (place["openable"] or place["objectType"] in _INSIDE)
         return "in" if inside else "on"
+
+
+def _is_plural(name: str) -> bool:
+    return name.endswith("s") and not name.endswith("ss")
 
 
 def _named(table: Mapping[str, Mapping[str, Any]], before: Mapping[str, str]) -> dict[str, str]:

@@ -15,12 +15,12 @@ _VERBS = {
     "put": "put|put away|place|move|set|store|stow|drop|carry|transfer|arrange|stack|hang|return"
     "|serve|lay|lay out|set out|line|line up|relocate|deposit|insert|throw|throw away|throw out"
     "|toss|toss away|toss out|keep"
-    "|leave|dispose of|get rid of|plate|add",
+    "|leave|dispose of|get rid of|plate|add|stick|pop|chuck|hide|tuck|shove",
     "pick up": "pick up|pickup|pick|grab|take|take out|get|bring|bring back|bring over|fetch"
     "|retrieve|hold|give|hand|collect|gather|gather up|find|remove|lift|lift up",
     "open": "open|open up",
     "close": "close|shut",
-    "turn on": "turn on|switch on|power on|start|light",
+    "turn on": "turn on|switch on|power on|start|light|run",
     "turn off": "turn off|turn down|switch off|power off|shut off|blow|blow out|put out|extinguish",
     "turn": "turn|switch",
     "slice": "slice|slice up|cut|cut up|chop|chop up|dice",
@@ -69,21 +69,20 @@ NEGATIONS = _set(
     " didn't doesn't isn't aren't neither nobody"
 )
 LEAD = _set(
-    "please kindly may sorry actually instead oh um hmm quickly simply are can could would will"
+    "please kindly may sorry actually instead quickly simply are can could would will"
     " you we i i'd i'm i'll we'll you'll need needs want like love to now then and so ok okay yes"
     " yeah sure hi hello hey first next also just let's let us me try have should must shall go"
     " ahead finally lastly again good great nice perfect job work thanks thank alright there"
-    " start by be do help remember make sure today your task is the going it says that all after"
-    " this would've got but or well awesome more one robot had better either only rather meanwhile"
+    " start by be do help remember make today your task is the going it says that all after"
+    " this would've got but or well mind awesome more one robot had better either only rather"
+    " meanwhile"
 ) | (NEGATIONS - {"no", "nobody", "neither"})
 LIKED = _set("need want like love needs")
 MINE = frozenset(("i", "i'll", "i'm"))
 """Subjects of what the person does."""
 ARTICLES = _set("the a an my our your his her their any some every each another these those")
-DETERMINERS = _set(
-    "the a an my our your his her their any some all every each both another other same"
-    " single of these those that this whole more just only"
-)
+EACH = _set("all every each both")
+DETERMINERS = ARTICLES | EACH | _set("other same single of that this whole more just only")
 QUALITIES: dict[str, tuple[str, bool | str]] = {
     **{"dirty": ("isDirty", True), "clean": ("isDirty", False), "broken": ("isBroken", True)},
     **{"open": ("isOpen", True), "closed": ("isOpen", False), "sliced": ("isSliced", True)},
@@ -104,7 +103,6 @@ DISPOSALS = frozenset(
 """What puts things in the garbage."""
 CHOOSING = FILLERS | _set("this that these those other same")
 """Words that tell which of several things is meant."""
-EACH = _set("all every each both")
 NUMBERS = {
     **{"zero": 0, "a": 1, "an": 1, "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6},
     **{"seven": 7, "eight": 8, "nine": 9, "ten": 10, "another": 1, "both": 2, "couple": 2},
@@ -119,6 +117,8 @@ INTO = (
     *("on top of", "in to", "on to", "back in", "back on", "back to", "back into", "over to"),
     *("inside of", "into", "onto", "inside", "in", "on", "to", "upon", "at"),
 )
+TOWARDS = frozenset(("into", "onto", "in to", "on to", "back in", "back on", "back into"))
+"""Those that tell, even without a verb, where a thing should go."""
 ASIDE = (
     *("next to", "in front of", "out of", "close to", "to the left of", "to the right of"),
     *("left of", "right of", "on the left of", "on the right of", "beside", "by", "near"),
@@ -173,15 +173,12 @@ STATING = _set(
 SAID_OF_ALL = _set("have find hold keep start leave return add set use give get make prepare plate")
 """Verbs of which much else is said than orders."""
 NOT_ORDERED = _set(
-    "what where which who why how if because yes no not here there for from with about like"
-    " thank thanks sorry enjoy wait see know think guess hope mean seems looks look check tell"
-    " ask say said says excuse call wish love hate believe remember imagine pardon welcome"
-    " happy hungry thirsty tired sure fine maybe perhaps even still already while until since"
-    " during into onto in on at to of by over under near behind without within every half quite"
-    " such both many much more most less than as or nor but so too very really am are is was were"
-    " be been being do does did has have had can could will would shall should may might must"
+    "what why how because here for about enjoy wait see know think hope mean look check tell ask"
+    " say said excuse call wish hate believe imagine pardon welcome happy hungry thirsty fine maybe"
+    " even still already while until since within half quite such many much most than very been did"
+    " might"
 )
-"""Words that begin no order."""
+"""Other words that begin no order."""
 _PEOPLE = (
     r"(?:i|i'm|i've|i'll|he|she|he's|she's|they|they're|everyone|everybody|someone|somebody|my"
     r"|our|the (?:guests?|kids?|children|others|people|movie|game|party|rain|sun)"
@@ -253,6 +250,7 @@ def _in_order(said: re.Match[str]) -> str:
     return said[0]
 
 
+_WASH = "(?:wash|rinse|scrub|wipe|clean)"
 _REWORDED = [
     (re.compile(pattern), plain)
     for pattern, plain in (
@@ -264,6 +262,13 @@ _REWORDED = [
         (r",? (?:would|could|can|will) you(?: please)?\?$", " please"),
         (r"\btake (?:your time|care|a (?:seat|break|look))\b", ""),
         (r"\bcoff?e+\b", "coffee"),
+        (r"\b(?:would|is) it (?:be )?possible (?:for you )?to\b", "could you"),
+        (
+            rf"\b(?:needs?|could (?:do with|use)) an? (?:\w+ )?{_WASH}"
+            r"(?=[,.!?]|$| and\b| please\b)",
+            r"needs washing",
+        ),
+        (rf"\bgive ([^,.!?]{{1,40}}?) an? (?:\w+ )?{_WASH}\b", r"wash \1"),
         (r" ?&", " and"),
         (rf"\b(?:{_LATER})", f" {LATER} "),
         (r"\bneither\b", "not"),
