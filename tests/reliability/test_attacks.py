@@ -59,7 +59,7 @@ def test_nobody_reads_the_words_of_another(
         """The person's canary, their episode, and everything that was told to them."""
         canary, told = f"canary{number:03}x", []
         person = Person(address, verify=False)
-        person.patience = 900
+        person.patience = person.http.timeout = 900
         mine = person.begin()
         together.wait(120)
         for word in "flour", "milk":
