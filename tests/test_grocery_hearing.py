@@ -40,6 +40,26 @@ def test_request_takes_back_a_refusal_but_no_allergy() -> None:
         assert hear([words]).diets == frozenset()
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        "No milk, please, my son gets ill from it.",
+        "No milk please, he's allergic to it",
+        "No milk, my son can't digest it.",
+        "Leave out the milk. It gives me a rash.",
+    ],
+)
+def test_what_harms_a_person_is_a_diet_also_where_it_is_called_it(words: str) -> None:
+    assert hear([words]).diets == {"dairy-free"}
+
+
+@pytest.mark.parametrize(
+    "words", ["No milk, I don't like it.", "No milk; he is not allergic to it but hates it."]
+)
+def test_what_is_only_not_liked_is_none(words: str) -> None:
+    assert hear([words]).diets == frozenset()
+
+
 def test_diet_is_neither_asked_for_nor_refused() -> None:
     heard = hear(["Everything organic, please. Organic pears."])
     assert [request.phrase for request in heard.wanted] == ["organic pears"]

@@ -222,17 +222,23 @@ _NAMED = {
 }
 _ANY = "(?:" + "|".join(_named(name, entry) for name, entry in DIETS.items()) + ")"
 _FROM = r"(?:from|after|if|when|whenever) (?:\w+ )?(?:eat\w* |drink\w* |has |have )?(?:any |some )?"
+_HARMED = r"(?:ill|sick|unwell|a rash|hives|a (?:bad |severe )?reaction)"
 _ILL = {
     name: re.compile(
         rf"\b(?:(?:{_either(entry.ill)})s?|(?:{_harm(entry)})s?"
         r"(?:(?:,? and |,? or |/|, )[\w-]+(?: nuts?)?){0,3}[- ](?:allerg|intoleran|sensitiv)\w*"
-        rf"|(?:ill|sick|unwell) {_FROM}(?:{_harm(entry)})s?"
-        rf"|(?:{_harm(entry)})s? makes? (?:\w+ ){{1,3}}"
-        r"(?:ill|sick|unwell))\b"
+        rf"|{_HARMED} {_FROM}(?:{_harm(entry)})s?"
+        rf"|(?:{_harm(entry)})s? (?:makes?|gives?) (?:\w+ ){{1,3}}{_HARMED})\b"
     )
     for name, entry in DIETS.items()
     if entry.refused
 }
+_IT = r"(?:it|them|that|those|these)\b"
+_HARMED_BY_IT = re.compile(
+    rf"\b(?:(?:allergic|intolerant|sensitive) to|{_HARMED} {_FROM}"
+    rf"|(?:can't|cannot) (?:digest|tolerate)) ?{_IT}"
+    rf"|\b(?:it|that|they|those|these) (?:makes?|gives?) (?:\w+ ){{1,3}}{_HARMED}\b"
+)
 _GOODS = frozenset({"egg", "fish", "peanut", "pork", "sugar"})
 """Things that a basket holds, so that who drops one of them need not follow a diet."""
 
@@ -310,13 +316,12 @@ def diet(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[str]
                 if stated is not None:
                     (standing.add if stated else standing.discard)(name)
         for name, pattern in _ILL.items():
-            if any(
-                not _NOT.search(_clause(sentence, m.start())) for m in pattern.finditer(sentence)
-            ):
+            if _affirmed(pattern, sentence):
                 standing.add(name)
+    harmed = _affirmed(_HARMED_BY_IT, text)
     for said in heard(utterance):
         for thing, how in unwanted(said).items():
-            standing |= implied(thing, how)
+            standing |= implied(thing, Refusal.HARMED if harmed else how)
     return frozenset(standing)
 
 
@@ -356,6 +361,10 @@ def violates(item: Item, restriction: str) -> bool:
     if not entry.violating:
         return True
     return bool(_phrase(entry.violating).search(_phrase(entry.saving).sub("|", name)))
+
+
+def _affirmed(pattern: re.Pattern[str], text: str) -> bool:
+    return any(not _NOT.search(_clause(text, each.start())) for each in pattern.finditer(text))
 
 
 @cache
