@@ -30,6 +30,9 @@ def test_the_page_names_every_test_of_reliability() -> None:
     assert not there - NAMED
 
 
-def test_every_line_has_its_figure() -> None:
-    rows = [line.split("|") for line in PAGE.splitlines() if line.startswith("|")]
-    assert all(len(row) == 5 and all(cell.strip() for cell in row[1:-1]) for row in rows)
+def test_every_line_has_its_figure_and_a_test_or_a_reason() -> None:
+    _, *entries = re.split(r"^\*\*(\d+)\.\*\* ", PAGE, flags=re.MULTILINE)
+    assert [int(each) for each in entries[::2]] == list(range(1, len(entries) // 2 + 1))
+    for entry in entries[1::2]:
+        assert re.search(r"^\*Measured:\* \S", entry, re.MULTILINE), entry
+        assert "\ntests/" in entry or re.search(r"^\*By:\* \S", entry, re.MULTILINE), entry
