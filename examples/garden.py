@@ -67,7 +67,7 @@ class Garden(Environment):
         return [Action("add" if yes else "remove", name) for name, yes in wishes]
 
     def permission(self, action, turns):
-        return ASK if action.target == TREE and not any(map(agrees, turns)) else ""
+        return ASK if action.target == TREE and not (turns and agrees(turns[-1])) else ""
 
     def is_completion(self, turn):
         return turn.utterance.strip(" .!").casefold() == self.completion_phrase.casefold()

@@ -98,7 +98,7 @@ class Lives:
         self._process = subprocess.Popen(
             [sys.executable, __file__], stdin=pipe, stdout=pipe, text=True, env=os.environ | few
         )
-        assert self._answer() == "ready"
+        self._answer("ready")
 
     def begin(self, life: Callable[..., Any], folder: Path, *given: Any) -> Life:
         """Start a process that calls a function of a module with a folder, and what is given."""
@@ -107,7 +107,7 @@ class Lives:
         assert self._process.stdin is not None
         self._process.stdin.write(json.dumps(order) + "\n")
         self._process.stdin.flush()
-        return Life(int(self._answer()), folder / "said", lambda: int(self._answer()))
+        return Life(self._answer("pid"), folder / "said", lambda: self._answer("end"))
 
     def live(self, life: Callable[..., Any], folder: Path, *given: Any) -> int:
         """Start such a process, and wait for its exit code."""
@@ -116,9 +116,11 @@ class Lives:
     def close(self) -> None:
         self._process.communicate()
 
-    def _answer(self) -> str:
+    def _answer(self, to: str) -> int:
         assert self._process.stdout is not None
-        return self._process.stdout.readline().strip()
+        said, number = self._process.stdout.readline().split()
+        assert said == to
+        return int(number)
 
 
 @pytest.fixture(scope="session")
@@ -285,7 +287,7 @@ def _main() -> None:
         for life in (experiment, episode):
             with suppress(SystemExit), redirect_stdout(io.StringIO()):
                 life(str(furnish(Path(folder))))
-    os.write(1, b"ready\n")
+    os.write(1, b"ready 0\n")
     answers = os.dup(1)
     for line in sys.stdin:
         module, name, folder, *given = json.loads(line)
@@ -293,9 +295,9 @@ def _main() -> None:
         pid = os.fork()
         if pid == 0:
             _live(partial(life, folder, *given), Path(folder))
-        os.write(answers, f"{pid}\n".encode())
+        os.write(answers, f"pid {pid}\n".encode())
         _, status = os.waitpid(pid, 0)
-        os.write(answers, f"{os.waitstatus_to_exitcode(status)}\n".encode())
+        os.write(answers, f"end {os.waitstatus_to_exitcode(status)}\n".encode())
 
 
 def _live(life: Callable[[], None], folder: Path) -> None:

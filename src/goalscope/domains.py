@@ -126,7 +126,13 @@ def load_domain(name: str) -> str:
             "file, and does its name end in .py?"
         )
     module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    try:
+        spec.loader.exec_module(module)
+    except SyntaxError as error:
+        del sys.modules[spec.name]
+        raise InvalidInputError(
+            f"{name}, line {error.lineno}: {error.msg}. Mend the file."
+        ) from error
     for function in ("open_environment", "load_profiles"):
         if not callable(getattr(module, function, None)):
             raise InvalidInputError(f"{name}: the function {function} is missing.")

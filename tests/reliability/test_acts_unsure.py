@@ -62,13 +62,13 @@ def test_while_unspecified_leads_nothing_lasting_is_done_and_each_guess_is_told(
         (shop, Planner(model, kinds=12, near=6)),
         (robot, ActionPlanner(model)),
     )
-    guessed = tied = 0
+    guessed = led = 0
     for number in range(count):
         env, planner = planners[number % 2]
         agent = Agent(env, model, planner=planner)
         assert agent.tracker is not None
         belief = agent.tracker.belief = unsure(rng)
-        tied += belief.probability.max() > np.sort(belief.probability)[-2] + 1e-9
+        led += belief.probability.max() > np.sort(belief.probability)[-2] + 1e-9
         assert belief.probability[-1] >= belief.probability.max() - 1e-12
         turns = said("It will be a long day, and I have guests.")
         assert env.requests(turns) == []
@@ -82,7 +82,7 @@ def test_while_unspecified_leads_nothing_lasting_is_done_and_each_guess_is_told(
     assert not shop.bought
     record_property(
         "measured",
-        f"{count:,} beliefs that Unspecified leads ({count - tied:,} tied): 0 lasting acts; "
+        f"{count:,} beliefs that Unspecified leads ({count - led:,} tied): 0 lasting acts; "
         f"something that can be undone is guessed, and told, in {guessed:,}",
     )
 

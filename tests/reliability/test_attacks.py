@@ -92,12 +92,6 @@ def test_nobody_reads_the_words_of_another(
     )
 
 
-@pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with site(tmp_path_factory.mktemp("attacks") / "episodes.db") as running:
-        yield running
-
-
 @pytest.fixture
 def app(tmp_path: Path) -> Iterator[Any]:
     with Store.open(tmp_path / "episodes.db") as store:

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import LampRoom, WordModel
-from goalscope.agent import Agent, GoalTracker
+from goalscope.agent import Agent
 from goalscope.belief import Belief
 from goalscope.calibration import PAPER, USUAL
 from goalscope.envs.grocery import Catalogue, GroceryShop, load_profiles
@@ -21,6 +21,7 @@ from goalscope.models import Completion
 from goalscope.models.opening import open_model
 from goalscope.models.scoring import TokenScorer
 from goalscope.rounds_json import round_from_json, round_to_json
+from goalscope.tracker import GoalTracker
 from goalscope.types import (
     UNSPECIFIED,
     Goal,

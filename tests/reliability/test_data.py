@@ -323,8 +323,10 @@ def disk(tmp_path: Path) -> Iterator[Path]:
     made = ["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", tmp_path]
     if not shutil.which("mount") or subprocess.run(made, capture_output=True).returncode:
         pytest.skip("no disk can be mounted here")
-    yield tmp_path
-    subprocess.run(["umount", tmp_path], check=True)
+    try:
+        yield tmp_path
+    finally:
+        subprocess.run(["umount", "--lazy", tmp_path], check=True)
 
 
 def test_a_disk_that_is_really_full_is_told_of_and_with_room_the_run_goes_on(

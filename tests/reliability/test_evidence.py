@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from goalscope.agent import GoalTracker
 from goalscope.calibration import PAPER, USUAL
 from goalscope.likelihood import RolePlay
 from goalscope.models.llamacpp import LlamaCpp
+from goalscope.tracker import GoalTracker
 from goalscope.types import UNSPECIFIED, Goal, Message, Turn
 
 CHAT = [

@@ -30,10 +30,11 @@ from processes import environment
 SOURCES = sorted(Path(goalscope.__file__).parent.rglob("*.py"))
 
 RUNS = {"eval", "exec", "compile", "__import__", "system", "popen", "execv", "execvp", "spawnv"}
+RUNS_FILES = {"exec_module", "run_path", "run_module", "load_module"}
 READS_CODE = {"pickle", "marshal", "shelve", "dill", "joblib", "cloudpickle", "yaml", "pty", "code"}
 ALLOWED = {
     ("experiment/cluster.py", "pickle"),  # between the workers of one's own cluster, as Dask itself
-    ("envs/house/unity.py", "execv"),
+    ("domains.py", "exec_module"),  # the file of a domain, where the command line names it
 }
 QUERIES = {"execute", "executemany", "executescript", "exec_driver_sql", "literal_column"}
 
@@ -59,7 +60,8 @@ def test_nothing_runs_what_it_reads(record_property: Callable) -> None:
                 found.add((own, node.module))
         for name, call in calls(tree):
             plain = isinstance(call.func, ast.Name) or ast.unparse(call.func).startswith("os.")
-            found |= {(own, name)} if name in RUNS and plain else set()
+            runs = name in RUNS_FILES or (name in RUNS and plain)
+            found |= {(own, name)} if runs else set()
             for option in call.keywords:
                 value = getattr(option.value, "value", None)
                 risky = option.arg in ("shell", "trust_remote_code", "allow_pickle")
@@ -67,7 +69,7 @@ def test_nothing_runs_what_it_reads(record_property: Callable) -> None:
                 found |= (
                     {(own, "weights_only")} if option.arg == "weights_only" and not value else set()
                 )
-    assert found <= ALLOWED
+    assert found == ALLOWED
     record_property("measured", f"{len(SOURCES)} files of source: nothing but {sorted(found)}")
 
 
@@ -256,6 +258,7 @@ def test_a_hostile_adapter_is_refused(
             read_adapter(file, config)
         except ModelError:
             refused += 1
+    assert refused > 0
     record_property("measured", f"{count} broken adapters: {refused} refused, 0 other errors")
 
 

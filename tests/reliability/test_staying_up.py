@@ -116,10 +116,12 @@ def test_health_is_that_the_model_scores_a_word_in_time(
         calls = model.calls
         assert {health()[0] for _ in range(5)} == {503}
         assert httpx.get(f"{address}/api/options", headers=PROGRAM).status_code == 200
+        assert model.calls == calls  # those who waited had one trial, begun before
         model.go.set()
+        end = time.monotonic() + 60
         while health()[0] != 200:
+            assert time.monotonic() < end
             time.sleep(0.01)
-        assert model.calls <= calls + 2  # those who waited had one trial
     record_property("measured", f"a model that hangs is told after {took:.1f} s")
 
 
@@ -234,7 +236,7 @@ def test_many_goals_and_a_long_talk_keep_within_memory(
     grown = (found["peak"] - found["before"]) / 2**10
     assert found["prompt"] >= tokens
     assert grown < 2500
-    assert found["ended"] is not None
+    assert found["ended"] < 60
     record_property(
         "measured",
         f"{goals} goals, {found['prompt']:,} tokens of prompt: {grown:,.0f} MiB besides the model, "

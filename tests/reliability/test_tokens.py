@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from goalscope.agent import GoalTracker
 from goalscope.likelihood import RolePlay
 from goalscope.models.chat import ChatTokenizer
 from goalscope.models.hf_tokenizer import chat_tokenizer
@@ -21,6 +20,7 @@ from goalscope.models.llamacpp import embedded_path
 from goalscope.models.native import Weights
 from goalscope.models.scoring import Pair, TokenScorer
 from goalscope.prompts import render
+from goalscope.tracker import GoalTracker
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Message, Turn
 
 tokenizers = pytest.importorskip("tokenizers")

@@ -29,7 +29,10 @@ WAIT = 10
 """Seconds until a locked database is given up."""
 MOUNTS = Path("/proc/self/mounts")
 """Where Linux tells which file system is where."""
-NETWORK = ("nfs", "nfs4", "cifs", "smb3", "fuse.sshfs", "ceph", "lustre", "beegfs", "afs")
+NETWORK = (
+    "nfs", "nfs4", "cifs", "smb3", "9p", "fuse.sshfs", "fuse.glusterfs", "ceph", "lustre", "beegfs",
+    "afs",
+)  # fmt: skip
 WRITING = {"goalscope_writing": True}
 """Execution options of connections that write."""
 
@@ -98,7 +101,8 @@ def _file_system(file: Path) -> str:
         lines = MOUNTS.read_text("utf-8", "replace").splitlines()
     except OSError:
         return ""
-    kinds = {place.replace(r"\040", " "): kind for _, place, kind, *_ in map(str.split, lines)}
+    mounts = (line.split()[1:3] for line in lines if len(line.split()) > 2)
+    kinds = {place.replace(r"\040", " "): kind for place, kind in mounts}
     return next((kinds[each] for each in map(str, file.parents) if each in kinds), "")
 
 

@@ -16,7 +16,7 @@ from goalscope.web.desk import Desk
 __all__ = ["Health", "Probe"]
 
 WAIT = 8.0
-"""Seconds within which a model that works has scored a word, whatever it does for others."""
+"""Seconds that a model gets; one that works for others for so long counts as one that hangs."""
 
 
 class Health(BaseModel):
