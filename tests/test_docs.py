@@ -257,6 +257,10 @@ def test_the_picture_is_of_the_example_beside_it() -> None:
     last = "".join(f"{share} {goal}\n" for goal, share in found[-len(goals) :])
     (shown,) = (each.text for each in blocks(ROOT / "README.md") if each.language == "text")
     same(last, shown)
+    page = (ROOT / "src/goalscope/web/static/example.js").read_text(encoding="utf-8")
+    turns = re.findall(r'\["[^"]+\.", \[([\d, ]+)\]\]', page)
+    on_the_page = [f"{each}%" for turn in turns for each in turn.split(", ")]
+    assert on_the_page == [share for _, share in found]
 
 
 def cells(line: str) -> list[str]:
@@ -285,11 +289,13 @@ def test_the_figures_of_the_readme_are_those_of_the_results(dialogues: str) -> N
     *_, table = re.findall(
         rf"{start}SmolLM2-135M-Instruct, {n} dialogues\n\n(.*?)\n\n", results, re.M | re.S
     )
-    others = {name: share for name, _, _, share, *_ in map(cells, table.splitlines())}
+    others = {
+        name: (share, loss) for name, _, _, share, _, loss, *_ in map(cells, table.splitlines())
+    }
     assert {without[0], adapted[0]} == {n}
     assert cells(row)[2:] == [
         rounded(*adapted[1:]), rounded(*without[1:]),
-        rounded(others["TF-IDF"]), rounded(others["embedding"]),
+        rounded(*others["TF-IDF"]), rounded(*others["embedding"]),
     ]  # fmt: skip
 
 
