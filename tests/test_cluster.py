@@ -35,8 +35,9 @@ def perform(spec: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def workers() -> list[int]:
-    children = psutil.Process().children(recursive=True)
-    return [each.pid for each in children if "resource_tracker" not in " ".join(each.cmdline())]
+    others = ("resource_tracker", "lives.py")
+    children = {each.pid: " ".join(each.cmdline()) for each in psutil.Process().children(True)}
+    return [pid for pid, line in children.items() if not any(each in line for each in others)]
 
 
 def test_every_cell_has_one_outcome_whatever_dies(tmp_path: Path) -> None:

@@ -95,13 +95,13 @@ def test_only_typed_errors_come_of_reading(
     record_property("measured", figure)
 
 
-LOAD = """
-import resource, sys
+LOAD = r"""
+import re, sys
 from pathlib import Path
 from goalscope.envs.grocery import Catalogue
 shop = Catalogue.load(Path(sys.argv[1]))
 assert len({item.name for item in shop.items}) == len(shop)
-print(len(shop), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+print(len(shop), *re.findall(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text()))
 """
 
 
@@ -109,6 +109,8 @@ print(len(shop), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 def test_a_catalogue_of_a_million_rows_fits(
     count: int, tmp_path: Path, record_property: Callable
 ) -> None:
+    if not Path("/proc/self/status").exists():
+        pytest.skip("the system does not tell how much memory was used")
     file = tmp_path / "shop.csv"
     with file.open("w") as rows:
         rows.write("name,category,unit,price\n")

@@ -73,7 +73,6 @@ def read_questions(file: Path, limit: int | None = None) -> list[Question]:
         cause = getattr(error, "strerror", None) or error
         raise InvalidInputError(f"{file} cannot be read: {cause}.") from None
     questions: list[Question] = []
-    csv.field_size_limit(1 << 24)
     is_csv = file.suffix.lower() == ".csv"
     rows = csv.DictReader(io.StringIO(text, newline="")) if is_csv else text.split("\n")
     number = 0
