@@ -38,7 +38,15 @@ _EVENED = [
         (r"\bgonna\b", "going to"),
         (r"(?<=\w) n (?=\w)", " and "),
         (r"(?:(?:^|(?<=[ ,.!?]))(?:uh+m?|um+|erm?|hm+|oh|lol|haha)\b[,.]* ?)+", ""),
-        (r"(?:^|(?<=[.;!?] ))(?:i (?:think|guess|suppose|believe)),? (?!so\b|not\b)(?:that )?", ""),
+        (
+            r"(?:^|(?<=[.;!?] ))i (?:think|guess|suppose|believe),? (?:that )?(?="
+            r"(?:i|we|you|it|he|she|they|there|let|please)\b|that(?:'s| is| will)\b"
+            r"|(?!(?:about|all|at|both|for|half|in|just|like|maybe|most|not|of|on|only|so|with)\b)"
+            r"\w+ (?:the|an?|my|our|it|them|this|that|these|those|some)\b"
+            r"|[^.,;!?]{1,60} (?:should|must|can|could|needs?|has to|have to|would be"
+            r"|(?:is|are) (?:a must|essential|needed))\b)",
+            "",
+        ),
         (r"\b(?:as well as|along with|together with)\b", "and"),
         (r"[ ,]+(?=[.;!?]|$)", ""),
     )

@@ -311,6 +311,8 @@ class _Reader(OrderReader):
         tail = self.tail(end)
         place = tail.into
         if place and tail.by in v.TOWARDS and not (lead & v.STATING or self.leftover):
+            if self.words[first:end] == ["coffee"]:
+                return Clause("fill", (place,), liquid="coffee")
             return Clause("put", things, place)
         if tail.source:
             things = tuple(replace(thing, at=tail.source.types) for thing in things)
