@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 
-__all__ = ["LEAD", "evened", "lowered", "misspelt"]
+__all__ = ["LEAD", "LONGEST", "evened", "lowered", "misspelt"]
 
 LEAD = (
     r"(?:(?:ok(?:ay)?|hi|hello|hey|so|and|but|well|sorry|excuse me|also|please|(?:can|could) you"
@@ -13,7 +13,7 @@ LEAD = (
 )
 """How a question begins that is evened."""
 
-_LONGEST = 2000
+LONGEST = 2000
 """Characters that are read of an utterance."""
 
 _EVENED = [
@@ -56,7 +56,7 @@ _EVENED = [
 
 def lowered(text: str) -> str:
     """`text` in lower case and on one line, with plain apostrophes."""
-    text = re.sub("[\u2018\u2019\u00b4`]", "'", text[:_LONGEST].casefold())
+    text = re.sub("[\u2018\u2019\u00b4`]", "'", text[:LONGEST].casefold())
     return " ".join(text.split())
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -11,7 +12,7 @@ from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.requests import Refusal, unwanted
 from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.words import asks, made, sentences, singulars
-from goalscope.envs.speech import evened
+from goalscope.envs.speech import LONGEST, evened
 
 __all__ = ["DIETS", "diet", "implied", "is_diet", "violates"]
 
@@ -308,7 +309,8 @@ def diet(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[str]
     apples", "oat milk for a vegan colleague". "It need not be organic" takes it back.
     """
     standing = set(before)
-    text = "\n".join(map(evened, utterance.splitlines()))
+    parts = [textwrap.wrap(line, LONGEST) for line in utterance.splitlines()]
+    text = "\n".join(" ".join(map(evened, line)) for line in parts)
     for sentence in sentences(_ONLY.sub("everything is ", text)):
         for name, pattern in _NAMED.items():
             for match in pattern.finditer(sentence):
@@ -319,7 +321,7 @@ def diet(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[str]
             if _affirmed(pattern, sentence):
                 standing.add(name)
     harmed = _affirmed(_HARMED_BY_IT, text)
-    for said in heard(utterance):
+    for said in (said for line in parts for part in line for said in heard(part)):
         for thing, how in unwanted(said).items():
             standing |= implied(thing, Refusal.HARMED if harmed else how)
     return frozenset(standing)

@@ -32,7 +32,7 @@ _ANY = frozenset(
     " biggest smaller smallest larger largest better best nicer nicest right".split()
 )
 """Words that tell no kinds of things apart."""
-_BESIDES = re.compile(r"\W*(?:and|also|plus)\b|\b(?:too|also|as well|besides)\b")
+_BESIDES = re.compile(r"^\W*(?:and|also|plus)\b|\b(?:too|also|as well|besides)\b")
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,8 +188,11 @@ class _Listener:
     def remove(self, clause: Said) -> None:
         """Take in what is to leave the basket."""
         for removal in removed(clause):
+            some = _WHICH.fullmatch(removal.phrase)
             for phrase in self.meant(removal.phrase):
+                fresh = {p: r for p, r in self.asked.items() if some and p in self.named}
                 self.take_out(replace(removal, phrase=phrase))
+                self.asked |= fresh
                 self.named.append(phrase)
 
     def take_out(self, removal: Request) -> None:
@@ -235,29 +238,31 @@ class _Listener:
                 if not phrase or is_diet(phrase):
                     continue
                 new = replace(request, phrase=phrase)
-                if which and _ANY.issuperset(which[1].split()):
-                    new = replace(new, phrase=self.spoken_of()[0])
-                elif which and not (replaces or _BESIDES.search(clause.text)):
-                    new = self.refined(new, self.spoken_of()[0])
+                if which and not (replaces or _BESIDES.search(clause.text)):
+                    new = self.refined(new, which[1], self.spoken_of()[0])
                 self.ask_for(new, newest=newest)
                 self.named.append(new.phrase)
 
-    def refined(self, request: Request, old: str) -> Request:
-        """A request that says which `old` is meant, and makes way for it where there is such."""
+    def refined(self, request: Request, which: str, old: str) -> Request:
+        """A request that says `which` of `old` is meant: that makes way where there is such."""
         before = self.asked.get(old)
+        alike = _ANY.issuperset(which.split())
         if before is None or request.change == "more":
-            return request
+            return replace(request, phrase=old) if alike else request
         if (request.quantity, request.counted, request.change) == (1, "pieces", "at least"):
-            request = replace(
-                request, quantity=before.quantity, counted=before.counted, change="as many"
-            )
-        replaces = tuple(dict.fromkeys((*before.replaces, old)))
-        if old in self.named:
-            self.named = [each for each in self.named if each != old]
-        else:
-            for each in replaces:
-                self.take_out(Request(each, change="none"))
-        return replace(request, replaces=replaces)
+            change = before.change if alike else "as many"
+            outright = request.outright or before.outright
+            request = replace(before, phrase=request.phrase, change=change, outright=outright)
+        if alike:
+            return replace(request, phrase=old)
+        kind = self.kinds.get(old, old)
+        kind = kind if kind in before.replaces else old
+        if old not in self.named:
+            self.take_out(Request(kind, change="none"))
+        elif kind != old:
+            del self.asked[old]
+        self.named = [each for each in self.named if each != old]
+        return replace(request, replaces=(kind,))
 
     def ask_for(self, request: Request, *, newest: bool) -> None:
         """Ask for something, once, whether in the singular or the plural.

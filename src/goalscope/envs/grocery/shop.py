@@ -267,7 +267,9 @@ class GroceryShop:
             if request.replaces and not is_vague(request.phrase):
                 lacks = self._choice.meant(request.phrase, hearing, ()) is None
                 (kept if lacks else gone).extend(request.replaces)
-        wanted = tuple(each for each in hearing.wanted if each.phrase not in gone)
+        wanted = tuple(
+            each for each in hearing.wanted if each.phrase not in {*gone} - {*each.replaces}
+        )
         return replace(hearing, wanted=wanted).keeping(kept)
 
     def _is_same(self, item: Item, before: Mapping[str, int]) -> bool:

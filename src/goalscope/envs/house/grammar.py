@@ -310,14 +310,14 @@ class _Reader(OrderReader):
             return self.state(things, end, "", negated=False)
         tail = self.tail(end)
         place = tail.into
+        if place and v.VESSELS & {*place.types} and self.words[first:end] == ["wine"]:
+            return Clause("fill", (place,), liquid="wine")
         if place and tail.by in v.TOWARDS and not (lead & v.STATING or self.leftover):
             if self.words[first:end] == ["coffee"]:
                 return Clause("fill", (place,), liquid="coffee")
             return Clause("put", things, place)
         if tail.source:
             things = tuple(replace(thing, at=tail.source.types) for thing in things)
-        if place and v.VESSELS & {*place.types} and self.words[first:end] == ["wine"]:
-            return Clause("fill", (place,), liquid="wine")
         told = lead & {"is", "are", "there"}
         same = (
             not (self.leftover or told)
