@@ -27,10 +27,10 @@ __all__ = ["Hearing", "hear"]
 _NO_NAMES = Names(())
 _WHICH = re.compile(r"(.+) ones?")
 """Says which of the things spoken of last is meant: "the frozen ones"."""
-_ANY = frozenset(
-    "usual regular normal first last same other new old next cheap cheaper cheapest big bigger"
-    " biggest smaller smallest larger largest better best nicer nicest right".split()
-)
+_ANY = frozenset({
+    "usual", "normal", "first", "last", "same", "other", "new", "old", "next", "cheap", "cheaper",
+    "cheapest", "bigger", "biggest", "smaller", "smallest", "better", "best", "nicer", "right",
+})  # fmt: skip
 """Words that tell no kinds of things apart."""
 _BESIDES = re.compile(r"^\W*(?:and|also|plus)\b|\b(?:too|also|as well|besides)\b")
 

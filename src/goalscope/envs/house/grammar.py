@@ -227,7 +227,11 @@ class _Reader(OrderReader):
         if after > i and v.LIKED & set(self.words[i:after]):
             return True
         _, end = self.things(i)
-        if end > i and self.at(end) in v.BARE_STATES and self.at(end + 1) in ("", ",", "and", *v.TAIL):
+        if (
+            end > i
+            and self.at(end) in v.BARE_STATES
+            and self.at(end + 1) in ("", ",", "and", *v.TAIL)
+        ):
             return True
         if end == i or not _MODAL.match(" ".join(self.words[end:])):
             return False
