@@ -146,3 +146,18 @@ def test_purchase_follows_from_the_persons_word_alone(shop: GroceryShop) -> None
     shop.step(shop.actions(["eggs"])[0])
     assert shop.completion_actions() == [Action("buy basket")]
     assert all(a.name != "buy basket" for a in shop.actions(["eggs", "milk", "bread"]))
+
+
+@pytest.mark.parametrize("between", ["", "."])
+@pytest.mark.parametrize(
+    ("said", "diets"),
+    [
+        ("I am vegan. Add cheese.", {"vegan"}),
+        ("My son is allergic to nuts.", {"nut-free"}),
+        ("No milk, it makes me ill.", {"dairy-free"}),
+    ],
+)
+def test_a_diet_at_the_end_of_a_long_line_counts(said: str, diets: set[str], between: str) -> None:
+    for words in range(380, 420):
+        assert hear([f"{'word ' * words}{between} {said}"]).diets == diets
+    assert hear([f"{'We chat on and on. ' * 500}{said}"]).diets == diets

@@ -6,6 +6,7 @@ import pytest
 
 from fakes import said
 from goalscope.envs.grocery import Catalogue, GroceryShop
+from goalscope.envs.grocery.diets import violates
 from goalscope.envs.grocery.search import Search
 from goalscope.types import Action
 
@@ -325,3 +326,84 @@ def test_what_is_unclear_or_has_no_substitute_changes_nothing_and_is_told(
     assert after is None or basket == after
     assert len(notes) == len(told)
     assert all(note.startswith(start) for note, start in zip(notes, told, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("utterances", "after", "told"),
+    [
+        (["6 apples", "take out the bruised ones"], {"Gala Apples": 6}, ["There were no bruised"]),
+        (["6 apples, and drop the bruised ones"], {"Gala Apples": 6}, ["There were no bruised"]),
+        (["4 yogurts", "remove two mango ones"], {"Plain Yogurt": 4}, ["There were no mango"]),
+        (["Add bread", "Take out the rye one", "ok"], {}, []),
+        (
+            ["Add rice", "Delete the brown one and add the white one"],
+            {"Wild Rice": 1, "Long Grain White Rice": 1},
+            ["There was no brown rice"],
+        ),
+        (["Add milk", "The usual one"], {"Whole Milk": 1}, ["The basket holds 1 x"]),
+        (["Add milk", "The cheapest one, please", "Thanks"], {"Whole Milk": 1}, []),
+        (["Add milk", "I want a bigger one"], {"Whole Milk": 1}, ["The basket holds 1 x"]),
+        (["Two milks, the usual ones"], {"Whole Milk": 2}, []),
+        (["Add milk", "We like the purple ones"], {"Whole Milk": 1}, ["The shop has nothing"]),
+        (["Add milk", "We like the purple ones", "Thanks"], {"Whole Milk": 1}, []),
+        (["Add milk", "The purple one", "Remove the milk"], {}, []),
+        (["I want apples, the purple ones"], {"Gala Apples": 1}, ["The shop has nothing"]),
+        (["I want apples, the organic ones", "Ok"], {"Organic Gala Apples": 1}, []),
+        (["Apples", "The purple ones", "No, the organic ones"], {"Organic Gala Apples": 1}, []),
+        (["Three apples, organic ones"], {"Organic Gala Apples": 3}, []),
+        (["Three apples", "The organic ones", "Ok"], {"Organic Gala Apples": 3}, []),
+        (["Three apples", "No, two organic ones"], {"Organic Gala Apples": 2}, []),
+        (
+            ["Three apples", "And two organic ones"],
+            {"Gala Apples": 3, "Organic Gala Apples": 2},
+            [],
+        ),
+        (["Add pizza", "Make it the purple one"], None, ["The shop has nothing called 'purple"]),
+        (["3 whole milk", "Swap it for camel milk"], {"Whole Milk": 3}, ["The shop has nothing"]),
+        (["3 whole milk", "Swap it for soy milk", "Ok"], {"Barista Soy Milk": 3}, []),
+        (["3 whole milk", "Swap it for 1 oat milk", "Ok"], {"Oat Milk": 1}, []),
+        (["Eggs", "Swap the eggs for eggs", "Ok"], {"Large Eggs": 1}, []),
+        (["Swap it for oat milk"], {}, ["It is not clear which thing you mean."]),
+    ],
+)
+def test_which_ones_are_meant_takes_nothing_out_that_has_no_substitute(
+    utterances: list[str], after: dict[str, int] | None, told: list[str]
+) -> None:
+    basket, notes = heard({}, *utterances)
+    assert after is None or basket == after
+    assert len(notes) == len(told)
+    assert all(note.startswith(start) for note, start in zip(notes, told, strict=True))
+
+
+@pytest.mark.parametrize(
+    "thought",
+    [
+        "I think of eggs",
+        "I often think about eggs",
+        "I think about the eggs",
+        "I believe in free range eggs",
+        "I think eggs or bananas",
+        "I guess egg prices are rising",
+        "I suppose the eggs were cheaper once",
+        "I think all the eggs are for sale",
+    ],
+)
+def test_what_people_think_is_not_asked_for(thought: str) -> None:
+    assert heard({}, thought)[0] == {}
+
+
+def test_nothing_is_kept_or_guessed_that_harms_a_person() -> None:
+    shop = GroceryShop(CATALOGUE, search=SEARCH)
+    for name in ("Buttermilk Pancake Mix", "Spreadable Butter", "Bananas"):
+        assert shop.step(Action("add item", name, 1)).ok
+    turns = said("No milk in it please, it gives my daughter a rash.")
+    for action in shop.requests(turns):
+        assert shop.step(action).ok
+    assert shop.basket == {"Bananas": 1}
+    offered = shop.actions(["milk", "butter", "pancake mix", "cheese", "cream"], turns)
+    items = [item for action in offered if (item := CATALOGUE.get(action.target))]
+    assert len(items) == len(offered) > 0
+    assert not any(violates(item, "dairy-free") for item in items)
+    turns = said("No milk in it please, it gives my daughter a rash.", "Get butter and cheese")
+    added = [item for each in shop.requests(turns) if (item := CATALOGUE.get(each.target))]
+    assert not any(violates(item, "dairy-free") for item in added)

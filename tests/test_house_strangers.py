@@ -296,3 +296,51 @@ def test_what_strangers_type_is_done_or_told(
     scene: str, said: list[str], changes: list[str], notes: list[str]
 ) -> None:
     assert told(scene, *said)[:2] == (set(changes), notes)
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "our mug slid into the sink",
+        "the tomato fell onto the floor",
+        "my daughter threw the apple into the garbage can",
+        "the knife into the toaster is a bad idea",
+        "the bread back on the counter smells nice",
+        "coffee dripped onto the plate",
+        "the plates dirty",
+        "oh dear, the cup dirty",
+        "dirty dishes",
+        "the fridge open and the light on",
+        "the microwave open, how odd",
+        "my kid left the cabinet open",
+    ],
+)
+def test_what_only_tells_of_the_house_moves_nothing(statement: str) -> None:
+    assert told("Kitchen1", statement)[:2] == (set(), [])
+
+
+@pytest.mark.parametrize(
+    ("order", "change"),
+    [
+        ("the tomato into the sink", "tomato: now in the sink basin"),
+        ("the tomato into the sink please", "tomato: now in the sink basin"),
+        ("the fridge open please", "fridge: open"),
+        ("microwave open", "microwave: open"),
+        ("wine into the cup", "cup: filled with wine"),
+        ("coffee into the cup", "cup: filled with coffee"),
+    ],
+)
+def test_orders_without_a_verb_are_done(order: str, change: str) -> None:
+    assert told("Kitchen1", order)[:2] == ({change}, [])
+
+
+@pytest.mark.parametrize(
+    ("order", "question"),
+    [
+        ("break the botle", "May I break the wine bottle?"),
+        ("slice the tomatto", "May I slice the tomato?"),
+        ("please smash the botle", "May I break the wine bottle?"),
+    ],
+)
+def test_a_guessed_word_is_asked_about_before_what_lasts(order: str, question: str) -> None:
+    assert told("Kitchen1", order) == (set(), [], question)

@@ -16,6 +16,9 @@ from goalscope.envs.speech import evened, lowered, misspelt
         ("I think the pan should go. I think so.", "the pan should go. i think so."),
         ("im out of rum, um, and lets see", "i'm out of rum, and let's see"),
         ("Milk as well as oil\u2026 it\u2019s all", "milk and oil\u2026 it's all"),
+        ("I guess we need oil. I think about it.", "we need oil. i think about it."),
+        ("I think put it in. I believe in fish", "put it in. i believe in fish"),
+        ("I suppose that the pans must go", "the pans must go"),
         ("hide the umbrella lol", "hide the umbrella"),
     ],
 )

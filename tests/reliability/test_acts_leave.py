@@ -93,6 +93,13 @@ maybe you could {0}, maybe not
 {0}, I'm joking
 """.strip().splitlines()
 
+SLIPS = (
+    "break the botle", "Please break the vasse.", "smash the plaet", "break the wnidow",
+    "slice the tomatto", "Cut the letuce, please", "slice the aplpe", "ok, slice the braed",
+    "cook the potatto", "cook the eggg",
+)  # fmt: skip
+"""Orders of which one word is only guessed."""
+
 ORDERS = """
 {0}
 {0}.
@@ -120,7 +127,7 @@ def allowed(words: str) -> list[tuple[str, str]]:
 def test_sentences_that_speak_of_a_lasting_act_and_order_none_allow_none(
     record_property: Callable[[str, object], None],
 ) -> None:
-    said = [frame.format(*act) for frame in NO_LEAVE for act in ACTS]
+    said = [*SLIPS, *(frame.format(*act) for frame in NO_LEAVE for act in ACTS)]
     assert len(set(said)) >= 200
     assert [(words, leave) for words in said if (leave := allowed(words))] == []
     record_property("measured", f"{len(set(said))} sentences that are no order: leave for 0 acts")
@@ -148,7 +155,7 @@ def test_the_robot_breaks_nothing_on_such_sentences(
         robot = HomeRobot(HouseController("Kitchen1"))
         model = WordModel()
         agent = Agent(robot, model, method="no-goals", planner=ActionPlanner(model))
-        for number, frame in enumerate(NO_LEAVE[start : start + 8]):
+        for number, frame in enumerate([*NO_LEAVE[start : start + 8], SLIPS[start // 8]]):
             act = (
                 "slice the bread",
                 "slicing the bread",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 
-__all__ = ["LEAD", "evened", "lowered", "misspelt"]
+__all__ = ["LEAD", "LONGEST", "evened", "lowered", "misspelt"]
 
 LEAD = (
     r"(?:(?:ok(?:ay)?|hi|hello|hey|so|and|but|well|sorry|excuse me|also|please|(?:can|could) you"
@@ -13,7 +13,7 @@ LEAD = (
 )
 """How a question begins that is evened."""
 
-_LONGEST = 2000
+LONGEST = 2000
 """Characters that are read of an utterance."""
 
 _EVENED = [
@@ -38,7 +38,15 @@ _EVENED = [
         (r"\bgonna\b", "going to"),
         (r"(?<=\w) n (?=\w)", " and "),
         (r"(?:(?:^|(?<=[ ,.!?]))(?:uh+m?|um+|erm?|hm+|oh|lol|haha)\b[,.]* ?)+", ""),
-        (r"(?:^|(?<=[.;!?] ))(?:i (?:think|guess|suppose|believe)),? (?!so\b|not\b)(?:that )?", ""),
+        (
+            r"(?:^|(?<=[.;!?] ))i (?:think|guess|suppose|believe),? (?:that )?(?="
+            r"(?:i|we|you|it|he|she|they|there|let|please)\b|that(?:'s| is| will)\b"
+            r"|(?!(?:about|all|at|both|for|half|in|just|like|maybe|most|not|of|on|only|so|with)\b)"
+            r"\w+ (?:the|an?|my|our|it|them|this|that|these|those|some)\b"
+            r"|[^.,;!?]{1,60} (?:should|must|can|could|needs?|has to|have to|would be"
+            r"|(?:is|are) (?:a must|essential|needed))\b)",
+            "",
+        ),
         (r"\b(?:as well as|along with|together with)\b", "and"),
         (r"[ ,]+(?=[.;!?]|$)", ""),
     )
@@ -48,7 +56,7 @@ _EVENED = [
 
 def lowered(text: str) -> str:
     """`text` in lower case and on one line, with plain apostrophes."""
-    text = re.sub("[\u2018\u2019\u00b4`]", "'", text[:_LONGEST].casefold())
+    text = re.sub("[\u2018\u2019\u00b4`]", "'", text[:LONGEST].casefold())
     return " ".join(text.split())
 
 

@@ -11,7 +11,7 @@ from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.requests import Refusal, unwanted
 from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.words import asks, made, sentences, singulars
-from goalscope.envs.speech import evened
+from goalscope.envs.speech import LONGEST, evened
 
 __all__ = ["DIETS", "diet", "implied", "is_diet", "violates"]
 
@@ -239,6 +239,9 @@ _HARMED_BY_IT = re.compile(
     rf"|(?:can't|cannot) (?:digest|tolerate)) ?{_IT}"
     rf"|\b(?:it|that|they|those|these) (?:makes?|gives?) (?:\w+ ){{1,3}}{_HARMED}\b"
 )
+_SHARED = 200
+"""Characters that two parts of a long line share, so that no statement is cut in two."""
+
 _GOODS = frozenset({"egg", "fish", "peanut", "pork", "sugar"})
 """Things that a basket holds, so that who drops one of them need not follow a diet."""
 
@@ -308,7 +311,8 @@ def diet(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[str]
     apples", "oat milk for a vegan colleague". "It need not be organic" takes it back.
     """
     standing = set(before)
-    text = "\n".join(map(evened, utterance.splitlines()))
+    parts = [part for line in utterance.splitlines() for part in _parts(line)]
+    text = "\n".join(map(evened, parts))
     for sentence in sentences(_ONLY.sub("everything is ", text)):
         for name, pattern in _NAMED.items():
             for match in pattern.finditer(sentence):
@@ -319,7 +323,7 @@ def diet(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[str]
             if _affirmed(pattern, sentence):
                 standing.add(name)
     harmed = _affirmed(_HARMED_BY_IT, text)
-    for said in heard(utterance):
+    for said in (said for part in parts for said in heard(part)):
         for thing, how in unwanted(said).items():
             standing |= implied(thing, Refusal.HARMED if harmed else how)
     return frozenset(standing)
@@ -361,6 +365,12 @@ def violates(item: Item, restriction: str) -> bool:
     if not entry.violating:
         return True
     return bool(_phrase(entry.violating).search(_phrase(entry.saving).sub("|", name)))
+
+
+def _parts(line: str) -> list[str]:
+    """A line in parts that are short enough to be read; each begins with the end of another."""
+    step = LONGEST - _SHARED
+    return [line[i : i + LONGEST] for i in range(0, max(len(line) - _SHARED, 1), step)]
 
 
 def _affirmed(pattern: re.Pattern[str], text: str) -> bool:

@@ -27,6 +27,12 @@ __all__ = ["Hearing", "hear"]
 _NO_NAMES = Names(())
 _WHICH = re.compile(r"(.+) ones?")
 """Says which of the things spoken of last is meant: "the frozen ones"."""
+_ANY = frozenset({
+    "usual", "normal", "first", "last", "same", "other", "new", "old", "next", "cheap", "cheaper",
+    "cheapest", "bigger", "biggest", "smaller", "smallest", "better", "best", "nicer", "right",
+})  # fmt: skip
+"""Words that tell no kinds of things apart."""
+_BESIDES = re.compile(r"^\W*(?:and|also|plus)\b|\b(?:too|also|as well|besides)\b")
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,6 +144,7 @@ class _Listener:
         mild: Diets that rest on a refusal alone, which a request takes back.
         before: Things that the last utterance asked for or took out that named any.
         named: The same of the newest utterance.
+        kinds: What "the frozen ones" are a kind of, by what they came to.
         removed: What the newest utterance wants taken out; `spared`, `empties` and `unclear` are
             its own, too.
     """
@@ -152,6 +159,7 @@ class _Listener:
         self.mild: set[str] = set()
         self.before: list[str] = []
         self.named: list[str] = []
+        self.kinds: dict[str, str] = {}
         self.removed: list[Request] = []
         self.spared: list[str] = []
         self.empties = self.unclear = False
@@ -180,8 +188,11 @@ class _Listener:
     def remove(self, clause: Said) -> None:
         """Take in what is to leave the basket."""
         for removal in removed(clause):
+            some = _WHICH.fullmatch(removal.phrase)
             for phrase in self.meant(removal.phrase):
+                fresh = {p: r for p, r in self.asked.items() if some and p in self.named}
                 self.take_out(replace(removal, phrase=phrase))
+                self.asked |= fresh
                 self.named.append(phrase)
 
     def take_out(self, removal: Request) -> None:
@@ -217,13 +228,41 @@ class _Listener:
 
     def ask(self, clause: Said, *, newest: bool) -> None:
         """Take in what is asked for."""
-        for request in wanted(clause):
+        requests = wanted(clause)
+        said = requests[0].replaces if requests else ()
+        replaces = tuple(old for phrase in said for old in self.meant(phrase))
+        for request in requests if replaces or not said else ():
+            request = replace(request, replaces=replaces)
+            which = _WHICH.fullmatch(request.phrase)
             for phrase in self.meant(request.phrase):
                 if not phrase or is_diet(phrase):
                     continue
-                replaces = tuple(map(self.names.shown, request.replaces))
-                self.ask_for(replace(request, phrase=phrase, replaces=replaces), newest=newest)
-                self.named.append(phrase)
+                new = replace(request, phrase=phrase)
+                if which and not (replaces or _BESIDES.search(clause.text)):
+                    new = self.refined(new, which[1], self.spoken_of()[0])
+                self.ask_for(new, newest=newest)
+                self.named.append(new.phrase)
+
+    def refined(self, request: Request, which: str, old: str) -> Request:
+        """A request that says `which` of `old` is meant: that makes way where there is such."""
+        before = self.asked.get(old)
+        alike = _ANY.issuperset(which.split())
+        if before is None or request.change == "more":
+            return replace(request, phrase=old) if alike else request
+        if (request.quantity, request.counted, request.change) == (1, "pieces", "at least"):
+            change = before.change if alike else "as many"
+            outright = request.outright or before.outright
+            request = replace(before, phrase=request.phrase, change=change, outright=outright)
+        if alike:
+            return replace(request, phrase=old)
+        kind = self.kinds.get(old, old)
+        kind = kind if kind in before.replaces else old
+        if old not in self.named:
+            self.take_out(Request(kind, change="none"))
+        elif kind != old:
+            del self.asked[old]
+        self.named = [each for each in self.named if each != old]
+        return replace(request, replaces=(kind,))
 
     def ask_for(self, request: Request, *, newest: bool) -> None:
         """Ask for something, once, whether in the singular or the plural.
@@ -232,6 +271,9 @@ class _Listener:
         there.
         """
         asked = singulars(request.phrase)
+        for phrase, other in self.asked.items():
+            replaces = tuple(old for old in other.replaces if singulars(old) != asked)
+            self.asked[phrase] = replace(other, replaces=replaces)
         same = next((p for p in self.asked if singulars(p) == asked), request.phrase)
         before = self.asked.pop(same, None)
         if not newest:
@@ -251,18 +293,20 @@ class _Listener:
         which = _WHICH.fullmatch(phrase)
         if not (which or phrase in (SAME, SAME_ALL)):
             return [self.names.shown(phrase)]
-        found = self.named[-1:] if phrase != SAME_ALL else self.named
-        found = [*dict.fromkeys(found or self.before)]
+        found = self.spoken_of(every=phrase == SAME_ALL)
         if not found or (phrase != SAME_ALL and len(found) > 1):
             self.unclear = True
             return []
         if not which:
             return found
-        if found[0] in self.named:
-            self.asked.pop(found[0], None)
-        elif found[0] in self.asked:
-            self.take_out(Request(found[0], change="none"))
-        return [f"{which[1]} {found[0]}"]
+        kind = self.kinds.get(found[0], found[0])
+        self.kinds[f"{which[1]} {kind}"] = kind
+        return [f"{which[1]} {kind}"]
+
+    def spoken_of(self, *, every: bool = False) -> list[str]:
+        """The thing named last, or every thing named in this utterance; else those before."""
+        found = self.named if every else self.named[-1:]
+        return [*dict.fromkeys(found or self.before)]
 
 
 def _kind_of(thing: str, words: Sequence[str]) -> bool:

@@ -162,6 +162,7 @@ _CHANGES = [
                 (rf"\b(remove|delete|drop(?! \w+ off\b)|take) {it}{_ALONE}", rf"\1 {same}"),
             )
         ),
+        (rf"\bmake {_IT} (?=the [^.,;!?]{{1,40}} ones?\b)", ". add "),
         (rf"\b({_NUMBER}) of each{_END}", rf"exactly \1 packs of {SAME_ALL}"),
         (rf"(?:^|, )({_NUMBER}) of (?:it|them|those){_END}", rf". add exactly \1 packs of {SAME}"),
         (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from decimal import Decimal
 
 from goalscope import envs
@@ -261,14 +262,15 @@ class GroceryShop:
     def _heard(self, turns: Sequence[Turn]) -> Hearing:
         """What the person said; what was to make way for what the shop lacks stays."""
         hearing = hear([turn.utterance for turn in turns], self._names)
-        return hearing.keeping(
-            old
-            for request in hearing.wanted
-            if request.replaces
-            and not is_vague(request.phrase)
-            and self._choice.meant(request.phrase, hearing, ()) is None
-            for old in request.replaces
+        kept, gone = list[str](), list[str]()
+        for request in hearing.wanted:
+            if request.replaces and not is_vague(request.phrase):
+                lacks = self._choice.meant(request.phrase, hearing, ()) is None
+                (kept if lacks else gone).extend(request.replaces)
+        wanted = tuple(
+            each for each in hearing.wanted if each.phrase not in {*gone} - {*each.replaces}
         )
+        return replace(hearing, wanted=wanted).keeping(kept)
 
     def _is_same(self, item: Item, before: Mapping[str, int]) -> bool:
         """Whether the basket holds as much of the item as it did, and some."""

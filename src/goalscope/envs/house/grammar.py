@@ -227,7 +227,11 @@ class _Reader(OrderReader):
         if after > i and v.LIKED & set(self.words[i:after]):
             return True
         _, end = self.things(i)
-        if end > i and self.at(end) in v.STATES and self.at(end + 1) in ("", ",", "and", *v.TAIL):
+        if (
+            end > i
+            and self.at(end) in v.BARE_STATES
+            and self.at(end + 1) in ("", ",", "and", *v.TAIL)
+        ):
             return True
         if end == i or not _MODAL.match(" ".join(self.words[end:])):
             return False
@@ -304,16 +308,20 @@ class _Reader(OrderReader):
             ]
         )
         self._leads.clear()
-        if self.at(end) in v.STATES and self.only_tail(end + 1):
+        if self.at(end) in v.BARE_STATES and self.only_tail(end + 1):
+            if not self.polite and self.at(first) in v.DETERMINERS:
+                return Clause("", things)
             return self.state(things, end, "", negated=False)
         tail = self.tail(end)
         place = tail.into
-        if place and tail.by in v.TOWARDS and not lead & v.STATING:
+        if place and v.VESSELS & {*place.types} and self.words[first:end] == ["wine"]:
+            return Clause("fill", (place,), liquid="wine")
+        if place and tail.by in v.TOWARDS and not (lead & v.STATING or self.leftover):
+            if self.words[first:end] == ["coffee"]:
+                return Clause("fill", (place,), liquid="coffee")
             return Clause("put", things, place)
         if tail.source:
             things = tuple(replace(thing, at=tail.source.types) for thing in things)
-        if place and v.VESSELS & {*place.types} and self.words[first:end] == ["wine"]:
-            return Clause("fill", (place,), liquid="wine")
         told = lead & {"is", "are", "there"}
         same = (
             not (self.leftover or told)

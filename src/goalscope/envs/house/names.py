@@ -155,12 +155,14 @@ class Naming:
         end: Where in the list of words the naming ends.
         plural: Whether the last word is a plural.
         group: Whether the words name a group, such as "food".
+        guessed: Whether the word is taken for another that is spelt much like it.
     """
 
     types: tuple[str, ...]
     end: int
     plural: bool
     group: bool = False
+    guessed: bool = False
 
 
 def readable(object_type: str) -> str:
@@ -215,11 +217,12 @@ def naming(words: Sequence[str], start: int, here: Iterable[str] = ()) -> Naming
         if several := _groups().get("".join(span)):
             return Naming(several, end, plural=True, group=True)
         key = "".join(map(singular, span))
-        if end == start + 1 and key not in known and key not in strange:
+        guessed = end == start + 1 and key not in known and key not in strange
+        if guessed:
             key = misspelt(key, _single_words())
         if types := known.get(key) or strange.get(key):
             noun = span[span.index("of") - 1] if "of" in span[1:] else span[-1]
-            return Naming(types, end, plural=singular(noun) != noun)
+            return Naming(types, end, plural=singular(noun) != noun, guessed=guessed)
     return None
 
 

@@ -64,7 +64,8 @@ class OrderReader(PhraseReader):
             if i + length <= len(self.words) and said in forms:
                 after = self.at(i + length)
                 alone = said in v.NOUNS and after in ("", ",", "and", "of", "is", "or")
-                if alone or (said == "slice" and after == "of"):
+                mess = said == "dirty" and after not in v.DETERMINERS | v.PRONOUNS
+                if alone or mess or (said == "slice" and after == "of"):
                     return None
                 if (said, after) in (("start", "by"), ("start", "with"), ("make", "sure")):
                     return None

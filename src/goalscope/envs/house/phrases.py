@@ -88,7 +88,7 @@ class PhraseReader:
     Attributes:
         words: The words of one clause.
         here: Types that are in the scene.
-        leftover: Whether a word was met that was not understood.
+        leftover: Whether a word was met that was not understood, or only guessed.
         rest: Where other things are listed, behind a place; 0 if none are.
     """
 
@@ -283,6 +283,7 @@ class PhraseReader:
         word = self.at(i)
         if named := naming(self.words, i, self.here):
             end = named.end
+            self.leftover |= named.guessed
             if re.fullmatch(r"[1-9]\d{0,2}", self.at(end)) and not self.noun(end + 1)[0]:
                 which = int(self.at(end))
                 return Phrase(named.types, "", named.plural, 0, named.group, which), end + 1

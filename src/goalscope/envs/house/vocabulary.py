@@ -148,6 +148,8 @@ STATES = {
     **{"on": "turn on", "off": "turn off", "open": "open", "closed": "close", "shut": "close"},
     **{"clean": "clean", "empty": "empty", "full": "fill", "dirty": "dirty"},
 }
+BARE_STATES = STATES.keys() - {"dirty"}
+"""Those that alone ask for it: "lights off"."""
 LATER = "anothertime"
 """What stands for words such as "tomorrow" in a text that `normal` made."""
 KEPT = _set("whole intact raw uncooked uncut unsliced unbroken undamaged unharmed")
