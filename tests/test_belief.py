@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from goalscope.belief import Belief
-from goalscope.types import UNSPECIFIED, Goal
+from goalscope.types import UNSPECIFIED, Goal, GoalscopeError
 
 nats = st.one_of(st.floats(-1e6, 0), st.just(-math.inf))
 finite = st.floats(-1e4, 0)
@@ -80,6 +80,12 @@ def test_late_goal_equals_early_goal(belief: Belief) -> None:
     back = rest.add([late], lambda new: flat.log_likelihood[:, -1:])
     assert back.goals == flat.goals
     assert back.probability == pytest.approx(flat.probability, abs=1e-12)
+
+
+@pytest.mark.parametrize("k", [0, -1])
+def test_the_likeliest_none_are_refused(k: int) -> None:
+    with pytest.raises(GoalscopeError, match="k must be 1 or more"):
+        Belief.uniform([UNSPECIFIED]).top(k)
 
 
 def test_exact_duplicates_merge() -> None:

@@ -268,8 +268,10 @@ def test_a_conformal_set_takes_the_threshold_of_eps_or_the_next_smaller_one() ->
     assert belief.conformal_set(0.2) == belief.conformal_set(0.5) == (goals(2)[0],)
     with pytest.raises(ValueError, match=r"eps = 0\.05; `goalscope calibrate`"):
         belief.conformal_set(0.05)
-    with pytest.raises(ValueError, match=r"eps = 0\.1; `goalscope calibrate`"):
+    with pytest.raises(InvalidInputError, match=r"eps = 0\.1; `goalscope calibrate`"):
         Belief.uniform(goals(2)).conformal_set()
+    with pytest.raises(InvalidInputError, match="eps must lie"):
+        belief.conformal_set(2)
 
 
 @pytest.mark.parametrize(
@@ -285,7 +287,7 @@ def test_a_conformal_set_takes_the_threshold_of_eps_or_the_next_smaller_one() ->
 )
 def test_numbers_out_of_their_range_are_refused(field: str, values: list) -> None:
     for value in values:
-        with pytest.raises(ValueError, match=field.removesuffix("s")):
+        with pytest.raises(InvalidInputError, match=field.removesuffix("s")):
             Calibration(**{field: value})
         with pytest.raises(ValueError, match=field.removesuffix("s")):
             calibration_from_json({**asdict(PAPER), field: value})

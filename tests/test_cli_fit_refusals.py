@@ -153,9 +153,9 @@ def test_a_second_process_in_the_same_folder_is_refused(
     ("changed", "said"),
     [
         ({"goals": ["buy milk", "buy " + "tea " * 300], "true": 0}, "a goal has"),
-        ({"turns": [{"query": "What?", "utterance": "milk " * 3000}]}, "turn is too long"),
-        ({"turns": [{"query": "milk " * 3000, "utterance": "tea"}]}, "turn is too long"),
-        ({"task": "milk " * 3000}, "turn is too long"),
+        ({"turns": [{"query": "What?", "utterance": "milk " * 3000}]}, "utterance is too long"),
+        ({"turns": [{"query": "milk " * 3000, "utterance": "tea"}]}, "query is too long"),
+        ({"task": "milk " * 3000}, "task is too long"),
     ],
 )
 def test_what_is_too_long_is_refused_before_the_work_begins(

@@ -149,6 +149,26 @@ def test_a_tracker_takes_a_goal_that_is_new_with_all_that_was_said() -> None:
         tracker.pin(" ")
 
 
+@pytest.mark.parametrize("kind", ["Veto", "veto ", "", "praise", None, 3, ["pin"]])
+def test_a_correction_of_an_unknown_kind_changes_nothing(kind) -> None:
+    tracker = GoalTracker(WordModel(), goals=["bake cake"])
+    before = tracker.belief
+    with pytest.raises(InvalidInputError, match='"pin", "veto" or "reword"'):
+        tracker.correct(kind, "bake cake")
+    assert tracker.belief is before
+
+
+@pytest.mark.parametrize("goal", [UNSPECIFIED, "Unspecified", " unspecified."])
+@pytest.mark.parametrize("include", [True, False])
+def test_no_stated_goal_is_none_that_could_be_confirmed(goal, include: bool) -> None:
+    tracker = GoalTracker(WordModel(), goals=["bake cake"], include_unspecified=include)
+    before = tracker.belief
+    for take in (tracker.pin, lambda goal: tracker.correct("pin", goal)):
+        with pytest.raises(InvalidInputError, match="nspecified"):
+            take(goal)
+    assert tracker.belief is before
+
+
 def begun(model=None, **options) -> Agent:
     """An agent that knows of light and of sleep."""
     agent = Agent(LampRoom(), model or WordModel(REPLIES), **options)

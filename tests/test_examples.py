@@ -6,13 +6,14 @@ from pathlib import Path
 
 import pytest
 
+from fakes import LampRoom
 from goalscope import Agent, GoalscopeError, InvalidInputError, Turn
 from goalscope.domains import Settings, load_domain, open_environment, profiles_of
 from goalscope.envs import Environment
-from goalscope.envs.check import check_env
+from goalscope.envs.check import MAY_LACK, check_env
 from goalscope.policy import Planner
 from goalscope.store import Store
-from goalscope.types import Action
+from goalscope.types import Action, StepResult
 from test_cli import fails, invoke
 from test_run import NamedModel
 
@@ -35,6 +36,24 @@ def garden(settings: Settings) -> Environment:
 
 def test_the_garden_keeps_the_laws_of_an_environment(garden: Environment) -> None:
     check_env(garden)
+
+
+NEEDED = set(vars(Environment)) - MAY_LACK
+
+
+@pytest.mark.parametrize("name", sorted(name for name in NEEDED if not name.startswith("_")))
+def test_an_environment_without_what_agents_call_is_refused(garden: Environment, name: str) -> None:
+    lacking = type("Lacking", (type(garden),), {name: vars(Environment)[name]})
+    with pytest.raises(GoalscopeError, match=f"`{name}` is missing"):
+        check_env(lacking())
+
+
+def test_what_inherits_nothing_must_have_it_all() -> None:
+    room = LampRoom()
+    room.step = lambda action: StepResult(action, False, "It is stuck.")
+    check_env(room)
+    with pytest.raises(GoalscopeError, match="`task` is missing"):
+        check_env(object())  # pyright: ignore[reportArgumentType]
 
 
 def test_a_domain_takes_fewer_than_80_lines() -> None:

@@ -1,12 +1,14 @@
 """The role-play likelihood, against a model whose probabilities can be written down."""
 
 import math
+import re
+from typing import Any
 
 import numpy as np
 import pytest
 
 from fakes import WordModel
-from goalscope.calibration import PAPER, Calibration
+from goalscope.calibration import LAST_TURN, PAPER, USUAL, Calibration
 from goalscope.likelihood import GOAL_TOKENS, PromptedRanking, RolePlay
 from goalscope.tracker import GoalTracker
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn
@@ -71,6 +73,93 @@ def test_utterance_longer_than_the_context_is_refused_and_changes_nothing() -> N
 def test_too_long_goal_is_refused() -> None:
     with pytest.raises(InvalidInputError, match="goal"):
         RolePlay(WordModel()).log_likelihood("t", [Goal("x " * 300)], TURNS)
+
+
+@pytest.mark.parametrize(
+    ("query", "words", "task", "what"),
+    [
+        ("blah " * 1000, "cake", "t", "query is too long for the model (5,000"),
+        ("Yes?", "blah " * 1000, "t", "utterance is too long for the model (4,999"),
+        ("Yes?", "cake", "blah " * 1000, "task is too long for the model (4,999"),
+    ],
+)
+def test_what_is_too_long_is_named(query: str, words: str, task: str, what: str) -> None:
+    tracker = GoalTracker(WordModel(context_size=500), task=task, goals=["bake cake"])
+    with pytest.raises(InvalidInputError, match=re.escape(what)):
+        tracker.observe(query, words)
+
+
+NO_TEXT: Any = [None, 3, b"hello", ["cake"], object()]
+
+
+@pytest.mark.parametrize("bad", [*NO_TEXT, "half \ud83c of"])
+def test_what_is_no_text_is_refused_and_changes_nothing(bad: Any) -> None:
+    tracker = GoalTracker(WordModel(), goals=["bake cake"])
+    belief = tracker.observe("", "cake")
+    for change in (
+        lambda: tracker.observe(bad, "cake"),
+        lambda: tracker.observe("Yes?", bad),
+        lambda: tracker.add([bad]),
+        lambda: tracker.add([Goal(bad)]),
+        lambda: tracker.drop([bad]),
+        lambda: tracker.pin(bad),
+        lambda: tracker.correct("pin", bad),
+        lambda: tracker.correct("reword", "bake cake", bad),
+        lambda: GoalTracker(WordModel(), goals=[bad]),
+        lambda: GoalTracker(WordModel(), task=bad),
+    ):
+        with pytest.raises(InvalidInputError, match=r"text|broken"):
+            change()
+    assert tracker.belief is belief
+    assert tracker.turns == [Turn("", "cake")]
+    tracker.observe("And?", "cake")
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"model": "qwen.gguf"}, r"open_model\(.*goals=\["),
+        ({"model": ["a", "b"]}, r"open_model\(.*goals=\["),
+        ({"goals": None}, "goals must be a list"),
+        ({"goals": 3}, "goals must be a list"),
+        ({"likelihood": "goal-last"}, "likelihood"),
+        ({"calibration": "papr"}, "name paper, usual, last-turn, or a file"),
+        ({"calibration": 2.0}, "one of paper, usual, last-turn"),
+        ({"calibration": {}}, "one of paper, usual, last-turn"),
+    ],
+)
+def test_wrong_arguments_of_a_tracker_are_refused(given: Any, message: str) -> None:
+    with pytest.raises(InvalidInputError, match=message):
+        GoalTracker(**{"model": WordModel(), **given})
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"), [("paper", PAPER), ("usual", USUAL), ("last-turn", LAST_TURN)]
+)
+def test_a_tracker_takes_a_calibration_by_its_name(name: str, meant: Calibration) -> None:
+    assert GoalTracker(WordModel(), calibration=name).belief.calibration is meant
+
+
+def test_goals_that_mean_the_same_are_one() -> None:
+    tracker = GoalTracker(WordModel(), goals=["bake cake", "Bake  cake."])
+    assert tracker.belief.goals == (UNSPECIFIED, CAKE)
+    belief = tracker.observe("Yes?", "soup")
+    assert tracker.add([" BAKE cake!", "unspecified"]) is belief
+    assert tracker.add(["cook soup", "Cook soup"]).goals == (UNSPECIFIED, CAKE, SOUP)
+    assert tracker.drop(["COOK SOUP"]).goals == (UNSPECIFIED, CAKE)
+    assert tracker.pin("Bake cake").pinned == ((1, CAKE),)
+
+
+def test_a_tracker_shows_its_goals_and_the_number_of_turns() -> None:
+    tracker = GoalTracker(WordModel(), task="Bake", goals=["bake cake"], calibration=PAPER)
+    assert (
+        repr(tracker)
+        == "GoalTracker('Bake', Belief('Unspecified': 0.50, 'bake cake': 0.50; 0 turns))"
+    )
+    tracker.observe("Yes?", "cake")
+    assert repr(tracker.belief).startswith("Belief('bake cake': 0.")
+    assert repr(tracker.belief).endswith("; 1 turns)")
+    assert len(repr(tracker.add(f"goal {n}" for n in range(100)))) < 200
 
 
 @pytest.mark.parametrize("words", ["", "  \n", "half \ud83c of"])

@@ -5,11 +5,14 @@ import re
 import subprocess
 import sys
 import tomllib
+from importlib.metadata import version
 from pathlib import Path
 from zipfile import ZipFile
 
 import pytest
 from hatchling.build import build_wheel
+
+import goalscope
 
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "goalscope"
@@ -35,6 +38,7 @@ def files_in(folder: Path) -> set[str]:
 
 def test_the_wheel_holds_every_file_of_the_source(unpacked: Path) -> None:
     assert files_in(unpacked / "goalscope") == files_in(SOURCE)
+    assert "py.typed" in files_in(SOURCE)  # without it no type checker reads the annotations
 
 
 @pytest.mark.parametrize("command", [["house", "scenes"], ["data", "list"], ["run", "--help"]])
@@ -56,6 +60,7 @@ def test_the_papers_name_the_version_of_the_package() -> None:
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     assert f"\nversion: {PROJECT['version']}\n" in citation
+    assert goalscope.__version__ == version("goalscope")
     assert re.findall(r"^## (\S+)$", changes, re.MULTILINE)[0] == PROJECT["version"]
 
 

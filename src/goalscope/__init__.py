@@ -6,6 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    __version__: str
     from goalscope.agent import Agent, run_episode
     from goalscope.belief import Belief
     from goalscope.calibration import PAPER, Calibration
@@ -52,6 +53,8 @@ _HOME = {
 
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first used, so that `goalscope --help` stays quick."""
+    if name == "__version__":
+        return import_module("importlib.metadata").version("goalscope")
     if name not in __all__:
         raise AttributeError(f"module 'goalscope' has no attribute {name!r}")
     return getattr(import_module(f"goalscope.{_HOME.get(name, 'types')}"), name)

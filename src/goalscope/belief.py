@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from goalscope.calibration import EPSILONS, PAPER, Calibration
-from goalscope.types import UNSPECIFIED, Goal
+from goalscope.types import UNSPECIFIED, Goal, InvalidInputError
 
 __all__ = ["PINNED", "Belief", "log_posteriors"]
 
@@ -70,6 +70,12 @@ class Belief:
         ):
             if np.isnan(values).any() or np.isposinf(values).any():
                 raise ValueError(f"{name} must not hold NaN or +inf; -inf means impossible")
+
+    def __repr__(self) -> str:
+        """The likeliest goals, and the number of turns."""
+        shown = [f"{goal.text!r}: {probability:.2f}" for goal, probability in self.top(5)]
+        more = ["..."] * (len(self.goals) > len(shown))
+        return f"Belief({', '.join([*shown, *more])}; {len(self.log_likelihood)} turns)"
 
     @classmethod
     def uniform(cls, goals: Iterable[Goal], calibration: Calibration = PAPER) -> Belief:
@@ -131,7 +137,13 @@ class Belief:
         return float(np.exp(self.entropy))
 
     def top(self, k: int | None = None) -> list[tuple[Goal, float]]:
-        """The `k` likeliest goals with their probabilities, likeliest first; ties keep order."""
+        """The `k` likeliest goals with their probabilities, likeliest first; ties keep order.
+
+        Raises:
+            InvalidInputError: `k` is below 1.
+        """
+        if k is not None and k < 1:
+            raise InvalidInputError(f"k must be 1 or more, or None for all goals, not {k}")
         p = self.probability
         order = np.argsort(-self.log_posterior, kind="stable")[:k]
         return [(self.goals[i], float(p[i])) for i in order]
@@ -146,13 +158,14 @@ class Belief:
         counts. All goals, where the belief is degenerate.
 
         Raises:
-            ValueError: `eps` is no share, or the calibration has no threshold for it or less.
+            InvalidInputError: `eps` is no share, or the calibration has no threshold so
+                small.
         """
         if not 0 < eps < 1:
-            raise ValueError(f"eps must lie between 0 and 1, not be {eps}")
+            raise InvalidInputError(f"eps must lie between 0 and 1, not be {eps}")
         known = {each: p for each, p in self.calibration.thresholds if each <= eps + 1e-9}
         if not known:
-            raise ValueError(
+            raise InvalidInputError(
                 f"the calibration has no threshold for eps = {eps:g}; `goalscope calibrate` makes "
                 f"some, for {', '.join(f'{each:g}' for each in EPSILONS)}"
             )

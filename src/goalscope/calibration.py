@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from goalscope.types import InvalidInputError
+
 __all__ = ["EPSILONS", "LAST_TURN", "PAPER", "USUAL", "Calibration", "calibration_from_json"]
 
 EPSILONS = (0.01, 0.02, 0.05, 0.1, 0.2)
@@ -40,7 +42,7 @@ class Calibration:
             least the probability p. They make conformal sets (see `Belief.conformal_set`).
 
     Raises:
-        ValueError: A number is out of its range.
+        InvalidInputError: A number is out of its range.
     """
 
     temperature: float = 1.0
@@ -54,18 +56,22 @@ class Calibration:
     def __post_init__(self) -> None:
         """Check the ranges."""
         if not (math.isfinite(self.temperature) and self.temperature > 0):
-            raise ValueError(f"temperature must be positive, not {self.temperature}")
+            raise InvalidInputError(f"temperature must be positive, not {self.temperature}")
         shares = [(name, getattr(self, name)) for name in ("reference", "switching", "forgetting")]
         shares += [("threshold", value) for pair in self.thresholds for value in pair]
         if not (type(self.n) is int and self.n >= 0):
-            raise ValueError(f"n must be a number of dialogues, not {self.n!r}")
+            raise InvalidInputError(f"n must be a number of dialogues, not {self.n!r}")
         for name, value in shares:
             if not 0 <= value <= 1:
-                raise ValueError(f"{name} must lie between 0 and 1, not be {value}")
+                raise InvalidInputError(f"{name} must lie between 0 and 1, not be {value}")
         if self.forgetting == 1:
-            raise ValueError("forgetting must be below 1; at switching 1 only the last turn counts")
+            raise InvalidInputError(
+                "forgetting must be below 1; at switching 1 only the last turn counts"
+            )
         if self.unstated is not None and not 0 < self.unstated < 1:
-            raise ValueError(f"unstated must lie strictly between 0 and 1, not be {self.unstated}")
+            raise InvalidInputError(
+                f"unstated must lie strictly between 0 and 1, not be {self.unstated}"
+            )
 
 
 def calibration_from_json(data: Mapping[str, Any]) -> Calibration:
@@ -75,7 +81,7 @@ def calibration_from_json(data: Mapping[str, Any]) -> Calibration:
 
     Raises:
         KeyError: A field is missing.
-        ValueError: A number is out of its range.
+        InvalidInputError: A number is out of its range.
         TypeError: A field is unknown, or of another type.
     """
     found: dict[str, Any] = {"forgetting": 0.0, **data}

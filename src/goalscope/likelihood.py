@@ -167,9 +167,11 @@ class RolePlay:
             context = [*self.context(task, UNSPECIFIED, turns[start:]), last]
             if self.model.count_tokens(context) + GOAL_TOKENS <= self.model.context_size:
                 return start
+        texts = {"utterance": turns[-1].utterance, "query": turns[-1].query, "task": task}
+        what = max(texts, key=lambda each: len(texts[each]))
         raise InvalidInputError(
-            f"The last turn is too long for the model ({len(turns[-1].utterance):,} characters; "
-            f"it reads {self.model.context_size:,} tokens at once). Say it in fewer words."
+            f"The {what} is too long for the model ({len(texts[what]):,} characters; it reads "
+            f"{self.model.context_size:,} tokens at once). Say it in fewer words."
         )
 
     def context(self, task: str, goal: Goal, turns: Sequence[Turn]) -> list[Message]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
-from typing import Literal
+from typing import Literal, cast, get_args
 
 from goalscope.belief import Belief
 from goalscope.calibration import Calibration
+from goalscope.calibrations import NAMED, calibration_named
 from goalscope.episode import Round
 from goalscope.goals import GoalManager, incomplete, made_from
 from goalscope.likelihood import Likelihood, PromptedRanking, RolePlay
@@ -20,6 +21,7 @@ from goalscope.types import (
     Turn,
     checked_text,
     meaning,
+    readable,
 )
 
 __all__ = ["UNCORRECTABLE", "Correction", "GoalTracker"]
@@ -40,7 +42,12 @@ class GoalTracker:
         goals: Goals to start with, besides `UNSPECIFIED`.
         include_unspecified: Whether "no stated goal" is one of the hypotheses.
         likelihood: Evidence of a turn; by default the role-play likelihood of `model`.
-        calibration: How evidence becomes probabilities; that of the likelihood if None.
+        calibration: How evidence becomes probabilities, or its name ("paper", "usual",
+            "last-turn"), or a file of `goalscope calibrate`; that of the likelihood if None.
+
+    Raises:
+        InvalidInputError: An argument is not what it should be.
+        ModelError: The embedded model cannot be opened.
     """
 
     def __init__(
@@ -51,23 +58,37 @@ class GoalTracker:
         goals: Iterable[str | Goal] = (),
         include_unspecified: bool = True,
         likelihood: Likelihood | None = None,
-        calibration: Calibration | None = None,
+        calibration: Calibration | str | None = None,
     ) -> None:
-        self.likelihood = likelihood or RolePlay(model or open_model())
+        if model is not None and not hasattr(model, "token_logprobs"):
+            raise InvalidInputError(
+                f"model must be one that is open, such as open_model('model.gguf'), not {model!r}. "
+                "Goals are given as goals=[...]."
+            )
+        if likelihood is not None and not hasattr(likelihood, "log_likelihood"):
+            raise InvalidInputError(f"likelihood must be one such as RolePlay, not {likelihood!r}.")
         self.task = checked_text(task, "task")
-        self.turns: list[Turn] = []
         support = [UNSPECIFIED] if include_unspecified else []
-        self.belief = Belief.uniform(
-            [*support, *_as_goals(goals)], calibration or self.likelihood.calibration
-        )
+        given = [*support, *_as_goals(goals)]
+        named = None if calibration is None else _calibration(calibration)
+        self.likelihood = likelihood or RolePlay(model or open_model())
+        self.turns: list[Turn] = []
+        self.belief = Belief.uniform((), named or self.likelihood.calibration)
+        self.belief = Belief.uniform(self._known(given), self.belief.calibration)
+
+    def __repr__(self) -> str:
+        """The task, and the belief in short."""
+        return f"GoalTracker({self.task!r}, {self.belief!r})"
 
     def observe(self, query: str, utterance: str) -> Belief:
         """Update the belief with what the person answered; on an error it stays as it was.
 
         Raises:
-            InvalidInputError: The utterance is empty, broken, or too long for the model.
+            InvalidInputError: The utterance is empty, or a text is broken, none at all, or too long
+                for the model.
         """
-        turns = [*self.turns, Turn(query, checked_text(utterance, "utterance"))]
+        said = Turn(readable(query, "query"), checked_text(utterance, "utterance"))
+        turns = [*self.turns, said]
         rows = self.likelihood.log_likelihood(
             self.task, self.belief.goals, turns, since=len(self.turns)
         )
@@ -76,14 +97,20 @@ class GoalTracker:
         return self.belief
 
     def add(self, goals: Iterable[str | Goal]) -> Belief:
-        """Add goals; each is scored on all past turns, as if it had been there from the start."""
-        added = _as_goals(goals)
+        """Add goals; each is scored on all past turns, as if it had been there from the start.
+
+        Those that are there already, but for case, spaces and the mark at the end, change nothing.
+
+        Raises:
+            InvalidInputError: A goal is empty, broken, no text, or too long for the model.
+        """
+        added = [goal for goal in self._known(goals) if goal not in self.belief.goals]
         if not self.turns or not isinstance(self.likelihood, PromptedRanking):
             self.belief = self.belief.add(
                 added, lambda new: self.likelihood.log_likelihood(self.task, new, self.turns)
             )
         elif added:  # an order is one of all goals together
-            everything = tuple(dict.fromkeys([*self.belief.goals, *added]))
+            everything = (*self.belief.goals, *added)
             row = self.likelihood.log_likelihood(
                 self.task, everything, self.turns, since=len(self.turns) - 1
             )[0]
@@ -92,12 +119,18 @@ class GoalTracker:
 
     def drop(self, goals: Iterable[str | Goal]) -> Belief:
         """Remove goals; see `Belief.drop`."""
-        self.belief = self.belief.drop(_as_goals(goals))
+        self.belief = self.belief.drop(self._known(goals))
         return self.belief
 
     def pin(self, goal: str | Goal) -> Belief:
-        """Take a goal that the person confirms, perhaps a new one (see `Belief.pinned`)."""
-        (pinned,) = _as_goals([goal])
+        """Take a goal that the person confirms, perhaps a new one (see `Belief.pinned`).
+
+        Raises:
+            InvalidInputError: It is no goal, or `UNSPECIFIED`.
+        """
+        (pinned,) = self._known([goal])
+        if meaning(pinned.text) == meaning(UNSPECIFIED.text):
+            raise InvalidInputError(f"{UNSPECIFIED.text!r} is no goal that could be confirmed.")
         self.belief = self.add([pinned]).pin(pinned)
         return self.belief
 
@@ -111,15 +144,17 @@ class GoalTracker:
             text: For "reword" the words.
 
         Raises:
-            InvalidInputError: There is no such goal or no belief, or a text is empty or broken.
+            InvalidInputError: There is no such correction, goal or belief, or a text is empty or
+                broken.
         """
+        if correction not in get_args(Correction):
+            raise InvalidInputError(
+                f'A goal is corrected by "pin", "veto" or "reword", not {correction!r}.'
+            )
         if isinstance(self.likelihood, PromptedRanking):
             raise InvalidInputError(UNCORRECTABLE)
-        (named,) = _as_goals([goal])
-        present = {meaning(each.text): each for each in self.belief.goals}
-        named = present.get(meaning(named.text), named)
-        kept = _as_goals([text])[0] if correction == "reword" else named
-        kept = present.get(meaning(kept.text), kept)
+        (named,) = self._known([goal])
+        (kept,) = self._known([text]) if correction == "reword" else (named,)
         if UNSPECIFIED in (named, kept) or (correction != "pin" and named not in self.belief.goals):
             raise InvalidInputError(f"There is no goal {named.text!r} to correct so.")
         changes: list[GoalChange] = []
@@ -133,6 +168,16 @@ class GoalTracker:
             reason = "you ruled it out" if correction == "veto" else "you said it in other words"
             changes.append(GoalChange("removed", named, reason, final=True))
         return changes
+
+    def _known(self, goals: Iterable[str | Goal]) -> list[Goal]:
+        """Distinct goals, each as the one of the belief that means the same, if there is one."""
+        known = {meaning(each.text): each for each in self.belief.goals}
+        return list(
+            dict.fromkeys(
+                each if each in self.belief.goals else known.setdefault(meaning(each.text), each)
+                for each in _as_goals(goals)
+            )
+        )
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -186,7 +231,21 @@ class GoalTracker:
         return [*added, *removed], missing and not added
 
 
-def _as_goals(goals: Iterable[str | Goal]) -> list[Goal]:
-    if isinstance(goals, str):
+def _as_goals(goals: object) -> list[Goal]:
+    if isinstance(goals, str) or not isinstance(goals, Iterable):
         raise InvalidInputError(f"goals must be a list, such as [{goals!r}], not one text")
-    return [each if isinstance(each, Goal) else Goal(checked_text(each, "goal")) for each in goals]
+    found: list[Goal] = []
+    for each in cast("Iterable[object]", goals):
+        text = checked_text(each.text if isinstance(each, Goal) else each, "goal")
+        found.append(each if isinstance(each, Goal) else Goal(text))
+    return found
+
+
+def _calibration(given: object) -> Calibration:
+    if isinstance(given, Calibration):
+        return given
+    if isinstance(given, str):
+        return calibration_named(given)
+    raise InvalidInputError(
+        f"calibration must be a Calibration, or one of {', '.join(NAMED)}, not {given!r}."
+    )

@@ -23,6 +23,7 @@ __all__ = [
     "UnreadableAnswerError",
     "checked_text",
     "meaning",
+    "readable",
 ]
 
 
@@ -30,7 +31,7 @@ class GoalscopeError(Exception):
     """Every error that goalscope raises on purpose; the message says what to do."""
 
 
-class InvalidInputError(GoalscopeError):
+class InvalidInputError(GoalscopeError, ValueError):
     """Something a person gave (text, a file, an option) cannot be used as it is."""
 
 
@@ -49,7 +50,25 @@ class UnreadableAnswerError(ModelError):
 _UNSEEN = frozenset({"Cc", "Cf", "Zs", "Zl", "Zp"})  # controls, marks of format, spaces
 
 
-def checked_text(text: str, what: str, longest: int | None = None) -> str:
+def readable(text: object, what: str) -> str:
+    """Return `text` as it is, perhaps empty, refusing what is none.
+
+    Raises:
+        InvalidInputError: It is no text, or holds a lone surrogate (half of a character).
+    """
+    if not isinstance(text, str):
+        raise InvalidInputError(f"The {what} must be a text, not {type(text).__name__}.")
+    try:
+        text.encode()
+    except UnicodeEncodeError as error:
+        raise InvalidInputError(
+            f"The {what} holds a broken character at position {error.start} (a lone surrogate). "
+            "Type it again, or save the file as UTF-8."
+        ) from None
+    return text
+
+
+def checked_text(text: object, what: str, longest: int | None = None) -> str:
     """Return `text` without surrounding whitespace, refusing what no model can read.
 
     Args:
@@ -58,18 +77,11 @@ def checked_text(text: str, what: str, longest: int | None = None) -> str:
         longest: Most characters; None for any number.
 
     Raises:
-        InvalidInputError: `text` has nothing to read, is too long, or holds a lone surrogate (half
-            of a character).
+        InvalidInputError: `text` is not `readable`, has nothing to read, or is too long.
     """
+    text = readable(text, what)
     if longest is not None and len(text) > longest:
         raise InvalidInputError(f"The {what} is longer than {longest} characters. Make it shorter.")
-    try:
-        text.encode()
-    except UnicodeEncodeError as error:
-        raise InvalidInputError(
-            f"The {what} holds a broken character at position {error.start} (a lone surrogate). "
-            "Type it again, or save the file as UTF-8."
-        ) from None
     if all(unicodedata.category(each) in _UNSEEN for each in text):
         raise InvalidInputError(f"The {what} is empty. Give at least one word.")
     return text.strip()

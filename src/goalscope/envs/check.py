@@ -9,6 +9,9 @@ from goalscope.types import Action, GoalscopeError, StepResult
 
 __all__ = ["check_env"]
 
+MAY_LACK = {"notes", "close", "unmet", "permission", "answer", "completion_actions"}
+"""What a class that inherits from `Environment` may leave out."""
+
 
 def check_env(env: Environment, *, most: int = 40) -> None:
     """Try an environment: texts, failures that change nothing, and replays that lead to one state.
@@ -22,6 +25,10 @@ def check_env(env: Environment, *, most: int = 40) -> None:
     Raises:
         GoalscopeError: A law is broken; the message says which, and by what.
     """
+    for name, stub in vars(Environment).items():
+        if not name.startswith("_"):
+            left_out = name not in MAY_LACK and getattr(type(env), name, None) is stub
+            _hold(not left_out and hasattr(env, name), f"`{name}` is missing")
     env.reset()
     start = env.fingerprint()
     for name in ("task", "completion_phrase"):

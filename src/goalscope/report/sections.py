@@ -96,13 +96,13 @@ def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list
                 measured += [
                     (cell.spec, cell.result) for cell in results.asked_for() if cell.result
                 ]
-        except (LookupError, TypeError, ValueError) as error:
-            skipped.append(f"{file} holds cells of a form that is unknown here: {error!r}.")
-            continue
         except GoalscopeError as error:
             if alone:
                 raise
             skipped.append(str(error))
+            continue
+        except (LookupError, TypeError, ValueError) as error:
+            skipped.append(f"{file} holds cells of a form that is unknown here: {error!r}.")
             continue
         if section is not None:
             sections.append(section)
