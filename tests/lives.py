@@ -229,9 +229,9 @@ def rounds_of(place: Path | str) -> list[tuple[str, ...]]:
 
 
 def measured(folder: Path) -> tuple[dict[str, Any], list[Any]]:
-    """Cells by key, each with its episode in it, and the tables less what counts the attempts."""
+    """Cells by key, each with its episode in it, and all tables, those of first attempts too."""
     from goalscope.experiment.results import Results
-    from goalscope.experiment.tables import tables_of
+    from goalscope.experiment.tables import first_attempts, tables_of
     from goalscope.rounds_json import round_to_json
 
     with Results.open(folder / "tiny.db") as results:
@@ -244,9 +244,8 @@ def measured(folder: Path) -> tuple[dict[str, Any], list[Any]]:
                 ]
             cells[cell.key] = (cell.spec, {k: v for k, v in found.items() if k != "seconds"})
         tables = [table.to_dict() for table in tables_of(results)]
+        tables += [table.to_dict() for table in first_attempts(results)]
     for table in tables:
-        drop = {n for n, name in enumerate(table["columns"]) if name == "retries"}
-        table["rows"] = [[e for n, e in enumerate(row) if n not in drop] for row in table["rows"]]
         table["command"] = ""
     return cells, tables
 

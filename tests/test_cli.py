@@ -322,7 +322,14 @@ def test_run_prints_one_json_line_an_episode_and_replays(shop, store_file):
     assert outcome["rounds"] == 4
     assert 0 <= outcome["score"] <= 1
     assert "complete" in fails(2, "chat", "--resume", outcome["episode"])
-    assert "cocoa" in invoke("replay", outcome["episode"]).stdout
+    shown = invoke("replay", outcome["episode"]).stdout
+    assert "cocoa" in shown
+    again = invoke("run", "--profile", "baker", *shop).stdout
+    assert shown[shown.index("Checks") : shown.index("Episode")] == (
+        again[again.index("Checks") : again.index("Episode")]
+    )
+    Path(shop[3]).write_text("")
+    assert "checks were met cannot be shown" in invoke("replay", outcome["episode"]).stdout
 
 
 def test_an_episode_whose_end_an_older_version_could_not_note_is_ended(shop, store_file):

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from goalscope import models
 from goalscope.calibration import PAPER, calibration_from_json
 from goalscope.calibrations import calibration_file, calibration_named, known_calibration
 from goalscope.experiment import identity
@@ -57,7 +58,7 @@ def fill(name, *rows):
 
 def calibrated(*args):
     """What the command says, which must succeed, of each model."""
-    result = invoke("calibrate", *args, "--json")
+    result = invoke("calibrate", *args, "--anyway", "--json")
     assert result.exit_code == 0, result.output
     return json.loads(result.stdout)
 
@@ -76,7 +77,7 @@ def test_a_model_is_calibrated_from_then_on(data):
     assert told["file"] == str(file)
     assert [each for each in data.rglob("*") if each.is_file()] == [file]
     kept = json.loads(file.read_text())
-    assert kept == {key: value for key, value in told.items() if key != "file"}
+    assert kept == {key: value for key, value in told.items() if key not in ("file", "replaces")}
     assert (told["model"], told["layout"], told["end_of_turn"]) == ("small", "goal-last", False)
     assert told["dialogues"] == {"teach hard": 60}
     quality = told["quality"]
@@ -89,7 +90,7 @@ def test_a_model_is_calibrated_from_then_on(data):
 
 def test_it_is_shown_in_words(data):
     fill("r.db", *cells(12), *cells(6, 1, set="[/b]"))
-    shown = invoke("calibrate", "r.db")
+    shown = invoke("calibrate", "r.db", "--anyway")
     assert shown.exit_code == 0, shown.output
     made, _ = known_calibration(SCORER, "goal-last", end_of_turn=False)
     text = " ".join(shown.stdout.split())
@@ -178,3 +179,51 @@ def test_one_group_of_people_is_too_few(data):
     assert (result.exit_code, result.stdout) == (2, "")
     assert "different people" in result.stderr.splitlines()[-1]
     assert not data.exists()
+
+
+def test_of_few_people_nothing_is_kept_unless_it_is_said(data):
+    fill("few.db", *cells(60, groups=49))
+    said = fails(2, "calibrate", "few.db")
+    assert "small, goal-last (of 49)" in said
+    assert "50 people" in said
+    assert "--anyway" in said
+    assert not data.exists()
+    invoke("calibrate", "few.db", "--out", "mine.json")
+    assert calibration_named("mine.json").n == 60
+    assert not data.exists()
+    fill("enough.db", *cells(50))
+    assert invoke("calibrate", "enough.db").exit_code == 0
+    assert known_calibration(SCORER, "goal-last", end_of_turn=False)[1] == "yours"
+
+
+def test_it_says_what_it_replaces_and_the_way_back_leads_there(data, monkeypatch):
+    adapter = Path(models.__file__).parent / "general" / "adapter.gguf"
+    shipped = SimpleNamespace(name="Smollm2 135M 8k Lc100K Mix1 Ep2", adapter=adapter)
+    monkeypatch.setattr(identity, "opened", lambda model: SCORER if model == MODEL else shipped)
+    before = known_calibration(shipped, "goal-last", end_of_turn=False)
+    assert before[1] == "comes with goalscope"
+    fill("r.db", *cells(8, model={}), *cells(9, 1))
+
+    def said():
+        result = invoke("calibrate", "r.db", "--anyway")
+        assert result.exit_code == 0, result.output
+        return " ".join(result.stdout.split())
+
+    first = said()
+    assert f"replaces the one that came with goalscope, of {before[0].n} dialogues" in first
+    assert "replaces the usual one. `goalscope calibrate --reset`" in first
+    assert "replaces your earlier one, of 8 dialogues" in said()
+    file = calibration_file(SCORER, "goal-last", end_of_turn=False)
+    file.write_text("{")
+    assert "replaces a broken file" in said()
+    assert "no calibration of 'large'" in fails(2, "calibrate", "--reset", "--only", "large")
+    gone = invoke("calibrate", "--reset", "--only", "small, goal-last").stdout
+    assert gone.startswith("Taken away: small, goal-last. What comes with goalscope")
+    assert known_calibration(SCORER, "goal-last", end_of_turn=False)[1] != "yours"
+    assert known_calibration(shipped, "goal-last", end_of_turn=False)[1] == "yours"
+    file.write_text("[" * 9)
+    assert len(json.loads(invoke("calibrate", "--reset", "--json").stdout)["reset"]) == 2
+    assert known_calibration(shipped, "goal-last", end_of_turn=False) == before
+    assert "no calibration of your own" in invoke("calibrate", "--reset").stdout
+    assert "--reset" in fails(2, "calibrate", "--reset", "r.db")
+    assert "Name a file" in fails(2, "calibrate")

@@ -416,6 +416,10 @@ def test_what_is_corrected_before_a_chat_is_left_is_there_when_it_goes_on(
     assert first.exit_code == 0, first.output
     with Store.open(store_file) as store:
         (info,) = store.episodes()
+    said = f'Corrected since the last round: it is "bake a cake". `goalscope chat --resume {info.id}`'
+    assert said in invoke("replay", info.id).stdout
+    assert said in invoke("why", info.id).stderr
+    assert said in invoke("why", info.id, "--goal", "bake a").stderr.splitlines()[-1]
     second = invoke("chat", "--resume", info.id, input="And flour.\n")
     assert second.exit_code == 0, second.output
     assert "(you confirmed it)" in second.stdout
@@ -423,6 +427,8 @@ def test_what_is_corrected_before_a_chat_is_left_is_there_when_it_goes_on(
         last = store.rounds(info.id)[-1]
     assert last.belief is not None
     assert last.belief.pinned == ((1, Goal("bake a cake")),)
+    for command in ("replay", "why"):
+        assert "Corrected since" not in invoke(command, info.id).output
     third = invoke("chat", "--resume", info.id, input="quit\n")
     assert third.stdout.count("Belief") == 2  # of two rounds, and nothing besides
 

@@ -219,7 +219,6 @@ def test_a_newer_revision_is_refused(place):
 def test_results_may_be_in_either(place):
     with Results.open(place) as results:
         (cell,) = results.plan([{"a": ODD}])
-        results.begin_cell(cell.key)
         results.fail(cell.key, ODD)
         results.keep(cell.key, {"said": ODD}, {"code": "c"})
         results.describe({"title": ODD})

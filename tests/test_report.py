@@ -97,7 +97,6 @@ def fill(file: Path, cells: list[tuple[dict, dict]], **about: str) -> Path:
         planned = results.plan([s for s, _ in cells])
         results.ask_for(planned, "make it")
         for cell, (_, result) in zip(planned, cells, strict=True):
-            results.begin_cell(cell.key)
             results.keep(cell.key, result, IDENTITY)
     return file
 
@@ -284,8 +283,7 @@ def test_what_is_missing_failed_or_mixed_is_said(tmp_path: Path) -> None:
         results.ask_for(planned)
         one, two, three, _ = planned
         results.keep(one.key, cells[0][1], IDENTITY)
-        results.begin_cell(two.key, 2)
-        results.keep(two.key, cells[1][1], {**IDENTITY, "code": "other"})
+        results.keep(two.key, cells[1][1], {**IDENTITY, "code": "other"}, attempts=2)
         results.fail(three.key, "The server <b>is</b> away.")
     (section,) = read_report(tmp_path / "r.db", draw=False).sections
     assert section.tables[0].rows == (("mcq", 4, 2, 1, 1, 1),)

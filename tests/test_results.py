@@ -109,14 +109,15 @@ def test_a_result_and_its_episode_come_together_or_not_at_all(results, broken):
 
 def test_attempts_count_and_a_result_takes_the_errors_place(results):
     (cell,) = results.plan([{"a": 1}])
-    results.begin_cell(cell.key)
-    results.fail(cell.key, "no luck \ud800")
-    results.begin_cell(cell.key, 2)
+    results.fail(cell.key, "luck")
+    results.fail(cell.key, "no luck \ud800", 2)
     (failed,) = results.cells()
     assert (failed.attempts, failed.error, failed.result) == (3, "no luck \\ud800", None)
     results.keep(cell.key, {"value": 1}, CODE)
     (kept,) = results.cells()
-    assert (kept.attempts, kept.error) == (3, None)
+    assert (kept.attempts, kept.error) == (4, None)
+    results.keep(cell.key, {"value": 2}, CODE)
+    assert results.cells() == [kept]
 
 
 def test_facts_are_kept_each_in_the_place_of_an_earlier_one(results):

@@ -245,10 +245,12 @@ def test_what_why_cannot_tell_is_said_in_one_line(kept, store_file) -> None:  # 
         blind = store.begin(**{**EPISODE, "method": "no-goals"})
         store.append(blind, a_round(1, belief=None))
         unborn = store.begin(**EPISODE)
-    line = fails(2, "why", kept, "--goal", "wash")
-    assert "No goal begins with 'wash'" in line
-    assert "Unspecified; Make tea; make toast; bake" in line
-    assert "Several goals begin with 'make'" in fails(2, "why", kept, "--goal", "make")
+    for name, what in (("wash", "None of these goals begins"), ("make", "Several of these goals")):
+        told = invoke("why", kept, "--goal", name)
+        assert (told.exit_code, told.stdout) == (2, "")
+        *goals, line = told.stderr.splitlines()
+        assert goals == ["- Unspecified", "- Make tea", "- make toast", "- bake"]
+        assert what in line
     assert "2 rounds" in fails(2, "why", kept, "--round", 3)
     assert "no-goals" in fails(2, "why", blind)
     assert "0 rounds" in fails(2, "why", unborn)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,19 +11,26 @@ import typer
 
 from goalscope.cli_options import Json
 from goalscope.terminal import console, progress
-from goalscope.types import InvalidInputError
+from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = ["calibrate"]
+
+PEOPLE = 50
+"""From how many on a calibration is kept unasked.
+
+Fewer have no conformal threshold at 0.02, and a set that held what is true in 90 % of theirs might
+hold it in less than 79 % of others' (95 % interval).
+"""
 
 
 def calibrate(
     results: Annotated[
-        list[Path],
+        list[Path] | None,
         typer.Argument(
             metavar="RESULTS.db...",
             help="What `bench dialogues` or an experiment with dialogues has left.",
         ),
-    ],
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -35,6 +43,12 @@ def calibrate(
             metavar="NAME", help="Of several models and layouts this one, as they are shown."
         ),
     ] = None,
+    anyway: Annotated[
+        bool, typer.Option("--anyway", help=f"Keep it though it is of fewer than {PEOPLE} people.")
+    ] = False,
+    reset: Annotated[
+        bool, typer.Option("--reset", help="Take your own away again: all, or that of --only.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Fit how evidence becomes probabilities, so that they can be trusted.
@@ -42,18 +56,28 @@ def calibrate(
     From dialogues whose goals are known it finds what the evidence has to be divided by (the
     temperature), what "Unspecified" is compared with (the reference), how much of it is forgotten
     from turn to turn (forgetting), and how many goals a set must hold to hold the true one. It is
-    kept for the model with its adapter and prompt, and used from then on wherever that is.
+    kept for the model with its adapter and prompt, and used from then on wherever that is, in the
+    place of the one that comes with goalscope.
     """
     from collections import Counter
     from dataclasses import asdict
 
     from goalscope.calibrating import FOLDS, fit_calibration, observed_in, quality
     from goalscope.calibration import PAPER, USUAL
-    from goalscope.calibrations import calibration_file, keep_calibration
+    from goalscope.calibrations import calibration_file, keep_calibration, known_calibration
     from goalscope.experiment.identity import opened
     from goalscope.experiment.results import Results
     from goalscope.models.opening import model_label, parts
 
+    if reset:
+        if results or out:
+            raise InvalidInputError("--reset takes calibrations away: name no results, no --out.")
+        _reset(only, as_json=as_json)
+        return
+    if not results:
+        raise InvalidInputError(
+            "Name a file of results. `goalscope bench dialogues SET --results DIR` makes one."
+        )
     ways: dict[str, list[tuple[Any, Any]]] = {}
     for path in results:
         if not path.is_file():
@@ -89,10 +113,18 @@ def calibrate(
         said = f"{taught} dialogues are left out: the adapter has learned from them."
         console(stderr=True).print(said)
     observed = {way: observed_in(cells) for way, cells in ways.items()}
-    if any(len({each.group for each in found}) < 3 for found in observed.values()):
+    people = {way: len({each.group for each in found}) for way, found in observed.items()}
+    if min(people.values()) < 3:
         raise InvalidInputError(
             "There are too few dialogues of different people with three goals or more: some are to "
             "fit on, others to judge by. Give at least three for each model."
+        )
+    few = [f"{names[way]} (of {n})" for way, n in people.items() if n < PEOPLE]
+    if few and not (anyway or out):
+        raise InvalidInputError(
+            f"Nothing is kept: {'; '.join(few)}: dialogues of {PEOPLE} people are needed for a "
+            "calibration that is to count from now on. Say --anyway to keep it all the same, or "
+            "--out FILE to try it with --calibration."
         )
     for way, found in observed.items():
         model, layout, end_of_turn = json.loads(way)
@@ -112,9 +144,18 @@ def calibrate(
                     about["quality"][name] = step and asdict(step)
             fitted = fit_calibration(found)
             show(total, total)
-        file = out or calibration_file(parts(opened(model))[1], layout, end_of_turn=end_of_turn)
+        scorer = parts(opened(model))[1]
+        file = out or calibration_file(scorer, layout, end_of_turn=end_of_turn)
+        replaces = None
+        if not out:
+            try:
+                before, origin = known_calibration(scorer, layout, end_of_turn=end_of_turn)
+                replaces = {"origin": origin, "dialogues": before.n}
+            except InvalidInputError:  # a broken file of one's own
+                replaces = {"origin": "broken", "dialogues": 0}
         keep_calibration(file, fitted, about)
-        told.append({**about, "file": str(file), "calibration": asdict(fitted)})
+        made = {**about, "file": str(file), "replaces": replaces, "calibration": asdict(fitted)}
+        told.append(made)
     if as_json:
         print(json.dumps(told))
     else:
@@ -123,6 +164,47 @@ def calibrate(
 
 def _name(model: str, layout: str, *, end_of_turn: bool) -> str:
     return f"{model}, {layout}" + ", end of turn" * end_of_turn
+
+
+def _reset(only: str | None, *, as_json: bool) -> None:
+    from goalscope.calibrations import own_calibrations
+    from goalscope.plain import plain
+
+    known: dict[Path, str] = {}
+    for file, about in own_calibrations().items():
+        model, layout = about.get("model", file.name), about.get("layout", "unreadable")
+        known[file] = _name(str(model), str(layout), end_of_turn=about.get("end_of_turn") is True)
+    gone = {file: name for file, name in known.items() if only in (None, name)}
+    if only and not gone:
+        there = f"There are: {'; '.join(known.values())}." if known else "There are none."
+        raise InvalidInputError(f"You have no calibration of {only!r}. {there}")
+    for file in gone:
+        try:
+            file.unlink(missing_ok=True)
+        except OSError as error:
+            raise GoalscopeError(
+                f"{file} cannot be taken away: {error.strerror or error}."
+            ) from None
+    if as_json:
+        print(json.dumps({"reset": [*gone.values()]}))
+        return
+    said = "You have no calibration of your own."
+    if gone:
+        said = (
+            f"Taken away: {'; '.join(gone.values())}. What comes with goalscope counts again, and "
+            "the usual one for models without."
+        )
+    console().print(plain(said), soft_wrap=True)
+
+
+def _replaced(replaces: Mapping[str, Any]) -> str:
+    """What a new calibration takes the place of, and the way back."""
+    what = {"yours": "your earlier one", "comes with goalscope": "the one that came with goalscope"}
+    one = what.get(replaces["origin"], "the usual one")
+    if replaces["dialogues"]:
+        one = f"{one}, of {replaces['dialogues']:,} dialogues"
+    one = "a broken file" if replaces["origin"] == "broken" else one
+    return f"It replaces {one}. `goalscope calibrate --reset` takes your own away again."
 
 
 def _show(told: list[dict[str, Any]]) -> None:
@@ -154,6 +236,8 @@ def _show(told: list[dict[str, Any]]) -> None:
                 f"{made['switching']:g}, forgetting {made['forgetting']:g}; kept in {each['file']}"
             )
         )
+        if each["replaces"]:
+            out.print(plain(_replaced(each["replaces"])), soft_wrap=True)
     out.print(
         plain(
             "Log-loss of what is true, with the true goal among the goals and without it, where "

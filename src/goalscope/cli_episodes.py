@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 
     from goalscope.domains import Settings
     from goalscope.envs import Environment
+    from goalscope.episode import Round
     from goalscope.session import Session
     from goalscope.store import EpisodeInfo
     from goalscope.types import Profile
@@ -252,18 +253,25 @@ def replay(
     store: StoreFile = None,
 ) -> None:
     """Show a stored episode again; no model is needed."""
+    from goalscope.cli_why import said_since
     from goalscope.display import show_header, show_round, show_summary
+    from goalscope.plain import plain
     from goalscope.store import Store
 
     out = console()
     with Store.open(store) as episodes:
         info = episodes.episode(id)
         show_header(out, info)
-        before = None
-        for round in episodes.rounds(info.id):
+        before, rounds = None, episodes.rounds(info.id)
+        for round in rounds:
             show_round(out, round, before, order=info.method == "no-inference")
             before = round.belief
-        show_summary(out, info)
+        since = said_since(episodes, info)
+    if since:
+        out.print(plain(since), soft_wrap=True)
+    if info.profile and info.score is not None:
+        _show_checks_again(out, info, rounds)
+    show_summary(out, info)
 
 
 def episodes(store: StoreFile = None, as_json: Json = False) -> None:
@@ -278,6 +286,28 @@ def episodes(store: StoreFile = None, as_json: Json = False) -> None:
             print(json.dumps(asdict(info)))
     else:
         show_episodes(console(), infos)
+
+
+def _show_checks_again(out: Console, info: EpisodeInfo, rounds: Sequence[Round]) -> None:
+    """Show which checks the stored acts meet, taken once more in the shop or room of goalscope."""
+    from goalscope.policy import undo
+    from goalscope.display import show_checks
+    from goalscope.domains import open_environment, profile_named, settings_of
+    from goalscope.plain import plain
+
+    settings = settings_of(info.settings)
+    if settings.domain not in ("grocery", "house") or settings.simulator != "house":
+        return  # what is not goalscope's own is not set in motion to look at something
+    try:
+        person = profile_named(settings, info.profile or "")
+        env = open_environment(settings, person)
+        undo(env, [result for round in rounds for result in round.results])
+        met = env.checks_met(person)
+        if not met or sum(met) / len(met) != info.score:
+            raise InvalidInputError("The catalogue, the scene or the person has changed since.")
+        show_checks(out, person.checks, met)
+    except GoalscopeError as error:
+        out.print(plain(f"Which checks were met cannot be shown: {error}", "dim"), soft_wrap=True)
 
 
 @contextmanager

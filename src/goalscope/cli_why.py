@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
     from goalscope.belief import Belief
     from goalscope.session import Session
-    from goalscope.store import EpisodeInfo
+    from goalscope.store import EpisodeInfo, Store
     from goalscope.tracker import Correction
     from goalscope.types import Turn
 
-__all__ = ["correct", "why"]
+__all__ = ["correct", "said_since", "why"]
 
 HELP = """\
 /goals            the goals, numbered
@@ -54,6 +54,7 @@ def why(
     Evidence is in nats against the mean of the other goals, as it counts after calibration.
     """
     from goalscope.display import show_reasons
+    from goalscope.plain import plain
     from goalscope.rounds_json import dumps
     from goalscope.store import Store
     from goalscope.why import reasons
@@ -61,13 +62,17 @@ def why(
     with Store.open(store) as episodes:
         info = episodes.episode(id)
         rounds = episodes.rounds(info.id)[:round]
+        since = said_since(episodes, info) if len(rounds) == info.rounds else ""
     if not rounds or (round and len(rounds) < round):
         raise InvalidInputError(f"Episode {info.id} has {len(rounds)} rounds.")
     belief = rounds[-1].belief
     if belief is None or info.method != "good":
         raise InvalidInputError(f"The method {info.method} of this episode weighs no evidence.")
     turns = [each.turn for each in rounds]
-    chosen = _chosen(belief, goal)
+    try:
+        chosen = _chosen(belief, goal)
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{error} {since}") from None
     found = reasons(belief, turns, chosen)
     said = _words(info, belief, turns, chosen) if words else []
     if as_json:
@@ -79,6 +84,23 @@ def why(
         print(dumps({**told, "words": said} if words else told))
     else:
         show_reasons(console(), chosen, found, said, pinned=belief.pinned)
+    if since:
+        console(stderr=True).print(plain(since), soft_wrap=True)
+
+
+def said_since(store: Store, info: EpisodeInfo) -> str:
+    """What a person said of the goals after the last round, and where it counts; "" if nothing."""
+    words = {"pin": 'it is "{}"', "veto": 'it is not "{}"', "reword": '"{}" means "{}"'}
+    said = [
+        words[correction].format(goal, text)
+        for correction, goal, text in store.corrections(info.id, info.rounds)
+    ]
+    if not said:
+        return ""
+    return (
+        f"Corrected since the last round: {'; '.join(said)}. `goalscope chat --resume {info.id}` "
+        "shows the belief with that, and /why NUMBER there explains it."
+    )
 
 
 def correct(out: Console, session: Session, words: str) -> None:
@@ -141,9 +163,12 @@ def _chosen(belief: Belief, text: str | None) -> Goal:
         each for each in belief.goals if each.text.casefold().startswith(text.casefold())
     ]
     if len(known) != 1:
-        there = "; ".join(each.text for each in belief.goals)
-        what = "Several goals begin" if known else "No goal begins"
-        raise InvalidInputError(f"{what} with {text!r}. There are: {there}")
+        from goalscope.plain import plain
+
+        for each in belief.goals:
+            console(stderr=True).print(plain(f"- {each.text}"), soft_wrap=True)
+        what = "Several of these goals begin" if known else "None of these goals begins"
+        raise InvalidInputError(f"{what} with {text!r}.")
     return known[0]
 
 

@@ -9,7 +9,7 @@ from dataclasses import asdict
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import platformdirs
 
@@ -30,6 +30,7 @@ __all__ = [
     "calibration_named",
     "keep_calibration",
     "known_calibration",
+    "own_calibrations",
 ]
 
 NAMED = {"paper": PAPER, "usual": USUAL, "last-turn": LAST_TURN}
@@ -89,7 +90,23 @@ def calibration_file(scorer: Any, layout: str, *, end_of_turn: bool) -> Path:
         end_of_turn,
     ]
     key = hashlib.sha256(json.dumps(facts).encode()).hexdigest()[:16]
-    return platformdirs.user_data_path("goalscope", False) / "calibrations" / f"{key}.json"
+    return _folder() / f"{key}.json"
+
+
+def own_calibrations() -> dict[Path, dict[str, Any]]:
+    """The user's own calibrations: each file, and what is said of it; nothing of a broken one."""
+    found: dict[Path, dict[str, Any]] = {}
+    for file in sorted(_folder().glob("*.json")):
+        try:
+            about = json.loads(file.read_text(encoding="utf-8"))
+        except (OSError, ValueError, RecursionError):
+            about = None
+        found[file] = cast("dict[str, Any]", about) if isinstance(about, dict) else {}
+    return found
+
+
+def _folder() -> Path:
+    return platformdirs.user_data_path("goalscope", False) / "calibrations"
 
 
 def keep_calibration(file: Path, calibration: Calibration, about: Mapping[str, Any]) -> None:

@@ -26,7 +26,8 @@ class Cell:
     Attributes:
         key: Hash of the spec.
         spec: All that is needed to measure it, as JSON; `kind` says what it is.
-        attempts: How often it was begun.
+        attempts: How often it came to a result or an error. One that was interrupted, or whose
+            process died, was none: nothing was seen of it.
         error: Why the last attempt failed; None while nothing has.
         identity: What it was measured with; None until then.
         result: What was measured, as JSON; None until then.
@@ -132,13 +133,13 @@ class Results(Store):
         found = [plan["command"] for plan in plans if keys & set(plan["keys"])]
         return [command for command in dict.fromkeys(found) if command]
 
-    def begin_cell(self, key: str, attempts: int = 1) -> None:
-        """Note that a cell is begun, or was begun so many times; a kill leaves this behind."""
-        with self.writing() as session:
-            more = CellRow.attempts + attempts
-            session.execute(update(CellRow).where(CellRow.key == key).values(attempts=more))
-
-    def keep(self, key: str, result: Mapping[str, Any], identity: Mapping[str, str]) -> None:
+    def keep(
+        self,
+        key: str,
+        result: Mapping[str, Any],
+        identity: Mapping[str, str],
+        attempts: int = 1,
+    ) -> None:
         """Store a cell's result, and its episode if it is one, together or not at all.
 
         A cell that has a result keeps it.
@@ -148,6 +149,7 @@ class Results(Store):
             result: What was measured. An `episode` in it, as `goalscope.experiment.work` makes it,
                 becomes an episode of this store, and its id stands in its place.
             identity: What it was measured with.
+            attempts: How many it took this time.
         """
         with self.writing() as session:
             empty = select(CellRow).where(CellRow.key == key, CellRow.result.is_(None))
@@ -157,11 +159,15 @@ class Results(Store):
             if "episode" in result:
                 result = {**result, "episode": _adopted(session, result["episode"])}
             row.result, row.identity, row.error = dumps(result), dumps(identity), None
+            row.attempts += attempts
 
-    def fail(self, key: str, error: str) -> None:
-        """Note why an attempt at a cell failed."""
+    def fail(self, key: str, error: str, attempts: int = 1) -> None:
+        """Note why an attempt at a cell, or so many, failed."""
         with self.writing() as session:
-            session.execute(update(CellRow).where(CellRow.key == key).values(error=error))
+            more = CellRow.attempts + attempts
+            session.execute(
+                update(CellRow).where(CellRow.key == key).values(error=error, attempts=more)
+            )
 
 
 def _adopted(session: Session, episode: Mapping[str, Any]) -> str:

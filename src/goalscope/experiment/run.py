@@ -138,7 +138,6 @@ def _measured(
     """Measure cells and keep what comes, or why it does not."""
     if on is None:
         for cell in cells:
-            results.begin_cell(cell.key)
             try:
                 outcome: Any = measure(cell.spec)
             except Exception as error:  # whatever it is, the other cells go on
@@ -155,11 +154,10 @@ def _measured(
     address = None if on == "dask" else on
     with closing(on_cluster(tasks, perform, address=address, workers=workers)) as outcomes:
         for key, outcome, attempts in outcomes:
-            results.begin_cell(key, attempts)
-            yield by_key[key], _kept(results, by_key[key], outcome)
+            yield by_key[key], _kept(results, by_key[key], outcome, attempts)
 
 
-def _kept(results: Results, cell: Cell, outcome: Any) -> str | None:
+def _kept(results: Results, cell: Cell, outcome: Any, attempts: int = 1) -> str | None:
     """Keep a result, or the error in its place, which is returned."""
     if not isinstance(outcome, Exception):
         try:
@@ -167,10 +165,10 @@ def _kept(results: Results, cell: Cell, outcome: Any) -> str | None:
         except GoalscopeError as unfit:
             outcome = unfit
         else:
-            results.keep(cell.key, outcome, identity_of(cell.spec["model"]))
+            results.keep(cell.key, outcome, identity_of(cell.spec["model"]), attempts)
             return None
     error = str(outcome)
     if not isinstance(outcome, GoalscopeError):
         error = f"{type(outcome).__name__}: {error}"
-    results.fail(cell.key, error)
+    results.fail(cell.key, error, attempts)
     return error

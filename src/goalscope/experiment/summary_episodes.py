@@ -46,7 +46,7 @@ class Run:
         seed: Of everything that was drawn.
         key: Of the episode's cell.
         result: Of the episode's cell.
-        attempts: How often it was begun.
+        attempts: How often it came to a result or an error.
         readings: By the evaluator's label.
     """
 
