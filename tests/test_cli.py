@@ -325,8 +325,9 @@ def test_run_prints_one_json_line_an_episode_and_replays(shop, store_file):
     shown = invoke("replay", outcome["episode"]).stdout
     assert "cocoa" in shown
     again = invoke("run", "--profile", "baker", *shop).stdout
-    assert shown[shown.index("Checks") : shown.index("Episode")] == (
-        again[again.index("Checks") : again.index("Episode")]
+    assert (
+        shown[shown.index("Checks") : shown.index("Episode")]
+        == (again[again.index("Checks") : again.index("Episode")])
     )
     Path(shop[3]).write_text("")
     assert "checks were met cannot be shown" in invoke("replay", outcome["episode"]).stdout

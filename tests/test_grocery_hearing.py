@@ -161,3 +161,15 @@ def test_a_diet_at_the_end_of_a_long_line_counts(said: str, diets: set[str], bet
     for words in range(380, 420):
         assert hear([f"{'word ' * words}{between} {said}"]).diets == diets
     assert hear([f"{'We chat on and on. ' * 500}{said}"]).diets == diets
+
+
+@pytest.mark.parametrize(
+    "words", ["She likes fish.", "They love bananas.", "We like cheese", "He prefers tea"]
+)
+def test_what_people_like_is_no_order(words: str) -> None:
+    assert hear([words]).wanted == ()
+
+
+def test_what_people_would_like_is_one() -> None:
+    heard = hear(["She would like some fish, and I'd love bananas."])
+    assert [request.phrase for request in heard.wanted] == ["fish", "bananas"]

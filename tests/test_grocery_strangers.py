@@ -344,7 +344,11 @@ def test_what_is_unclear_or_has_no_substitute_changes_nothing_and_is_told(
         (["Add milk", "The cheapest one, please", "Thanks"], {"Whole Milk": 1}, []),
         (["Add milk", "I want a bigger one"], {"Whole Milk": 1}, ["The basket holds 1 x"]),
         (["Two milks, the usual ones"], {"Whole Milk": 2}, []),
-        (["Add milk", "We like the purple ones"], {"Whole Milk": 1}, ["The shop has nothing"]),
+        (
+            ["Add milk", "We would like the purple ones"],
+            {"Whole Milk": 1},
+            ["The shop has nothing"],
+        ),
         (["Add milk", "We like the purple ones", "Thanks"], {"Whole Milk": 1}, []),
         (["Add milk", "The purple one", "Remove the milk"], {}, []),
         (["I want apples, the purple ones"], {"Gala Apples": 1}, ["The shop has nothing"]),

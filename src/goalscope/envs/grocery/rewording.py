@@ -40,8 +40,9 @@ _THING = r"((?:(?!\b(?:and|but|add|remove)\b)[^.,;!?]){1,60}?)"
 
 ASKING = re.compile(
     r"\b(?:(?:i|we|you|they|he|she|(?:my|our|the) \w+)"
-    r"(?:'d| would|'ll| will| also| really| just| definitely)*"
-    r" (?:need|want|like|love|take|prefer|require|fancy|crave|wish for)s?(?: to (?:get|buy|have"
+    r"(?:(?:'ll| will| also| really| just| definitely)*"
+    r" (?:need|want|take|require|fancy|crave|wish for)s?|(?:'d| would)(?: also| really| just)*"
+    r" (?:like|love|prefer|need|want|take|require|fancy))(?: to (?:get|buy|have"
     r"|order|add|include|use))?|(?:i|we|you|he|she)(?:'d| would|'ll| will)(?: also| just)* have"
     r"|looking for|(?:i'm|we're) after|could (?:do with|use)|in the mood for"
     r"|(?:can|could|may|might) (?:i|we|you)(?: also| please| just)*"
@@ -144,7 +145,7 @@ _CHANGES = [
             rf". remove \1. add {IN_PLACE} ",
         ),
         (rf"(?<=\bprefer ){_THING} to {_THING}{_END}", r"\1 instead of \2"),
-        (rf"(?:'d| would) rather have {_THING} than {_THING}{_END}", r" like \1 instead of \2"),
+        (rf"(?:'d| would) rather have {_THING} than {_THING}{_END}", r" want \1 instead of \2"),
         (
             r"\b(?:change|set|reduce|increase|lower|raise|cut|bring|take|update|bump)"
             r" (?:the )?(?:(?:quantity|number|amount) of (?:the )?)?"
