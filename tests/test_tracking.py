@@ -11,7 +11,7 @@ from goalscope import tracking
 from goalscope.belief import PINNED
 from goalscope.calibration import PAPER
 from goalscope.cli import app
-from goalscope.domains import Settings
+from goalscope.domains import TRACKING, Settings
 from goalscope.store import Store
 from goalscope.tracker import GoalTracker
 from goalscope.tracking import Tracked, Trackers
@@ -322,3 +322,24 @@ def test_of_two_servers_none_undoes_what_the_other_did(kitchen: Kitchen, first, 
         assert told.turns or Goal("feed the birds") in told.belief.goals
         assert Goal("make tea") not in told.belief.goals
         assert Goal("make tea") in slow.add(id, ["make tea"]).belief.goals
+
+
+def test_a_session_that_is_deleted_while_a_turn_is_read_stays_gone(kitchen: Kitchen) -> None:
+    trackers, score = kitchen.trackers, kitchen.model.token_logprobs
+    id, other = (trackers.open(TASK, GOALS).id for _ in range(2))
+    trackers.observe(id, 1, *CAKE)
+    trackers.observe(other, 1, *CAKE)
+
+    def deleting(*given, **more):
+        trackers.delete(id)
+        return score(*given, **more)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(kitchen.model, "token_logprobs", deleting)
+        with pytest.raises(GoalscopeError):
+            trackers.observe(id, 2, "", "soup")
+    assert [each.id for each in kitchen.store.episodes(domain=TRACKING)] == [other]
+    assert len(trackers.read(other).turns) == 1
+    for use in (trackers.read, trackers.delete, trackers.close):
+        with pytest.raises(InvalidInputError, match="no tracking session"):
+            use(id)

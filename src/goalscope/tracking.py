@@ -268,6 +268,17 @@ class Trackers:
             self._store.finish(id, ended="terminated")
         return self.read(id)
 
+    def delete(self, id: str) -> None:
+        """Remove a session with all that was said in it; a turn that is being read is not kept.
+
+        Raises:
+            InvalidInputError: There is no such session.
+        """
+        self._load(id)
+        self._store.delete(id)
+        with self._remembering:
+            self._known.pop(id, None)
+
     def _change(self, id: str, change: Callable[[GoalTracker], list[GoalChange]]) -> Tracked:
         """Change the goals, and keep that with the last turn, or before the first."""
         with self._lock:
