@@ -19,10 +19,11 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
 
 
-def ran(code: str, **environment: str) -> str:
+def ran(code: str, folder: Path | None = None, **environment: str) -> str:
     done = subprocess.run(
         [sys.executable, "-c", code],
-        env={**os.environ, **environment},
+        env={**os.environ, "PYTHONPATH": str(ROOT / "src"), **environment},
+        cwd=folder,
         capture_output=True,
         text=True,
         timeout=300,
@@ -31,8 +32,16 @@ def ran(code: str, **environment: str) -> str:
     return done.stdout
 
 
+def test_a_program_keeps_a_tracker_and_restores_it(tmp_path: Path) -> None:
+    *code, _, _ = blocks("python")
+    before, after, session = ran("".join(code), tmp_path).splitlines()
+    assert before == after
+    assert re.fullmatch(r"(act|ask|propose) \[\(Goal\(.*\), 0\.\d+\)\]", before)
+    assert session.startswith("act [(Goal(text='bake a gluten-free cake'), 0.99")
+
+
 def test_a_program_keeps_a_belief_by_http(tmp_path: Path) -> None:
-    code, _ = blocks("python")
+    *_, code, _ = blocks("python")
     with site(tmp_path / "episodes.db") as address:
         *_, last = ran(code, GOALSCOPE_URL=address, GOALSCOPE_KEY=KEY).splitlines()
     assert last == "act bake a gluten-free cake"
@@ -50,7 +59,7 @@ def test_an_assistant_keeps_a_belief_over_mcp(tmp_path: Path) -> None:
         f"exec {sys.executable} -c 'from goalscope.cli import main; main()' \"$@\"\n"
     )
     program.chmod(0o755)
-    _, code = blocks("python")
+    *_, code = blocks("python")
     printed = ran(code, PATH=f"{tmp_path}{os.pathsep}{os.environ['PATH']}").splitlines()
     (shown,) = blocks("text")
     digits = re.compile(r"-?\d+\.\d+")

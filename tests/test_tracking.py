@@ -1,5 +1,6 @@
 """Goal tracking for other programs: what a session holds, and what it goes on with."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,13 +9,13 @@ from typer.testing import CliRunner
 
 from fakes import WordModel
 from goalscope import tracking
-from goalscope.belief import PINNED
+from goalscope.belief import PINNED, Belief
 from goalscope.calibration import PAPER
 from goalscope.cli import app
-from goalscope.domains import Settings
+from goalscope.domains import TRACKING, Settings
 from goalscope.store import Store
 from goalscope.tracker import GoalTracker
-from goalscope.tracking import Tracked, Trackers
+from goalscope.tracking import Tracked, Trackers, advice
 from goalscope.types import UNSPECIFIED, ConflictError, Goal, GoalscopeError, InvalidInputError
 
 TASK = "Help in the kitchen."
@@ -322,3 +323,43 @@ def test_of_two_servers_none_undoes_what_the_other_did(kitchen: Kitchen, first, 
         assert told.turns or Goal("feed the birds") in told.belief.goals
         assert Goal("make tea") not in told.belief.goals
         assert Goal("make tea") in slow.add(id, ["make tea"]).belief.goals
+
+
+def test_any_belief_has_its_advice() -> None:
+    tea, bare = Goal("make tea"), Belief.uniform([UNSPECIFIED, Goal("make tea")])
+    told = {
+        "ask": [bare, bare.pin(tea), Belief.uniform([]), bare.observe([0.0, 0.5])],
+        "act": [bare.observe([0.0, 0.0]).pin(tea), bare.observe([-9.0, 0.0])],
+        "propose": [
+            bare.observe([0.0, -9.0]),
+            bare.observe([-math.inf, -math.inf]),
+            Belief.uniform([tea]).observe([-math.inf]),
+        ],
+    }
+    for expected, beliefs in told.items():
+        assert [advice(each) for each in beliefs] == [expected] * len(beliefs)
+    assert advice(bare.observe([-1.5, 0.0])) == "act"
+    assert advice(bare.observe([-1.3, 0.0])) == "ask"
+    flat = Belief.uniform([tea, Goal("bake")]).observe([0.0, 0.0])
+    assert advice(flat) == "ask"
+
+
+def test_a_session_that_is_deleted_while_a_turn_is_read_stays_gone(kitchen: Kitchen) -> None:
+    trackers, score = kitchen.trackers, kitchen.model.token_logprobs
+    id, other = (trackers.open(TASK, GOALS).id for _ in range(2))
+    trackers.observe(id, 1, *CAKE)
+    trackers.observe(other, 1, *CAKE)
+
+    def deleting(*given, **more):
+        trackers.delete(id)
+        return score(*given, **more)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(kitchen.model, "token_logprobs", deleting)
+        with pytest.raises(GoalscopeError):
+            trackers.observe(id, 2, "", "soup")
+    assert [each.id for each in kitchen.store.episodes(domain=TRACKING)] == [other]
+    assert len(trackers.read(other).turns) == 1
+    for use in (trackers.read, trackers.delete, trackers.close):
+        with pytest.raises(InvalidInputError, match="no tracking session"):
+            use(id)

@@ -127,6 +127,7 @@ def test_what_another_has_does_not_exist(program: Program, address: str, visit) 
         ("POST", "/goals", {"goals": ["x"]}),
         ("POST", "/corrections", {"kind": "pin", "goal": "x"}),
         ("POST", "/close", None),
+        ("DELETE", "", None),
     ]
     for method, path, body in requests:
         assert ann.http.request(method, mine + path, json=body).status_code == 404, path
@@ -141,6 +142,31 @@ def test_what_another_has_does_not_exist(program: Program, address: str, visit) 
     with Program(address, "wrong") as stranger:
         assert stranger.put(f"{mine}/turns/1", json=CAKE).status_code == 401
         assert stranger.get(mine).status_code == 401
+
+
+def test_who_began_a_session_lists_and_deletes_it(address: str, visit) -> None:
+    ann, ben = visit(address), visit(address)
+    ann.post("/api/episodes", 201)
+    ids = [ann.post("/api/trackers", 201, task=TASK, goals=GOALS)["id"] for _ in range(3)]
+    ann.http.put(f"/api/trackers/{ids[1]}/turns/1", json=CAKE)
+    ben.post("/api/trackers", 201, task="Ben's")
+    listed = ann.get("/api/trackers")["trackers"]
+    assert [(each["id"], each["rounds"]) for each in listed] == [
+        (ids[2], 0), (ids[1], 1), (ids[0], 0),
+    ]  # fmt: skip
+    assert [each["task"] for each in ben.get("/api/trackers")["trackers"]] == ["Ben's"]
+    one = ann.http.get("/api/trackers", params={"limit": 1, "offset": 1}).json()
+    assert [each["id"] for each in one["trackers"]] == [ids[1]]
+    gone = f"/api/trackers/{ids[1]}"
+    assert ben.http.delete(gone).status_code == 404
+    assert ann.get(gone)["turn"] == 1
+    deleted = ann.http.delete(gone)
+    assert (deleted.status_code, deleted.content) == (204, b"")
+    assert [each["id"] for each in ann.get("/api/trackers")["trackers"]] == [ids[2], ids[0]]
+    assert ann.http.get("/api/episodes", params={"text": "big cake"}).json()["total"] == 0
+    for method in ("GET", "DELETE"):
+        assert ann.http.request(method, gone).status_code == 404
+    assert ann.http.put(f"{gone}/turns/2", json=CAKE).status_code == 404
 
 
 def test_the_page_lists_and_shows_a_session_and_does_not_go_on_with_it(program: Program) -> None:
@@ -253,3 +279,19 @@ def test_the_interface_describes_itself(program: Program) -> None:
     view = described["components"]["schemas"][answer.rpartition("/")[2]]
     assert view["properties"]["advice"]["enum"] == ["act", "ask", "propose"]
     assert observe["description"]
+    mine = program.opened()
+    program.delete(mine)
+    told = [
+        program.get(mine),
+        program.put(f"{mine}/turns/0", json=CAKE),
+        program.post("/api/trackers", json={"task": " "}),
+    ]
+    for answer, path, method in (
+        (told[0], "/api/trackers/{id}", "get"),
+        (told[1], "/api/trackers/{id}/turns/{turn}", "put"),
+        (told[2], "/api/trackers", "post"),
+    ):
+        ways = described["paths"][path][method]["responses"]
+        refused = ways[str(answer.status_code)]["content"]["application/json"]["schema"]["$ref"]
+        schema = described["components"]["schemas"][refused.rpartition("/")[2]]
+        assert set(schema["properties"]) == set(answer.json()) == {"error"}

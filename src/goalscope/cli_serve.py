@@ -148,6 +148,7 @@ def serve(
             )
             shown = f"[{host}]" if ":" in host else host
             out = console()
+            listening.listen()  # who reads the address next is not refused
             out.print(f"goalscope is at http://{shown}:{port}/", soft_wrap=True)
             secret = key if out.is_terminal else "KEY"  # what is no terminal may be a log
             out.print(

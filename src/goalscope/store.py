@@ -245,6 +245,13 @@ class Store:
         with self.writing() as session:
             _finish(session, id, ended, score)
 
+    def delete(self, id: str) -> None:
+        """Remove an episode with all that was said in it."""
+        with self.writing() as session:
+            session.execute(delete(CorrectionRow).where(CorrectionRow.episode == id))
+            session.execute(delete(RoundRow).where(RoundRow.episode == id))
+            session.execute(delete(EpisodeRow).where(EpisodeRow.id == id))
+
     def rounds(self, id: str, *, since: int = 1) -> list[Round]:
         """Return an episode's rounds in order, from one number on.
 
@@ -285,6 +292,7 @@ class Store:
         self,
         *,
         owner: str | None = None,
+        domain: str | None = None,
         text: str = "",
         newest_first: bool = False,
         limit: int | None = None,
@@ -294,13 +302,17 @@ class Store:
 
         Args:
             owner: Whose; None for everybody's.
+            domain: Of which environment; None for all.
             text: Stands in what was said, or in what the store knows of the episode.
             newest_first: The other way round.
             limit: At most so many.
             offset: After so many others.
         """
         order = EpisodeRow.number.desc() if newest_first else EpisodeRow.number
-        query = _infos().where(*_matching(owner, text)).order_by(order).limit(limit).offset(offset)
+        found = _matching(owner, text)
+        if domain is not None:
+            found.append(EpisodeRow.domain == domain)
+        query = _infos().where(*found).order_by(order).limit(limit).offset(offset)
         with self.reading() as session:
             return [_info(row, rounds) for row, rounds in session.execute(query)]
 

@@ -29,7 +29,7 @@ from goalscope.types import (
 )
 from goalscope.why import Reason, reasons
 
-__all__ = ["Advice", "Tracked", "Trackers"]
+__all__ = ["SURE", "Advice", "Tracked", "Trackers", "advice"]
 
 GOALS, TURNS = 200, 200
 """Most goals and turns of a session."""
@@ -47,7 +47,26 @@ GIVEN = "it was given"
 TOO_MANY = f"A session has at most {GOALS} goals. Rule some out, or leave some away."
 
 Advice = Literal["act", "ask", "propose"]
-"""What an assistant should do next; see `Tracked.advice`."""
+"""What an assistant should do next; see `advice`."""
+
+
+def advice(belief: Belief, *, since: int = 0) -> Advice:
+    """What an assistant should do next.
+
+    "act" on the likeliest goal, which has the probability `SURE` or more; "ask" the person; or
+    "propose" goals: none explains the words. Before the first turn there is only to ask.
+
+    Args:
+        belief: The present one.
+        since: See `goalscope.goals.incomplete`.
+    """
+    if not len(belief.log_likelihood):
+        return "ask"
+    for goal, probability in belief.top(1):
+        if goal != UNSPECIFIED and probability >= SURE:
+            return "act"
+    lost = UNSPECIFIED in belief.goals and incomplete(belief, since=since)
+    return "propose" if lost or belief.is_degenerate else "ask"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -76,17 +95,8 @@ class Tracked:
 
     @property
     def advice(self) -> Advice:
-        """What an assistant should do next.
-
-        "act" on the likeliest goal, "ask" the person, or "propose" goals: none explains the words.
-        """
-        if not self.turns:
-            return "ask"
-        ((goal, probability),) = self.belief.top(1)
-        if goal != UNSPECIFIED and probability >= SURE:
-            return "act"
-        lost = self.belief.is_degenerate or incomplete(self.belief, since=self.made_from)
-        return "propose" if lost else "ask"
+        """What an assistant should do next; see the function `advice`."""
+        return advice(self.belief, since=self.made_from)
 
 
 class Trackers:
@@ -267,6 +277,17 @@ class Trackers:
             self._load(id)
             self._store.finish(id, ended="terminated")
         return self.read(id)
+
+    def delete(self, id: str) -> None:
+        """Remove a session with all that was said in it; a turn that is being read is not kept.
+
+        Raises:
+            InvalidInputError: There is no such session.
+        """
+        self._load(id)
+        self._store.delete(id)
+        with self._remembering:
+            self._known.pop(id, None)
 
     def _change(self, id: str, change: Callable[[GoalTracker], list[GoalChange]]) -> Tracked:
         """Change the goals, and keep that with the last turn, or before the first."""

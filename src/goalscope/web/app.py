@@ -42,6 +42,7 @@ __all__ = ["create_app"]
 
 STATIC = Path(__file__).parent / "static"
 BEAT = 15.0
+REFUSED = (400, 401, 403, 404, 409, 413, 422, 429, 503)
 """Seconds after which a silent connection is told that it still stands."""
 
 METHODS: dict[Method, str] = {
@@ -108,6 +109,12 @@ class Options(BaseModel):
     methods: list[MethodView]
 
 
+class Refusal(BaseModel):
+    """Why not, in a sentence that says what to do."""
+
+    error: str
+
+
 class EpisodeList(BaseModel):
     """A page of episodes, newest first, of `total`."""
 
@@ -149,6 +156,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     app = FastAPI(
         title="goalscope", version=version("goalscope"), lifespan=lifespan,
         docs_url=None, redoc_url=None, openapi_url="/api/openapi.json",
+        responses={status: {"model": Refusal} for status in REFUSED},
     )  # fmt: skip
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
 

@@ -7,7 +7,7 @@ from asyncio import wrap_future
 from collections.abc import Callable
 from typing import Annotated
 
-from fastapi import APIRouter, HTTPException, Path
+from fastapi import APIRouter, HTTPException, Path, Query
 from pydantic import BaseModel
 
 from goalscope.domains import TRACKING
@@ -17,7 +17,7 @@ from goalscope.tracking import Tracked, Trackers
 from goalscope.web.access import seen_by
 from goalscope.web.desk import Desk
 from goalscope.web.guard import Guest, Visitor
-from goalscope.web.views import TrackerView, Why
+from goalscope.web.views import EpisodeView, TrackerView, Why
 
 __all__ = ["tracking_routes"]
 
@@ -59,6 +59,12 @@ class CorrectionGiven(BaseModel):
     text: str = ""
 
 
+class TrackerList(BaseModel):
+    """Sessions, newest first."""
+
+    trackers: list[EpisodeView]
+
+
 def tracking_routes(trackers: Trackers, desk: Desk, store: Store) -> APIRouter:
     """What programs may ask for, each of its own sessions.
 
@@ -91,6 +97,18 @@ def tracking_routes(trackers: Trackers, desk: Desk, store: Store) -> APIRouter:
             visitor,
             lambda: trackers.open(given.task, given.goals, propose=given.propose, owner=visitor.id),
         )
+
+    @router.get("")
+    def sessions(
+        visitor: Guest,
+        limit: Annotated[int, Query(ge=1, le=200)] = 50,
+        offset: Annotated[int, Query(ge=0, le=10**9)] = 0,
+    ) -> TrackerList:
+        """Your own sessions, newest first; `rounds` is the number of turns."""
+        found = store.episodes(
+            owner=visitor.id, domain=TRACKING, newest_first=True, limit=limit, offset=offset
+        )
+        return TrackerList(trackers=[EpisodeView.of(info, mine=True) for info in found])
 
     @router.get("/{id}")
     def belief(id: str, visitor: Guest) -> TrackerView:
@@ -135,5 +153,11 @@ def tracking_routes(trackers: Trackers, desk: Desk, store: Store) -> APIRouter:
         """End a session; it can still be read."""
         await asyncio.to_thread(own, id, visitor)
         return await at_desk(visitor, lambda: trackers.close(id))
+
+    @router.delete("/{id}", status_code=204)
+    def delete(id: str, visitor: Guest) -> None:
+        """Delete a session with all that was said in it."""
+        own(id, visitor)
+        trackers.delete(id)
 
     return router
