@@ -396,7 +396,9 @@ def test_what_is_corrected_before_a_chat_is_left_is_there_when_it_goes_on(
     assert first.exit_code == 0, first.output
     with Store.open(store_file) as store:
         (info,) = store.episodes()
-    said = f'Corrected since the last round: it is "bake a cake". `goalscope chat --resume {info.id}`'
+    said = (
+        f'Corrected since the last round: it is "bake a cake". `goalscope chat --resume {info.id}`'
+    )
     assert said in invoke("replay", info.id).stdout
     assert said in invoke("why", info.id).stderr
     assert said in invoke("why", info.id, "--goal", "bake a").stderr.splitlines()[-1]
