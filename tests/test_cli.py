@@ -189,7 +189,9 @@ def test_a_broken_row_is_named_before_anything_is_written(tmp_path, broken, caus
 def test_infer_writes_a_belief_per_turn_and_continues_after_a_crash(tmp_path):
     out = tmp_path / "out.jsonl"
     file = rows_file(tmp_path, ROW, "", {**ROW, "id": 2, "goals": ["cook soup", "cook soup"]})
-    assert invoke("infer", file, "--out", out).exit_code == 0
+    said = invoke("infer", file, "--out", out)
+    assert (said.exit_code, said.stdout) == (0, "")
+    assert said.stderr.splitlines()[-1] == f"{out}: 2 dialogues, 4 turns"
     whole = out.read_text()
     lines = [json.loads(line) for line in whole.splitlines()]
     assert [(line["id"], line["turn"]) for line in lines] == [("a", 1), ("a", 2), (2, 1), (2, 2)]
@@ -233,9 +235,11 @@ def test_infer_does_not_mix_settings(tmp_path):
     plain = ("infer", file, "--out", out, "--adapter", "none")
     assert invoke(*plain).exit_code == 0
     said = fails(2, *plain, "--layout", "goal-first")
-    assert "made with layout 'goal-last' and not 'goal-first', calibration" in said
+    assert "made with layout 'goal-last' and not 'goal-first'; another" in said
+    assert "another calibration (" in said
+    assert "{" not in said
     said = fails(2, *plain[:-2])
-    assert "made with adapter None and not 'general', weights" in said
+    assert "made with adapter None and not 'general'; weights" in said
 
 
 def test_infer_believes_as_it_is_told(tmp_path, words):
@@ -256,7 +260,7 @@ def test_infer_believes_as_it_is_told(tmp_path, words):
     assert last[1][0] - last[1][1] == pytest.approx(odds[1])
     assert mine[0][0] - mine[0][1] == pytest.approx(odds[0] / 7)
     said = fails(2, "infer", file, "--out", tmp_path / "0.jsonl", "--calibration", "usual")
-    assert "made with calibration" in said
+    assert "made with another calibration (temperature 1.0 and not 2.0, reference 0.0" in said
     assert "no.json" in fails(2, "infer", file, "--out", tmp_path / "x", "--calibration", "no.json")
     assert not (tmp_path / "x").exists()
 
@@ -463,6 +467,17 @@ def test_an_interrupted_run_keeps_every_finished_round(shop, store_file, tmp_pat
         assert resumed.exit_code == 0, resumed.output
         with Store.open(store_file) as store:
             assert store.episode(info.id).ended == "terminated"
+
+
+def test_doctor_calls_the_model_as_people_do_and_tells_its_calibration(words, monkeypatch):
+    inner = "Smollm2 135M 8k Lc100K Mix1 Ep2"
+    monkeypatch.setattr(NamedModel, "name", inner)
+    monkeypatch.setattr("goalscope.models.check.check", lambda engine: ({"model": engine.name}, []))
+    shown, told = invoke("doctor").stdout, json.loads(invoke("doctor", "--json").stdout)
+    assert "SmolLM2-135M-Instruct" in shown
+    assert inner not in shown
+    assert inner in told.values()
+    assert "unstated 0.5; " in told["calibration"]
 
 
 def test_doctor_reports_and_fails_on_a_missing_model(tmp_path):

@@ -14,9 +14,9 @@ def test_on_the_command_line(tmp_path, monkeypatch):
     assert "No episode that has ended" in fails(2, "study", "new", str(EXAMPLE))
     with Store.open(place) as store:
         fill(store)
-    assert "/study/grocery" in invoke("study", "new", str(EXAMPLE)).stdout
+    assert "/study/grocery" in invoke("study", "new", str(EXAMPLE), "--anyway").stdout
     assert invoke("study", "example").stdout == EXAMPLE.read_text()
-    assert "already" in fails(2, "study", "new", str(EXAMPLE))
+    assert "already" in fails(2, "study", "new", str(EXAMPLE), "--anyway")
     (table,) = json.loads(invoke("study", "list", "--json").stdout)
     assert table["rows"][0][0] == "grocery"
     assert "did you mean 'grocery'" in fails(2, "study", "show", "grocer")
@@ -29,6 +29,28 @@ def test_on_the_command_line(tmp_path, monkeypatch):
     assert "no participant 7" in fails(2, "study", "forget", "grocery", "7")
 
 
+def test_what_is_named_and_has_no_episode_is_told_before_the_study_is_made(tmp_path, monkeypatch):
+    place = str(tmp_path / "s.db")
+    monkeypatch.setenv("GOALSCOPE_STORE", place)
+    with Store.open(place) as store:
+        fill(store)
+        profiles = sorted({info.profile for info in store.episodes() if info.profile})
+    named = f'profiles = {json.dumps([*profiles, "Nobody"])}\nmethods = ["good", "no-inference"]\n'
+    methods = 'methods = ["good", "no-goals", "no-inference"]\n'
+    file = tmp_path / "study.toml"
+    file.write_text(EXAMPLE.read_text().replace(methods, named))
+    with Store.open(place) as store:
+        lacking = "no-inference" not in {info.method for info in store.episodes()}
+    said = fails(2, "study", "new", file)
+    assert "the person Nobody of [episodes]" in said
+    assert ("method no-inference" in said) == lacking
+    assert "method good" not in said
+    assert json.loads(invoke("study", "list", "--json").stdout)[0]["rows"] == []
+    assert invoke("study", "new", file, "--anyway").exit_code == 0
+    monkeypatch.setattr("goalscope.plain.SHOWN", {"m": "Known"})
+    assert "Known" in invoke("study", "show", "grocery", "--json").stdout
+
+
 def test_a_study_is_closed_and_deleted(tmp_path, monkeypatch):
     place = str(tmp_path / "s.db")
     monkeypatch.setenv("GOALSCOPE_STORE", place)
@@ -36,7 +58,7 @@ def test_a_study_is_closed_and_deleted(tmp_path, monkeypatch):
         fill(store)
         talk = store.begin(domain="grocery", method="good", model="m", task="You shop.")
         store.finish(talk, ended="terminated")
-    said = invoke("study", "new", str(EXAMPLE)).stdout
+    said = invoke("study", "new", str(EXAMPLE), "--anyway").stdout
     assert "has 4 episodes" in said
     assert "Left out: 1 with real people" in said
     assert "no study" in fails(2, "study", "close", "grocer")

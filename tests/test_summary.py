@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from goalscope.experiment.summary import Estimate, Labels, Table, slug
+from goalscope.experiment.summary import Estimate, Labels, Table, few_notes, slug
 from goalscope.experiment.summary_mcq import mcq_tables
 from goalscope.stats import Interval, proportion
 
@@ -108,6 +108,18 @@ def test_numbers_that_are_none_are_refused() -> None:
         Table("t", "t", ("a",), ((math.inf,),))
     with pytest.raises(ValueError, match="as many entries"):
         Table("t", "t", ("a",), ((1, 2),))
+
+
+def test_intervals_of_few_have_a_note() -> None:
+    sure, bare = Estimate(0.5, Interval(0.1, 0.9)), Estimate(0.5, None)
+    for columns, rows, said in [
+        (("n", "score"), ((5, sure), (9, bare), (200, sure)), "Of 5 cases"),
+        (("n", "score"), ((5, bare), (10, sure)), ""),
+        (("profiles", "n", "score"), ((9, 99, sure),), "Of 9 profiles"),
+        (("who", "score"), (("a", sure),), ""),
+    ]:
+        notes = few_notes(Table("t", "t", columns, rows))
+        assert [note[: len(said)] for note in notes] == [said] * bool(said)
 
 
 def test_labels_say_what_tells_settings_apart() -> None:

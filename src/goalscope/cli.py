@@ -140,6 +140,13 @@ def infer(
         console(stderr=True).print(
             plain(f"Too long for the model, so that the oldest turns were left out: {cut}")
         )
+    turns = sum(len(dialogue.turns) for dialogue in dialogues)
+    held = f"{_number(len(dialogues), 'dialogue')}, {_number(turns, 'turn')}"
+    console(stderr=True).print(plain(f"{out}: {held}"), soft_wrap=True)
+
+
+def _number(n: int, noun: str) -> str:
+    return f"{n:,} {noun}" + "s" * (n != 1)
 
 
 app.command()(fit)

@@ -18,8 +18,8 @@ __all__ = ["calibrate"]
 PEOPLE = 50
 """From how many on a calibration is kept unasked.
 
-Fewer have no conformal threshold at 0.02, and a set that held what is true in 90 % of theirs might
-hold it in less than 79 % of others' (95 % interval).
+Of fewer dialogues there is no conformal threshold at 0.02, and a set that held what is true in 90 %
+of them might hold it in only 79 % of others (95 % interval).
 """
 
 

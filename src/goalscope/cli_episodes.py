@@ -290,10 +290,10 @@ def episodes(store: StoreFile = None, as_json: Json = False) -> None:
 
 def _show_checks_again(out: Console, info: EpisodeInfo, rounds: Sequence[Round]) -> None:
     """Show which checks the stored acts meet, taken once more in the shop or room of goalscope."""
-    from goalscope.policy import undo
     from goalscope.display import show_checks
     from goalscope.domains import open_environment, profile_named, settings_of
     from goalscope.plain import plain
+    from goalscope.policy import undo
 
     settings = settings_of(info.settings)
     if settings.domain not in ("grocery", "house") or settings.simulator != "house":

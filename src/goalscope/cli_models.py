@@ -132,7 +132,7 @@ def doctor(
     import platformdirs
 
     from goalscope.calibrations import known_calibration
-    from goalscope.extras import EXTRAS
+    from goalscope.extras import EXTRAS, remedy
     from goalscope.likelihood import DEFAULT_LAYOUT
     from goalscope.models.check import check as check_model
     from goalscope.models.opening import parts
@@ -145,7 +145,7 @@ def doctor(
             report[package] = version(package)
         except PackageNotFoundError:
             extra = EXTRAS.get(package)
-            wanted = f'pip install "goalscope[{extra}]"' if extra else f"pip install {package}"
+            wanted = remedy(extra) if extra else f"`pip install {package}`"
             report[package] = f"missing ({'optional: ' if extra else ''}{wanted})"
     problems: list[str] = []
     try:
@@ -153,9 +153,10 @@ def doctor(
             found, problems = check_model(engine)
             report |= found
             made, origin = known_calibration(parts(engine)[1], DEFAULT_LAYOUT, end_of_turn=False)
+            unstated = "like any goal" if made.unstated is None else f"{made.unstated:g}"
             report["calibration"] = (
                 f"temperature {made.temperature:g}, reference {made.reference:g}, switching "
-                f"{made.switching:g}, forgetting {made.forgetting:g}; {origin}"
+                f"{made.switching:g}, forgetting {made.forgetting:g}, unstated {unstated}; {origin}"
             )
             for part in dict.fromkeys(parts(engine)):
                 if prompt_seconds := getattr(part, "prompt_seconds", None):
@@ -179,13 +180,15 @@ def _report(report: dict[str, Any], as_json: bool) -> None:
     if as_json:
         print(json.dumps(report))
     else:
+        from goalscope.plain import model_shown
+
         for key, value in report.items():
             if isinstance(value, list):
                 lines = [str(each) for each in cast("list[object]", value)] or ["none"]
             else:
                 lines = [f"{value:.3g}" if isinstance(value, float) else str(value)]
             for line in lines:
-                _say(f"{key:36}{line}")
+                _say(f"{key:36}{model_shown(line)}")
                 key = ""
     if report["problems"]:
         raise typer.Exit(1)

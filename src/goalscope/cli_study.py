@@ -30,6 +30,9 @@ def example() -> None:
 @study.command()
 def new(
     file: Annotated[Path, typer.Argument(help="What the study is, TOML; see `example`.")],
+    anyway: Annotated[
+        bool, typer.Option("--anyway", help="Make it though a method or person has no episode.")
+    ] = False,
     store: StoreFile = None,
     as_json: Json = False,
 ) -> None:
@@ -42,6 +45,20 @@ def new(
     plan = read_plan(file)
     with Store.open(store) as opened:
         found, left_out = chosen_episodes(opened, plan)
+        chosen = plan.episodes
+        missing = [
+            *(f"method {each}" for each in chosen.methods if each not in {e.method for e in found}),
+            *(
+                f"person {each}"
+                for each in chosen.profiles
+                if each not in {e.profile for e in found}
+            ),
+        ]
+        if missing and not anyway:
+            raise InvalidInputError(
+                f"No episode that has ended fits the {', the '.join(missing)} of [episodes], and a "
+                "study never changes. `goalscope run` makes some; --anyway makes it without."
+            )
         Book(opened).add(plan)
     episodes, real = len(found), sum(info.profile is None for info in found)
     if as_json:

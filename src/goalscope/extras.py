@@ -7,7 +7,7 @@ from typing import Any
 
 from goalscope.types import GoalscopeError, ModelError
 
-__all__ = ["EXTRAS", "package"]
+__all__ = ["EXTRAS", "package", "remedy"]
 
 EXTRAS = {
     **dict.fromkeys(("httpx2", "tokenizers", "huggingface-hub"), "remote"),
@@ -39,6 +39,9 @@ def package(
     except ImportError as cause:
         name = module.partition(".")[0].replace("_", "-")
         extra = EXTRAS[{"sklearn": "scikit-learn"}.get(name, name)]
-        raise error(
-            f'{needs} more packages ({cause}). Run `pip install "goalscope[{extra}]"`.'
-        ) from None
+        raise error(f"{needs} more packages ({cause}). Run {remedy(extra)}.") from None
+
+
+def remedy(extra: str) -> str:
+    """What to run for the packages of an extra: from the registry, and in a copy of the source."""
+    return f'`pip install "goalscope[{extra}]"`, or in its source folder `pip install ".[{extra}]"`'

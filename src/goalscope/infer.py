@@ -23,6 +23,8 @@ from goalscope.types import (
 
 __all__ = ["Dialogue", "infer", "read_dialogues", "trim_output"]
 
+_NAMES = {"n": "number of dialogues"}
+
 
 @dataclass(frozen=True, slots=True)
 class Dialogue:
@@ -231,14 +233,30 @@ def _check_line(
         )
     if made_with != settings:
         made = cast("dict[str, Any]", made_with if isinstance(made_with, dict) else {})
-        other = ", ".join(
-            f"{key} {made.get(key)!r} and not {settings.get(key)!r}"
-            for key in {**settings, **made}
-            if made.get(key) != settings.get(key)
-        )
+        other = "; ".join(_differences(made, settings))
         raise InvalidInputError(
             f"{out}, line {number}: made with {other}. Name another file, or delete this one."
         )
+
+
+def _differences(made: Mapping[str, Any], settings: Mapping[str, Any]) -> Iterator[str]:
+    """What was otherwise, in words."""
+    for key in {**settings, **made}:
+        old, new = made.get(key), settings.get(key)
+        if old == new:
+            continue
+        if not (key == "calibration" and isinstance(old, dict) and isinstance(new, dict)):
+            yield f"{key} {old!r} and not {new!r}"
+            continue
+        numbers, now = cast("dict[str, Any]", old), cast("dict[str, Any]", new)
+        differ = [
+            "other thresholds"
+            if name == "thresholds"
+            else f"{_NAMES.get(name, name)} {numbers.get(name)!r} and not {now.get(name)!r}"
+            for name in {**now, **numbers}
+            if numbers.get(name) != now.get(name)
+        ]
+        yield f"another calibration ({', '.join(differ)})"
 
 
 def _write(out: Path, data: bytes, size: int | None = None) -> None:

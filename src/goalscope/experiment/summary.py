@@ -26,6 +26,7 @@ __all__ = [
     "Measured",
     "Table",
     "chosen",
+    "few_notes",
     "inert",
     "markdown_text",
     "mean",
@@ -38,6 +39,8 @@ Measured = tuple[Mapping[str, Any], Mapping[str, Any]]
 
 MISSING = "-"
 NO_INTERVAL = "There is no interval where all values are equal."
+FEW = 10
+"""Of fewer people, or other cases, an interval says little."""
 """For the notes of tables whose intervals are bootstrapped."""
 
 
@@ -204,6 +207,22 @@ class Labels:
     def __getitem__(self, settings: Mapping[str, Any]) -> str:
         """The label of settings that were given at the start."""
         return self._labels[_key(settings)]
+
+
+def few_notes(table: Table) -> tuple[str, ...]:
+    """What to say below a table with intervals of fewer than `FEW`: of people, else of cases."""
+    counts = [name for name in ("profiles", "n") if name in table.columns][:1]
+    found = [
+        row[table.columns.index(name)]
+        for name in counts
+        for row in table.rows
+        if any(isinstance(each, Estimate) and each.interval for each in row)
+    ]
+    least = min((n for n in found if isinstance(n, int)), default=FEW)
+    if least >= FEW:
+        return ()
+    what = "profiles" if "profiles" in counts else "cases"
+    return (f"Of {least} {what} an interval says little: so few hardly tell how others differ.",)
 
 
 def chosen(cells: Iterable[Measured], kind: str) -> list[Measured]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from goalscope.experiment.results import Cell, Results
-from goalscope.experiment.summary import Table
+from goalscope.experiment.summary import Table, few_notes
 from goalscope.experiment.summary_changes import read_changes
 from goalscope.experiment.summary_dialogues import read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
@@ -31,7 +31,11 @@ def tables_of(results: Results, cells: Sequence[Cell] | None = None) -> list[Tab
     for episodes in read_episodes(measured, attempts=[cell.attempts for cell in done]):
         tables += episodes.tables(command=command)
     notes = tuple(warnings_of(asked))
-    return [replace(table, notes=(*notes, *table.notes)) for table in tables if table.rows]
+    return [
+        replace(table, notes=(*notes, *few_notes(table), *table.notes))
+        for table in tables
+        if table.rows
+    ]
 
 
 def first_attempts(results: Results, cells: Sequence[Cell] | None = None) -> list[Table]:

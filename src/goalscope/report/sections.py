@@ -20,6 +20,7 @@ from goalscope.experiment.summary_dialogues import read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
 from goalscope.experiment.tables import first_attempts, tables_of, warnings_of
 from goalscope.models.opening import model_label
+from goalscope.plain import model_shown
 from goalscope.report.figures import (
     Figure,
     accuracy_figure,
@@ -173,7 +174,7 @@ def _episodes_alone(results: Results, name: str, stem: str, draw: bool) -> Secti
     for info in episodes:
         score = None if info.score is None else Estimate(info.score, None, "percent")
         who = info.profile or "a person"
-        head = (info.id, info.created, info.domain, who, info.method, info.model)
+        head = (info.id, info.created, info.domain, who, info.method, model_shown(info.model))
         rows.append((*head, info.rounds, info.ended or "goes on", score))
         if draw:
             label = f"{who}, {info.method} ({info.domain}, episode {info.id})"

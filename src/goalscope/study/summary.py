@@ -22,6 +22,7 @@ from goalscope.experiment.summary import (
     percent,
 )
 from goalscope.experiment.summary_judge import JUDGE_NOTES, Reading, evaluator_of, reading_of
+from goalscope.plain import model_shown
 from goalscope.stats import RESAMPLES, Interval, pooled_sd_of_mean
 from goalscope.store import EpisodeInfo, Store
 from goalscope.study.agreement import krippendorff_alpha
@@ -122,7 +123,7 @@ def _rules(plan: Plan) -> Iterator[str]:
 def _methods(study: Study, rated: Sequence[Rated], judges: Sequence[str]) -> Table:
     groups: dict[tuple[str, str, str], list[Rated]] = {}
     for each in rated:
-        key = (each.info.domain, each.info.model, each.info.method)
+        key = (each.info.domain, model_shown(each.info.model), each.info.method)
         groups.setdefault(key, []).append(each)
     rows: list[tuple[Entry, ...]] = []
     for key, group in sorted(groups.items()):

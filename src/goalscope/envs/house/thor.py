@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from goalscope.envs.house.controller import Controller
+from goalscope.extras import remedy
 from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = ["start"]
@@ -39,8 +40,8 @@ def start(scene: str, unity: str | None = None) -> Controller:
             thor: Any = importlib.import_module("ai2thor.controller")
     except ImportError as error:
         raise InvalidInputError(
-            f'AI2-THOR is not installed ({error}). Run `pip install "goalscope[thor]"`, '
-            "or leave out `--simulator thor` for the embedded house."
+            f"AI2-THOR is not installed ({error}). Run {remedy('thor')}; or leave out `--simulator "
+            "thor` for the embedded house."
         ) from None
     options: dict[str, Any] = {}
     if unity is not None:

@@ -28,6 +28,7 @@ from typing import Any, cast
 from goalscope.envs.house.scene import Scene
 from goalscope.envs.house.scenes import known_scenes
 from goalscope.envs.house.world import House
+from goalscope.extras import remedy
 from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = ["Scenes", "main", "serve"]
@@ -346,8 +347,8 @@ def _packed(message: Mapping[str, Any]) -> bytes:
         msgpack: Any = import_module("msgpack")
     except ImportError as error:
         raise InvalidInputError(
-            f'FIFO needs one more package ({error}). Run `pip install "goalscope[thor]"`, or give '
-            "the Controller server_class=WsgiServer."
+            f"FIFO needs one more package ({error}). Run {remedy('thor')}; or give the Controller "
+            "server_class=WsgiServer."
         ) from None
     return msgpack.packb(message, unicode_errors="replace")
 
