@@ -444,3 +444,9 @@ def test_tests_see_none_of_the_calibrations_of_this_machine(data_folder: Path) -
     file = calibration_file(SCORER, "goal-last", end_of_turn=False)
     assert file.is_relative_to(data_folder)
     assert not file.parent.exists()
+
+
+@pytest.mark.parametrize("wrong", [{"temperature": "2"}, {"temperature": None}, {"unstated": "x"}])
+def test_what_is_no_number_is_refused(wrong: dict) -> None:
+    with pytest.raises(InvalidInputError, match="must be a number"):
+        Calibration(**wrong)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 from goalscope.types import InvalidInputError
@@ -55,6 +56,11 @@ class Calibration:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
+        numbers = ("temperature", "reference", "switching", "forgetting", "unstated")
+        for name in numbers:
+            value = getattr(self, name)
+            if not isinstance(value, Real) and (name, value) != ("unstated", None):
+                raise InvalidInputError(f"{name} must be a number, not {value!r}")
         if not (math.isfinite(self.temperature) and self.temperature > 0):
             raise InvalidInputError(f"temperature must be positive, not {self.temperature}")
         shares = [(name, getattr(self, name)) for name in ("reference", "switching", "forgetting")]

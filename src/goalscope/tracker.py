@@ -155,8 +155,12 @@ class GoalTracker:
             raise InvalidInputError(UNCORRECTABLE)
         (named,) = self._known([goal])
         (kept,) = self._known([text]) if correction == "reword" else (named,)
-        if UNSPECIFIED in (named, kept) or (correction != "pin" and named not in self.belief.goals):
-            raise InvalidInputError(f"There is no goal {named.text!r} to correct so.")
+        if UNSPECIFIED in (named, kept):
+            raise InvalidInputError(
+                f"There is no goal {UNSPECIFIED.text!r} to pin, veto or reword to."
+            )
+        if correction != "pin" and named not in self.belief.goals:
+            raise InvalidInputError(f"There is no goal {named.text!r} to correct.")
         changes: list[GoalChange] = []
         if correction != "veto":
             if kept not in self.belief.goals:
@@ -233,7 +237,7 @@ class GoalTracker:
 
 def _as_goals(goals: object) -> list[Goal]:
     if isinstance(goals, str) or not isinstance(goals, Iterable):
-        raise InvalidInputError(f"goals must be a list, such as [{goals!r}], not one text")
+        raise InvalidInputError(f"goals must be a list of texts, not {goals!r}")
     found: list[Goal] = []
     for each in cast("Iterable[object]", goals):
         text = checked_text(each.text if isinstance(each, Goal) else each, "goal")
