@@ -185,6 +185,7 @@ from goalscope.likelihood import RolePlay
 from goalscope.models.llamacpp import LlamaCpp
 from goalscope.types import Turn
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have turned it off
 goals, tokens = int(sys.argv[1]), int(sys.argv[2])
 model = LlamaCpp(context_size=8192)
 likelihood = RolePlay(model)
