@@ -397,7 +397,7 @@ def test_every_note_is_shown(address: str, enter) -> None:
     notes = [note for each in told for note in each["notes"]]
     shown = page.get_by_role("log").locator(".note")
     expect(shown).to_have_count(len(notes))
-    unexplained = "No goal explains these words, and no better one was found."
+    unexplained = "The goals do not explain the newest words, and no better ones were found."
     assert [each["belief_note"] for each in told] == ["", unexplained]
     expect(page.get_by_role("region", name="Goals").get_by_text(unexplained)).to_be_visible()
     expect(page.get_by_role("log").get_by_text(unexplained)).to_have_count(0)

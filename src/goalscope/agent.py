@@ -36,7 +36,7 @@ Method = Literal["good", "no-goals", "no-inference"]
 Questions = Literal["likeliest", "informative"]
 """How an agent chooses what it asks; see `Agent`."""
 
-NO_GOAL = "No goal explains these words, and no better one was found."
+NO_GOAL = "The goals do not explain the newest words, and no better ones were found."
 """A round's note where a goal is missing."""
 
 CONFIRM = "That cannot be undone. Do you confirm exactly what is shown?"
