@@ -21,19 +21,13 @@ from goalscope.calibrations import keep_calibration
 from goalscope.cli import app
 from goalscope.store import Store
 from goalscope.types import UNSPECIFIED, Goal
+from lives import CATALOGUE
 from test_run import NamedModel
 from test_store import a_round
 
 SOURCE = str(Path(__file__).parents[1] / "src")
 MAIN = [sys.executable, "-c", "from goalscope.cli import main; main()"]
 
-CATALOGUE = """name,category,unit,price
-Whole Milk,dairy,1 L,1.20
-Green Tea,drinks,20 bags,3.00
-Plain Flour,baking,1 kg,1.10
-Cocoa Powder,baking,250 g,2.40
-Free Range Eggs,dairy,6 ct,2.20
-"""
 PROFILES = """
 [[profile]]
 name = "baker"

@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import pytest
@@ -162,6 +163,17 @@ def test_beliefs_in_a_file_survive_a_tear_at_every_byte(
                     "dialogue is read again, and the file is the same to the byte")  # fmt: skip
 
 
+def torn_copies(database: Path, before: int, stride: int) -> Iterator[tuple[int, Path]]:
+    """How much there is of its log, from `before` on, and a folder with such a copy."""
+    log = Path(f"{database}-wal").read_bytes()
+    for size in sorted({*range(before, len(log), stride), len(log) - 1, len(log)}):
+        with TemporaryDirectory(dir=database.parent) as folder:
+            torn = Path(folder)
+            shutil.copy(database, torn)
+            (torn / f"{database.name}-wal").write_bytes(log[:size])
+            yield size, torn
+
+
 @pytest.mark.parametrize("stride", STRIDES)
 def test_a_store_loses_at_most_the_round_whose_write_was_torn(
     tmp_path: Path, stride: int, record_property: Any
@@ -173,27 +185,21 @@ def test_a_store_loses_at_most_the_round_whose_write_was_torn(
         before = (tmp_path / "s.db-wal").stat().st_size
         store.append(id, a_round(2))
         shutil.copytree(tmp_path, tmp_path / "copy")
-    log = (tmp_path / "copy" / "s.db-wal").read_bytes()
+    length = (tmp_path / "copy" / "s.db-wal").stat().st_size
     kept = Counter[int]()
-    sizes = {*range(before, len(log), stride), len(log) - 1, len(log)}
-    for size in sorted(sizes):
-        torn = tmp_path / f"{size}"
-        torn.mkdir()
-        shutil.copy(tmp_path / "copy" / "s.db", torn)
-        (torn / "s.db-wal").write_bytes(log[:size])
+    for size, torn in torn_copies(tmp_path / "copy" / "s.db", before, stride):
         connection = sqlite3.connect(torn / "s.db")
         assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
         found = [n for (n,) in connection.execute("SELECT number FROM rounds ORDER BY number")]
         connection.close()
-        assert found == ([1, 2] if size == len(log) else [1])
+        assert found == ([1, 2] if size == length else [1])
         kept[len(found)] += 1
-        if size % (10 * stride) == 0 or size == len(log) - 1:
+        if size % (10 * stride) == 0 or size == length - 1:
             with Store.open(torn / "s.db") as store:
                 store.append(id, a_round(len(found) + 1))
             assert len(rounds_of(torn / "s.db")[0]) == len(found) + 1
-        shutil.rmtree(torn)
     assert set(kept) == {1, 2}
-    record_property("measured", f"torn at {len(sizes):,} of {len(log) - before + 1:,} bytes: "
+    record_property("measured", f"torn at {kept.total():,} of {length - before + 1:,} bytes: "
                     "whole each time, without the torn round alone")  # fmt: skip
 
 
@@ -206,21 +212,16 @@ def test_the_cache_of_model_calls_loses_at_most_the_torn_one(
     before = (tmp_path / "calls.db-wal").stat().st_size
     cached.token_logprobs([CHAT], ["none at all"])
     shutil.copytree(tmp_path, tmp_path / "copy")
-    log = (tmp_path / "copy" / "calls.db-wal").read_bytes()
+    length, tried = (tmp_path / "copy" / "calls.db-wal").stat().st_size, 0
     cached.close()
-    sizes = {*range(before, len(log), stride), len(log) - 1, len(log)}
-    for size in sorted(sizes):
-        torn = tmp_path / f"{size}"
-        torn.mkdir()
-        shutil.copy(tmp_path / "copy" / "calls.db", torn)
-        (torn / "calls.db-wal").write_bytes(log[:size])
+    for size, torn in torn_copies(tmp_path / "copy" / "calls.db", before, stride):
         model = Weighed()
         again = CachedModel(model, torn / "calls.db")
         again.token_logprobs([CHAT] * 2, ["milk", "none at all"])
         again.close()
-        assert model.pairs == (size < len(log))
-        shutil.rmtree(torn)
-    record_property("measured", f"torn at {len(sizes):,} of {len(log) - before + 1:,} bytes: "
+        assert model.pairs == (size < length)
+        tried += 1
+    record_property("measured", f"torn at {tried:,} of {length - before + 1:,} bytes: "
                     "at most that one call is made again")  # fmt: skip
 
 
