@@ -291,6 +291,7 @@ def _main() -> None:
     for line in sys.stdin:
         module, name, folder, *given = json.loads(line)
         life = getattr(importlib.import_module(module), name)
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # until the child can stand it
         pid = os.fork()
         if pid == 0:
             _live(partial(life, folder, *given), Path(folder))
@@ -304,23 +305,30 @@ def _live(life: Callable[[], None], folder: Path) -> None:
     append = os.O_WRONLY | os.O_CREAT | os.O_APPEND
     os.dup2(os.open(folder / "said", append), 1)
     os.dup2(os.open(folder / "errors", append), 2)
-    code = 0
     try:
+        code = _lived(life)
+    except KeyboardInterrupt:  # it came before the command ran, or as it had ended
+        code = 130
+    with suppress(OSError):
+        sys.stdout.flush()
+        sys.stderr.flush()
+    os._exit(code)
+
+
+def _lived(life: Callable[[], None]) -> int:
+    try:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         life()
+        code = 0
     except SystemExit as leaves:
         code = leaves.code if isinstance(leaves.code, int) else 1
-    except KeyboardInterrupt:
-        code = 130
-    except BaseException:
+    except Exception:
         import traceback
 
         traceback.print_exc()
         code = 70
-    finally:
-        with suppress(OSError):
-            sys.stdout.flush()
-            sys.stderr.flush()
-        os._exit(code)
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    return code
 
 
 if __name__ == "__main__":
