@@ -277,6 +277,28 @@ def test_nothing_is_done_for_a_mere_question() -> None:
     assert agent.step("What?", "lamp light please").results != ()
 
 
+@pytest.mark.parametrize("remark", ["Why?", "I never asked for light.", "Thanks, that's all."])
+def test_nothing_is_guessed_for_a_remark(remark: str) -> None:
+    env = LampRoom(["lamp", "light", "lights"])
+    agent = Agent(env, WordModel(REPLIES), planner=Planner(WordModel(REPLIES), limit=1))
+    agent.step("What now?", "lamp light please")
+    assert agent.step("And now?", "more light please").results
+    before, goals = list(env.on), agent.rounds[-1].belief.goals
+    round = agent.step("And now?", remark)
+    assert env.on == before
+    assert round.results == ()
+    assert round.belief.goals == goals
+    assert any("have lamp light (" in note for note in round.notes) == (remark == "Why?")
+
+
+def test_what_a_remark_asks_for_outright_is_done() -> None:
+    env = Obeys(asked="again")
+    agent = Agent(env, WordModel(REPLIES))
+    agent.step("What now?", "lamp light please")
+    agent.step("And now?", "Thanks again!")
+    assert "again" in env.on
+
+
 def test_what_was_asked_for_and_not_done_is_told() -> None:
     agent = Agent(LampRoom(), WordModel(REPLIES))
     told = "There is no nightlamp here."

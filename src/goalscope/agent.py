@@ -11,6 +11,7 @@ from goalscope.belief import Belief
 from goalscope.calibration import USUAL, Calibration
 from goalscope.dialog import Human, ask, with_answer
 from goalscope.envs import Environment
+from goalscope.envs.remarks import asks_why, is_remark
 from goalscope.episode import Round
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
@@ -174,8 +175,8 @@ class Agent:
         (The environment is reset and its past replayed: in a simulator that takes back even what
         nobody could undo in the world.)
 
-        Words that only ask a question give no new goal, and nothing is done for them. Once the
-        person says that the task is complete, only what they ask for in the same breath is done
+        Words that only ask what the environment can answer give no new goal, and nothing is done
+        for them; remarks give none either, and nothing is guessed for them. Once the person says that the task is complete, only what they ask for in the same breath is done
         before it ends: they could not see, and refuse, anything else.
 
         Args:
@@ -199,12 +200,13 @@ class Agent:
         history = [result for round in self.rounds for result in round.results]
         try:
             asks = self.env.answer(turn.utterance) is not None
+            silent = asks or is_remark(turn.utterance)
             changes, missing = (
-                self._update(tracker, turn, propose=not asks) if tracker else ([], False)
+                self._update(tracker, turn, propose=not silent) if tracker else ([], False)
             )
             complete = ends = self.env.is_completion(turn)
             turns = [*self.turns, turn]
-            wants = [] if complete or asks else self._wants(turns)
+            wants = [] if complete or silent else self._wants(turns)
             pending = self.rounds[-1].question if asks and self.rounds else ""
             outcome = Outcome((), 0, pending)
             if not asks:
@@ -314,8 +316,11 @@ class Agent:
         """What to act for: the top k goals; the planner weighs what remains by the words alone."""
         if self.tracker is None:
             return [Want(self.planner.newest([turn.utterance for turn in turns]), 1.0)]
-        stated = [each for each in self.tracker.belief.top() if each[0] != UNSPECIFIED]
-        return [Want(goal.text, p) for goal, p in stated[: self.k]]
+        return [Want(goal.text, p) for goal, p in self._stated(self.tracker.belief)]
+
+    def _stated(self, belief: Belief) -> list[tuple[Goal, float]]:
+        """The top k goals, without "Unspecified"."""
+        return [each for each in belief.top() if each[0] != UNSPECIFIED][: self.k]
 
     def _notes(self, turns: Sequence[Turn], outcome: Outcome) -> Iterator[str]:
         """What the person should be told of a round.
@@ -328,6 +333,9 @@ class Agent:
             yield f"The answer to this question was expected to tell {gain:.2f} nats."
         if self.tracker:
             yield from self.tracker.notes
+            if asks_why(turn.utterance) and (stated := self._stated(self.tracker.belief)):
+                goals = "; ".join(f"{goal.text} ({p:.0%})" for goal, p in stated)
+                yield f"I go by what you ask for, and by what I take you to want: {goals}."
         told = {note for round in self.rounds for note in round.notes}
         again = self.env.requests([turn]) if outcome.failed else []
         for failed in outcome.failed:
