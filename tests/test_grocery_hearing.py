@@ -87,12 +87,13 @@ def test_what_is_made_is_the_head_of_its_phrase(said: str, thing: str, *, makes:
 @pytest.mark.parametrize(
     "part",
     ["a ", "no ", "?", "1.", "vegan ", "gluten-free and ", "all ", "no a or ", "non-", "make a ",
-     "allergic to nuts, ", "I have ", "there is no ", "not everything has to be ", "\n", "'"],
+     "allergic to nuts, ", "I have ", "there is no ", "not everything has to be ", "\n", "'",
+     "half the ", "twice as many ", "a bit less ", "I didn't ask for ", "remove everything "],
 )  # fmt: skip
-def test_long_input_is_heard_at_once(part: str) -> None:
-    start = time.perf_counter()
+def test_no_long_input_takes_ages(part: str) -> None:
+    start = time.process_time()
     hear([part * (10_000 // len(part))]).makes("cake")
-    assert time.perf_counter() - start < 1
+    assert time.process_time() - start < 20  # a pattern that backtracks takes hours
 
 
 def test_request_is_met_once_with_its_quantity(shop: GroceryShop) -> None:

@@ -411,3 +411,65 @@ def test_nothing_is_kept_or_guessed_that_harms_a_person() -> None:
     turns = said("No milk in it please, it gives my daughter a rash.", "Get butter and cheese")
     added = [item for each in shop.requests(turns) if (item := CATALOGUE.get(each.target))]
     assert not any(violates(item, "dairy-free") for item in added)
+
+
+@pytest.mark.parametrize(
+    ("utterances", "after"),
+    [
+        (["6 packs of eggs", "Double that"], {"Large Eggs": 12}),
+        (["6 packs of eggs", "Double the eggs", "Ok"], {"Large Eggs": 12}),
+        (["6 packs of eggs", "I want twice as many eggs, please."], {"Large Eggs": 12}),
+        (["6 packs of eggs", "Make it double"], {"Large Eggs": 12}),
+        (["6 packs of eggs", "Half of that"], {"Large Eggs": 3}),
+        (["6 packs of eggs", "Half the eggs, please", "Thanks"], {"Large Eggs": 3}),
+        (["6 packs of eggs", "Halve the number of eggs"], {"Large Eggs": 3}),
+        (["6 packs of eggs", "A bit less eggs"], {"Large Eggs": 5}),
+        (["6 packs of eggs", "I want fewer eggs"], {"Large Eggs": 5}),
+        (["Eggs", "Half of the eggs"], {"Large Eggs": 1}),
+        (["60 packs of eggs", "Double the eggs"], {"Large Eggs": 99}),
+        (["2 packs of eggs", "Half a dozen eggs"], {"Large Eggs": 2}),
+        (["2 packs of eggs", "We have fish twice a week"], {"Large Eggs": 2}),
+        (["2 packs of eggs", "Did you double the eggs?"], {"Large Eggs": 2}),
+        (["2 packs of eggs", "Something with less sugar"], {"Large Eggs": 2}),
+    ],
+)
+def test_twice_half_and_less_are_of_what_is_there(
+    utterances: list[str], after: dict[str, int]
+) -> None:
+    assert heard({}, *utterances)[0] == after
+
+
+@pytest.mark.parametrize(
+    ("complaint", "after"),
+    [
+        ("I didn't ask for that.", ["Large Eggs"]),
+        ("I never wanted any of those things!", ["Large Eggs"]),
+        ("Remove everything I didn't ask for", ["Large Eggs"]),
+        ("Please take out what nobody asked for.", ["Large Eggs"]),
+        ("Delete the things you guessed", ["Large Eggs"]),
+        ("I didn't ask for bananas", ["Large Eggs", "Spreadable Butter"]),
+        ("I never ordered any butter", ["Large Eggs", "Bananas"]),
+        ("Remove everything", []),
+        (
+            "Why is there something I didn't ask for?",
+            ["Large Eggs", "Bananas", "Spreadable Butter"],
+        ),
+        ("I asked for that.", ["Large Eggs", "Bananas", "Spreadable Butter"]),
+    ],
+)
+def test_what_nobody_asked_for_goes_where_a_person_complains_of_it(
+    complaint: str, after: list[str]
+) -> None:
+    shop = GroceryShop(CATALOGUE, search=SEARCH)
+    turns = said("Two packs of eggs, please")
+    for action in (
+        *shop.requests(turns),
+        Action("add item", "Bananas"),
+        Action("add item", "Spreadable Butter"),
+    ):
+        assert shop.step(action).ok
+    turns = said("Two packs of eggs, please", complaint)
+    for action in shop.requests(turns):
+        assert shop.step(action).ok
+    assert [*shop.basket] == after
+    assert not shop.actions(["banana", "butter"], turns) or complaint.startswith(("Why", "I asked"))

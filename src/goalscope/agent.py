@@ -176,8 +176,9 @@ class Agent:
         nobody could undo in the world.)
 
         Words that only ask what the environment can answer give no new goal, and nothing is done
-        for them; remarks give none either, and nothing is guessed for them. Once the person says that the task is complete, only what they ask for in the same breath is done
-        before it ends: they could not see, and refuse, anything else.
+        for them; remarks give none either, and nothing is guessed for them. Once the person says
+        that the task is complete, only what they ask for in the same breath is done before it ends:
+        they could not see, and refuse, anything else.
 
         Args:
             query: What the agent asked.

@@ -42,7 +42,7 @@ _PATTERNS = (
     rf"what's (?:{_THAT}|going on|happening|wrong|all {_THAT})(?: .*)?",
     r"what (?:did|have|had) you .*",
     r"what (?:the .*|on earth .*|do you mean.*|(?:can|could|do|else can) you do(?: .*)?)",
-    r"how (?:are you|is it going|do you (?:do|know|work)|does (?:this|that|it) work|did you)(?: .*)?",
+    rf"how (?:are you|is it going|do you (?:do|know|work)|does {_THAT} work|did you)(?: .*)?",
     r"how's (?:it going|that)(?: .*)?",
     r"(?:did|didn't|have|haven't|had|are|aren't|were|weren't) (?:you|i|we)\b"
     r"(?! (?:able|going|got|seen|heard)\b) .*",
@@ -56,8 +56,8 @@ _PATTERNS = (
     rf"(?: (?:not|just|really|so|very|quite|totally|completely|a bit|all|simply|rather))*"
     rf" (?:{_BAD}|{_GOOD}){_REST}",
     rf"(?:{_THAT} (?:isn't|aren't|wasn't|weren't)|you aren't)(?: \w+)? (?:{_BAD}|{_GOOD}){_REST}",
-    r"you (?:didn't|did not|don't|do not|never|are not|aren't) (?:understand|listen(?:ing)?|hear|get it|answer|ask|know)"
-    r"(?: .*)?",
+    r"you (?:didn't|did not|don't|do not|never|are not|aren't) (?:understand|listen(?:ing)?"
+    r"|hear|get it|answer|ask|know)(?: .*)?",
     r"you (?:got|have) (?:it|that|me|this) (?:all )?wrong",
     r"you (?:misunderstood|misheard|already (?:said|asked|told))(?: .*)?",
     r"(?:not|never) what (?:i|we) .*",
@@ -80,7 +80,9 @@ _PATTERNS = (
 _REMARK = re.compile(f"{_LEAD}(?:{'|'.join(_PATTERNS)})")
 _ASKS_WHY = re.compile(_LEAD + _WHY)
 _FILLER = re.compile(r"(?:ok(?:ay)?|and|but|so|well|hm+|oops|sorry|please|now|then|actually)")
-_CLAUSE = re.compile(r"[,.;:!?\n()\u2013\u2014]+|\s-\s|\s(?:but|and)\s(?=(?:i|you|that|this|it|why)\b)")
+_CLAUSE = re.compile(
+    r"[,.;:!?\n()\u2013\u2014]+|\s-\s|\s(?:but|and)\s(?=(?:i|you|that|this|it|why)\b)"
+)
 
 
 def is_remark(text: str) -> bool:

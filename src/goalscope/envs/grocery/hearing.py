@@ -16,6 +16,7 @@ from goalscope.envs.grocery.requests import (
     clears,
     removed,
     spared,
+    unasked,
     unwanted,
     wanted,
 )
@@ -51,6 +52,7 @@ class Hearing:
         diets: Restrictions named, of `diets.DIETS`.
         words: All that was said, in lower case.
         empties: Whether the last words ask for an empty basket.
+        unasked: Whether they want nothing in it that was not asked for.
     """
 
     wanted: tuple[Request, ...]
@@ -64,6 +66,7 @@ class Hearing:
     diets: frozenset[str]
     words: str
     empties: bool
+    unasked: bool
 
     def makes(self, thing: str) -> bool:
         """Whether the person wants to make `thing` themselves, so that it is not to be bought.
@@ -132,6 +135,7 @@ def _hear(utterances: tuple[str, ...], names: Names) -> Hearing:
         diets=listener.diets,
         words=". ".join(utterances).casefold(),
         empties=listener.empties,
+        unasked=listener.unasked,
     )
 
 
@@ -145,8 +149,8 @@ class _Listener:
         before: Things that the last utterance asked for or took out that named any.
         named: The same of the newest utterance.
         kinds: What "the frozen ones" are a kind of, by what they came to.
-        removed: What the newest utterance wants taken out; `spared`, `empties` and `unclear` are
-            its own, too.
+        removed: What the newest utterance wants taken out; `spared`, `empties`, `unasked` and
+            `unclear` are its own, too.
     """
 
     def __init__(self, names: Names) -> None:
@@ -162,15 +166,18 @@ class _Listener:
         self.kinds: dict[str, str] = {}
         self.removed: list[Request] = []
         self.spared: list[str] = []
-        self.empties = self.unclear = False
+        self.empties = self.unasked = self.unclear = False
 
     def hear(self, utterance: str, *, newest: bool) -> None:
         """Take in one utterance, clause by clause."""
         self.removed, self.spared = [], []
-        self.empties = self.unclear = False
+        self.empties = self.unasked = self.unclear = False
         self.before, self.named = self.named or self.before, []
         earlier, self.diets = self.diets, diet(utterance, self.diets)
         for clause in heard(self.names.hidden(utterance)):
+            if unasked(clause):
+                self.unasked = True
+                continue
             self.clear(clause)
             self.remove(clause)
             self.refuse(clause, earlier)

@@ -39,6 +39,7 @@ __all__ = [
     "removed",
     "replaced",
     "spared",
+    "unasked",
     "unrefused",
     "unwanted",
     "wanted",
@@ -97,6 +98,7 @@ _TAKES = (
 _DROPS = (
     rf"(?:{_NEVER} (?:(?:really|actually|even|need to) )*"
     r"(?:want to (?:get|buy|have|add|order)|want|need"
+    r"|ask(?:ed)? for|order(?:ed)?|mention(?:ed)?|request(?:ed)?"
     r"|(?<!did not )(?<!didn't )(?:add|use|include|buy|get|put))s?"
     r"|skip|leave (?:out|off)|hold|omit|not (?:the|any)|cut out|lose"
     r"|(?:(?<=^)|(?<=[.,;!?] )|(?<=please )|(?<=and )|(?<=let's ))scratch|never mind"
@@ -135,11 +137,25 @@ _STOP = re.compile(
     rf"|make|put|instead|buy|(?:\d+|{WORD})(?! of (?:the|my|those|these)\b)))\b.*|"
     r"[,\s]*(?:\u2013|\u2014|\s-\s).*"
 )
+_ASKED_NOT = (
+    r"(?:didn't|did not|never|haven't|have not|hadn't)(?: (?:even|really|ever))?"
+    r" (?:ask(?:ed)? for|want(?:ed)?|order(?:ed)?|mention(?:ed)?|request(?:ed)?|say|said)"
+)
+_UNASKED_FOR = (
+    rf"(?: (?:that|which))? (?:(?:i|we|nobody|no one) (?:{_ASKED_NOT}|asked for|wanted)"
+    r"|(?:was|were) not asked for|you(?: just| only)?(?: have|'ve)? guessed)\b"
+)
 _ALL = "(?:everything|it all|all of it|them all|all items)"
 _CLEARS = re.compile(
     rf"\b(?:(?:empty|clear) (?:out )?(?:the|my|this) (?:whole |entire )?{CART}"
     rf"|(?:take|throw|put) {_ALL} (?:out|back|away)|(?:remove|delete|drop) {_ALL}"
-    r"|start (?:all )?(?:over|again|anew|from scratch))\b(?! (?:but|except))"
+    rf"|start (?:all )?(?:over|again|anew|from scratch))\b(?! (?:but|except)|{_UNASKED_FOR})"
+)
+_UNASKED = re.compile(
+    rf"\b(?:i|we|nobody|no one) {_ASKED_NOT} (?:any of |most of |half of |all |all of )?"
+    r"(?:it|this|that|these|those|them)(?: things?| stuff| items?)?(?=[.,;!?]|$)"
+    rf"|\b{_TAKES} (?:everything|anything|whatever|what|all|things|stuff"
+    rf"|(?:all )?(?:the|those|these) (?:things|items|stuff|rest)){_UNASKED_FOR}"
 )
 _DENIED = re.compile(
     r"\b(?:not|never|nobody|cannot|no (?:one|need|reason|longer|point|way)|\w+n't|unless|in case"
@@ -267,6 +283,11 @@ def clears(said: Said) -> bool:
     return said.mood is Mood.ORDER and bool(_CLEARS.search(said.text))
 
 
+def unasked(said: Said) -> bool:
+    """Whether the person wants nothing in the basket but what they asked for."""
+    return said.mood is Mood.ORDER and bool(_UNASKED.search(said.text))
+
+
 def _refusals(said: Said) -> Iterator[re.Match[str]]:
     return (match for match in _REFUSAL.finditer(said.text) if _counts(match, said.mood))
 
@@ -352,6 +373,10 @@ def _request(chunk: str) -> Request | None:
     quantity, counted = 1.0, "pieces"
     change = "more" if _MORE.match(said) else "at least"
     outright = False
+    for start, of_it in (("twofold ", "double"), ("halved ", "half")):
+        if chunk.startswith(start):
+            thing = _TAIL.sub("", _SMALL.sub("", chunk.removeprefix(start)))
+            return Request(thing, change=of_it, outright=True) if thing else None
     if match := COUNT.match(chunk):
         quantity = number(match["number"] or "1")
         outright = bool(match["number"] or match["alone"] or match["container"])

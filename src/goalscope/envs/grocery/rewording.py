@@ -152,10 +152,26 @@ _CHANGES = [
             rf"(?:{_NUMBER} )?{_THING} (?:from {_NUMBER} )?{_TO}({_NUMBER}){_END}",
             r". add exactly \2 packs of \1",
         ),
+        (rf"\bmake ({_IT}) (?:a )?double{_END}", r". double \1"),
+        *(
+            (
+                rf"\b(?:{much})(?: (?:of|as (?:many|much)|(?:the )?(?:amount|number|quantity)"
+                rf"|the|my|our))* (?!an? ){_THING}{_END}",
+                rf". add {change} \1",
+            )
+            for much, change in (
+                (r"double(?! (?:cream|chocolate|espresso)\b)|twice", "twofold"),
+                (
+                    r"halve|half(?= (?:of (?:the|my|our|that|it|them)|the|my|our|that|as)\b)",
+                    "halved",
+                ),
+            )
+        ),
         *(
             change
             for it, same in _SPOKEN_OF
             for change in (
+                (rf"\b(twofold|halved) {it}{_END}", rf"\1 {same}"),
                 (
                     rf"\b(?:make|change|set) {it} {_TO}?(?:just |only |exactly )?({_NUMBER}){_END}",
                     rf". add exactly \1 packs of {same}",
@@ -199,6 +215,11 @@ _CHANGES = [
         (
             rf"{_BEGIN}(?:the )?{_THING} (?:is|are)(?: not|n't| no longer) (?:needed|wanted){_END}",
             r"don't need \1",
+        ),
+        (
+            rf"{_BEGIN}(?:please )?(?:(?:i|we)(?:'d| would)? (?:want|need|like) )?"
+            rf"(?:an? (?:bit|little) )?(?:less|fewer) (?:of )?(?:the )?{_THING}{_END}",
+            r". remove 1 \1",
         ),
         (rf"\b(?:only|just) (need|want|get|have|take|add) (?={_NUMBER} )", r"\1 exactly "),
         (rf"\b({_NUMBER}) (?:fewer|less) (?=\w)", r". remove \1 "),

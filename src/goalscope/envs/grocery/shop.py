@@ -131,7 +131,7 @@ class GroceryShop:
         the person's words alone: see `requests` and `completion_actions`.
         """
         hearing = self._heard(turns)
-        lessens = hearing.empties or hearing.removed or hearing.spared
+        lessens = hearing.empties or hearing.unasked or hearing.removed or hearing.spared
         if self._bought or (lessens and not hearing.newest):
             return []
         found: dict[str, int] = {}
@@ -156,6 +156,13 @@ class GroceryShop:
             for item, number in self._contents()
             if hearing.empties or not hearing.permits(item) or not _stays(item, hearing)
         }
+        if hearing.unasked:
+            asked = [request.phrase for request in hearing.wanted]
+            plan |= {
+                item.name: -number
+                for item, number in self._contents()
+                if not any(called(phrase, [item]) for phrase in asked)
+            }
         for removal in hearing.removed:
             for item in called(removal.phrase, [item for item, _ in self._contents()]):
                 held = self._basket[item.name]
@@ -171,10 +178,12 @@ class GroceryShop:
             if item := self._choice.meant(request.phrase, hearing, self._basket):
                 held = self._basket.get(item.name, 0) + plan.get(item.name, 0)
                 number = packages(request, item) - (0 if request.change == "more" else held)
+                if request.change in ("double", "half") and held:
+                    number = held if request.change == "double" else -(held // 2)
                 if request.change == "as many":
                     out = {each for old in request.replaces for each in called(old, [*gone])}
                     number = max(number, gone[out.pop()] if len(out) == 1 else 0)
-                if number > 0 or request.change == "exactly":
+                if number > 0 or request.change in ("exactly", "half"):
                     plan[item.name] = plan.get(item.name, 0) + min(number, MOST - held)
         return [
             Action("add item" if number > 0 else "remove item", name, abs(number))
