@@ -344,3 +344,31 @@ def test_orders_without_a_verb_are_done(order: str, change: str) -> None:
 )
 def test_a_guessed_word_is_asked_about_before_what_lasts(order: str, question: str) -> None:
     assert told("Kitchen1", order) == (set(), [], question)
+
+
+SINK = "mug 2: now in the sink basin"
+DARK = "light switch: no longer on"
+
+
+@pytest.mark.parametrize(
+    ("said", "changes"),
+    [
+        (["Put the mug in the sink", "Put it back"], set()),
+        (["Put the mug in the sink", "Put it back", "Thanks, open the fridge"], {"fridge: open"}),
+        (["Put the mug in the sink", "Now put the mug back where it was, please."], set()),
+        (["Put the mug in the sink", "Return the mug"], set()),
+        (["Put the mug in the sink", "Can you put it back where you found it?"], set()),
+        (["Bring me the mug", "Put it back"], set()),
+        (["Put the apple and the tomato in the fridge", "Put them back"], set()),
+        (["Put the mug in the sink", "Don't put it back"], {SINK}),
+        (["Put the mug in the sink", "Should I put it back?"], {SINK}),
+        (["Put the mug in the sink", "I'll put it back myself"], {SINK}),
+        (["Put the mug back in the sink"], {SINK}),
+        (["Open the fridge and the microwave", "Close everything"], set()),
+        (["Open the fridge", "Don't close everything"], {"fridge: open"}),
+        (["Kill the lights"], {DARK}),
+        (["Turn everything off, please."], {DARK}),
+    ],
+)
+def test_things_go_back_to_where_they_were(said: list[str], changes: set[str]) -> None:
+    assert told("Kitchen1", *said)[:2] == (changes, [])

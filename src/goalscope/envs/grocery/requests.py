@@ -373,10 +373,11 @@ def _request(chunk: str) -> Request | None:
     quantity, counted = 1.0, "pieces"
     change = "more" if _MORE.match(said) else "at least"
     outright = False
-    for start, of_it in (("twofold ", "double"), ("halved ", "half")):
-        if chunk.startswith(start):
-            thing = _TAIL.sub("", _SMALL.sub("", chunk.removeprefix(start)))
-            return Request(thing, change=of_it, outright=True) if thing else None
+    if chunk.startswith(("twofold ", "halved ")):
+        how, _, rest = chunk.partition(" ")
+        thing = _TAIL.sub("", _SMALL.sub("", rest))
+        change = "double" if how == "twofold" else "half"
+        return Request(thing, change=change, outright=True) if thing else None
     if match := COUNT.match(chunk):
         quantity = number(match["number"] or "1")
         outright = bool(match["number"] or match["alone"] or match["container"])

@@ -6,7 +6,10 @@ from dataclasses import dataclass
 
 from goalscope.envs.house.names import readable
 
-__all__ = ["Hearing", "Leave", "Request"]
+__all__ = ["HOME", "Hearing", "Leave", "Request"]
+
+HOME = "home"
+"""In place of the types of a destination: wherever the thing was at the start."""
 
 Leave = tuple[str, str, int]
 """An irreversible verb, an object type or a name in the scene, and for how many; 0 for all."""
@@ -20,7 +23,8 @@ class Request:
         verb: "put", "pick up", "open", "close", "turn on", "turn off", "slice", "cook", "break",
             "fill", "empty", "clean", "dirty", "push", "pull" or "use up".
         object_types: What to do it to: one of these types, or all of them where `every` is set.
-        destination_types: For "put": one of these types; empty where no place was named.
+        destination_types: For "put": one of these types; empty where no place was named, or
+            `HOME` alone.
         every: Whether every such thing is meant.
         number: How many are meant; 0 where it was not said.
         liquid: For "fill": "water", "coffee", "wine", or "" where it was not said.

@@ -11,7 +11,7 @@ from typing import Any
 from goalscope.envs.house import leave
 from goalscope.envs.house.completion import completes
 from goalscope.envs.house.grammar import parse, parse_plain
-from goalscope.envs.house.heard import Hearing, Leave, Request
+from goalscope.envs.house.heard import HOME, Hearing, Leave, Request
 from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
 from goalscope.envs.house.names import names, readable, the
 from goalscope.envs.house.orders import Clause
@@ -179,8 +179,9 @@ class _Listener(Standing):
         for thing in things if clause.verb else ():
             kinds = self.fitting(clause.verb, tuple(k for k in thing.types if k not in excluded))
             kinds = self.lift(clause.verb, kinds, thing.group)
-            places = self.fitting("", place.types) if place else ()
-            places = self.lift("put in", places, place.group) if place else ()
+            places = place.types if place else ()
+            if place and places != (HOME,):
+                places = self.lift("put in", self.fitting("", places), place.group)
             if not kinds or (clause.place and not places):
                 self.lacking(clause, said, place if kinds else thing)
             if not kinds or (clause.place and not places) or kinds == places:

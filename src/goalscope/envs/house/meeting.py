@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from goalscope.envs.house.heard import Request
+from goalscope.envs.house.heard import HOME, Request
 from goalscope.envs.house.object_types import SINGLE
 from goalscope.envs.house.properties import ACTS, PREDICATES
-from goalscope.envs.house.state import is_whole
+from goalscope.envs.house.state import innermost, is_whole
 from goalscope.envs.house.view import View
 from goalscope.types import Action
 
@@ -85,7 +85,9 @@ def settled(view: View, wanted: Sequence[Request]) -> set[str]:
         for request in wanted
         if request.verb == "put"
         for own in meant(view, request, {})
-        if not set(_places(view, request)).isdisjoint(view.table[own]["parentReceptacles"] or ())
+        if not set(_places(view, request, "", {})).isdisjoint(
+            view.table[own]["parentReceptacles"] or ()
+        )
     }
 
 
@@ -165,7 +167,7 @@ class _Foreseen:
         if thing is None:
             return True
         if request.verb == "put":
-            places = set(_places(self.view, request)) - {own}
+            places = set(_places(self.view, request, own, self.start)) - {own}
             return bool(places) and places.isdisjoint(self.around(own, table))
         if request.verb in ACTS:
             needs, state, value = ACTS[request.verb]
@@ -201,8 +203,8 @@ class _Foreseen:
                 own for own in heavy if view.table[own]["position"] != self.start[own]["position"]
             ]
             return [Action(request.verb, view.names[own]) for own in heavy[:1] if not moved]
-        places = _places(view, request)
         if request.verb == "put":
+            places = _places(view, request, "", {})
             things = [own for own in things if own not in places or len(places) > 1]
         else:
             needs, _, _ = ACTS[request.verb]
@@ -213,10 +215,10 @@ class _Foreseen:
         return [
             action
             for own in lacking[: max(many - so, 0)]
-            if (action := self.foreseen(request, own, places))
+            if (action := self.foreseen(request, own))
         ]
 
-    def foreseen(self, request: Request, own: str, places: Iterable[str]) -> Action | None:
+    def foreseen(self, request: Request, own: str) -> Action | None:
         """What meets the request for one thing."""
         name = self.view.names[own]
         if request.verb != "put":
@@ -224,8 +226,8 @@ class _Foreseen:
             self.changed[own, state] = value
             filled = (n for n, what in FILLS.items() if what == request.liquid)
             return Action(next(filled, request.verb), name)
-        place = next((each for each in places if each != own and self.is_free(each)), None)
-        place = place or next((each for each in places if each != own), None)
+        places = [each for each in _places(self.view, request, own, self.start) if each != own]
+        place = next(filter(self.is_free, places), next(iter(places), None))
         if place is None:
             return None
         self.moved[own] = place
@@ -256,8 +258,11 @@ def _speaks_of(one: Request, other: Request) -> bool:
     return alike and states and (not other.at or one.at == other.at)
 
 
-def _places(view: View, request: Request) -> list[str]:
-    """Ids of where the request may want them."""
+def _places(view: View, request: Request, own: str, start: Table) -> list[str]:
+    """Ids of where the request may want the thing of the id `own`."""
+    if request.destination_types == (HOME,):
+        home = innermost(start[own], start) if own in start else ""
+        return [home] if home in view.table else []
     return _named(view, request.destination_types, request.destination_name)
 
 

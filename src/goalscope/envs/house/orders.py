@@ -148,6 +148,8 @@ class OrderReader(PhraseReader):
             return None
         if said in ("keep", "leave") and not into:
             return Clause("any", things, negated=True) if said == "leave" else None
+        if verb == "put" and not into and (said in v.RETURNS or "back" in self.words[start:]):
+            into = Phrase(word="home")
         return Clause(verb, things, into if verb == "put" else None, negated, tail.excluded, liquid)
 
     def state(

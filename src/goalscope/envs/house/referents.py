@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from goalscope.envs.house.heard import Request
+from goalscope.envs.house.heard import HOME, Request
 from goalscope.envs.house.meeting import NEEDS, stood_on
 from goalscope.envs.house.names import naming, readable
 from goalscope.envs.house.object_types import FLAGS, object_type, object_types
@@ -70,6 +70,11 @@ class Referents:
             on = [own for own in self.start if {*phrase.at} & stood_on(own, self.start)]
             kinds = dict.fromkeys(str(self.start[own]["objectType"]) for own in on)
             return [replace(phrase, types=tuple(kinds), every=True, group=True)] if kinds else []
+        if phrase.word == "home":
+            return [replace(phrase, types=(HOME,))]
+        if phrase.word == "everything" and verb in ("close", "turn off"):
+            kinds = tuple(kind for kind, flags in self.flags.items() if _suits(verb, flags))
+            return [replace(phrase, types=kinds, every=True, group=True)] if kinds else []
         if phrase.word in ("everything", "water", "unknown"):
             return []
         if phrase.word == "there":

@@ -12,16 +12,17 @@ def _set(words: str) -> frozenset[str]:
 
 
 _VERBS = {
-    "put": "put|put away|place|move|set|store|stow|drop|carry|transfer|arrange|stack|hang|return"
-    "|serve|lay|lay out|set out|line|line up|relocate|deposit|insert|throw|throw away|throw out"
-    "|toss|toss away|toss out|keep"
+    "put": "put|put away|put back|place|move|set|store|stow|drop|carry|transfer|arrange|stack|hang"
+    "|return|serve|lay|lay out|set out|line|line up|relocate|deposit|insert|throw|throw away"
+    "|throw out|toss|toss away|toss out|keep"
     "|leave|dispose of|get rid of|plate|add|stick|pop|chuck|hide|tuck|shove",
     "pick up": "pick up|pickup|pick|grab|take|take out|get|bring|bring back|bring over|fetch"
     "|retrieve|hold|give|hand|collect|gather|gather up|find|remove|lift|lift up",
     "open": "open|open up",
     "close": "close|shut",
     "turn on": "turn on|switch on|power on|start|light|run",
-    "turn off": "turn off|turn down|switch off|power off|shut off|blow|blow out|put out|extinguish",
+    "turn off": "turn off|turn down|switch off|power off|shut off|kill|blow|blow out|put out"
+    "|extinguish",
     "turn": "turn|switch",
     "slice": "slice|slice up|cut|cut up|chop|chop up|dice",
     "cook": "cook|boil|fry|bake|roast|toast|grill",
@@ -101,6 +102,8 @@ DISPOSALS = frozenset(
     ("throw away", "throw out", "toss away", "toss out", "dispose of", "get rid of")
 )
 """What puts things in the garbage."""
+RETURNS = frozenset(("put back", "return"))
+"""What puts things where they were, if no other place is named."""
 CHOOSING = FILLERS | _set("this that these those other same")
 """Words that tell which of several things is meant."""
 NUMBERS = {
@@ -274,6 +277,11 @@ _REWORDED = [
         (r" ?&", " and"),
         (rf"\b(?:{_LATER})", f" {LATER} "),
         (r"\bneither\b", "not"),
+        (
+            r"\b(?:back )?(?:to )?where (?:(?:it|they|that|this|those) (?:was|were|came from)"
+            r"|you (?:found|got|took) (?:it|them|that|this|those)(?: from)?)(?: before)?\b",
+            "back",
+        ),
         (r"\balso (?=(?:needs?|should|must|ha(?:s|ve)|go(?:es)?|belongs?)\b)", ""),
         (r"\bi mean(?:t)?\b", "rather"),
         (r"\bas well\b", "too"),
