@@ -96,6 +96,9 @@ class LampRoom:
     def requests(self, turns: Sequence[Turn]) -> list[Action]:
         return []
 
+    def is_order(self, turns: Sequence[Turn]) -> bool:
+        return turns[-1].utterance.startswith("just ")
+
     def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
         asked = [word for word in words(turns[-1].utterance) if word.endswith("lamp")]
         return [f"There is no {word} here." for word in asked if word not in self.offers]

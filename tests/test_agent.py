@@ -278,7 +278,7 @@ def test_nothing_is_done_for_a_mere_question() -> None:
 
 
 @pytest.mark.parametrize("remark", ["Why?", "I never asked for light.", "Thanks, that's all."])
-def test_nothing_is_guessed_for_a_remark(remark: str) -> None:
+def test_nothing_is_guessed_and_no_goal_proposed_for_a_remark(remark: str) -> None:
     env = LampRoom(["lamp", "light", "lights"])
     agent = Agent(env, WordModel(REPLIES), planner=Planner(WordModel(REPLIES), limit=1))
     agent.step("What now?", "lamp light please")
@@ -289,6 +289,15 @@ def test_nothing_is_guessed_for_a_remark(remark: str) -> None:
     assert round.results == ()
     assert round.belief.goals == goals
     assert any("have lamp light (" in note for note in round.notes) == (remark == "Why?")
+
+
+def test_nothing_is_guessed_for_an_order() -> None:
+    env = Obeys(["lamp", "light"], asked="again")
+    agent = Agent(env, WordModel(REPLIES), planner=Planner(WordModel(REPLIES), limit=1))
+    agent.step("What now?", "just lamp light again please")
+    assert env.on == ["again"]
+    agent.step("And now?", "lamp light please")
+    assert env.on != ["again"]
 
 
 def test_what_a_remark_asks_for_outright_is_done() -> None:

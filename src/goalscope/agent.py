@@ -176,9 +176,9 @@ class Agent:
         nobody could undo in the world.)
 
         Words that only ask what the environment can answer give no new goal, and nothing is done
-        for them; remarks give none either, and nothing is guessed for them. Once the person says
-        that the task is complete, only what they ask for in the same breath is done before it ends:
-        they could not see, and refuse, anything else.
+        for them; remarks give none either. Nothing is guessed for remarks, nor for orders that are
+        understood. Once the person says that the task is complete, only what they ask for in the
+        same breath is done before it ends: they could not see, and refuse, anything else.
 
         Args:
             query: What the agent asked.
@@ -207,7 +207,8 @@ class Agent:
             )
             complete = ends = self.env.is_completion(turn)
             turns = [*self.turns, turn]
-            wants = [] if complete or silent else self._wants(turns)
+            exact = complete or silent or self.env.is_order(turns)
+            wants = [] if exact else self._wants(turns)
             pending = self.rounds[-1].question if asks and self.rounds else ""
             outcome = Outcome((), 0, pending)
             if not asks:

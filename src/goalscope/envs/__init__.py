@@ -16,8 +16,8 @@ SEARCH = "search inventory"
 class Environment(Protocol):
     """A domain in which the agent acts.
 
-    A class that inherits from it may leave out what it has no use for: `notes`, `close`, `unmet`,
-    `permission`, `answer` and `completion_actions`.
+    A class that inherits from it may leave out what it has no use for: `notes`, `close`,
+    `is_order`, `unmet`, `permission`, `answer` and `completion_actions`.
     """
 
     @property
@@ -68,6 +68,13 @@ class Environment(Protocol):
     def requests(self, turns: Sequence[Turn]) -> list[Action]:
         """What the person asks for outright and lacks, and the mending of what they refuse."""
         ...
+
+    def is_order(self, turns: Sequence[Turn]) -> bool:
+        """Whether the newest words are nothing but orders and refusals that were understood.
+
+        Nothing is guessed for such words, as they say exactly what is to be done.
+        """
+        return False
 
     def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
         """What the newest turn asks for outright and did not get, one sentence each.

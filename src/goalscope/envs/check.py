@@ -9,7 +9,7 @@ from goalscope.types import Action, GoalscopeError, StepResult
 
 __all__ = ["check_env"]
 
-MAY_LACK = {"notes", "close", "unmet", "permission", "answer", "completion_actions"}
+MAY_LACK = {"notes", "close", "is_order", "unmet", "permission", "answer", "completion_actions"}
 """What a class that inherits from `Environment` may leave out."""
 
 
