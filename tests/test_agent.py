@@ -7,7 +7,7 @@ import pytest
 from fakes import LampRoom, RefusesAll, WordModel, said
 from goalscope.agent import Agent, run_episode
 from goalscope.calibration import LAST_TURN, USUAL
-from goalscope.dialog import ConsoleHuman, ScriptedHuman, ask, question_of
+from goalscope.dialog import FALLBACK, ConsoleHuman, ScriptedHuman, ask, question_of
 from goalscope.policy import Planner, Want
 from goalscope.prompts import recent
 from goalscope.types import (
@@ -289,6 +289,32 @@ def test_nothing_is_guessed_and_no_goal_proposed_for_a_remark(remark: str) -> No
     assert round.results == ()
     assert round.belief.goals == goals
     assert any("have lamp light (" in note for note in round.notes) == (remark == "Why?")
+
+
+def test_a_remark_is_followed_by_the_plainest_question_and_leave_by_how_to_end() -> None:
+    agent = Agent(LampRoom(), WordModel(REPLIES))
+    agent.step("What now?", "lamp light please")
+    assert agent.ask() == "Is it bright enough?"
+    round = agent.step(agent.ask(), "Thanks, that's all.")
+    assert agent.ask() == FALLBACK
+    assert 'If that is all, say "Good night".' in round.notes
+
+
+def test_a_question_that_echoes_the_person_is_not_asked() -> None:
+    turns = [Turn("Hello?", "Well, is it bright? Is it enough?")]
+    assert ask(WordModel(REPLIES), LampRoom(), turns) == FALLBACK
+
+
+def test_failures_beyond_the_third_are_counted() -> None:
+    env = LampRoom()
+    agent = Agent(env, WordModel(REPLIES), planner=Planner(WordModel(REPLIES), replans=9))
+    env.requests = lambda turns: [Action("switch on", f"{n}") for n in range(5)]
+    env.step = lambda action: StepResult(action, False, "No.")
+    round = agent.step("What now?", "just do it")
+    assert [note for note in round.notes if "could not be done" in note] == [
+        "And 2 more could not be done."
+    ]
+    assert sum(note.startswith("Not done:") for note in round.notes) == 3
 
 
 def test_nothing_is_guessed_for_an_order() -> None:

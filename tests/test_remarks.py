@@ -2,7 +2,7 @@
 
 import pytest
 
-from goalscope.envs.remarks import asks_why, is_remark
+from goalscope.envs.remarks import asks_why, is_remark, takes_leave
 
 REMARKS = """
 Why did you add that?
@@ -66,6 +66,11 @@ that is nice
 I see
 It's fine, thanks
 That's not right. Why did you add milk?
+Stop adding things!
+That is way over 20 dollars!
+Good morning, how are you today?
+What did you just add?
+Goodbye
 
 """.strip().splitlines()
 
@@ -135,6 +140,10 @@ it's a joke gift
 I haven't got any eggs
 I have not eaten yet
 We didn't have breakfast
+Stop at the bakery for bread
+No more sugar
+It's over there
+That is more than enough for a cake with cherries
 
 """.strip().splitlines()
 
@@ -154,3 +163,21 @@ def test_who_asks_why_asks_for_a_reason() -> None:
     assert asks_why("How come there is butter?")
     assert not asks_why("Why don't you add butter?")
     assert not asks_why("That is why I need butter.")
+
+
+@pytest.mark.parametrize(
+    ("text", "leaves"),
+    [
+        ("That's all, thanks", True),
+        ("Thanks, we're done here", True),
+        ("Nothing else", True),
+        ("Good night", True),
+        ("Bye bye!", True),
+        ("It's all good", False),
+        ("I'm done with pasta", False),
+        ("Nothing with nuts", False),
+        ("Is that all?", False),
+    ],
+)
+def test_who_is_done_takes_leave(text: str, *, leaves: bool) -> None:
+    assert takes_leave(text) is leaves

@@ -9,9 +9,9 @@ from typing import Literal, get_args
 from goalscope.asking import COST, informative
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL, Calibration
-from goalscope.dialog import Human, ask, with_answer
+from goalscope.dialog import FALLBACK, Human, ask, with_answer
 from goalscope.envs import Environment
-from goalscope.envs.remarks import asks_why, is_remark
+from goalscope.envs.remarks import asks_why, is_remark, takes_leave
 from goalscope.episode import Round
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
@@ -42,6 +42,10 @@ NO_GOAL = "The goals do not explain the newest words, and no better ones were fo
 
 CONFIRM = "That cannot be undone. Do you confirm exactly what is shown?"
 """A round's question before an end that nobody can undo."""
+
+
+_FAILURES = 3
+"""Most failures that a round's notes tell one by one."""
 
 
 class Agent:
@@ -146,6 +150,8 @@ class Agent:
         self._progress("asking")
         if self.rounds and (question := self.rounds[-1].question):
             return with_answer(self.env, self.turns[-1], question)
+        if self.rounds and is_remark(self.rounds[-1].turn.utterance):
+            return with_answer(self.env, self.turns[-1], FALLBACK)
         seed = self.seed + len(self.rounds)
         tracker = self.tracker
         if self.questions == "informative" and tracker and isinstance(tracker.likelihood, RolePlay):
@@ -232,6 +238,7 @@ class Agent:
                     *([NO_GOAL] if missing and not ends else []),
                     *self._notes(turns, outcome),
                     *([] if asks or complete else self.env.unmet(turns, outcome.results)),
+                    *([] if ends or not takes_leave(turn.utterance) else [self._how_to_end()]),
                 ),
                 terminated=complete or any(result.terminated for result in results),
                 question=outcome.question,
@@ -324,6 +331,9 @@ class Agent:
         """The top k goals, without "Unspecified"."""
         return [each for each in belief.top() if each[0] != UNSPECIFIED][: self.k]
 
+    def _how_to_end(self) -> str:
+        return f'If that is all, say "{self.env.completion_phrase}".'
+
     def _notes(self, turns: Sequence[Turn], outcome: Outcome) -> Iterator[str]:
         """What the person should be told of a round.
 
@@ -340,10 +350,15 @@ class Agent:
                 yield f"I go by what you ask for, and by what I take you to want: {goals}."
         told = {note for round in self.rounds for note in round.notes}
         again = self.env.requests([turn]) if outcome.failed else []
-        for failed in outcome.failed:
-            note = f"Not done: {failed.action}. {failed.observation}"
-            if note not in told or failed.action in again:
-                yield note
+        failures = [
+            note
+            for failed in outcome.failed
+            for note in [f"Not done: {failed.action}. {failed.observation}"]
+            if note not in told or failed.action in again
+        ]
+        yield from failures[:_FAILURES]
+        if len(failures) > _FAILURES:
+            yield f"And {len(failures) - _FAILURES} more could not be done."
         if outcome.guessed:
             yield f"Guessed, not asked for: {', '.join(outcome.guessed)}."
         for held in outcome.held:

@@ -12,6 +12,7 @@ from goalscope.prompts import recent, render, transcript
 from goalscope.types import Goal, InvalidInputError, Message, Profile, Turn, checked_text
 
 __all__ = [
+    "FALLBACK",
     "ConsoleHuman",
     "Human",
     "ScriptedHuman",
@@ -24,8 +25,11 @@ __all__ = [
 
 OPENING = "What can I help you with?"
 FALLBACK = "What else would you like?"
+"""Asked where there is nothing better to ask."""
 
 _QUESTION = re.compile(r"[^.!?\n]+(?:\?|$)")  # a sentence with its mark, or without any at the end
+_ECHO = 0.8
+"""Share of a question's words that were the person's last ones, from which on it is an echo."""
 _REPLY = 80
 """Most tokens of what is written in the conversation."""
 
@@ -72,7 +76,9 @@ def written(
     seed: int = 0,
     heard: Heard | None = None,
 ) -> tuple[list[Message], list[str]]:
-    """A prompt for the next question, and the distinct ones that the model writes; none is old.
+    """A prompt for the next question, and the distinct ones that the model writes.
+
+    None is old, and none only echoes what the person said last.
 
     Args:
         model: Writes.
@@ -104,7 +110,8 @@ def written(
             heard=heard,
         )
         question = question_of(reply.text)
-        if question.endswith("?") and question not in asked and question not in questions:
+        new = question.endswith("?") and question not in asked and question not in questions
+        if new and not _echoes(question, turns[-1].utterance):
             questions.append(question)
     return prompt, questions
 
@@ -114,6 +121,11 @@ def with_answer(env: Environment, turn: Turn, question: str) -> str:
     asked_back = _QUESTION.findall(turn.utterance)
     answer = next(filter(None, map(env.answer, asked_back)), None)
     return f"{answer}\n{question}" if answer else question
+
+
+def _echoes(question: str, utterance: str) -> bool:
+    said, words = ({*re.findall(r"[a-z0-9']+", text.casefold())} for text in (utterance, question))
+    return len(words & said) >= _ECHO * len(words)
 
 
 def question_of(text: str) -> str:

@@ -6,7 +6,7 @@ import re
 
 from goalscope.envs.speech import evened
 
-__all__ = ["asks_why", "is_remark"]
+__all__ = ["asks_why", "is_remark", "takes_leave"]
 
 _LEAD = (
     r"(?:(?:ok(?:ay)?|and|but|so|well|hey|hi|hello|hm+|wait|oops|sorry|please|now|then|actually"
@@ -34,6 +34,12 @@ _REST = (
     r"|your (?:help|time)|the (?:help|moment))|again|all|then|today|now|already|really|indeed"
     r"|job|work|choice|idea|one|there|here|please|thanks|thank you|with (?:that|this|it)"
     r"|i (?:need|want|wanted|asked|said|think|guess)|we need|we want|to me|robot))*"
+)
+_LEAVE = (
+    r"(?:(?:that|this|it)(?:(?:'s| is|'ll be| will be| would be) (?:all|it|enough|everything)"
+    r"|'ll do| will do)|bye(?: bye)?|goodbye|good night|see you(?: \w+)?"
+    r"|(?:i'm|i am|we're|we are)(?: all)? (?:done|finished|leaving)"
+    rf"|nothing(?: (?:else|more|really))?|no more){_REST}"
 )
 _PATTERNS = (
     _WHY,
@@ -69,15 +75,20 @@ _PATTERNS = (
     rf"(?:many |big )?(?:thanks|thank you|cheers|thx){_REST}",
     rf"(?:good|great|fine|perfect|nice|lovely|wonderful|excellent|awesome|cool|super|brilliant"
     rf"|amazing|well done|well){_REST}",
-    r"(?:hi|hello|hey|good (?:morning|afternoon|evening|night|day)|bye(?: bye)?|goodbye"
-    r"|see you(?: \w+)?|nice to meet you)(?: (?:there|robot|again))?",
+    r"(?:hi|hello|hey|good (?:morning|afternoon|evening|day)|nice to meet you)"
+    r"(?: (?:there|robot|again))?",
     r"have a (?:nice|good|great|lovely) \w+|you're welcome|who are you|what's your name",
-    r"nothing(?: (?:else|more|really))?(?: (?:for now|thanks|please|today))?",
+    _LEAVE,
     r"i (?:don't|do not) (?:know|understand|get it|care|mind)(?: (?:yet|really|that))?",
     r"i (?:love|like|hate) (?:it|that|this)|sounds (?:good|great|fine|wrong|odd)|i see|got it",
-    r"(?:that|this|it)(?:'ll| will) (?:be all|do)|that would be all",
+    r"(?:stop|quit|no more|enough of?) (?:adding|guessing|doing|putting|moving|buying|that)\b.*",
+    rf"{_THAT}(?:'s| is| are|'re) (?:way |far |much )?(?:over|above|more than|beyond)"
+    r" (?:(?:the|my|our) (?:budget|limit)|\W?\d+.{0,20})",
+    r"what (?:did|have) i (?:say|tell|ask|said|told|asked).*|what next|anything else|is that all",
+    r"(?:i|we) (?:said|told you|already said) (?:that|so|no|stop)(?: (?:already|before))?",
 )
 _REMARK = re.compile(f"{_LEAD}(?:{'|'.join(_PATTERNS)})")
+_TAKES_LEAVE = re.compile(_LEAD + _LEAVE)
 _ASKS_WHY = re.compile(_LEAD + _WHY)
 _FILLER = re.compile(r"(?:ok(?:ay)?|and|but|so|well|hm+|oops|sorry|please|now|then|actually)")
 _CLAUSE = re.compile(
@@ -99,6 +110,11 @@ def is_remark(text: str) -> bool:
 def asks_why(text: str) -> bool:
     """Whether a person asks for the reason of what was done."""
     return any(map(_ASKS_WHY.fullmatch, _clauses(text)))
+
+
+def takes_leave(text: str) -> bool:
+    """Whether a person says that they are done, in words that may not end the task."""
+    return any(map(_TAKES_LEAVE.fullmatch, _clauses(text)))
 
 
 def _clauses(text: str) -> list[str]:
