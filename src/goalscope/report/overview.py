@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 from goalscope.experiment.summary import Entry, Table
 from goalscope.experiment.summary_beliefs import AGENT, PAPERS, WHOLE
 from goalscope.report.sections import Section
 
 __all__ = ["summary_of"]
+
+AS_IT_COMES = "as it comes"
 
 Row = dict[str, Entry]
 """What a row has in each column."""
@@ -26,7 +28,7 @@ class _Kind:
         tables: What the names of its tables look like, after that of their part.
         cells: The kind of the cells that they are made of.
         of: Heading of what their titles say after the colon; empty if that is not shown.
-        columns: What is shown of them, each named by how its heading begins.
+        columns: Those of their columns that are shown.
         picked: The rows that are shown.
         notes: As in a table.
     """
@@ -76,14 +78,14 @@ _KINDS = (
         (
             f"{PAPERS}: the paper's belief, with the first model. {WHOLE}: goalscope's, with each "
             f"other one. {AGENT}: the one of an agent that proposes its goals itself.",
-            "Top-1, log-loss (nats) and ECE (in brackets, that of a perfect forecaster) after the "
-            "last turn. AUROC: does it tell that the true goal is not among the goals? Then it "
-            "should propose others, and only then.",
+            "Top-1, log-loss (nats) and expected calibration error after the last turn. AUROC: does it "
+            "tell that the true goal is not among the goals? Then it should propose others, and only "
+            "then.",
         ),
     ),
     _Kind(
         "models",
-        "What an adapter gives",
+        "Models and adapters compared",
         r"models-.*",
         "dialogue",
         "dialogues",
@@ -123,9 +125,9 @@ _KINDS = (
         r"changes-.*",
         "change",
         "",
-        ("belief", "n", "followed within 1", "followed within 3", "first goal leads"),
+        ("belief", "n", "followed within 1", "followed within 2", "followed within 3"),
         list,
-        ("Followed within so many rounds; the first goal should lead before the change.",),
+        ("Followed within k rounds: the second goal was the likeliest after one of them.",),
     ),
 )
 
@@ -133,57 +135,65 @@ _KINDS = (
 def summary_of(sections: Sequence[Section]) -> tuple[Table, ...]:
     """A table for each kind of result that there is, and one of all parts.
 
-    The first column has the name of the part that a row is from, the last how many of the part's
-    cells of this kind were measured.
+    The first column has the name of the part that a row is from. Where cells of its kind are
+    missing, the last says how many there are.
     """
     return (*(table for kind in _KINDS if (table := _table(kind, sections)).rows), _parts(sections))
 
 
 def _table(kind: _Kind, sections: Sequence[Section]) -> Table:
     rows: list[tuple[Entry, ...]] = []
-    headings = dict(zip(kind.columns, kind.columns, strict=True))
     for section in sections:
         pattern = re.compile(rf"{re.escape(section.name)}-{kind.tables}")
+        done, planned = _counts(section, kind.cells)
+        so_far = f"{done:,} of {planned:,}" if done < planned else None
         for table in filter(lambda each: pattern.fullmatch(each.name), section.tables):
             if not table.rows or table.name.endswith("-first-attempts"):
                 continue
-            found = {each: _heading(table, each) for each in kind.columns}
-            headings |= found
             of = (table.title.partition(": ")[2],) if kind.of else ()
             for row in kind.picked([dict(zip(table.columns, r, strict=True)) for r in table.rows]):
-                shown = (row.get(found[each]) for each in kind.columns)
-                rows.append((section.name, *of, *shown, _measured(section, kind.cells)))
-    columns = ("part", *filter(None, [kind.of]), *headings.values(), "cells")
-    return Table(f"summary-{kind.name}", kind.title, columns, tuple(rows), kind.notes)
+                rows.append((section.name, *of, *map(row.get, kind.columns), so_far))
+    columns = ("part", *filter(None, [kind.of]), *kind.columns, "so far")
+    if not any(row[-1] for row in rows):
+        columns, rows = columns[:-1], [row[:-1] for row in rows]
+    table = Table(f"summary-{kind.name}", kind.title, columns, tuple(rows), kind.notes)
+    return _said_once(table)
 
 
-def _heading(table: Table, start: str) -> str:
-    """The first column whose heading is, or else begins like, that; that itself if none does."""
-    return min((each for each in table.columns if each.startswith(start)), key=len, default=start)
+def _said_once(table: Table) -> Table:
+    """The name that all models share, in a note instead of in each row."""
+    if "model" not in table.columns:
+        return table
+    i = table.columns.index("model")
+    names = {str(row[i]).partition(" ")[0] for row in table.rows}
+    if len(names) != 1:
+        return table
+    (name,) = names
+    rows = tuple(
+        (*row[:i], str(row[i]).removeprefix(name).strip() or AS_IT_COMES, *row[i + 1 :])
+        for row in table.rows
+    )
+    note = f"The model is {name}. The embedded model, {AS_IT_COMES}, has an adapter."
+    return replace(table, rows=rows, notes=(*table.notes, note))
 
 
 def _parts(sections: Sequence[Section]) -> Table:
+    rows: list[tuple[Entry, ...]] = []
+    for each in sections:
+        done, planned = _counts(each)
+        cells = f"{done:,} of {planned:,}" if planned else None
+        rows.append((each.name, each.title, cells, ", ".join(c[:6] for c in each.codes) or None))
     codes = {code for section in sections for code in section.codes}
-    rows = tuple(
-        (each.name, each.title, _measured(each), ", ".join(code[:6] for code in each.codes) or None)
-        for each in sections
-    )
     versions = f"{len(codes)} versions" if len(codes) != 1 else "one version"
     note = f"Measured with {versions} of the code, named by how their hashes begin."
-    return Table("summary-parts", "All parts", ("part", "title", "cells", "code"), rows, (note,))
+    columns = ("part", "title", "cells measured", "code")
+    return Table("summary-parts", "All parts", columns, tuple(rows), (note,))
 
 
-def _measured(section: Section, kind: str = "") -> str | None:
-    """How many cells of this kind, or of all, and of how many if that is not all."""
-    counts = list(_counts(section, kind))
-    planned, done = (sum(count[i] for count in counts) for i in (0, 1))
-    if not planned:
-        return None
-    return f"all {done:,}" if done == planned else f"{done:,} of {planned:,}"
-
-
-def _counts(section: Section, kind: str) -> Iterator[tuple[int, int]]:
-    for table in section.tables:
-        for name, planned, done, *_ in table.rows if table.name == f"{section.name}-cells" else ():
-            if kind in ("", name) and isinstance(planned, int) and isinstance(done, int):
-                yield planned, done
+def _counts(section: Section, kind: str = "") -> tuple[int, int]:
+    """How many cells of this kind, or of all, were measured, and how many there are."""
+    name = f"{section.name}-cells"
+    found = [row for table in section.tables if table.name == name for row in table.rows]
+    own = [row for row in found if kind in ("", row[0])]
+    planned, done = (sum(n for row in own if isinstance(n := row[i], int)) for i in (1, 2))
+    return done, planned

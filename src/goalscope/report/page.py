@@ -56,7 +56,7 @@ def markdown(summary: Sequence[Table], skipped: Sequence[str], folder: str) -> s
 def part_markdown(section: Section, back: str) -> str:
     """All tables of a part, with a link back to the summary."""
     parts = [f"# {markdown_text(section.title)}", f"[All results](../{quote(back)})"]
-    parts += [f"**{markdown_text(warning)}**" for warning in section.warnings]
+    parts.append("\n".join(f"> * {markdown_text(warning)}" for warning in section.warnings))
     facts = [("source in the paper", section.source), *section.facts]
     parts.append("\n".join(
         f"* {markdown_text(name)}: {markdown_text(value)}" for name, value in facts if value

@@ -119,7 +119,7 @@ def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list
         name = _unique("beliefs", taken)
         tables = _named([_progress(dialogues), beliefs], name)
         about = (tuple(_facts(done)), tuple(_warnings(dialogues)), tables, (), _codes(done))
-        sections.insert(0, Section(name, "All dialogues", "", "", *about))
+        sections.insert(0, Section(name, "Beliefs before and after", "", "", *about))
     return sections, skipped
 
 
@@ -241,14 +241,13 @@ def incomplete(counts: Mapping[str, tuple[int, int]]) -> Iterator[str]:
     Args:
         counts: How many cells were planned, and how many measured, by what they measure.
     """
-    whole = [what for what, (planned, done) in counts.items() if done == planned]
     parts = [
         f"{what} ({done:,} of {planned:,})"
         for what, (planned, done) in counts.items()
         if done < planned
     ]
     if parts:
-        yield f"Complete: {'; '.join(whole) or 'nothing'}. Not complete: {'; '.join(parts)}."
+        yield f"Complete, except for: {'; '.join(parts)}."
 
 
 def _subject(spec: Mapping[str, Any]) -> str:
