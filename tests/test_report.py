@@ -422,7 +422,7 @@ def test_a_summary_shows_the_papers_belief_and_what_the_other_models_give(tmp_pa
         ("+ mine", "an agent's"),
     ]
     assert [row[:4] for row in models.rows] == [("r", "own, 3 goals each", "+ mine", 12)]
-    assert "so far" not in models.columns
+    assert "cells so far" not in models.columns
 
 
 def test_the_summary_marks_what_is_not_complete(tmp_path: Path) -> None:
@@ -434,7 +434,7 @@ def test_the_summary_marks_what_is_not_complete(tmp_path: Path) -> None:
             results.keep(cell.key, result, {**IDENTITY, "code": cell.key})
     found = read_report(tmp_path / "r.db", draw=False)
     questions, parts = found.summary
-    assert questions.columns[-1] == "so far"
+    assert questions.columns[-1] == "cells so far"
     assert {row[-1] for row in questions.rows} == {"3 of 4"}
     assert parts.rows[0][2] == "3 of 4"
     assert parts.notes[0].startswith("Measured with 3 versions of the code")

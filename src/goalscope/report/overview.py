@@ -78,9 +78,9 @@ _KINDS = (
         (
             f"{PAPERS}: the paper's belief, with the first model. {WHOLE}: goalscope's, with each "
             f"other one. {AGENT}: the one of an agent that proposes its goals itself.",
-            "Top-1, log-loss (nats) and expected calibration error after the last turn. AUROC: does it "
-            "tell that the true goal is not among the goals? Then it should propose others, and only "
-            "then.",
+            "Top-1, log-loss (nats) and expected calibration error after the last turn. AUROC: "
+            "does it tell that the true goal is not among the goals? It should propose others "
+            "then, and only then.",
         ),
     ),
     _Kind(
@@ -153,7 +153,7 @@ def _table(kind: _Kind, sections: Sequence[Section]) -> Table:
             of = (table.title.partition(": ")[2],) if kind.of else ()
             for row in kind.picked([dict(zip(table.columns, r, strict=True)) for r in table.rows]):
                 rows.append((section.name, *of, *map(row.get, kind.columns), so_far))
-    columns = ("part", *filter(None, [kind.of]), *kind.columns, "so far")
+    columns = ("part", *filter(None, [kind.of]), *kind.columns, "cells so far")
     if not any(row[-1] for row in rows):
         columns, rows = columns[:-1], [row[:-1] for row in rows]
     table = Table(f"summary-{kind.name}", kind.title, columns, tuple(rows), kind.notes)
