@@ -45,15 +45,15 @@ class _Kind:
 
 def _believed(rows: list[Row]) -> list[Row]:
     """The paper's belief with the first model of each set, and goalscope's with the others."""
-    models: dict[Entry, list[Entry]] = {}
+    models: dict[Entry, dict[Entry, None]] = {}
     for row in rows:
-        models.setdefault(row["dialogues"], []).append(row["model"])
+        models.setdefault(row["dialogues"], {})[row["model"]] = None
     picked: list[Row] = []
     for row in rows:
-        others = set(models[row["dialogues"]]) - {models[row["dialogues"]][0]}
-        shown = (WHOLE, AGENT) if row["model"] in others or not others else ()
-        papers = row["model"] == models[row["dialogues"]][0] and row["belief"] == PAPERS
-        picked += [row] if papers or row["belief"] in shown else []
+        first, *others = models[row["dialogues"]]
+        papers = row["belief"] == PAPERS and row["model"] == first
+        ours = row["belief"] in (WHOLE, AGENT) and row["model"] in (others or [first])
+        picked += [row] if papers or ours else []
     return picked
 
 
@@ -187,7 +187,7 @@ def _parts(sections: Sequence[Section]) -> Table:
     versions = f"{len(codes)} versions" if len(codes) != 1 else "one version"
     note = f"Measured with {versions} of the code, named by how their hashes begin."
     columns = ("part", "title", "cells measured", "code")
-    return Table("summary-parts", "All parts", columns, tuple(rows), (note,))
+    return Table("summary-parts", "All parts", columns, tuple(rows), (note,) if codes else ())
 
 
 def _counts(section: Section, kind: str = "") -> tuple[int, int]:
