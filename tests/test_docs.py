@@ -279,13 +279,15 @@ def rounded(share: str, loss: str = "") -> str:
 
 @pytest.mark.parametrize("dialogues", ["TEACh", "MultiWOZ", "ALFRED", "Taskmaster-4", "CaSiNo"])
 def test_the_figures_of_the_readme_are_those_of_the_results(dialogues: str) -> None:
-    results = (DOCS / "results.md").read_text(encoding="utf-8")
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     (row,) = (line for line in readme.splitlines() if re.match(rf"\| \d+ {dialogues} ", line))
     n, name = row.split()[1], dialogues.lower().replace("-", "")
-    ours = re.findall(rf"^\| {name}, .*\| \+ forgetting \|.*$", results, re.M)
+    beliefs, results = (
+        (DOCS / "results" / f"{part}.md").read_text(encoding="utf-8") for part in ("beliefs", name)
+    )
+    ours = re.findall(rf"^\| {name}, .*\| \+ forgetting \|.*$", beliefs, re.M)
     without, adapted = [cells(line)[3:6] for line in ours]
-    start = rf"^### Goals inferred from dialogues: {name}, [^\n]* {cells(row)[1]} \w+ goals each, "
+    start = rf"^## Goals inferred from dialogues: {name}, [^\n]* {cells(row)[1]} \w+ goals each, "
     *_, table = re.findall(
         rf"{start}SmolLM2-135M-Instruct, {n} dialogues\n\n(.*?)\n\n", results, re.M | re.S
     )
@@ -312,7 +314,7 @@ def test_the_site_builds_and_asks_other_hosts_for_nothing(tmp_path: Path) -> Non
     build = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)]
     done = subprocess.run(build, cwd=ROOT, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
-    pages = sorted(tmp_path.glob("*.html"))
+    pages = sorted(tmp_path.rglob("*.html"))
     assert len(pages) > 10
     for page in pages:
         text = page.read_text(encoding="utf-8")

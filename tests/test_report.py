@@ -355,6 +355,8 @@ def test_where_there_are_no_results_it_says_how_to_make_some(tmp_path: Path) -> 
     with pytest.raises(InvalidInputError, match="There is no"):
         read_report(tmp_path / "nowhere")
     fill(tmp_path / "r.db", [mcq(1)])
+    fill(tmp_path / "summary.db", [mcq(1)])
+    assert read_report(tmp_path / "summary.db", draw=False).sections[0].name == "summary-2"
     with pytest.raises(InvalidInputError, match="cannot be written"):
         write_report(read_report(tmp_path, draw=False), tmp_path / "r.db" / "sub")
 
@@ -368,18 +370,77 @@ def test_files_of_one_name_do_not_overwrite_each_other(tmp_path: Path) -> None:
     assert names == ["x-cells", "x-mcq", "X-2-cells", "X-2-mcq"]
 
 
-def test_markdown_has_all_tables_and_a_table_of_contents(folder: Path, tmp_path: Path) -> None:
+def test_markdown_has_a_summary_and_a_page_with_all_tables_of_each_part(
+    folder: Path, tmp_path: Path
+) -> None:
     found = read_report(folder, draw=False)
     write_markdown(found, tmp_path / "docs" / "results.md")
     text = (tmp_path / "docs" / "results.md").read_text(encoding="utf-8")
     assert text.startswith("# Results\n")
+    assert "Measured with one version of the code" in text
+    assert {f.stem for f in (tmp_path / "docs" / "results").iterdir()} == {
+        section.name for section in found.sections
+    }
+    made = 0
     for section in found.sections:
-        for name in (section.name, *(table.name for table in section.tables)):
-            assert f"](#{name})" in text
-            assert text.count(f'<a id="{name}"></a>') == 1
-    assert text.count("Made by ` make it `") == 3
+        assert f"| [{section.name}](results/{section.name}.md) |" in text
+        page = (tmp_path / "docs" / "results" / f"{section.name}.md").read_text(encoding="utf-8")
+        assert "[All results](../results.md)" in page
+        made += page.count("Made by ` make it `")
+        text += page
+        for table in section.tables:
+            assert page.count(f'<a id="{table.name}"></a>') == 1
+    assert made == 3
     assert "<script" not in text
     assert "\x1b" not in text
+
+
+def test_each_figure_of_the_summary_stands_in_the_part_that_it_names(folder: Path) -> None:
+    found = read_report(folder, draw=False)
+    *kinds, parts = found.summary
+    assert [t.name.removeprefix("summary-") for t in kinds] == ["beliefs", "episodes", "mcq"]
+    assert [row[0] for row in parts.rows] == [section.name for section in found.sections]
+    assert {row[3] for row in parts.rows} == {"abc"}
+    rows = {s.name: [set(r) for t in s.tables for r in t.text_rows()] for s in found.sections}
+    for table in kinds:
+        shown = [i for i, column in enumerate(table.columns) if column not in ("part", "episodes")]
+        shown = [i for i in shown if table.columns[i] != "model"]
+        for row, text in zip(table.rows, table.text_rows(), strict=True):
+            assert any({text[i] for i in shown} <= each for each in rows[str(row[0])]), text
+
+
+def test_a_summary_shows_the_papers_belief_and_what_the_other_models_give(tmp_path: Path) -> None:
+    plain, adapted = ({"adapter": name} for name in ("none", "mine"))
+    cells = [dialogue(n) for n in range(12)]
+    both = [({**spec, "model": model}, it) for model in (plain, adapted) for spec, it in cells]
+    fill(tmp_path / "r.db", both)
+    beliefs, models, _ = read_report(tmp_path / "r.db", draw=False).summary
+    shown = [dict(zip(beliefs.columns, row, strict=True)) for row in beliefs.rows]
+    assert [(row["model"], row["belief"]) for row in shown] == [
+        ("without adapter", "Eq. 1"),
+        ("+ mine", "+ forgetting"),
+        ("+ mine", "an agent's"),
+    ]
+    assert [row[:4] for row in models.rows] == [("r", "own, 3 goals each", "+ mine", 12)]
+    assert "cells so far" not in models.columns
+
+
+def test_the_summary_marks_what_is_not_complete(tmp_path: Path) -> None:
+    cells = [mcq(n) for n in range(4)]
+    with Results.open(tmp_path / "r.db") as results:
+        planned = results.plan([spec for spec, _ in cells])
+        results.ask_for(planned)
+        for cell, (_, result) in zip(planned[:3], cells, strict=False):
+            results.keep(cell.key, result, {**IDENTITY, "code": cell.key})
+    found = read_report(tmp_path / "r.db", draw=False)
+    questions, parts = found.summary
+    assert questions.columns[-1] == "cells so far"
+    assert {row[-1] for row in questions.rows} == {"3 of 4"}
+    assert parts.rows[0][2] == "3 of 4"
+    assert parts.notes[0].startswith("Measured with 3 versions of the code")
+    assert re.fullmatch(
+        r"Complete, except for: mcq, .* \(3 of 4\)\.", found.sections[0].warnings[0]
+    )
 
 
 def test_the_command_writes_or_prints(folder: Path, tmp_path: Path) -> None:

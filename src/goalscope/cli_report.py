@@ -22,7 +22,8 @@ def report(
         typer.Option(metavar="DIR", help="Folder to write into.  [default: report, beside them]"),
     ] = None,
     markdown: Annotated[
-        Path | None, typer.Option(metavar="FILE.md", help="Also all tables as one document.")
+        Path | None,
+        typer.Option(metavar="FILE.md", help="Also the summary, and all tables in FILE/."),
     ] = None,
     as_json: Json = False,
 ) -> None:

@@ -221,7 +221,7 @@ def few_notes(table: Table) -> tuple[str, ...]:
     least = min((n for n in found if isinstance(n, int)), default=FEW)
     if least >= FEW:
         return ()
-    what = "profiles" if "profiles" in counts else "cases"
+    what = ("profile" if "profiles" in counts else "case") + "s" * (least != 1)
     return (f"Of {least} {what} an interval says little: so few hardly tell how others differ.",)
 
 

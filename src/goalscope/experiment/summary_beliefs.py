@@ -15,20 +15,22 @@ from goalscope.experiment.predictors import among_goals
 from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate, Measured, Table
 from goalscope.experiment.summary_dialogues import EPS, by_settings, mean_of
 from goalscope.goals import UNEXPLAINED
-from goalscope.stats import auroc
+from goalscope.stats import auroc, reliability
 
-__all__ = ["belief_table"]
+__all__ = ["AGENT", "PAPERS", "WHOLE", "belief_table"]
 
 Array = npt.NDArray[np.float64]
 
 TURN = 3
 """By this turn, or by the last of a shorter dialogue, it is to be known that a goal is missing."""
 
+PAPERS = "Eq. 1"
 WHOLE = "+ forgetting"
 AGENT = "an agent's"
 
 COLUMNS = (
-    *("dialogues", "model", "belief", "n", "top-1", "log-loss", "open log-loss", "AUROC"),
+    *("dialogues", "model", "belief", "n", "top-1", "log-loss", "ECE"),
+    *("open log-loss", "AUROC"),
     *("proposes if absent", "proposes if present"),
     *(f"{100 * (1 - EPS):g} % set holds it if {kind}" for kind in ("present", "absent")),
     f"goals in the {100 * (1 - EPS):g} % set",
@@ -41,9 +43,9 @@ NOTES = (
     "calibration of an agent that proposes its goals itself.",
     "They are fitted together, so that a part by itself may do harm. Switching and forgetting are "
     "for minds that change, and cost log-loss where nobody changes theirs.",
-    "Top-1 and log-loss (nats) after the last turn, among the goals alone. Open log-loss: of what "
-    "is true over all turns, half of the time with the true goal left out, where Unspecified is "
-    "the truth, otherwise with a wrong goal left out.",
+    "Top-1, log-loss (nats) and expected calibration error after the last turn, among the goals "
+    "alone. Open log-loss: of what is true over all turns, half of the time with the true goal "
+    "left out, where Unspecified is the truth, otherwise with a wrong goal left out.",
     f"AUROC: how well the posterior of Unspecified tells the two apart by turn {TURN}. Proposes: "
     f"share of dialogues in which goals would be proposed after one of the first {TURN} turns, "
     "which they should be if the true goal is absent: under Eq. 1 once Unspecified is the "
@@ -88,7 +90,7 @@ def _parts(own: Calibration) -> Mapping[str, Calibration]:
     reference = replace(warm, reference=own.reference)
     changing = replace(reference, switching=own.switching)
     return {
-        "Eq. 1": PAPER,
+        PAPERS: PAPER,
         "+ prior": prior,
         "+ temperature": warm,
         "+ reference": reference,
@@ -108,6 +110,7 @@ def _rows(dialogues: Sequence[Observed], own: Calibration) -> Iterator[tuple[Ent
         top1 = [
             float(row.argmax() == each.truth) for row, each in zip(closed, dialogues, strict=True)
         ]
+        ece = reliability([float(np.exp(row.max())) for row in closed], top1).ece
         loss = [-float(row[each.truth]) for row, each in zip(closed, dialogues, strict=True)]
         beliefs = tables.believe(way)
         then: Array = beliefs[:, everyone, by_then]
@@ -121,6 +124,7 @@ def _rows(dialogues: Sequence[Observed], own: Calibration) -> Iterator[tuple[Ent
             len(dialogues),
             mean_of(top1, groups, "top1"),
             mean_of(loss, groups, "log_loss"),
+            ece,
             mean_of(tables.losses(beliefs).tolist(), groups, "log_loss"),
             Estimate(*auroc(odds[1], odds[0], groups)) if len(set(groups)) > 1 else None,
             mean_of(absent, groups, "leads"),

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from goalscope.report.page import markdown, page
+from goalscope.experiment.summary import Table
+from goalscope.report.overview import summary_of
+from goalscope.report.page import markdown, page, part_markdown
 from goalscope.report.sections import Section, sections_of
 from goalscope.types import InvalidInputError
 
@@ -18,10 +20,12 @@ class Report:
 
     Attributes:
         sections: One for each file.
+        summary: The rows of their tables that tell most; the first column names the section.
         skipped: Why other files of the folder are not among them.
     """
 
     sections: tuple[Section, ...]
+    summary: tuple[Table, ...]
     skipped: tuple[str, ...]
 
 
@@ -37,7 +41,7 @@ def read_report(source: Path, *, draw: bool = True) -> Report:
         GoalscopeError: The file cannot be read, or packages are missing.
     """
     sections, skipped = sections_of(source, draw=draw)
-    return Report(tuple(sections), tuple(skipped))
+    return Report(tuple(sections), summary_of(sections), tuple(skipped))
 
 
 def write_report(report: Report, out: Path) -> Path:
@@ -60,20 +64,23 @@ def write_report(report: Report, out: Path) -> Path:
         for figure in section.figures:
             _write(out / "figures" / f"{figure.name}.svg", figure.drawing.svg)
             _write(out / "figures" / f"{figure.name}.png", figure.drawing.png)
-        for table in section.tables:
-            _write(out / "tables" / f"{table.name}.csv", table.to_csv())
-            _write(out / "tables" / f"{table.name}.tex", table.to_latex())
-    _write(target, page(report.sections, report.skipped))
+    for table in (*report.summary, *(each for part in report.sections for each in part.tables)):
+        _write(out / "tables" / f"{table.name}.csv", table.to_csv())
+        _write(out / "tables" / f"{table.name}.tex", table.to_latex())
+    _write(target, page(report.sections, report.summary, report.skipped))
     return target
 
 
 def write_markdown(report: Report, file: Path) -> None:
-    """Write all tables as one document, with a table of contents.
+    """Write the summary, and all tables as a document for each part in a folder of its name.
 
     Raises:
         InvalidInputError: The file cannot be written.
     """
-    _write(file, markdown(report.sections, report.skipped))
+    folder = file.with_suffix("")
+    for section in report.sections:
+        _write(folder / f"{section.name}.md", part_markdown(section, file.name))
+    _write(file, markdown(report.summary, report.skipped, folder.name))
 
 
 def _write(file: Path, content: str | bytes) -> None:

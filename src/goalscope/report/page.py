@@ -1,4 +1,4 @@
-"""A report as a page that stands by itself, and as one document of tables."""
+"""A report as a page that stands by itself, and as documents of tables."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import cache
 from importlib.resources import files
 from typing import Any
+from urllib.parse import quote
 
 from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
@@ -17,13 +18,13 @@ from goalscope.report.drawing import clean
 from goalscope.report.figures import Figure
 from goalscope.report.sections import Section
 
-__all__ = ["markdown", "page"]
+__all__ = ["markdown", "page", "part_markdown"]
 
 OPEN = 4
 """So many grouped figures of a section are shown at once; more are folded away by group."""
 
 
-def page(sections: Sequence[Section], skipped: Sequence[str]) -> str:
+def page(sections: Sequence[Section], summary: Sequence[Table], skipped: Sequence[str]) -> str:
     """HTML with its style and its pictures inside; it asks for nothing else."""
     rows = [
         {
@@ -34,40 +35,50 @@ def page(sections: Sequence[Section], skipped: Sequence[str]) -> str:
         }
         for section in sections
     ]
-    return _template().render(sections=rows, skipped=skipped)
+    head = [_grid(table) for table in summary]
+    return _template().render(sections=rows, summary=head, skipped=skipped)
 
 
-def markdown(sections: Sequence[Section], skipped: Sequence[str]) -> str:
-    """All tables, with a table of contents."""
+def markdown(summary: Sequence[Table], skipped: Sequence[str], folder: str) -> str:
+    """The summary; the first column of each table leads to a part's page in the folder."""
     parts = ["# Results", INTRODUCTION]
-    parts.append("\n".join(
-        f"* [{markdown_text(section.title)}](#{section.name})" + "".join(
-            f"\n    * [{markdown_text(table.title)}](#{table.name})" for table in section.tables
-        )
-        for section in sections
-    ))  # fmt: skip
     parts += [f"Left out: {markdown_text(why)}" for why in skipped]
-    for section in sections:
-        parts.append(f'<a id="{section.name}"></a>\n\n## {markdown_text(section.title)}')
-        facts = [("source in the paper", section.source), *section.facts]
-        parts.append("\n".join(
-            f"* {markdown_text(name)}: {markdown_text(value)}" for name, value in facts if value
-        ))  # fmt: skip
-        parts += [f"**{markdown_text(warning)}**" for warning in section.warnings]
-        for command in section.command.splitlines():
-            fenced = Table("", "", (), (), (), command).to_markdown()
-            parts.append(fenced[fenced.index("Made by") :].strip())
-        for table in section.tables:
-            text = replace(table, command="").to_markdown().strip()
-            parts.append(f'<a id="{table.name}"></a>\n\n{text}')
+    for table in summary:
+        lines = _markdown(table).splitlines()
+        for i, (name, *_) in enumerate(table.rows, 4):  # after the title and the headings
+            first = f"| {markdown_text(str(name))} |"
+            link = f"| [{first[2:-2]}]({quote(folder)}/{quote(str(name))}.md) |"
+            lines[i] = lines[i].replace(first, link, 1)
+        parts.append("\n".join(lines))
+    return "\n\n".join(parts) + "\n"
+
+
+def part_markdown(section: Section, back: str) -> str:
+    """All tables of a part, with a link back to the summary."""
+    parts = [f"# {markdown_text(section.title)}", f"[All results](../{quote(back)})"]
+    parts.append("\n".join(f"> * {markdown_text(warning)}" for warning in section.warnings))
+    facts = [("source in the paper", section.source), *section.facts]
+    parts.append("\n".join(
+        f"* {markdown_text(name)}: {markdown_text(value)}" for name, value in facts if value
+    ))  # fmt: skip
+    for command in section.command.splitlines():
+        fenced = Table("", "", (), (), (), command).to_markdown()
+        parts.append(fenced[fenced.index("Made by") :].strip())
+    for table in section.tables:
+        parts.append(f'<a id="{table.name}"></a>\n\n{_markdown(replace(table, command=""))}')
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
+def _markdown(table: Table) -> str:
+    """A table below the title of a page."""
+    return table.to_markdown().strip().removeprefix("#")
+
+
 INTRODUCTION = (
-    "Made by `goalscope report` from files of results; every figure in it is computed from cells "
-    "that were each measured once. Each part names the command that makes its results again, and "
-    "hashes of the code, the prompts and the model weights that they were measured with. Brackets "
-    "hold 95 % intervals, unless a note says what else."
+    "What agents that infer people's goals believed, did and achieved. Made by `goalscope report`: "
+    "every figure is computed from cells that were each measured once. Brackets hold 95 % "
+    "intervals, unless a note says what else. Each part has a page with all of its tables, the "
+    "command that makes them again, and hashes of the code, the prompts and the model weights."
 )
 
 

@@ -6,14 +6,15 @@ import json
 import sqlite3
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from goalscope.database.errors import explained
 from goalscope.experiment.results import Cell, Results
-from goalscope.experiment.summary import Entry, Estimate, Measured, Table, slug
+from goalscope.experiment.summary import Entry, Estimate, Table, slug
 from goalscope.experiment.summary_beliefs import belief_table
 from goalscope.experiment.summary_changes import read_changes
 from goalscope.experiment.summary_dialogues import read_dialogues
@@ -34,7 +35,7 @@ from goalscope.study.book import Book
 from goalscope.study.summary import study_tables
 from goalscope.types import GoalscopeError, InvalidInputError
 
-__all__ = ["Section", "sections_of"]
+__all__ = ["Section", "incomplete", "sections_of"]
 
 SHOWN = 5
 """Different errors that are shown."""
@@ -53,6 +54,7 @@ class Section:
         warnings: What one must know before one trusts a figure, a sentence each.
         tables: How many cells there are; then what came of them.
         figures: In the order in which they are shown.
+        codes: Hashes of the code that its cells were measured with.
     """
 
     name: str
@@ -63,6 +65,7 @@ class Section:
     warnings: tuple[str, ...]
     tables: tuple[Table, ...]
     figures: tuple[Figure, ...]
+    codes: tuple[str, ...] = ()
 
 
 def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list[str]]:
@@ -87,16 +90,15 @@ def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list
     files = [source] if alone else sorted(source.glob("*.db"))
     sections: list[Section] = []
     skipped: list[str] = []
-    measured: list[Measured] = []
-    taken: set[str] = set()
+    dialogues: list[Cell] = []
+    taken = {"summary"}
     for file in files:
         try:
             with _copied(file) as results:
                 name = _unique(slug(str(results.about.get("name") or file.stem)), taken)
                 section = _section(results, name, file.stem, draw)
-                measured += [
-                    (cell.spec, cell.result) for cell in results.asked_for() if cell.result
-                ]
+                asked = results.asked_for()
+                dialogues += [cell for cell in asked if cell.spec.get("kind") == "dialogue"]
         except GoalscopeError as error:
             if alone:
                 raise
@@ -112,10 +114,12 @@ def sections_of(source: Path, *, draw: bool = True) -> tuple[list[Section], list
         raise InvalidInputError(
             f"{source} holds no results.{why} Make some with `goalscope experiment run` or `bench`."
         )
-    if (beliefs := belief_table(measured)).rows:
+    done = [cell for cell in dialogues if cell.result]
+    if (beliefs := belief_table((cell.spec, cell.result or {}) for cell in done)).rows:
         name = _unique("beliefs", taken)
-        table = _named([beliefs], name)
-        sections.insert(0, Section(name, "All dialogues", "", "", (), (), table, ()))
+        tables = _named([_progress(dialogues), beliefs], name)
+        about = (tuple(_facts(done)), tuple(_warnings(dialogues)), tables, (), _codes(done))
+        sections.insert(0, Section(name, "Beliefs before and after", "", "", *about))
     return sections, skipped
 
 
@@ -159,6 +163,7 @@ def _section(results: Results, name: str, stem: str, draw: bool) -> Section | No
         tuple(_warnings(cells)),
         _named(tables, name),
         tuple(_figures(results, name, done, tables)) if draw else (),
+        _codes(done),
     )
 
 
@@ -230,11 +235,45 @@ def _facts(done: Sequence[Cell]) -> Iterator[tuple[str, str]]:
         yield what, ", ".join(f"{key} {found[key]}" for key in order)
 
 
+def incomplete(counts: Mapping[str, tuple[int, int]]) -> Iterator[str]:
+    """A sentence that says what is complete and what is not; none where all is.
+
+    Args:
+        counts: How many cells were planned, and how many measured, by what they measure.
+    """
+    parts = [
+        f"{what} ({done:,} of {planned:,})"
+        for what, (planned, done) in counts.items()
+        if done < planned
+    ]
+    if parts:
+        yield f"Complete, except for: {'; '.join(parts)}."
+
+
+def _subject(spec: Mapping[str, Any]) -> str:
+    """What a cell measures, in a few words: its kind, where, and the model that acts."""
+    runs = [*spec["of"]] if spec["kind"] == "compare" else [spec.get("of", spec)]
+    run: Mapping[str, Any] = runs[0]
+    where = run.get("set") or run.get("settings", {}).get("domain")
+    return ", ".join(filter(None, (str(spec["kind"]), where, model_label(run["model"]))))
+
+
 def _identities(done: Sequence[Cell]) -> Counter[str]:
     return Counter(json.dumps(cell.identity, sort_keys=True) for cell in done if cell.identity)
 
 
+def _codes(done: Sequence[Cell]) -> tuple[str, ...]:
+    codes = (cell.identity.get("code") for cell in done if cell.identity)
+    return tuple(dict.fromkeys(code for code in codes if code))
+
+
 def _warnings(cells: Sequence[Cell]) -> Iterator[str]:
+    counts: dict[str, tuple[int, int]] = {}
+    for cell in cells:
+        label = _subject(cell.spec)
+        planned, done = counts.get(label, (0, 0))
+        counts[label] = planned + 1, done + (cell.result is not None)
+    yield from incomplete(counts)
     yield from warnings_of(cells)
     failed = [cell for cell in cells if cell.result is None and cell.error]
     for error, n in Counter(cell.error for cell in failed).most_common(SHOWN):
