@@ -45,6 +45,19 @@ def test_a_past_goal_is_a_candidate_if_the_words_are_for_it() -> None:
     assert back.kind == new.kind == "added"
 
 
+def test_what_speaks_of_the_prompts_examples_is_no_goal() -> None:
+    lines = (
+        "- eat soup without any poison\n- take the parents to the soup\n- goals: soup\n- eat soup"
+    )
+    model = WordModel({"name what the human may want": lines})
+    turns = [Turn("Yes?", "soup soup")]
+    found = propose(model, RolePlay(model), "t", turns, [UNSPECIFIED])
+    assert {change.goal.text for change in found} == {"eat soup", "take the parents to the soup"}
+    said = [Turn("Yes?", "soup without poison")]
+    found = propose(model, RolePlay(model), "t", said, [UNSPECIFIED])
+    assert Goal("eat soup without any poison") in {change.goal for change in found}
+
+
 def test_drawn_lines_are_distinct_and_clean() -> None:
     model = WordModel({"lists of what is needed": "1. Lamp.\n- lamp\nHere you are:\n* 'a book'"})
     assert drawn_lines(model, "relevant", draws=2, seed=0, goal="read") == ["Lamp", "a book"]

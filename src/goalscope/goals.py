@@ -43,6 +43,12 @@ _SPEAKERS = {
 }
 """Who is asked what: those who answer with something harmful, and with something harmless."""
 
+_BORROWED = 2
+"""Words of the prompt's examples that nobody said, from which on a goal speaks of those."""
+
+_COMMON = frozenset(("with", "that", "have", "want", "keep", "take", "show", "they", "them"))
+"""Words of the examples that any goal may have."""
+
 _BULLET = re.compile(r"^\s*(?:[-*•]|\d+[.)])\s*")
 
 
@@ -193,9 +199,14 @@ def drawn_lines(
             whole = whole[:-1]
         for line in whole:
             text = " ".join(_BULLET.sub("", line).split()).strip(" .,;\"'")
-            if 2 <= len(text) <= 100 and not text.endswith(":"):
+            if 2 <= len(text) <= 100 and not re.search(r":(?: |$)", text):
                 lines.setdefault(meaning(text), text)
     return list(lines.values())
+
+
+def _words(text: str) -> set[str]:
+    """The words of `text` that may tell what it is about."""
+    return {*re.findall(r"[^\W\d_]{4,}", text.casefold())} - _COMMON
 
 
 def propose(
@@ -215,9 +226,12 @@ def propose(
     Several lists are drawn from the model. With a likelihood, those `keep` candidates are taken
     that explain the person's words best, and better than no goal; without one, the first
     `keep`. Goals of the `past`, which were removed when other words had been said, are candidates
-    again, where there is a likelihood.
+    again, where there is a likelihood. What speaks of the prompt's examples is none.
     """
     known = {meaning(goal.text) for goal in (*goals, *past)}
+    examples = render("propose", task=task, turns=(), goals=())[1:-1]
+    spoken = _words(" ".join([task, *(turn.utterance for turn in turns)]))
+    borrowed = _words(" ".join(message.content for message in examples)) - spoken
     candidates = [*past] if likelihood else []
     candidates += [
         Goal(text)
@@ -230,7 +244,7 @@ def propose(
             turns=recent(generator, turns, 6),
             goals=[goal for goal in goals if goal != UNSPECIFIED],
         )
-        if meaning(text) not in known
+        if meaning(text) not in known and len(_words(text) & borrowed) < _BORROWED
     ]
     if likelihood is None:
         return [GoalChange("added", goal, "the model proposed it") for goal in candidates[:keep]]
