@@ -99,7 +99,7 @@ def test_the_person_is_told_what_is_held_back() -> None:
     assert agent.tracker is not None
     agent._wants = lambda turns: [Want("read", 0.55), Want("sleep", 0.45)]
     round = agent.step("What?", "hello there")
-    assert "Not before it is clear what you want: lamp." in round.notes
+    assert "Held back until it is clear what you want: lamp." in round.notes
 
 
 def test_what_serves_all_likely_goals_is_done_at_once() -> None:

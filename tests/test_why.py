@@ -111,6 +111,15 @@ def test_words_add_up_to_what_their_turn_says(way, goal) -> None:
         assert abs(reason.evidence) > 0.1
 
 
+def test_words_are_weighed_however_few_they_are_and_late_a_goal_was_confirmed() -> None:
+    likelihood = RolePlay(Speller())
+    turns = [*TURNS, *TURNS, Turn("Sure?", "a")]
+    belief = belief_of(likelihood.log_likelihood("t", SUPPORT, turns)).pin(CAKE)
+    found = word_evidence(likelihood, "t", belief, turns, CAKE)
+    assert [word for word, _ in found] == ["a"]
+    assert found[0][1] == pytest.approx(reasons(belief, turns, CAKE)[-1].evidence)
+
+
 def test_a_word_is_all_its_tokens_and_the_space_before_it() -> None:
     likelihood = RolePlay(Speller())
     belief = belief_of(likelihood.log_likelihood("t", SUPPORT, TURNS))

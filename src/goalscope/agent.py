@@ -362,7 +362,7 @@ class Agent:
         if outcome.guessed:
             yield f"Guessed, not asked for: {', '.join(outcome.guessed)}."
         for held in outcome.held:
-            yield f"Not before it is clear what you want: {held}."
+            yield f"Held back until it is clear what you want: {held}."
 
 
 def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator[Round]:
