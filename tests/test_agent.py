@@ -317,6 +317,14 @@ def test_failures_beyond_the_third_are_counted() -> None:
     assert sum(note.startswith("Not done:") for note in round.notes) == 3
 
 
+def test_goals_are_proposed_for_a_changed_mind_whatever_explains_the_words(monkeypatch) -> None:
+    monkeypatch.setattr("goalscope.tracker.incomplete", lambda *_, **__: False)
+    agent = Agent(LampRoom(), WordModel(REPLIES))
+    assert not agent.step("What now?", "lamp light please").changes
+    added = agent.step("And now?", "I changed my mind, lamp light please").changes
+    assert {change.kind for change in added} == {"added"}
+
+
 def test_nothing_is_guessed_for_an_order() -> None:
     env = Obeys(["lamp", "light"], asked="again")
     agent = Agent(env, WordModel(REPLIES), planner=Planner(WordModel(REPLIES), limit=1))

@@ -98,7 +98,7 @@ def test_the_person_is_told_what_is_held_back() -> None:
     agent.correct("pin", "read")
     assert agent.tracker is not None
     agent._wants = lambda turns: [Want("read", 0.55), Want("sleep", 0.45)]
-    round = agent.step("What?", "well then")
+    round = agent.step("What?", "more light")
     assert "Held back until it is clear what you want: lamp." in round.notes
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from goalscope.envs.remarks import asks_why, is_remark, takes_leave
+from goalscope.envs.remarks import asks_why, changes_mind, is_remark, takes_leave
 
 REMARKS = """
 Why did you add that?
@@ -181,3 +181,21 @@ def test_who_asks_why_asks_for_a_reason() -> None:
 )
 def test_who_is_done_takes_leave(text: str, *, leaves: bool) -> None:
     assert takes_leave(text) is leaves
+
+
+@pytest.mark.parametrize(
+    ("text", "changes"),
+    [
+        ("Sorry, I changed my mind. Not lasagna, let's make a curry instead.", True),
+        ("Not lasagna, a vegetable curry instead", True),
+        ("On second thought, we'd rather grill.", True),
+        ("Forget the cake, let's have ice cream", True),
+        ("Let's make soup instead!", True),
+        ("Almond milk instead of milk", False),
+        ("I never change my shirt. Instead I wash it.", False),
+        ("Let's use oil instead of butter", False),
+        ("My mind is made up", False),
+    ],
+)
+def test_who_changes_their_mind_says_so(text: str, *, changes: bool) -> None:
+    assert changes_mind(text) is changes

@@ -8,6 +8,7 @@ from typing import Literal, cast, get_args
 from goalscope.belief import Belief
 from goalscope.calibration import Calibration
 from goalscope.calibrations import NAMED, calibration_named
+from goalscope.envs.remarks import changes_mind
 from goalscope.episode import Round
 from goalscope.goals import GoalManager, incomplete, made_from
 from goalscope.likelihood import Likelihood, PromptedRanking, RolePlay
@@ -206,6 +207,9 @@ class GoalTracker:
     ) -> tuple[list[GoalChange], bool]:
         """After a turn, propose goals if none explains the words, and remove what is unfit.
 
+        Goals are proposed as well where the person says that they have changed their mind: what
+        they drop is named in the same words, and so explained by the old goals.
+
         Args:
             goals: Proposes and removes (Sec. 3.2).
             rounds: All before this turn.
@@ -221,7 +225,7 @@ class GoalTracker:
         since = made_from([round.changes for round in rounds])
         added: list[GoalChange] = []
         missing = propose and incomplete(self.belief, goals.propose, since=since)
-        if missing:
+        if missing or (propose and changes_mind(self.turns[-1].utterance)):
             progress("proposing goals")
             past = [*(change for round in rounds for change in round.changes), *corrections]
             added = goals.added(self.likelihood, self.belief, self.turns, past)

@@ -75,7 +75,10 @@ def word_evidence(
         the calibration. Spaces belong to the word after them.
     """
     pieces, table = likelihood.token_log_likelihood(task, belief.goals, turns)
-    place, counted = belief.goals.index(goal), replace(belief, log_likelihood=table, pinned=()).evidence
+    place, counted = (
+        belief.goals.index(goal),
+        replace(belief, log_likelihood=table, pinned=()).evidence,
+    )
     gains = counted[:, place] - _mean_of_others(counted, place)
     words: list[tuple[str, float]] = []
     for piece, gain in zip(pieces, gains.tolist(), strict=True):

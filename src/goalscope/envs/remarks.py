@@ -6,7 +6,7 @@ import re
 
 from goalscope.envs.speech import evened
 
-__all__ = ["asks_why", "is_remark", "takes_leave"]
+__all__ = ["asks_why", "changes_mind", "is_remark", "takes_leave"]
 
 _LEAD = (
     r"(?:(?:ok(?:ay)?|and|but|so|well|hey|hi|hello|hm+|wait|oops|sorry|please|now|then|actually"
@@ -88,6 +88,11 @@ _PATTERNS = (
     r"(?:i|we) (?:said|told you|already said) (?:that|so|no|stop)(?: (?:already|before))?",
 )
 _REMARK = re.compile(f"{_LEAD}(?:{'|'.join(_PATTERNS)})")
+_CHANGES_MIND = re.compile(
+    r"\bchang(?:ed?|ing) (?:my|our) minds?\b|\bon second thoughts?\b"
+    r"|\b(?:not|forget|scrap|scratch|drop|never ?mind)\b[^.;!?]{1,60}\b(?:let's|instead)\b"
+    r"|\blet's\b[^.;!?]{1,60}\binstead\b(?! of)"
+)
 _TAKES_LEAVE = re.compile(_LEAD + _LEAVE)
 _ASKS_WHY = re.compile(_LEAD + _WHY)
 _FILLER = re.compile(r"(?:ok(?:ay)?|and|but|so|well|hm+|oops|sorry|please|now|then|actually)")
@@ -110,6 +115,11 @@ def is_remark(text: str) -> bool:
 def asks_why(text: str) -> bool:
     """Whether a person asks for the reason of what was done."""
     return any(map(_ASKS_WHY.fullmatch, _clauses(text)))
+
+
+def changes_mind(text: str) -> bool:
+    """Whether a person says that they want something else than before."""
+    return bool(_CHANGES_MIND.search(evened(text)))
 
 
 def takes_leave(text: str) -> bool:
