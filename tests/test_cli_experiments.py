@@ -47,7 +47,7 @@ def here(tmp_path, monkeypatch):
     monkeypatch.delenv("GOALSCOPE_DATA", raising=False)
     monkeypatch.delenv("GOALSCOPE_RESULTS", raising=False)
     for module in (work, identity):
-        monkeypatch.setattr(module, "opened", lambda model: NamedModel())
+        monkeypatch.setattr(module, "opened", lambda model, *_: NamedModel())
     monkeypatch.setattr(identity, "_fingerprints", {})
     (tmp_path / "q.jsonl").write_text("".join(json.dumps(row) + "\n" for row in QUESTIONS))
     rows = (DIALOGUE, {**DIALOGUE, "id": 2, "true": "wash the car"})
@@ -94,6 +94,15 @@ def test_questions_are_measured_once_and_printed(here):
     assert again.exit_code == 0
     assert "Isolated inference" in again.stdout
     assert [cell.attempts for cell in cells("mcq-q")] == [1, 1, 1]
+
+
+def test_a_first_use_is_reported_while_the_model_is_opened(here, monkeypatch):
+    told = []
+    monkeypatch.setattr(
+        identity, "opened", lambda model, report=None: told.append(report) or NamedModel()
+    )
+    tables("bench", "mcq", "q.jsonl", "--limit", "1")
+    assert callable(told[0])
 
 
 @pytest.mark.parametrize("width", [50, 80, 200])

@@ -25,7 +25,7 @@ from goalscope.cli_options import (
     Tokenizer,
     Writer,
 )
-from goalscope.terminal import console, model_names, progress
+from goalscope.terminal import console, measuring, model_names, progress
 from goalscope.types import GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -216,6 +216,7 @@ def _run(
     as_json: bool,
 ) -> None:
     from goalscope.datasets import named_folder
+    from goalscope.experiment.identity import opened
     from goalscope.experiment.plan import judging, specs_of
     from goalscope.experiment.results import Results
     from goalscope.experiment.run import run, sole
@@ -240,6 +241,9 @@ def _run(
     failed: list[str] = []
     done = total = 0
     with sole(path), Results.open(path) as kept:
+        with measuring("Loading the model") as report:
+            for spec in specs[:1]:
+                opened(spec["model"], report)
         try:
             with progress(plan.title or plan.name) as show:
                 for step in run(

@@ -63,7 +63,7 @@ def measuring(what: str) -> Generator[Callable[[str, float], None]]:
         task = bar.add_task(what, total=None)
 
         def report(step: str, share: float) -> None:
-            text = f"Measuring how the model runs fastest here: {step}"
+            text = f"Measuring this machine, once: {step}"
             bar.update(task, description=text, total=1.0, completed=share)
 
         yield report
