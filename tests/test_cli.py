@@ -170,6 +170,7 @@ def test_an_unknown_option_is_a_usage_error():
         ({**ROW, "id": "b", "goals": []}, '"goals"'),
         ({**ROW, "id": "b", "goals": ["x", 7]}, "goal 2"),
         ({**ROW, "id": "b", "goals": ["\ud800"]}, "surrogate"),
+        ({**ROW, "id": "b", "goals": ["x", " unspecified."]}, "always counts besides"),
     ],
 )
 def test_a_broken_row_is_named_before_anything_is_written(tmp_path, broken, cause):
@@ -182,7 +183,7 @@ def test_a_broken_row_is_named_before_anything_is_written(tmp_path, broken, caus
 
 def test_infer_writes_a_belief_per_turn_and_continues_after_a_crash(tmp_path):
     out = tmp_path / "out.jsonl"
-    file = rows_file(tmp_path, ROW, "", {**ROW, "id": 2, "goals": ["cook soup", "cook soup"]})
+    file = rows_file(tmp_path, ROW, "", {**ROW, "id": 2, "goals": ["cook soup", "Cook  soup."]})
     said = invoke("infer", file, "--out", out)
     assert (said.exit_code, said.stdout) == (0, "")
     assert said.stderr.splitlines()[-1] == f"{out}: 2 dialogues, 4 turns"

@@ -99,7 +99,7 @@ def chat(
             words = input("You    ")
             if not sys.stdin.isatty():
                 out.print(plain(words))
-            if words.strip().casefold() in ("quit", "exit"):
+            if words.strip().casefold().removeprefix("/") in ("quit", "exit"):
                 raise EOFError
             if not words.lstrip().startswith("/"):
                 busy.start()
