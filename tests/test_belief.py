@@ -1,6 +1,7 @@
 """Laws of the belief: what Bayes' rule promises, whatever the numbers."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from goalscope.belief import Belief
-from goalscope.types import UNSPECIFIED, Goal, GoalscopeError
+from goalscope.types import UNSPECIFIED, Goal, InvalidInputError
 
 nats = st.one_of(st.floats(-1e6, 0), st.just(-math.inf))
 finite = st.floats(-1e4, 0)
@@ -82,10 +83,18 @@ def test_late_goal_equals_early_goal(belief: Belief) -> None:
     assert back.probability == pytest.approx(flat.probability, abs=1e-12)
 
 
-@pytest.mark.parametrize("k", [0, -1])
-def test_the_likeliest_none_are_refused(k: int) -> None:
-    with pytest.raises(GoalscopeError, match="k must be 1 or more"):
+@pytest.mark.parametrize("k", [0, -1, "2", 1.5, b"1", [1]])
+def test_the_likeliest_none_are_refused(k: Any) -> None:
+    with pytest.raises(InvalidInputError, match="k must be a whole number, 1 or more"):
         Belief.uniform([UNSPECIFIED]).top(k)
+
+
+def test_what_is_no_goal_is_refused() -> None:
+    none: Any = "bake a cake"
+    with pytest.raises(InvalidInputError, match=r"like Goal\('bake a cake'\), not 'b'"):
+        Belief.uniform(none)
+    with pytest.raises(ValueError, match="'bake a cake', pinned after 0 turns"):
+        Belief.uniform([UNSPECIFIED]).pin(none)
 
 
 def test_exact_duplicates_merge() -> None:

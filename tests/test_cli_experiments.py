@@ -7,10 +7,13 @@ import shutil
 
 import pytest
 
+from goalscope.cli_experiments import show_tables
 from goalscope.datasets import DATASETS
 from goalscope.experiment import identity, work
 from goalscope.experiment.results import Results
 from goalscope.experiment.run import sole
+from goalscope.experiment.summary import Estimate, Table
+from goalscope.stats import Interval
 from goalscope.types import ModelError
 from test_cli import fails, invoke
 from test_run import QUESTIONS, SHOP, NamedModel
@@ -44,7 +47,7 @@ def here(tmp_path, monkeypatch):
     monkeypatch.delenv("GOALSCOPE_DATA", raising=False)
     monkeypatch.delenv("GOALSCOPE_RESULTS", raising=False)
     for module in (work, identity):
-        monkeypatch.setattr(module, "opened", lambda model: NamedModel())
+        monkeypatch.setattr(module, "opened", lambda model, *_: NamedModel())
     monkeypatch.setattr(identity, "_fingerprints", {})
     (tmp_path / "q.jsonl").write_text("".join(json.dumps(row) + "\n" for row in QUESTIONS))
     rows = (DIALOGUE, {**DIALOGUE, "id": 2, "true": "wash the car"})
@@ -91,6 +94,33 @@ def test_questions_are_measured_once_and_printed(here):
     assert again.exit_code == 0
     assert "Isolated inference" in again.stdout
     assert [cell.attempts for cell in cells("mcq-q")] == [1, 1, 1]
+
+
+def test_a_first_use_is_reported_while_the_model_is_opened(here, monkeypatch):
+    told = []
+    monkeypatch.setattr(
+        identity, "opened", lambda model, report=None: told.append(report) or NamedModel()
+    )
+    tables("bench", "mcq", "q.jsonl", "--limit", "1")
+    assert callable(told[0])
+
+
+@pytest.mark.parametrize("width", [50, 80, 200])
+@pytest.mark.parametrize("rows", [2, 7])
+def test_no_figure_of_a_table_is_broken_and_no_line_too_long(width, rows, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", str(width))
+    figures = [Estimate(0.111 * (n + 1), Interval(0.05, 0.9), "percent") for n in range(rows)]
+    columns = ("way", "turn", "n", "top-1", "log-loss in nats", "the Brier score", "size")
+    lines = [("goal [/b] last", "last", 100 + n, each, each, 0.5, each)
+             for n, each in enumerate(figures)]  # fmt: skip
+    show_tables([Table("t", "A title", columns, tuple(lines), ("A note. " * 20,))], False)
+    text = capsys.readouterr().out
+    assert max(map(len, text.splitlines())) <= width
+    for each in figures:
+        assert text.count(str(each)) == 3
+    assert text.count("A title") == 1
+    heads = [line for line in text.splitlines() if line.split()[:1] == ["way"]]
+    assert len(heads) == (1 if rows == 2 or width == 200 else 2 if width == 80 else 3)
 
 
 def test_dialogues_of_ones_own_are_measured_beside_the_baselines(here):

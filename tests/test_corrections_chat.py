@@ -164,8 +164,10 @@ def test_a_number_names_the_goal_that_has_it_in_the_list(tmp_path) -> None:
     ("line", "said"),
     [
         ("/help", "/reword NUMBER TEXT"),
-        ("/pinn 1", "/veto NUMBER"),
-        ("/", "/goals"),
+        ("/help", "quit  "),
+        ("/pinn 1", "There is no command /pinn. /help shows"),
+        ("/drop 1", "There is no command /drop."),
+        ("/ please", "/help"),
         ("/veto", "1 to 3"),
         ("/veto 0", "1 to 3"),
         ("/pin 4", "1 to 3"),
@@ -185,8 +187,11 @@ def test_a_line_that_cannot_be_done_is_answered_and_changes_nothing(tmp_path, li
 
 
 def test_a_chat_without_a_belief_says_so(tmp_path) -> None:
-    (shown,), _ = session(tmp_path, ["lamp", "/goals", "please"], method="no-goals")
-    assert "holds no belief" in shown
+    lines = ["lamp", "/goals", "/help", "/veto 1", "please"]
+    shown, _ = session(tmp_path, lines, method="no-goals")
+    assert len(shown) == 3
+    assert all("holds no belief" in each for each in shown)
+    assert "quit" in shown[1]
 
 
 def test_a_chat_with_an_order_offers_only_what_it_can_do(tmp_path) -> None:
@@ -203,7 +208,7 @@ def test_a_chat_with_an_order_offers_only_what_it_can_do(tmp_path) -> None:
 
 @pytest.mark.parametrize("method", ["good", "no-goals", "no-inference"])
 def test_a_chat_says_how_to_correct_goals_where_that_is_possible(shop, words, method) -> None:  # noqa: F811
-    shown = invoke("chat", *shop[:2], "--method", method, input="quit\n").stdout
+    shown = invoke("chat", *shop[:2], "--method", method, input="/quit\n").stdout
     assert ("/help" in shown) == (method == "good")
     assert "ends the task" in shown
 

@@ -9,8 +9,8 @@ import pytest
 from fakes import LampRoom
 from goalscope import Agent, GoalscopeError, InvalidInputError, Turn
 from goalscope.domains import Settings, load_domain, open_environment, profiles_of
-from goalscope.envs import Environment
-from goalscope.envs.check import MAY_LACK, check_env
+from goalscope.envs import MAY_LACK, Environment
+from goalscope.envs.check import check_env
 from goalscope.policy import Planner
 from goalscope.store import Store
 from goalscope.types import Action, StepResult
@@ -155,6 +155,13 @@ def test_a_file_that_a_stored_episode_names_is_run_only_if_the_user_names_it(
         (None, "Is there such a file"),
         ("def open_environment(profile): ...", "the function load_profiles is missing"),
         ("open_environment = load_profiles = 1", "the function open_environment is missing"),
+        ("x = 1\ndef f(:", r"own.py, line 2: .*syntax.*\. Mend the file"),
+        ("x = 1\nimport no_such_thing", r"line 2: ModuleNotFoundError: No module named 'no_such"),
+        ("def f():\n    return nothing\nf()", "line 2: NameError: name 'nothing' is not defined"),
+        ("import json\n\njson.loads('')", "line 3: JSONDecodeError: Expecting value"),
+        ("compile('(', 'other', 'exec')", "line 1: SyntaxError: "),
+        ("\x00", "own.py: "),
+        ("raise SystemExit(3)", "line 1: SystemExit: 3"),
     ],
 )
 def test_what_is_no_domain_is_refused(tmp_path: Path, text: str | None, cause: str) -> None:
@@ -165,6 +172,12 @@ def test_what_is_no_domain_is_refused(tmp_path: Path, text: str | None, cause: s
         load_domain(str(file))
     with pytest.raises(InvalidInputError, match="Is there such a file"):
         load_domain(str(tmp_path))
+
+
+def test_a_domain_without_people_says_so(tmp_path: Path) -> None:
+    file = tmp_path / "empty.py"
+    file.write_text("def open_environment(profile): ...\ndef load_profiles(path): return []\n")
+    assert "empty.py has no people" in fails(2, "run", str(file), "--profile", "all")
 
 
 def test_what_belongs_to_another_domain_is_refused_for_a_file() -> None:

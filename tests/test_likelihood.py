@@ -148,6 +148,24 @@ def test_goals_that_mean_the_same_are_one() -> None:
     assert tracker.add(["cook soup", "Cook soup"]).goals == (UNSPECIFIED, CAKE, SOUP)
     assert tracker.drop(["COOK SOUP"]).goals == (UNSPECIFIED, CAKE)
     assert tracker.pin("Bake cake").pinned == ((1, CAKE),)
+    other = GoalTracker(WordModel(), goals=["unspecified", "tea"], include_unspecified=False)
+    assert other.belief.goals == (UNSPECIFIED, Goal("tea"))
+
+
+@pytest.mark.parametrize(
+    ("gone", "cause"),
+    [
+        (["cook soup"], "no goal 'cook soup' to drop; there are: Unspecified; bake cake"),
+        ([" unspecified."], "stands for goals that are missing"),
+        (["Bake cake", "wash"], "no goal 'wash'"),
+    ],
+)
+def test_what_cannot_be_dropped_is_told_and_changes_nothing(gone, cause) -> None:
+    tracker = GoalTracker(WordModel(), goals=["bake cake"])
+    before = tracker.belief
+    with pytest.raises(InvalidInputError, match=cause):
+        tracker.drop(gone)
+    assert tracker.belief is before
 
 
 def test_a_tracker_shows_its_goals_and_the_number_of_turns() -> None:

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import re
 import sys
 from collections.abc import Awaitable, Callable
 from pathlib import Path
@@ -104,11 +105,20 @@ def test_an_error_is_a_sentence(speak) -> None:
             ("The next turn is 2", "observe", {"session": id, "utterance": "no", "turn": 3}),
             ("There is no goal 'x'", "correct", {"session": id, "kind": "veto", "goal": "x"}),
             ("at most 200", "add_goals", {"session": id, "goals": [str(n) for n in range(199)]}),
-            ("kind", "correct", {"session": id, "kind": "praise", "goal": GOALS[0]}),
+            (
+                "correct cannot be called so. kind: Input should be 'pin', 'veto' or 'reword'. "
+                "It takes session, kind, goal, text.",
+                "correct", {"session": id, "kind": "praise", "goal": GOALS[0]},
+            ),
+            ("utterance: Field required", "observe", {"session": id, "text": CAKE}),
+            ("goals.1: Input should be a valid string", "open_session",
+             {"task": TASK, "goals": ["tea", 2]}),
+            ("There is no tool 'forget', but open_session, observe, ", "forget", {}),
         ]:  # fmt: skip
             found = await ask(tool, **given)
             assert sentence in found
-            assert "Traceback" not in found
+            assert not re.search("Traceback|pydantic|Error executing", found)
+            assert len(found.splitlines()) == 1
         assert (await ask("belief", session=id))["turn"] == 1
 
     speak(conversation)

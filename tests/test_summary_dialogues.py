@@ -134,7 +134,7 @@ def test_conformal_sets_are_counted_with_and_without_the_true_goal() -> None:
         (found,) = read_dialogues([dialogue(n, 0, 1, **own) for n in range(2)])
         table = found.open_set_table()
         plain = row(table, "goalscope, Eq. 1", "1")
-        names = ("90 % set holds it: present", "absent", "size")
+        names = ("90 % set holds it if present", "90 % set holds it if absent", "size")
         assert [plain[each] for each in names] == [None, None, None]
         made = row(table, "goalscope", "1")
         return [made[each].value for each in names]

@@ -34,6 +34,7 @@ def keep(
     running: Running,
     trials: list[Trial],
     file: Path | None = None,
+    report: tuning.Report | None = None,
 ) -> Tuning:
     """Tune a file, else the embedded one, with the outcome of the measurements given."""
 
@@ -47,7 +48,7 @@ def keep(
     with monkeypatch.context() as patch:
         patch.setattr(tuning, "_try_types", types)
         patch.setattr(tuning, "_try_settings", lambda *_: running)
-        return tune(file or embedded_path(), 2)
+        return tune(file or embedded_path(), 2, report)
 
 
 def test_a_real_tuning_is_as_exact_as_the_file_and_is_kept(folder: Path) -> None:
@@ -123,6 +124,20 @@ def test_another_processor_or_a_changed_file_is_measured_again(
     assert kept_tunings() == []
     with pytest.raises(AssertionError, match="measured again"):
         tuned(copy, 2, never)
+
+
+def test_only_what_nobody_reports_is_logged(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    trials = [Trial("Q4_1", 400, 0.06)]
+    keep(monkeypatch, Running(2), trials, report=lambda *_: None)
+    assert not caplog.records
+    keep(monkeypatch, Running(2), trials)
+    (record,) = caplog.records
+    assert embedded_path().name in record.getMessage()
+    assert "about a minute" in record.getMessage()
+    tuned(embedded_path(), 2)
+    assert len(caplog.records) == 1
 
 
 def test_a_file_is_known_by_its_real_place(

@@ -53,6 +53,9 @@ class Belief:
 
     def __post_init__(self) -> None:
         """Check every invariant that the arithmetic rests on."""
+        for each in self.goals:
+            if not hasattr(each, "text"):
+                raise InvalidInputError(f"goals must be like Goal('bake a cake'), not {each!r}")
         if len(set(self.goals)) != len(self.goals):
             raise ValueError("goals must be distinct; Belief.add merges exact duplicates")
         g = len(self.goals)
@@ -63,7 +66,7 @@ class Belief:
             )
         for when, goal in self.pinned:
             if goal not in self.goals or not 0 <= when <= len(self.log_likelihood):
-                raise ValueError(f"{goal.text!r}, pinned after {when} turns, is not in the belief")
+                raise ValueError(f"{str(goal)!r}, pinned after {when} turns, is not in the belief")
         for name, values in (
             ("log_prior", self.log_prior),
             ("log_likelihood", self.log_likelihood),
@@ -140,10 +143,12 @@ class Belief:
         """The `k` likeliest goals with their probabilities, likeliest first; ties keep order.
 
         Raises:
-            InvalidInputError: `k` is below 1.
+            InvalidInputError: `k` is no whole number, or below 1.
         """
-        if k is not None and k < 1:
-            raise InvalidInputError(f"k must be 1 or more, or None for all goals, not {k}")
+        if k is not None and not (hasattr(k, "__index__") and k >= 1):
+            raise InvalidInputError(
+                f"k must be a whole number, 1 or more, or None for all goals, not {k!r}"
+            )
         p = self.probability
         order = np.argsort(-self.log_posterior, kind="stable")[:k]
         return [(self.goals[i], float(p[i])) for i in order]
@@ -161,8 +166,8 @@ class Belief:
             InvalidInputError: `eps` is no share, or the calibration has no threshold so
                 small.
         """
-        if not 0 < eps < 1:
-            raise InvalidInputError(f"eps must lie between 0 and 1, not be {eps}")
+        if not (hasattr(eps, "__float__") and 0 < eps < 1):
+            raise InvalidInputError(f"eps must be a number between 0 and 1, not {eps!r}")
         known = {each: p for each, p in self.calibration.thresholds if each <= eps + 1e-9}
         if not known:
             raise InvalidInputError(

@@ -7,7 +7,8 @@ import os
 import re
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -24,10 +25,12 @@ from goalscope.cli_options import (
     Tokenizer,
     Writer,
 )
-from goalscope.terminal import console, model_names, progress
+from goalscope.terminal import console, measuring, model_names, progress
 from goalscope.types import GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
+    from rich.table import Table as Grid
+
     from goalscope.experiment.plan import Experiment
     from goalscope.experiment.summary import Table
 
@@ -213,6 +216,7 @@ def _run(
     as_json: bool,
 ) -> None:
     from goalscope.datasets import named_folder
+    from goalscope.experiment.identity import opened
     from goalscope.experiment.plan import judging, specs_of
     from goalscope.experiment.results import Results
     from goalscope.experiment.run import run, sole
@@ -237,6 +241,9 @@ def _run(
     failed: list[str] = []
     done = total = 0
     with sole(path), Results.open(path) as kept:
+        with measuring("Loading the model") as report:
+            for spec in specs[:1]:
+                opened(spec["model"], report)
         try:
             with progress(plan.title or plan.name) as show:
                 for step in run(
@@ -273,10 +280,10 @@ def results_folder(given: Path | None) -> Path:
 def show_tables(tables: Sequence[Table], as_json: bool) -> None:
     """Print tables, and below them what one must know to read them, each note once.
 
-    A table of few rows that is too wide for the terminal is turned on its side.
+    Of those that are too wide for the terminal, one of few rows is turned on its side, and others
+    come in parts, each with the columns that name the rows.
     """
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table as Grid
+    from rich.padding import Padding
 
     from goalscope.plain import plain
 
@@ -285,20 +292,67 @@ def show_tables(tables: Sequence[Table], as_json: bool) -> None:
         return
     out = console()
     for table in tables:
-        lines = [table.columns, *table.text_rows()]
-        width = sum(max(map(len, column)) + 1 for column in zip(*lines, strict=True))
-        if width > out.width and len(table.rows) <= 4 < len(table.columns):
-            lines = list(zip(*lines, strict=True))
-        grid = Grid(
-            title=plain(table.title), title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0)
-        )
-        for heading in lines[0]:
-            grid.add_column(plain(heading), overflow="fold")
-        for line in lines[1:]:
-            grid.add_row(*map(plain, line))
-        out.print(grid)
+        columns = [*zip(table.columns, *table.text_rows(), strict=True)]
+        kinds = zip(*table.rows, strict=True)
+        names = len([*takewhile(lambda entries: str in map(type, entries), kinds)])
+        if len(table.rows) <= 4 < len(columns) and not _fits(map(_width, columns), out.width):
+            columns, names = [*zip(*columns, strict=True)], 1
+        title = plain(table.title)
+        for grid in _grids(columns, max(names, 1), out.width):
+            grid.title, title = title, None
+            out.print(grid)
     for note in dict.fromkeys(note for table in tables for note in table.notes):
-        out.print(plain(f"  {note}", "dim"))
+        out.print(Padding.indent(plain(note, "dim"), 2))
+
+
+def _grids(columns: Sequence[Sequence[str]], names: int, room: int) -> Iterator[Grid]:
+    """The columns in as many grids as it takes for no figure to be broken.
+
+    Args:
+        columns: Texts, each after its heading.
+        names: How many of them each grid begins with.
+        room: Characters of a line.
+    """
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table as Grid
+
+    from goalscope.plain import plain
+
+    needs = [_width(column, word=24) for column in columns]
+    parts = [[*range(names)]]
+    for number in range(names, len(columns)):
+        if len(parts[-1]) > names and not _fits((needs[i] for i in (*parts[-1], number)), room):
+            parts.append([*range(names)])
+        parts[-1].append(number)
+    for part in parts:
+        spare = max(0, room - sum(needs[i] + 2 for i in part))
+        grid = Grid(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False, title_justify="left")
+        for number in part:
+            more = min(_width(columns[number]) - needs[number], spare)
+            spare -= more
+            heading = plain(columns[number][0])
+            grid.add_column(heading, width=needs[number] + more, overflow="fold")
+        for line in zip(*(columns[number][1:] for number in part), strict=True):
+            grid.add_row(*map(plain, line))
+        yield grid
+
+
+def _fits(widths: Iterable[int], room: int) -> bool:
+    return sum(width + 2 for width in widths) <= room
+
+
+def _width(column: Sequence[str], word: int | None = None) -> int:
+    """Characters of the widest text; or of the widest figure or word, of words at most `word`."""
+    from rich.cells import cell_len
+
+    if word is None:
+        return max(map(cell_len, column))
+    return max(
+        cell_len(text)
+        if re.match(r"[-<\d]", text)
+        else min(word, max(map(cell_len, text.split()), default=0))
+        for text in column
+    )
 
 
 def _model(

@@ -24,15 +24,21 @@ if TYPE_CHECKING:
 __all__ = ["correct", "said_since", "why"]
 
 HELP = """\
-/goals            the goals, numbered
-/pin NUMBER|TEXT  it is this goal, perhaps a new one
-/veto NUMBER      it is not this one, and it shall not come back
+/goals               the goals, numbered
+/pin NUMBER|TEXT     it is this goal, perhaps a new one
+/veto NUMBER         it is not this one, and it shall not come back
 /reword NUMBER TEXT  it is this one, in other words
-/why NUMBER       what each of your sentences says for it"""
+/why NUMBER          what each of your sentences says for it"""
 
 ORDER_HELP = """\
-/goals            the goals, as the model orders them
+/goals               the goals, as the model orders them
 This method weighs no evidence that could be corrected or explained."""
+
+NO_HELP = "This method holds no belief that could be shown or corrected."
+
+LEAVING = """
+/help                this
+quit                 leave; you can go on later"""
 
 
 def why(
@@ -112,13 +118,18 @@ def correct(out: Console, session: Session, words: str) -> None:
     command, _, rest = words.strip().partition(" ")
     try:
         belief, order = session.belief, session.info.method == "no-inference"
+        if command == "/help":
+            told = NO_HELP if belief is None else ORDER_HELP if order else HELP
+            raise InvalidInputError(told + LEAVING)
+        if command not in ("/goals", "/pin", "/veto", "/reword", "/why"):
+            raise InvalidInputError(f"There is no command {command}. /help shows those there are.")
         if belief is None:
-            raise InvalidInputError("This method holds no belief.")
-        if command == "/help" or (order and command != "/goals"):
-            raise InvalidInputError(ORDER_HELP if order else HELP)
+            raise InvalidInputError(NO_HELP)
+        if order and command != "/goals":
+            raise InvalidInputError(ORDER_HELP)
         if command == "/pin" and rest.strip() and not rest.strip().isdecimal():
             session.correct("pin", Goal(checked_text(rest, "goal")))
-        elif command in ("/pin", "/veto", "/reword", "/why"):
+        elif command != "/goals":
             number, _, text = rest.strip().partition(" ")
             goal = _numbered(belief, number)
             if command == "/why":
@@ -131,8 +142,6 @@ def correct(out: Console, session: Session, words: str) -> None:
                 "/reword": "reword",
             }
             session.correct(corrections[command], goal, text)
-        elif command != "/goals":
-            raise InvalidInputError(HELP)
         show_belief(out, session.belief or belief, belief, order=order)
     except InvalidInputError as error:
         out.print(plain(str(error), "dim"))

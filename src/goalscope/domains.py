@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import os
 import sys
+import traceback
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -114,7 +115,7 @@ def load_domain(name: str) -> str:
         name: "grocery", "house" or a file.
 
     Raises:
-        InvalidInputError: It is none of these, or a function is missing.
+        InvalidInputError: It is none of these, it cannot be run, or a function is missing.
     """
     if name in get_args(Domain):
         return name
@@ -128,16 +129,26 @@ def load_domain(name: str) -> str:
     module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-    except SyntaxError as error:
+    except (Exception, SystemExit) as error:  # whatever it runs into
         del sys.modules[spec.name]
-        raise InvalidInputError(
-            f"{name}, line {error.lineno}: {error.msg}. Mend the file."
-        ) from error
+        raise InvalidInputError(f"{name}{_where(error, path)}. Mend the file.") from error
     for function in ("open_environment", "load_profiles"):
         if not callable(getattr(module, function, None)):
             raise InvalidInputError(f"{name}: the function {function} is missing.")
     _OWN[str(path)] = module
     return str(path)
+
+
+def _where(error: BaseException, file: Path) -> str:
+    """The line of the file at which it could not be run, and why."""
+    if isinstance(error, SyntaxError) and error.filename == str(file):
+        return f", line {error.lineno}: {error.msg}"
+    lines = [
+        frame.lineno
+        for frame in traceback.extract_tb(error.__traceback__)
+        if frame.filename == str(file)
+    ]
+    return f"{f', line {lines[-1]}' if lines else ''}: {type(error).__name__}: {error}"
 
 
 _OWN: dict[str, Any] = {}

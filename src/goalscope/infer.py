@@ -19,6 +19,7 @@ from goalscope.types import (
     InvalidInputError,
     Turn,
     checked_text,
+    distinct,
 )
 
 __all__ = ["Dialogue", "infer", "read_dialogues", "trim_output"]
@@ -49,10 +50,12 @@ def read_dialogues(file: Path) -> list[Dialogue]:
     """Read and check a whole file, so that a broken row is found before the work begins.
 
     A row is `{"id", "task", "turns": [{"query", "utterance"}, ...], "goals": [...]}`. Other keys
-    are ignored, and so are blank lines; exact duplicates among the goals merge.
+    are ignored, and so are blank lines; goals that differ only in case, spaces or the mark at the
+    end merge.
 
     Raises:
-        InvalidInputError: The file cannot be read, or a row cannot be used; names the line.
+        InvalidInputError: The file cannot be read or is empty, or a row cannot be used; names the
+            line.
     """
     try:
         lines = file.read_bytes().split(b"\n")
@@ -71,6 +74,8 @@ def read_dialogues(file: Path) -> list[Dialogue]:
             raise InvalidInputError(f"{file}, line {number}: {error}") from error
         ids[dialogue.id] = number
         dialogues.append(dialogue)
+    if not dialogues:
+        raise InvalidInputError(f"{file} holds no row.")
     return dialogues
 
 
@@ -183,11 +188,11 @@ def _dialogue(line: int, row: Any) -> Dialogue:
             raise ValueError(f'turn {number} must be {{"query", "utterance"}}')
         query = _text(_need(turn, "query"), f"query of turn {number}", empty=True)
         read.append(Turn(query, _text(_need(turn, "utterance"), f"utterance of turn {number}")))
-    support = [Goal(_text(goal, f"goal {number}")) for number, goal in enumerate(goals, 1)]
+    support = distinct(Goal(_text(goal, f"goal {number}")) for number, goal in enumerate(goals, 1))
     if UNSPECIFIED in support:
         raise ValueError('the goal "Unspecified" always counts besides; leave it out')
     task = _text(_need(row, "task"), "task")
-    return Dialogue(line, id, task, tuple(read), tuple(dict.fromkeys(support)))
+    return Dialogue(line, id, task, tuple(read), tuple(support))
 
 
 def _list(row: Any, key: str, of: str) -> list[Any]:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import wraps
 from importlib.metadata import version
-from typing import Annotated, Any, ParamSpec, TypeVar
+from typing import Annotated, Any
 
 from mcp.server import MCPServer
 from mcp.server.mcpserver.exceptions import ToolError
-from pydantic import Field
+from pydantic import Field, ValidationError
 
 from goalscope.tracker import Correction
 from goalscope.tracking import Trackers
@@ -17,9 +15,6 @@ from goalscope.types import GoalscopeError
 from goalscope.web.views import TrackerView, Why
 
 __all__ = ["create_server"]
-
-P = ParamSpec("P")
-T = TypeVar("T")
 
 INSTRUCTIONS = """\
 Keeps a belief over what your user wants. Open a session for a conversation, with the goals that \
@@ -38,7 +33,7 @@ Goals = Annotated[
 
 def create_server(trackers: Trackers) -> MCPServer[Any]:
     """The server, which is yet to be run."""
-    server: MCPServer[Any] = MCPServer(
+    server = _Server(
         "goalscope",
         version=version("goalscope"),
         instructions=INSTRUCTIONS,
@@ -46,7 +41,6 @@ def create_server(trackers: Trackers) -> MCPServer[Any]:
     )
 
     @server.tool()
-    @_in_a_sentence
     def open_session(
         task: Annotated[str, Field(description="Your task, in a sentence.")],
         goals: Goals = [],  # noqa: B006 (a schema shows the default; nobody changes it)
@@ -58,7 +52,6 @@ def create_server(trackers: Trackers) -> MCPServer[Any]:
         return TrackerView.of(trackers.open(task, goals, propose=propose))
 
     @server.tool()
-    @_in_a_sentence
     def observe(
         session: Session,
         utterance: Annotated[str, Field(description="What the user said, word for word.")],
@@ -72,19 +65,16 @@ def create_server(trackers: Trackers) -> MCPServer[Any]:
         return TrackerView.of(trackers.observe(session, turn, query, utterance))
 
     @server.tool()
-    @_in_a_sentence
     def belief(session: Session) -> TrackerView:
         """How likely each goal is now, and whether to act, ask or propose."""
         return TrackerView.of(trackers.read(session))
 
     @server.tool()
-    @_in_a_sentence
     def add_goals(session: Session, goals: Goals) -> TrackerView:
         """Add goals; they count as if they had been there from the start."""
         return TrackerView.of(trackers.add(session, goals))
 
     @server.tool()
-    @_in_a_sentence
     def correct(
         session: Session,
         kind: Annotated[
@@ -98,7 +88,6 @@ def create_server(trackers: Trackers) -> MCPServer[Any]:
         return TrackerView.of(trackers.correct(session, kind, goal, text))
 
     @server.tool()
-    @_in_a_sentence
     def why(
         session: Session,
         goal: Annotated[str, Field(description="The goal; the likeliest if left out.")] = "",
@@ -107,7 +96,6 @@ def create_server(trackers: Trackers) -> MCPServer[Any]:
         return Why.of(*trackers.why(session, goal))
 
     @server.tool()
-    @_in_a_sentence
     def close_session(session: Session) -> TrackerView:
         """End a session; it can still be read."""
         return TrackerView.of(trackers.close(session))
@@ -115,14 +103,23 @@ def create_server(trackers: Trackers) -> MCPServer[Any]:
     return server
 
 
-def _in_a_sentence(tool: Callable[P, T]) -> Callable[P, T]:
-    """The tool with errors that the assistant can read."""
+class _Server(MCPServer[Any]):
+    """A server whose errors are sentences that the assistant can act on."""
 
-    @wraps(tool)
-    def called(*args: P.args, **given: P.kwargs) -> T:
+    async def call_tool(self, name: str, arguments: dict[str, Any], context: Any = None) -> Any:
         try:
-            return tool(*args, **given)
-        except GoalscopeError as error:
-            raise ToolError(str(error)) from error
-
-    return called
+            return await super().call_tool(name, arguments, context)
+        except ToolError as error:
+            cause = error.__cause__
+            if isinstance(cause, GoalscopeError):
+                raise ToolError(str(cause)) from None
+            known = {each.name: each for each in await self.list_tools()}
+            if name not in known:
+                raise ToolError(f"There is no tool {name!r}, but {', '.join(known)}.") from None
+            if not isinstance(cause, ValidationError):
+                raise
+            wrong = [f"{'.'.join(map(str, each['loc']))}: {each['msg']}" for each in cause.errors()]
+            takes = known[name].input_schema["properties"]
+            raise ToolError(
+                f"{name} cannot be called so. {'; '.join(wrong)}. It takes {', '.join(takes)}."
+            ) from None

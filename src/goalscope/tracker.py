@@ -21,7 +21,7 @@ from goalscope.types import (
     InvalidInputError,
     Turn,
     checked_text,
-    meaning,
+    distinct,
     readable,
 )
 
@@ -70,12 +70,11 @@ class GoalTracker:
             raise InvalidInputError(f"likelihood must be one such as RolePlay, not {likelihood!r}.")
         self.task = checked_text(task, "task")
         support = [UNSPECIFIED] if include_unspecified else []
-        given = [*support, *_as_goals(goals)]
+        given = distinct([*support, *_as_goals(goals)])
         named = None if calibration is None else _calibration(calibration)
         self.likelihood = likelihood or RolePlay(model or open_model())
         self.turns: list[Turn] = []
-        self.belief = Belief.uniform((), named or self.likelihood.calibration)
-        self.belief = Belief.uniform(self._known(given), self.belief.calibration)
+        self.belief = Belief.uniform(given, named or self.likelihood.calibration)
 
     def __repr__(self) -> str:
         """The task, and the belief in short."""
@@ -119,8 +118,24 @@ class GoalTracker:
         return self.belief
 
     def drop(self, goals: Iterable[str | Goal]) -> Belief:
-        """Remove goals; see `Belief.drop`."""
-        self.belief = self.belief.drop(self._known(goals))
+        """Remove goals; see `Belief.drop`.
+
+        Raises:
+            InvalidInputError: There is no such goal, or it is `UNSPECIFIED`.
+        """
+        gone = self._known(goals)
+        for goal in gone:
+            if goal == UNSPECIFIED:
+                raise InvalidInputError(
+                    f"{UNSPECIFIED.text!r} stands for goals that are missing, and stays. "
+                    "GoalTracker(include_unspecified=False) does without it."
+                )
+            if goal not in self.belief.goals:
+                known = "; ".join(each.text for each in self.belief.goals)
+                raise InvalidInputError(
+                    f"There is no goal {goal.text!r} to drop; there are: {known}"
+                )
+        self.belief = self.belief.drop(gone)
         return self.belief
 
     def pin(self, goal: str | Goal) -> Belief:
@@ -130,7 +145,7 @@ class GoalTracker:
             InvalidInputError: It is no goal, or `UNSPECIFIED`.
         """
         (pinned,) = self._known([goal])
-        if meaning(pinned.text) == meaning(UNSPECIFIED.text):
+        if pinned == UNSPECIFIED:
             raise InvalidInputError(f"{UNSPECIFIED.text!r} is no goal that could be confirmed.")
         self.belief = self.add([pinned]).pin(pinned)
         return self.belief
@@ -175,14 +190,7 @@ class GoalTracker:
         return changes
 
     def _known(self, goals: Iterable[str | Goal]) -> list[Goal]:
-        """Distinct goals, each as the one of the belief that means the same, if there is one."""
-        known = {meaning(each.text): each for each in self.belief.goals}
-        return list(
-            dict.fromkeys(
-                each if each in self.belief.goals else known.setdefault(meaning(each.text), each)
-                for each in _as_goals(goals)
-            )
-        )
+        return distinct(_as_goals(goals), (UNSPECIFIED, *self.belief.goals))
 
     @property
     def notes(self) -> tuple[str, ...]:

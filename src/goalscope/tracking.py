@@ -25,7 +25,7 @@ from goalscope.types import (
     InvalidInputError,
     Turn,
     checked_text,
-    meaning,
+    distinct,
 )
 from goalscope.why import Reason, reasons
 
@@ -263,8 +263,9 @@ class Trackers:
             InvalidInputError: There is no such session or goal.
         """
         tracked = self.read(id)
-        known = {meaning(each.text): each for each, _ in tracked.belief.top()}
-        named = known.get(meaning(goal), Goal(goal)) if goal else next(iter(known.values()))
+        named = tracked.belief.top(1)[0][0]
+        if goal:
+            (named,) = distinct([Goal(goal)], tracked.belief.goals)
         return named, reasons(tracked.belief, tracked.turns, named)
 
     def close(self, id: str) -> Tracked:
@@ -410,16 +411,13 @@ class _Session:
 
 def _new(belief: Belief, goals: Iterable[str]) -> list[Goal]:
     """Those goals that the belief does not hold yet."""
-    known = {meaning(goal.text): goal for goal in belief.goals}
-    found: dict[str, Goal] = {}
-    for text in map(_checked_goal, goals):
-        if meaning(text) == meaning(UNSPECIFIED.text):
-            raise InvalidInputError(f"{UNSPECIFIED.text!r} always counts besides; leave it out.")
-        if meaning(text) not in known:
-            found.setdefault(meaning(text), Goal(text))
-    if len(known) + len(found) > GOALS + 1:
+    asked = distinct(map(Goal, map(_checked_goal, goals)), belief.goals)
+    if UNSPECIFIED in asked:
+        raise InvalidInputError(f"{UNSPECIFIED.text!r} always counts besides; leave it out.")
+    found = [goal for goal in asked if goal not in belief.goals]
+    if len(belief.goals) + len(found) > GOALS + 1:
         raise InvalidInputError(TOO_MANY)
-    return list(found.values())
+    return found
 
 
 def _checked_goal(text: str) -> str:

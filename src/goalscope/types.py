@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -22,6 +22,7 @@ __all__ = [
     "Turn",
     "UnreadableAnswerError",
     "checked_text",
+    "distinct",
     "meaning",
     "readable",
 ]
@@ -104,6 +105,14 @@ class Goal:
 
 UNSPECIFIED = Goal("Unspecified")
 """The person with no stated goal. If it is the likeliest, the true goal is missing (Sec. 3.2)."""
+
+
+def distinct(goals: Iterable[Goal], known: Iterable[Goal] = (UNSPECIFIED,)) -> list[Goal]:
+    """One goal of each `meaning`: the one among those `known`, or else the first."""
+    own = dict.fromkeys(known)
+    kept = {meaning(each.text): each for each in own}
+    found = (each if each in own else kept.setdefault(meaning(each.text), each) for each in goals)
+    return list(dict.fromkeys(found))
 
 
 @dataclass(frozen=True, slots=True)

@@ -70,7 +70,7 @@ def test_every_commit_is_on_disk_before_it_is_told(
 
     monkeypatch.setattr(DefaultDialect, "do_commit", asked)
     for module in (identity, fork.importlib.import_module("goalscope.experiment.work")):
-        monkeypatch.setattr(module, "opened", lambda model: NamedModel())
+        monkeypatch.setattr(module, "opened", lambda model, *_: NamedModel())
     monkeypatch.setattr(identity, "_fingerprints", {})
     folder = furnish(tmp_path / "run")
     plan = read_experiment(folder / "tiny.toml")

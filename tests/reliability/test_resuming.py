@@ -36,7 +36,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     shutil.copytree(Path(goalscope.__file__).parent, copy, ignore=ignored)
     monkeypatch.setattr(goalscope, "__file__", str(copy / "__init__.py"))
     for module in (work, identity):
-        monkeypatch.setattr(module, "opened", lambda model: Small(REPLIES))
+        monkeypatch.setattr(module, "opened", lambda model, *_: Small(REPLIES))
     monkeypatch.setattr("goalscope.models.opening.open_model", lambda *_, **__: Small(REPLIES))
     _forget()
     yield copy

@@ -7,17 +7,22 @@ from typing import Protocol
 
 from goalscope.types import Action, Profile, StepResult, Turn
 
-__all__ = ["SEARCH", "Environment"]
+__all__ = ["MAY_LACK", "SEARCH", "Environment"]
 
 SEARCH = "search inventory"
 """Name of the action that only looks something up, in every domain."""
 
 
+MAY_LACK = frozenset(
+    {"notes", "close", "is_order", "unmet", "permission", "answer", "completion_actions"}
+)
+"""What a class that inherits from `Environment` may leave out."""
+
+
 class Environment(Protocol):
     """A domain in which the agent acts.
 
-    A class that inherits from it may leave out what it has no use for: `notes`, `close`,
-    `is_order`, `unmet`, `permission`, `answer` and `completion_actions`.
+    A class that inherits from it may leave out what it has no use for of `MAY_LACK`.
     """
 
     @property

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from goalscope.envs import Environment
+from goalscope.envs import MAY_LACK, Environment
 from goalscope.types import Action, GoalscopeError, StepResult
 
 __all__ = ["check_env"]
-
-MAY_LACK = {"notes", "close", "is_order", "unmet", "permission", "answer", "completion_actions"}
-"""What a class that inherits from `Environment` may leave out."""
 
 
 def check_env(env: Environment, *, most: int = 40) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -30,13 +30,19 @@ _open: dict[str, OpenModel] = {}
 _fingerprints: dict[str, str] = {}
 
 
-def opened(model: Mapping[str, Any]) -> OpenModel:
-    """The model of a cell; it stays open until another one is asked for."""
+def opened(
+    model: Mapping[str, Any], report: Callable[[str, float], object] | None = None
+) -> OpenModel:
+    """The model of a cell; it stays open until another one is asked for.
+
+    `report` is told what a first use tries, as by `open_model`.
+    """
     key = _key(model)
     if key not in _open:
         for other in list(_open):
             _open.pop(other).close()
-        _open[key] = open_model(**{name: model.get(name) for name in MODEL_KEYS})
+        names = {name: model.get(name) for name in MODEL_KEYS}
+        _open[key] = open_model(**names, report=report)
     return _open[key]
 
 

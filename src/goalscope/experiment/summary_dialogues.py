@@ -228,8 +228,7 @@ EPS = 0.1
 
 OPEN_COLUMNS = (
     *("belief", "turn", "n", "AUROC", "leads if absent", "leads if present"),
-    f"{100 * (1 - EPS):g} % set holds it: present",
-    "absent",
+    *(f"{100 * (1 - EPS):g} % set holds it if {kind}" for kind in ("present", "absent")),
     "size",
 )
 OPEN_NOTES = (

@@ -167,8 +167,14 @@ def open_model(
 
     Raises:
         ModelError: A model or an adapter is missing or broken, or a package that it needs.
-        InvalidInputError: An adapter is named for a server.
+        InvalidInputError: A name is neither a text nor a path, or an adapter is named for a server.
     """
+    given: dict[str, object] = dict(
+        zip(MODEL_KEYS, (model, generator, scorer, tokenizer, adapter), strict=True), calls=calls
+    )
+    for key, name in given.items():
+        if not isinstance(name, str | Path | None):
+            raise InvalidInputError(f"{key} must be a text or a Path, not {name!r}.")
     writes, scores = generator or model, scorer or model
     adapted = _adapter(adapter, scores)
     with ExitStack() as opened:

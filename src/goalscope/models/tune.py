@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import json
+import logging
 import math
 import os
 import platform
@@ -42,6 +43,8 @@ __all__ = [
 
 Report = Callable[[str, float], object]
 """Told what is measured now, and the share of the work that is done, from 0 to 1."""
+
+log = logging.getLogger(__name__)
 
 _LARGEST = 500_000_000  # bytes: larger files are tuned only when asked, since it takes minutes
 _TYPES = {"BF16": 32, "F16": 1, "Q8_0": 7}  # LLAMA_FTYPE_MOSTLY_...
@@ -123,13 +126,13 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
     The weights are tried as they are and as BF16, F16 and Q8_0; a type that is farther from exact
     arithmetic (F32) than the file itself is left out. Then fewer threads and other batch
     sizes are tried, each kept where it is faster. (The KV cache is always F16: llama.cpp computes
-    F32 keys and values as F16, and smaller types are slower and less exact, see LOG.md.)
+    F32 keys and values as F16, and smaller types are slower and less exact, see LOG.md.) Without a
+    `report`, a warning is logged that this takes a while.
 
     Raises:
         ModelError: `source` is no complete GGUF model, or cannot be converted.
         OSError: The cache folder cannot be written, the disk is full, or another process tunes.
     """
-    report = report or (lambda _, __: None)
     record = _record(source, threads)
     source = source.resolve()
     record.parent.mkdir(parents=True, exist_ok=True)
@@ -139,6 +142,13 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
     ):
         for left in set(record.parent.glob(".tune-*")) - {Path(folder)}:  # by a killed process
             shutil.rmtree(left, ignore_errors=True)
+        if report is None:
+            log.warning(
+                "Measuring once how %s runs fastest on this machine, which takes about a minute. "
+                "GOALSCOPE_TUNE=0 prevents it.",
+                source.name,
+            )
+            report = _unheard
         files, trials = _try_types(source, Path(folder), Running(threads), report)
         bound = trials[0].error + _LOSS
         best = max((t for t in trials if t.error <= bound), key=lambda trial: trial.speed)
@@ -222,6 +232,9 @@ def prompt_seconds(
     finally:
         cache.free()
     return min(times[1:] or times)
+
+
+def _unheard(step: str, share: float) -> None: ...
 
 
 def _try_types(
