@@ -13,7 +13,7 @@ from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.words import asks, made, sentences, singulars
 from goalscope.envs.speech import LONGEST, evened
 
-__all__ = ["DIETS", "diet", "implied", "is_diet", "violates"]
+__all__ = ["DIETS", "MEAL", "diet", "hinted", "implied", "is_diet", "violates"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -253,14 +253,15 @@ _PERSON = (
     "|boss|family|household|team|group|school|class|office|person|people|man|men|woman|women"
     "|crowd|customer)"
 )
-_MEAL = (
+MEAL = (
     "(?:cake|dinner|lunch|breakfast|brunch|supper|meal|dish|dessert|menu|recipe|party|buffet"
     "|picnic|barbecue|bbq|feast|diet|lifestyle|night|evening|weekend|week)"
 )
+"""What people eat, or eat at: an occasion."""
 _SUBJECT = (
     r"(?:i|we|he|she|it|that|this|everything(?: (?:i|we|you) \w+)?|every\w+|all|nothing|who"
     r"|there|of (?:us|them)|they(?=(?:'re| are)\b)|(?<=^)\w+(?= is\b)"
-    rf"|{_PERSON}s?|{_MEAL}s?|{_ALL})"
+    rf"|{_PERSON}s?|{MEAL}s?|{_ALL})"
 )
 _CHAIN = (
     r"(?:am|is|are|was|were|be|been|being|have|has|had|got|gotta|to|must|should|needs?|shall|will"
@@ -327,6 +328,20 @@ def diet(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[str]
         for thing, how in unwanted(said).items():
             standing |= implied(thing, Refusal.HARMED if harmed else how)
     return frozenset(standing)
+
+
+def hinted(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[str]:
+    """The restrictions that a person spoke of in any way, as in "vegan burgers", and `before`.
+
+    Not "organic", which harms nobody that goes without. What is denied is taken back.
+    """
+    standing = set(before)
+    for sentence in sentences(evened(utterance)):
+        for name, pattern in _NAMED.items():
+            for match in pattern.finditer(sentence):
+                denied = _NOT.search(_clause(sentence, match.start()))
+                (standing.discard if denied else standing.add)(name)
+    return frozenset(standing - {"organic"})
 
 
 def implied(thing: str, how: Refusal = Refusal.SHUNNED) -> frozenset[str]:
@@ -397,7 +412,7 @@ def _stated(sentence: str, match: re.Match[str]) -> bool | None:
     found = _NOUN.match(after)
     noun = found[0].lstrip(" -") if found else ""
     people = re.search(rf"\b{_PERSON}s?$", noun)
-    whole = people or re.search(rf"\b{_MEAL}$|^{_ALL}$", noun)
+    whole = people or re.search(rf"\b{MEAL}$|^{_ALL}$", noun)
     if waived or (_DROPPED.search(before) and (whole or not noun)):
         return False
     if re.search(r"\bnon[- ]$", before):
@@ -405,7 +420,7 @@ def _stated(sentence: str, match: re.Match[str]) -> bool | None:
     if asks(sentence):
         return None
     if re.search(r"\bfor (?:[\w']+ )?$", before) and (people or not noun):
-        return bool(re.search(rf"\b(?:{_MEAL}|mak\w+|cook\w*|bak\w+|host\w*)\b", before)) or None
+        return bool(re.search(rf"\b(?:{MEAL}|mak\w+|cook\w*|bak\w+|host\w*)\b", before)) or None
     if noun:
         whole = whole or any(match[0] in thing for thing in made(before + match[0]))
         return True if whole and not _NOT.search(_clause(sentence, match.start())) else None

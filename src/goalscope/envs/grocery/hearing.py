@@ -5,11 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from functools import lru_cache
 
 from goalscope.envs.grocery.amounts import Request
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.diets import diet, implied, is_diet, violates
+from goalscope.envs.grocery.diets import diet, hinted, implied, is_diet, violates
+from goalscope.envs.grocery.limits import budget, guesses
 from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.requests import (
     Refusal,
@@ -53,6 +55,9 @@ class Hearing:
         words: All that was said, in lower case.
         empties: Whether the last words ask for an empty basket.
         unasked: Whether they want nothing in it that was not asked for.
+        hinted: Restrictions that any words spoke of; they bind what is guessed.
+        guesses: Whether anything may be guessed.
+        budget: What all may cost, in the shop's currency; None for any sum.
     """
 
     wanted: tuple[Request, ...]
@@ -67,6 +72,9 @@ class Hearing:
     words: str
     empties: bool
     unasked: bool
+    hinted: frozenset[str]
+    guesses: bool
+    budget: Decimal | None
 
     def makes(self, thing: str) -> bool:
         """Whether the person wants to make `thing` themselves, so that it is not to be bought.
@@ -136,6 +144,9 @@ def _hear(utterances: tuple[str, ...], names: Names) -> Hearing:
         words=". ".join(utterances).casefold(),
         empties=listener.empties,
         unasked=listener.unasked,
+        hinted=listener.hinted,
+        guesses=listener.guesses,
+        budget=listener.budget,
     )
 
 
@@ -160,6 +171,9 @@ class _Listener:
         self.dropped: dict[str, None] = {}
         self.lessened: dict[str, None] = {}
         self.diets: frozenset[str] = frozenset()
+        self.hinted: frozenset[str] = frozenset()
+        self.guesses = True
+        self.budget: Decimal | None = None
         self.mild: set[str] = set()
         self.before: list[str] = []
         self.named: list[str] = []
@@ -174,7 +188,11 @@ class _Listener:
         self.empties = self.unasked = self.unclear = False
         self.before, self.named = self.named or self.before, []
         earlier, self.diets = self.diets, diet(utterance, self.diets)
-        for clause in heard(self.names.hidden(utterance)):
+        self.hinted = hinted(utterance, self.hinted)
+        utterance = self.names.hidden(utterance)
+        self.guesses = guesses(utterance, self.guesses)
+        self.budget = budget(utterance, self.budget)
+        for clause in heard(utterance):
             if unasked(clause):
                 self.unasked = True
                 continue

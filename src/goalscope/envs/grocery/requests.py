@@ -35,6 +35,7 @@ __all__ = [
     "Refusal",
     "amount",
     "clears",
+    "pieces",
     "refuses",
     "removed",
     "replaced",
@@ -183,27 +184,39 @@ def wanted(said: Said) -> tuple[Request, ...]:
         return ()
     found: dict[str, Request] = {}
     replaces = replaced(said)
+    for _, request, asked in pieces(said):
+        if request is None:
+            continue
+        if replaces:
+            many = not request.outright and request.change == "at least"
+            change = "as many" if many else request.change
+            request = replace(request, replaces=replaces, change=change)
+        if asked:
+            request = replace(request, outright=True)
+        if request.phrase not in found or request.change == "exactly":
+            found[request.phrase] = request
+    return tuple(found.values())
+
+
+def pieces(said: Said) -> Iterator[tuple[str, Request | None, bool]]:
+    """What a clause neither refuses nor asks about, in pieces.
+
+    With each comes the request that it may be, and whether a verb asks for it.
+    """
     for sentence in sentences(_SERVINGS.sub(" ", _unrefused(said))):
         if asks(sentence):
             continue
         for part in re.split(r"\bbut\b|\s-\s", sentence.strip(" .;!?")):
-            start = 0
             if _KEEP.match(part):
                 continue
-            if asking := ASKING.search(part):
-                start = asking.end()
-            elif _SPEAKING.search(_TAIL.sub("", part)):
+            asking = ASKING.search(part)
+            if asking is None and _SPEAKING.search(_TAIL.sub("", part)):
+                yield part, None, False
                 continue
-            for request in _listed(part[start:]):
-                if replaces:
-                    many = not request.outright and request.change == "at least"
-                    change = "as many" if many else request.change
-                    request = replace(request, replaces=replaces, change=change)
-                if asking:
-                    request = replace(request, outright=True)
-                if request.phrase not in found or request.change == "exactly":
-                    found[request.phrase] = request
-    return tuple(found.values())
+            if asking:
+                yield part[: asking.start()], None, True
+            for chunk in _SEPARATOR.split(part[asking.end() if asking else 0 :]):
+                yield chunk, _request(chunk), bool(asking)
 
 
 def amount(thing: str, said: str) -> Request:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from goalscope.envs.grocery.amounts import GRAMS, MILLILITRES, WORD
+from goalscope.envs.grocery.limits import unlimited
 from goalscope.envs.grocery.moods import Mood, clauses
 from goalscope.envs.speech import evened
 
@@ -106,7 +107,8 @@ _REWORDED = [
         ),
         (
             r", so |,? (?:so|but|and|also) (?=(?:no|without|don't|nothing|i|we|let's|i'm|we're)\b)"
-            r"|, (?=(?:i|we|i'm|we're|i'd|i'll|we'd|we'll|can you|could you|please)\b)",
+            r"|, (?=(?:i|we|i'm|we're|i'd|i'll|we'd|we'll|can you|could you|please|that's"
+            r"|that is|that will|that'll)\b)",
             ". ",
         ),
     )
@@ -289,7 +291,7 @@ class Said:
 def heard(utterance: str) -> tuple[Said, ...]:
     """The clauses of `utterance` in lower case, reworded; changes only where they are ordered."""
     text = re.sub(r"\s*\n\s*", ". ", _BULLET.sub(", ", utterance[:2000]).strip())
-    text = evened(text)
+    text = unlimited(evened(text))
     text = re.sub(r"\b(remove|delete|drop|take out|add|get|buy):[\s,]*", r"\1 ", text)
     text = re.sub(r"([^\w\s'])(?:\s*\1)+", r"\1", text)
     text = text.replace(" go ahead and ", " ")

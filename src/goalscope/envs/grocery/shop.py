@@ -7,15 +7,18 @@ from dataclasses import replace
 from decimal import Decimal
 
 from goalscope import envs
-from goalscope.envs.grocery.amounts import MOST, packages, units
+from goalscope.envs.grocery.amounts import MOST, Request, packages, units
 from goalscope.envs.grocery.answers import answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import Choice, called, is_vague
 from goalscope.envs.grocery.consent import consents
 from goalscope.envs.grocery.hearing import Hearing, hear
+from goalscope.envs.grocery.limits import budget
 from goalscope.envs.grocery.names import Names
+from goalscope.envs.grocery.orders import is_order, tries_to_buy
 from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.requests import amount, refuses, unrefused
+from goalscope.envs.grocery.rewording import SAME, SAME_ALL
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.words import singulars, words
 from goalscope.types import Action, Profile, StepResult, Turn
@@ -126,20 +129,25 @@ class GroceryShop:
     def actions(self, relevant: Sequence[str], turns: Sequence[Turn] = ()) -> list[Action]:
         """Additions for each search term that the basket does not serve yet.
 
-        What the person ruled out in `turns` is not offered, nor what once left the basket, nor
-        anything where the newest words only take things out. Removals and the purchase follow from
-        the person's words alone: see `requests` and `completion_actions`.
+        What the person ruled out in `turns` is not offered, nor what once left the basket, what a
+        diet that they hinted at speaks against, or what goes beyond their budget; nor anything
+        where they want no guesses, or the newest words only take things out. Removals and the
+        purchase follow from the person's words alone: see `requests` and `completion_actions`.
         """
         hearing = self._heard(turns)
+        hearing = replace(hearing, diets=hearing.diets | hearing.hinted)
         lessens = hearing.empties or hearing.unasked or hearing.removed or hearing.spared
-        if self._bought or (lessens and not hearing.newest):
+        if self._bought or not hearing.guesses or (lessens and not hearing.newest):
             return []
+        left = None if hearing.budget is None else hearing.budget - self._after(turns)
         found: dict[str, int] = {}
         for term in relevant:
             if offers := self._choice.offers(term, hearing, {*self._basket, *self._taken_out}):
                 much = amount(term, hearing.words)
                 for item in offers:
-                    found.setdefault(item.name, packages(much, item))
+                    number = packages(much, item)
+                    if left is None or (item.price or 0) * number <= left:
+                        found.setdefault(item.name, number)
         return [Action("add item", name, number) for name, number in found.items()]
 
     def requests(self, turns: Sequence[Turn]) -> list[Action]:
@@ -191,6 +199,14 @@ class GroceryShop:
             if number
         ]
 
+    def is_order(self, turns: Sequence[Turn]) -> bool:
+        """Whether the newest words say exactly what is to be done."""
+        hearing = self._heard(turns)
+        return bool(turns) and is_order(
+            self._names.hidden(turns[-1].utterance),
+            lambda request: self._means(request, hearing),
+        )
+
     def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
         """What the newest turn asks for outright and did not get, one sentence each."""
         hearing = self._heard(turns)
@@ -201,6 +217,12 @@ class GroceryShop:
             before[name] = before.get(name, 0) + sign * result.action.quantity
         held = [item for name, n in before.items() if n > 0 and (item := self.catalogue.get(name))]
         told: list[str] = []
+        if tries_to_buy(turns[-1].utterance):
+            told.append(f'To have the basket bought, say "{self.completion_phrase}".')
+        above = hearing.budget is not None and self.total > hearing.budget
+        if above and (results or budget(turns[-1].utterance) is not None):
+            total, named = map(self.catalogue.money, (self.total, hearing.budget))
+            told.append(f"The basket comes to {total}, above the {named} that you named.")
         if hearing.unclear:
             told.append("It is not clear which thing you mean. Please name it.")
         for phrase in (removal.phrase for removal in hearing.removed):
@@ -280,6 +302,23 @@ class GroceryShop:
             each for each in hearing.wanted if each.phrase not in {*gone} - {*each.replaces}
         )
         return replace(hearing, wanted=wanted).keeping(kept)
+
+    def _after(self, turns: Sequence[Turn]) -> Decimal:
+        """Price of the basket once it is as the person asks for outright."""
+        total = self.total
+        for action in self.requests(turns):
+            item = self.catalogue.get(action.target)
+            price = (item.price if item else None) or Decimal(0)
+            total += price * action.quantity * (1 if action.name == "add item" else -1)
+        return total
+
+    def _means(self, request: Request, hearing: Hearing) -> bool:
+        """Whether a request is for a thing of the shop, or for one that it has not."""
+        phrase = self._names.shown(request.phrase)
+        if phrase in (SAME, SAME_ALL) or self._choice.meant(phrase, hearing, self._basket):
+            return True
+        request = replace(request, phrase=phrase)
+        return request.outright and bool(self._choice.lacking(request, hearing))
 
     def _is_same(self, item: Item, before: Mapping[str, int]) -> bool:
         """Whether the basket holds as much of the item as it did, and some."""

@@ -1,0 +1,103 @@
+"""Whether words say exactly what is to be done, so that nothing has to be guessed from them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+
+from goalscope.envs.grocery.amounts import WORD, Request
+from goalscope.envs.grocery.diets import MEAL, diet
+from goalscope.envs.grocery.limits import budget, guesses, wants_ideas
+from goalscope.envs.grocery.moods import Mood
+from goalscope.envs.grocery.requests import (
+    clears,
+    pieces,
+    removed,
+    spared,
+    unasked,
+    unwanted,
+)
+from goalscope.envs.grocery.rewording import heard
+from goalscope.envs.grocery.words import made
+from goalscope.envs.remarks import is_remark
+from goalscope.envs.speech import evened
+
+__all__ = ["is_order", "tries_to_buy"]
+
+_AIM = re.compile(
+    rf"\b(?:for|having|hosting|have|to) (?:[\w'-]+ ){{0,3}}{MEAL}s?\b"
+    rf"|\b(?:\d+|{WORD}) (?:\w+ )?(?:people|persons|guests|kids|children|adults|friends|of us)\b"
+    r"|\b(?:serves?|feeds?|feeding|to go with)\b"
+)
+_MADE = re.compile(r"(?!(?:it|that|this|them|those|these)\b)")
+_EMPTY = re.compile(
+    r"(?:[\W_]*\b(?:and|but|or|so|please|yes|yeah|yep|ok|okay|no|not|nope|now|then|actually|also|too"
+    r"|instead|just|only|maybe|well|oh|hi|hello|hey|sorry|wait|thanks|thank you|again|all|at all"
+    r"|else|any ?more|either|as well|after all|the|a|an|my|our|some|of|in total|today|i|we|you|he"
+    r"|she|they|it|do|does|am|is|are|be|i'm|we're|he's|she's|they're|i've|we've|have|has|got|can"
+    r"|could|would|will|really|very|severely|who|one|someone|somebody|because|since|as|must|should"
+    r"|to|me|us|that|this|there|with|let's|what|which|go|ahead|there is|ditto|dittos|inplace|said"
+    r"|asked|told|changed|mind|for (?:me|us|it|that|him|her|them|now|today))(?![\w']))*[\W_]*"
+)
+_PERSON = re.compile(
+    r"(?:(?:and|but|so|because|since|as) )?(?:(?:my|our|the|his|her) (?:[\w'-]+ ){1,3}|\w+ )"
+    r"(?:is|are|has|have|can|does|who|who is|really|just|also)?"
+)
+_TOLD = re.compile(
+    r"\s*(?:\w+ )?there is .*\b(?:already|at home|left|enough|plenty|in the (?:fridge|freezer"
+    r"|house|pantry|cupboard))\b.*"
+    r"|.*\b(?:over|above|more than|beyond) [$\u20ac\u00a3]?\d.*"
+    r"|.*\btoo (?:expensive|dear|costly)\b.*"
+)
+_WISH = re.compile(rf"\b(?:want|need|like|love|fancy|crave|plan|host|{MEAL})\b")
+_TRY = re.compile(
+    r"(?:(?:ok(?:ay)?|yes|yeah|yep|sure|please|now|then|so|well|and|i|we|want to|i'd like to"
+    r"|you can|can you|could you|let's|go ahead and|i'll|we'll|i'm|done|ready to|that's (?:it|all)|great"
+    r"|perfect|good|thanks|thank you|just|finished|happy to)[\s,.!]+)*+"
+    r"(?:buy|purchase|order|pay|check ?out|take|get|confirm|complete|done)"
+    r"(?:[\s,.!]+(?:it|this|that|them|these|those|all|now|please|everything|pay|buy|the (?:order"
+    r"|purchase|basket|cart|bill)|for|thanks|thank you|then|right away|immediately|today))*[\s.!?]*"
+)
+_BUYS = re.compile(r"\b(?:buy|purchase|order|pay|check ?out|take (?:it|them|all|everything))\b")
+
+
+def is_order(utterance: str, meant: Callable[[Request], bool]) -> bool:
+    """Whether `utterance` holds nothing but orders, refusals, limits, questions and remarks.
+
+    Args:
+        utterance: What the person said, with exact names hidden.
+        meant: Whether a request is for a thing of the shop, or for one that it has not.
+    """
+    text = evened(utterance)
+    if tries_to_buy(utterance):
+        return True
+    if wants_ideas(utterance) or _AIM.search(text) or any(map(_MADE.match, made(text))):
+        return False
+    told = budget(utterance) is not None or not guesses(utterance)
+    for said in heard(utterance):
+        if said.mood is Mood.QUESTION or unasked(said):
+            told = True
+            continue
+        refuses = bool(clears(said) or spared(said) or removed(said) or unwanted(said))
+        told = told or refuses
+        for piece, request, asked in pieces(said):
+            if request and meant(replace(request, outright=asked or request.outright)):
+                told = True
+            elif _EMPTY.fullmatch(piece) or (refuses and _PERSON.fullmatch(piece.strip() + " ")):
+                continue
+            elif is_remark(piece) or _TOLD.fullmatch(piece) or _restricts(piece):
+                told = True
+            else:
+                return False
+    return told
+
+
+def _restricts(piece: str) -> bool:
+    return bool(diet(piece)) and not _WISH.search(piece)
+
+
+def tries_to_buy(utterance: str) -> bool:
+    """Whether words look as if all were to be bought by them."""
+    text = evened(utterance)
+    return bool(_TRY.fullmatch(text) and _BUYS.search(text))

@@ -1,0 +1,240 @@
+"""What the shop guesses, and what it does not: orders, limits, budgets and hinted diets."""
+
+from __future__ import annotations
+
+import time
+from decimal import Decimal
+
+import pytest
+
+from fakes import said
+from goalscope.envs.grocery import Catalogue, GroceryShop
+from goalscope.envs.grocery.diets import violates
+from goalscope.envs.grocery.hearing import hear
+from goalscope.envs.grocery.limits import budget, guesses
+from goalscope.envs.grocery.search import Search
+from goalscope.types import Action
+
+CATALOGUE = Catalogue.load()
+SEARCH = Search(CATALOGUE)
+TERMS = ("cheese", "flour", "chocolate", "burger", "milk", "bread", "wine", "chicken")
+
+
+def shop(**basket: int) -> GroceryShop:
+    opened = GroceryShop(CATALOGUE, search=SEARCH)
+    for name, number in basket.items():
+        assert opened.step(Action("add item", name.replace("_", " "), number)).ok
+    return opened
+
+
+@pytest.mark.parametrize(
+    "utterance",
+    [
+        "2 cans of tuna, a jar of olives and a dozen eggs",
+        "6 bananas, 2 lbs of chicken breast and a bag of rice",
+        "i want 2 milk",
+        "2 milk, that's it",
+        "double the milk",
+        "make it three",
+        "i don't like rye, can i have white bread instead",
+        "only the lasagne, 2 of them, and nothing else",
+        "no coffee syrup please, and why coconut oil?",
+        "actually forget the crackers",
+        "that is way over 20 dollars!",
+        "no meat at all, please",
+        "one less egg",
+        "I'm allergic to nuts",
+        "My son is allergic to nuts.",
+        "I'm vegan",
+        "Everything must be organic.",
+        "Nothing else",
+        "Stop adding things",
+        "My budget is 25",
+        "I'd like camel milk",
+        "yes, 2 milks",
+        "Take out the bananas, please. Thanks!",
+        "Why did you add cheese? Remove it.",
+        "Swap the milk for oat milk",
+        "We have milk at home already.",
+        "do you have wine? which is the cheapest?",
+        "buy it",
+    ],
+)
+def test_orders_refusals_questions_and_remarks_say_exactly_what_is_to_be_done(
+    utterance: str,
+) -> None:
+    assert shop(Whole_Milk=1).is_order(said("I need some milk.", utterance))
+
+
+@pytest.mark.parametrize(
+    "utterance",
+    [
+        "I want to bake a cake for Sunday",
+        "We're having 10 kids over",
+        "I have guests tomorrow",
+        "surprise me",
+        "something sweet",
+        "2 milk and something sweet",
+        "we love spicy food",
+        "We like Italian food, no pork",
+        "what would go with tuna?",
+        "I need stuff for breakfast",
+        "I need snacks for a party under $30",
+        "vegan burgers for a bbq, no gluten, 6 people",
+        "I'd like to bake something for my sister who can't eat gluten",
+        "no nuts please, I want to cook a curry",
+        "I'm vegan and want a nice dinner",
+        "I'm making guacamole, so I need avocados",
+        "yes",
+        "Ok, sure",
+        "",
+    ],
+)
+def test_aims_tastes_and_a_bare_yes_do_not(utterance: str) -> None:
+    assert not shop(Whole_Milk=1).is_order(said("I need some milk.", utterance))
+
+
+@pytest.mark.parametrize(
+    "utterance",
+    [
+        "stop adding things",
+        "Stop adding things I didn't ask for!",
+        "please don't add anything I don't ask for",
+        "never add anything that I haven't asked for",
+        "Only add what I ask for.",
+        "don't guess",
+        "No, nothing else, thanks",
+        "No suggestions, please",
+        "don't surprise me",
+    ],
+)
+def test_guessing_stops_until_the_person_asks_for_ideas(utterance: str) -> None:
+    opened = shop()
+    assert opened.actions(TERMS, said("Two milks"))
+    assert not opened.actions(TERMS, said(utterance))
+    assert not opened.actions(TERMS, said(utterance, "I want to bake a cake"))
+    assert opened.actions(TERMS, said(utterance, "Any ideas for a cake?"))
+    assert opened.actions(TERMS, said(utterance, "Surprise me"))
+    assert [each.target for each in opened.requests(said(utterance, "Add 3 lemons"))] == ["Lemons"]
+
+
+@pytest.mark.parametrize(
+    "utterance",
+    [
+        "don't add anything with nuts",
+        "stop adding milk",
+        "nothing else but milk",
+        "don't put the eggs on the milk",
+        "why did you suggest that?",
+        "I guess we need milk",
+    ],
+)
+def test_what_is_said_of_one_thing_stops_no_guessing(utterance: str) -> None:
+    assert guesses(utterance)
+    assert not guesses(utterance, before=False)
+
+
+@pytest.mark.parametrize(
+    ("utterance", "most"),
+    [
+        ("I don't want to spend more than 20 dollars", "20"),
+        ("under $30, please", "30"),
+        ("my budget is 25", "25"),
+        ("We're on a budget of 1,200 euros", "1200"),
+        ("a $25.50 budget", "25.50"),
+        ("at most 40 euros", "40"),
+        ("twenty dollars at most", "20"),
+        ("keep it below 15", "15"),
+        ("Please don't go over 30.", "30"),
+        ("The total should be under 50", "50"),
+        ("I only have 20 bucks", "20"),
+        ("I need snacks for a party under $30", "30"),
+        ("Add 2 milk, and don't spend more than 20", "20"),
+    ],
+)
+def test_a_budget_is_heard_and_is_no_thing_to_buy(utterance: str, most: str) -> None:
+    assert budget(utterance) == Decimal(most)
+    assert budget("My budget is 99.", Decimal(1)) == 99
+    assert budget("Never mind the budget", Decimal(1)) is None
+    heard = hear([utterance])
+    assert heard.budget == Decimal(most)
+    assert not any("dollar" in r.phrase or r.quantity > 2 for r in heard.wanted)
+    assert hear([utterance, "Forget about the budget."]).budget is None
+
+
+@pytest.mark.parametrize(
+    "utterance",
+    [
+        "20 dollars of cheese",
+        "wine under $10",
+        "a bottle of wine for less than $10",
+        "spend at most 5 dollars on cheese",
+        "no more than $3 each",
+        "no more than 3 lemons",
+        "2 pounds of beef at most",
+        "keep it under 20 items",
+        "How much is 20 dollars?",
+        "I have 2 eggs",
+        "that is way over 20 dollars!",
+    ],
+)
+def test_other_numbers_are_no_budget(utterance: str) -> None:
+    assert budget(utterance) is None
+    assert budget(utterance, Decimal(7)) == 7
+
+
+def test_nothing_is_guessed_beyond_the_budget_and_what_is_above_it_is_told() -> None:
+    opened = shop(Bananas=1)
+    turns = said("I don't want to spend more than 20 dollars")
+    offered = opened.actions(TERMS, turns)
+    assert offered
+    prices = [item.price or 0 for each in offered if (item := CATALOGUE.get(each.target))]
+    assert all(opened.total + price <= 20 for price in prices)
+    assert opened.unmet(turns, []) == []
+    assert not opened.actions(TERMS, said("My budget is 3 dollars"))
+    turns = said(*[turn.utterance for turn in turns], "40 packs of eggs")
+    assert not opened.actions(TERMS, turns)
+    (action,) = opened.requests(turns)
+    results = [opened.step(action)]
+    (told,) = opened.unmet(turns, results)
+    assert told == f"The basket comes to ${opened.total:,.2f}, above the $20.00 that you named."
+    assert opened.unmet([*turns, *said("Thanks")], []) == []
+    assert opened.unmet([*turns, *said("Never mind the budget")], results) == []
+
+
+@pytest.mark.parametrize(
+    ("utterance", "diet"),
+    [
+        ("vegan burgers for a bbq", "vegan"),
+        ("I need some gluten-free bread for a guest", "gluten-free"),
+        ("my lactose-intolerant aunt is coming for dinner", "dairy-free"),
+        ("There will be vegetarian friends too", "vegetarian"),
+    ],
+)
+def test_guesses_obey_diets_that_are_hinted_at(utterance: str, diet: str) -> None:
+    opened = shop()
+    for turns in (said(utterance), said(utterance, "I want to have a nice evening")):
+        items = [CATALOGUE.get(each.target) for each in opened.actions(TERMS, turns)]
+        assert items
+        assert not any(item is None or violates(item, diet) for item in items)
+
+
+def test_outright_requests_and_denials_are_bound_by_no_hint() -> None:
+    turns = said("vegan burgers for a bbq", "Add 2 packs of ground beef")
+    assert Action("add item", "Ground Beef", 2) in shop().requests(turns)
+    assert "vegan" not in hear(["vegan burgers for a bbq", "It need not be vegan"]).hinted
+
+
+@pytest.mark.parametrize(
+    "part",
+    ["i ", "the total ", "keep it ", "under $1 ", "20 ", "spend ", "budget is ", "i have $2 ",
+     "don't add anything ", "stop adding all ", "1,000", "twenty ", "buy it ", "please "],
+)  # fmt: skip
+def test_no_long_input_takes_ages(part: str) -> None:
+    start = time.process_time()
+    turns = said(part * (10_000 // len(part)))
+    opened = shop()
+    opened.is_order(turns)
+    opened.unmet(turns, [])
+    opened.answer(turns[0].utterance)
+    assert time.process_time() - start < 20  # a pattern that backtracks takes hours
