@@ -10,9 +10,10 @@ from functools import lru_cache
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.orders import Clause, OrderReader
 from goalscope.envs.house.phrases import Phrase, first_named
+from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import lowered
 
-__all__ = ["parse", "parse_plain"]
+__all__ = ["is_exact", "parse", "parse_plain"]
 
 
 _MODAL = re.compile(
@@ -55,9 +56,55 @@ def parse(text: str, here: Collection[str] = ()) -> list[Clause]:
 def _parse(text: str, here: frozenset[str]) -> tuple[Clause, ...]:
     found: list[Clause] = []
     text = re.sub(r"[\"\u201c][^\"\u201d]*[\"\u201d]", " , ", text.strip('"\u201c\u201d '))
-    for sentence in re.split(r"(?<=[.!?;:])\s+|\n", text):
+    for sentence in _sentences(text):
         found += _sentence(v.normal(sentence), here, found[-1] if found else None)
     return tuple(found)
+
+
+def is_exact(text: str, here: Collection[str], *, repeats: bool) -> bool:
+    """Whether every sentence of `text` is an order, a refusal, a question or a remark.
+
+    An order that does not say what, or where to, is none.
+
+    Args:
+        text: What was said.
+        here: Types that are in the scene.
+        repeats: Whether there is an order that a thing alone can repeat.
+    """
+    said = False
+    for sentence in _sentences(text[:2000]):
+        orders = [] if is_remark(sentence) else parse(sentence, here)
+        exact = [_is_exact(order, repeats=repeats) for order in orders]
+        words = v.normal(sentence).strip(" ,.!;:")
+        if not (any(exact) or is_remark(sentence) or _asks(words)):
+            if words and not _PLEASANT.fullmatch(words):
+                return False
+            continue
+        if any(order.verb or order.said for order, ok in zip(orders, exact, strict=True) if not ok):
+            return False
+        said, repeats = True, repeats or any(exact)
+    return said
+
+
+def _is_exact(order: Clause, *, repeats: bool) -> bool:
+    """Whether it says what is to be done with what, and where to."""
+    if any(thing.word == "unknown" for thing in order.things):
+        return False
+    if order.negated:
+        return True
+    if not order.verb or not order.things:
+        return False
+    return bool(order.place or order.verb != "put") and (order.verb != "same" or repeats)
+
+
+def _sentences(text: str) -> list[str]:
+    return re.split(r"(?<=[.!?;:])\s+|\n", text)
+
+
+def _asks(text: str) -> bool:
+    """Whether `text`, which `normal` made, is a question and no order."""
+    marked = text.rstrip(" .!)'").endswith("?")
+    return bool(marked or _QUESTION.match(text)) and not v.ASKED.match(text)
 
 
 def parse_plain(text: str, here: Collection[str] = ()) -> list[Clause]:
@@ -91,10 +138,8 @@ def parse_plain(text: str, here: Collection[str] = ()) -> list[Clause]:
 
 def _sentence(text: str, here: Collection[str], before: Clause | None = None) -> list[Clause]:
     words = re.findall(r"[a-z0-9]+(?:'[a-z]+)?|,", text)
-    marked = text.rstrip(" .!)'").endswith("?")
-    question = (marked or _QUESTION.match(text)) and not v.ASKED.match(text)
-    if question or _CONDITION.search(text):
-        asked = first_named(text, here) if marked else None
+    if _asks(text) or _CONDITION.search(text):
+        asked = first_named(text, here) if text.rstrip(" .!)'").endswith("?") else None
         return [Clause("", (asked,))] if asked else []
     polite = bool(re.search(r"\bplease\b|\bfor me\b", text))
     reader = _Reader(words, here)
@@ -112,7 +157,8 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         part = [word for word in part if word != v.LATER]
         reader = _Reader(part, here, polite, mine)
         clause = reader.clause()
-        mine = reader.mine and not reader.did
+        feels = not (clause and clause.verb) and not {"i'm", "am"}.isdisjoint(part[:3])
+        mine = reader.mine and not reader.did and not (feels and parts and parts[0][0] != "and")
         said = "" if later or mine else reader.order_said()
         if listed and clause and any(thing.word == "unknown" for thing in clause.things):
             said = " ".join(part).strip(" ,").removeprefix("and ")

@@ -63,6 +63,7 @@ class Hearing:
             things of the type; 0 stands for all of them.
         newest: What of it the newest words asked for.
         missed: Of the newest words, the orders of which nothing could be made, a sentence each.
+        exact: Whether the newest words are nothing but orders, refusals, questions and remarks.
     """
 
     wanted: tuple[Request, ...] = ()
@@ -71,6 +72,7 @@ class Hearing:
     permitted: tuple[Leave, ...] = ()
     newest: tuple[Request, ...] = ()
     missed: tuple[str, ...] = ()
+    exact: bool = False
 
     def permits(self, verb: str, object_type: str, name: str = "", done: int = 0) -> bool:
         """Whether the person asked in plain words for this act, or said yes to it.

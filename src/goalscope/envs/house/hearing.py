@@ -10,7 +10,7 @@ from typing import Any
 
 from goalscope.envs.house import leave
 from goalscope.envs.house.completion import completes
-from goalscope.envs.house.grammar import parse, parse_plain
+from goalscope.envs.house.grammar import is_exact, parse, parse_plain
 from goalscope.envs.house.heard import HOME, Hearing, Leave, Request
 from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
 from goalscope.envs.house.names import names, readable, the
@@ -58,6 +58,7 @@ def hear(
         tuple(sorted((*leave, number) for leave, number in listener.permitted.items())),
         tuple(request for request in listener.wanted if request in listener.newest),
         tuple(dict.fromkeys(listener.missed)),
+        listener.exact,
     )
 
 
@@ -69,11 +70,13 @@ class _Listener(Standing):
         order: The last one, for words that repeat it or name another place.
         fresh: Its requests.
         missed: See `Hearing.missed`.
+        exact: See `Hearing.exact`.
     """
 
     order: Clause = field(default=Clause(""), init=False)
     fresh: list[Request] = field(default_factory=list[Request], init=False)
     missed: list[str] = field(default_factory=list[str], init=False)
+    exact: bool = field(default=False, init=False)
 
     def hear(self, turn: Turn) -> None:
         """Take in one turn."""
@@ -82,6 +85,7 @@ class _Listener(Standing):
         if asked := first_named(turn.query, self.count):
             self.last = self.recent = [asked]
         text = self.replied(turn)
+        self.exact = is_exact(text, self.count, repeats=bool(self.order.verb))
         said = lowered(text)
         if leave.takes_back(said):
             self.permitted.clear()

@@ -139,6 +139,8 @@ class OrderReader(PhraseReader):
             if into and "GarbageCan" not in into.types:
                 tail.source, into = into, None
             into = into or Phrase(("GarbageCan",))
+        if said in v.LOCKS:
+            into = into or Phrase(("Safe",))
         away = tail.source if verb == "put" or not into else into
         if away or (verb not in ("put", "pick up") and tail.aside):
             at = away.types if away else ()

@@ -15,7 +15,7 @@ _VERBS = {
     "put": "put|put away|put back|place|move|set|store|stow|drop|carry|transfer|arrange|stack|hang"
     "|return|serve|lay|lay out|set out|line|line up|relocate|deposit|insert|throw|throw away"
     "|throw out|toss|toss away|toss out|keep"
-    "|leave|dispose of|get rid of|plate|add|stick|pop|chuck|hide|tuck|shove",
+    "|leave|dispose of|get rid of|plate|add|stick|pop|chuck|hide|tuck|shove|lock up|lock away",
     "pick up": "pick up|pickup|pick|grab|take|take out|get|bring|bring back|bring over|fetch"
     "|retrieve|hold|give|hand|collect|gather|gather up|find|remove|lift|lift up",
     "open": "open|open up",
@@ -102,6 +102,8 @@ DISPOSALS = frozenset(
     ("throw away", "throw out", "toss away", "toss out", "dispose of", "get rid of")
 )
 """What puts things in the garbage."""
+LOCKS = frozenset(("lock up", "lock away"))
+"""What puts things in the safe, if no other place is named."""
 RETURNS = frozenset(("put back", "return"))
 """What puts things where they were, if no other place is named."""
 CHOOSING = FILLERS | _set("this that these those other same")
@@ -267,6 +269,7 @@ _REWORDED = [
         (r",? (?:would|could|can|will) you(?: please)?\?$", " please"),
         (r"\btake (?:your time|care|a (?:seat|break|look))\b", ""),
         (r"\bcoff?e+\b", "coffee"),
+        (r"\b(?:do|wash) (?:the |our |my )?(?:dishes|washing[ -]?up)\b", "wash the dishes"),
         (r"\b(?:would|is) it (?:be )?possible (?:for you )?to\b", "could you"),
         (
             rf"\b(?:needs?|could (?:do with|use)) an? (?:\w+ )?{_WASH}"
