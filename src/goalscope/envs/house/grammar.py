@@ -151,6 +151,7 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
     found: list[Clause] = []
     mine = loose = listed = False
     put_off = bool(_LATER_FIRST.match(text))
+    headed = text.rstrip().endswith(":")
     while parts:
         part = parts.pop(0)
         later = put_off or v.LATER in part
@@ -159,7 +160,7 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         clause = reader.clause()
         feels = not (clause and clause.verb) and not {"i'm", "am"}.isdisjoint(part[:3])
         mine = reader.mine and not reader.did and not (feels and parts and parts[0][0] != "and")
-        said = "" if later or mine else reader.order_said()
+        said = "" if later or mine or headed else reader.order_said()
         if listed and clause and any(thing.word == "unknown" for thing in clause.things):
             said = " ".join(part).strip(" ,").removeprefix("and ")
         listed = bool(reader.rest) and bool(said)
@@ -226,7 +227,10 @@ class _Reader(OrderReader):
         start = next((i for i, word in enumerate(self.words) if word not in v.BREAKS), 0)
         first = self.lead(start)
         lead = {*self.words[start:first]}
-        known = self.verb(first, v.BASE) and self.at(first) not in v.SAID_OF_ALL
+        known = self.verb(first, v.BASE) and (
+            self.at(first) not in v.SAID_OF_ALL
+            or (self.at(first) in v.MAKES and self.at(first + 1) in v.ARTICLES | {"me", "us"})
+        )
         if lead & (v.STATING | v.NEGATIONS) or not (known or self.commands(first)):
             return ""
         end = self.rest or len(self.words)
@@ -243,7 +247,7 @@ class _Reader(OrderReader):
         """Whether the word at `i` is plainly a verb that is not known: "play the guitar"."""
         word = self.at(i)
         return (
-            self.at(i + 1) in v.ARTICLES
+            self.at(i + 1 + (self.at(i + 1) in v.PARTICLES)) in v.ARTICLES
             and word not in v.STOPS | v.NOT_ORDERED | v.DETERMINERS | v.FILLERS | v.EACH
             and (word.endswith("eed") or not word.endswith(("s", "ing", "ed", "ly")))
             and len(word) > 2

@@ -15,10 +15,11 @@ from goalscope.envs.house.heard import HOME, Hearing, Leave, Request
 from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
 from goalscope.envs.house.names import names, readable, the
 from goalscope.envs.house.orders import Clause
-from goalscope.envs.house.phrases import Phrase, first_named
+from goalscope.envs.house.phrases import Phrase, PhraseReader, first_named
 from goalscope.envs.house.referents import TO_SLICES
 from goalscope.envs.house.standing import Standing
-from goalscope.envs.speech import lowered
+from goalscope.envs.house.undoing import inverse, meant_only, undoes
+from goalscope.envs.speech import evened, lowered
 from goalscope.types import Turn
 
 __all__ = ["IRREVERSIBLE", "Hearing", "Leave", "Request", "ask_permission", "completes", "hear"]
@@ -71,12 +72,17 @@ class _Listener(Standing):
         fresh: Its requests.
         missed: See `Hearing.missed`.
         exact: See `Hearing.exact`.
+        orders: For each utterance that was no remark, what stood before it, and what it asked for;
+            nothing if that was an aim.
     """
 
     order: Clause = field(default=Clause(""), init=False)
     fresh: list[Request] = field(default_factory=list[Request], init=False)
     missed: list[str] = field(default_factory=list[str], init=False)
     exact: bool = field(default=False, init=False)
+    orders: list[tuple[list[Request], list[Request]]] = field(
+        default_factory=list[tuple[list[Request], list[Request]]], init=False
+    )
 
     def hear(self, turn: Turn) -> None:
         """Take in one turn."""
@@ -87,7 +93,11 @@ class _Listener(Standing):
         text = self.replied(turn)
         self.exact = is_exact(text, self.count, repeats=bool(self.order.verb))
         said = lowered(text)
-        if leave.takes_back(said):
+        undone, before = undoes(evened(text)), [*self.wanted]
+        if undone:
+            self.permitted.clear()
+            self.undo(len(self.orders) if undone == "all" else 1)
+        elif leave.takes_back(said):
             self.permitted.clear()
             self.wanted.clear()
         if leave.hesitates(said):
@@ -95,12 +105,36 @@ class _Listener(Standing):
         ruled_out = self.keep_whole(said)
         earlier = len(self.wanted)
         for part in re.split(r"(?<=[.!?;])\s+(?=(?:no[ ,]+)?not\b)", text, flags=re.IGNORECASE):
-            for clause in parse(self.other_place(part), self.count):
+            for clause in parse(self.meant_only(self.other_place(part)), self.count):
                 ruled_out |= clause.negated
                 earlier = min(earlier, self.take(clause, earlier))
         if leave.doubts(said) and not ruled_out:
             self.permitted.clear()
         self.permit(parse_plain(text, self.count))
+        if not undone and (self.newest or not self.exact):
+            self.orders.append((before, [*self.newest]))
+
+    def undo(self, number: int) -> None:
+        """Go back to what stood before the last orders; what cannot be undone is kept as missed."""
+        first = len(self.orders) - number
+        undone, self.exact = self.orders[max(first, 0) :], True
+        if first < 0 or (number == 1 and not undone[0][1]):
+            self.missed.append("I do not know what to undo: tell me what should be as it was.")
+            return
+        del self.orders[first:]
+        stood, self.wanted = undone[0][0] if undone else [], []
+        for request in (each for _, orders in reversed(undone) for each in reversed(orders)):
+            back = inverse(request, self.start)
+            if back is None:
+                name = the(readable(request.object_types[0]))
+                self.missed.append(f"I cannot undo that: {request.verb} {name}.")
+            elif back.object_types:
+                self.newest.append(back)
+                self.add(back, len(self.wanted))
+        for old in stood:
+            self.add(old, len(self.wanted))
+        if number == 1 and not (self.newest or self.missed):
+            self.missed.append("There is nothing to undo.")
 
     def replied(self, turn: Turn) -> str:
         """Read a plain yes or no to the question for leave; what else is said is left."""
@@ -145,6 +179,26 @@ class _Listener(Standing):
         self.keep_out([kind for last in self.last for kind in last.types], no.types)
         yes = self.one_thing(rest)
         return f"put them in {rest}" if yes and "receptacle" in self.flags_of(yes) else rest
+
+    def meant_only(self, text: str) -> str:
+        """Take in "not those, only the laptop" after an order; what it did besides goes back."""
+        rest = meant_only(evened(text))
+        last = self.orders[-1][1] if self.orders else []
+        reader = PhraseReader(re.findall(r"[a-z0-9]+|,", rest or ""), self.count)
+        things, end = reader.things(0)
+        if not last or not things or end < len(reader.words):
+            return text
+        kinds = {kind for thing in things for kind in thing.types if not thing.described}
+        others = [
+            replace(each, object_types=tuple(k for k in each.object_types if k not in kinds))
+            for each in last
+        ]
+        for each in others:
+            back = inverse(each, self.start) if each.object_types else None
+            if back and back.object_types:
+                self.add(back, len(self.wanted))
+                self.newest.append(back)
+        return "" if kinds else f"actually {rest}"
 
     def take(self, clause: Clause, earlier: int) -> int:
         """Let one clause change what stands; `earlier` requests are of earlier utterances."""

@@ -79,6 +79,7 @@ class OrderReader(PhraseReader):
         start = i
         things, i = self.things(i, refused=negated)
         poured = next((word for word in self.words[start:i] if word in v.LIQUIDS), "")
+        i += i > start and self.at(i) == "back" and f"{said} {self.at(i + 1)}" in v.SWITCHED
         if (
             i > start
             and (apart := f"{said} {self.at(i)}") in v.BASE
@@ -152,6 +153,8 @@ class OrderReader(PhraseReader):
             return Clause("any", things, negated=True) if said == "leave" else None
         if verb == "put" and not into and (said in v.RETURNS or "back" in self.words[start:]):
             into = Phrase(word="home")
+            every = things and things[0].word == "everything"
+            things = (replace(things[0], every=True),) if every else things
         return Clause(verb, things, into if verb == "put" else None, negated, tail.excluded, liquid)
 
     def state(
