@@ -156,3 +156,90 @@ def test_undoing_takes_leave_back() -> None:
     assert heard("slice the bread").permitted
     assert not heard("slice the bread", "undo that").permitted
     assert not heard("slice the bread", "open the fridge", "undo that").permitted
+
+
+BOXED = ["put the phones and the laptop in the box"]
+ONLY = {"laptop: now in the box"}
+ALL = {*ONLY, "phone 1: now in the box", "phone 2: now in the box"}
+
+
+@pytest.mark.parametrize(
+    ("correction", "changes"),
+    [
+        ("not that one, I meant only the laptop", ONLY),
+        ("No, sorry! I only meant the laptop.", ONLY),
+        ("not the phones, just the laptop please", ONLY),
+        ("only the laptop", ONLY),
+        ("not the laptop", ALL - ONLY),
+        ("not the laptop, I meant the watch", {"watch: now in the box"}),
+        ("I just meant both phones", ALL - ONLY),
+        ("not the watch, only the laptop", ALL),
+    ],
+)
+def test_only_what_was_meant_stays(correction: str, changes: set[str]) -> None:
+    assert told("LivingRoom1", *BOXED, correction)[0] == changes
+
+
+@pytest.mark.parametrize(
+    ("said", "changes", "notes"),
+    [
+        (
+            ["not that one, I meant only the apple"],
+            set(),
+            ["I did not understand: not that one, I meant only the apple."],
+        ),
+        (
+            ["put two eggs in the bowl", "I meant only one"],
+            {"egg 1: now in the bowl", "egg 2: now in the bowl"},
+            ["I did not understand: I meant only one."],
+        ),
+        (
+            ["put the mug in the sink", "not that one, I meant mug 1"],
+            {"mug 1: now in the sink basin"},
+            [],
+        ),
+        (["open the fridge and the microwave", "only the fridge, please"], {"fridge: open"}, []),
+        (
+            ["slice the apple", "I only meant the bread"],
+            {"apple: sliced"},
+            ["I cannot undo that: slice the apple."],
+        ),
+        (["cook the potato and open the fridge", "I only meant the fridge"], {"fridge: open"}, []),
+        (["cook the potato", "undo that"], set(), ["There is nothing to undo."]),
+        (["put the apple in the fridge", "leave it there"], {APPLE}, []),
+        (["put the apple in the fridge", "leave the apple where it is"], {APPLE}, []),
+        (["put the apple in the fridge", "leave it there", "don't touch it"], set(), []),
+        (["put the apple in the fridge", "leave it alone"], set(), []),
+    ],
+)
+def test_what_is_unclear_moves_nothing(
+    said: list[str], changes: set[str], notes: list[str]
+) -> None:
+    assert told("Kitchen1", *said)[:2] == (changes, notes)
+
+
+def test_correcting_drops_leave() -> None:
+    assert ("slice", "Apple", 1) in heard("slice an apple and open the fridge").permitted
+    assert not heard("slice an apple and open the fridge", "I meant only the fridge").permitted
+
+
+KNIFE = "I can hold one thing at a time: where should {} go?"
+
+
+@pytest.mark.parametrize(
+    ("said", "note"),
+    [
+        ("i wanted the fork and the butter knife", KNIFE.format("the fork and the butter knife")),
+        ("I never got either knife", KNIFE.format("the knife")),
+        ("I didn't get the knife", KNIFE.format("the knife")),
+    ],
+)
+def test_what_was_not_brought_is_asked_for_again(said: str, note: str) -> None:
+    assert told("Kitchen1", "bring me a clean fork and a knife", said) == (set(), [note], "")
+    turns = [Turn("", "bring me a clean fork and a knife"), Turn("", said)]
+    assert robot_in("Kitchen1").is_order(turns)
+
+
+@pytest.mark.parametrize("said", ["I wanted the bread sliced", "I didn't get the bread sliced"])
+def test_a_wish_of_the_past_gives_no_leave(said: str) -> None:
+    assert not heard(said).permitted

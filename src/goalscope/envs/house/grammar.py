@@ -25,6 +25,7 @@ _MODAL = re.compile(
 _LEAVE_ALONE = re.compile(
     r"\b(?:leave|keep)\b.*\b(?:alone|where|as (?:it|they)|in place|be|untouched|there|out)\b"
 )
+_STAYS = re.compile(r"(?:leave|keep) (?:\w+ ){1,4}(?:there|where|in place)\b")
 _LEFT_THERE = re.compile(r"\b(?:leave|keep) \w+ (?:there|where|in place)\b")
 _QUESTION = re.compile(
     r"(?:(?:and|so|but|ok|okay|oh|well)[ ,]+)*(?:what|which|who|whose|when|why|how|where"
@@ -391,4 +392,5 @@ class _Reader(OrderReader):
         if not _LEAVE_ALONE.match(" ".join(self.words[first:])):
             return None
         things, _ = self.things(first + 1)
-        return Clause("any", things or (Phrase(word="it"),), negated=True)
+        stays = bool(_STAYS.match(" ".join(self.words[first:])))
+        return Clause("any", things or (Phrase(word="it"),), negated=True, stays=stays)

@@ -59,6 +59,7 @@ class Hearing:
         refused: Pairs of verb and object type that are ruled out; the verb "" stands for
             anything done to it, and "put in" for putting things there.
         kept_out: Pairs of an object type and the type of a place where it may not be put.
+        staying: Object types that are ruled out, but are to stay where they are by now.
         permitted: An irreversible verb, an object type or a name in the scene, and for how many
             things of the type; 0 stands for all of them.
         newest: What of it the newest words asked for.
@@ -69,6 +70,7 @@ class Hearing:
     wanted: tuple[Request, ...] = ()
     refused: frozenset[tuple[str, str]] = frozenset()
     kept_out: frozenset[tuple[str, str]] = frozenset()
+    staying: frozenset[str] = frozenset()
     permitted: tuple[Leave, ...] = ()
     newest: tuple[Request, ...] = ()
     missed: tuple[str, ...] = ()

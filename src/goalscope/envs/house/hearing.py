@@ -18,7 +18,7 @@ from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase, PhraseReader, first_named
 from goalscope.envs.house.referents import TO_SLICES
 from goalscope.envs.house.standing import Standing
-from goalscope.envs.house.undoing import inverse, meant_only, undoes
+from goalscope.envs.house.undoing import inverse, meant_only, undoes, was_done
 from goalscope.envs.speech import evened, lowered
 from goalscope.types import Turn
 
@@ -56,6 +56,7 @@ def hear(
         tuple(listener.wanted),
         frozenset(listener.refused),
         frozenset(listener.kept_out),
+        frozenset(listener.staying),
         tuple(sorted((*leave, number) for leave, number in listener.permitted.items())),
         tuple(request for request in listener.wanted if request in listener.newest),
         tuple(dict.fromkeys(listener.missed)),
@@ -72,6 +73,7 @@ class _Listener(Standing):
         fresh: Its requests.
         missed: See `Hearing.missed`.
         exact: See `Hearing.exact`.
+        staying: See `Hearing.staying`.
         orders: For each utterance that was no remark, what stood before it, and what it asked for;
             nothing if that was an aim.
     """
@@ -80,6 +82,7 @@ class _Listener(Standing):
     fresh: list[Request] = field(default_factory=list[Request], init=False)
     missed: list[str] = field(default_factory=list[str], init=False)
     exact: bool = field(default=False, init=False)
+    staying: set[str] = field(default_factory=set[str], init=False)
     orders: list[tuple[list[Request], list[Request]]] = field(
         default_factory=list[tuple[list[Request], list[Request]]], init=False
     )
@@ -124,17 +127,23 @@ class _Listener(Standing):
         del self.orders[first:]
         stood, self.wanted = undone[0][0] if undone else [], []
         for request in (each for _, orders in reversed(undone) for each in reversed(orders)):
-            back = inverse(request, self.start)
-            if back is None:
-                name = the(readable(request.object_types[0]))
-                self.missed.append(f"I cannot undo that: {request.verb} {name}.")
-            elif back.object_types:
-                self.newest.append(back)
-                self.add(back, len(self.wanted))
+            self.reverse(request)
         for old in stood:
             self.add(old, len(self.wanted))
         if number == 1 and not (self.newest or self.missed):
             self.missed.append("There is nothing to undo.")
+
+    def reverse(self, request: Request) -> None:
+        """Ask for the inverse of a request; where it has none and was met, keep that as missed."""
+        back = inverse(request, self.start)
+        if back is None:
+            if not was_done(request, self.objects, self.start):
+                return
+            name = the(readable(request.object_types[0]))
+            self.missed.append(f"I cannot undo that: {request.verb} {name}.")
+        elif back.object_types:
+            self.newest.append(back)
+            self.add(back, len(self.wanted))
 
     def replied(self, turn: Turn) -> str:
         """Read a plain yes or no to the question for leave; what else is said is left."""
@@ -182,23 +191,33 @@ class _Listener(Standing):
 
     def meant_only(self, text: str) -> str:
         """Take in "not those, only the laptop" after an order; what it did besides goes back."""
-        rest = meant_only(evened(text))
-        last = self.orders[-1][1] if self.orders else []
-        reader = PhraseReader(re.findall(r"[a-z0-9]+|,", rest or ""), self.count)
-        things, end = reader.things(0)
-        if not last or not things or end < len(reader.words):
+        found, last = meant_only(evened(text)), self.orders[-1][1] if self.orders else []
+        if not found:
             return text
-        kinds = {kind for thing in things for kind in thing.types if not thing.described}
-        others = [
-            replace(each, object_types=tuple(k for k in each.object_types if k not in kinds))
-            for each in last
-        ]
-        for each in others:
-            back = inverse(each, self.start) if each.object_types else None
-            if back and back.object_types:
-                self.add(back, len(self.wanted))
-                self.newest.append(back)
-        return "" if kinds else f"actually {rest}"
+        no, yes = (PhraseReader(re.findall(r"[a-z0-9]+|,", part), self.count) for part in found)
+        (things, end), (wrong, _) = yes.things(0), no.things(0)
+        asked = {kind for each in last for kind in each.object_types}
+        named = {kind for thing in wrong for kind in thing.types}
+        if (
+            not things
+            or end < len(yes.words)
+            or named - asked
+            or not (last or (wrong and no.words))
+        ):
+            return text
+        self.exact = True
+        if not last or not all(thing.is_named for thing in things):
+            self.missed.append(f"I did not understand: {shorten(text, 80, placeholder=' ...')}.")
+            return ""
+        kept = {k for t in things for k in t.types if not (t.described or t.which)} & asked
+        for each in last:
+            stay = tuple(kind for kind in each.object_types if kind in kept)
+            if kinds := tuple(kind for kind in each.object_types if kind not in kept):
+                self.drop_leave(kinds)
+                right = [replace(each, object_types=stay)] if stay else []
+                self.wanted = [*(old for old in self.wanted if old != each), *right]
+                self.reverse(replace(each, object_types=kinds))
+        return "" if kept else f"actually {found[1]}"
 
     def take(self, clause: Clause, earlier: int) -> int:
         """Let one clause change what stands; `earlier` requests are of earlier utterances."""
@@ -329,6 +348,7 @@ class _Listener(Standing):
             self.refuse("put in", place.types if place else ())
             return
         verb = "" if clause.verb == "any" else clause.verb
+        self.staying = {*self.staying, *kinds} if clause.stays else self.staying - {*kinds}
         for thing in things:
             if not (thing.states and self.narrow(thing)):
                 self.refuse(verb, thing.types)

@@ -27,6 +27,7 @@ class Clause:
         corrects: Whether its things take the place of the last ones.
         later: Whether it is wanted at another time, and so not now.
         said: Its words, if it begins like an order.
+        stays: Whether its things are to stay where they are, and not to go back.
     """
 
     verb: str
@@ -39,6 +40,7 @@ class Clause:
     corrects: bool = False
     later: bool = False
     said: str = ""
+    stays: bool = False
 
 
 @dataclass

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from goalscope.envs.house.heard import HOME, Request
 from goalscope.envs.house.properties import ACTS
 
-__all__ = ["inverse", "meant_only", "undoes"]
+__all__ = ["inverse", "meant_only", "undoes", "was_done"]
 
 _LEAD = (
-    r"(?:(?:no|oh|oops|ok(?:ay)?|wait|sorry|actually|now|please|and|then|(?:can|could) you)[ ,]+)*"
+    r"(?:(?:no|oh|oops|ok(?:ay)?|wait|sorry|actually|now|please|and|then|(?:can|could) you)[ ,]+)*+"
 )
-_END = r"(?:[ ,]+(?:please|now|again|for me))*[ .!?]*"
+_END = r"(?:[ ,]+(?:please|now|again|for me))*+[ .!?]*+"
 _THAT = r"(?:that|it|this|the last (?:one|thing|step|order)|what you(?: just|'ve)? d(?:id|one))"
 _ALL = r"(?:everything|(?:all (?:of )?)(?:that|it|this))(?: you(?: just|'ve)? d(?:id|one))?"
 _UNDOES = re.compile(
@@ -24,9 +24,10 @@ _UNDOES = re.compile(
     rf" (?:it|everything|they|things) (?:was|were)(?: before)?|take that back){_END}"
 )
 _MEANT_ONLY = re.compile(
-    r"(?:(?:no|oh|oops|wait|sorry|actually|hey)[ ,.!]+)*(?P<not>not [a-z0-9 ]+[,.;!]+ ?(?:but )?)?"
-    r"(?:(?:i|we) )?(?P<only>(?:only|just) )?(?:(?:meant?|wanted|want|said|asked for) )?"
-    r"(?P<too>(?:only|just) )?(?P<rest>[a-z0-9, ]+?)(?: please| instead)?[ .!]*"
+    r"(?:(?:no|oh|oops|wait|sorry|actually|hey)[ ,.!]++)*+(?:not (?P<no>[a-z0-9 ]++)[,.;!]++ ?)?+"
+    r"(?:but )?+(?:(?:i|we) )?+(?P<only>(?:only|just) )?+"
+    r"(?:(?:meant?|wanted|want|said|asked for) )?+(?P<too>(?:only|just) )?+"
+    r"(?P<rest>[a-z0-9, ]++)[ .!]*+"
 )
 _OPPOSITE = {
     **{"open": "close", "close": "open", "turn on": "turn off", "turn off": "turn on"},
@@ -42,12 +43,12 @@ def undoes(said: str) -> str:
     return "all" if found["all"] or "back " in said else "last"
 
 
-def meant_only(said: str) -> str | None:
-    """What alone was meant by the last order, where `said`, evened, tells that; else None."""
+def meant_only(said: str) -> tuple[str, str] | None:
+    """What was not meant by the last order, and what alone was; None if `said`, evened, is else."""
     found = _MEANT_ONLY.fullmatch(said)
-    if not found or not (found["only"] or found["too"] or found["not"]):
+    if not found or not (found["only"] or found["too"] or found["no"]):
         return None
-    return found["rest"]
+    return found["no"] or "", re.sub(r",? (?:please|instead)$", "", found["rest"].strip(" ,"))
 
 
 def inverse(request: Request, start: Mapping[str, Mapping[str, Any]]) -> Request | None:
@@ -62,6 +63,19 @@ def inverse(request: Request, start: Mapping[str, Mapping[str, Any]]) -> Request
         request,
         **{"verb": verb, "object_types": kinds, "destination_types": home},
         **{"destination_name": "", "every": several, "number": 0, "passing": False},
+    )
+
+
+def was_done(
+    request: Request,
+    objects: Sequence[Mapping[str, Any]],
+    start: Mapping[str, Mapping[str, Any]],
+) -> bool:
+    """Whether something that the request may mean is as it asks for, and was not at the start."""
+    _, state, value = ACTS.get(request.verb, ("", "", None))
+    alike = [each for each in objects if each["objectType"] in request.object_types]
+    return not state or any(
+        each.get(state) == value != start.get(each["objectId"], {}).get(state) for each in alike
     )
 
 
