@@ -315,7 +315,6 @@ def test_what_is_so_already_is_told(
         "Give me a moment",
         "Have a nice day",
         "Should I wash the guitar?",
-        "Make a sandwich for my daughter, she is hungry",
         "Wash the mug",
         "Slice the bread, but only if you are sure.",
     ],

@@ -10,9 +10,10 @@ from functools import lru_cache
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.orders import Clause, OrderReader
 from goalscope.envs.house.phrases import Phrase, first_named
+from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import lowered
 
-__all__ = ["parse", "parse_plain"]
+__all__ = ["is_exact", "parse", "parse_plain"]
 
 
 _MODAL = re.compile(
@@ -24,6 +25,7 @@ _MODAL = re.compile(
 _LEAVE_ALONE = re.compile(
     r"\b(?:leave|keep)\b.*\b(?:alone|where|as (?:it|they)|in place|be|untouched|there|out)\b"
 )
+_STAYS = re.compile(r"(?:leave|keep) (?:\w+ ){1,4}(?:there|where|in place)\b")
 _LEFT_THERE = re.compile(r"\b(?:leave|keep) \w+ (?:there|where|in place)\b")
 _QUESTION = re.compile(
     r"(?:(?:and|so|but|ok|okay|oh|well)[ ,]+)*(?:what|which|who|whose|when|why|how|where"
@@ -55,9 +57,55 @@ def parse(text: str, here: Collection[str] = ()) -> list[Clause]:
 def _parse(text: str, here: frozenset[str]) -> tuple[Clause, ...]:
     found: list[Clause] = []
     text = re.sub(r"[\"\u201c][^\"\u201d]*[\"\u201d]", " , ", text.strip('"\u201c\u201d '))
-    for sentence in re.split(r"(?<=[.!?;:])\s+|\n", text):
+    for sentence in _sentences(text):
         found += _sentence(v.normal(sentence), here, found[-1] if found else None)
     return tuple(found)
+
+
+def is_exact(text: str, here: Collection[str], *, repeats: bool) -> bool:
+    """Whether every sentence of `text` is an order, a refusal, a question or a remark.
+
+    An order that does not say what, or where to, is none.
+
+    Args:
+        text: What was said.
+        here: Types that are in the scene.
+        repeats: Whether there is an order that a thing alone can repeat.
+    """
+    said = False
+    for sentence in _sentences(text[:2000]):
+        orders = [] if is_remark(sentence) else parse(sentence, here)
+        exact = [_is_exact(order, repeats=repeats) for order in orders]
+        words = v.normal(sentence).strip(" ,.!;:")
+        if not (any(exact) or is_remark(sentence) or _asks(words)):
+            if words and not _PLEASANT.fullmatch(words):
+                return False
+            continue
+        if any(order.verb or order.said for order, ok in zip(orders, exact, strict=True) if not ok):
+            return False
+        said, repeats = True, repeats or any(exact)
+    return said
+
+
+def _is_exact(order: Clause, *, repeats: bool) -> bool:
+    """Whether it says what is to be done with what, and where to."""
+    if any(thing.word == "unknown" for thing in order.things):
+        return False
+    if order.negated:
+        return True
+    if not order.verb or not order.things:
+        return False
+    return bool(order.place or order.verb != "put") and (order.verb != "same" or repeats)
+
+
+def _sentences(text: str) -> list[str]:
+    return re.split(r"(?<=[.!?;:])\s+|\n", text)
+
+
+def _asks(text: str) -> bool:
+    """Whether `text`, which `normal` made, is a question and no order."""
+    marked = text.rstrip(" .!)'").endswith("?")
+    return bool(marked or _QUESTION.match(text)) and not v.ASKED.match(text)
 
 
 def parse_plain(text: str, here: Collection[str] = ()) -> list[Clause]:
@@ -91,10 +139,8 @@ def parse_plain(text: str, here: Collection[str] = ()) -> list[Clause]:
 
 def _sentence(text: str, here: Collection[str], before: Clause | None = None) -> list[Clause]:
     words = re.findall(r"[a-z0-9]+(?:'[a-z]+)?|,", text)
-    marked = text.rstrip(" .!)'").endswith("?")
-    question = (marked or _QUESTION.match(text)) and not v.ASKED.match(text)
-    if question or _CONDITION.search(text):
-        asked = first_named(text, here) if marked else None
+    if _asks(text) or _CONDITION.search(text):
+        asked = first_named(text, here) if text.rstrip(" .!)'").endswith("?") else None
         return [Clause("", (asked,))] if asked else []
     polite = bool(re.search(r"\bplease\b|\bfor me\b", text))
     reader = _Reader(words, here)
@@ -106,14 +152,16 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
     found: list[Clause] = []
     mine = loose = listed = False
     put_off = bool(_LATER_FIRST.match(text))
+    headed = text.rstrip().endswith(":")
     while parts:
         part = parts.pop(0)
         later = put_off or v.LATER in part
         part = [word for word in part if word != v.LATER]
         reader = _Reader(part, here, polite, mine)
         clause = reader.clause()
-        mine = reader.mine and not reader.did
-        said = "" if later or mine else reader.order_said()
+        feels = not (clause and clause.verb) and not {"i'm", "am"}.isdisjoint(part[:3])
+        mine = reader.mine and not reader.did and not (feels and parts and parts[0][0] != "and")
+        said = "" if later or mine or headed else reader.order_said()
         if listed and clause and any(thing.word == "unknown" for thing in clause.things):
             said = " ".join(part).strip(" ,").removeprefix("and ")
         listed = bool(reader.rest) and bool(said)
@@ -180,7 +228,10 @@ class _Reader(OrderReader):
         start = next((i for i, word in enumerate(self.words) if word not in v.BREAKS), 0)
         first = self.lead(start)
         lead = {*self.words[start:first]}
-        known = self.verb(first, v.BASE) and self.at(first) not in v.SAID_OF_ALL
+        known = self.verb(first, v.BASE) and (
+            self.at(first) not in v.SAID_OF_ALL
+            or (self.at(first) in v.MAKES and self.at(first + 1) in v.ARTICLES | {"me", "us"})
+        )
         if lead & (v.STATING | v.NEGATIONS) or not (known or self.commands(first)):
             return ""
         end = self.rest or len(self.words)
@@ -197,7 +248,7 @@ class _Reader(OrderReader):
         """Whether the word at `i` is plainly a verb that is not known: "play the guitar"."""
         word = self.at(i)
         return (
-            self.at(i + 1) in v.ARTICLES
+            self.at(i + 1 + (self.at(i + 1) in v.PARTICLES)) in v.ARTICLES
             and word not in v.STOPS | v.NOT_ORDERED | v.DETERMINERS | v.FILLERS | v.EACH
             and (word.endswith("eed") or not word.endswith(("s", "ing", "ed", "ly")))
             and len(word) > 2
@@ -341,4 +392,5 @@ class _Reader(OrderReader):
         if not _LEAVE_ALONE.match(" ".join(self.words[first:])):
             return None
         things, _ = self.things(first + 1)
-        return Clause("any", things or (Phrase(word="it"),), negated=True)
+        stays = bool(_STAYS.match(" ".join(self.words[first:])))
+        return Clause("any", things or (Phrase(word="it"),), negated=True, stays=stays)

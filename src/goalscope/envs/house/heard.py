@@ -59,18 +59,22 @@ class Hearing:
         refused: Pairs of verb and object type that are ruled out; the verb "" stands for
             anything done to it, and "put in" for putting things there.
         kept_out: Pairs of an object type and the type of a place where it may not be put.
+        staying: Object types that are ruled out, but are to stay where they are by now.
         permitted: An irreversible verb, an object type or a name in the scene, and for how many
             things of the type; 0 stands for all of them.
         newest: What of it the newest words asked for.
         missed: Of the newest words, the orders of which nothing could be made, a sentence each.
+        exact: Whether the newest words are nothing but orders, refusals, questions and remarks.
     """
 
     wanted: tuple[Request, ...] = ()
     refused: frozenset[tuple[str, str]] = frozenset()
     kept_out: frozenset[tuple[str, str]] = frozenset()
+    staying: frozenset[str] = frozenset()
     permitted: tuple[Leave, ...] = ()
     newest: tuple[Request, ...] = ()
     missed: tuple[str, ...] = ()
+    exact: bool = False
 
     def permits(self, verb: str, object_type: str, name: str = "", done: int = 0) -> bool:
         """Whether the person asked in plain words for this act, or said yes to it.

@@ -10,15 +10,16 @@ from typing import Any
 
 from goalscope.envs.house import leave
 from goalscope.envs.house.completion import completes
-from goalscope.envs.house.grammar import parse, parse_plain
+from goalscope.envs.house.grammar import is_exact, parse, parse_plain
 from goalscope.envs.house.heard import HOME, Hearing, Leave, Request
 from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
 from goalscope.envs.house.names import names, readable, the
 from goalscope.envs.house.orders import Clause
-from goalscope.envs.house.phrases import Phrase, first_named
+from goalscope.envs.house.phrases import Phrase, PhraseReader, first_named
 from goalscope.envs.house.referents import TO_SLICES
 from goalscope.envs.house.standing import Standing
-from goalscope.envs.speech import lowered
+from goalscope.envs.house.undoing import inverse, meant_only, undoes, was_done
+from goalscope.envs.speech import evened, lowered
 from goalscope.types import Turn
 
 __all__ = ["IRREVERSIBLE", "Hearing", "Leave", "Request", "ask_permission", "completes", "hear"]
@@ -55,9 +56,11 @@ def hear(
         tuple(listener.wanted),
         frozenset(listener.refused),
         frozenset(listener.kept_out),
+        frozenset(listener.staying),
         tuple(sorted((*leave, number) for leave, number in listener.permitted.items())),
         tuple(request for request in listener.wanted if request in listener.newest),
         tuple(dict.fromkeys(listener.missed)),
+        listener.exact,
     )
 
 
@@ -69,11 +72,20 @@ class _Listener(Standing):
         order: The last one, for words that repeat it or name another place.
         fresh: Its requests.
         missed: See `Hearing.missed`.
+        exact: See `Hearing.exact`.
+        staying: See `Hearing.staying`.
+        orders: For each utterance that was no remark, what stood before it, and what it asked for;
+            nothing if that was an aim.
     """
 
     order: Clause = field(default=Clause(""), init=False)
     fresh: list[Request] = field(default_factory=list[Request], init=False)
     missed: list[str] = field(default_factory=list[str], init=False)
+    exact: bool = field(default=False, init=False)
+    staying: set[str] = field(default_factory=set[str], init=False)
+    orders: list[tuple[list[Request], list[Request]]] = field(
+        default_factory=list[tuple[list[Request], list[Request]]], init=False
+    )
 
     def hear(self, turn: Turn) -> None:
         """Take in one turn."""
@@ -82,8 +94,13 @@ class _Listener(Standing):
         if asked := first_named(turn.query, self.count):
             self.last = self.recent = [asked]
         text = self.replied(turn)
+        self.exact = is_exact(text, self.count, repeats=bool(self.order.verb))
         said = lowered(text)
-        if leave.takes_back(said):
+        undone, before = undoes(evened(text)), [*self.wanted]
+        if undone:
+            self.permitted.clear()
+            self.undo(len(self.orders) if undone == "all" else 1)
+        elif leave.takes_back(said):
             self.permitted.clear()
             self.wanted.clear()
         if leave.hesitates(said):
@@ -91,12 +108,42 @@ class _Listener(Standing):
         ruled_out = self.keep_whole(said)
         earlier = len(self.wanted)
         for part in re.split(r"(?<=[.!?;])\s+(?=(?:no[ ,]+)?not\b)", text, flags=re.IGNORECASE):
-            for clause in parse(self.other_place(part), self.count):
+            for clause in parse(self.meant_only(self.other_place(part)), self.count):
                 ruled_out |= clause.negated
                 earlier = min(earlier, self.take(clause, earlier))
         if leave.doubts(said) and not ruled_out:
             self.permitted.clear()
         self.permit(parse_plain(text, self.count))
+        if not undone and (self.newest or not self.exact):
+            self.orders.append((before, [*self.newest]))
+
+    def undo(self, number: int) -> None:
+        """Go back to what stood before the last orders; what cannot be undone is kept as missed."""
+        first = len(self.orders) - number
+        undone, self.exact = self.orders[max(first, 0) :], True
+        if first < 0 or (number == 1 and not undone[0][1]):
+            self.missed.append("I do not know what to undo: tell me what should be as it was.")
+            return
+        del self.orders[first:]
+        stood, self.wanted = undone[0][0] if undone else [], []
+        for request in (each for _, orders in reversed(undone) for each in reversed(orders)):
+            self.reverse(request)
+        for old in stood:
+            self.add(old, len(self.wanted))
+        if number == 1 and not (self.newest or self.missed):
+            self.missed.append("There is nothing to undo.")
+
+    def reverse(self, request: Request) -> None:
+        """Ask for the inverse of a request; where it has none and was met, keep that as missed."""
+        back = inverse(request, self.start)
+        if back is None:
+            if not was_done(request, self.objects, self.start):
+                return
+            name = the(readable(request.object_types[0]))
+            self.missed.append(f"I cannot undo that: {request.verb} {name}.")
+        elif back.object_types:
+            self.newest.append(back)
+            self.add(back, len(self.wanted))
 
     def replied(self, turn: Turn) -> str:
         """Read a plain yes or no to the question for leave; what else is said is left."""
@@ -141,6 +188,36 @@ class _Listener(Standing):
         self.keep_out([kind for last in self.last for kind in last.types], no.types)
         yes = self.one_thing(rest)
         return f"put them in {rest}" if yes and "receptacle" in self.flags_of(yes) else rest
+
+    def meant_only(self, text: str) -> str:
+        """Take in "not those, only the laptop" after an order; what it did besides goes back."""
+        found, last = meant_only(evened(text)), self.orders[-1][1] if self.orders else []
+        if not found:
+            return text
+        no, yes = (PhraseReader(re.findall(r"[a-z0-9]+|,", part), self.count) for part in found)
+        (things, end), (wrong, _) = yes.things(0), no.things(0)
+        asked = {kind for each in last for kind in each.object_types}
+        named = {kind for thing in wrong for kind in thing.types}
+        if (
+            not things
+            or end < len(yes.words)
+            or named - asked
+            or not (last or (wrong and no.words))
+        ):
+            return text
+        self.exact = True
+        if not last or not all(thing.is_named for thing in things):
+            self.missed.append(f"I did not understand: {shorten(text, 80, placeholder=' ...')}.")
+            return ""
+        kept = {k for t in things for k in t.types if not (t.described or t.which)} & asked
+        for each in last:
+            stay = tuple(kind for kind in each.object_types if kind in kept)
+            if kinds := tuple(kind for kind in each.object_types if kind not in kept):
+                self.drop_leave(kinds)
+                right = [replace(each, object_types=stay)] if stay else []
+                self.wanted = [*(old for old in self.wanted if old != each), *right]
+                self.reverse(replace(each, object_types=kinds))
+        return "" if kept else f"actually {found[1]}"
 
     def take(self, clause: Clause, earlier: int) -> int:
         """Let one clause change what stands; `earlier` requests are of earlier utterances."""
@@ -271,6 +348,7 @@ class _Listener(Standing):
             self.refuse("put in", place.types if place else ())
             return
         verb = "" if clause.verb == "any" else clause.verb
+        self.staying = {*self.staying, *kinds} if clause.stays else self.staying - {*kinds}
         for thing in things:
             if not (thing.states and self.narrow(thing)):
                 self.refuse(verb, thing.types)

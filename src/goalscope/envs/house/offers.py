@@ -76,6 +76,8 @@ def returns(
         was = start.get(own)
         if was is None or not thing["pickupable"] or thing["isPickedUp"]:
             continue
+        if thing["objectType"] in hearing.staying:
+            continue
         here, home = view.place(thing), view.place(was)
         if not here or not home or here == home:
             continue

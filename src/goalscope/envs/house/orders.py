@@ -27,6 +27,7 @@ class Clause:
         corrects: Whether its things take the place of the last ones.
         later: Whether it is wanted at another time, and so not now.
         said: Its words, if it begins like an order.
+        stays: Whether its things are to stay where they are, and not to go back.
     """
 
     verb: str
@@ -39,6 +40,7 @@ class Clause:
     corrects: bool = False
     later: bool = False
     said: str = ""
+    stays: bool = False
 
 
 @dataclass
@@ -79,6 +81,7 @@ class OrderReader(PhraseReader):
         start = i
         things, i = self.things(i, refused=negated)
         poured = next((word for word in self.words[start:i] if word in v.LIQUIDS), "")
+        i += i > start and self.at(i) == "back" and f"{said} {self.at(i + 1)}" in v.SWITCHED
         if (
             i > start
             and (apart := f"{said} {self.at(i)}") in v.BASE
@@ -139,6 +142,8 @@ class OrderReader(PhraseReader):
             if into and "GarbageCan" not in into.types:
                 tail.source, into = into, None
             into = into or Phrase(("GarbageCan",))
+        if said in v.LOCKS:
+            into = into or Phrase(("Safe",))
         away = tail.source if verb == "put" or not into else into
         if away or (verb not in ("put", "pick up") and tail.aside):
             at = away.types if away else ()
@@ -150,6 +155,8 @@ class OrderReader(PhraseReader):
             return Clause("any", things, negated=True) if said == "leave" else None
         if verb == "put" and not into and (said in v.RETURNS or "back" in self.words[start:]):
             into = Phrase(word="home")
+            every = things and things[0].word == "everything"
+            things = (replace(things[0], every=True),) if every else things
         return Clause(verb, things, into if verb == "put" else None, negated, tail.excluded, liquid)
 
     def state(

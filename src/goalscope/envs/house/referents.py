@@ -8,11 +8,13 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.heard import HOME, Request
 from goalscope.envs.house.meeting import NEEDS, stood_on
 from goalscope.envs.house.names import naming, readable
 from goalscope.envs.house.object_types import FLAGS, object_type, object_types
 from goalscope.envs.house.phrases import Phrase, PhraseReader
+from goalscope.envs.house.slices import pieces
 
 __all__ = ["TO_SLICES", "Referents"]
 
@@ -72,7 +74,7 @@ class Referents:
             return [replace(phrase, types=tuple(kinds), every=True, group=True)] if kinds else []
         if phrase.word == "home":
             return [replace(phrase, types=(HOME,))]
-        if phrase.word == "everything" and verb in ("close", "turn off"):
+        if phrase.word == "everything" and (phrase.every or verb in ("close", "turn off", "clean")):
             kinds = tuple(kind for kind, flags in self.flags.items() if _suits(verb, flags))
             return [replace(phrase, types=kinds, every=True, group=True)] if kinds else []
         if phrase.word in ("everything", "water", "unknown"):
@@ -105,18 +107,24 @@ class Referents:
 
     def sliced(self, thing: Phrase) -> Phrase:
         """The slices of a thing that the same words have sliced; any other as it is."""
-        cut = {kind for new in self.newest if new.verb == "slice" for kind in new.object_types}
-        kinds = tuple(f"{kind}Sliced" for kind in thing.types if kind in cut)
+        cut = self.cut()
+        kinds = tuple(cut[kind] for kind in thing.types if kind in cut)
         return replace(thing, types=kinds, every=True, number=0, states=()) if kinds else thing
+
+    def cut(self) -> dict[str, str]:
+        """The types that the same words have sliced or cracked, and those of their pieces."""
+        cut = (k for new in self.newest if new.verb in v.CUTTING for k in new.object_types)
+        return {kind: pieces(kind) for kind in cut if pieces(kind)}
 
     def fitting(self, verb: str, kinds: Sequence[str]) -> tuple[str, ...]:
         """Those of `kinds` that are here, or may come of what is, and that suit the verb."""
         if verb in ("turn on", "turn off"):
             kinds = tuple(_SWITCHES.get(kind, kind) for kind in kinds)
-        here = [k for k in kinds if k in self.count or k.removesuffix("Sliced") in self.count]
+        known = {*self.count, *self.cut().values()}
+        here = [k for k in kinds if k in known or k.removesuffix("Sliced") in known]
         fit = [k for k in here if _suits(verb, self.flags.get(k) or object_type(k).flags)]
         if verb == "cook" and not fit:
-            fit = [f"{k}Sliced" for k in here if "cookable" in object_type(f"{k}Sliced").flags]
+            fit = [pieces(k) for k in here if "cookable" in object_type(pieces(k)).flags]
         return tuple(dict.fromkeys(fit or (here if verb == "use up" else ())))
 
     def name(self, kinds: Sequence[str], phrase: Phrase) -> str:

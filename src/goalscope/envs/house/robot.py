@@ -196,6 +196,10 @@ class HomeRobot:
         back = returns(self._view, self._start, hearing)
         return [action for action in back if action.target not in asked] + plan
 
+    def is_order(self, turns: Sequence[Turn]) -> bool:
+        """Whether the newest words are nothing but orders and refusals that were understood."""
+        return self._hear(turns).exact
+
     def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
         """What the newest turn asks for outright and did not get, one sentence each."""
         hearing = self._hear(turns)

@@ -9,7 +9,7 @@ from typing import Any
 from goalscope.envs.house.geometry import as_dict, box_metadata, box_of, vec
 from goalscope.envs.house.object_types import FLAGS, object_type
 
-__all__ = ["slices_of"]
+__all__ = ["pieces", "slices_of"]
 
 _NAMES = {
     "Apple": "AppleSliced",
@@ -27,6 +27,11 @@ _BY_ASSET = {
     "Potato": {6: tuple(range(21, 31)), 9: tuple(range(11, 21))},
 }  # fmt: skip
 """Number of pieces, for the numbers of AI2-THOR's assets that differ from the usual one."""
+
+
+def pieces(kind: str) -> str:
+    """The type of what is there once a thing of this type is sliced or cracked; "" without one."""
+    return _NAMES.get(kind, "")
 
 
 def slices_of(thing: Mapping[str, Any]) -> list[dict[str, Any]]:

@@ -6,14 +6,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from goalscope.envs.house import vocabulary as v
-from goalscope.envs.house.heard import Hearing, Request
+from goalscope.envs.house.heard import HOME, Hearing, Request
 from goalscope.envs.house.meeting import brought, meant, met
 from goalscope.envs.house.names import readable, the
+from goalscope.envs.house.slices import pieces
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.view import View
 from goalscope.types import Action, StepResult
 
 __all__ = ["unmet"]
+
+_CRACK = 'I can cook an egg only once it is cracked: say "crack the egg".'
+_SLICE = 'I can cook {0} only once it is sliced: say "slice {0}".'
 
 
 def unmet(
@@ -56,7 +60,7 @@ def unmet(
         alike = [each for each in view.objects if each["objectType"] in request.object_types]
         name = readable(request.object_types[0])
         waits = any(
-            other.verb == "slice" and f"{kind}Sliced" in request.object_types
+            other.verb in v.CUTTING and pieces(kind) in request.object_types
             for other in hearing.wanted
             for kind in other.object_types
         )
@@ -65,12 +69,17 @@ def unmet(
         elif not things and request.at:
             here = {each["objectType"] for each in view.objects} & {*request.at}
             yield f"There is no {name} at the {readable(min(here, default=request.at[0]))}."
-        elif not things and not waits:
+        elif not things and waits:
+            continue
+        elif not things and request.verb == "cook" and (whole := _whole(view, request)):
+            yield _CRACK if whole == "Egg" else _SLICE.format(the(readable(whole)))
+        elif not things:
             yield f"There is no {' '.join([*_qualities(request), name])} here."
         elif request.verb == "put" and not request.destination_types:
             yield f"I do not know where to put {_listed([request])}."
         elif (so := met(view, request, start)) and touched.isdisjoint(map(view.names.get, so)):
-            yield view.is_so(request.verb, so)
+            back = request.destination_types == (HOME,) and len(so) > 1
+            yield "They are where they were already." if back else view.is_so(request.verb, so)
 
 
 def _serves(view: View, action: Action, request: Request) -> bool:
@@ -78,6 +87,12 @@ def _serves(view: View, action: Action, request: Request) -> bool:
     asked = ("put", "pick up") if request.verb == "pick up" else (request.verb,)
     name = "fill" if action.name.startswith("fill") else action.name
     return name in asked and view.type_of(action.target) in request.object_types
+
+
+def _whole(view: View, request: Request) -> str:
+    """The type of what is here and whole, and would give what the request is for."""
+    here = [each["objectType"] for each in view.objects if is_whole(each)]
+    return next((kind for kind in here if pieces(kind) in request.object_types), "")
 
 
 def _qualities(request: Request) -> list[str]:

@@ -15,14 +15,14 @@ _VERBS = {
     "put": "put|put away|put back|place|move|set|store|stow|drop|carry|transfer|arrange|stack|hang"
     "|return|serve|lay|lay out|set out|line|line up|relocate|deposit|insert|throw|throw away"
     "|throw out|toss|toss away|toss out|keep"
-    "|leave|dispose of|get rid of|plate|add|stick|pop|chuck|hide|tuck|shove",
+    "|leave|dispose of|get rid of|plate|add|stick|pop|chuck|hide|tuck|shove|lock up|lock away",
     "pick up": "pick up|pickup|pick|grab|take|take out|get|bring|bring back|bring over|fetch"
     "|retrieve|hold|give|hand|collect|gather|gather up|find|remove|lift|lift up",
     "open": "open|open up",
     "close": "close|shut",
-    "turn on": "turn on|switch on|power on|start|light|run",
-    "turn off": "turn off|turn down|switch off|power off|shut off|kill|blow|blow out|put out"
-    "|extinguish",
+    "turn on": "turn on|turn back on|switch on|switch back on|power on|start|light|run",
+    "turn off": "turn off|turn back off|switch back off|turn down|switch off|power off|shut off"
+    "|kill|blow|blow out|put out|extinguish",
     "turn": "turn|switch",
     "slice": "slice|slice up|cut|cut up|chop|chop up|dice",
     "cook": "cook|boil|fry|bake|roast|toast|grill",
@@ -102,6 +102,8 @@ DISPOSALS = frozenset(
     ("throw away", "throw out", "toss away", "toss out", "dispose of", "get rid of")
 )
 """What puts things in the garbage."""
+LOCKS = frozenset(("lock up", "lock away"))
+"""What puts things in the safe, if no other place is named."""
 RETURNS = frozenset(("put back", "return"))
 """What puts things where they were, if no other place is named."""
 CHOOSING = FILLERS | _set("this that these those other same")
@@ -111,6 +113,8 @@ NUMBERS = {
     **{"seven": 7, "eight": 8, "nine": 9, "ten": 10, "another": 1, "both": 2, "couple": 2},
 }
 PRONOUNS = _set("it them they those these that this one ones both all")
+SWITCHED = frozenset(f"{verb} {way}" for verb in ("turn", "switch") for way in ("on", "off"))
+"""Verbs that "back" may stand in: "turn it back on"."""
 LIDS = frozenset(("lid", "door", "cover"))
 """Parts that stand for the whole that opens."""
 PLAIN = frozenset(("it", "them", "they"))
@@ -153,6 +157,8 @@ STATES = {
 }
 BARE_STATES = STATES.keys() - {"dirty"}
 """Those that alone ask for it: "lights off"."""
+CUTTING = frozenset(("slice", "break"))
+"""What makes pieces of a thing."""
 LATER = "anothertime"
 """What stands for words such as "tomorrow" in a text that `normal` made."""
 KEPT = _set("whole intact raw uncooked uncut unsliced unbroken undamaged unharmed")
@@ -177,6 +183,10 @@ STATING = _set(
 """Words before which a verb is no order: "I take", "that is good"."""
 SAID_OF_ALL = _set("have find hold keep start leave return add set use give get make prepare plate")
 """Verbs of which much else is said than orders."""
+MAKES = frozenset(("make", "prepare", "set"))
+"""Those of them that order, too, what is not known: "make me a sandwich"."""
+PARTICLES = frozenset(("up", "down", "out", "off"))
+"""What belongs to a verb before it: "heat up"."""
 NOT_ORDERED = _set(
     "what why how because here for about enjoy wait see know think hope mean look check tell ask"
     " say said excuse call wish hate believe imagine pardon welcome happy hungry thirsty fine maybe"
@@ -267,6 +277,7 @@ _REWORDED = [
         (r",? (?:would|could|can|will) you(?: please)?\?$", " please"),
         (r"\btake (?:your time|care|a (?:seat|break|look))\b", ""),
         (r"\bcoff?e+\b", "coffee"),
+        (r"\b(?:do|wash) (?:the |our |my )?(?:dishes|washing[ -]?up)\b", "wash the dishes"),
         (r"\b(?:would|is) it (?:be )?possible (?:for you )?to\b", "could you"),
         (
             rf"\b(?:needs?|could (?:do with|use)) an? (?:\w+ )?{_WASH}"
@@ -278,12 +289,19 @@ _REWORDED = [
         (rf"\b(?:{_LATER})", f" {LATER} "),
         (r"\bneither\b", "not"),
         (
-            r"\b(?:back )?(?:to )?where (?:(?:it|they|that|this|those) (?:was|were|came from)"
+            r"\b(?:back )?(?:to )?(?:where|how|the way) (?:(?:it|they|that|this|those|everything"
+            r"|things) (?:was|were|came from)"
             r"|you (?:found|got|took) (?:it|them|that|this|those)(?: from)?)(?: before)?\b",
             "back",
         ),
         (r"\balso (?=(?:needs?|should|must|ha(?:s|ve)|go(?:es)?|belongs?)\b)", ""),
         (r"\bi mean(?:t)?\b", "rather"),
+        (r"\bi (?:just |only )?wanted (?=(?:the|an?|my|both|all|two)\b)", "i want "),
+        (
+            r"\b(?:i|we) (?:never|did(?:n't| not)|have(?:n't| not)) (?:got|get|gotten|received?)"
+            r" (?:either|any|the|my|an?)\b",
+            "i want the",
+        ),
         (r"\bas well\b", "too"),
         (r"\b(?:(?:and|the|do) )*same (?:thing |goes )?(?:for|with)\b", "also"),
         (r"\b(can|could|may) (i|we) (?:please )?get\b", r"\1 \2 have"),

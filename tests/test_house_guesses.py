@@ -1,0 +1,245 @@
+"""Where the robot may guess, what it says where it does not, and how it takes things back."""
+
+from __future__ import annotations
+
+import pytest
+
+from goalscope.types import Turn
+from heard import heard, robot_in, told
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        ["cook an egg"],
+        ["bring me a clean fork and a knife"],
+        ["turn the light off"],
+        ["Thanks! Now turn the light off, please."],
+        ["why did you do that? put it back"],
+        ["I'm hungry, so bring me the apple"],
+        ["lock up the apple too"],
+        ["do the dishes"],
+        ["don't touch the eggs"],
+        ["put the egg in the fridge", "the tomato too"],
+        ["put the cups and the mug in the sink", "not that one, I meant only the mug"],
+        ["can you put the apple in the fridge?"],
+        ["is the fridge open?"],
+    ],
+)
+def test_an_order_leaves_nothing_to_guess(said: list[str]) -> None:
+    assert robot_in("Kitchen1").is_order([Turn("", each) for each in said])
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "tidy up a bit",
+        "could you tidy up?",
+        "I'm hungry",
+        "it's too dark in here",
+        "make me a sandwich",
+        "set the table for 2",
+        "I'd like breakfast",
+        "I want a snack",
+        "bring me something to eat",
+        "put the apple away",
+        "put the apple away and turn off the light",
+        "Turn the light off. I'm hungry.",
+        "clean up",
+        "clear the table",
+        "I don't like the mess",
+        "the tomato too",
+        "if you find the time, turn the light off",
+        "yes please",
+        "",
+    ],
+)
+def test_an_aim_leaves_how_to_guess(said: str) -> None:
+    assert not robot_in("Kitchen1").is_order([Turn("", said)])
+
+
+CRACKED = 'I can cook an egg only once it is cracked: say "crack the egg".'
+SLICED = 'I can cook the bread only once it is sliced: say "slice the bread".'
+NOTHING = "I do not know what to undo: tell me what should be as it was."
+
+
+@pytest.mark.parametrize(
+    ("said", "changes", "notes", "question"),
+    [
+        (["cook an egg"], set(), [CRACKED], ""),
+        (["fry an egg in the pan"], set(), [CRACKED], ""),
+        (["don't cook the egg"], set(), [], ""),
+        (["crack the egg and cook it"], set(), [], "May I break egg 1?"),
+        (["crack egg 1 and cook it"], {"egg 1: broken"}, [], "May I cook cracked egg 1?"),
+        (["crack egg 1", "cook it"], {"egg 1: broken"}, [], "May I cook cracked egg 1?"),
+        (["toast the bread"], set(), [SLICED], ""),
+        (["heat up some bread"], set(), ["I did not understand: heat up some bread."], ""),
+        (["warm the milk"], set(), ["I did not understand: warm the milk."], ""),
+        (["make me a sandwich"], set(), ["I did not understand: make me a sandwich."], ""),
+        (["set the table for 2"], set(), ["I did not understand: set the table for 2."], ""),
+        (["lock up the apple"], set(), ["There is no safe here."], ""),
+        (["do the dishes"], {"mug 1: no longer dirty"}, [], ""),
+        (["clean everything"], {"mug 1: no longer dirty"}, [], ""),
+    ],
+)
+def test_what_cannot_be_done_is_told_with_what_would_do(
+    said: list[str], changes: set[str], notes: list[str], question: str
+) -> None:
+    assert told("Kitchen1", *said) == (changes, notes, question)
+
+
+def test_a_cracked_egg_is_cooked_and_carried() -> None:
+    robot = robot_in("Kitchen1")
+    told("Kitchen1", "crack egg 1, put it in the pan and cook the egg")
+    cracked = [each for each in robot.metadata["objects"] if each["objectType"] == "EggCracked"]
+    assert [each["isCooked"] for each in cracked] == [True]
+    assert any("Pan" in place for place in cracked[0]["parentReceptacles"])
+
+
+DARK = "light switch: no longer on"
+APPLE = "apple: now in the fridge"
+
+
+@pytest.mark.parametrize(
+    ("said", "changes", "notes"),
+    [
+        (["turn the light off", "turn it back on"], set(), []),
+        (["turn the light off", "turn the lights back on, please"], set(), []),
+        (["turn the light off", "switch back on the light"], set(), []),
+        (["turn the light off", "undo that"], set(), []),
+        (["open the fridge", "Oops, can you undo that please?"], set(), []),
+        (["open the fridge", "thanks", "undo what you just did"], set(), []),
+        (["bring me the apple", "undo it"], set(), []),
+        (["put two plates on the table", "undo that"], set(), []),
+        (["put the apple in the fridge", "turn the light off", "undo that"], {APPLE}, []),
+        (
+            ["put the apple in the fridge", "turn the light off", "undo that", "undo that"],
+            set(),
+            [],
+        ),
+        (
+            ["put mug 2 in the sink", "put mug 2 on the table", "undo that"],
+            {"mug 2: now in the sink basin"},
+            [],
+        ),
+        (["put the apple in the fridge", "turn the light off", "undo everything"], set(), []),
+        (
+            ["put the apple in the fridge and open drawer 1", "put everything back how it was"],
+            set(),
+            [],
+        ),
+        (["put the apple and the tomato in the sink", "put everything back"], set(), []),
+        (["put everything back"], set(), ["They are where they were already."]),
+        (["open the fridge", "undo that", "open the fridge"], {"fridge: open"}, []),
+        (["open the fridge", "don't undo that"], {"fridge: open"}, []),
+        (["turn on the light", "undo that"], set(), ["There is nothing to undo."]),
+        (
+            ["clean mug 1", "undo that"],
+            {"mug 1: no longer dirty"},
+            ["I cannot undo that: clean the mug."],
+        ),
+        (["undo that"], set(), [NOTHING]),
+        (
+            ["put the apple in the fridge", "I'm hungry", "undo that", "undo that"],
+            {APPLE},
+            [NOTHING],
+        ),
+    ],
+)
+def test_what_was_ordered_is_undone_or_told(
+    said: list[str], changes: set[str], notes: list[str]
+) -> None:
+    assert told("Kitchen1", *said)[:2] == (changes, notes)
+
+
+def test_undoing_takes_leave_back() -> None:
+    assert heard("slice the bread").permitted
+    assert not heard("slice the bread", "undo that").permitted
+    assert not heard("slice the bread", "open the fridge", "undo that").permitted
+
+
+BOXED = ["put the phones and the laptop in the box"]
+ONLY = {"laptop: now in the box"}
+ALL = {*ONLY, "phone 1: now in the box", "phone 2: now in the box"}
+
+
+@pytest.mark.parametrize(
+    ("correction", "changes"),
+    [
+        ("not that one, I meant only the laptop", ONLY),
+        ("No, sorry! I only meant the laptop.", ONLY),
+        ("not the phones, just the laptop please", ONLY),
+        ("only the laptop", ONLY),
+        ("not the laptop", ALL - ONLY),
+        ("not the laptop, I meant the watch", {"watch: now in the box"}),
+        ("I just meant both phones", ALL - ONLY),
+        ("not the watch, only the laptop", ALL),
+    ],
+)
+def test_only_what_was_meant_stays(correction: str, changes: set[str]) -> None:
+    assert told("LivingRoom1", *BOXED, correction)[0] == changes
+
+
+@pytest.mark.parametrize(
+    ("said", "changes", "notes"),
+    [
+        (
+            ["not that one, I meant only the apple"],
+            set(),
+            ["I did not understand: not that one, I meant only the apple."],
+        ),
+        (
+            ["put two eggs in the bowl", "I meant only one"],
+            {"egg 1: now in the bowl", "egg 2: now in the bowl"},
+            ["I did not understand: I meant only one."],
+        ),
+        (
+            ["put the mug in the sink", "not that one, I meant mug 1"],
+            {"mug 1: now in the sink basin"},
+            [],
+        ),
+        (["open the fridge and the microwave", "only the fridge, please"], {"fridge: open"}, []),
+        (
+            ["slice the apple", "I only meant the bread"],
+            {"apple: sliced"},
+            ["I cannot undo that: slice the apple."],
+        ),
+        (["cook the potato and open the fridge", "I only meant the fridge"], {"fridge: open"}, []),
+        (["cook the potato", "undo that"], set(), ["There is nothing to undo."]),
+        (["put the apple in the fridge", "leave it there"], {APPLE}, []),
+        (["put the apple in the fridge", "leave the apple where it is"], {APPLE}, []),
+        (["put the apple in the fridge", "leave it there", "don't touch it"], set(), []),
+        (["put the apple in the fridge", "leave it alone"], set(), []),
+    ],
+)
+def test_what_is_unclear_moves_nothing(
+    said: list[str], changes: set[str], notes: list[str]
+) -> None:
+    assert told("Kitchen1", *said)[:2] == (changes, notes)
+
+
+def test_correcting_drops_leave() -> None:
+    assert ("slice", "Apple", 1) in heard("slice an apple and open the fridge").permitted
+    assert not heard("slice an apple and open the fridge", "I meant only the fridge").permitted
+
+
+KNIFE = "I can hold one thing at a time: where should {} go?"
+
+
+@pytest.mark.parametrize(
+    ("said", "note"),
+    [
+        ("i wanted the fork and the butter knife", KNIFE.format("the fork and the butter knife")),
+        ("I never got either knife", KNIFE.format("the knife")),
+        ("I didn't get the knife", KNIFE.format("the knife")),
+    ],
+)
+def test_what_was_not_brought_is_asked_for_again(said: str, note: str) -> None:
+    assert told("Kitchen1", "bring me a clean fork and a knife", said) == (set(), [note], "")
+    turns = [Turn("", "bring me a clean fork and a knife"), Turn("", said)]
+    assert robot_in("Kitchen1").is_order(turns)
+
+
+@pytest.mark.parametrize("said", ["I wanted the bread sliced", "I didn't get the bread sliced"])
+def test_a_wish_of_the_past_gives_no_leave(said: str) -> None:
+    assert not heard(said).permitted
