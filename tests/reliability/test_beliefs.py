@@ -192,6 +192,26 @@ def test_another_wording_of_a_goal_leaves_the_odds_of_the_others(table, which: i
     assert ranked == [goal for goal, _ in belief.top()]
 
 
+def test_where_minds_can_change_another_wording_moves_the_odds_by_little(record_property) -> None:
+    random, moved, led = np.random.default_rng(0), list[float](), 0
+    for _ in range(3000):
+        which, spread = random.integers(1, 5), random.choice([1, 3, 10])
+        table = random.normal(-30.0, spread, (random.integers(1, 7), 5))
+        belief = Belief(tuple(FIVE), np.zeros(5), table, USUAL)
+        wider = belief.add([Goal("other words")], lambda _: table[:, [which]])  # noqa: B023
+        before, after = (each.log_posterior[1:5] for each in (belief, wider))
+        moved.append(float(np.ptp(after - before)))
+        led += int(before.argmax() != after.argmax())
+    record_property(
+        "measured",
+        f"{len(moved):,} random beliefs: {np.median(moved):.2f} nats at the median and "
+        f"{max(moved):.2f} at most; another of the goals leads in {led}",
+    )
+    assert np.median(moved) < 0.1
+    assert max(moved) < 2.0
+    assert led < 60
+
+
 # Numbers that are none
 
 SENTINELS: dict[str, Callable[[np.ndarray], Any]] = {
