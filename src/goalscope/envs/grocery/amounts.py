@@ -75,6 +75,7 @@ class Request:
             many, so many fewer, none, as many as of what is replaced, twice what it held, or half.
         outright: Whether a verb or a number asks for it, rather than its bare mention.
         replaces: What makes way for it.
+        every: Whether all is meant whose name holds the phrase, as in "anything with nuts".
     """
 
     phrase: str
@@ -85,6 +86,7 @@ class Request:
     )
     outright: bool = False
     replaces: tuple[str, ...] = ()
+    every: bool = False
 
 
 def packages(request: Request, item: Item) -> int:

@@ -12,7 +12,7 @@ from goalscope.envs.grocery.hearing import Hearing
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.words import contains, head_nouns, singular, singulars, words
 
-__all__ = ["Choice", "called", "is_vague"]
+__all__ = ["Choice", "called", "is_vague", "taken"]
 
 _PER_TERM = 5
 """Items offered for each search term."""
@@ -118,6 +118,14 @@ class Choice:
 def is_vague(phrase: str) -> bool:
     """Whether no word of `phrase` says what is meant."""
     return _NO_PRODUCT.issuperset(words(phrase))
+
+
+def taken(removal: Request, items: Sequence[Item]) -> list[Item]:
+    """Those of `items` that a removal means; the name of an aisle stands for all of it."""
+    if removal.every:
+        return [item for item in items if _is_a(item, removal.phrase)]
+    aisle = [i for i in items if singulars(i.category) == singulars(removal.phrase)]
+    return called(removal.phrase, items) or aisle
 
 
 def called(phrase: str, items: Sequence[Item]) -> list[Item]:

@@ -13,6 +13,7 @@ from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.diets import diet, hinted, implied, is_diet, violates
 from goalscope.envs.grocery.limits import budget, guesses
 from goalscope.envs.grocery.names import Names
+from goalscope.envs.grocery.orders import tries_to_buy
 from goalscope.envs.grocery.requests import (
     Refusal,
     clears,
@@ -192,7 +193,7 @@ class _Listener:
         utterance = self.names.hidden(utterance)
         self.guesses = guesses(utterance, self.guesses)
         self.budget = budget(utterance, self.budget)
-        for clause in heard(utterance):
+        for clause in () if tries_to_buy(utterance) else heard(utterance):
             if unasked(clause):
                 self.unasked = True
                 continue

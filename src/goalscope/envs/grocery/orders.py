@@ -37,7 +37,7 @@ _EMPTY = re.compile(
     r"|else|any ?more|either|as well|after all|the|a|an|my|our|some|of|in total|today|i|we|you|he"
     r"|she|they|it|do|does|am|is|are|be|i'm|we're|he's|she's|they're|i've|we've|have|has|got|can"
     r"|could|would|will|really|very|severely|who|one|someone|somebody|because|since|as|must|should"
-    r"|to|me|us|that|this|there|with|let's|what|which|go|ahead|there is|ditto|dittos|inplace|said"
+    r"|to|me|us|in|that|this|there|with|let's|what|which|go|ahead|there is|ditto|dittos|inplace|said"
     r"|asked|told|changed|mind|for (?:me|us|it|that|him|her|them|now|today))(?![\w']))*[\W_]*"
 )
 _PERSON = re.compile(
@@ -53,8 +53,8 @@ _TOLD = re.compile(
 _WISH = re.compile(rf"\b(?:want|need|like|love|fancy|crave|plan|host|{MEAL})\b")
 _TRY = re.compile(
     r"(?:(?:ok(?:ay)?|yes|yeah|yep|sure|please|now|then|so|well|and|i|we|want to|i'd like to"
-    r"|you can|can you|could you|let's|go ahead and|i'll|we'll|i'm|done|ready to|that's (?:it|all)|great"
-    r"|perfect|good|thanks|thank you|just|finished|happy to)[\s,.!]+)*+"
+    r"|you can|can you|could you|let's|go ahead and|i'll|we'll|i'm|done|ready to|that's (?:it|all)"
+    r"|great|perfect|good|thanks|thank you|just|finished|happy to)[\s,.!]+)*+"
     r"(?:buy|purchase|order|pay|check ?out|take|get|confirm|complete|done)"
     r"(?:[\s,.!]+(?:it|this|that|them|these|those|all|now|please|everything|pay|buy|the (?:order"
     r"|purchase|basket|cart|bill)|for|thanks|thank you|then|right away|immediately|today))*[\s.!?]*"

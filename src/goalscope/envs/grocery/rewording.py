@@ -125,6 +125,11 @@ _SAID_ANEW = re.compile(
 )
 _RESTRICTS = re.compile(r"allerg|intoleran|\b(?:no|not|cannot|without|avoid|never|\w+n't)\b")
 _MEANT = re.compile(r",\s*([^,.;!?]+?),? i mean(?:t)?(?=[.;!?]|$)")
+_ALONE_WANTED = re.compile(
+    r"(?:^|(?<=[.,;!?] ))(?:(?:ok|okay|no|so|actually|please|well|i|we|want|need|keep|get) )*+"
+    r"(?:only|just) (?:(?:keep|want|need|get|have|leave) )?([^.;!?]{1,100}?)"
+    rf"(, ?{_NUMBER} of (?:it|them|those))?(?:\s*[,.;!])? (?:and |but )?nothing else\b(?! but)"
+)
 _BULLET = re.compile(r"\n[ \t]*[-*\u2022][ \t]+")
 _BEFORE_LAST = re.compile(
     r"[,;.!?]|\b(?:and|or|plus|add|get|buy|want|need|like|have|take|remove|order|delete)\b"
@@ -241,6 +246,14 @@ _CHANGES = [
             r"|(?:can|could) (?:you|we)) )*(?:only|just) keep ",
             ". keep only ",
         ),
+        (
+            rf"{_BEGIN}(?:(?:please|ok|okay|no|actually|just|now|then|so|let's|sorry|can|could|you"
+            r"|i|we|want|i'd|like|to|know|what) )*+(?:cancel|scrap|scratch|abandon|never mind"
+            r"|forget(?: about)?) (?:(?:(?:the|my|our|this|that) )?(?:whole |entire )?(?:thing"
+            r"|order|basket|cart|shopping|purchase|list)|everything|it all|all of it|the lot)"
+            rf"{_END}",
+            ". empty the basket",
+        ),
         (r"\bchanged (?:my|our) minds? about\b", "remove"),
         (
             r"\b(?:put|toss|throw|stick|chuck|pop|place|drop) ([^.;!?]{1,200}?)"
@@ -291,7 +304,7 @@ class Said:
 def heard(utterance: str) -> tuple[Said, ...]:
     """The clauses of `utterance` in lower case, reworded; changes only where they are ordered."""
     text = re.sub(r"\s*\n\s*", ". ", _BULLET.sub(", ", utterance[:2000]).strip())
-    text = unlimited(evened(text))
+    text = unlimited(_ALONE_WANTED.sub(r". keep only \1. only \1\2", evened(text)))
     text = re.sub(r"\b(remove|delete|drop|take out|add|get|buy):[\s,]*", r"\1 ", text)
     text = re.sub(r"([^\w\s'])(?:\s*\1)+", r"\1", text)
     text = text.replace(" go ahead and ", " ")

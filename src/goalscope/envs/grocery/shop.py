@@ -10,8 +10,9 @@ from goalscope import envs
 from goalscope.envs.grocery.amounts import MOST, Request, packages, units
 from goalscope.envs.grocery.answers import answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.choosing import Choice, called, is_vague
+from goalscope.envs.grocery.choosing import Choice, called, is_vague, taken
 from goalscope.envs.grocery.consent import consents
+from goalscope.envs.grocery.diets import implied
 from goalscope.envs.grocery.hearing import Hearing, hear
 from goalscope.envs.grocery.limits import budget
 from goalscope.envs.grocery.names import Names
@@ -172,7 +173,7 @@ class GroceryShop:
                 if not any(called(phrase, [item]) for phrase in asked)
             }
         for removal in hearing.removed:
-            for item in called(removal.phrase, [item for item, _ in self._contents()]):
+            for item in taken(removal, [item for item, _ in self._contents()]):
                 held = self._basket[item.name]
                 shown = removal.quantity <= held  # what a person counts is what the basket shows
                 number = removal.quantity if shown else min(packages(removal, item), held)
@@ -217,7 +218,7 @@ class GroceryShop:
             before[name] = before.get(name, 0) + sign * result.action.quantity
         held = [item for name, n in before.items() if n > 0 and (item := self.catalogue.get(name))]
         told: list[str] = []
-        if tries_to_buy(turns[-1].utterance):
+        if tries_to_buy(turns[-1].utterance) and not self.is_completion(turns[-1]):
             told.append(f'To have the basket bought, say "{self.completion_phrase}".')
         above = hearing.budget is not None and self.total > hearing.budget
         if above and (results or budget(turns[-1].utterance) is not None):
@@ -225,8 +226,11 @@ class GroceryShop:
             told.append(f"The basket comes to {total}, above the {named} that you named.")
         if hearing.unclear:
             told.append("It is not clear which thing you mean. Please name it.")
-        for phrase in (removal.phrase for removal in hearing.removed):
-            if not called(phrase, held) and not is_vague(phrase):
+        lessened = any(result.action.name == "remove item" for result in results)
+        for removal in hearing.removed:
+            phrase = removal.phrase
+            by_diet = lessened and implied(phrase)
+            if not (taken(removal, held) or is_vague(phrase) or by_diet):
                 verb = "were" if singulars(phrase)[-1:] != words(phrase)[-1:] else "was"
                 told.append(f"There {verb} no {phrase} in the basket.")
         for request in hearing.newest:
