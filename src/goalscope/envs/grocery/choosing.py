@@ -79,6 +79,15 @@ class Choice:
         same = singulars(nearly) == singulars(phrase)
         return None if same else self.meant(nearly, hearing, basket)
 
+    def cheaper(self, old: Item | None, kind: str, hearing: Hearing) -> Item | None:
+        """The cheapest permitted item of a kind; None where none is cheaper than `old`."""
+        named = [item for item in self._search.named(kind) if _allowed(item, hearing)]
+        alike = [item for item in named if not old or item.category == old.category]
+        priced = [(i.price, i.id, i) for i in called(kind, alike) if i.price is not None]
+        found = min(priced)[2] if priced else None
+        dearer = not old or (found and old.price and priced and min(priced)[0] < old.price)
+        return found if dearer else None
+
     def lacking(self, request: Request, hearing: Hearing) -> list[str]:
         """Why nothing can be added for the request; nothing where it names no product."""
         phrase = request.phrase

@@ -300,6 +300,8 @@ class _Listener:
         for phrase, other in self.asked.items():
             replaces = tuple(old for old in other.replaces if singulars(old) != asked)
             self.asked[phrase] = replace(other, replaces=replaces)
+        if request.change == "cheaper":
+            request = self.cheaper(request)
         same = next((p for p in self.asked if singulars(p) == asked), request.phrase)
         before = self.asked.pop(same, None)
         if not newest:
@@ -310,6 +312,15 @@ class _Listener:
         for words in (self.refused, self.dropped, self.lessened):
             for thing in [each for each in words if contains(asked, singulars(each))]:
                 del words[thing]
+
+    def cheaper(self, request: Request) -> Request:
+        """The request for what its last word says, in the place of what was asked for before."""
+        asked = singulars(request.phrase)
+        kind = request.phrase.split()[-1]
+        for phrase in [p for p in self.asked if contains(singulars(p), asked)]:
+            request = replace(request, quantity=self.asked[phrase].quantity)
+            request = replace(request, counted=self.asked.pop(phrase).counted)
+        return replace(request, phrase=kind, replaces=(request.phrase,))
 
     def meant(self, phrase: str) -> list[str]:
         """What a phrase stands for: "it", "them" and "the frozen ones" are of what was named last.

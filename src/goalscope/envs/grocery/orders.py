@@ -23,7 +23,7 @@ from goalscope.envs.grocery.words import made
 from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import evened
 
-__all__ = ["is_order", "tries_to_buy"]
+__all__ = ["adds_it", "is_order", "tries_to_buy"]
 
 _AIM = re.compile(
     rf"\b(?:for|having|hosting|have|to) (?:[\w'-]+ ){{0,3}}{MEAL}s?\b"
@@ -58,6 +58,12 @@ _TRY = re.compile(
     r"(?:buy|purchase|order|pay|check ?out|take|get|confirm|complete|done)"
     r"(?:[\s,.!]+(?:it|this|that|them|these|those|all|now|please|everything|pay|buy|the (?:order"
     r"|purchase|basket|cart|bill)|for|thanks|thank you|then|right away|immediately|today))*[\s.!?]*"
+)
+_ADD_IT = re.compile(
+    r"(?:(?:yes|yeah|yep|sure|ok(?:ay)?|please|then|and|so|great|good|perfect|can you|could you"
+    r"|do)[\s,.!]+)*+(?:add|get|include|put in|throw in|i'd like|i want|i'll have|give me|get me)"
+    r" (?:it|that|that one|this one|one|them|some)(?:[\s,]+(?:please|then|too|as well|thanks"
+    r"|(?:to|in) (?:the|my) (?:basket|cart)))*[\s.!?]*"
 )
 _BUYS = re.compile(r"\b(?:buy|purchase|order|pay|check ?out|take (?:it|them|all|everything))\b")
 
@@ -95,6 +101,11 @@ def is_order(utterance: str, meant: Callable[[Request], bool]) -> bool:
 
 def _restricts(piece: str) -> bool:
     return bool(diet(piece)) and not _WISH.search(piece)
+
+
+def adds_it(utterance: str) -> bool:
+    """Whether words are no more than an order to add "it"."""
+    return bool(_ADD_IT.fullmatch(evened(utterance)))
 
 
 def tries_to_buy(utterance: str) -> bool:

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from enum import IntEnum
 from functools import lru_cache
+from typing import Literal
 
 from goalscope.envs.grocery.amounts import (
     CONTAINER,
@@ -160,7 +161,14 @@ _EVERY = re.compile(
     r"(?!(?:i|we|you|nobody|no|that|which|but|except|apart|other|else|from|in|on|out|off|back|away"
     r"|again|please|and|or|at|for|to|is|was|now|then|so|because)\b))"
 )
-_SUCH_THINGS = re.compile(r"^(?:all|any)(?: of)?(?: the| my| those)? (.+) (?:things?|products?|stuff)$")
+_SUCH_THINGS = re.compile(
+    r"^(?:all|any)(?: of)?(?: the| my| those)? (.+) (?:things?|products?|stuff)$"
+)
+_HOW: Mapping[str, Literal["double", "half", "cheaper"]] = {
+    "twofold": "double",
+    "halved": "half",
+    "lowpriced": "cheaper",
+}
 _EVERY_SUCH = "eachof "
 _CLEARS = re.compile(
     rf"\b(?:(?:empty|clear) (?:out )?(?:the|my|this) (?:whole |entire )?{CART}"
@@ -406,10 +414,9 @@ def _request(chunk: str) -> Request | None:
     quantity, counted = 1.0, "pieces"
     change = "more" if _MORE.match(said) else "at least"
     outright = False
-    if chunk.startswith(("twofold ", "halved ")):
-        how, _, rest = chunk.partition(" ")
-        thing = _TAIL.sub("", _SMALL.sub("", rest))
-        change = "double" if how == "twofold" else "half"
+    how, _, rest = chunk.partition(" ")
+    if how in _HOW:
+        thing, change = _TAIL.sub("", _SMALL.sub("", rest)), _HOW[how]
         return Request(thing, change=change, outright=True) if thing else None
     if match := COUNT.match(chunk):
         quantity = number(match["number"] or "1")

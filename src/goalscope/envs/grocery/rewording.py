@@ -39,6 +39,13 @@ _THINGS = r"((?:(?!\b(?:add|remove|get|take|for|with|by|to)\b)[^.;!?]){1,80}?)"
 _BEGIN = r"(?:(?<=[.,;!?] )|(?<=\band )|^)"
 _THING = r"((?:(?!\b(?:and|but|add|remove)\b)[^.,;!?]){1,60}?)"
 
+_FOUND = (
+    r"\b(?:(?:find|get|give|show|use|take|choose|pick|want|need|like|prefer|have|add|buy|make)"
+    r"(?: (?:me|us|it))? )?(?:(?:a (?:bit|little)|much|even) )?"
+)
+_SOME = r"(?:(?:something|anything|one|some)(?: (?:a (?:bit|little)|much|even))? )?"
+_OLD = r"(?!\d|[$\u20ac\u00a3])(?:(?:the|my|our|that|this|any) )?"
+
 ASKING = re.compile(
     r"\b(?:(?:i|we|you|they|he|she|(?:my|our|the) \w+)"
     r"(?:(?:'ll| will| also| really| just| definitely)*"
@@ -73,6 +80,11 @@ _REWORDED = [
             "keep",
         ),
         (r"\bi (?:almost |nearly )?forgot\b(?: (?:about|to (?:add|get|buy|mention))\b)?", "add"),
+        (
+            r"[$\u20ac\u00a3]?\b\d{1,6}(?:\.\d\d)?(?: ?(?:dollars?|bucks|euros?))?"
+            r"(?: worth of|(?<=[a-z]) of) ",
+            "some ",
+        ),
         (r"\b(?:an? )?half(?: an?)? dozen\b", "6"),
         (rf"\b({WORD}) and a half\b", r"\1 half"),
         (r"\b(\d+) (?:and a half|1/2)\b", r"\1.5"),
@@ -253,6 +265,18 @@ _CHANGES = [
             r"|order|basket|cart|shopping|purchase|list)|everything|it all|all of it|the lot)"
             rf"{_END}",
             ". empty the basket",
+        ),
+        *(
+            (rf"{_FOUND}{cheaper}{_END}", f". add lowpriced {thing}")
+            for cheaper, thing in (
+                (rf"{_SOME}cheaper (?:than|for|instead of|in place of) {_OLD}{_THING}", r"\1"),
+                (rf"(?:{_SOME}cheaper|(?:the |an? )?cheaper ones?)", SAME),
+                (
+                    r"(?:an? |some |the )?cheaper (?!than\b)(?:(?:version|kind|brand|alternative|option"
+                    rf"|substitute|replacement) (?:of|to|for) )?{_OLD}{_THING}",
+                    r"\1",
+                ),
+            )
         ),
         (r"\bchanged (?:my|our) minds? about\b", "remove"),
         (
