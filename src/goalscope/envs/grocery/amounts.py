@@ -72,7 +72,7 @@ class Request:
         counted: What the quantity counts: packages ("3 bags of chips"), single pieces ("6
             bagels"), pieces by the dozen, or a weight or volume.
         change: What becomes of the basket: it holds so many at least, so many more, exactly so
-            many, so many fewer, none, as many as of what is replaced, twice what it held, half, or as many of
+            many, so many fewer, none, as many as of what is replaced, twice what it held, half, or
             the cheapest of its kind.
         outright: Whether a verb or a number asks for it, rather than its bare mention.
         replaces: What makes way for it.

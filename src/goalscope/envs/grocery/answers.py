@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from collections import Counter
 from decimal import Decimal
-from os.path import commonprefix
+from itertools import takewhile
 from typing import Protocol
 
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import called
-from goalscope.envs.grocery.diets import hinted, implied, undieted, violates
+from goalscope.envs.grocery.diets import diet, hinted, implied, undieted, violates
 from goalscope.envs.grocery.requests import Refusal
 from goalscope.envs.grocery.words import contains, singulars
 from goalscope.envs.speech import LEAD, evened
@@ -51,14 +51,16 @@ _PRICE = re.compile(
 )
 _HELD = re.compile(rf"{LEAD}(?:is|are) (?:there )?{_THE}(.+?) (?:already )?{_IN_BASKET}")
 _HELP = re.compile(
-    rf"{LEAD}(?:help(?: me)?|what (?:else )?(?:can|do) you do(?: for (?:me|us))?|how (?:can|do) you help"
-    r"(?: me| us)?|what can (?:i|we) (?:do|say|ask)(?: here)?(?: you)?"
+    rf"{LEAD}(?:help(?: me)?|what (?:else )?(?:can|do) you do(?: for (?:me|us))?"
+    r"|how (?:can|do) you help(?: me| us)?|what can (?:i|we) (?:do|say|ask)(?: here)?(?: you)?"
     r"|how (?:does (?:this|it)|do you|do i use (?:this|you)) ?(?:works?)?)"
 )
 _AISLES = re.compile(
-    rf"{LEAD}(?:what (?:all )?(?:do you|does (?:the|this) shop|can you) (?:sell|have|offer|stock|carry)"
-    r"(?: here)?|what(?:'s| is) (?:there|in (?:the|your) (?:shop|store)|on offer|available)"
-    r"|what can (?:i|we) (?:buy|get|order)(?: here)?|(?:what|which) (?:aisles|categories|departments"
+    rf"{LEAD}(?:what (?:all )?(?:do you|does (?:the|this) shop|can you)"
+    r" (?:sell|have|offer|stock|carry)(?: here)?"
+    r"|what(?:'s| is) (?:there|in (?:the|your) (?:shop|store)|on offer|available)"
+    r"|what can (?:i|we) (?:buy|get|order)(?: here)?"
+    r"|(?:what|which) (?:aisles|categories|departments"
     r"|(?:kinds?|sorts?|types?) of (?:things|products|items|food|groceries))"
     r" (?:do you have|are there|do you sell|is there)"
     r"|(?:can you )?(?:show|list|name)(?: me)? (?:the|your|all(?: the)?) (?:aisles|categories))"
@@ -69,7 +71,8 @@ _SAFE = re.compile(
 )
 _FREE = re.compile(
     rf"{LEAD}(?:is|are|would)(?! there\b) {_THE}(.+?)(?: be)? (?:free (?:of|from)|without) (.+)"
-    rf"|{LEAD}(?:does|do) {_THE}(.+?) (?:contain|have|include) (?:any |some )?(.+?)(?: in (?:it|them))?"
+    rf"|{LEAD}(?:does|do) {_THE}(.+?) (?:contain|have|include) (?:any |some )?(.+?)"
+    r"(?: in (?:it|them))?"
 )
 _HAS = re.compile(
     rf"{LEAD}(?:is|are) there (?:any |some )?(.+?) in {_THE}(?!basket|cart|shop|store)(.+)"
@@ -177,10 +180,8 @@ def _offered(term: str, shop: Stock) -> str:
 
 def _alike(item: Item, asked: list[str]) -> int:
     """Letters that a word of the item's name begins with as one that was asked for; 0 below 4."""
-    same = max(
-        (len(commonprefix([one, other])) for one in asked for other in singulars(item.name)),
-        default=0,
-    )
+    pairs = [zip(one, other, strict=False) for one in asked for other in singulars(item.name)]
+    same = max((sum(takewhile(bool, (a == b for a, b in pair))) for pair in pairs), default=0)
     return same if same >= _LETTERS else 0
 
 
@@ -207,8 +208,8 @@ def _cheapest(term: str, shop: Stock) -> str | None:
 
 
 def _suits(text: str, shop: Stock) -> str | None:
-    """Whether a thing fits a diet, as far as its name and its tags tell; None where none is asked."""
-    if (match := _SAFE.fullmatch(text)) and hinted(text):
+    """Whether a thing suits a diet, as far as names and tags tell; None where nobody asks it."""
+    if (match := _SAFE.fullmatch(text)) and hinted(text) | diet(text):
         term, what = match.groups()
     elif match := _FREE.fullmatch(text):
         term, what = (each for each in match.groups() if each)
@@ -218,7 +219,7 @@ def _suits(text: str, shop: Stock) -> str | None:
         term, what = undieted(match[1]), match[1]
     else:
         return None
-    diets = sorted(hinted(what) | implied(re.sub(r"^(?:any|all|some) ", "", what), Refusal.HARMED))
+    diets = sorted(hinted(what) | diet(what) | implied(what, Refusal.HARMED))
     held = [item for name in shop.basket if (item := shop.catalogue.get(name))]
     if term in ("everything", "it all", "all", "all of it", "basket", "cart", "all of this"):
         items = held
@@ -227,17 +228,12 @@ def _suits(text: str, shop: Stock) -> str | None:
     if not items:
         return None
     told: list[str] = []
-    for diet in diets:
-        against = [item.name for item in items if violates(item, diet)]
-        listed = all(diet in item.tags for item in items)
-        names = ", ".join((against or [item.name for item in items])[:_NAMED])
-        told.append(
-            f"Not {diet}, by name: {names}."
-            if against
-            else f"Listed as {diet}: {names}."
-            if listed
-            else f"I cannot tell whether this is {diet}: {names}."
-        )
+    for name in diets:
+        against = [item for item in items if violates(item, name)]
+        unsure = [item for item in items if name not in item.tags]
+        how = "Not" if against else "I cannot tell whether this is" if unsure else "Listed as"
+        listed = ", ".join(item.name for item in (against or unsure or items)[:_NAMED])
+        told.append(f"{how} {name}: {listed}.")
     return " ".join([*told, "I know only names and categories, so please read the label."])
 
 

@@ -37,8 +37,8 @@ _EMPTY = re.compile(
     r"|else|any ?more|either|as well|after all|the|a|an|my|our|some|of|in total|today|i|we|you|he"
     r"|she|they|it|do|does|am|is|are|be|i'm|we're|he's|she's|they're|i've|we've|have|has|got|can"
     r"|could|would|will|really|very|severely|who|one|someone|somebody|because|since|as|must|should"
-    r"|to|me|us|in|that|this|there|with|let's|what|which|go|ahead|there is|ditto|dittos|inplace|said"
-    r"|asked|told|changed|mind|for (?:me|us|it|that|him|her|them|now|today))(?![\w']))*[\W_]*"
+    r"|to|me|us|in|that|this|there|with|let's|what|which|go|ahead|there is|ditto|dittos|inplace"
+    r"|said|asked|told|changed|mind|for (?:me|us|it|that|him|her|them|now|today))(?![\w']))*[\W_]*"
 )
 _PERSON = re.compile(
     r"(?:(?:and|but|so|because|since|as) )?(?:(?:my|our|the|his|her) (?:[\w'-]+ ){1,3}|\w+ )"

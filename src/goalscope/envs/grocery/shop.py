@@ -241,6 +241,8 @@ class GroceryShop:
                 told.append(f"There {verb} no {phrase} in the basket.")
         for request in hearing.newest:
             item = self._choice.meant(request.phrase, hearing, self._basket)
+            if request.change == "cheaper":
+                item = self._dearer(request) or item
             there = before.get(item.name, 0) if item and request.change == "more" else 0
             if item is None:
                 told += self._choice.lacking(request, hearing)
