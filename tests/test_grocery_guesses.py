@@ -13,7 +13,7 @@ from goalscope.envs.grocery.diets import violates
 from goalscope.envs.grocery.hearing import hear
 from goalscope.envs.grocery.limits import budget, guesses
 from goalscope.envs.grocery.search import Search
-from goalscope.types import Action
+from goalscope.types import Action, Turn
 
 CATALOGUE = Catalogue.load()
 SEARCH = Search(CATALOGUE)
@@ -225,10 +225,204 @@ def test_outright_requests_and_denials_are_bound_by_no_hint() -> None:
     assert "vegan" not in hear(["vegan burgers for a bbq", "It need not be vegan"]).hinted
 
 
+FULL = {
+    "Large Eggs": 3,
+    "Whole Milk": 2,
+    "Coconut Milk": 1,
+    "Shredded Coconut": 1,
+    "Chicken Breasts": 1,
+    "Chocolate Chip Cookies": 1,
+    "Ground Beef": 1,
+    "Walnuts": 1,
+}
+
+
+def without(*gone: str) -> dict[str, int]:
+    return {name: number for name, number in FULL.items() if name not in gone}
+
+
+def talked(basket: dict[str, int], *utterances: str) -> tuple[GroceryShop, list[str]]:
+    """The shop after these utterances, and what was told of the newest."""
+    opened = GroceryShop(CATALOGUE, search=SEARCH)
+    for name, number in basket.items():
+        assert opened.step(Action("add item", name, number)).ok
+    told: list[str] = []
+    for number in range(1, len(utterances) + 1):
+        turns = said(*utterances[:number])
+        asks = opened.answer(turns[-1].utterance) is not None
+        results = [opened.step(action) for action in ([] if asks else opened.requests(turns))]
+        assert all(result.ok for result in results)
+        told = [] if asks else opened.unmet(turns, results)
+    return opened, told
+
+
+@pytest.mark.parametrize(
+    ("utterances", "after"),
+    [
+        (
+            ["only the lasagne, 2 of them, and nothing else", "Thanks"],
+            {"Frozen Vegetable Lasagne": 2},
+        ),
+        (["Just the eggs, nothing else", "ok"], {"Large Eggs": 3}),
+        (["only one milk and nothing else please"], {"Whole Milk": 1}),
+        (["just eggs and walnuts, and nothing else"], {"Large Eggs": 3, "Walnuts": 1}),
+        (["cancel the order", "ok"], {}),
+        (["Please cancel everything"], {}),
+        (["forget the whole thing"], {}),
+        (["Scrap the whole order!", "2 kale"], {"Kale": 2}),
+        (["did you cancel the order?"], FULL),
+        (["I never said cancel the order"], FULL),
+        (["forget it"], FULL),
+        (["take out anything coconut", "ok"], without("Coconut Milk", "Shredded Coconut")),
+        (["remove everything with nuts"], without("Walnuts")),
+        (["Remove everything containing milk"], without("Whole Milk", "Coconut Milk")),
+        (["get rid of all the coconut things"], without("Coconut Milk", "Shredded Coconut")),
+        (["take out all the meat", "ok"], without("Chicken Breasts", "Ground Beef")),
+        (
+            ["take out the chicken, the cookies, and anything coconut"],
+            without(
+                "Chicken Breasts", "Chocolate Chip Cookies", "Coconut Milk", "Shredded Coconut"
+            ),
+        ),
+        (["one less egg", "ok"], {**FULL, "Large Eggs": 2}),
+        (["an egg less"], {**FULL, "Large Eggs": 2}),
+        (["20 dollars of cheese, please"], {**FULL, "Goat Cheese": 1}),
+        (["2 kale, that's it"], {**FULL, "Kale": 2}),
+    ],
+)
+def test_what_is_to_leave_leaves_and_nothing_else(
+    utterances: list[str], after: dict[str, int]
+) -> None:
+    opened, told = talked(FULL, *utterances)
+    assert opened.basket == after
+    assert told == []
+
+
+def test_anything_with_nuts_is_an_allergy_like_nuts() -> None:
+    assert hear(["I'm allergic to anything with nuts"]).diets == {"nut-free"}
+
+
+@pytest.mark.parametrize(
+    ("query", "utterances", "after"),
+    [
+        ("What else?", ["do you have oat milk?", "yes, add it"], {"Oat Milk": 1}),
+        ("What else?", ["do you have oat milk?", "Add it, please.", "ok"], {"Oat Milk": 1}),
+        ("Shall I add some oat milk?", ["yes, add it please"], {"Oat Milk": 1}),
+        ("Would you like cheese or eggs?", ["yes, add it"], {}),
+        ("What else?", ["yes, add it"], {}),
+    ],
+)
+def test_it_is_what_the_question_was_about(
+    query: str, utterances: list[str], after: dict[str, int]
+) -> None:
+    opened = shop()
+    turns: list[Turn] = []
+    for utterance in utterances:
+        turns.append(Turn(query, utterance))
+        for action in [] if opened.answer(utterance) else opened.requests(turns):
+            assert opened.step(action).ok
+    assert opened.basket == after
+    opened.step(Action("add item", "Walnuts"))
+    turns.append(Turn("What else?", "Remove everything I didn't ask for"))
+    for action in opened.requests(turns):
+        assert opened.step(action).ok
+    assert opened.basket == after
+
+
+@pytest.mark.parametrize(
+    "utterance",
+    [
+        "buy it",
+        "yes, buy",
+        "purchase please",
+        "order now",
+        "I'll take it",
+        "done, pay",
+        "take them",
+    ],
+)
+def test_who_seems_to_buy_is_told_the_words_and_gets_nothing_else(utterance: str) -> None:
+    opened = shop(Walnuts=1)
+    turns = [Turn("Shall I add some oat milk?", utterance)]
+    assert opened.requests(turns) == []
+    assert opened.is_order(turns)
+    told = opened.unmet(turns, [])
+    assert told == ([] if opened.is_completion(turns[-1]) else [opened.permission(BUY, turns)])
+
+
+BUY = Action("buy basket")
+
+
+@pytest.mark.parametrize(
+    ("question", "answer"),
+    [
+        ("What can you do?", 'say "Buy the basket".'),
+        ("what do you sell?", "The shop sells: produce, baking, dairy,"),
+        ("is the lasagne free of nuts?", "I cannot tell whether this is nut-free: Frozen Veg"),
+        ("Is the lasagne vegan?", "please read the label."),
+        ("is the milk safe for a vegan?", "Not vegan: Whole Milk."),
+        ("Does the granola contain nuts?", "Not nut-free: "),
+        ("is everything vegan?", "Not vegan: Whole Milk."),
+        ("is oat milk ok for my lactose intolerant aunt?", "Listed as dairy-free: Oat Milk."),
+        ("do you have wine? which is the cheapest?", "The cheapest is Chianti Red Wine, $11.09."),
+        ("what's the cheapest milk?", "The cheapest is Whole Milk, $1.79."),
+        ("is there anything cheaper than the sparkling wine?", "The cheapest is Chianti"),
+        ("Which is the cheapest?", "say of what"),
+        ("Do you have parmesan?", "Near it: Parmigiano Reggiano"),
+    ],
+)
+def test_short_questions_get_short_answers(question: str, answer: str) -> None:
+    told = shop(Whole_Milk=2, Oat_Milk=1).answer(question)
+    assert told is not None
+    assert answer in told
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["what would go with tuna?", "are you vegan?", "is the unicorn vegan?", "Is it ok with you?",
+     "would you mind adding bread without nuts?", "the cheapest wine, please", "is milk good?"],
+)  # fmt: skip
+def test_what_nobody_can_answer_from_names_is_left_to_the_agent(words: str) -> None:
+    assert shop(Whole_Milk=2).answer(words) is None
+
+
+@pytest.mark.parametrize(
+    ("utterances", "after", "told"),
+    [
+        (
+            ["2 sparkling wine, kale", "something cheaper than the sparkling wine", "ok"],
+            {"Chianti Red Wine": 2, "Kale": 1},
+            "",
+        ),
+        (["sparkling wine", "something cheaper please", "ok"], {"Chianti Red Wine": 1}, ""),
+        (["sparkling wine", "find something cheaper for the wine"], {"Chianti Red Wine": 1}, ""),
+        (["smoked salmon", "can you find a cheaper one?"], {"Smoked Salmon": 1}, "cheaper"),
+        (["milk", "cheaper milk"], {"Whole Milk": 1}, "cheaper: Whole Milk, $1.79."),
+        (["cheaper milk please", "ok"], {"Whole Milk": 1}, ""),
+        (["milk and kale", "something cheaper"], {"Whole Milk": 1, "Kale": 1}, "not clear"),
+        (["milk", "is there anything cheaper?"], {"Whole Milk": 1}, ""),
+    ],
+)
+def test_something_cheaper_takes_the_place_of_what_is_dear(
+    utterances: list[str], after: dict[str, int], told: str
+) -> None:
+    opened, notes = talked({}, *utterances)
+    assert opened.basket == after
+    assert told in " ".join(notes)
+    assert bool(notes) == bool(told)
+
+
+def test_the_cheaper_thing_obeys_what_was_ruled_out() -> None:
+    opened, _ = talked({}, "2 almond granola", "No oats, please", "something cheaper")
+    assert all("Oat" not in name for name in opened.basket)
+
+
 @pytest.mark.parametrize(
     "part",
     ["i ", "the total ", "keep it ", "under $1 ", "20 ", "spend ", "budget is ", "i have $2 ",
-     "don't add anything ", "stop adding all ", "1,000", "twenty ", "buy it ", "please "],
+     "don't add anything ", "stop adding all ", "1,000", "twenty ", "buy it ", "please ",
+     "anything with ", "only ", "only a nothing else ", "cancel the ", "cheaper ", "is the ",
+     "something cheaper than ", "yes ", "add it "],
 )  # fmt: skip
 def test_no_long_input_takes_ages(part: str) -> None:
     start = time.process_time()

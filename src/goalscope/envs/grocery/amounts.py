@@ -72,19 +72,22 @@ class Request:
         counted: What the quantity counts: packages ("3 bags of chips"), single pieces ("6
             bagels"), pieces by the dozen, or a weight or volume.
         change: What becomes of the basket: it holds so many at least, so many more, exactly so
-            many, so many fewer, none, as many as of what is replaced, twice what it held, or half.
+            many, so many fewer, none, as many as of what is replaced, twice what it held, half, or
+            the cheapest of its kind.
         outright: Whether a verb or a number asks for it, rather than its bare mention.
         replaces: What makes way for it.
+        every: Whether all is meant whose name holds the phrase, as in "anything with nuts".
     """
 
     phrase: str
     quantity: int = 1
     counted: Literal["packages", "pieces", "dozens", "grams", "millilitres"] = "pieces"
-    change: Literal["at least", "more", "exactly", "fewer", "none", "as many", "double", "half"] = (
-        "at least"
-    )
+    change: Literal[
+        "at least", "more", "exactly", "fewer", "none", "as many", "double", "half", "cheaper"
+    ] = "at least"
     outright: bool = False
     replaces: tuple[str, ...] = ()
+    every: bool = False
 
 
 def packages(request: Request, item: Item) -> int:

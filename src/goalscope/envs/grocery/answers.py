@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from decimal import Decimal
+from itertools import takewhile
 from typing import Protocol
 
 from goalscope.envs.grocery.catalogue import Catalogue, Item
+from goalscope.envs.grocery.choosing import called
+from goalscope.envs.grocery.diets import diet, hinted, implied, undieted, violates
+from goalscope.envs.grocery.requests import Refusal
 from goalscope.envs.grocery.words import contains, singulars
 from goalscope.envs.speech import LEAD, evened
 
@@ -14,6 +19,15 @@ __all__ = ["Stock", "answered"]
 
 _NAMED = 5
 """Items that an answer names at most."""
+
+_AISLES_NAMED = 30
+"""Aisles that an answer names at most."""
+
+_DEPTH = 100
+"""Items among which a thing, or the cheapest, is looked for."""
+
+_LETTERS = 4
+"""Letters from which on two words begin alike."""
 
 _THE = r"(?:the |a |an |any |some |one |your |that |this )?"
 _IN_BASKET = r"(?:in|into) (?:the|my|our) (?:basket|cart)"
@@ -36,6 +50,44 @@ _PRICE = re.compile(
     rf"|what (?:does|do) {_THE}(.+?) cost|what(?:'s| is) the (?:price|cost) (?:of|for) {_THE}(.+?))"
 )
 _HELD = re.compile(rf"{LEAD}(?:is|are) (?:there )?{_THE}(.+?) (?:already )?{_IN_BASKET}")
+_HELP = re.compile(
+    rf"{LEAD}(?:help(?: me)?|what (?:else )?(?:can|do) you do(?: for (?:me|us))?"
+    r"|how (?:can|do) you help(?: me| us)?|what can (?:i|we) (?:do|say|ask)(?: here)?(?: you)?"
+    r"|how (?:does (?:this|it)|do you|do i use (?:this|you)) ?(?:works?)?)"
+)
+_AISLES = re.compile(
+    rf"{LEAD}(?:what (?:all )?(?:do you|does (?:the|this) shop|can you)"
+    r" (?:sell|have|offer|stock|carry)(?: here)?"
+    r"|what(?:'s| is) (?:there|in (?:the|your) (?:shop|store)|on offer|available)"
+    r"|what can (?:i|we) (?:buy|get|order)(?: here)?"
+    r"|(?:what|which) (?:aisles|categories|departments"
+    r"|(?:kinds?|sorts?|types?) of (?:things|products|items|food|groceries))"
+    r" (?:do you have|are there|do you sell|is there)"
+    r"|(?:can you )?(?:show|list|name)(?: me)? (?:the|your|all(?: the)?) (?:aisles|categories))"
+)
+_SAFE = re.compile(
+    rf"{LEAD}(?:is|are|would)(?! there\b) {_THE}(.+?)(?: be)?"
+    r" (?:safe|ok(?:ay)?|suitable|fine|good|alright) (?:for|with) (.+)"
+)
+_FREE = re.compile(
+    rf"{LEAD}(?:is|are|would)(?! there\b) {_THE}(.+?)(?: be)? (?:free (?:of|from)|without) (.+)"
+    rf"|{LEAD}(?:does|do) {_THE}(.+?) (?:contain|have|include) (?:any |some )?(.+?)"
+    r"(?: in (?:it|them))?"
+)
+_HAS = re.compile(
+    rf"{LEAD}(?:is|are) there (?:any |some )?(.+?) in {_THE}(?!basket|cart|shop|store)(.+)"
+)
+_SUITS = re.compile(rf"{LEAD}(?:is|are)(?! there\b) {_THE}(.+)")
+_CHEAPEST = re.compile(
+    rf"{LEAD}(?:(?:which|what)(?: one| of (?:them|those|these))?(?:'s| is| are) (?:the|your)"
+    r" (?:cheapest|least expensive)(?: ones?\b)?(?: (?:of )?(?:the )?(.+?))??"
+    r"|(?:which|what) (.+?) (?:is|are) (?:the )?(?:cheapest|least expensive)"
+    rf"|(?:is|are) there (?:any |a |an |some )?cheaper (.+?)"
+    r"|do you have (?:any |a |an |some )?cheaper (.+?)"
+    r"|(?:is there|do you have) (?:anything|something) cheaper"
+    r"(?: than (?:the |my )?(?:[\w'-]+ ){0,4}([\w'-]+))?)"
+    r"(?: (?:you (?:have|sell)|do you have|there is|in stock|available))?"
+)
 _STOCK = re.compile(
     rf"{LEAD}(?:(?:what|which)(?: (?:kinds?|sorts?|types?|brands?|varieties) of)? (.+?) "
     r"(?:do|have|can|are) (?:you|there)(?: (?:have|got|sell|offer|carry|stock|recommend"
@@ -43,7 +95,8 @@ _STOCK = re.compile(
     rf"|(?:do|can) you (?:(?:also |even |still )?(?:have|sell|carry|stock|offer)) {_THE}(.+?)"
     rf"|have you(?: got)? {_THE}(.+?)|(?:is|are) there {_THE}(.+?)"
     r"|what do you have (?:in|for|by way of|in the way of) (.+?))"
-    r"(?: in stock| available| here| left| there| today| on offer)*"
+    r"(?: in stock| available| here| left| there| today| on offer"
+    r"| in (?:the|your|this) (?:shop|store))*"
 )
 
 
@@ -65,6 +118,11 @@ class Stock(Protocol):
         """Price of the basket."""
         ...
 
+    @property
+    def completion_phrase(self) -> str:
+        """What a person says to have the basket bought."""
+        ...
+
     def status(self) -> str:
         """The basket, for people."""
         ...
@@ -79,6 +137,21 @@ def answered(question: str, shop: Stock) -> str | None:
     text = evened(question)[:300].rstrip(" ?!.")
     if _BASKET.fullmatch(text):
         return shop.status()
+    if _HELP.fullmatch(text):
+        return (
+            "I find groceries, fill your basket, change it, and tell prices. Say what you need, "
+            "what you plan, what you do not eat, and what it may cost. "
+            f'To have the basket bought, say "{shop.completion_phrase}".'
+        )
+    if _AISLES.fullmatch(text):
+        return _aisles(shop)
+    first, _, last = text.rpartition("? ")
+    if match := _CHEAPEST.fullmatch(last):
+        term = next(filter(None, match.groups()), "")
+        about = _STOCK.fullmatch(first)
+        return _cheapest(term or (next(filter(None, about.groups())) if about else ""), shop)
+    if told := _suits(text, shop):
+        return told
     if _TOTAL.fullmatch(text):
         return f"The total is {shop.catalogue.money(shop.total)}."
     if match := _HELD.fullmatch(text):
@@ -95,6 +168,7 @@ def _offered(term: str, shop: Stock) -> str:
     found = shop.search(term, 2 * _NAMED)
     asked = singulars(term)
     exact = [item for item in found if contains(singulars(item.name), asked)]
+    found.sort(key=lambda item: -_alike(item, asked))
     if not found:
         return "The shop has nothing of that name."
     money = shop.catalogue.money
@@ -102,6 +176,65 @@ def _offered(term: str, shop: Stock) -> str:
     if exact:
         return f"The shop has {listed}."
     return f"The shop has nothing called that. Near it: {listed}."
+
+
+def _alike(item: Item, asked: list[str]) -> int:
+    """Letters that a word of the item's name begins with as one that was asked for; 0 below 4."""
+    pairs = [zip(one, other, strict=False) for one in asked for other in singulars(item.name)]
+    same = max((sum(takewhile(bool, (a == b for a, b in pair))) for pair in pairs), default=0)
+    return same if same >= _LETTERS else 0
+
+
+def _aisles(shop: Stock) -> str:
+    aisles = Counter(item.category for item in shop.catalogue.items if item.category)
+    if not aisles:
+        names = "; ".join(item.name for item in shop.catalogue.items[:_NAMED])
+        return f"The shop has {len(shop.catalogue)} items, such as {names}."
+    named = ", ".join(aisle for aisle, _ in aisles.most_common(_AISLES_NAMED))
+    more = ", and more" if len(aisles) > _AISLES_NAMED else ""
+    return f"The shop sells: {named}{more}."
+
+
+def _cheapest(term: str, shop: Stock) -> str | None:
+    if not singulars(term):
+        return 'Please say of what, as in "Which is the cheapest milk?".'
+    near = shop.search(term, _DEPTH)
+    found = called(term, near) or called(singulars(term)[-1], near)
+    priced = [(item.price, item.id, item.name) for item in found if item.price is not None]
+    if not priced:
+        return "The shop has nothing of that name with a price."
+    price, _, name = min(priced)
+    return f"The cheapest is {name}, {shop.catalogue.money(price)}."
+
+
+def _suits(text: str, shop: Stock) -> str | None:
+    """Whether a thing suits a diet, as far as names and tags tell; None where nobody asks it."""
+    if (match := _SAFE.fullmatch(text)) and hinted(text) | diet(text):
+        term, what = match.groups()
+    elif match := _FREE.fullmatch(text):
+        term, what = (each for each in match.groups() if each)
+    elif match := _HAS.fullmatch(text):
+        what, term = match.groups()
+    elif (match := _SUITS.fullmatch(text)) and hinted(text):
+        term, what = undieted(match[1]), match[1]
+    else:
+        return None
+    diets = sorted(hinted(what) | diet(what) | implied(what, Refusal.HARMED))
+    held = [item for name in shop.basket if (item := shop.catalogue.get(name))]
+    if term in ("everything", "it all", "all", "all of it", "basket", "cart", "all of this"):
+        items = held
+    else:
+        items = (called(term, held) or called(term, shop.search(term, _DEPTH)))[:1]
+    if not items:
+        return None
+    told: list[str] = []
+    for name in diets:
+        against = [item for item in items if violates(item, name)]
+        unsure = [item for item in items if name not in item.tags]
+        how = "Not" if against else "I cannot tell whether this is" if unsure else "Listed as"
+        listed = ", ".join(item.name for item in (against or unsure or items)[:_NAMED])
+        told.append(f"{how} {name}: {listed}.")
+    return " ".join([*told, "I know only names and categories, so please read the label."])
 
 
 def _held(term: str, shop: Stock) -> str:

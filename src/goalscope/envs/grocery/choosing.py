@@ -12,7 +12,7 @@ from goalscope.envs.grocery.hearing import Hearing
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.words import contains, head_nouns, singular, singulars, words
 
-__all__ = ["Choice", "called", "is_vague"]
+__all__ = ["Choice", "called", "is_vague", "taken"]
 
 _PER_TERM = 5
 """Items offered for each search term."""
@@ -79,6 +79,15 @@ class Choice:
         same = singulars(nearly) == singulars(phrase)
         return None if same else self.meant(nearly, hearing, basket)
 
+    def cheaper(self, old: Item | None, kind: str, hearing: Hearing) -> Item | None:
+        """The cheapest permitted item of a kind; None where none is cheaper than `old`."""
+        named = [item for item in self._search.named(kind) if _allowed(item, hearing)]
+        alike = [item for item in named if not old or item.category == old.category]
+        priced = [(i.price, i.id, i) for i in called(kind, alike) if i.price is not None]
+        found = min(priced)[2] if priced else None
+        dearer = not old or (found and old.price and priced and min(priced)[0] < old.price)
+        return found if dearer else None
+
     def lacking(self, request: Request, hearing: Hearing) -> list[str]:
         """Why nothing can be added for the request; nothing where it names no product."""
         phrase = request.phrase
@@ -118,6 +127,14 @@ class Choice:
 def is_vague(phrase: str) -> bool:
     """Whether no word of `phrase` says what is meant."""
     return _NO_PRODUCT.issuperset(words(phrase))
+
+
+def taken(removal: Request, items: Sequence[Item]) -> list[Item]:
+    """Those of `items` that a removal means; the name of an aisle stands for all of it."""
+    if removal.every:
+        return [item for item in items if _is_a(item, removal.phrase)]
+    aisle = [i for i in items if singulars(i.category) == singulars(removal.phrase)]
+    return called(removal.phrase, items) or aisle
 
 
 def called(phrase: str, items: Sequence[Item]) -> list[Item]:

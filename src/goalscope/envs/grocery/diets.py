@@ -13,7 +13,7 @@ from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.words import asks, made, sentences, singulars
 from goalscope.envs.speech import LONGEST, evened
 
-__all__ = ["DIETS", "MEAL", "diet", "hinted", "implied", "is_diet", "violates"]
+__all__ = ["DIETS", "MEAL", "diet", "hinted", "implied", "is_diet", "undieted", "violates"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -342,6 +342,13 @@ def hinted(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[st
                 denied = _NOT.search(_clause(sentence, match.start()))
                 (standing.discard if denied else standing.add)(name)
     return frozenset(standing - {"organic"})
+
+
+def undieted(text: str) -> str:
+    """`text`, evened, without the names of restrictions."""
+    for pattern in _NAMED.values():
+        text = pattern.sub(" ", text)
+    return " ".join(text.split())
 
 
 def implied(thing: str, how: Refusal = Refusal.SHUNNED) -> frozenset[str]:

@@ -13,6 +13,7 @@ from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.diets import diet, hinted, implied, is_diet, violates
 from goalscope.envs.grocery.limits import budget, guesses
 from goalscope.envs.grocery.names import Names
+from goalscope.envs.grocery.orders import tries_to_buy
 from goalscope.envs.grocery.requests import (
     Refusal,
     clears,
@@ -192,7 +193,7 @@ class _Listener:
         utterance = self.names.hidden(utterance)
         self.guesses = guesses(utterance, self.guesses)
         self.budget = budget(utterance, self.budget)
-        for clause in heard(utterance):
+        for clause in () if tries_to_buy(utterance) else heard(utterance):
             if unasked(clause):
                 self.unasked = True
                 continue
@@ -299,6 +300,8 @@ class _Listener:
         for phrase, other in self.asked.items():
             replaces = tuple(old for old in other.replaces if singulars(old) != asked)
             self.asked[phrase] = replace(other, replaces=replaces)
+        if request.change == "cheaper":
+            request = self.cheaper(request)
         same = next((p for p in self.asked if singulars(p) == asked), request.phrase)
         before = self.asked.pop(same, None)
         if not newest:
@@ -309,6 +312,15 @@ class _Listener:
         for words in (self.refused, self.dropped, self.lessened):
             for thing in [each for each in words if contains(asked, singulars(each))]:
                 del words[thing]
+
+    def cheaper(self, request: Request) -> Request:
+        """The request for what its last word says, in the place of what was asked for before."""
+        asked = singulars(request.phrase)
+        kind = request.phrase.split()[-1]
+        for phrase in [p for p in self.asked if contains(singulars(p), asked)]:
+            request = replace(request, quantity=self.asked[phrase].quantity)
+            request = replace(request, counted=self.asked.pop(phrase).counted)
+        return replace(request, phrase=kind, replaces=(request.phrase,))
 
     def meant(self, phrase: str) -> list[str]:
         """What a phrase stands for: "it", "them" and "the frozen ones" are of what was named last.

@@ -23,7 +23,7 @@ from goalscope.envs.grocery.words import made
 from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import evened
 
-__all__ = ["is_order", "tries_to_buy"]
+__all__ = ["adds_it", "is_order", "tries_to_buy"]
 
 _AIM = re.compile(
     rf"\b(?:for|having|hosting|have|to) (?:[\w'-]+ ){{0,3}}{MEAL}s?\b"
@@ -37,8 +37,8 @@ _EMPTY = re.compile(
     r"|else|any ?more|either|as well|after all|the|a|an|my|our|some|of|in total|today|i|we|you|he"
     r"|she|they|it|do|does|am|is|are|be|i'm|we're|he's|she's|they're|i've|we've|have|has|got|can"
     r"|could|would|will|really|very|severely|who|one|someone|somebody|because|since|as|must|should"
-    r"|to|me|us|that|this|there|with|let's|what|which|go|ahead|there is|ditto|dittos|inplace|said"
-    r"|asked|told|changed|mind|for (?:me|us|it|that|him|her|them|now|today))(?![\w']))*[\W_]*"
+    r"|to|me|us|in|that|this|there|with|let's|what|which|go|ahead|there is|ditto|dittos|inplace"
+    r"|said|asked|told|changed|mind|for (?:me|us|it|that|him|her|them|now|today))(?![\w']))*[\W_]*"
 )
 _PERSON = re.compile(
     r"(?:(?:and|but|so|because|since|as) )?(?:(?:my|our|the|his|her) (?:[\w'-]+ ){1,3}|\w+ )"
@@ -53,11 +53,17 @@ _TOLD = re.compile(
 _WISH = re.compile(rf"\b(?:want|need|like|love|fancy|crave|plan|host|{MEAL})\b")
 _TRY = re.compile(
     r"(?:(?:ok(?:ay)?|yes|yeah|yep|sure|please|now|then|so|well|and|i|we|want to|i'd like to"
-    r"|you can|can you|could you|let's|go ahead and|i'll|we'll|i'm|done|ready to|that's (?:it|all)|great"
-    r"|perfect|good|thanks|thank you|just|finished|happy to)[\s,.!]+)*+"
+    r"|you can|can you|could you|let's|go ahead and|i'll|we'll|i'm|done|ready to|that's (?:it|all)"
+    r"|great|perfect|good|thanks|thank you|just|finished|happy to)[\s,.!]+)*+"
     r"(?:buy|purchase|order|pay|check ?out|take|get|confirm|complete|done)"
     r"(?:[\s,.!]+(?:it|this|that|them|these|those|all|now|please|everything|pay|buy|the (?:order"
     r"|purchase|basket|cart|bill)|for|thanks|thank you|then|right away|immediately|today))*[\s.!?]*"
+)
+_ADD_IT = re.compile(
+    r"(?:(?:yes|yeah|yep|sure|ok(?:ay)?|please|then|and|so|great|good|perfect|can you|could you"
+    r"|do)[\s,.!]+)*+(?:add|get|include|put in|throw in|i'd like|i want|i'll have|give me|get me)"
+    r" (?:it|that|that one|this one|one|them|some)(?:[\s,]+(?:please|then|too|as well|thanks"
+    r"|(?:to|in) (?:the|my) (?:basket|cart)))*[\s.!?]*"
 )
 _BUYS = re.compile(r"\b(?:buy|purchase|order|pay|check ?out|take (?:it|them|all|everything))\b")
 
@@ -95,6 +101,11 @@ def is_order(utterance: str, meant: Callable[[Request], bool]) -> bool:
 
 def _restricts(piece: str) -> bool:
     return bool(diet(piece)) and not _WISH.search(piece)
+
+
+def adds_it(utterance: str) -> bool:
+    """Whether words are no more than an order to add "it"."""
+    return bool(_ADD_IT.fullmatch(evened(utterance)))
 
 
 def tries_to_buy(utterance: str) -> bool:

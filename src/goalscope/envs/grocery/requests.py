@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from enum import IntEnum
 from functools import lru_cache
+from typing import Literal
 
 from goalscope.envs.grocery.amounts import (
     CONTAINER,
@@ -125,7 +126,7 @@ _ONLY = re.compile(r"\bkeep only ([^.;!?]+)")
 _MORE = re.compile(rf"(?:\w+ )*?(?:(?:another|additional|more)\b|(?:\d+|{WORD}) extra\b)")
 _EXACTLY = re.compile(r"(?:\w+ )*?(?:exactly|only|just) (?=\d|\w+ )")
 _CONTAINED = re.compile(rf"\b(?:{CONTAINER} of|(?:half )?(?:an? )?dozens?(?: of)?)\b")
-_LIST = re.compile(r"\s*(?:and |or )?(?:the|my|any|that|those|these|this|all|both)\b")
+_LIST = re.compile(r"\s*(?:and |or )?(?:eachof|the|my|any|that|those|these|this|all|both)\b")
 _NEW = re.compile(
     rf"\s*(?:and )?(?:\d|{WORD}\b(?! of (?:the|my|those|these)\b)"
     r"|(?:some|more|another|also|plus|then|instead|only|just|maybe|enough|plenty|lots|with|keep)\b)"
@@ -146,7 +147,29 @@ _UNASKED_FOR = (
     rf"(?: (?:that|which))? (?:(?:i|we|nobody|no one) (?:{_ASKED_NOT}|asked for|wanted)"
     r"|(?:was|were) not asked for|you(?: just| only)?(?: have|'ve)? guessed)\b"
 )
-_ALL = "(?:everything|it all|all of it|them all|all items)"
+_ALL = (
+    r"(?:(?:everything|all items)(?=\s*(?:[.,;!?]|$|\b(?:and|please|now|again|then|thanks|thank|out"
+    r"|back|away|off|from|so|because|since|i|we|you|in|it|there|at|right|else|for|if|to"
+    r"|that (?:is|was|i|we|you)|that's|which is|but|except|nobody|no one)\b))"
+    r"|it all|all of it|them all)"
+)
+_EVERY = re.compile(
+    r"\b(?:(?:anything|everything|whatever|(?:all|any)(?: of)?(?: the| my| those)?"
+    r" (?:things?|items?|products?|stuff|foods?))"
+    r"(?: (?:with|containing|having|made (?:of|with|from)"
+    r"|(?:that|which) (?:has|have|contains?|is made (?:of|with|from))))?(?: any| some)? (?=\w)"
+    r"(?!(?:i|we|you|nobody|no|that|which|but|except|apart|other|else|from|in|on|out|off|back|away"
+    r"|again|please|and|or|at|for|to|is|was|now|then|so|because)\b))"
+)
+_SUCH_THINGS = re.compile(
+    r"^(?:all|any)(?: of)?(?: the| my| those)? (.+) (?:things?|products?|stuff)$"
+)
+_HOW: Mapping[str, Literal["double", "half", "cheaper"]] = {
+    "twofold": "double",
+    "halved": "half",
+    "lowpriced": "cheaper",
+}
+_EVERY_SUCH = "eachof "
 _CLEARS = re.compile(
     rf"\b(?:(?:empty|clear) (?:out )?(?:the|my|this) (?:whole |entire )?{CART}"
     rf"|(?:take|throw|put) {_ALL} (?:out|back|away)|(?:remove|delete|drop) {_ALL}"
@@ -330,6 +353,7 @@ def _unrefused(said: Said) -> str:
 def _refused(match: re.Match[str]) -> Iterator[Request]:
     """The things that one refusal names, each with the change "none" or "fewer"."""
     listed = match["what"] or match["apart"] or match["allergen"]
+    listed = _EVERY.sub(_EVERY_SUCH, listed)
     asking = ASKING.search(listed)
     listed = f" {listed[: asking.start() if asking else None]}"
     if match["takes"] and _NEW.match(listed):  # as "one banana and one lemon"
@@ -343,9 +367,13 @@ def _refused(match: re.Match[str]) -> Iterator[Request]:
             if thing := _request(part):
                 yield replace(thing, change="fewer")
             continue
-        phrase = _TAIL.sub("", _SMALL.sub("", part))
+        part = _SUCH_THINGS.sub(rf"{_EVERY_SUCH}\1", part)
+        every = part.startswith(_EVERY_SUCH)
+        phrase = _TAIL.sub("", _SMALL.sub("", part.removeprefix(_EVERY_SUCH)))
+        if phrase == "everything":
+            continue
         if phrase and len(phrase.split()) <= 4 and not _SPEAKING.search(phrase):
-            yield Request(phrase, change="none")
+            yield Request(phrase, change="none", every=every)
 
 
 def _enumerated(match: re.Match[str], listed: str) -> str:
@@ -386,10 +414,9 @@ def _request(chunk: str) -> Request | None:
     quantity, counted = 1.0, "pieces"
     change = "more" if _MORE.match(said) else "at least"
     outright = False
-    if chunk.startswith(("twofold ", "halved ")):
-        how, _, rest = chunk.partition(" ")
-        thing = _TAIL.sub("", _SMALL.sub("", rest))
-        change = "double" if how == "twofold" else "half"
+    how, _, rest = chunk.partition(" ")
+    if how in _HOW:
+        thing, change = _TAIL.sub("", _SMALL.sub("", rest)), _HOW[how]
         return Request(thing, change=change, outright=True) if thing else None
     if match := COUNT.match(chunk):
         quantity = number(match["number"] or "1")

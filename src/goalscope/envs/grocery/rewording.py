@@ -39,6 +39,13 @@ _THINGS = r"((?:(?!\b(?:add|remove|get|take|for|with|by|to)\b)[^.;!?]){1,80}?)"
 _BEGIN = r"(?:(?<=[.,;!?] )|(?<=\band )|^)"
 _THING = r"((?:(?!\b(?:and|but|add|remove)\b)[^.,;!?]){1,60}?)"
 
+_FOUND = (
+    r"\b(?:(?:find|get|give|show|use|take|choose|pick|want|need|like|prefer|have|add|buy|make)"
+    r"(?: (?:me|us|it))? )?(?:(?:a (?:bit|little)|much|even) )?"
+)
+_SOME = r"(?:(?:something|anything|one|some)(?: (?:a (?:bit|little)|much|even))? )?"
+_OLD = r"(?!\d|[$\u20ac\u00a3])(?:(?:the|my|our|that|this|any) )?"
+
 ASKING = re.compile(
     r"\b(?:(?:i|we|you|they|he|she|(?:my|our|the) \w+)"
     r"(?:(?:'ll| will| also| really| just| definitely)*"
@@ -73,6 +80,11 @@ _REWORDED = [
             "keep",
         ),
         (r"\bi (?:almost |nearly )?forgot\b(?: (?:about|to (?:add|get|buy|mention))\b)?", "add"),
+        (
+            r"[$\u20ac\u00a3]?\b\d{1,6}(?:\.\d\d)?(?: ?(?:dollars?|bucks|euros?))?"
+            r"(?: worth of|(?<=[a-z]) of) ",
+            "some ",
+        ),
         (r"\b(?:an? )?half(?: an?)? dozen\b", "6"),
         (rf"\b({WORD}) and a half\b", r"\1 half"),
         (r"\b(\d+) (?:and a half|1/2)\b", r"\1.5"),
@@ -125,6 +137,11 @@ _SAID_ANEW = re.compile(
 )
 _RESTRICTS = re.compile(r"allerg|intoleran|\b(?:no|not|cannot|without|avoid|never|\w+n't)\b")
 _MEANT = re.compile(r",\s*([^,.;!?]+?),? i mean(?:t)?(?=[.;!?]|$)")
+_ALONE_WANTED = re.compile(
+    r"(?:^|(?<=[.,;!?] ))(?:(?:ok|okay|no|so|actually|please|well|i|we|want|need|keep|get) )*+"
+    r"(?:only|just) (?:(?:keep|want|need|get|have|leave) )?([^.;!?]{1,100}?)"
+    rf"(, ?{_NUMBER} of (?:it|them|those))?(?:\s*[,.;!])? (?:and |but )?nothing else\b(?! but)"
+)
 _BULLET = re.compile(r"\n[ \t]*[-*\u2022][ \t]+")
 _BEFORE_LAST = re.compile(
     r"[,;.!?]|\b(?:and|or|plus|add|get|buy|want|need|like|have|take|remove|order|delete)\b"
@@ -241,6 +258,26 @@ _CHANGES = [
             r"|(?:can|could) (?:you|we)) )*(?:only|just) keep ",
             ". keep only ",
         ),
+        (
+            rf"{_BEGIN}(?:(?:please|ok|okay|no|actually|just|now|then|so|let's|sorry|can|could|you"
+            r"|i|we|want|i'd|like|to|know|what) )*+(?:cancel|scrap|scratch|abandon|never mind"
+            r"|forget(?: about)?) (?:(?:(?:the|my|our|this|that) )?(?:whole |entire )?(?:thing"
+            r"|order|basket|cart|shopping|purchase|list)|everything|it all|all of it|the lot)"
+            rf"{_END}",
+            ". empty the basket",
+        ),
+        *(
+            (rf"{_FOUND}{cheaper}{_END}", f". add lowpriced {thing}")
+            for cheaper, thing in (
+                (rf"{_SOME}cheaper (?:than|for|instead of|in place of) {_OLD}{_THING}", r"\1"),
+                (rf"(?:{_SOME}cheaper|(?:the |an? )?cheaper ones?)", SAME),
+                (
+                    r"(?:an? |some |the )?cheaper (?!than\b)(?:(?:version|kind|brand|alternative"
+                    rf"|option|substitute|replacement) (?:of|to|for) )?{_OLD}{_THING}",
+                    r"\1",
+                ),
+            )
+        ),
         (r"\bchanged (?:my|our) minds? about\b", "remove"),
         (
             r"\b(?:put|toss|throw|stick|chuck|pop|place|drop) ([^.;!?]{1,200}?)"
@@ -291,7 +328,7 @@ class Said:
 def heard(utterance: str) -> tuple[Said, ...]:
     """The clauses of `utterance` in lower case, reworded; changes only where they are ordered."""
     text = re.sub(r"\s*\n\s*", ". ", _BULLET.sub(", ", utterance[:2000]).strip())
-    text = unlimited(evened(text))
+    text = unlimited(_ALONE_WANTED.sub(r". keep only \1. only \1\2", evened(text)))
     text = re.sub(r"\b(remove|delete|drop|take out|add|get|buy):[\s,]*", r"\1 ", text)
     text = re.sub(r"([^\w\s'])(?:\s*\1)+", r"\1", text)
     text = text.replace(" go ahead and ", " ")

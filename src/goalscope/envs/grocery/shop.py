@@ -10,12 +10,13 @@ from goalscope import envs
 from goalscope.envs.grocery.amounts import MOST, Request, packages, units
 from goalscope.envs.grocery.answers import answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.choosing import Choice, called, is_vague
+from goalscope.envs.grocery.choosing import Choice, called, is_vague, taken
 from goalscope.envs.grocery.consent import consents
+from goalscope.envs.grocery.diets import implied
 from goalscope.envs.grocery.hearing import Hearing, hear
 from goalscope.envs.grocery.limits import budget
 from goalscope.envs.grocery.names import Names
-from goalscope.envs.grocery.orders import is_order, tries_to_buy
+from goalscope.envs.grocery.orders import adds_it, is_order, tries_to_buy
 from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.requests import amount, refuses, unrefused
 from goalscope.envs.grocery.rewording import SAME, SAME_ALL
@@ -172,7 +173,7 @@ class GroceryShop:
                 if not any(called(phrase, [item]) for phrase in asked)
             }
         for removal in hearing.removed:
-            for item in called(removal.phrase, [item for item, _ in self._contents()]):
+            for item in taken(removal, [item for item, _ in self._contents()]):
                 held = self._basket[item.name]
                 shown = removal.quantity <= held  # what a person counts is what the basket shows
                 number = removal.quantity if shown else min(packages(removal, item), held)
@@ -183,7 +184,13 @@ class GroceryShop:
                     break
         gone = {item: -plan[item.name] for item, _ in self._contents() if plan.get(item.name)}
         for request in hearing.wanted:
-            if item := self._choice.meant(request.phrase, hearing, self._basket):
+            if request.change == "cheaper":
+                old = self._dearer(request)
+                item = self._choice.cheaper(old, request.phrase, hearing)
+                number = self._basket[old.name] if old else packages(request, item) if item else 0
+                plan |= {old.name: -number} if old and item else {}
+                plan |= {item.name: plan.get(item.name, 0) + number} if item else {}
+            elif item := self._choice.meant(request.phrase, hearing, self._basket):
                 held = self._basket.get(item.name, 0) + plan.get(item.name, 0)
                 number = packages(request, item) - (0 if request.change == "more" else held)
                 if request.change in ("double", "half") and held:
@@ -203,7 +210,7 @@ class GroceryShop:
         """Whether the newest words say exactly what is to be done."""
         hearing = self._heard(turns)
         return bool(turns) and is_order(
-            self._names.hidden(turns[-1].utterance),
+            self._names.hidden(self._spoken(turns)[-1]),
             lambda request: self._means(request, hearing),
         )
 
@@ -217,7 +224,7 @@ class GroceryShop:
             before[name] = before.get(name, 0) + sign * result.action.quantity
         held = [item for name, n in before.items() if n > 0 and (item := self.catalogue.get(name))]
         told: list[str] = []
-        if tries_to_buy(turns[-1].utterance):
+        if tries_to_buy(turns[-1].utterance) and not self.is_completion(turns[-1]):
             told.append(f'To have the basket bought, say "{self.completion_phrase}".')
         above = hearing.budget is not None and self.total > hearing.budget
         if above and (results or budget(turns[-1].utterance) is not None):
@@ -225,17 +232,27 @@ class GroceryShop:
             told.append(f"The basket comes to {total}, above the {named} that you named.")
         if hearing.unclear:
             told.append("It is not clear which thing you mean. Please name it.")
-        for phrase in (removal.phrase for removal in hearing.removed):
-            if not called(phrase, held) and not is_vague(phrase):
+        lessened = any(result.action.name == "remove item" for result in results)
+        for removal in hearing.removed:
+            phrase = removal.phrase
+            by_diet = lessened and implied(phrase)
+            if not (taken(removal, held) or is_vague(phrase) or by_diet):
                 verb = "were" if singulars(phrase)[-1:] != words(phrase)[-1:] else "was"
                 told.append(f"There {verb} no {phrase} in the basket.")
         for request in hearing.newest:
             item = self._choice.meant(request.phrase, hearing, self._basket)
+            if request.change == "cheaper":
+                item = self._dearer(request) or item
             there = before.get(item.name, 0) if item and request.change == "more" else 0
             if item is None:
                 told += self._choice.lacking(request, hearing)
             elif units(request, item) + there > MOST:
                 told.append(f"The basket holds at most {MOST} of one item: {item.name}.")
+            elif request.change == "cheaper" and self._is_same(item, before):
+                price = self.catalogue.money(item.price)
+                told.append(
+                    f"The shop has nothing of the kind that is cheaper: {item.name}, {price}."
+                )
             elif request.outright and self._is_same(item, before):
                 told.append(f"The basket holds {before[item.name]} x {item.name} already.")
         return told
@@ -292,7 +309,7 @@ class GroceryShop:
 
     def _heard(self, turns: Sequence[Turn]) -> Hearing:
         """What the person said; what was to make way for what the shop lacks stays."""
-        hearing = hear([turn.utterance for turn in turns], self._names)
+        hearing = hear(self._spoken(turns), self._names)
         kept, gone = list[str](), list[str]()
         for request in hearing.wanted:
             if request.replaces and not is_vague(request.phrase):
@@ -302,6 +319,22 @@ class GroceryShop:
             each for each in hearing.wanted if each.phrase not in {*gone} - {*each.replaces}
         )
         return replace(hearing, wanted=wanted).keeping(kept)
+
+    def _dearer(self, request: Request) -> Item | None:
+        """What of the basket something cheaper is to take the place of."""
+        held = [item for item, _ in self._contents()]
+        return next((i for p in (*request.replaces, request.phrase) for i in called(p, held)), None)
+
+    def _spoken(self, turns: Sequence[Turn]) -> list[str]:
+        """What the person said; "add it" names what a question just before was about."""
+        said = [turn.utterance for turn in turns]
+        for i, turn in enumerate(turns):
+            if adds_it(turn.utterance):
+                asked = [said[i - 1]] if i and said[i - 1].rstrip().endswith("?") else []
+                things = (self._search.mentioned(text) for text in (*asked, turn.query))
+                thing = next((each[0] for each in things if len(each) == 1), "")
+                said[i] = f"Add {thing}" if thing else said[i]
+        return said
 
     def _after(self, turns: Sequence[Turn]) -> Decimal:
         """Price of the basket once it is as the person asks for outright."""
