@@ -194,6 +194,8 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         plain = clause.plain and not later
         found.append(replace(clause, corrects=corrects, later=later, plain=plain, said=said))
         found += [replace(found[-1], verb=verb, plain=False) for verb in reader.also]
+        if reader.serves and not (later or clause.negated):
+            found.append(Clause("put", (Phrase(word="it"),), Phrase(v.SURFACES)))
     return found
 
 

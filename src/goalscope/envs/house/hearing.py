@@ -13,7 +13,7 @@ from goalscope.envs.house.completion import completes
 from goalscope.envs.house.grammar import is_exact, parse, parse_plain
 from goalscope.envs.house.heard import HOME, Hearing, Leave, Request
 from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
-from goalscope.envs.house.names import names, readable, the
+from goalscope.envs.house.names import are, names, readable, the
 from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase, PhraseReader, first_named
 from goalscope.envs.house.referents import TO_SLICES
@@ -312,7 +312,7 @@ class _Listener(Standing):
             if not self.missed:
                 self.missed.append(_not_understood(clause))
         elif not here:
-            self.missed.append(f"There is no {name.removeprefix('the ')} here.")
+            self.missed.append(f"There {are(name)} no {name.removeprefix('the ')} here.")
         elif lacks is clause.place:
             self.missed.append(f"I cannot put anything in or on {name}.")
         else:
