@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from goalscope.types import Turn
+from goalscope.envs.house.answers import ABLE
+from goalscope.types import Action, Turn
 from heard import heard, robot_in, told
 
 
@@ -74,6 +75,10 @@ NOTHING = "I do not know what to undo: tell me what should be as it was."
         (["crack egg 1", "cook it"], {"egg 1: broken"}, [], "May I cook cracked egg 1?"),
         (["toast the bread"], set(), [SLICED], ""),
         (["heat up some bread"], set(), ["I did not understand: heat up some bread."], ""),
+        (["do the laundry"], set(), ["I did not understand: do the laundry."], ""),
+        (["I do the laundry"], set(), [], ""),
+        (["do the lights work"], set(), [], ""),
+        (["I'm going to break the bottle, slice the bread"], set(), [], ""),
         (["warm the milk"], set(), ["I did not understand: warm the milk."], ""),
         (["make me a sandwich"], set(), ["I did not understand: make me a sandwich."], ""),
         (["set the table for 2"], set(), ["I did not understand: set the table for 2."], ""),
@@ -139,6 +144,20 @@ APPLE = "apple: now in the fridge"
             ["I cannot undo that: clean the mug."],
         ),
         (["undo that"], set(), [NOTHING]),
+        (["open the fridge", "I didn't want that. Undo it."], set(), []),
+        (["open the fridge", "undo that and turn the light off"], {DARK}, []),
+        (["open the fridge", "undo that and turn the light off", "undo that"], set(), []),
+        (["open the fridge", "if it is empty, undo that"], {"fridge: open"}, []),
+        (
+            ["open the fridge", "turn the light off", "don't touch the apple", "undo that"],
+            {"fridge: open", DARK},
+            [],
+        ),
+        (
+            ["put the apple in the fridge", "put the apple in the fridge later", "undo that"],
+            {APPLE},
+            [NOTHING],
+        ),
         (
             ["put the apple in the fridge", "I'm hungry", "undo that", "undo that"],
             {APPLE},
@@ -243,3 +262,68 @@ def test_what_was_not_brought_is_asked_for_again(said: str, note: str) -> None:
 @pytest.mark.parametrize("said", ["I wanted the bread sliced", "I didn't get the bread sliced"])
 def test_a_wish_of_the_past_gives_no_leave(said: str) -> None:
     assert not heard(said).permitted
+
+
+@pytest.mark.parametrize(
+    ("thing", "vessel"),
+    [("lettuce", "mug"), ("knife", "bowl"), ("fork", "cup"), ("spatula", "mug"), ("bread", "cup")],
+)
+def test_nothing_is_put_unasked_where_it_would_stick_out(thing: str, vessel: str) -> None:
+    robot = robot_in("Kitchen1")
+    robot.reset()
+    offered = robot.actions([thing], [Turn("", f"I'll need the {vessel} and the {thing}")])
+    kinds = {action.destination.split(" ")[0] for action in offered if action.name == "put"}
+    assert kinds
+    assert vessel not in kinds
+
+
+def test_nothing_is_put_unasked_into_a_vessel_without_room() -> None:
+    robot = robot_in("Kitchen1")
+    robot.reset()
+    put = Action("put", "tomato", destination="bowl")
+    assert put in robot.actions(["tomato"])
+    assert robot.step(Action("put", "apple", destination="bowl")).ok
+    assert put not in robot.actions(["tomato"])
+    assert not robot.step(put).ok
+
+
+@pytest.mark.parametrize(
+    ("said", "answer"),
+    [
+        ("what can you do?", ABLE),
+        ("ok, what else can you do for me", ABLE),
+        ("how can you help me?", ABLE),
+        ("where are the keys?", "The keys are on the side table."),
+        ("what can you do with the box?", None),
+        ("can you help?", None),
+    ],
+)
+def test_questions_about_the_robot_and_plurals_are_answered(said: str, answer: str | None) -> None:
+    robot = robot_in("LivingRoom1")
+    robot.reset()
+    assert robot.answer(said) == answer
+
+
+def test_many_things_are_told_in_the_plural() -> None:
+    robot = robot_in("LivingRoom1")
+    robot.reset()
+    assert robot.step(Action("pick up", "keys")).observation == "The keys are in the robot's hand."
+    assert told("Kitchen1", "bring me the keys")[1] == ["There are no keys here."]
+
+
+MUG = "mug 2: filled with coffee"
+
+
+@pytest.mark.parametrize(
+    ("said", "changes"),
+    [
+        (["make us some coffee, please"], {f"{MUG}, now on counter 1"}),
+        (["make me a coffee", "bring it to me"], {f"{MUG}, now in the robot's hand"}),
+        (["make coffee"], {MUG}),
+        (["don't make me a coffee"], set()),
+        (["make me a coffee later"], set()),
+        (["I'll make me a coffee"], set()),
+    ],
+)
+def test_what_is_made_for_a_person_stands_ready(said: list[str], changes: set[str]) -> None:
+    assert told("Kitchen1", *said)[:2] == (changes, [])

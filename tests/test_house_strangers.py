@@ -56,7 +56,12 @@ from heard import told
             [],
         ),
         ("Kitchen1", ["pour some wine into the cup"], ["cup: filled with wine"], []),
-        ("Kitchen1", ["make me a coffee"], ["mug 2: filled with coffee"], []),
+        (
+            "Kitchen1",
+            ["make me a coffee"],
+            ["mug 2: filled with coffee, now on counter 1"],
+            [],
+        ),
         (
             "Kitchen1",
             ["Set the table: two plates, a fork and a knife"],

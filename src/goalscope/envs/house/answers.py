@@ -6,11 +6,11 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from goalscope.envs.house.names import names, naming, the
+from goalscope.envs.house.names import are, names, naming, the
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.speech import LEAD, evened
 
-__all__ = ["answered"]
+__all__ = ["ABLE", "answered"]
 
 _NAMED = 5
 """Things that an answer names at most."""
@@ -48,6 +48,17 @@ _HAVE = re.compile(
     rf"{LEAD}(?:(?:do|can) (?:you|we) (?:have|see|find)|have (?:you|we) got|is there|are there)"
     r" (.+?)(?: (?:here|there|anywhere|in the (?:house|home|room|kitchen)))?"
 )
+_ABLE = re.compile(
+    rf"{LEAD}(?:what (?:else )?(?:can|could) you (?:do|help with)"
+    r"(?: (?:for (?:me|us)|here))?"
+    r"|what are you able to do|how can you help(?: (?:me|us))?|help)"
+)
+ABLE = (
+    "I can fetch things and put them elsewhere, open and close, turn on and off, clean, fill and "
+    "empty; slicing, cooking and breaking only if you ask for it."
+)
+"""What the robot says that it can do."""
+
 _INNER = frozenset({
     "Bathtub", "BathtubBasin", "Bowl", "Box", "Cup", "GarbageCan", "Mug", "Pan", "Pot", "Sink",
     "SinkBasin",
@@ -68,6 +79,8 @@ def answered(
     house = _House(objects, names(objects) if named is None else named)
     if _HOLDING.fullmatch(text):
         return house.holding()
+    if _ABLE.fullmatch(text):
+        return ABLE
     asks: list[tuple[re.Pattern[str], Callable[..., str | None]]] = [
         *((_STATE, house.state), (_INSIDE, house.inside), (_PLACED, house.placed)),
         *((_COUNT, house.count), (_WHERE, house.where), (_HAVE, house.where)),
@@ -133,13 +146,14 @@ class _House:
             return None
         if not things:
             gone = [
-                f"{the(self.names[str(o['objectId'])])} is {_fate(o)}"
+                f"{the(name)} {are(name)} {_fate(o)}"
                 for o in self.ever_called(term) or ()
+                if (name := self.names[str(o["objectId"])])
             ]
             text = "; ".join(sorted(gone)[:_NAMED]) or "I see no such thing here"
             return f"{text[0].upper()}{text[1:]}."
         places = {self.names[str(o["objectId"])]: self.place(o) for o in things}
-        said = [f"{the(name)} is {places[name]}" for name in sorted(places)[:_NAMED]]
+        said = [f"{the(name)} {are(name)} {places[name]}" for name in sorted(places)[:_NAMED]]
         rest = len(things) - len(said)
         text = "; ".join(said) + (f"; and {rest} more." if rest > 0 else ".")
         return text[0].upper() + text[1:]

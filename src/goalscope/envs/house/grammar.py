@@ -29,7 +29,7 @@ _STAYS = re.compile(r"(?:leave|keep) (?:\w+ ){1,4}(?:there|where|in place)\b")
 _LEFT_THERE = re.compile(r"\b(?:leave|keep) \w+ (?:there|where|in place)\b")
 _QUESTION = re.compile(
     r"(?:(?:and|so|but|ok|okay|oh|well)[ ,]+)*(?:what|which|who|whose|when|why|how|where"
-    r"|do(?! (?:it|that|this)\b)|does"
+    r"|do(?! (?:it|that|this)\b|(?: (?:the|my|our|some|your)) \w+(?: please| now)?[ .!]*$)|does"
     r"|did|is|are|was|were|has|have you|should|shall|may i|can i|could i|would it|will it)\b"
 )
 _PLEASANT = re.compile(
@@ -56,7 +56,6 @@ def parse(text: str, here: Collection[str] = ()) -> list[Clause]:
 @lru_cache(maxsize=128)  # each round reads the whole conversation again
 def _parse(text: str, here: frozenset[str]) -> tuple[Clause, ...]:
     found: list[Clause] = []
-    text = re.sub(r"[\"\u201c][^\"\u201d]*[\"\u201d]", " , ", text.strip('"\u201c\u201d '))
     for sentence in _sentences(text):
         found += _sentence(v.normal(sentence), here, found[-1] if found else None)
     return tuple(found)
@@ -72,13 +71,18 @@ def is_exact(text: str, here: Collection[str], *, repeats: bool) -> bool:
         here: Types that are in the scene.
         repeats: Whether there is an order that a thing alone can repeat.
     """
+    return _all_exact(text[:2000], frozenset(here), repeats)
+
+
+@lru_cache(maxsize=128)
+def _all_exact(text: str, here: frozenset[str], repeats: bool) -> bool:
     said = False
-    for sentence in _sentences(text[:2000]):
-        orders = [] if is_remark(sentence) else parse(sentence, here)
+    for sentence in _sentences(text):
+        words, remark = v.normal(sentence), is_remark(sentence)
+        orders = [] if remark else _sentence(words, here)
         exact = [_is_exact(order, repeats=repeats) for order in orders]
-        words = v.normal(sentence).strip(" ,.!;:")
-        if not (any(exact) or is_remark(sentence) or _asks(words)):
-            if words and not _PLEASANT.fullmatch(words):
+        if not (any(exact) or remark or _asks(words)):
+            if (left := words.strip(" ,.!;:")) and not _PLEASANT.fullmatch(left):
                 return False
             continue
         if any(order.verb or order.said for order, ok in zip(orders, exact, strict=True) if not ok):
@@ -99,6 +103,8 @@ def _is_exact(order: Clause, *, repeats: bool) -> bool:
 
 
 def _sentences(text: str) -> list[str]:
+    """The sentences of a text, without what it quotes."""
+    text = re.sub(r"[\"\u201c][^\"\u201d]*[\"\u201d]", " , ", text.strip('"\u201c\u201d '))
     return re.split(r"(?<=[.!?;:])\s+|\n", text)
 
 
@@ -159,8 +165,8 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         part = [word for word in part if word != v.LATER]
         reader = _Reader(part, here, polite, mine)
         clause = reader.clause()
-        feels = not (clause and clause.verb) and not {"i'm", "am"}.isdisjoint(part[:3])
-        mine = reader.mine and not reader.did and not (feels and parts and parts[0][0] != "and")
+        mine = reader.mine and not reader.did
+        mine = mine and not (reader.feels and parts and parts[0][0] != "and")
         said = "" if later or mine or headed else reader.order_said()
         if listed and clause and any(thing.word == "unknown" for thing in clause.things):
             said = " ".join(part).strip(" ,").removeprefix("and ")
@@ -194,6 +200,8 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         plain = clause.plain and not later
         found.append(replace(clause, corrects=corrects, later=later, plain=plain, said=said))
         found += [replace(found[-1], verb=verb, plain=False) for verb in reader.also]
+        if reader.serves and not (later or clause.negated):
+            found.append(Clause("put", (Phrase(word="it"),), Phrase(v.SURFACES)))
     return found
 
 
@@ -216,22 +224,27 @@ class _Reader(OrderReader):
         polite: Whether the sentence says please.
         mine: Whether it is about what the person does, and not the robot.
         did: Whether it tells of what was done: "I left the mug there".
+        feels: Whether it tells how the person is: "I'm hungry".
     """
 
     polite: bool = False
     mine: bool = False
     did: bool = False
+    feels: bool = False
     _leads: dict[int, int] = field(default_factory=dict[int, int], init=False)
 
     def order_said(self) -> str:
         """The words from where an order begins; empty if none does."""
         start = next((i for i, word in enumerate(self.words) if word not in v.BREAKS), 0)
         first = self.lead(start)
+        does = [i for i in range(start, first) if self.at(i) == "do"]
+        first = next((i for i in does if self.at(i + 1) in v.ARTICLES), first)
         lead = {*self.words[start:first]}
         known = self.verb(first, v.BASE) and (
             self.at(first) not in v.SAID_OF_ALL
             or (self.at(first) in v.MAKES and self.at(first + 1) in v.ARTICLES | {"me", "us"})
         )
+        known = known or self.at(first) == "do"
         if lead & (v.STATING | v.NEGATIONS) or not (known or self.commands(first)):
             return ""
         end = self.rest or len(self.words)
@@ -303,6 +316,7 @@ class _Reader(OrderReader):
             return alone
         verb = self.verb(first, v.BASE) or (self.verb(first, v.ING) if v.GERUND & lead else None)
         self.did = verb is None and self.verb(first, v.DONE) is not None
+        self.feels = not (verb or self.verb(first, v.ING)) and bool(lead & {"i'm", "am"})
         if verb:
             clause = self.order(*verb, negated=negated)
             if (

@@ -9,11 +9,12 @@ from textwrap import shorten
 from typing import Any
 
 from goalscope.envs.house import leave
+from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.completion import completes
 from goalscope.envs.house.grammar import is_exact, parse, parse_plain
 from goalscope.envs.house.heard import HOME, Hearing, Leave, Request
 from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
-from goalscope.envs.house.names import names, readable, the
+from goalscope.envs.house.names import are, names, readable, the
 from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase, PhraseReader, first_named
 from goalscope.envs.house.referents import TO_SLICES
@@ -30,6 +31,9 @@ _OTHER_PLACE = re.compile(
     r"(?P<rest>.*?)(?: please| instead)?)?[ .!]*"
 )
 """A place that is wrong, and after it the right one or an order."""
+
+_HOW_MANY = v.NUMBERS.keys() | v.PRONOUNS | {"of"}
+"""Words that tell of how many things alone, and not which."""
 
 _ELLIPTIC = frozenset(("put", "clean", "slice", "cook", "fill"))
 """Verbs that may stand without saying what: "rinse with water"."""
@@ -100,9 +104,11 @@ class _Listener(Standing):
         if undone:
             self.permitted.clear()
             self.undo(len(self.orders) if undone == "all" else 1)
+            before = [*self.wanted]
         elif leave.takes_back(said):
             self.permitted.clear()
             self.wanted.clear()
+        undoing = len(self.newest)
         if leave.hesitates(said):
             self.drop_leave(self.spoken_of(text))
         ruled_out = self.keep_whole(said)
@@ -114,8 +120,9 @@ class _Listener(Standing):
         if leave.doubts(said) and not ruled_out:
             self.permitted.clear()
         self.permit(parse_plain(text, self.count))
-        if not undone and (self.newest or not self.exact):
-            self.orders.append((before, [*self.newest]))
+        asked = self.newest[undoing:]
+        if asked or not (undone or (self.exact and self.wanted == before)):
+            self.orders.append((before, asked))
 
     def undo(self, number: int) -> None:
         """Go back to what stood before the last orders; what cannot be undone is kept as missed."""
@@ -198,15 +205,12 @@ class _Listener(Standing):
         (things, end), (wrong, _) = yes.things(0), no.things(0)
         asked = {kind for each in last for kind in each.object_types}
         named = {kind for thing in wrong for kind in thing.types}
-        if (
-            not things
-            or end < len(yes.words)
-            or named - asked
-            or not (last or (wrong and no.words))
-        ):
+        clear = end == len(yes.words) and all(thing.is_named for thing in things)
+        vague = all(word in _HOW_MANY or word.isdigit() for word in yes.words)
+        if not (clear or vague) or named - asked or not (last or (wrong and not named)):
             return text
         self.exact = True
-        if not last or not all(thing.is_named for thing in things):
+        if vague or not last:
             self.missed.append(f"I did not understand: {shorten(text, 80, placeholder=' ...')}.")
             return ""
         kept = {k for t in things for k in t.types if not (t.described or t.which)} & asked
@@ -312,7 +316,7 @@ class _Listener(Standing):
             if not self.missed:
                 self.missed.append(_not_understood(clause))
         elif not here:
-            self.missed.append(f"There is no {name.removeprefix('the ')} here.")
+            self.missed.append(f"There {are(name)} no {name.removeprefix('the ')} here.")
         elif lacks is clause.place:
             self.missed.append(f"I cannot put anything in or on {name}.")
         else:

@@ -12,7 +12,7 @@ from goalscope.envs.grocery.words import singular, singulars
 from goalscope.envs.house.object_types import object_types
 from goalscope.envs.speech import misspelt
 
-__all__ = ["GROUPS", "Naming", "mentioned", "names", "naming", "readable", "synonyms", "the"]
+__all__ = ["GROUPS", "Naming", "are", "mentioned", "names", "naming", "readable", "synonyms", "the"]
 
 _UNKNOWN = "unknown thing"
 """What a thing of an unknown type is called: its type may be anyone's words."""
@@ -191,6 +191,12 @@ def names(objects: Iterable[Mapping[str, Any]]) -> dict[str, str]:
 def the(name: str) -> str:
     """A name in a sentence: "the egg", but "drawer 2"."""
     return name if name[-1:].isdigit() else f"the {name}"
+
+
+def are(name: str) -> str:
+    """The verb after a name: "is", but "are" after "the keys"."""
+    word = name.rstrip(" 0123456789")
+    return "are" if word.endswith("s") and not word.endswith("ss") else "is"
 
 
 def mentioned(text: str, objects: Iterable[Mapping[str, Any]]) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from goalscope.envs.house.geometry import box_of, spots
 from goalscope.envs.house.heard import Hearing
 from goalscope.envs.house.meeting import FILLS
 from goalscope.envs.house.names import readable
@@ -22,6 +23,9 @@ NAMES = (*ACTS, *FILLS, "put", "pick up", "push", "pull")
 _HEATS = frozenset({"Microwave", "StoveBurner", "Toaster"})
 _RUNNING = frozenset({"Faucet", "ShowerHead", "StoveKnob"})
 """What nobody leaves on unattended, besides heat: it is turned on when the person asks for it."""
+
+_DEEP = frozenset({"Bowl", "Cup", "Mug"})
+"""Vessels out of which nothing should stick."""
 
 _ONLY_ON_REQUEST = frozenset({"break", "dirty", "use up", "open", "close", "empty"})
 """Acts that no goal is served by: they are done when the person asks for them."""
@@ -43,7 +47,9 @@ def possible(view: View, own: str, spoken: set[str]) -> Iterator[Action]:
         seen = {view.table[place]["objectType"] for place in inside if place in view.table}
         for place, other in view.table.items():
             kind = other["objectType"]
-            if kind not in seen and place != own and _suits(thing, other, spoken):
+            if kind in seen or place == own:
+                continue
+            if _suits(thing, other, spoken) and _fits(view, thing, other):
                 seen.add(kind)
                 yield Action("put", name, destination=view.names[place])
     for verb, (needs, state, value) in ACTS.items():
@@ -112,6 +118,18 @@ def _raw(view: View, own: str) -> list[str]:
         queue += sorted(inside)
         seen |= inside
     return found
+
+
+def _fits(view: View, thing: Mapping[str, Any], place: Mapping[str, Any]) -> bool:
+    """Whether there is room for the thing in a vessel, or on a plate; elsewhere there is."""
+    if not place["pickupable"]:
+        return True
+    size, room = box_of(thing).size, box_of(place)
+    if place["objectType"] in _DEEP and max(size[0], size[2]) > max(room.size[0], room.size[2]):
+        return False
+    inside = (view.table.get(own) for own in place["receptacleObjectIds"] or ())
+    taken = [box_of(each) for each in inside if each and each["pickupable"]]
+    return bool(spots(room, size, taken, (0.0, 0.0)))
 
 
 def _suits(thing: Mapping[str, Any], place: Mapping[str, Any], spoken: set[str]) -> bool:

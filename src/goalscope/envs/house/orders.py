@@ -50,10 +50,12 @@ class OrderReader(PhraseReader):
     Attributes:
         loose: Whether "get X on Y" may tell where X is.
         also: Further verbs of a passive: "washed and sliced".
+        serves: Whether what is made is to stand ready: "make me a coffee".
     """
 
     loose: bool = field(default=False, init=False)
     also: list[str] = field(default_factory=list[str], init=False)
+    serves: bool = field(default=False, init=False)
 
     def verb(self, i: int, forms: dict[str, str]) -> tuple[str, str, int] | None:
         """The verb at `i`, as an action and as said, and where it ends."""
@@ -114,6 +116,7 @@ class OrderReader(PhraseReader):
             verb, liquid = self.made(things)
             if not verb:
                 return None
+            self.serves = verb == "fill" and to_me
         if verb == "pour" or (watery and verb in ("put", "pick up", "empty")):
             if verb == "pick up" and not tail.source:
                 return None

@@ -20,9 +20,11 @@ _THAT = r"(?:that|it|this|the last (?:one|thing|step|order)|what you(?: just|'ve
 _ALL = r"(?:everything|(?:all (?:of )?)(?:that|it|this))(?: you(?: just|'ve)? d(?:id|one))?"
 _UNDOES = re.compile(
     rf"{_LEAD}(?:(?:undo|revert|reverse) (?:(?P<all>{_ALL})|{_THAT})"
-    r"|put (?:everything|all) back (?:to )?(?:how|(?:in )?the way|as)"
+    r"|(?P<back>put) (?:everything|all) back (?:to )?(?:how|(?:in )?the way|as)"
     rf" (?:it|everything|they|things) (?:was|were)(?: before)?|take that back){_END}"
 )
+_PARTS = re.compile(r",+ *| (?:and|then) ")
+_WHEN = re.compile(r"\b(?:if|unless|until|when|once|before|after|should|not|never)\b|n't\b")
 _MEANT_ONLY = re.compile(
     r"(?:(?:no|oh|oops|wait|sorry|actually|hey)[ ,.!]++)*+(?:not (?P<no>[a-z0-9 ]++)[,.;!]++ ?)?+"
     r"(?:but )?+(?:(?:i|we) )?+(?P<only>(?:only|just) )?+"
@@ -36,11 +38,13 @@ _OPPOSITE = {
 
 
 def undoes(said: str) -> str:
-    """Whether `said`, evened, asks to undo: "last" or "all"; empty if it does not."""
-    found = _UNDOES.fullmatch(said)
+    """Whether a part of `said`, evened, asks to undo: "last" or "all"; empty if none does."""
+    sentences = [each for each in re.split(r"[.;:!?]+ *", said) if not _WHEN.search(each)]
+    parts = (part for each in sentences for part in _PARTS.split(each))
+    found = next(filter(None, map(_UNDOES.fullmatch, parts)), None)
     if not found:
         return ""
-    return "all" if found["all"] or "back " in said else "last"
+    return "all" if found["all"] or found["back"] else "last"
 
 
 def meant_only(said: str) -> tuple[str, str] | None:

@@ -8,7 +8,7 @@ from typing import Any
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.heard import HOME, Hearing, Request
 from goalscope.envs.house.meeting import brought, meant, met
-from goalscope.envs.house.names import readable, the
+from goalscope.envs.house.names import are, readable, the
 from goalscope.envs.house.slices import pieces
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.view import View
@@ -65,16 +65,17 @@ def unmet(
             for kind in other.object_types
         )
         if not things and alike and not any(map(is_whole, alike)):
-            yield f"The {name} is {'sliced' if alike[0]['isSliced'] else 'broken'}."
+            yield f"The {name} {are(name)} {'sliced' if alike[0]['isSliced'] else 'broken'}."
         elif not things and request.at:
             here = {each["objectType"] for each in view.objects} & {*request.at}
-            yield f"There is no {name} at the {readable(min(here, default=request.at[0]))}."
+            there = readable(min(here, default=request.at[0]))
+            yield f"There {are(name)} no {name} at the {there}."
         elif not things and waits:
             continue
         elif not things and request.verb == "cook" and (whole := _whole(view, request)):
             yield _CRACK if whole == "Egg" else _SLICE.format(the(readable(whole)))
         elif not things:
-            yield f"There is no {' '.join([*_qualities(request), name])} here."
+            yield f"There {are(name)} no {' '.join([*_qualities(request), name])} here."
         elif request.verb == "put" and not request.destination_types:
             yield f"I do not know where to put {_listed([request])}."
         elif (so := met(view, request, start)) and touched.isdisjoint(map(view.names.get, so)):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from goalscope.envs.house.names import names, readable, the
+from goalscope.envs.house.names import are, names, readable, the
 from goalscope.envs.house.properties import ACTS
 from goalscope.envs.house.state import innermost, is_whole
 from goalscope.types import Action
@@ -86,8 +86,7 @@ class View:
             new.append(f"filled with {liquid}" if thing["isFilledWithLiquid"] else "empty")
         if not new or (is_whole(thing) and self._where(thing) != self._where(was)):
             new.append(self._where(thing))
-        verb = "are" if _is_plural(name) else "is"
-        return f"{name[:1].upper()}{name[1:]} {verb} {', '.join(new)}"
+        return f"{name[:1].upper()}{name[1:]} {are(name)} {', '.join(new)}"
 
     def is_so(self, verb: str, things: Sequence[str]) -> str:
         """A sentence that tells that `verb` has nothing to do for the things of these ids."""
@@ -98,7 +97,7 @@ class View:
             state = dict(_STATES).get(key, "filled") if value else _ENDED.get(key, "empty")
         told = [the(self.names[own]) for own in things[:_SHOWN]]
         more = f", and {len(things) - _SHOWN} more" if len(things) > _SHOWN else ""
-        verb = "is" if len(things) == 1 and not _is_plural(told[0]) else "are"
+        verb = are(told[0]) if len(things) == 1 else "are"
         text = f"{', '.join(told)}{more} {verb} {state} already."
         return f"{text[0].upper()}{text[1:]}"
 
@@ -135,10 +134,6 @@ class View:
         place = self.table.get(self.id(name))
         inside = place is not None and (place["openable"] or place["objectType"] in _INSIDE)
         return "in" if inside else "on"
-
-
-def _is_plural(name: str) -> bool:
-    return name.endswith("s") and not name.endswith("ss")
 
 
 def _named(table: Mapping[str, Mapping[str, Any]], before: Mapping[str, str]) -> dict[str, str]:

@@ -102,6 +102,8 @@ DISPOSALS = frozenset(
     ("throw away", "throw out", "toss away", "toss out", "dispose of", "get rid of")
 )
 """What puts things in the garbage."""
+SURFACES = ("CounterTop", "DiningTable", "CoffeeTable", "SideTable", "Desk", "Dresser")
+"""Where what was made for a person stands ready."""
 LOCKS = frozenset(("lock up", "lock away"))
 """What puts things in the safe, if no other place is named."""
 RETURNS = frozenset(("put back", "return"))
