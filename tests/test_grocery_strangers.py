@@ -473,3 +473,48 @@ def test_what_nobody_asked_for_goes_where_a_person_complains_of_it(
         assert shop.step(action).ok
     assert [*shop.basket] == after
     assert not shop.actions(["banana", "butter"], turns) or complaint.startswith(("Why", "I asked"))
+
+
+@pytest.mark.parametrize(
+    "said_so",
+    [
+        "Do any of these contain nuts? My son is allergic.",
+        "Is there any nuts in it? I'm very allergic!",
+        "Does it have nuts? She is allergic",
+    ],
+)
+def test_an_allergy_is_to_what_was_just_asked_about(said_so: str) -> None:
+    shop = GroceryShop(CATALOGUE, search=SEARCH)
+    for name in ("Creamy Peanut Butter", "Bananas"):
+        assert shop.step(Action("add item", name)).ok
+    turns = said(said_so)
+    for action in shop.requests(turns):
+        assert shop.step(action).ok
+    assert [*shop.basket] == ["Bananas"]
+    offered = [each.target for each in shop.actions(["nuts", "almond", "bread"], turns)]
+    items = [item for name in offered if (item := CATALOGUE.get(name))]
+    assert len(items) == len(offered) > 0
+    assert not any(violates(item, "nut-free") for item in items)
+
+
+HOW = 'To have the basket bought, say "Buy the basket".'
+EMPTY = "The basket is empty, so nothing is bought."
+
+
+@pytest.mark.parametrize(
+    ("basket", "words", "notes"),
+    [
+        (FULL, "No, I don't want anything else. Buy it please.", [HOW]),
+        (FULL, "Yes, buy", [HOW]),
+        (FULL, "purchase please", [HOW]),
+        (FULL, "Buy the basket", []),
+        (FULL, "Can you buy it tomorrow?", []),
+        (FULL, "Who buys it?", []),
+        ({}, "Okay, buy it.", [EMPTY]),
+        ({}, "Yes, buy", [EMPTY]),
+    ],
+)
+def test_an_order_to_buy_that_buys_nothing_is_told(
+    basket: dict[str, int], words: str, notes: list[str]
+) -> None:
+    assert heard(basket, words) == (basket, notes)

@@ -237,7 +237,7 @@ class Agent:
                 notes=(
                     *([NO_GOAL] if missing and not ends else []),
                     *self._notes(turns, outcome),
-                    *([] if asks or complete else self.env.unmet(turns, outcome.results)),
+                    *([] if asks else self.env.unmet(turns, outcome.results)),
                     *([] if ends or not takes_leave(turn.utterance) else [self._how_to_end()]),
                 ),
                 terminated=complete or any(result.terminated for result in results),

@@ -109,6 +109,6 @@ def adds_it(utterance: str) -> bool:
 
 
 def tries_to_buy(utterance: str) -> bool:
-    """Whether words look as if all were to be bought by them."""
-    text = evened(utterance)
-    return bool(_TRY.fullmatch(text) and _BUYS.search(text))
+    """Whether words, a sentence of them at least, look as if all were to be bought by them."""
+    sentences = re.split(r"(?<=[.;!?])\s+", evened(utterance))
+    return any(_TRY.fullmatch(each) and _BUYS.search(each) for each in sentences)

@@ -142,6 +142,12 @@ _ALONE_WANTED = re.compile(
     r"(?:only|just) (?:(?:keep|want|need|get|have|leave) )?([^.;!?]{1,100}?)"
     rf"(, ?{_NUMBER} of (?:it|them|those))?(?:\s*[,.;!])? (?:and |but )?nothing else\b(?! but)"
 )
+_ASKED_OF = re.compile(
+    r"\b(?:contain(?:s|ing)?|there|ha(?:ve|s)|any|of) (?:any |some )?(?P<thing>[a-z][a-z -]{1,30}?)"
+    r"(?: in (?:it|them|this|that|these|those|here|there))?\?\s+"
+    r"[^.;!?]{0,40}\b(?:allergic|intolerant)\b(?! (?:to|of|against)\b)"
+)
+"""An allergy to what was asked about: "does it contain nuts? My son is allergic"."""
 _BULLET = re.compile(r"\n[ \t]*[-*\u2022][ \t]+")
 _BEFORE_LAST = re.compile(
     r"[,;.!?]|\b(?:and|or|plus|add|get|buy|want|need|like|have|take|remove|order|delete)\b"
@@ -339,6 +345,7 @@ def heard(utterance: str) -> tuple[Said, ...]:
         r". need \1.",
         text,
     )
+    text = _ASKED_OF.sub(r"\g<0> to \g<thing>", text)
     text = _MINDING.sub(lambda match: f"{match[1]} {_VERBS[match[2]]}", _corrected(text))
     found: list[Said] = []
     for clause, mood in clauses(text):

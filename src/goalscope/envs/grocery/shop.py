@@ -224,7 +224,10 @@ class GroceryShop:
             before[name] = before.get(name, 0) + sign * result.action.quantity
         held = [item for name, n in before.items() if n > 0 and (item := self.catalogue.get(name))]
         told: list[str] = []
-        if tries_to_buy(turns[-1].utterance) and not self.is_completion(turns[-1]):
+        buys, tries = self.is_completion(turns[-1]), tries_to_buy(turns[-1].utterance)
+        if not self._basket and (buys or tries):
+            told.append("The basket is empty, so nothing is bought.")
+        elif tries and not buys:
             told.append(f'To have the basket bought, say "{self.completion_phrase}".')
         above = hearing.budget is not None and self.total > hearing.budget
         if above and (results or budget(turns[-1].utterance) is not None):
