@@ -150,7 +150,7 @@ APPLE = "apple: now in the fridge"
         (["open the fridge", "if it is empty, undo that"], {"fridge: open"}, []),
         (
             ["open the fridge", "turn the light off", "don't touch the apple", "undo that"],
-            {"fridge: open", DARK},
+            {"fridge: open"},
             [],
         ),
         (
