@@ -13,7 +13,7 @@ from goalscope.envs.house.phrases import Phrase, first_named
 from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import lowered
 
-__all__ = ["is_exact", "parse", "parse_plain"]
+__all__ = ["is_exact", "parse", "parse_plain", "sentences"]
 
 
 _MODAL = re.compile(
@@ -56,7 +56,7 @@ def parse(text: str, here: Collection[str] = ()) -> list[Clause]:
 @lru_cache(maxsize=128)  # each round reads the whole conversation again
 def _parse(text: str, here: frozenset[str]) -> tuple[Clause, ...]:
     found: list[Clause] = []
-    for sentence in _sentences(text):
+    for sentence in sentences(text):
         found += _sentence(v.normal(sentence), here, found[-1] if found else None)
     return tuple(found)
 
@@ -77,7 +77,7 @@ def is_exact(text: str, here: Collection[str], *, repeats: bool) -> bool:
 @lru_cache(maxsize=128)
 def _all_exact(text: str, here: frozenset[str], repeats: bool) -> bool:
     said = False
-    for sentence in _sentences(text):
+    for sentence in sentences(text):
         words, remark = v.normal(sentence), is_remark(sentence)
         orders = [] if remark else _sentence(words, here)
         exact = [_is_exact(order, repeats=repeats) for order in orders]
@@ -102,7 +102,7 @@ def _is_exact(order: Clause, *, repeats: bool) -> bool:
     return bool(order.place or order.verb != "put") and (order.verb != "same" or repeats)
 
 
-def _sentences(text: str) -> list[str]:
+def sentences(text: str) -> list[str]:
     """The sentences of a text, without what it quotes."""
     text = re.sub(r"[\"\u201c][^\"\u201d]*[\"\u201d]", " , ", text.strip('"\u201c\u201d '))
     return re.split(r"(?<=[.!?;:])\s+|\n", text)

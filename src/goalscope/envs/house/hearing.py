@@ -11,7 +11,7 @@ from typing import Any
 from goalscope.envs.house import leave
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.completion import completes
-from goalscope.envs.house.grammar import is_exact, parse, parse_plain
+from goalscope.envs.house.grammar import is_exact, parse, parse_plain, sentences
 from goalscope.envs.house.heard import HOME, Hearing, Leave, Request
 from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
 from goalscope.envs.house.names import are, names, readable, the
@@ -20,6 +20,7 @@ from goalscope.envs.house.phrases import Phrase, PhraseReader, first_named
 from goalscope.envs.house.referents import TO_SLICES
 from goalscope.envs.house.standing import Standing
 from goalscope.envs.house.undoing import inverse, meant_only, undoes, was_done
+from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import evened, lowered
 from goalscope.types import Turn
 
@@ -104,6 +105,7 @@ class _Listener(Standing):
         if undone:
             self.permitted.clear()
             self.undo(len(self.orders) if undone == "all" else 1)
+            text = " ".join(each for each in sentences(text) if not is_remark(each))
             before = [*self.wanted]
         elif leave.takes_back(said):
             self.permitted.clear()

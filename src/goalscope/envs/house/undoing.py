@@ -21,7 +21,7 @@ _ALL = r"(?:everything|(?:all (?:of )?)(?:that|it|this))(?: you(?: just|'ve)? d(
 _UNDOES = re.compile(
     rf"{_LEAD}(?:(?:undo|revert|reverse) (?:(?P<all>{_ALL})|{_THAT})"
     r"|(?P<back>put) (?:everything|all) back (?:to )?(?:how|(?:in )?the way|as)"
-    rf" (?:it|everything|they|things) (?:was|were)(?: before)?|take that back){_END}"
+    rf" (?:it|everything|they|things) (?:was|were)(?: before)?){_END}"
 )
 _PARTS = re.compile(r",+ *| (?:and|then) ")
 _WHEN = re.compile(r"\b(?:if|unless|until|when|once|before|after|should|not|never)\b|n't\b")

@@ -12,8 +12,8 @@ def _set(words: str) -> frozenset[str]:
 
 
 _VERBS = {
-    "put": "put|put away|put back|place|move|set|store|stow|drop|carry|transfer|arrange|stack|hang"
-    "|return|serve|lay|lay out|set out|line|line up|relocate|deposit|insert|throw|throw away"
+    "put": "put|put away|put back|take back|place|move|set|store|stow|drop|carry|transfer|arrange|stack"
+    "|hang|return|serve|lay|lay out|set out|line|line up|relocate|deposit|insert|throw|throw away"
     "|throw out|toss|toss away|toss out|keep"
     "|leave|dispose of|get rid of|plate|add|stick|pop|chuck|hide|tuck|shove|lock up|lock away",
     "pick up": "pick up|pickup|pick|grab|take|take out|get|bring|bring back|bring over|fetch"
@@ -106,7 +106,7 @@ SURFACES = ("CounterTop", "DiningTable", "CoffeeTable", "SideTable", "Desk", "Dr
 """Where what was made for a person stands ready."""
 LOCKS = frozenset(("lock up", "lock away"))
 """What puts things in the safe, if no other place is named."""
-RETURNS = frozenset(("put back", "return"))
+RETURNS = frozenset(("put back", "take back", "return"))
 """What puts things where they were, if no other place is named."""
 CHOOSING = FILLERS | _set("this that these those other same")
 """Words that tell which of several things is meant."""
