@@ -58,7 +58,7 @@ class _Commands(TyperGroup):
         if self.get_command(ctx, args[0]) is None:
             near = get_close_matches(args[0], self.commands, cutoff=0.65)
             remedy = f"Did you mean {' or '.join(near)}?" if near else "See goalscope --help."
-            raise InvalidInputError(f"There is no command {args[0]!r}. {remedy}")
+            raise InvalidInputError(f"No such command {args[0]!r}. {remedy}")
         return super().resolve_command(ctx, args)
 
 
