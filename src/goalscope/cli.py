@@ -57,8 +57,8 @@ class _Commands(TyperGroup):
         """Find the command; of those that there are, only near names are suggested."""
         if self.get_command(ctx, args[0]) is None:
             near = get_close_matches(args[0], self.commands, cutoff=0.65)
-            remedy = f"Did you mean {' or '.join(near)}?" if near else "See goalscope --help."
-            raise InvalidInputError(f"No such command {args[0]!r}. {remedy}")
+            meant = f" Did you mean {' or '.join(near)}?" if near else ""
+            ctx.fail(f"No such command {args[0]!r}.{meant}")
         return super().resolve_command(ctx, args)
 
 
