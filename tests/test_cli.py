@@ -160,7 +160,8 @@ def test_an_unknown_option_is_a_usage_error():
     ("broken", "cause"),
     [
         ("{not json", "line 2"),
-        ("[]", "JSON object"),
+        ("[]", "JSON object. A line is a dialogue: {"),
+        ("hello", "no JSON (Expecting value at character 1). A line is a dialogue: {"),
         ({**ROW, "id": "a"}, "line 1"),
         ({**ROW, "id": True}, '"id"'),
         ({k: v for k, v in ROW.items() if k != "task"}, '"task" is missing'),
@@ -179,6 +180,13 @@ def test_a_broken_row_is_named_before_anything_is_written(tmp_path, broken, caus
     assert "line 2" in line
     assert cause in line
     assert not (tmp_path / "out.jsonl").exists()
+
+
+def test_only_near_names_are_suggested():
+    assert "Did you mean replay?" in invoke("replya").stderr
+    bogus = invoke("bogus")
+    assert (bogus.exit_code, "Did you mean" in bogus.stderr) == (2, False)
+    assert "No such command 'bogus'" in bogus.stderr
 
 
 def test_a_file_without_dialogues_is_told_before_anything_is_written(tmp_path):

@@ -135,15 +135,20 @@ def test_a_file_that_a_stored_episode_names_is_run_only_if_the_user_names_it(
     monkeypatch.setenv("GOALSCOPE_STORE", str(tmp_path / "episodes.db"))
     mine = tmp_path / "mine.py"
     mine.write_text(GARDEN.read_text())
-    assert invoke("chat", mine, input="A pond, please.\n").exit_code == 0
+    told = invoke("chat", mine, input="A pond, please.\n/pin grow herbs\nquit\n")
+    assert told.exit_code == 0
     with Store.open(str(tmp_path / "episodes.db")) as episodes:
         (info,) = episodes.episodes()
     assert (info.domain, info.rounds) == (str(mine), 1)
+    resuming = f"goalscope chat {mine} --resume {info.id}"
+    assert resuming in told.stderr
+    assert resuming in invoke("why", info.id).stderr
     monkeypatch.setattr("goalscope.domains._OWN", {})
     mine.write_text(f"{GARDEN.read_text()}\nPath({str(tmp_path / 'ran')!r}).touch()\n")
     assert f"{mine} is a file of Python" in fails(2, "chat", "--resume", info.id)
     assert not (tmp_path / "ran").exists()
     assert invoke("chat", mine, "--resume", info.id, input="A hedge, too.\n").exit_code == 0
+    assert f"{resuming} --rounds 4" in fails(2, "chat", mine, "--resume", info.id, "--rounds", "2")
     assert (tmp_path / "ran").exists()
     with Store.open(str(tmp_path / "episodes.db")) as episodes:
         assert "pond" in episodes.rounds(info.id)[1].status

@@ -63,6 +63,41 @@ def test_a_change_comes_from_the_servers_own_page(
     assert httpx.request(method, address + path, json={}, headers=sent).status_code == 403
 
 
+@pytest.mark.parametrize("scheme", ["bearer", "BEARER", "Bearer "])
+def test_the_scheme_of_a_key_may_be_written_in_any_case(address: str, scheme: str) -> None:
+    headers = {"authorization": f"{scheme} {KEY}"}
+    assert httpx.get(f"{address}/api/options", headers=headers).json()["host"] is True
+
+
+@pytest.mark.parametrize("shown", ["Basic aG9zdDprZXk=", f"Token {KEY}", KEY])
+def test_a_program_that_shows_its_key_otherwise_is_told_how(address: str, shown: str) -> None:
+    answer = httpx.get(f"{address}/api/options", headers={"authorization": shown})
+    assert answer.status_code == 401
+    assert answer.json() == {"error": "A program shows the key: Authorization: Bearer KEY."}
+    browser = {"authorization": shown, "user-agent": "Mozilla/5.0 (X11; Linux x86_64)"}
+    assert httpx.get(f"{address}/api/options", headers=browser).json()["host"] is False
+
+
+def test_a_page_of_another_site_is_told_that_no_key_helps(address: str) -> None:
+    headers = {"authorization": f"Bearer {KEY}", "origin": "http://evil.example"}
+    error = httpx.post(f"{address}/api/trackers", json={}, headers=headers).json()["error"]
+    assert "Pages of other sites change nothing here, whatever key they show" in error
+    assert "Authorization" not in error
+
+
+def test_what_the_host_began_goes_on_wherever_they_have_the_key(address: str, visit) -> None:
+    one, other = visit(address), visit(address)
+    for each in (one, other):
+        each.http.get("/", params={"key": KEY})
+    mine = one.begin()
+    one.say(mine, "I want to bake a cake.")
+    assert other.get(mine)["episode"]["mine"] is True
+    assert other.say(mine, "And milk.")["round"] == 3
+    program = httpx.get(address + mine, headers={"authorization": f"Bearer {KEY}"})
+    assert program.json()["live"]["round"] == 3
+    assert visit(address).http.get(mine).status_code == 404
+
+
 def test_a_wrong_key_of_a_program_is_told(address: str) -> None:
     headers = {"authorization": "Bearer wrong"}
     assert httpx.get(f"{address}/api/options", headers=headers).status_code == 401

@@ -86,11 +86,50 @@ def test_a_belief_is_kept_corrected_explained_and_goes_on_after_a_restart(speak)
         id = before["id"]
         assert await ask("belief", session=id) == before
         assert (await ask("observe", session=id, utterance="soup"))["turn"] == 2
-        assert (await ask("close_session", session=id))["closed"]
+        closed = await ask("close_session", session=id)
+        assert (closed["closed"], closed["advice"]) == (True, None)
         assert "This session is closed." in await ask("observe", session=id, utterance="soup")
 
     speak(first)
     speak(second)
+
+
+def test_sessions_are_listed_and_deleted(speak) -> None:
+    async def conversation(ask) -> None:
+        ids = [(await ask("open_session", task=TASK))["id"] for _ in range(3)]
+        await ask("observe", session=ids[1], utterance=CAKE)
+        await ask("close_session", session=ids[1])
+        listed = (await ask("list_sessions"))["sessions"]
+        assert [(each["id"], each["turns"], each["closed"]) for each in listed] == [
+            (ids[2], 0, False), (ids[1], 1, True), (ids[0], 0, False),
+        ]  # fmt: skip
+        assert await ask("delete_session", session=ids[1]) == {"deleted": ids[1]}
+        (last,) = (await ask("list_sessions", limit=1, offset=1))["sessions"]
+        assert (last["id"], last["task"]) == (ids[0], TASK)
+        assert "no tracking session" in await ask("belief", session=ids[1])
+
+    speak(conversation)
+
+
+def test_an_answer_is_short(speak) -> None:
+    async def conversation(ask) -> None:
+        goals = [f"bake {number} cakes" for number in range(40)]
+        id = (await ask("open_session", task=TASK, goals=goals))["id"]
+        given = {"session": id, "utterance": CAKE}
+        for answer in (
+            await ask.client.call_tool("observe", given),
+            await ask.client.call_tool("why", {"session": id}),
+        ):
+            (content,) = answer.content
+            assert json.loads(content.text) == answer.structured_content
+            assert len(content.text.splitlines()) == 1
+            assert not re.search(r"\d\.\d{5}", content.text)
+        told = await ask("belief", session=id)
+        assert len(told["belief"]["goals"]) == 10
+        assert told["notes"] == ["Of 41 goals, the 10 likeliest are shown."]
+        assert told["belief"]["set_90"] is None
+
+    speak(conversation)
 
 
 def test_an_error_is_a_sentence(speak) -> None:
@@ -110,7 +149,15 @@ def test_an_error_is_a_sentence(speak) -> None:
                 "It takes session, kind, goal, text.",
                 "correct", {"session": id, "kind": "praise", "goal": GOALS[0]},
             ),
-            ("utterance: Field required", "observe", {"session": id, "text": CAKE}),
+            ("utterance: Field required", "observe", {"session": id}),
+            (
+                "observe takes session, utterance, query, turn, and no 'text'.",
+                "observe", {"session": id, "utterance": CAKE, "text": CAKE},
+            ),
+            ("limit: Input should be", "list_sessions", {"limit": 0}),
+            ("There is no tracking session 'x'.", "delete_session", {"session": "x"}),
+            ("The new wording is empty.", "correct",
+             {"session": id, "kind": "reword", "goal": GOALS[0]}),
             ("goals.1: Input should be a valid string", "open_session",
              {"task": TASK, "goals": ["tea", 2]}),
             ("There is no tool 'forget', but open_session, observe, ", "forget", {}),

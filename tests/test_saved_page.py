@@ -33,7 +33,7 @@ def test_ribbons_fill_the_height_and_lie_on_each_other() -> None:
             GoalView(text=text, probability=p, unspecified=text == "Unspecified", pinned=False)
             for text, p in goals
         ]
-        return BeliefView(goals=views, entropy=0.0, set_90=[], degenerate=False)
+        return BeliefView(goals=views, entropy=0.0, set_90=None, degenerate=False)
 
     drawn = ribbons([
         belief(("Unspecified", 0.6), ("tea", 0.4)),

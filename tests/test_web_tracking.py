@@ -51,7 +51,9 @@ def test_a_belief_is_kept_corrected_and_explained(program: Program) -> None:
     assert [each["kind"] for each in pinned["changes"]] == ["added", "pinned"]
     why = program.get(f"{mine}/why", params={"goal": "bake a cake"}).json()
     assert [each["utterance"] for each in why["reasons"]] == [CAKE["utterance"]]
-    assert program.post(f"{mine}/close").json()["closed"]
+    assert program.get(mine).json()["belief"]["set_90"] is None
+    closed = program.post(f"{mine}/close").json()
+    assert (closed["closed"], closed["advice"]) == (True, None)
     assert program.put(f"{mine}/turns/2", json=CAKE).status_code == 409
 
 
@@ -93,6 +95,7 @@ def test_requests_at_the_same_time_count_once(program: Program) -> None:
         ("PUT", "/turns/1", {"utterance": "x" * 4001}, 400),
         ("PUT", "/turns/1", {"utterance": "x" * 70_000}, 413),
         ("PUT", "/turns/1", {}, 422),
+        ("PUT", "/turns/1", {**CAKE, "turn": 1}, 422),
         ("PUT", "/turns/0", CAKE, 422),
         ("PUT", "/turns/one", CAKE, 422),
         ("POST", "/goals", {"goals": ["x" * 501]}, 400),
@@ -100,6 +103,9 @@ def test_requests_at_the_same_time_count_once(program: Program) -> None:
         ("POST", "/goals", {"goals": "bake"}, 422),
         ("POST", "/corrections", {"kind": "veto", "goal": "x"}, 400),
         ("POST", "/corrections", {"kind": "praise", "goal": "x"}, 422),
+        ("POST", "/corrections", {"kind": "reword", "goal": GOALS[0]}, 400),
+        ("POST", "/no", {}, 404),
+        ("PUT", "", {}, 405),
         ("GET", "/why?goal=x", None, 400),
     ],
 )
@@ -114,12 +120,51 @@ def test_what_cannot_be_used_is_refused_in_a_sentence(
     assert program.get(mine).json() == before
 
 
+JSON = {"content-type": "application/json"}
+TAKES = "It takes task, goals, propose."
+
+
+@pytest.mark.parametrize(
+    ("sent", "status", "error"),
+    [
+        ({"json": {"task": TASK, "propse": True}}, 422, f"There is no field 'propse'. {TAKES}"),
+        ({"json": {"tsk": TASK}}, 422, f"There is no field 'tsk'. {TAKES}"),
+        ({"json": {}}, 422, f"The field 'task' is missing. {TAKES}"),
+        ({"json": [TASK]}, 422, "The body must be a JSON object, sent as application/json."),
+        ({"data": {"task": TASK}}, 422, "The body must be a JSON object"),
+        ({"content": '{"task": "x"}', "headers": {"content-type": "text/plain"}}, 422, "JSON obj"),
+        ({}, 422, "The body must be a JSON object"),
+        ({"content": '{"task": }', "headers": JSON}, 422, "no JSON: Expecting value at character"),
+        ({"content": b"\xff{", "headers": JSON}, 400, "Send a JSON object in UTF-8."),
+    ],
+)
+def test_a_body_that_is_another_is_refused_with_what_is_taken(
+    program: Program, sent: dict[str, Any], status: int, error: str
+) -> None:
+    before = program.get("/api/trackers").json()
+    answer = program.post("/api/trackers", **sent)
+    assert (answer.status_code, error in answer.json()["error"]) == (status, True), answer.text
+    assert program.get("/api/trackers").json() == before
+
+
+def test_what_a_request_gets_wrong_is_named(program: Program) -> None:
+    mine = program.opened()
+    reword = program.post(f"{mine}/corrections", json={"kind": "reword", "goal": GOALS[0]})
+    assert reword.json() == {"error": "The new wording is empty. Give at least one word."}
+    gone = {"error": "There is no such session, or it is somebody else's."}
+    assert program.get("/api/trackers/none").json() == gone
+    assert "openapi.json" in program.get("/api/nowhere").json()["error"]
+    assert "openapi.json" in program.delete("/api/trackers").json()["error"]
+
+
 def test_what_another_has_does_not_exist(program: Program, address: str, visit) -> None:
     mine = program.opened()
     shop = program.post("/api/episodes", json={}).json()["id"]
     ann, host = visit(address), visit(address)
     host.http.get("/", params={"key": KEY})
-    assert host.get(mine)["turn"] == 0
+    hers = "/api/trackers/" + ann.post("/api/trackers", 201, task=TASK)["id"]
+    assert ann.get(hers)["advice"] == "ask"
+    assert host.get(hers)["turn"] == 0
     requests = [
         ("GET", "", None),
         ("GET", "/why", None),
@@ -132,12 +177,10 @@ def test_what_another_has_does_not_exist(program: Program, address: str, visit) 
     for method, path, body in requests:
         assert ann.http.request(method, mine + path, json=body).status_code == 404, path
         if method != "GET":
-            assert host.http.request(method, mine + path, json=body).status_code == 403, path
+            assert host.http.request(method, hers + path, json=body).status_code == 403, path
         for unknown in ("none", shop):
             answer = program.request(method, f"/api/trackers/{unknown}{path}", json=body)
             assert answer.status_code == 404, path
-    hers = "/api/trackers/" + ann.post("/api/trackers", 201, task=TASK)["id"]
-    assert ann.get(hers)["advice"] == "ask"
     assert httpx.put(f"{address}{mine}/turns/1", json=CAKE).status_code == 403
     with Program(address, "wrong") as stranger:
         assert stranger.put(f"{mine}/turns/1", json=CAKE).status_code == 401
@@ -277,7 +320,12 @@ def test_the_interface_describes_itself(program: Program) -> None:
     observe = described["paths"]["/api/trackers/{id}/turns/{turn}"]["put"]
     answer = observe["responses"]["200"]["content"]["application/json"]["schema"]["$ref"]
     view = described["components"]["schemas"][answer.rpartition("/")[2]]
-    assert view["properties"]["advice"]["enum"] == ["act", "ask", "propose"]
+    assert view["properties"]["advice"]["anyOf"] == [
+        {"type": "string", "enum": ["act", "ask", "propose"]}, {"type": "null"},
+    ]  # fmt: skip
+    schemes = described["components"]["securitySchemes"]
+    assert [each for way in observe["security"] for each in way] == [*schemes]
+    assert [(each["type"], each["scheme"]) for each in schemes.values()] == [("http", "bearer")]
     assert observe["description"]
     mine = program.opened()
     program.delete(mine)

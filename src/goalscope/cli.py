@@ -7,6 +7,7 @@ import json
 import logging
 import os
 import sys
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -51,6 +52,14 @@ class _Commands(TyperGroup):
             raise typer.Exit(2 if isinstance(error, InvalidInputError) else 1) from None
         except KeyboardInterrupt:
             raise typer.Exit(130) from None
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Find the command; of those that there are, only near names are suggested."""
+        if self.get_command(ctx, args[0]) is None:
+            near = get_close_matches(args[0], self.commands, cutoff=0.65)
+            meant = f" Did you mean {' or '.join(near)}?" if near else ""
+            ctx.fail(f"No such command {args[0]!r}.{meant}")
+        return super().resolve_command(ctx, args)
 
 
 app = typer.Typer(

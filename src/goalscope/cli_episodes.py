@@ -377,13 +377,15 @@ def _drawing(
 @contextmanager
 def _resumable(session: Session) -> Generator[None]:
     """Say how an episode goes on, if it is interrupted."""
+    from goalscope.session import resuming
+
     try:
         yield
     except (KeyboardInterrupt, EOFError, GoalscopeError):
         done = session.info.rounds
         typer.echo(
             f"\nEpisode {session.id} is kept with its {done} finished rounds. "
-            f"Go on with: goalscope chat --resume {session.id}",
+            f"Go on with: {resuming(session.info)}",
             err=True,
         )
         raise

@@ -62,4 +62,4 @@ def mcp(
         def engine() -> OpenModel:
             return later.enter_context(engine_of(settings))
 
-        create_server(Trackers(episodes, engine, settings)).run()
+        create_server(Trackers(episodes, engine, settings), episodes).run()

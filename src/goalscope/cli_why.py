@@ -96,6 +96,8 @@ def why(
 
 def said_since(store: Store, info: EpisodeInfo) -> str:
     """What a person said of the goals after the last round, and where it counts; "" if nothing."""
+    from goalscope.session import resuming
+
     words = {"pin": 'it is "{}"', "veto": 'it is not "{}"', "reword": '"{}" means "{}"'}
     said = [
         words[correction].format(goal, text)
@@ -104,8 +106,8 @@ def said_since(store: Store, info: EpisodeInfo) -> str:
     if not said:
         return ""
     return (
-        f"Corrected since the last round: {'; '.join(said)}. `goalscope chat --resume {info.id}` "
-        "shows the belief with that, and /why NUMBER there explains it."
+        f"Corrected since the last round: {'; '.join(said)}. `{resuming(info)}` shows the belief "
+        "with that, and /why NUMBER there explains it."
     )
 
 

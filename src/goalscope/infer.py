@@ -24,6 +24,11 @@ from goalscope.types import (
 
 __all__ = ["Dialogue", "infer", "read_dialogues", "trim_output"]
 
+EXPECTED = (
+    'A line is a dialogue: {"id": "1", "task": "...", "turns": [{"query": "...", "utterance": '
+    '"..."}], "goals": ["...", "..."]}.'
+)
+
 _NAMES = {"n": "number of dialogues"}
 
 
@@ -67,7 +72,7 @@ def read_dialogues(file: Path) -> list[Dialogue]:
         if not line.strip():
             continue
         try:
-            dialogue = _dialogue(number, json.loads(line.decode("utf-8-sig")))
+            dialogue = _dialogue(number, _json(line))
             if dialogue.id in ids:
                 raise ValueError(f'the id "{dialogue.id}" is also that of line {ids[dialogue.id]}')
         except (ValueError, RecursionError, InvalidInputError) as error:
@@ -75,7 +80,7 @@ def read_dialogues(file: Path) -> list[Dialogue]:
         ids[dialogue.id] = number
         dialogues.append(dialogue)
     if not dialogues:
-        raise InvalidInputError(f"{file} holds no row.")
+        raise InvalidInputError(f"{file} holds no row. {EXPECTED}")
     return dialogues
 
 
@@ -174,9 +179,19 @@ def _set(belief: Belief) -> dict[str, Any]:
     return {"set_90": [goal.text for goal in belief.conformal_set(0.1)]}
 
 
+def _json(line: bytes) -> Any:
+    try:
+        return json.loads(line.decode("utf-8-sig"))
+    except UnicodeDecodeError:
+        raise ValueError("no text in UTF-8. Save the file as UTF-8.") from None
+    except json.JSONDecodeError as error:
+        where = f"{error.msg} at character {error.colno}"
+        raise ValueError(f"no JSON ({where}). {EXPECTED}") from None
+
+
 def _dialogue(line: int, row: Any) -> Dialogue:
     if not isinstance(row, dict):
-        raise ValueError("a row must be a JSON object")
+        raise ValueError(f"a row must be a JSON object. {EXPECTED}")
     id = _need(row, "id")
     if isinstance(id, bool) or not isinstance(id, str | int):
         raise ValueError('"id" must be a text or a whole number')

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
 from importlib.metadata import version
 from typing import Annotated, Any
 
 from mcp.server import MCPServer
 from mcp.server.mcpserver.exceptions import ToolError
-from pydantic import Field, ValidationError
+from mcp.types import CallToolResult, TextContent
+from pydantic import BaseModel, Field, ValidationError
 
+from goalscope.domains import TRACKING
+from goalscope.store import Store
 from goalscope.tracker import Correction
-from goalscope.tracking import Trackers
+from goalscope.tracking import Tracked, Trackers
 from goalscope.types import GoalscopeError
 from goalscope.web.views import TrackerView, Why
 
@@ -31,8 +35,39 @@ Goals = Annotated[
 ]
 
 
-def create_server(trackers: Trackers) -> MCPServer[Any]:
-    """The server, which is yet to be run."""
+TOP = 10
+"""Goals of an answer: a model reads every one of them, turn after turn."""
+
+
+class SessionView(BaseModel):
+    """A session in short; `turns` is their number."""
+
+    id: str
+    created: str
+    task: str
+    turns: int
+    closed: bool
+
+
+class Sessions(BaseModel):
+    """Sessions, newest first."""
+
+    sessions: list[SessionView]
+
+
+class Deleted(BaseModel):
+    """The id of a session that is no more."""
+
+    deleted: str
+
+
+def create_server(trackers: Trackers, store: Store) -> MCPServer[Any]:
+    """The server, which is yet to be run.
+
+    Args:
+        trackers: The sessions.
+        store: Of the sessions.
+    """
     server = _Server(
         "goalscope",
         version=version("goalscope"),
@@ -49,7 +84,7 @@ def create_server(trackers: Trackers) -> MCPServer[Any]:
         ] = False,
     ) -> TrackerView:
         """Begin to track what the user wants. The session's id is good for later conversations."""
-        return TrackerView.of(trackers.open(task, goals, propose=propose))
+        return _told(trackers.open(task, goals, propose=propose))
 
     @server.tool()
     def observe(
@@ -62,17 +97,17 @@ def create_server(trackers: Trackers) -> MCPServer[Any]:
         ] = None,
     ) -> TrackerView:
         """Take in what the user said, and learn whether to act, ask or propose."""
-        return TrackerView.of(trackers.observe(session, turn, query, utterance))
+        return _told(trackers.observe(session, turn, query, utterance))
 
     @server.tool()
     def belief(session: Session) -> TrackerView:
         """How likely each goal is now, and whether to act, ask or propose."""
-        return TrackerView.of(trackers.read(session))
+        return _told(trackers.read(session))
 
     @server.tool()
     def add_goals(session: Session, goals: Goals) -> TrackerView:
         """Add goals; they count as if they had been there from the start."""
-        return TrackerView.of(trackers.add(session, goals))
+        return _told(trackers.add(session, goals))
 
     @server.tool()
     def correct(
@@ -85,7 +120,7 @@ def create_server(trackers: Trackers) -> MCPServer[Any]:
         text: Annotated[str, Field(description="The goal in the user's own words.")] = "",
     ) -> TrackerView:
         """Take in what the user says of a goal itself; a pinned goal may be a new one."""
-        return TrackerView.of(trackers.correct(session, kind, goal, text))
+        return _told(trackers.correct(session, kind, goal, text))
 
     @server.tool()
     def why(
@@ -98,28 +133,75 @@ def create_server(trackers: Trackers) -> MCPServer[Any]:
     @server.tool()
     def close_session(session: Session) -> TrackerView:
         """End a session; it can still be read."""
-        return TrackerView.of(trackers.close(session))
+        return _told(trackers.close(session))
+
+    @server.tool()
+    def list_sessions(
+        limit: Annotated[int, Field(ge=1, le=200, description="At most so many.")] = 20,
+        offset: Annotated[int, Field(ge=0, le=10**9, description="After so many others.")] = 0,
+    ) -> Sessions:
+        """Which sessions there are, newest first, also of other conversations."""
+        found = store.episodes(domain=TRACKING, newest_first=True, limit=limit, offset=offset)
+        views = [
+            SessionView(
+                id=each.id,
+                created=each.created,
+                task=each.task,
+                turns=each.rounds,
+                closed=each.ended is not None,
+            )
+            for each in found
+        ]
+        return Sessions(sessions=views)
+
+    @server.tool()
+    def delete_session(session: Session) -> Deleted:
+        """Delete a session with all that was said in it; nobody can undo that."""
+        trackers.delete(session)
+        return Deleted(deleted=session)
 
     return server
 
 
+def _told(tracked: Tracked) -> TrackerView:
+    """How a session stands, with the likeliest goals alone."""
+    view = TrackerView.of(tracked)
+    belief, count = view.belief, len(view.belief.goals)
+    if count > TOP:
+        view.notes.append(f"Of {count} goals, the {TOP} likeliest are shown.")
+        belief.goals = belief.goals[:TOP]
+    if len(belief.set_90 or ()) > TOP:
+        view.notes.append(f"The set of 90 % holds {len(belief.set_90 or ())} goals.")
+        belief.set_90 = None
+    return view
+
+
 class _Server(MCPServer[Any]):
-    """A server whose errors are sentences that the assistant can act on."""
+    """A server whose answers are short, and whose errors are sentences to act on."""
 
     async def call_tool(self, name: str, arguments: dict[str, Any], context: Any = None) -> Any:
+        known = {each.name: each for each in await self.list_tools()}
+        if name not in known:
+            raise ToolError(f"There is no tool {name!r}, but {', '.join(known)}.")
+        takes = known[name].input_schema["properties"]
+        if other := [each for each in arguments if each not in takes]:
+            raise ToolError(
+                f"{name} takes {', '.join(takes)}, and no {', '.join(map(repr, other))}."
+            )
         try:
-            return await super().call_tool(name, arguments, context)
+            answer = await super().call_tool(name, arguments, context)
         except ToolError as error:
             cause = error.__cause__
             if isinstance(cause, GoalscopeError):
                 raise ToolError(str(cause)) from None
-            known = {each.name: each for each in await self.list_tools()}
-            if name not in known:
-                raise ToolError(f"There is no tool {name!r}, but {', '.join(known)}.") from None
             if not isinstance(cause, ValidationError):
                 raise
             wrong = [f"{'.'.join(map(str, each['loc']))}: {each['msg']}" for each in cause.errors()]
-            takes = known[name].input_schema["properties"]
             raise ToolError(
                 f"{name} cannot be called so. {'; '.join(wrong)}. It takes {', '.join(takes)}."
             ) from None
+        assert isinstance(answer, CallToolResult)
+        exact = json.dumps(answer.structured_content)
+        told = json.loads(exact, parse_float=lambda number: round(float(number), 4))
+        text = TextContent(type="text", text=json.dumps(told, ensure_ascii=False))
+        return CallToolResult(content=[text], structured_content=told)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, replace
+from typing import get_args
 
 from goalscope.agent import Agent, run_episode
 from goalscope.belief import Belief
@@ -11,6 +13,7 @@ from goalscope.calibrations import calibration_named
 from goalscope.dialog import ConsoleHuman, Human, ScriptedHuman, SimulatedHuman
 from goalscope.domains import (
     TRACKING,
+    Domain,
     Settings,
     planner_of,
     profile_named,
@@ -25,7 +28,13 @@ from goalscope.store import Ended, EpisodeInfo, Store
 from goalscope.tracker import Correction
 from goalscope.types import Goal, GoalChange, InvalidInputError, Turn
 
-__all__ = ["Session", "saved_settings"]
+__all__ = ["Session", "resuming", "saved_settings"]
+
+
+def resuming(info: EpisodeInfo) -> str:
+    """The command that goes on with an episode; a domain that is a file must be named again."""
+    own = [] if info.domain in get_args(Domain) else [info.domain]
+    return shlex.join(["goalscope", "chat", *own, "--resume", info.id])
 
 
 def saved_settings(info: EpisodeInfo, *, rounds: int | None = None) -> Settings:
@@ -50,7 +59,7 @@ def saved_settings(info: EpisodeInfo, *, rounds: int | None = None) -> Settings:
     if info.rounds >= settings.rounds:
         raise InvalidInputError(
             f"Episode {info.id} has had its {settings.rounds} rounds. "
-            f"To go on, say `goalscope chat --resume {info.id} --rounds {2 * settings.rounds}`."
+            f"To go on, say `{resuming(info)} --rounds {2 * settings.rounds}`."
         )
     return settings
 

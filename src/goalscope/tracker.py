@@ -170,7 +170,8 @@ class GoalTracker:
         if isinstance(self.likelihood, PromptedRanking):
             raise InvalidInputError(UNCORRECTABLE)
         (named,) = self._known([goal])
-        (kept,) = self._known([text]) if correction == "reword" else (named,)
+        reworded = correction == "reword"
+        (kept,) = self._known([checked_text(text, "new wording")]) if reworded else (named,)
         if UNSPECIFIED in (named, kept):
             raise InvalidInputError(
                 f"There is no goal {UNSPECIFIED.text!r} to pin, veto or reword to."

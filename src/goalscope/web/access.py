@@ -8,10 +8,10 @@ from goalscope.store import EpisodeInfo, Store
 from goalscope.types import InvalidInputError
 from goalscope.web.guard import Visitor
 
-__all__ = ["seen_by"]
+__all__ = ["seen_by", "unknown"]
 
 
-def seen_by(visitor: Visitor, store: Store, id: str) -> EpisodeInfo:
+def seen_by(visitor: Visitor, store: Store, id: str, what: str = "episode") -> EpisodeInfo:
     """The episode, if the visitor may see it; nobody learns which ids others have.
 
     Raises:
@@ -22,5 +22,10 @@ def seen_by(visitor: Visitor, store: Store, id: str) -> EpisodeInfo:
     except InvalidInputError:
         info = None
     if info is None or info.id != id or not (visitor.is_host or visitor.owns(info.owner)):
-        raise HTTPException(404, "There is no such episode.")
+        raise unknown(what)
     return info
+
+
+def unknown(what: str) -> HTTPException:
+    """The refusal of what is not there, or is not theirs to know of."""
+    return HTTPException(404, f"There is no such {what}, or it is somebody else's.")

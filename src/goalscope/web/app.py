@@ -11,9 +11,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Literal
 
-from fastapi import FastAPI, Query, Request
+from fastapi import FastAPI, Query
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import FileResponse, JSONResponse, Response, StreamingResponse
+from fastapi.responses import FileResponse, Response, StreamingResponse
 from fastapi.staticfiles import StaticFiles
 from pydantic import BaseModel
 from starlette.exceptions import HTTPException
@@ -24,17 +24,17 @@ from goalscope.envs.house.scenes import known_scenes
 from goalscope.models import Model, model_name
 from goalscope.plain import model_shown
 from goalscope.store import EpisodeInfo, Store
-from goalscope.tracker import Correction
 from goalscope.tracking import Trackers
-from goalscope.types import ConflictError, Goal, GoalscopeError, InvalidInputError
+from goalscope.types import Goal, GoalscopeError, InvalidInputError
 from goalscope.web.access import seen_by
 from goalscope.web.conversations import Conversation, Conversations
 from goalscope.web.exports import as_html, as_json, room_picture
 from goalscope.web.guard import Guest, Visitor
 from goalscope.web.health import Health, Probe
 from goalscope.web.limits import STREAMS, too_much
+from goalscope.web.refusals import Given, Refusal, refused
 from goalscope.web.study import study_router
-from goalscope.web.tracking import tracking_routes
+from goalscope.web.tracking import CorrectionGiven, tracking_routes
 from goalscope.web.views import EpisodeView, Live, RoundView, StoredEpisode, Why
 from goalscope.why import reasons
 
@@ -42,8 +42,8 @@ __all__ = ["create_app"]
 
 STATIC = Path(__file__).parent / "static"
 BEAT = 15.0
-REFUSED = (400, 401, 403, 404, 409, 413, 422, 429, 503)
 """Seconds after which a silent connection is told that it still stands."""
+REFUSED = (400, 401, 403, 404, 405, 409, 413, 422, 429, 503)
 
 METHODS: dict[Method, str] = {
     "good": "infers goals, and plans for the likeliest",
@@ -52,7 +52,7 @@ METHODS: dict[Method, str] = {
 }
 
 
-class Begin(BaseModel):
+class Begin(Given):
     """A new episode."""
 
     domain: Domain = "grocery"
@@ -60,20 +60,12 @@ class Begin(BaseModel):
     scene: str | None = None
 
 
-class Utterance(BaseModel):
+class Utterance(Given):
     """What a person says in a round; `confirmed` names the state that they confirm."""
 
     text: str
     round: int
     confirmed: str = ""
-
-
-class Correct(BaseModel):
-    """What a person says of a goal."""
-
-    kind: Correction
-    goal: str
-    text: str = ""
 
 
 class Begun(BaseModel):
@@ -107,12 +99,6 @@ class Options(BaseModel):
     host: bool
     domains: list[DomainView]
     methods: list[MethodView]
-
-
-class Refusal(BaseModel):
-    """Why not, in a sentence that says what to do."""
-
-    error: str
 
 
 class EpisodeList(BaseModel):
@@ -166,7 +152,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     def entered(id: str, visitor: Visitor, *, again: bool = False) -> Conversation:
         info = seen(id, visitor)
         if not visitor.owns(info.owner):
-            raise HTTPException(403, "This is somebody else's episode.")
+            raise HTTPException(403, "This is somebody else's episode, which only they go on with.")
         if info.ended:
             raise HTTPException(409, "This episode has ended. Begin another one.")
         return conversations.resume(info, again=again)
@@ -240,7 +226,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         return entered(id, visitor).say(given.text, given.round, given.confirmed)
 
     @app.post("/api/episodes/{id}/corrections")
-    async def correct(id: str, given: Correct, visitor: Guest) -> Live:
+    async def correct(id: str, given: CorrectionGiven, visitor: Guest) -> Live:
         conversation = await asyncio.to_thread(entered, id, visitor)
         await wrap_future(conversation.correct(given.kind, given.goal, given.text))
         return conversation.live()
@@ -290,9 +276,9 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     trackers = Trackers(store, lambda: model, settings)
     app.include_router(tracking_routes(trackers, conversations.desk, store))
     app.include_router(study_router(store))
-    app.add_exception_handler(GoalscopeError, _refused)
-    app.add_exception_handler(HTTPException, _refused)
-    app.add_exception_handler(RequestValidationError, _refused)
+    app.add_exception_handler(GoalscopeError, refused)
+    app.add_exception_handler(HTTPException, refused)
+    app.add_exception_handler(RequestValidationError, refused)
     return app
 
 
@@ -316,19 +302,6 @@ async def _stream(conversation: Conversation, open: list[str], who: str) -> Asyn
 
 def _event(kind: str, data: BaseModel) -> str:
     return f"event: {kind}\ndata: {data.model_dump_json()}\n\n"
-
-
-async def _refused(request: Request, error: Exception) -> JSONResponse:
-    """Errors in a sentence that says what to do."""
-    if isinstance(error, HTTPException):
-        return JSONResponse({"error": str(error.detail)}, error.status_code, error.headers)
-    if isinstance(error, RequestValidationError):
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"][1:])
-        return JSONResponse({"error": f"{where}: {first['msg']}."}, 422)
-    conflict = isinstance(error, ConflictError)
-    status = 409 if conflict else 400 if isinstance(error, InvalidInputError) else 503
-    return JSONResponse({"error": str(error)}, status)
 
 
 def _domains(settings: Settings) -> list[DomainView]:

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
+from typing import get_args
 
 from jinja2 import Environment as Templates
 from jinja2 import PackageLoader, StrictUndefined
 
-from goalscope.domains import open_environment, settings_of
+from goalscope.domains import TRACKING, Domain, open_environment, settings_of
 from goalscope.episode import Round
 from goalscope.plain import model_shown
 from goalscope.policy import undo
@@ -50,6 +51,7 @@ def as_html(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
     return _templates().get_template("episode.html.jinja").render(
         episode=stored.episode,
         rounds=stored.rounds,
+        known=info.domain in get_args(Domain),
         facts=_facts(info),
         drawn=drawn,
         drawn_rounds=[round.number for round in believed],
@@ -88,7 +90,7 @@ def _facts(info: EpisodeInfo) -> list[str]:
     """What is known of an episode, in the words of the page."""
     return [
         f"{info.created[:16].replace('T', ' ')} UTC",
-        info.domain,
+        "goal tracking" if info.domain == TRACKING else Path(info.domain).name,
         info.profile or "a person",
         info.method,
         model_shown(info.model),

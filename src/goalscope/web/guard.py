@@ -7,12 +7,13 @@ import hmac
 import json
 import secrets
 from collections import OrderedDict
-from collections.abc import Collection
+from collections.abc import Collection, Mapping, Sequence
 from ipaddress import IPv6Address, ip_address
 from typing import Annotated
 from urllib.parse import parse_qs, quote
 
-from fastapi import Depends, Request
+from fastapi import Depends, Request, Security
+from fastapi.security import HTTPBearer
 from starlette.exceptions import HTTPException
 from starlette.requests import cookie_parser
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -33,6 +34,14 @@ OPEN = (
 KNOWN = 10_000
 """Wrong keys that are remembered."""
 
+SHOW = "A program shows the key: Authorization: Bearer KEY"
+CHANGES = f"That did not come from this server's own page. {SHOW}, without cookies."
+FOREIGN = (
+    "Pages of other sites change nothing here, whatever key they show (there is no CORS). Ask from "
+    "that site's own server, or from a program that sends no Origin. If this is the server's own "
+    "page, behind a proxy with TLS, the proxy must send X-Forwarded-Proto: https."
+)
+
 VISITOR, HOST, GUEST = "goalscope_visitor", "goalscope_host", "goalscope_guest"
 YEAR = 365 * 24 * 3600
 
@@ -52,24 +61,34 @@ HEADERS = {
 class Visitor:
     """Who asks.
 
+    Args:
+        secret: That their browser keeps, or that their program shows.
+        key: Of the one who runs the server, if they have it.
+
     Attributes:
-        browser: Theirs, by a secret that it keeps.
-        id: Whose is what they begin: the browser's, or the host's in it. So nobody who knows the
-            secret sees what the host begins, unless they have the host's key, too.
-        is_host: Whether they have the key of the one who runs the server, and see everything.
+        browser: Theirs.
+        id: Whose is what they begin: the browser's, or, from wherever they have the key, the
+            host's.
+        is_host: Whether they have the key, and see everything.
     """
 
-    def __init__(self, secret: str, *, is_host: bool) -> None:
+    def __init__(self, secret: str, key: str | None = None) -> None:
         self.browser = _digest(secret)[:16]
-        self.id = _digest("host", secret)[:16] if is_host else self.browser
-        self.is_host = is_host
+        self.id = _digest("host", key)[:16] if key else self.browser
+        self.is_host = key is not None
 
     def owns(self, owner: str | None) -> bool:
         """Whether what this owner has is theirs; the host goes on with what the browser began."""
         return owner in (self.id, self.browser)
 
 
-def _visitor(request: Request) -> Visitor:
+_SHOWN = HTTPBearer(
+    scheme_name="key", auto_error=False,
+    description="The key of the host or the visitors' password; browsers keep a cookie instead.",
+)  # fmt: skip
+
+
+def _visitor(request: Request, _: Annotated[object, Security(_SHOWN)]) -> Visitor:
     return request.scope["state"]["visitor"]
 
 
@@ -134,9 +153,7 @@ class Guard:
         if headers.get("x-forwarded-proto") == ["https"]:  # no page can make a browser say so
             scope["scheme"] = "https"
         cookies, address = _cookies(headers.get("cookie", [])), _address(scope)
-        kind, _, bearer = headers.get("authorization", [""])[0].partition(" ")
-        if kind != "Bearer":  # a proxy's own, such as Basic, which all its visitors may share
-            bearer = ""
+        bearer = _bearer(headers)
         given = parse_qs(scope["query_string"].decode("latin-1")).get("key", [""])[0]
         kept = {name for name, is_so in self._proofs.items() if _same(cookies.get(name, ""), is_so)}
         if not kept:
@@ -152,11 +169,10 @@ class Guard:
         program = bool(bearer) and is_host and not headers.get("cookie")
         reads = scope["method"] in ("GET", "HEAD", "OPTIONS")
         if not (reads or origins == [own] or (program and not origins)):
-            error = "That did not come from this server's own page. A program shows the key: "
-            raise HTTPException(403, error + "Authorization: Bearer KEY, without cookies.")
+            raise HTTPException(403, FOREIGN if origins else CHANGES)
         known = cookies.get(VISITOR, "")
         secret = known if len(known) >= 32 else bearer or secrets.token_urlsafe(32)
-        visitor = Visitor(secret, is_host=is_host)
+        visitor = Visitor(secret, self.key if is_host else None)
         if not program:
             self._limits.check(scope["method"], scope["path"], visitor.id, address)
         if self._fits(given) and scope["method"] == "GET" and not of_study:
@@ -244,6 +260,24 @@ async def _refuse(send: Send, refusal: HTTPException) -> None:
     status = refusal.status_code
     await headed({"type": "http.response.start", "status": status, "headers": headers})
     await headed({"type": "http.response.body", "body": body})
+
+
+def _bearer(headers: Mapping[str, Sequence[str]]) -> str:
+    """The key that a program shows; "" for none.
+
+    What a browser sends of another kind is a proxy's own, which all its visitors may share.
+
+    Raises:
+        HTTPException: 401: a program shows something else.
+    """
+    (given,) = headers.get("authorization", [""])[:1]
+    kind, _, key = given.strip().partition(" ")
+    if kind.lower() == "bearer":
+        return key.strip()
+    agent = "".join(headers.get("user-agent", ()))
+    if kind and "Mozilla" not in agent and not headers.keys() & {"cookie", "origin"}:
+        raise HTTPException(401, f"{SHOW}.")
+    return ""
 
 
 def _cookies(headers: list[str]) -> dict[str, str]:

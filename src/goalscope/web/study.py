@@ -15,6 +15,7 @@ from goalscope.study.people import Answer, Participant
 from goalscope.study.plan import BEST
 from goalscope.types import InvalidInputError
 from goalscope.web.guard import Guest
+from goalscope.web.refusals import Given as Body
 
 __all__ = ["study_router"]
 
@@ -25,13 +26,13 @@ LONGEST = 4000
 Place = Annotated[int, Path(ge=1, le=10**9)]
 
 
-class Consent(BaseModel):
+class Consent(Body):
     """That somebody agrees to take part."""
 
     agreed: bool
 
 
-class Given(BaseModel):
+class Given(Body):
     """An answer; `revision` is one more than that of the answer that it replaces, or 1."""
 
     rating: int = Field(ge=0, le=BEST)

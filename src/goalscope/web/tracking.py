@@ -8,21 +8,22 @@ from collections.abc import Callable
 from typing import Annotated
 
 from fastapi import APIRouter, HTTPException, Path, Query
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from goalscope.domains import TRACKING
 from goalscope.store import EpisodeInfo, Store
 from goalscope.tracker import Correction
 from goalscope.tracking import Tracked, Trackers
-from goalscope.web.access import seen_by
+from goalscope.web.access import seen_by, unknown
 from goalscope.web.desk import Desk
 from goalscope.web.guard import Guest, Visitor
+from goalscope.web.refusals import Given
 from goalscope.web.views import EpisodeView, TrackerView, Why
 
-__all__ = ["tracking_routes"]
+__all__ = ["CorrectionGiven", "tracking_routes"]
 
 
-class OpenTracker(BaseModel):
+class OpenTracker(Given):
     """A new session.
 
     `task` is the assistant's, in a sentence; `goals` is what the person may want. With `propose`
@@ -30,24 +31,24 @@ class OpenTracker(BaseModel):
     """
 
     task: str
-    goals: list[str] = []
+    goals: list[str] = Field(default=[])
     propose: bool = False
 
 
-class TurnGiven(BaseModel):
+class TurnGiven(Given):
     """What the assistant said, if anything, and what the person answered."""
 
     query: str = ""
     utterance: str
 
 
-class GoalsGiven(BaseModel):
+class GoalsGiven(Given):
     """Goals to add; each is scored on all past turns."""
 
     goals: list[str]
 
 
-class CorrectionGiven(BaseModel):
+class CorrectionGiven(Given):
     """What the person says of a goal.
 
     "pin": it is this one, perhaps a new one. "veto": it is not, and is not proposed again.
@@ -76,14 +77,14 @@ def tracking_routes(trackers: Trackers, desk: Desk, store: Store) -> APIRouter:
     router = APIRouter(prefix="/api/trackers", tags=["tracking"])
 
     def seen(id: str, visitor: Visitor) -> EpisodeInfo:
-        info = seen_by(visitor, store, id)
+        info = seen_by(visitor, store, id, "session")
         if info.domain != TRACKING:
-            raise HTTPException(404, "There is no such session.")
+            raise unknown("session")
         return info
 
     def own(id: str, visitor: Visitor) -> None:
         if not visitor.owns(seen(id, visitor).owner):
-            raise HTTPException(403, "This is somebody else's session.")
+            raise HTTPException(403, "This is somebody else's session, which only they change.")
 
     async def at_desk(visitor: Visitor, work: Callable[[], Tracked]) -> TrackerView:
         desk.admit(visitor.id)
@@ -92,7 +93,11 @@ def tracking_routes(trackers: Trackers, desk: Desk, store: Store) -> APIRouter:
 
     @router.post("", status_code=201)
     async def open_session(given: OpenTracker, visitor: Guest) -> TrackerView:
-        """Open a session, which stays until it is closed, also when the server starts anew."""
+        """Open a session, which stays until it is deleted, also when the server starts anew.
+
+        The same request again, perhaps since its answer was lost, opens another session; `GET`
+        lists yours, so that one in which nothing was said can be deleted.
+        """
         return await at_desk(
             visitor,
             lambda: trackers.open(given.task, given.goals, propose=given.propose, owner=visitor.id),

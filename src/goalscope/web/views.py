@@ -44,13 +44,13 @@ class GoalView(BaseModel):
 class BeliefView(BaseModel):
     """A belief, likeliest goal first.
 
-    `entropy` is in nats. `set_90` holds the true goal in 90 % of dialogues; it is empty where the
+    `entropy` is in nats. `set_90` holds the true goal in 90 % of dialogues; it is null where the
     calibration says nothing of that. `degenerate`: no goal explains what was said.
     """
 
     goals: list[GoalView]
     entropy: float
-    set_90: list[str]
+    set_90: list[str] | None
     degenerate: bool
 
     @classmethod
@@ -70,7 +70,7 @@ class BeliefView(BaseModel):
             entropy=belief.entropy,
             set_90=[goal.text for goal in belief.conformal_set(0.1)]
             if any(eps <= 0.1 for eps, _ in belief.calibration.thresholds)
-            else [],
+            else None,
             degenerate=belief.is_degenerate,
         )
 
@@ -259,14 +259,14 @@ class TrackerView(BaseModel):
     """How a tracking session stands after `turn` turns.
 
     `advice` says what to do next: "act" on the likeliest goal, "ask" the person, or "propose"
-    goals, since none of these explains the words. `changes`: goals that came, went or were
-    confirmed with that turn and since.
+    goals, since none of these explains the words; null where the session is closed. `changes`:
+    goals that came, went or were confirmed with that turn and since.
     """
 
     id: str
     task: str
     turn: int
-    advice: Advice
+    advice: Advice | None
     belief: BeliefView
     changes: list[ChangeView]
     notes: list[str]
@@ -279,7 +279,7 @@ class TrackerView(BaseModel):
             id=tracked.id,
             task=tracked.task,
             turn=len(tracked.turns),
-            advice=tracked.advice,
+            advice=None if tracked.closed else tracked.advice,
             belief=BeliefView.of(tracked.belief),
             changes=[ChangeView.of(change) for change in tracked.changes],
             notes=list(tracked.notes),

@@ -2,7 +2,7 @@
  * What the server is asked.
  *
  * @typedef {{text: string, probability: number, unspecified: boolean, pinned: boolean}} Goal
- * @typedef {{goals: Goal[], entropy: number, set_90: string[], degenerate: boolean}} Belief
+ * @typedef {{goals: Goal[], entropy: number, set_90: ?string[], degenerate: boolean}} Belief
  * @typedef {{kind: "added"|"removed"|"pinned", goal: string, reason: string, final: boolean}} Change
  * @typedef {{text: string, ok: boolean, observation: string, irreversible: boolean}} Action
  * @typedef {{id: string, created: string, domain: string, profile: ?string, method: string,

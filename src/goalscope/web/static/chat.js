@@ -1,11 +1,14 @@
 /** The conversation: what was asked, said and done, round by round. */
 
 import { arrange, h, setText, unseen } from "./dom.js";
+import { isKnown } from "./domains.js";
 import { actionList } from "./outcome.js";
 
 /** A log of exchanges; one that is under way becomes a round without being written anew. */
 export class Log {
-  constructor() {
+  /** @param {string} domain */
+  constructor(domain) {
+    this.named = !isKnown(domain);
     this.exchanges = new Map();
     this.element = h("div", {
       class: "log",
@@ -57,13 +60,14 @@ export class Log {
   }
 
   #exchange(number) {
-    if (!this.exchanges.has(number)) this.exchanges.set(number, new Exchange(number));
+    if (!this.exchanges.has(number)) this.exchanges.set(number, new Exchange(number, this.named));
     return this.exchanges.get(number);
   }
 }
 
 class Exchange {
-  constructor(number) {
+  constructor(number, named) {
+    this.named = named;
     this.settled = false;
     this.query = bubble("agent", "Assistant");
     this.draft = bubble("agent draft", "Assistant", { "aria-live": "off" });
@@ -97,7 +101,7 @@ class Exchange {
     this.say(round.query, round.utterance);
     const told = round.replans ? [`The plan was made anew ${round.replans === 1 ? "once" : `${round.replans} times`}.`] : [];
     this.done.replaceChildren(
-      ...(round.actions.length ? [actionList(round.actions)] : []),
+      ...(round.actions.length ? [actionList(round.actions, this.named)] : []),
       ...told.map((each) => h("p", {}, each)),
       ...round.notes.map((note) =>
         before.includes(note)

@@ -2,6 +2,7 @@
 
 import { api } from "./api.js";
 import { count, h, localTime, setText, unseen } from "./dom.js";
+import { goesOn, nameOfDomain, personOf } from "./domains.js";
 
 const PAGE = 25;
 const PAUSE = 250;
@@ -106,13 +107,11 @@ class List {
 
   #row(episode) {
     const started = localTime(episode.created);
-    const person = episode.profile ?? (episode.mine ? "you" : "somebody");
     const choose = (event) => this.#choose(episode.id, event.target.checked);
-    const goOn = episode.mine && !episode.ended && !episode.profile;
     const cells = [
       ["Id", episode.id],
-      ["Domain", episode.domain],
-      ["Person", person],
+      ["Domain", nameOfDomain(episode.domain)],
+      ["Person", personOf(episode)],
       ["Method", episode.method],
       ["Rounds", String(episode.rounds)],
       ["Ended", ENDS[episode.ended] ?? "not ended"],
@@ -129,7 +128,7 @@ class List {
         h(
           "div",
           { class: "row-actions" },
-          goOn ? h("a", { href: `#/talk/${episode.id}` }, "Go on", unseen(` with the one of ${started}`)) : null,
+          goesOn(episode) ? h("a", { href: `#/talk/${episode.id}` }, "Go on", unseen(` with the one of ${started}`)) : null,
           h(
             "label",
             { class: "check" },

@@ -1,21 +1,23 @@
-/** What was done, and what it led to: actions, the basket, the room. */
+/** What was done, and what it led to: actions, the basket, the room, or how else things stand. */
 
 import { pathOf } from "./api.js";
 import { count, h, setText, unseen } from "./dom.js";
+import { acts, stateOf } from "./domains.js";
 import { statusView } from "./status.js";
 
 /**
  * The actions of a round, with what came of each; what was only looked up is folded.
  * @param {import("./api.js").Action[]} actions
+ * @param {boolean} named Whether each action is named, also where it was done.
  */
-export function actionList(actions) {
+export function actionList(actions, named) {
   const lookUps = actions.filter(isLookUp);
   const others = actions.filter((action) => !isLookUp(action));
   return h(
     "div",
     { class: "outcomes" },
     lookUps.length ? lookUpList(lookUps) : null,
-    others.length ? h("ul", { class: "actions" }, ...others.map(actionItem)) : null,
+    others.length ? h("ul", { class: "actions" }, ...others.map((action) => actionItem(action, named))) : null,
   );
 }
 
@@ -28,8 +30,9 @@ function lookUpList(actions) {
   return h("details", {}, h("summary", {}, `Looked up ${count(actions.length, "thing")}`), h("dl", {}, ...items));
 }
 
-function actionItem(action) {
+function actionItem(action, named) {
   const [first] = action.observation.split("\n");
+  const apart = named || !action.ok;
   return h(
     "li",
     { class: action.ok ? "done" : "failed", title: action.text },
@@ -38,8 +41,8 @@ function actionItem(action) {
       "span",
       {},
       unseen(action.ok ? "done: " : "failed: "),
-      action.ok ? told(action) : action.text,
-      action.ok ? null : h("span", { class: "reason" }, ` \u2013 ${first}`),
+      apart ? action.text : told(action),
+      !apart ? null : h("span", { class: "reason" }, ` \u2013 ${first}`),
       action.irreversible && !action.observation.includes("cannot be undone") ? h("span", { class: "badge" }, "cannot be undone") : null,
     ),
   );
@@ -50,7 +53,7 @@ function told({ text, observation, irreversible }) {
   return observation.trim().split("\n").at(irreversible ? 0 : -1) || text;
 }
 
-/** What stands in the end of a round: the basket, or the room from above. */
+/** What stands in the end of a round: the basket, the room from above, or what a domain says. */
 export class Outcome {
   /**
    * @param {import("./api.js").Episode} episode
@@ -62,14 +65,15 @@ export class Outcome {
     this.marked = new Set();
     this.ready = false;
     this.house = episode.domain === "house";
+    this.state = stateOf(episode.domain);
     this.shown = null;
     this.image = h("img", { class: "room", alt: "" });
     this.body = h("div", {});
     this.takeOut = h("button", { type: "button", class: "take-out", hidden: true, onclick: () => this.#send() });
     this.element = h(
       "div",
-      { class: "panel" },
-      h("h2", {}, this.house ? "The room" : "The basket"),
+      { class: "panel", hidden: !acts(episode.domain) },
+      h("h2", {}, this.state.state),
       this.house ? h("a", { class: "room-link", target: "_blank", rel: "noopener" }, this.image) : null,
       this.body,
       this.takeOut,
@@ -118,9 +122,8 @@ export class Outcome {
     const key = `${number} ${status}`;
     if (key === this.shown) return;
     this.shown = key;
-    const empty = this.house ? "The robot has not done anything yet." : "The basket is empty.";
     const focused = this.#removers.indexOf(document.activeElement);
-    this.body.replaceChildren(statusView(status || empty, this.remove && ((name) => this.#mark(name))));
+    this.body.replaceChildren(statusView(status || this.state.empty, this.remove && ((name) => this.#mark(name))));
     const there = this.#removers.map((button) => button.value);
     this.marked = new Set([...this.marked].filter((name) => there.includes(name)));
     this.#showMarks();

@@ -5,7 +5,7 @@ import { Bars, changesOf } from "./belief.js";
 import { Log } from "./chat.js";
 import { coloursOf } from "./colours.js";
 import { count, h, localTime, setText } from "./dom.js";
-import { domainOf } from "./domains.js";
+import { domainOf, isKnown, nameOfDomain, personOf } from "./domains.js";
 import { Outcome } from "./outcome.js";
 import { Ribbons } from "./ribbons.js";
 import { details } from "./why.js";
@@ -168,9 +168,9 @@ class View {
     this.bars = new Bars((text) => this.#details(text));
     this.ribbons = new Ribbons((place) => go(place + 1));
     this.outcome = new Outcome(episode);
-    this.log = new Log();
+    this.log = new Log(episode.domain);
     this.changes = h("div", { class: "changes-slot" });
-    this.element = h("div", { class: "view" }, about(episode), ...this.#panels());
+    this.element = h("div", { class: "view" }, ...about(episode), ...this.#panels());
   }
 
   #panels() {
@@ -222,12 +222,15 @@ class View {
 function about(episode) {
   const facts = [
     localTime(episode.created),
-    episode.domain,
-    episode.profile ?? (episode.mine ? "you" : "somebody"),
+    nameOfDomain(episode.domain),
+    personOf(episode),
     episode.method,
     episode.model,
     count(episode.rounds, "round"),
     episode.score === null ? "" : `score ${episode.score.toFixed(2)}`,
   ];
-  return h("p", { class: "soft small" }, facts.filter(Boolean).join(" \u00b7 "));
+  return [
+    ...(isKnown(episode.domain) ? [] : [h("p", { class: "text" }, episode.task)]),
+    h("p", { class: "soft small" }, facts.filter(Boolean).join(" \u00b7 ")),
+  ];
 }

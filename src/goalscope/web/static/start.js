@@ -2,7 +2,7 @@
 
 import { api } from "./api.js";
 import { count, h, localTime } from "./dom.js";
-import { aboutDomain, domainOf } from "./domains.js";
+import { aboutDomain, domainOf, goesOn } from "./domains.js";
 import { example } from "./example.js";
 
 const RECENT = 20;
@@ -36,7 +36,7 @@ export async function start(main, { options }, signal) {
     ),
   );
   const { episodes } = await api.episodes("", RECENT, 0);
-  const open = episodes.filter((one) => one.mine && !one.ended && !one.profile).slice(0, SHOWN);
+  const open = episodes.filter(goesOn).slice(0, SHOWN);
   if (open.length && !signal.aborted) goOn.replaceChildren(...goingOn(open, options));
 }
 

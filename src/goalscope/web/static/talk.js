@@ -31,7 +31,7 @@ class Talk {
     this.problem = "";
     this.domain = domainOf(state.episode, options);
     this.signal = signal;
-    this.log = new Log();
+    this.log = new Log(state.episode.domain);
     this.composer = new Composer((text) => this.say(text));
     this.side = new Side(state.episode, {
       correct: (kind, goal, text) => this.correct(kind, goal, text),
