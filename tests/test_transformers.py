@@ -422,3 +422,22 @@ def test_packing_computes_every_node_once_after_all_above_it(
                 for node in row.nodes:
                     fresh[node] = False
     assert done == set(range(len(trie)))
+
+
+def test_a_model_that_is_closed_says_so(tmp_path: Path) -> None:
+    fits = pytest.importorskip("fits")
+    model = Transformers(fits.tiny_folder(tmp_path / "t"), device="cpu")
+    model.close()
+    model.close()
+    chat = [Message("user", "Who?")]
+    for asked in (
+        lambda: model.token_logprobs([chat], ["I."]),
+        lambda: model.generate(chat),
+        lambda: model.count_tokens(chat),
+        lambda: model.fingerprint,
+        lambda: model.parameters,
+        model.describe,
+        model.clear_cache,
+    ):
+        with pytest.raises(ModelError, match="This model is closed"):
+            asked()

@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from threading import Lock
 from typing import Any, cast
 
 from goalscope.extras import package
@@ -50,9 +51,12 @@ def chat_tokenizer(model: str | Path) -> ChatTokenizer:
     # What ends a turn is markup, also where the tokenizer does not call it special.
     tokenizer.add_special_tokens([*filter(None, map(tokenizer.id_to_token, ends))])
 
+    encoding = Lock()
+
     def encode(text: str, *, markup: bool) -> Sequence[int]:
-        tokenizer.encode_special_tokens = not markup
-        return tokenizer.encode(text, add_special_tokens=False).ids
+        with encoding:
+            tokenizer.encode_special_tokens = not markup
+            return tokenizer.encode(text, add_special_tokens=False).ids
 
     def decode(tokens: Sequence[int], *, markup: bool) -> str:
         return tokenizer.decode(list(tokens), skip_special_tokens=not markup)
