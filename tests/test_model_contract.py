@@ -212,7 +212,7 @@ def test_a_fingerprint_stays(scorer: TokenScorer) -> None:
 
 def test_threads_share_a_model(backend: Any) -> None:
     def worked(number: int) -> tuple[np.ndarray, int]:
-        told = sums(backend, CONTEXTS[number:] + [HISTORY], REPLIES[number:] + ["Nuts."])
+        told = sums(backend, [*CONTEXTS[number:], HISTORY], [*REPLIES[number:], "Nuts."])
         assert backend.generate(HISTORY, max_tokens=4).completion_tokens
         return told, backend.count_tokens(CONTEXTS[number])
 
