@@ -181,12 +181,17 @@ def test_a_broken_row_is_named_before_anything_is_written(tmp_path, broken, caus
     assert not (tmp_path / "out.jsonl").exists()
 
 
+def test_a_file_without_dialogues_is_told_before_anything_is_written(tmp_path):
+    assert "holds no row" in fails(2, "infer", rows_file(tmp_path, ""), "--out", tmp_path / "o")
+    assert not (tmp_path / "o").exists()
+
+
 def test_infer_writes_a_belief_per_turn_and_continues_after_a_crash(tmp_path):
     out = tmp_path / "out.jsonl"
     file = rows_file(tmp_path, ROW, "", {**ROW, "id": 2, "goals": ["cook soup", "Cook  soup."]})
     said = invoke("infer", file, "--out", out)
     assert (said.exit_code, said.stdout) == (0, "")
-    assert said.stderr.splitlines()[-1] == f"{out}: 2 dialogues, 4 turns"
+    assert said.stderr.splitlines() == [f"{out}: 2 dialogues, 4 turns"]  # and no bar
     whole = out.read_text()
     lines = [json.loads(line) for line in whole.splitlines()]
     assert [(line["id"], line["turn"]) for line in lines] == [("a", 1), ("a", 2), (2, 1), (2, 2)]

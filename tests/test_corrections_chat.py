@@ -208,7 +208,7 @@ def test_a_chat_with_an_order_offers_only_what_it_can_do(tmp_path) -> None:
 
 @pytest.mark.parametrize("method", ["good", "no-goals", "no-inference"])
 def test_a_chat_says_how_to_correct_goals_where_that_is_possible(shop, words, method) -> None:  # noqa: F811
-    shown = invoke("chat", *shop[:2], "--method", method, input="quit\n").stdout
+    shown = invoke("chat", *shop[:2], "--method", method, input="/quit\n").stdout
     assert ("/help" in shown) == (method == "good")
     assert "ends the task" in shown
 

@@ -174,6 +174,12 @@ def test_what_is_no_domain_is_refused(tmp_path: Path, text: str | None, cause: s
         load_domain(str(tmp_path))
 
 
+def test_a_domain_without_people_says_so(tmp_path: Path) -> None:
+    file = tmp_path / "empty.py"
+    file.write_text("def open_environment(profile): ...\ndef load_profiles(path): return []\n")
+    assert "empty.py has no people" in fails(2, "run", str(file), "--profile", "all")
+
+
 def test_what_belongs_to_another_domain_is_refused_for_a_file() -> None:
     for option in ("--catalogue", "--scene"):
         assert option in fails(2, "run", GARDEN, "--profile", "bees", option, "x")

@@ -239,7 +239,7 @@ def test_a_damaged_file_and_a_locked_one_are_explained(tmp_path):
 
 
 def test_a_path_that_cannot_be_used_is_explained(tmp_path):
-    with pytest.raises(GoalscopeError, match="--store"):
+    with pytest.raises(GoalscopeError, match="name another file"):
         Store.open(tmp_path)  # a folder
     (tmp_path / "file").touch()
     with pytest.raises(GoalscopeError, match="--store"):

@@ -233,6 +233,8 @@ def run(
     )
     everyone = profile == "all"
     people = profiles_of(settings) if everyone else (profile_named(settings, profile),)
+    if not people:
+        raise InvalidInputError(f"{domain} has no people to simulate: load_profiles gives none.")
     infos: list[EpisodeInfo] = []
     with Store.open(store) as episodes, engine_of(settings, calls) as engine:
         for person in people:

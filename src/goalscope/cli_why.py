@@ -24,21 +24,21 @@ if TYPE_CHECKING:
 __all__ = ["correct", "said_since", "why"]
 
 HELP = """\
-/goals            the goals, numbered
-/pin NUMBER|TEXT  it is this goal, perhaps a new one
-/veto NUMBER      it is not this one, and it shall not come back
+/goals               the goals, numbered
+/pin NUMBER|TEXT     it is this goal, perhaps a new one
+/veto NUMBER         it is not this one, and it shall not come back
 /reword NUMBER TEXT  it is this one, in other words
-/why NUMBER       what each of your sentences says for it"""
+/why NUMBER          what each of your sentences says for it"""
 
 ORDER_HELP = """\
-/goals            the goals, as the model orders them
+/goals               the goals, as the model orders them
 This method weighs no evidence that could be corrected or explained."""
 
 NO_HELP = "This method holds no belief that could be shown or corrected."
 
 LEAVING = """
-/help             this
-quit              leave; you can go on later"""
+/help                this
+quit                 leave; you can go on later"""
 
 
 def why(

@@ -54,7 +54,8 @@ def read_dialogues(file: Path) -> list[Dialogue]:
     end merge.
 
     Raises:
-        InvalidInputError: The file cannot be read, or a row cannot be used; names the line.
+        InvalidInputError: The file cannot be read or is empty, or a row cannot be used; names the
+            line.
     """
     try:
         lines = file.read_bytes().split(b"\n")
@@ -73,6 +74,8 @@ def read_dialogues(file: Path) -> list[Dialogue]:
             raise InvalidInputError(f"{file}, line {number}: {error}") from error
         ids[dialogue.id] = number
         dialogues.append(dialogue)
+    if not dialogues:
+        raise InvalidInputError(f"{file} holds no row.")
     return dialogues
 
 

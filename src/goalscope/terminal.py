@@ -24,7 +24,7 @@ def console(*, stderr: bool = False) -> Console:
 
 @contextmanager
 def progress(what: str) -> Generator[Callable[[int, int], None]]:
-    """A bar on standard error with the time left; yields what moves it: how many of how many."""
+    """A bar at the terminal with the time left; yields what moves it: how many of how many."""
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
@@ -42,7 +42,10 @@ def progress(what: str) -> Generator[Callable[[int, int], None]]:
         TextColumn("left:"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=console(stderr=True), speed_estimate_period=600) as bar:
+    out = console(stderr=True)
+    with Progress(
+        *columns, console=out, speed_estimate_period=600, disable=not out.is_terminal
+    ) as bar:
         task = bar.add_task(what, total=None)
 
         def show(done: int, total: int) -> None:
@@ -53,12 +56,13 @@ def progress(what: str) -> Generator[Callable[[int, int], None]]:
 
 @contextmanager
 def measuring(what: str) -> Generator[Callable[[str, float], None]]:
-    """A spinner on standard error, which becomes a bar with the first report of what is done."""
+    """A spinner at the terminal, which becomes a bar with the first report of what is done."""
     from rich.progress import Progress, SpinnerColumn
 
+    out = console(stderr=True)
     with Progress(
-        SpinnerColumn(), *Progress.get_default_columns(), console=console(stderr=True),
-        transient=True,
+        SpinnerColumn(), *Progress.get_default_columns(), console=out, transient=True,
+        disable=not out.is_terminal,
     ) as bar:  # fmt: skip
         task = bar.add_task(what, total=None)
 

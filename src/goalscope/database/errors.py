@@ -21,10 +21,10 @@ ADVICE = {
     "SQLITE_IOERR": "The disk is full or broken: free some space, or name another one's file.",
     "SQLITE_BUSY": "Another program is writing to it: close that one and try again.",
     "SQLITE_LOCKED": "Another program is writing to it: close that one and try again.",
-    "SQLITE_READONLY": "It may not be written: name another file with --store.",
-    "SQLITE_CANTOPEN": "It may not be opened: name another file with --store.",
+    "SQLITE_READONLY": "It may not be written: name another file.",
+    "SQLITE_CANTOPEN": "It may not be opened: name another file.",
     "SQLITE_CORRUPT": "It is damaged: move it away, and a new one is begun.",
-    "SQLITE_NOTADB": "It is no SQLite file: name another one with --store.",
+    "SQLITE_NOTADB": "It is no SQLite file: name another one.",
     # PostgreSQL, by SQLSTATE or its class
     "08": SERVER,
     "22": "The database's encoding should be UTF8.",
@@ -62,7 +62,7 @@ def explained(place: str | Path) -> Generator[None]:
         cause = error.orig or error if isinstance(error, DBAPIError) else error
         said = " ".join(str(cause).split())
         raise GoalscopeError(
-            f"The episode store {place} cannot be used: {said.rstrip('.')}. {_advice(cause, said)} "
+            f"The database {place} cannot be used: {said.rstrip('.')}. {_advice(cause, said)} "
             "What was stored earlier is kept."
         ) from error
 
@@ -70,7 +70,7 @@ def explained(place: str | Path) -> Generator[None]:
 def _advice(cause: BaseException, said: str) -> str:
     if isinstance(cause, sqlite3.Error):
         name = getattr(cause, "sqlite_errorname", "")  # such as SQLITE_READONLY_DIRECTORY
-        return ADVICE.get("_".join(name.split("_")[:2]), "Name another file with --store.")
+        return ADVICE.get("_".join(name.split("_")[:2]), "Name another file.")
     state = getattr(cause, "sqlstate", None) or next(
         (state for words, state in STATES.items() if re.search(words, said)), "08"
     )
