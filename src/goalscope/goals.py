@@ -129,7 +129,7 @@ class GoalManager:
                 if the evidence turns; one that was removed for good is not proposed again.
         """
         removed = [change for change in changes if change.kind == "removed"]
-        ruled_out = [change.goal for change in removed if change.final]
+        ruled_out = [*belief.ruled_out, *(change.goal for change in removed if change.final)]
         out = {meaning(goal.text) for goal in (*belief.goals, *ruled_out)}
         past = {meaning(change.goal.text): change.goal for change in removed}
         return propose(
@@ -210,7 +210,9 @@ def propose(
     keep: int = 3,
     seed: int = 0,
 ) -> list[GoalChange]:
-    """Goals to add, given the task, the transcript and the present goals.
+    """Goals to add, given the task, the transcript and the known goals.
+
+    Known are those of the belief, and its `ruled_out`.
 
     Several lists are drawn from the model. With a likelihood, those `keep` candidates are taken
     that explain the person's words best, and better than no goal; without one, the first
