@@ -344,7 +344,7 @@ def test_a_goal_that_was_ruled_out_comes_back_only_by_name(kitchen: Kitchen) -> 
     for turn, (query, said) in enumerate([CAKE, ("And?", "Soup.")], 1):  # before and after a turn
         kitchen.trackers.correct(id, "veto", "bake a cake")
         for trackers in (kitchen.trackers, kitchen.restart()):
-            with pytest.raises(InvalidInputError, match="was ruled out.*pin it"):
+            with pytest.raises(InvalidInputError, match=r"was ruled out.*pin it"):
                 trackers.add(id, ["Bake a cake!"])
         assert kitchen.restart().read(id).belief.ruled_out == (Goal("bake a cake"),)
         back = kitchen.trackers.correct(id, "pin", "bake a cake")

@@ -297,8 +297,8 @@ def test_a_goal_is_found_by_its_text_and_meaning() -> None:
     for turn in range(len(TURNS)):
         belief = belief.observe([-float(turn + place) for place in range(len(SUPPORT))])
     goal = SUPPORT[1]
-    for given in (goal.text, f" {goal.text.upper()}. ", Goal(goal.text + "!")):
-        assert reasons(belief, TURNS, given) == reasons(belief, TURNS, goal)
+    for named in (goal.text, f" {goal.text.upper()}. ", Goal(goal.text + "!")):
+        assert reasons(belief, TURNS, named) == reasons(belief, TURNS, goal)
     for wrong in ("nothing of the kind", "", None, 3):
         with pytest.raises(InvalidInputError):
             reasons(belief, TURNS, wrong)  # pyright: ignore[reportArgumentType]

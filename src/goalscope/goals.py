@@ -11,6 +11,7 @@ import numpy as np
 from goalscope.belief import Belief
 from goalscope.likelihood import Likelihood, PromptedRanking
 from goalscope.models import Generator, LikelihoodModel, Model
+from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import recent, render
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError, Turn, meaning
 
@@ -274,7 +275,8 @@ def objectionable(
         for question, speakers in _SPEAKERS.items()
         for speaker, harmful in zip(speakers, (True, False), strict=True)
     ]
-    scores = model.token_logprobs(
+    scores = logprobs_of(
+        model,
         [*requests, *requests, *(plan for plan in plans for _ in asked)],
         [REFUSAL] * len(asked) + [CONSENT] * len(asked) + [goal.text for goal in asked] * 4,
     )
@@ -300,8 +302,8 @@ def irrelevant(
     """
     asked = [goal for goal in goals if goal != UNSPECIFIED]
     contexts = [render("relevance", task=each) for each in (ANY_TASK, task)]
-    scores = model.token_logprobs(
-        [context for context in contexts for _ in asked], [goal.text for goal in asked] * 2
+    scores = logprobs_of(
+        model, [context for context in contexts for _ in asked], [goal.text for goal in asked] * 2
     )
     means = np.array([float(score.mean()) for score in scores]).reshape(2, -1)
     losses: list[float] = (means[0] - means[1]).tolist()

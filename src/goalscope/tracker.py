@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Iterable, Sequence
-from typing import Literal, get_args
+from typing import Literal, cast, get_args
 
 from goalscope.belief import Belief
 from goalscope.calibration import Calibration
@@ -38,6 +38,8 @@ UNCORRECTABLE = "This method holds no belief that could be corrected."
 YOURS = "you named it"
 """Why a goal was added that the person named themselves."""
 
+_MODEL = ("token_logprobs", "count_tokens", "context_size")
+
 
 class GoalTracker:
     """A belief over the goals of a person in dialogue, without a domain.
@@ -69,9 +71,11 @@ class GoalTracker:
         likelihood: Likelihood | None = None,
         calibration: Calibration | str | None = None,
     ) -> None:
-        if model is not None and not hasattr(model, "token_logprobs"):
+        needs = [each for each in _MODEL if not hasattr(model, each)]
+        if model is not None and (needs or isinstance(cast("object", model), type)):
             raise InvalidInputError(
-                f"model must be one that is open, such as open_model('model.gguf'), not {model!r}. "
+                f"model must be one that is open, such as open_model('model.gguf'), not {model!r}"
+                f"{f', which lacks {needs[0]}' if 0 < len(needs) < len(_MODEL) else ''}. "
                 "Goals are given as goals=[...]."
             )
         if likelihood is not None and not hasattr(likelihood, "log_likelihood"):
