@@ -10,7 +10,7 @@ from goalscope.policy import Planner
 from goalscope.types import Action, StepResult
 
 TREE = "walnut tree"
-THINGS = (
+THINGS: tuple[str, ...] = (
     "lavender", "wildflowers", "roses", "hedge", "insect hotel", "bird bath", "pond", "sandpit",
     "swing", "vegetable patch", "tomatoes", "strawberries", "herbs", "compost heap", "greenhouse",
 )  # fmt: skip
@@ -39,9 +39,15 @@ def agrees(turn):
 class Garden(Environment):
     """What stands in a garden."""
 
-    task = "The agent plans a garden. Its task is to lay it out as the human would like it."
-    completion_phrase = "The garden is done"
     things = (TREE,)
+
+    @property
+    def task(self):
+        return "The agent plans a garden. Its task is to lay it out as the human would like it."
+
+    @property
+    def completion_phrase(self):
+        return "The garden is done"
 
     def reset(self):
         self.things = (TREE,)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sqlite3
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -188,3 +189,15 @@ def test_something_else_is_left_alone(file: Path) -> None:
 def test_a_folder_in_the_way_is_a_clear_error(tmp_path: Path) -> None:
     with pytest.raises(GoalscopeError, match="cannot be used"):
         CachedModel(Weighed(), tmp_path)
+
+
+def test_threads_share_a_cache(file: Path) -> None:
+    cached = CachedModel(Weighed(), file)
+
+    def scored(number: int) -> list[float]:
+        (row,) = cached.token_logprobs([CHAT], [f"milk {number % 5}"])
+        return row.tolist()
+
+    alone = [scored(number) for number in range(5)]
+    with ThreadPoolExecutor(8) as threads:
+        assert [*threads.map(scored, range(100, 200))] == alone * 20

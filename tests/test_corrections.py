@@ -1,6 +1,6 @@
 """What a person says of the goals themselves: confirmed, ruled out, in other words."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from fakes import LampRoom, WordModel
 from goalscope.agent import Agent
 from goalscope.belief import PINNED, Belief
 from goalscope.calibration import PAPER, USUAL
+from goalscope.goals import propose
 from goalscope.rounds_json import round_from_json, round_to_json
 from goalscope.tracker import GoalTracker
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError
@@ -321,3 +322,70 @@ def test_an_unsafe_goal_goes_though_it_is_confirmed_and_the_only_one() -> None:
     agent.correct("pin", TEA)
     agent.step("?", "tea")
     assert TEA not in belief_in(agent).goals
+
+
+def test_what_was_ruled_out_is_not_proposed_and_comes_back_only_by_name() -> None:
+    model = WordModel({"Goals on the list": "- grow roses\n- feed the birds"})
+    tracker = GoalTracker(model, goals=["bake a cake", "grow roses"])
+    tracker.observe("", "I grow roses, roses, and feed birds.")
+    tracker.correct("veto", "grow roses")
+
+    def proposed() -> list[str]:
+        belief = tracker.belief
+        found = propose(
+            model,
+            tracker.likelihood,
+            tracker.task,
+            tracker.turns,
+            [*belief.goals, *belief.ruled_out],
+        )
+        return [change.goal.text for change in found]
+
+    assert proposed() == ["feed the birds"]
+    before = tracker.belief
+    for goals in (["Grow roses."], [Goal("make tea"), Goal("grow  roses")]):
+        with pytest.raises(InvalidInputError, match="was ruled out"):
+            tracker.add(goals)
+    assert tracker.belief is before
+    tracker.correct("reword", "bake a cake", "Grow roses")
+    assert tracker.belief.top(1)[0][0] == Goal("Grow roses")
+    assert tracker.belief.ruled_out == (Goal("bake a cake"),)
+
+
+def test_a_tracker_that_was_saved_is_the_same_again() -> None:
+    tracker = GoalTracker(
+        WordModel(), task="Help.", goals=["bake a cake", "eat"], calibration=USUAL
+    )
+    tracker.observe("Yes?", "I bake a cake \N{BIRTHDAY CAKE}.")
+    tracker.pin("make tea")
+    tracker.correct("veto", "eat")
+    tracker.observe("", "No, soup.")
+    model = WordModel()
+    again = GoalTracker.from_json(tracker.to_json(), model)
+    assert model.calls == 0
+    assert (again.task, again.turns) == (tracker.task, tracker.turns)
+    for field in fields(Belief):
+        one, other = (getattr(each.belief, field.name) for each in (tracker, again))
+        assert np.array_equal(one, other) if isinstance(one, np.ndarray) else one == other
+    later = [each.observe("", "A cake.").probability for each in (tracker, again)]
+    assert np.array_equal(*later)
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        lambda text: "",
+        lambda text: "[]",
+        lambda text: text[:-1],
+        lambda text: text.replace('"task": "Help."', '"task": 5'),
+        lambda text: text.replace('"turns"', '"other"'),
+        lambda text: text.replace('"log_prior": [0.0, ', '"log_prior": ["NaN", '),
+        lambda text: text.replace('"log_prior": [0.0, ', '"log_prior": ['),
+        lambda text: None,
+    ],
+)
+def test_what_is_no_saved_tracker_is_refused(edit) -> None:
+    tracker = GoalTracker(WordModel(), task="Help.", goals=["eat"])
+    tracker.observe("", "cake")
+    with pytest.raises(InvalidInputError):
+        GoalTracker.from_json(edit(tracker.to_json()), WordModel())

@@ -56,8 +56,26 @@ def test_what_inherits_nothing_must_have_it_all() -> None:
         check_env(object())  # pyright: ignore[reportArgumentType]
 
 
-def test_a_domain_takes_fewer_than_80_lines() -> None:
-    assert sum(bool(line.strip()) for line in GARDEN.read_text().splitlines()) < 80
+def test_a_fingerprint_tells_states_apart(garden: Environment) -> None:
+    blind = type("Blind", (type(garden),), {"fingerprint": lambda self: "x"})
+    with pytest.raises(
+        GoalscopeError, match=r"changed `status\(\)` must change `fingerprint\(\)`: a"
+    ):
+        check_env(blind())
+
+
+@pytest.mark.parametrize("made", ["None", "5", "profile"])
+def test_a_domain_that_opens_no_environment_says_so(tmp_path: Path, made: str) -> None:
+    file = tmp_path / "mine.py"
+    opening = f"def open_environment(profile):\n    return {made}\n\n"
+    file.write_text(f"{opening}def load_profiles(path):\n    return ()\n")
+    settings = Settings(domain=load_domain(str(file)))
+    with pytest.raises(InvalidInputError, match=r"mine\.py: open_environment returned .*, and no"):
+        open_environment(settings)
+
+
+def test_a_domain_takes_fewer_than_90_lines() -> None:
+    assert sum(bool(line.strip()) for line in GARDEN.read_text().splitlines()) < 90
 
 
 def test_what_was_said_last_of_a_thing_counts(garden: Environment) -> None:

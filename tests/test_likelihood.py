@@ -9,9 +9,10 @@ import pytest
 
 from fakes import WordModel
 from goalscope.calibration import LAST_TURN, PAPER, USUAL, Calibration
+from goalscope.goals import irrelevant
 from goalscope.likelihood import GOAL_TOKENS, PromptedRanking, RolePlay
 from goalscope.tracker import GoalTracker
-from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn
+from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, ModelError, Turn
 
 CAKE, SOUP = Goal("bake cake"), Goal("cook soup")
 TURNS = [Turn("What now?", "cake cake"), Turn("And then?", "soup")]
@@ -240,3 +241,42 @@ def test_one_text_is_no_list_of_goals() -> None:
 def test_unknown_layout_is_refused() -> None:
     with pytest.raises(InvalidInputError, match="goal-first"):
         RolePlay(WordModel(), layout="sideways")  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize(
+    ("returned", "cause"),
+    [
+        (lambda rows: [row.tolist() for row in rows], r"'cake cake' has \[-.*\(list\)"),
+        (lambda rows: rows[:-1], "2 pairs have"),
+        (lambda rows: np.array(rows), "2 pairs have"),
+        (lambda rows: None, "2 pairs have None"),
+        (lambda rows: [row[:0] for row in rows], r"'cake cake' has \[\] \(ndarray\)"),
+        (lambda rows: [rows[0], rows[1][:1]], "'cake cake' has 2 after one chat and 1 after"),
+        (lambda rows: [row * np.nan for row in rows], "nan.*no log-probabilities can be"),
+        (lambda rows: [-row for row in rows], "no log-probabilities can be"),
+        (lambda rows: [row.sum() for row in rows], "'cake cake' has -"),
+        (lambda rows: [row[:, None] for row in rows], "'cake cake' has"),
+        (lambda rows: [row.astype(str) for row in rows], "'cake cake' has"),
+        (lambda rows: [None for row in rows], "'cake cake' has None"),
+    ],
+)
+def test_what_a_model_returns_wrongly_is_said(returned, cause: str) -> None:
+    class Own(WordModel):
+        def token_logprobs(self, *given, **more):
+            return returned(super().token_logprobs(*given, **more))
+
+    tracker = GoalTracker(Own(), goals=["bake cake"])
+    with pytest.raises(ModelError, match=rf"(?s)model words must return a list.* But .*{cause}"):
+        tracker.observe("", "cake cake")
+    assert tracker.turns == []
+    with pytest.raises(ModelError, match="model words must return a list"):
+        irrelevant(Own(), "t", [CAKE])
+
+
+def test_a_model_is_one_that_is_open_and_has_all_that_is_needed() -> None:
+    class Half:
+        def token_logprobs(self, *given, **more): ...
+
+    for wrong, cause in ((WordModel, "not <class"), (Half(), "lacks count_tokens"), ("a", "'a'")):
+        with pytest.raises(InvalidInputError, match=f"must be one that is open.*{cause}"):
+            GoalTracker(wrong)  # pyright: ignore[reportArgumentType]

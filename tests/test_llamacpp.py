@@ -119,3 +119,30 @@ def test_a_sentence_is_the_product_of_its_tokens(model: LlamaCpp) -> None:
 
 def test_a_prompt_takes_time(model: LlamaCpp) -> None:
     assert model.prompt_seconds(64, scored=8) > 0
+
+
+def test_a_model_that_is_closed_says_so_whatever_it_is_asked() -> None:
+    model = LlamaCpp()
+    tokenizer = model.tokenizer
+    model.close()
+    model.close()
+    for asked in (
+        lambda: model.token_logprobs([HISTORY], ["Nuts."]),
+        lambda: model.generate(HISTORY),
+        lambda: model.count_tokens(HISTORY),
+        lambda: model.next_logprobs([1]),
+        lambda: model.likeliest([1]),
+        lambda: model.read([1], 0),
+        lambda: model.push(1),
+        lambda: model.grammar({"enum": ["a"]}),
+        lambda: model.prompt_seconds(),
+        lambda: model.parameters,
+        lambda: model.weight_type,
+        model.self_test,
+        model.describe,
+        model.clear_cache,
+        lambda: tokenizer.tokenize("never seen before"),
+        lambda: tokenizer.detokenize([1]),
+    ):
+        with pytest.raises(ModelError, match="This model is closed; open it again with open_model"):
+            asked()

@@ -7,6 +7,7 @@ installed), and llama.cpp's own server.
 from __future__ import annotations
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from typing import Any
 
@@ -207,3 +208,17 @@ def test_the_self_test_passes(scorer: TokenScorer) -> None:
 
 def test_a_fingerprint_stays(scorer: TokenScorer) -> None:
     assert scorer.fingerprint == scorer.fingerprint != ""
+
+
+def test_threads_share_a_model(backend: Any) -> None:
+    def worked(number: int) -> tuple[np.ndarray, int]:
+        told = sums(backend, [*CONTEXTS[number:], HISTORY], [*REPLIES[number:], "Nuts."])
+        assert backend.generate(HISTORY, max_tokens=4).completion_tokens
+        return told, backend.count_tokens(CONTEXTS[number])
+
+    alone = [worked(number) for number in range(4)]
+    with ThreadPoolExecutor(4) as threads:
+        together = [*threads.map(worked, [*range(4)] * 3)]
+    for (told, tokens), (expected, count) in zip(together, alone * 3, strict=True):
+        np.testing.assert_allclose(told, expected, atol=TOLERANCE)
+        assert tokens == count

@@ -100,7 +100,8 @@ def test_what_is_no_name_is_refused(argument: str, bad: object) -> None:
 
 
 def test_a_folder_that_holds_no_model_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match="no model file"):
+    (tmp_path / "a.gguf").touch()
+    with pytest.raises(ModelError, match=r"holds no config.json.*GGUF file.*: a\.gguf"):
         open_model(tmp_path)
 
 
@@ -112,6 +113,18 @@ def test_a_writer_is_closed_where_its_scorer_cannot_be_opened(
     with pytest.raises(ModelError, match="no model file"):
         open_model(generator="http://127.0.0.1:9/v1", scorer=tmp_path / "none.gguf")
     assert writer.closed
+
+
+def test_a_served_model_of_a_private_name_is_looked_for_nowhere(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    hub = pytest.importorskip("huggingface_hub")
+    asked: list[str] = []
+    monkeypatch.setattr(hub, "hf_hub_download", lambda name, *_, **__: asked.append(name))
+    monkeypatch.setattr("goalscope.models.http.Server.facts", {"id": "our-secret"})
+    with pytest.raises(ModelError, match=r"our-secret is no name.*open_model\(tokenizer=\.\.\.\)"):
+        open_model("http://127.0.0.1:9/v1#our-secret")
+    assert asked == []
 
 
 def test_a_real_server_without_its_tokenizer_asks_for_one(llama_server_address: str) -> None:

@@ -1,6 +1,5 @@
 """Goal tracking for other programs: what a session holds, and what it goes on with."""
 
-import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,13 +8,13 @@ from typer.testing import CliRunner
 
 from fakes import WordModel
 from goalscope import tracking
-from goalscope.belief import PINNED, Belief
+from goalscope.belief import PINNED
 from goalscope.calibration import PAPER
 from goalscope.cli import app
 from goalscope.domains import TRACKING, Settings
 from goalscope.store import Store
 from goalscope.tracker import GoalTracker
-from goalscope.tracking import Tracked, Trackers, advice
+from goalscope.tracking import Tracked, Trackers
 from goalscope.types import UNSPECIFIED, ConflictError, Goal, GoalscopeError, InvalidInputError
 
 TASK = "Help in the kitchen."
@@ -325,23 +324,67 @@ def test_of_two_servers_none_undoes_what_the_other_did(kitchen: Kitchen, first, 
         assert Goal("make tea") in slow.add(id, ["make tea"]).belief.goals
 
 
-def test_any_belief_has_its_advice() -> None:
-    tea, bare = Goal("make tea"), Belief.uniform([UNSPECIFIED, Goal("make tea")])
-    told = {
-        "ask": [bare, bare.pin(tea), Belief.uniform([]), bare.observe([0.0, 0.5])],
-        "act": [bare.observe([0.0, 0.0]).pin(tea), bare.observe([-9.0, 0.0])],
-        "propose": [
-            bare.observe([0.0, -9.0]),
-            bare.observe([-math.inf, -math.inf]),
-            Belief.uniform([tea]).observe([-math.inf]),
-        ],
-    }
-    for expected, beliefs in told.items():
-        assert [advice(each) for each in beliefs] == [expected] * len(beliefs)
-    assert advice(bare.observe([-1.5, 0.0])) == "act"
-    assert advice(bare.observe([-1.3, 0.0])) == "ask"
-    flat = Belief.uniform([tea, Goal("bake")]).observe([0.0, 0.0])
-    assert advice(flat) == "ask"
+def test_the_model_does_not_act_on_its_own_proposal_before_the_person_speaks_for_it(
+    tmp_path: Path,
+) -> None:
+    trackers = Kitchen(tmp_path / "s.db", calibration="paper").trackers
+    id = trackers.open(TASK, propose=True).id
+    first = trackers.observe(id, 1, "Yes?", "I grow and grow and grow.")
+    assert first.belief.top(1)[0] == (Goal("grow roses"), pytest.approx(1.0, abs=0.2))
+    assert (first.proposed, first.advice) == ({Goal("grow roses"): 1}, "ask")
+    assert trackers.observe(id, 2, "And?", "Quickly.").advice == "ask"
+    assert trackers.observe(id, 3, "So?", "Roses, roses.").advice == "act"
+    confirmed = trackers.open(TASK, propose=True).id
+    trackers.observe(confirmed, 1, "Yes?", "I grow and grow and grow.")
+    assert trackers.correct(confirmed, "pin", "grow roses").advice == "act"
+
+
+def test_a_goal_that_was_ruled_out_comes_back_only_by_name(kitchen: Kitchen) -> None:
+    id = kitchen.trackers.open(TASK, GOALS).id
+    for turn, (query, said) in enumerate([CAKE, ("And?", "Soup.")], 1):  # before and after a turn
+        kitchen.trackers.correct(id, "veto", "bake a cake")
+        for trackers in (kitchen.trackers, kitchen.restart()):
+            with pytest.raises(InvalidInputError, match=r"was ruled out.*pin it"):
+                trackers.add(id, ["Bake a cake!"])
+        assert kitchen.restart().read(id).belief.ruled_out == (Goal("bake a cake"),)
+        back = kitchen.trackers.correct(id, "pin", "bake a cake")
+        assert back.belief.top(1)[0][0] == Goal("bake a cake")
+        assert same(kitchen.restart().read(id), back)
+        assert back.belief.ruled_out == ()
+        kitchen.trackers.observe(id, turn, query, said)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda t, id: t.open(TASK, "lunch"),
+        lambda t, id: t.open(TASK, None),
+        lambda t, id: t.open(None, []),
+        lambda t, id: t.open(TASK, [None]),
+        lambda t, id: t.add(id, "lunch"),
+        lambda t, id: t.add(id, None),
+        lambda t, id: t.add(None, ["lunch"]),
+        lambda t, id: t.read(None),
+        lambda t, id: t.observe(id, 1, None, "a"),
+        lambda t, id: t.observe(id, 1, "", None),
+        lambda t, id: t.observe(id, "1", "", "a"),
+        lambda t, id: t.correct(id, "pin", None),
+        lambda t, id: t.correct(id, "reword", "bake a cake", 5),
+        lambda t, id: t.why(id, 5),
+    ],
+)
+def test_what_is_of_another_type_is_refused_in_words(kitchen: Kitchen, wrong) -> None:
+    id = kitchen.trackers.open(TASK, GOALS).id
+    with pytest.raises(InvalidInputError):
+        wrong(kitchen.trackers, id)
+
+
+def test_goals_may_be_given_as_goals(trackers: Trackers) -> None:
+    id = trackers.open(TASK, map(Goal, GOALS)).id
+    trackers.add(id, [Goal("make tea")])
+    trackers.observe(id, 1, *CAKE)
+    assert trackers.why(id, Goal("Make tea."))[0] == Goal("make tea")
+    assert Goal("make tea") not in trackers.correct(id, "veto", Goal("make tea")).belief.goals
 
 
 def test_a_session_that_is_deleted_while_a_turn_is_read_stays_gone(kitchen: Kitchen) -> None:

@@ -384,12 +384,16 @@ def test_what_is_missing_is_named(tmp_path: Path) -> None:
 def test_the_hub_out_of_reach_is_one_clear_line(monkeypatch: pytest.MonkeyPatch) -> None:
     hub = pytest.importorskip("huggingface_hub")
 
-    def unreachable(*_: object) -> None:
-        raise hub.errors.LocalEntryNotFoundError("offline")
+    asked: list[str] = []
 
-    monkeypatch.setattr(hub, "hf_hub_download", unreachable)
+    def unreachable(url: str) -> None:
+        asked.append(url)
+        raise pytest.importorskip("httpx2").ConnectError("offline")
+
+    monkeypatch.setattr(hub, "get_hf_file_metadata", unreachable)
     with pytest.raises(ModelError, match="cannot be reached"):
         chat_tokenizer("owner/name")
+    assert len(asked) == 1
 
 
 PATHS = st.lists(st.lists(st.integers(0, 2), min_size=1, max_size=8), min_size=1, max_size=12)
@@ -422,3 +426,22 @@ def test_packing_computes_every_node_once_after_all_above_it(
                 for node in row.nodes:
                     fresh[node] = False
     assert done == set(range(len(trie)))
+
+
+def test_a_model_that_is_closed_says_so(tmp_path: Path) -> None:
+    fits = pytest.importorskip("fits")
+    model = Transformers(fits.tiny_folder(tmp_path / "t"), device="cpu")
+    model.close()
+    model.close()
+    chat = [Message("user", "Who?")]
+    for asked in (
+        lambda: model.token_logprobs([chat], ["I."]),
+        lambda: model.generate(chat),
+        lambda: model.count_tokens(chat),
+        lambda: model.fingerprint,
+        lambda: model.parameters,
+        model.describe,
+        model.clear_cache,
+    ):
+        with pytest.raises(ModelError, match="This model is closed"):
+            asked()

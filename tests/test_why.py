@@ -299,3 +299,17 @@ def test_a_scorer_without_tokens_is_said() -> None:
     belief = Belief.uniform(SUPPORT).observe([0.0] * len(SUPPORT))
     with pytest.raises(ModelError, match="does not tell its tokens"):
         word_evidence(RolePlay(WordModel()), "t", belief, TURNS[:1], SUPPORT[1])
+
+
+def test_a_goal_is_found_by_its_text_and_meaning() -> None:
+    belief = Belief.uniform(SUPPORT)
+    for turn in range(len(TURNS)):
+        belief = belief.observe([-float(turn + place) for place in range(len(SUPPORT))])
+    goal = SUPPORT[1]
+    for named in (goal.text, f" {goal.text.upper()}. ", Goal(goal.text + "!")):
+        assert reasons(belief, TURNS, named) == reasons(belief, TURNS, goal)
+    for wrong in ("nothing of the kind", "", None, 3):
+        with pytest.raises(InvalidInputError):
+            reasons(belief, TURNS, wrong)  # pyright: ignore[reportArgumentType]
+        with pytest.raises(InvalidInputError):
+            word_evidence(RolePlay(WordModel()), "t", belief, TURNS, wrong)  # pyright: ignore[reportArgumentType]

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from goalscope.calibration import EPSILONS, PAPER, Calibration
-from goalscope.types import UNSPECIFIED, Goal, InvalidInputError
+from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, meaning
 
 __all__ = ["PINNED", "Belief", "log_posteriors"]
 
@@ -39,6 +39,8 @@ class Belief:
             evidence of its own kind, after which such a goal has the probability `PINNED` or more.
             What is said later moves the belief on from there, and only that is forgotten; but a
             confirmed mind can change, too.
+        ruled_out: Goals that the person said it is not, or said in other words. None is proposed
+            again: `goalscope.goals.propose` is given `[*goals, *ruled_out]`.
 
     Raises:
         ValueError: Shapes disagree, a goal occurs twice, one is pinned that is not there, or a
@@ -50,6 +52,7 @@ class Belief:
     log_likelihood: Array
     calibration: Calibration = PAPER
     pinned: tuple[tuple[int, Goal], ...] = ()
+    ruled_out: tuple[Goal, ...] = ()
 
     def __post_init__(self) -> None:
         """Check every invariant that the arithmetic rests on."""
@@ -254,7 +257,13 @@ class Belief:
 
     def pin(self, goal: Goal) -> Belief:
         """Take in that the person confirms a goal of the belief (see `pinned`)."""
-        return replace(self, pinned=(*self.pinned, (len(self.log_likelihood), goal)))
+        free = tuple(each for each in self.ruled_out if meaning(each.text) != meaning(goal.text))
+        when = len(self.log_likelihood)
+        return replace(self, pinned=(*self.pinned, (when, goal)), ruled_out=free)
+
+    def rule_out(self, goal: Goal) -> Belief:
+        """Take in that the person wants something else: drop a goal for good."""
+        return replace(self.drop([goal]), ruled_out=(*self.ruled_out, goal))
 
     def _confirmed(self, turns: int, row: Array) -> Array:
         """A row of `log_posteriors` once the goals confirmed after so many turns are."""

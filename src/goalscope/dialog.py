@@ -8,6 +8,7 @@ from typing import Protocol
 
 from goalscope.envs import Environment
 from goalscope.models import Generator, Heard, LanguageModel, Model
+from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import recent, render, transcript
 from goalscope.types import Goal, InvalidInputError, Message, Profile, Turn, checked_text
 
@@ -61,7 +62,7 @@ def ask(
     prompt, questions = written(model, env, turns, draws=draws, seed=seed, heard=heard)
     question = FALLBACK
     if questions:
-        scores = model.token_logprobs([prompt] * len(questions), questions)
+        scores = logprobs_of(model, [prompt] * len(questions), questions)
         question = questions[max(range(len(questions)), key=lambda i: scores[i].mean())]
     return with_answer(env, turns[-1], question)
 

@@ -167,7 +167,12 @@ def _own(domain: str) -> Any:
 def open_environment(settings: Settings, profile: Profile | None = None) -> Environment:
     """The shop with its catalogue, the home robot in its scene or the profile's, or one's own."""
     if settings.domain not in get_args(Domain):
-        return _own(settings.domain).open_environment(profile)
+        found = _own(settings.domain).open_environment(profile)
+        if not hasattr(found, "step"):
+            raise InvalidInputError(
+                f"{settings.domain}: open_environment returned {found!r}, and no environment."
+            )
+        return found
     if settings.domain == "grocery":
         from goalscope.envs.grocery import GroceryShop
 

@@ -11,6 +11,7 @@ import numpy as np
 from goalscope.belief import Belief
 from goalscope.likelihood import Likelihood, PromptedRanking
 from goalscope.models import Generator, LikelihoodModel, Model
+from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import recent, render
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError, Turn, meaning
 
@@ -135,7 +136,7 @@ class GoalManager:
                 if the evidence turns; one that was removed for good is not proposed again.
         """
         removed = [change for change in changes if change.kind == "removed"]
-        ruled_out = [change.goal for change in removed if change.final]
+        ruled_out = [*belief.ruled_out, *(change.goal for change in removed if change.final)]
         out = {meaning(goal.text) for goal in (*belief.goals, *ruled_out)}
         past = {meaning(change.goal.text): change.goal for change in removed}
         return propose(
@@ -221,7 +222,9 @@ def propose(
     keep: int = 3,
     seed: int = 0,
 ) -> list[GoalChange]:
-    """Goals to add, given the task, the transcript and the present goals.
+    """Goals to add, given the task, the transcript and the known goals.
+
+    Known are those of the belief, and its `ruled_out`.
 
     Several lists are drawn from the model. With a likelihood, those `keep` candidates are taken
     that explain the person's words best, and better than no goal; without one, the first
@@ -286,7 +289,8 @@ def objectionable(
         for question, speakers in _SPEAKERS.items()
         for speaker, harmful in zip(speakers, (True, False), strict=True)
     ]
-    scores = model.token_logprobs(
+    scores = logprobs_of(
+        model,
         [*requests, *requests, *(plan for plan in plans for _ in asked)],
         [REFUSAL] * len(asked) + [CONSENT] * len(asked) + [goal.text for goal in asked] * 4,
     )
@@ -312,8 +316,8 @@ def irrelevant(
     """
     asked = [goal for goal in goals if goal != UNSPECIFIED]
     contexts = [render("relevance", task=each) for each in (ANY_TASK, task)]
-    scores = model.token_logprobs(
-        [context for context in contexts for _ in asked], [goal.text for goal in asked] * 2
+    scores = logprobs_of(
+        model, [context for context in contexts for _ in asked], [goal.text for goal in asked] * 2
     )
     means = np.array([float(score.mean()) for score in scores]).reshape(2, -1)
     losses: list[float] = (means[0] - means[1]).tolist()

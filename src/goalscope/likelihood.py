@@ -14,7 +14,7 @@ from goalscope.calibrations import known_calibration
 from goalscope.models import Generator, LikelihoodModel
 from goalscope.models.adapters import FITTED_LAYOUT, NO_ADAPTER
 from goalscope.models.opening import parts
-from goalscope.models.scoring import are_logprobs
+from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import recent, render, transcript
 from goalscope.types import (
     UNSPECIFIED,
@@ -123,9 +123,7 @@ class RolePlay:
                     f"Say it in fewer words: {goal.text[:60]!r}..."
                 )
         words = [turn.utterance for turn in turns[since:] for _ in goals]
-        scores = self.model.token_logprobs(contexts, words, end_of_turn=self.end_of_turn)
-        if not all(map(are_logprobs, scores)):
-            raise ModelError("The model gave a number that is no log-probability; check the file.")
+        scores = logprobs_of(self.model, contexts, words, end_of_turn=self.end_of_turn)
         values = np.array([float(score.sum()) for score in scores])
         return values.reshape(len(turns) - since, len(goals))
 
@@ -146,8 +144,8 @@ class RolePlay:
         read = turns[self.window(task, turns) :]
         words = turns[-1].utterance
         contexts = [self.context(task, goal, read) for goal in goals]
-        scores = self.model.token_logprobs(
-            contexts, [words] * len(goals), end_of_turn=self.end_of_turn
+        scores = logprobs_of(
+            self.model, contexts, [words] * len(goals), end_of_turn=self.end_of_turn
         )
         tokens: list[int] = tokenizer.tokenize(words)
         ends = [

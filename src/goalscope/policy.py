@@ -12,6 +12,7 @@ import numpy.typing as npt
 from goalscope.envs import SEARCH, Environment
 from goalscope.goals import drawn_lines
 from goalscope.models import Model
+from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import recent, render
 from goalscope.types import Action, GoalscopeError, StepResult, Turn
 
@@ -297,8 +298,8 @@ class Planner:
             total = np.zeros(len(new))
             for prompt, said in wordings:
                 context = render(prompt, goal=goal, **values)
-                scores = self.model.token_logprobs(
-                    [context] * len(new), [said.format(text) for text in new]
+                scores = logprobs_of(
+                    self.model, [context] * len(new), [said.format(text) for text in new]
                 )
                 total += np.array([float(score.sum()) for score in scores]) / len(wordings)
             for text, value in zip(new, total, strict=True):

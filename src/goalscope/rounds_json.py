@@ -4,13 +4,25 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
 
 from goalscope.calibration import calibration_from_json
 from goalscope.episode import Round
 from goalscope.types import Action, Goal, GoalChange, GoalscopeError, StepResult, Turn
 
-__all__ = ["dumps", "round_from_json", "round_to_json", "turn_like"]
+if TYPE_CHECKING:
+    from goalscope.belief import Belief
+
+__all__ = [
+    "belief_from_json",
+    "belief_to_json",
+    "dumps",
+    "round_from_json",
+    "round_to_json",
+    "turn_like",
+]
 
 
 def round_to_json(round: Round) -> str:
@@ -24,14 +36,7 @@ def round_to_json(round: Round) -> str:
         {
             "number": round.number,
             "turn": asdict(round.turn),
-            "belief": belief
-            and {
-                "goals": [goal.text for goal in belief.goals],
-                "log_prior": _numbers(belief.log_prior.tolist()),
-                "log_likelihood": [_numbers(row) for row in belief.log_likelihood.tolist()],
-                "calibration": asdict(belief.calibration),
-                "pinned": [[turns, goal.text] for turns, goal in belief.pinned],
-            },
+            "belief": belief and belief_to_json(belief),
             "changes": [asdict(change) for change in round.changes],
             "results": [asdict(result) for result in round.results],
             "replans": round.replans,
@@ -44,24 +49,42 @@ def round_to_json(round: Round) -> str:
     )
 
 
-def round_from_json(text: str) -> Round:
-    """Read what `round_to_json` wrote; the round is equal in every value."""
+def belief_to_json(belief: Belief) -> dict[str, Any]:
+    """A belief as what `dumps` takes."""
+    return {
+        "goals": [goal.text for goal in belief.goals],
+        "log_prior": _numbers(belief.log_prior.tolist()),
+        "log_likelihood": [_numbers(row) for row in belief.log_likelihood.tolist()],
+        "calibration": asdict(belief.calibration),
+        "pinned": [[turns, goal.text] for turns, goal in belief.pinned],
+        "ruled_out": [goal.text for goal in belief.ruled_out],
+    }
+
+
+def belief_from_json(data: Mapping[str, Any]) -> Belief:
+    """Read what `belief_to_json` wrote."""
     import numpy as np
 
     from goalscope.belief import Belief
 
+    goals = tuple(Goal(goal) for goal in data["goals"])
+    table = np.array(data["log_likelihood"], dtype=np.float64)
+    return Belief(
+        goals,
+        np.array(data["log_prior"], dtype=np.float64),
+        table.reshape(len(data["log_likelihood"]), len(goals)),
+        calibration_from_json(data["calibration"]),
+        tuple((turns, Goal(text)) for turns, text in data["pinned"]),
+        tuple(map(Goal, data.get("ruled_out", ()))),
+    )
+
+
+def round_from_json(text: str) -> Round:
+    """Read what `round_to_json` wrote; the round is equal in every value."""
     data = json.loads(text)
     belief = data["belief"]
     if belief is not None:
-        goals = tuple(Goal(goal) for goal in belief["goals"])
-        table = np.array(belief["log_likelihood"], dtype=np.float64)
-        belief = Belief(
-            goals,
-            np.array(belief["log_prior"], dtype=np.float64),
-            table.reshape(len(belief["log_likelihood"]), len(goals)),
-            calibration_from_json(belief["calibration"]),
-            tuple((turns, Goal(text)) for turns, text in belief["pinned"]),
-        )
+        belief = belief_from_json(belief)
     return Round(
         number=data["number"],
         turn=Turn(**data["turn"]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import Literal, cast, get_args
 
@@ -22,10 +23,12 @@ from goalscope.types import (
     Turn,
     checked_text,
     distinct,
+    goals_of,
+    meaning,
     readable,
 )
 
-__all__ = ["UNCORRECTABLE", "Correction", "GoalTracker"]
+__all__ = ["UNCORRECTABLE", "YOURS", "Correction", "GoalTracker"]
 
 Correction = Literal["pin", "veto", "reword"]
 """What a person can say of a goal itself; see `GoalTracker.correct`."""
@@ -33,9 +36,17 @@ Correction = Literal["pin", "veto", "reword"]
 UNCORRECTABLE = "This method holds no belief that could be corrected."
 """Said of a `Correction` where there is nothing to weigh."""
 
+YOURS = "you named it"
+"""Why a goal was added that the person named themselves."""
+
+_MODEL = ("token_logprobs", "count_tokens", "context_size")
+
 
 class GoalTracker:
     """A belief over the goals of a person in dialogue, without a domain.
+
+    It is one conversation's, and one thread's at a time: turns that are observed at the same time
+    are lost. The model may be shared by threads and by any number of trackers.
 
     Args:
         model: Scores the words; by default the embedded model.
@@ -61,16 +72,18 @@ class GoalTracker:
         likelihood: Likelihood | None = None,
         calibration: Calibration | str | None = None,
     ) -> None:
-        if model is not None and not hasattr(model, "token_logprobs"):
+        needs = [each for each in _MODEL if not hasattr(model, each)]
+        if model is not None and (needs or isinstance(cast("object", model), type)):
             raise InvalidInputError(
-                f"model must be one that is open, such as open_model('model.gguf'), not {model!r}. "
+                f"model must be one that is open, such as open_model('model.gguf'), not {model!r}"
+                f"{f', which lacks {needs[0]}' if 0 < len(needs) < len(_MODEL) else ''}. "
                 "Goals are given as goals=[...]."
             )
         if likelihood is not None and not hasattr(likelihood, "log_likelihood"):
             raise InvalidInputError(f"likelihood must be one such as RolePlay, not {likelihood!r}.")
         self.task = checked_text(task, "task")
         support = [UNSPECIFIED] if include_unspecified else []
-        given = distinct([*support, *_as_goals(goals)])
+        given = distinct([*support, *goals_of(goals)])
         named = None if calibration is None else _calibration(calibration)
         self.likelihood = likelihood or RolePlay(model or open_model())
         self.turns: list[Turn] = []
@@ -102,9 +115,19 @@ class GoalTracker:
         Those that are there already, but for case, spaces and the mark at the end, change nothing.
 
         Raises:
-            InvalidInputError: A goal is empty, broken, no text, or too long for the model.
+            InvalidInputError: A goal is empty, broken, no text, or too long for the model, or the
+                person has ruled it out.
         """
         added = [goal for goal in self._known(goals) if goal not in self.belief.goals]
+        out = {meaning(goal.text) for goal in self.belief.ruled_out}
+        for goal in added:
+            if meaning(goal.text) in out:
+                raise InvalidInputError(
+                    f"{goal.text!r} was ruled out. If the person names it after all, pin it."
+                )
+        return self._add(added)
+
+    def _add(self, added: Sequence[Goal]) -> Belief:
         if not self.turns or not isinstance(self.likelihood, PromptedRanking):
             self.belief = self.belief.add(
                 added, lambda new: self.likelihood.log_likelihood(self.task, new, self.turns)
@@ -147,15 +170,16 @@ class GoalTracker:
         (pinned,) = self._known([goal])
         if pinned == UNSPECIFIED:
             raise InvalidInputError(f"{UNSPECIFIED.text!r} is no goal that could be confirmed.")
-        self.belief = self.add([pinned]).pin(pinned)
+        self.belief = self._add([pinned]).pin(pinned)
         return self.belief
 
     def correct(self, correction: Correction, goal: str | Goal, text: str = "") -> list[GoalChange]:
         """Take what the person says of the goals themselves, and tell what it changed.
 
         Args:
-            correction: "pin": it is this goal, perhaps a new one. "veto": it is not, and never will
-                be proposed again. "reword": it is this goal in other words.
+            correction: "pin": it is this goal, perhaps a new one. "veto": it is not, and it comes
+                back only if it is pinned (see `Belief.ruled_out`). "reword": it is this goal in
+                other words.
             goal: The goal.
             text: For "reword" the words.
 
@@ -181,17 +205,62 @@ class GoalTracker:
         changes: list[GoalChange] = []
         if correction != "veto":
             if kept not in self.belief.goals:
-                changes.append(GoalChange("added", kept, "you named it"))
+                changes.append(GoalChange("added", kept, YOURS))
             self.pin(kept)
             changes.append(GoalChange("pinned", kept, "you confirmed it"))
         if correction == "veto" or (correction == "reword" and changes[-1].goal != named):
-            self.drop([named])
+            self.belief = self.belief.rule_out(named)
             reason = "you ruled it out" if correction == "veto" else "you said it in other words"
             changes.append(GoalChange("removed", named, reason, final=True))
         return changes
 
+    def to_json(self) -> str:
+        """All that it is, but for the model: `from_json` goes on where it stands."""
+        from goalscope.rounds_json import belief_to_json, dumps
+
+        return dumps(
+            {
+                "task": self.task,
+                "turns": [[turn.query, turn.utterance] for turn in self.turns],
+                "belief": belief_to_json(self.belief),
+            }
+        )
+
+    @classmethod
+    def from_json(
+        cls,
+        text: str,
+        model: LikelihoodModel | None = None,
+        *,
+        likelihood: Likelihood | None = None,
+    ) -> GoalTracker:
+        """The tracker that `to_json` wrote; nothing is scored again.
+
+        Args:
+            text: What it wrote.
+            model: The model that it had, as for `GoalTracker`.
+            likelihood: The likelihood that it had.
+
+        Raises:
+            InvalidInputError: It is something else.
+        """
+        from goalscope.rounds_json import belief_from_json
+
+        try:
+            data = json.loads(text)
+            belief = belief_from_json(data["belief"])
+            turns = [Turn(query, utterance) for query, utterance in data["turns"]]
+            task = data["task"]
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise InvalidInputError(
+                f"This is not what GoalTracker.to_json wrote ({type(error).__name__}: {error})."
+            ) from None
+        tracker = cls(model, task=task, likelihood=likelihood)
+        tracker.turns, tracker.belief = turns, belief
+        return tracker
+
     def _known(self, goals: Iterable[str | Goal]) -> list[Goal]:
-        return distinct(_as_goals(goals), (UNSPECIFIED, *self.belief.goals))
+        return distinct(goals_of(goals), (UNSPECIFIED, *self.belief.goals))
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -246,16 +315,6 @@ class GoalTracker:
         removed = goals.removed([belief.drop(given) for belief in beliefs])
         self.drop(change.goal for change in removed)
         return [*added, *removed], missing and not added
-
-
-def _as_goals(goals: object) -> list[Goal]:
-    if isinstance(goals, str) or not isinstance(goals, Iterable):
-        raise InvalidInputError(f"goals must be a list of texts, not {goals!r}")
-    found: list[Goal] = []
-    for each in cast("Iterable[object]", goals):
-        text = checked_text(each.text if isinstance(each, Goal) else each, "goal")
-        found.append(each if isinstance(each, Goal) else Goal(text))
-    return found
 
 
 def _calibration(given: object) -> Calibration:

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from threading import Lock
-from typing import Any, Literal
+from typing import Any
 
+from goalscope.advice import Advice, advice
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL, calibration_from_json
 from goalscope.calibrations import calibration_named
 from goalscope.domains import TRACKING, Settings, roleplay_of, settings_of
 from goalscope.episode import Round
-from goalscope.goals import GoalManager, incomplete, made_from
+from goalscope.goals import GoalManager, made_from
 from goalscope.models import Model, model_name
 from goalscope.store import EpisodeInfo, Store
-from goalscope.tracker import Correction, GoalTracker
+from goalscope.tracker import YOURS, Correction, GoalTracker
 from goalscope.types import (
     UNSPECIFIED,
     ConflictError,
@@ -26,10 +27,12 @@ from goalscope.types import (
     Turn,
     checked_text,
     distinct,
+    goals_of,
+    readable,
 )
 from goalscope.why import Reason, reasons
 
-__all__ = ["SURE", "Advice", "Tracked", "Trackers", "advice"]
+__all__ = ["Tracked", "Trackers"]
 
 GOALS, TURNS = 200, 200
 """Most goals and turns of a session."""
@@ -40,33 +43,8 @@ LONGEST, LONGEST_GOAL = 4000, 500
 KEPT = 16
 """Sessions whose rounds stay in memory."""
 
-SURE = 0.8
-"""Probability of a goal from which it is acted on: a question costs a fifth of a wrong act."""
-
 GIVEN = "it was given"
 TOO_MANY = f"A session has at most {GOALS} goals. Rule some out, or leave some away."
-
-Advice = Literal["act", "ask", "propose"]
-"""What an assistant should do next; see `advice`."""
-
-
-def advice(belief: Belief, *, since: int = 0) -> Advice:
-    """What an assistant should do next.
-
-    "act" on the likeliest goal, which has the probability `SURE` or more; "ask" the person; or
-    "propose" goals: none explains the words. Before the first turn there is only to ask.
-
-    Args:
-        belief: The present one.
-        since: See `goalscope.goals.incomplete`.
-    """
-    if not len(belief.log_likelihood):
-        return "ask"
-    for goal, probability in belief.top(1):
-        if goal != UNSPECIFIED and probability >= SURE:
-            return "act"
-    lost = UNSPECIFIED in belief.goals and incomplete(belief, since=since)
-    return "propose" if lost or belief.is_degenerate else "ask"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -82,6 +60,7 @@ class Tracked:
         notes: What should be known of how the last turn was understood.
         closed: Whether no turn can follow.
         made_from: See `goalscope.goals.incomplete`.
+        proposed: See `goalscope.advice.advice`.
     """
 
     id: str
@@ -92,11 +71,12 @@ class Tracked:
     notes: tuple[str, ...]
     closed: bool
     made_from: int
+    proposed: Mapping[Goal, int]
 
     @property
     def advice(self) -> Advice:
         """What an assistant should do next; see the function `advice`."""
-        return advice(self.belief, since=self.made_from)
+        return advice(self, since=self.made_from, proposed=self.proposed)
 
 
 class Trackers:
@@ -121,7 +101,7 @@ class Trackers:
     def open(
         self,
         task: str,
-        goals: Iterable[str] = (),
+        goals: Iterable[str | Goal] = (),
         *,
         propose: bool = False,
         owner: str | None = None,
@@ -190,8 +170,12 @@ class Trackers:
                 closed or belongs to another model.
             InvalidInputError: There is no such session, or a text is broken or too long.
         """
-        query = checked_text(query, "query", LONGEST) if query.strip() else ""
+        query = checked_text(query, "query", LONGEST) if readable(query, "query").strip() else ""
         said = Turn(query, checked_text(utterance, "utterance", LONGEST))
+        if turn is not None and not hasattr(turn, "__index__"):
+            raise InvalidInputError(
+                f"turn must be a whole number, 1 for the first, or None for the next, not {turn!r}."
+            )
         with self._lock:
             session = self._load(id)
             rounds = session.rounds
@@ -221,7 +205,7 @@ class Trackers:
             self._store.append(id, round, after=rounds[-1] if rounds else session.info.settings)
             return replace(session, rounds=(*rounds, round)).tracked()
 
-    def add(self, id: str, goals: Iterable[str]) -> Tracked:
+    def add(self, id: str, goals: Iterable[str | Goal]) -> Tracked:
         """Add goals; those that are there already change nothing.
 
         Raises:
@@ -229,7 +213,7 @@ class Trackers:
             InvalidInputError: There is no such session, a text is empty, broken or too long, or the
                 goals are too many.
         """
-        goals = list(goals)
+        goals = goals_of(goals)
 
         def change(tracker: GoalTracker) -> list[GoalChange]:
             new = _new(tracker.belief, goals)
@@ -238,7 +222,7 @@ class Trackers:
 
         return self._change(id, change)
 
-    def correct(self, id: str, correction: Correction, goal: str, text: str = "") -> Tracked:
+    def correct(self, id: str, correction: Correction, goal: str | Goal, text: str = "") -> Tracked:
         """See `GoalTracker.correct`.
 
         Raises:
@@ -246,17 +230,19 @@ class Trackers:
             InvalidInputError: There is no such session or goal, a text is empty, broken or too
                 long, or the goals are too many.
         """
-        goal, text = _checked_goal(goal), text and _checked_goal(text)
+        (named,) = _checked([goal])
+        if text:
+            _checked([text])
 
         def change(tracker: GoalTracker) -> list[GoalChange]:
-            changes = tracker.correct(correction, goal, text)
+            changes = tracker.correct(correction, named, text)
             if len(tracker.belief.goals) > GOALS + 1:
                 raise InvalidInputError(TOO_MANY)
             return changes
 
         return self._change(id, change)
 
-    def why(self, id: str, goal: str = "") -> tuple[Goal, list[Reason]]:
+    def why(self, id: str, goal: str | Goal = "") -> tuple[Goal, list[Reason]]:
         """What each utterance says for a goal, the likeliest one if none is named.
 
         Raises:
@@ -265,7 +251,7 @@ class Trackers:
         tracked = self.read(id)
         named = tracked.belief.top(1)[0][0]
         if goal:
-            (named,) = distinct([Goal(goal)], tracked.belief.goals)
+            (named,) = distinct(goals_of([goal]), tracked.belief.goals)
         return named, reasons(tracked.belief, tracked.turns, named)
 
     def close(self, id: str) -> Tracked:
@@ -315,7 +301,7 @@ class Trackers:
 
     def _load(self, id: str) -> _Session:
         try:
-            info = self._store.episode(id)
+            info = self._store.episode(readable(id, "id"))
         except InvalidInputError:
             info = None
         if info is None or info.id != id or info.domain != TRACKING:
@@ -374,13 +360,24 @@ class _Session:
         goals = [UNSPECIFIED, *map(Goal, self.begun["goals"])]
         belief = Belief.uniform(goals, calibration_from_json(self.begun["calibration"]))
         for change in self.earlier:
-            if change.kind == "pinned" and change.goal in belief.goals:
+            if change.kind == "removed" and change.goal not in belief.goals:
+                belief = belief.rule_out(change.goal)
+            elif change.kind == "pinned" and change.goal in belief.goals:
                 belief = belief.pin(change.goal)
         return belief
 
     @property
     def made_from(self) -> int:
         return made_from([round.changes for round in self.rounds])
+
+    @property
+    def proposed(self) -> dict[Goal, int]:
+        return {
+            each.goal: 0 if each.reason in (GIVEN, YOURS) else round.number
+            for round in self.rounds
+            for each in round.changes
+            if each.kind == "added"
+        }
 
     def tracked(self) -> Tracked:
         last = self.rounds[-1] if self.rounds else None
@@ -393,6 +390,7 @@ class _Session:
             notes=last.notes if last else (),
             closed=self.info.ended is not None,
             made_from=self.made_from,
+            proposed=self.proposed,
         )
 
     def managed(self, model: Model, tracker: GoalTracker) -> list[GoalChange]:
@@ -409,9 +407,9 @@ class _Session:
         return changes
 
 
-def _new(belief: Belief, goals: Iterable[str]) -> list[Goal]:
+def _new(belief: Belief, goals: object) -> list[Goal]:
     """Those goals that the belief does not hold yet."""
-    asked = distinct(map(Goal, map(_checked_goal, goals)), belief.goals)
+    asked = distinct(_checked(goals), belief.goals)
     if UNSPECIFIED in asked:
         raise InvalidInputError(f"{UNSPECIFIED.text!r} always counts besides; leave it out.")
     found = [goal for goal in asked if goal not in belief.goals]
@@ -420,5 +418,5 @@ def _new(belief: Belief, goals: Iterable[str]) -> list[Goal]:
     return found
 
 
-def _checked_goal(text: str) -> str:
-    return checked_text(text, "goal", LONGEST_GOAL)
+def _checked(goals: object) -> list[Goal]:
+    return [Goal(checked_text(goal.text, "goal", LONGEST_GOAL)) for goal in goals_of(goals)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 __all__ = [
     "UNSPECIFIED",
@@ -23,6 +23,7 @@ __all__ = [
     "UnreadableAnswerError",
     "checked_text",
     "distinct",
+    "goals_of",
     "meaning",
     "readable",
 ]
@@ -113,6 +114,21 @@ def distinct(goals: Iterable[Goal], known: Iterable[Goal] = (UNSPECIFIED,)) -> l
     kept = {meaning(each.text): each for each in own}
     found = (each if each in own else kept.setdefault(meaning(each.text), each) for each in goals)
     return list(dict.fromkeys(found))
+
+
+def goals_of(goals: object) -> list[Goal]:
+    """Goals that are given as texts, or as what they are.
+
+    Raises:
+        InvalidInputError: They are no list, or one is no text, empty or broken.
+    """
+    if isinstance(goals, str) or not isinstance(goals, Iterable):
+        raise InvalidInputError(f"goals must be a list of texts, not {goals!r}")
+    found: list[Goal] = []
+    for each in cast("Iterable[object]", goals):
+        text = checked_text(each.text if isinstance(each, Goal) else each, "goal")
+        found.append(each if isinstance(each, Goal) else Goal(text))
+    return found
 
 
 @dataclass(frozen=True, slots=True)

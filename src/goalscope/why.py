@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from goalscope.belief import Belief
 from goalscope.likelihood import RolePlay
-from goalscope.types import Goal, InvalidInputError, Turn
+from goalscope.types import Goal, InvalidInputError, Turn, distinct, goals_of
 
 __all__ = ["Reason", "reasons", "word_evidence"]
 
@@ -37,16 +37,16 @@ class Reason:
     without: float
 
 
-def reasons(belief: Belief, turns: Sequence[Turn], goal: Goal) -> list[Reason]:
+def reasons(belief: Belief, turns: Sequence[Turn], goal: str | Goal) -> list[Reason]:
     """What each turn says for a goal.
+
+    Evidence is against the mean of the other goals: of words that suit all alike ("Yes, it's right
+    here.") it is little, and of either sign, as the others are.
 
     Raises:
         InvalidInputError: The belief holds no such goal, or other turns.
     """
-    if goal not in belief.goals:
-        known = "; ".join(each.text for each in belief.goals)
-        raise InvalidInputError(f"There is no goal {goal.text!r} here; there are: {known}")
-    table, place = belief.evidence, belief.goals.index(goal)
+    table, place = belief.evidence, _place(belief, goal)
     if len(turns) != len(table):
         raise InvalidInputError(
             f"The belief is over {len(table)} turns, not {len(turns)}: it does not weigh each."
@@ -66,19 +66,21 @@ def reasons(belief: Belief, turns: Sequence[Turn], goal: Goal) -> list[Reason]:
 
 
 def word_evidence(
-    likelihood: RolePlay, task: str, belief: Belief, turns: Sequence[Turn], goal: Goal
+    likelihood: RolePlay, task: str, belief: Belief, turns: Sequence[Turn], goal: str | Goal
 ) -> list[tuple[str, float]]:
     """What each word of the last turn says for a goal; together what the turn says.
 
     Returns:
         Each word with its evidence against the mean of the other goals, nats, as it counts after
         the calibration. Spaces belong to the word after them.
+
+    Raises:
+        InvalidInputError: The belief holds no such goal.
+        ModelError: The model does not tell its tokens.
     """
+    place = _place(belief, goal)
     pieces, table = likelihood.token_log_likelihood(task, belief.goals, turns)
-    place, counted = (
-        belief.goals.index(goal),
-        replace(belief, log_likelihood=table, pinned=()).evidence,
-    )
+    counted = replace(belief, log_likelihood=table, pinned=()).evidence
     gains = counted[:, place] - _mean_of_others(counted, place)
     words: list[tuple[str, float]] = []
     for piece, gain in zip(pieces, gains.tolist(), strict=True):
@@ -88,6 +90,14 @@ def word_evidence(
         else:
             words.append((piece, gain))
     return words
+
+
+def _place(belief: Belief, goal: str | Goal) -> int:
+    (named,) = distinct(goals_of([goal]), belief.goals)
+    if named not in belief.goals:
+        known = "; ".join(each.text for each in belief.goals)
+        raise InvalidInputError(f"There is no goal {named.text!r} here; there are: {known}")
+    return belief.goals.index(named)
 
 
 def _mean_of_others(table: Array, place: int) -> Array:

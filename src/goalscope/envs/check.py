@@ -61,11 +61,13 @@ def _try_all(env: Environment, most: int) -> list[StepResult]:
             if tried.get(action.name, 0) * 4 > most or action not in env.actions([kind]):
                 continue
             tried[action.name] = tried.get(action.name, 0) + 1
-            before = env.fingerprint()
+            before, status = env.fingerprint(), env.status()
             result = env.step(action)
             _hold(result.action == action, f"a result must name its action: {action}")
             if result.ok:
                 done.append(result)
+                told = env.status() == status or env.fingerprint() != before
+                _hold(told, f"what changed `status()` must change `fingerprint()`: {action}")
             else:
                 _hold(bool(result.observation), f"a failure must say why: {action}")
                 _hold(env.fingerprint() == before, f"a failure must change nothing: {action}")

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from goalscope.types import Message, UnreadableAnswerError
 
 __all__ = [
+    "CLOSED",
     "Completion",
     "Generator",
     "Heard",
@@ -26,6 +27,9 @@ __all__ = [
 ]
 
 Array = npt.NDArray[np.float64]
+
+CLOSED = "This model is closed; open it again with open_model(...)."
+"""Said where a model is asked for anything after its `close`."""
 
 Heard = Callable[[str], None]
 """Is told a text as it grows: all of it so far, each time."""

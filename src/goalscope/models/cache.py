@@ -9,6 +9,7 @@ from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
+from threading import Lock
 from typing import Any, cast
 
 import numpy as np
@@ -25,7 +26,7 @@ class CachedModel:
     """A model whose answers are kept in a file, and found again by later processes.
 
     An answer is found by the model's `fingerprint` (its weights, wherever they can be known), the
-    messages, and every setting. Several processes may share a file.
+    messages, and every setting. Several processes may share a file, and threads this object.
 
     Attributes:
         hits: Answers that were found.
@@ -42,9 +43,12 @@ class CachedModel:
         self.file = Path(file)
         self.hits = self.misses = 0
         self._fingerprint = ""
+        self._using = Lock()
         with self._guarded():
             self.file.parent.mkdir(parents=True, exist_ok=True)
-            self._db = sqlite3.connect(self.file, timeout=30, isolation_level=None)
+            self._db = sqlite3.connect(
+                self.file, timeout=30, isolation_level=None, check_same_thread=False
+            )
             (found,) = self._db.execute("PRAGMA application_id").fetchone()
             (tables,) = self._db.execute("SELECT count(*) FROM sqlite_master").fetchone()
             if found != _APPLICATION_ID and tables:
@@ -135,7 +139,8 @@ class CachedModel:
 
     def close(self) -> None:
         """Close the model and the file."""
-        self._db.close()
+        with self._using:
+            self._db.close()
         self.model.close()
 
     def _key(self, kind: str, messages: Sequence[Message], settings: Mapping[str, Any]) -> str:
@@ -159,7 +164,8 @@ class CachedModel:
     @contextmanager
     def _guarded(self) -> Generator[None]:
         try:
-            yield
+            with self._using:
+                yield
         except (sqlite3.Error, OSError) as error:
             raise GoalscopeError(
                 f"The cache of model calls, {self.file}, cannot be used ({error}). "

@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from threading import Lock
 from typing import Any, cast
 
 from goalscope.extras import package
@@ -50,9 +51,12 @@ def chat_tokenizer(model: str | Path) -> ChatTokenizer:
     # What ends a turn is markup, also where the tokenizer does not call it special.
     tokenizer.add_special_tokens([*filter(None, map(tokenizer.id_to_token, ends))])
 
+    encoding = Lock()
+
     def encode(text: str, *, markup: bool) -> Sequence[int]:
-        tokenizer.encode_special_tokens = not markup
-        return tokenizer.encode(text, add_special_tokens=False).ids
+        with encoding:
+            tokenizer.encode_special_tokens = not markup
+            return tokenizer.encode(text, add_special_tokens=False).ids
 
     def decode(tokens: Sequence[int], *, markup: bool) -> str:
         return tokenizer.decode(list(tokens), skip_special_tokens=not markup)
@@ -93,9 +97,9 @@ def _file(model: str | Path, name: str) -> Path | None:
         return folder / name if (folder / name).is_file() else None
     if isinstance(model, Path) or not _REPOSITORY.fullmatch(model):
         raise ModelError(f"There is no model folder at {model}. Check the path.")
-    hub, errors = package("huggingface_hub"), package("huggingface_hub.errors")
+    errors = package("huggingface_hub.errors")
     try:
-        return Path(hub.hf_hub_download(model, name))
+        return Path(_fetched(model, name))
     except errors.LocalEntryNotFoundError:
         if name != "tokenizer.json":  # the first to be asked for
             return None
@@ -115,6 +119,20 @@ def _file(model: str | Path, name: str) -> Path | None:
         raise ModelError(
             f"{name} of {model} could not be downloaded ({reason}). Try again, or give a folder."
         ) from None
+
+
+def _fetched(model: str, name: str) -> str:
+    """Where a file of the hub's is kept. A hub that cannot be reached is tried but once."""
+    hub, errors = package("huggingface_hub"), package("huggingface_hub.errors")
+    try:
+        return hub.hf_hub_download(model, name, local_files_only=True)
+    except errors.LocalEntryNotFoundError:
+        pass
+    try:
+        hub.get_hf_file_metadata(hub.hf_hub_url(model, name))
+    except (package("httpx2").TransportError, errors.OfflineModeIsEnabled) as error:
+        raise errors.LocalEntryNotFoundError(str(error)) from None
+    return hub.hf_hub_download(model, name)
 
 
 def _json(model: str | Path, name: str) -> dict[str, Any]:

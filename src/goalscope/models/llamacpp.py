@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from goalscope.models import Array
-from goalscope.models.local import LocalModel
+from goalscope.models.local import LocalModel, alone
 from goalscope.models.native import MAX_PATHS, KVCache, Weights
 from goalscope.models.sampling import LlamaGrammar, Logits, log_prob
 from goalscope.models.scoring import Pair
@@ -34,9 +34,7 @@ _CACHE_BYTES = 1 << 30  # of all caches, besides what a computation needs
 
 
 class LlamaCpp(LocalModel):
-    """A GGUF model that tells how likely words are, and writes.
-
-    One object serves one thread at a time.
+    """A GGUF model that tells how likely words are, and writes; see `LocalModel`.
 
     Attributes:
         tuning: The file that was loaded, and how it is run.
@@ -66,6 +64,7 @@ class LlamaCpp(LocalModel):
         Raises:
             ModelError: The file is missing or is no complete chat model, or the engine is missing.
         """
+        super().__init__()
         source = Path(path) if path is not None else embedded_path()
         self.tuning = tuned(source, threads or processors(), report)
         self._weights = Weights(self.tuning.path)
@@ -79,7 +78,7 @@ class LlamaCpp(LocalModel):
                 "Run it by Transformers (hf:NAME), or behind a server."
             )
         self._caches = [KVCache(self._weights, self.tuning.running) for _ in range(_CACHES)]
-        self._close = weakref.finalize(self, _free, self._weights, self._caches)
+        self._free = weakref.finalize(self, _free, self._weights, self._caches)
         self.name = self._weights.metadata("general.name") or source.stem
         trained: int = self._weights.lib.llama_model_n_ctx_train(self._weights.model)
         self._context_size = min(context_size, trained)
@@ -122,6 +121,7 @@ class LlamaCpp(LocalModel):
         version = importlib.metadata.version("llama-cpp-python")
         return f"{' '.join(digests)} llama-cpp-python {version}"
 
+    @alone
     def describe(self) -> str:
         """One line on what is loaded."""
         how = self.tuning.running
@@ -132,15 +132,17 @@ class LlamaCpp(LocalModel):
             f"from {self.path}{f' with {self.adapter}' if self.adapter else ''}"
         )
 
+    @alone
     def clear_cache(self) -> None:
         """Forget all cached prompts; results stay the same, the next calls take longer."""
         for cache in self._caches:
             cache.clear()
 
-    def close(self) -> None:
-        """Give the memory back; nothing may be done with the model afterwards."""
-        self._close()
+    def free(self) -> None:
+        """See `LocalModel.free`."""
+        self._free()
 
+    @alone
     def read(self, prompt: Sequence[int], room: int) -> Logits:
         """See `LocalModel.read`."""
         trie = Trie()
@@ -152,6 +154,7 @@ class LlamaCpp(LocalModel):
         )
         return logits
 
+    @alone
     def push(self, token: int) -> Logits:
         """See `LocalModel.push`."""
         self._writing.push(token, lambda _, row: np.copyto(self._logits, row))
@@ -161,10 +164,12 @@ class LlamaCpp(LocalModel):
         """See `LocalModel.grammar`."""
         return LlamaGrammar(self._weights, schema)
 
+    @alone
     def prompt_seconds(self, tokens: int = 512, *, scored: int = 0) -> float:
         """Time to read one prompt with an empty cache, and to score its last `scored` tokens."""
         return prompt_seconds(self._weights, self.tuning.running, tokens, scored=scored)
 
+    @alone
     def score(self, pairs: Sequence[Pair]) -> list[Array]:
         """See `TokenScorer.score`. Beginnings that pairs share, also with recent calls, are cached.
 

@@ -3,30 +3,74 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
 from pathlib import Path
-from typing import Any
+from threading import RLock
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from goalscope.models import Array, Completion, Heard, unfinished_json
+from goalscope.models import CLOSED, Array, Completion, Heard, unfinished_json
 from goalscope.models.sampling import Grammar, Logits, choose
 from goalscope.models.scoring import TokenScorer
-from goalscope.types import Message
+from goalscope.types import Message, ModelError
 
-__all__ = ["LocalModel"]
+__all__ = ["LocalModel", "alone"]
+
+_Method = TypeVar("_Method", bound=Callable[..., Any])
+
+
+def alone(method: _Method) -> _Method:
+    """Have a method of a `LocalModel` wait for the calls of other threads, and refuse when closed.
+
+    Raises:
+        ModelError: The model is closed.
+    """
+
+    @wraps(method)
+    def waiting(model: LocalModel, *args: Any, **kwargs: Any) -> Any:
+        with model.busy:
+            if model.closed:
+                raise ModelError(CLOSED)
+            return method(model, *args, **kwargs)
+
+    return cast("_Method", waiting)
 
 
 class LocalModel(TokenScorer):
     """A model that gives the logits of the next token.
 
+    Threads may share it: it does one thing at a time, each call as if there were no other. (Whoever
+    calls `read` and `push` themselves holds `busy` from the one to the last of the others.)
+
     Attributes:
         adapter: The file of its LoRA adapter, if it has one.
         adapter_metadata: The texts that stand in that file, by their key.
+        busy: Held during a call.
+        closed: Whether `close` was called.
     """
 
     adapter: Path | None
     adapter_metadata: Mapping[str, str]
+
+    def __init__(self) -> None:
+        self.busy, self.closed = RLock(), False
+
+    count_tokens = alone(TokenScorer.count_tokens)
+    token_logprobs = alone(TokenScorer.token_logprobs)
+    self_test = alone(TokenScorer.self_test)
+
+    def close(self) -> None:
+        """Give the memory back; whatever is asked of the model afterwards is a `ModelError`."""
+        with self.busy:
+            if not self.closed:
+                self.closed = True
+                self.free()
+
+    @abstractmethod
+    def free(self) -> None:
+        """Give the memory back; see `close`."""
 
     @abstractmethod
     def read(self, prompt: Sequence[int], room: int) -> Logits:
@@ -40,6 +84,7 @@ class LocalModel(TokenScorer):
     def grammar(self, schema: Mapping[str, Any]) -> Grammar:
         """A JSON schema as a filter of next tokens."""
 
+    @alone
     def generate(
         self,
         messages: Sequence[Message],
@@ -88,6 +133,7 @@ class LocalModel(TokenScorer):
             heard(text)
         return Completion(text, finish, len(prompt), len(written))
 
+    @alone
     def next_logprobs(self, prompt: Sequence[int]) -> Array:
         """Log-probability in nats of every token [vocabulary] after a prompt's token ids."""
         self.check_length(len(prompt) + 1)
@@ -95,6 +141,7 @@ class LocalModel(TokenScorer):
         logits -= logits.max()
         return logits - np.log(np.exp(logits).sum())
 
+    @alone
     def likeliest(self, prompt: Sequence[int]) -> tuple[int, float]:
         """See `TokenScorer.likeliest`."""
         logprobs = self.next_logprobs(prompt)

@@ -15,6 +15,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.models import CLOSED
 from goalscope.models.chat import ChatTokenizer
 from goalscope.models.trie import Trie
 from goalscope.types import ModelError
@@ -83,17 +84,33 @@ class Weights:
             is_gguf = file.read(4) == b"GGUF"
         params = self.lib.llama_model_default_params()
         params.vocab_only = vocabulary_only
-        self.model: Any = (
+        model: Any = (
             self.lib.llama_model_load_from_file(os.fsencode(path), params) if is_gguf else None
         )
-        if not self.model:
+        if not model:
             raise ModelError(
                 f"{path} is not a complete GGUF model. Download it again, or choose another file."
             )
-        self._free = weakref.finalize(self, self.lib.llama_model_free, self.model)
+        self._free = weakref.finalize(self, self.lib.llama_model_free, model)
+        self._model, self._vocab = model, self.lib.llama_model_get_vocab(model)
         self.adapter: Any = None
-        self.vocab = self.lib.llama_model_get_vocab(self.model)
         self.vocab_size: int = self.lib.llama_vocab_n_tokens(self.vocab)
+
+    @property
+    def model(self) -> Any:
+        """llama.cpp's model.
+
+        Raises:
+            ModelError: It was freed.
+        """
+        if not self._free.alive:
+            raise ModelError(CLOSED)
+        return self._model
+
+    @property
+    def vocab(self) -> Any:
+        """llama.cpp's vocabulary; as for `model`."""
+        return self.model and self._vocab
 
     def adapt(self, path: Path) -> None:
         """Load a LoRA adapter that contexts made from now on apply; it goes with the weights.

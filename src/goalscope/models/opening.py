@@ -244,6 +244,12 @@ def _local(
         from goalscope.models.transformers import Transformers
 
         return Transformers(text.removeprefix("hf:"), adapter=adapter)
+    if text and Path(text).is_dir():
+        files = ", ".join(sorted(each.name for each in Path(text).glob("*.gguf"))) or "none"
+        raise ModelError(
+            f"The folder {text} holds no config.json, so it is no model of Transformers. Name a "
+            f"GGUF file instead; in it are: {files}."
+        )
     from goalscope.models.llamacpp import LlamaCpp
 
     return LlamaCpp(name, adapter=adapter, report=report)
@@ -267,6 +273,8 @@ def _served_scorer(address: str, tokenizer: str | Path | None) -> OpenScorer:
         server.close()
         raise
     try:
+        if not tokenizer and "/" not in home and not Path(home).exists():
+            raise ModelError(f"{home} is no name on the Hugging Face hub, such as owner/name.")
         return ServedScorer(server, _tokenizer(home))
     except ModelError as error:
         server.close()
@@ -274,7 +282,8 @@ def _served_scorer(address: str, tokenizer: str | Path | None) -> OpenScorer:
             raise
         raise ModelError(
             f"To score, goalscope needs the tokenizer of the model at {server.url}, and has looked "
-            f"for it at {home!r} ({error}) Name it: --tokenizer FOLDER, hub name or GGUF file."
+            f"for it at {home!r} ({error}) Name it by --tokenizer, or open_model(tokenizer=...): a "
+            "folder, a hub's name or a GGUF file."
         ) from None
 
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from goalscope.models import Array
+from goalscope.models import Array, LikelihoodModel, model_name
 from goalscope.models.chat import ChatTokenizer
 from goalscope.types import Message, ModelError
 
-__all__ = ["LEAST", "Pair", "SelfTest", "TokenScorer", "are_logprobs"]
+__all__ = ["LEAST", "Pair", "SelfTest", "TokenScorer", "are_logprobs", "logprobs_of"]
 
 TOLERANCE = 0.2
 """Most nats by which two ways to the same number may differ; BF16 needs some."""
@@ -80,6 +80,46 @@ class SelfTest:
 def are_logprobs(row: Array) -> bool:
     """Whether all numbers can be log-probabilities of tokens, nats; NaN cannot."""
     return bool(((row > LEAST) & (row < 1e-3)).all())
+
+
+def logprobs_of(
+    model: LikelihoodModel,
+    contexts: Sequence[Sequence[Message]],
+    continuations: Sequence[str],
+    *,
+    end_of_turn: bool = False,
+) -> list[Array]:
+    """What a model's `token_logprobs` returns, checked, whoever wrote the model.
+
+    Raises:
+        ModelError: As the model does; or it returned what `LikelihoodModel` does not ask for.
+    """
+    rows = model.token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+    if wrong := _wrong(rows, continuations):
+        raise ModelError(
+            f"token_logprobs of the model {model_name(model)} must return a list with one array of "
+            "floats for each pair: the log-probability in nats of each token of the words, whose "
+            f"number is the same after any chat. But {wrong}."
+        )
+    return rows
+
+
+def _wrong(rows: Any, continuations: Sequence[str]) -> str:
+    """What is wrong with what a model returned for these words; empty if nothing is."""
+    if not isinstance(rows, list) or len(cast("list[Any]", rows)) != len(continuations):
+        return f"{len(continuations)} pairs have {str(cast('Any', rows))[:60]}"
+    sizes: dict[str, int] = {}
+    for row, words in zip(cast("list[Any]", rows), continuations, strict=True):
+        shown = f"{words[:60]!r} has {str(row)[:60]} ({type(row).__name__})"
+        if getattr(row, "ndim", 0) != 1 or row.dtype.kind != "f":
+            return shown
+        if not are_logprobs(row):
+            return f"{shown}, which no log-probabilities can be"
+        if not len(row) and any(map(str.isalnum, words)):
+            return shown
+        if sizes.setdefault(words, len(row)) != len(row):
+            return f"{words[:60]!r} has {sizes[words]} after one chat and {len(row)} after another"
+    return ""
 
 
 class TokenScorer(ABC):

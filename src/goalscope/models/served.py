@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Callable, Mapping, Sequence
 from textwrap import shorten
+from threading import RLock
 from typing import Any
 
 from goalscope.models import Array, Completion, Heard, unfinished_json
@@ -210,6 +211,7 @@ class ServedScorer(TokenScorer):
         self.server, self.tokenizer = server, tokenizer
         self._context_size = context_size
         self._protocol: Protocol | None = None
+        self._testing = RLock()
 
     @property
     def name(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride] (only read)
@@ -260,22 +262,23 @@ class ServedScorer(TokenScorer):
         self.server.close()
 
     def _found(self) -> Protocol:
-        if self._protocol is None:
-            _ = self.server.facts  # a server that is down is not asked in many ways
-            complaints: list[str] = []
-            for kind in PROTOCOLS:
-                complaint = self._complaint(kind(self.server, self.tokenizer))
-                if self._protocol is not None:
-                    return self._protocol
-                complaint = complaint.removeprefix(f"{self.server.url} ")
-                complaints.append(f"{kind.name}: {shorten(complaint, 200, placeholder='...')}")
-            raise ModelError(
-                f"{self.server.url} cannot tell how likely given words are. "
-                + " ".join(complaints)
-                + " Use vLLM, SGLang or a server of llama.cpp; or score with a model in this "
-                "process, and let the server only write (--generator)."
-            )
-        return self._protocol
+        with self._testing:
+            if self._protocol is None:
+                _ = self.server.facts  # a server that is down is not asked in many ways
+                complaints: list[str] = []
+                for kind in PROTOCOLS:
+                    complaint = self._complaint(kind(self.server, self.tokenizer))
+                    if self._protocol is not None:
+                        return self._protocol
+                    complaint = complaint.removeprefix(f"{self.server.url} ")
+                    complaints.append(f"{kind.name}: {shorten(complaint, 200, placeholder='...')}")
+                raise ModelError(
+                    f"{self.server.url} cannot tell how likely given words are. "
+                    + " ".join(complaints)
+                    + " Use vLLM, SGLang or a server of llama.cpp; or score with a model in this "
+                    "process, and let the server only write (--generator)."
+                )
+            return self._protocol
 
     def _complaint(self, protocol: Protocol) -> str:
         """What is wrong with a protocol, which is kept if nothing is."""

@@ -17,7 +17,7 @@ from goalscope.extras import package
 from goalscope.models import Array
 from goalscope.models.adapters import read_adapter
 from goalscope.models.hf_tokenizer import chat_tokenizer, tokenizer_file
-from goalscope.models.local import LocalModel
+from goalscope.models.local import LocalModel, alone
 from goalscope.models.native import Weights
 from goalscope.models.packing import ROOT, PrefixStore, Row, batches, pack, parents
 from goalscope.models.sampling import Grammar, LlamaGrammar, LLGuidanceGrammar, Logits
@@ -50,9 +50,7 @@ class Transformers(LocalModel):
     All texts of a call form a tree of tokens. Each node is computed once, many side by side in a
     row, by an attention mask that lets it see its own ancestors alone; what was computed is kept
     for the next call. A model that does not follow such a mask (with recurrent layers, or ALiBi)
-    is found out, and reads one whole text after another instead.
-
-    One object serves one thread at a time.
+    is found out, and reads one whole text after another instead. See also `LocalModel`.
 
     Attributes:
         network: The model itself.
@@ -85,6 +83,7 @@ class Transformers(LocalModel):
             ModelError: The model is missing or broken or no chat model, the adapter is none for
                 it, or PyTorch is missing.
         """
+        super().__init__()
         package("torch")
         self._source = Path(model).expanduser()
         self._vocabulary: Weights | None = None
@@ -124,11 +123,13 @@ class Transformers(LocalModel):
         return self._context_size
 
     @property
+    @alone
     def parameters(self) -> int:
         """Number of the model's weights."""
         return sum(weight.numel() for weight in self.network.model.parameters())
 
     @property
+    @alone
     def fingerprint(self) -> str:
         """The weights and adapter, how they are computed with, and how a chat becomes tokens."""
         torch, digest = package("torch"), hashlib.sha256()
@@ -147,20 +148,23 @@ class Transformers(LocalModel):
         how = f"{self._dtype} {self.network.device.type}"
         return f"{digest.hexdigest()} {how} {' '.join(versions)} {chat}"
 
+    @alone
     def describe(self) -> str:
         """One line on what is loaded."""
         size = f"{self.parameters / 1e6:.0f}M weights, {self._dtype}, on {self.network.device}"
         adapted = f" with {self.adapter}" if self.adapter else ""
         return f"{self.name} ({size}) from {self._model}{adapted}"
 
+    @alone
     def clear_cache(self) -> None:
         """Forget all cached prompts; results stay the same, the next calls take longer."""
         self._store.clear()
         self._past = None
 
-    def close(self) -> None:
-        """Give the memory back; nothing may be done with the model afterwards."""
-        self.clear_cache()
+    def free(self) -> None:
+        """See `LocalModel.free`."""
+        self._store.clear()
+        self._past = None
         self.network.model = None
         self.network.free_unused()
 
@@ -175,6 +179,7 @@ class Transformers(LocalModel):
             self._guide = package("llguidance").LLTokenizer(text, n_vocab=size, eos_token=ends)
         return LLGuidanceGrammar(self._guide, schema)
 
+    @alone
     def read(self, prompt: Sequence[int], room: int) -> Logits:
         """See `LocalModel.read`."""
         trie = Trie()
@@ -192,6 +197,7 @@ class Transformers(LocalModel):
         self._store.trim()
         return found[0]
 
+    @alone
     def push(self, token: int) -> Logits:
         """See `LocalModel.push`."""
         at = len(self._written)
@@ -208,6 +214,7 @@ class Transformers(LocalModel):
         self._past[at] = values[0, 0]
         return _to_numpy(logits[0])
 
+    @alone
     def score(self, pairs: Sequence[Pair]) -> list[Array]:
         """See `TokenScorer.score`. Beginnings that pairs share, also with recent calls, are cached.
 

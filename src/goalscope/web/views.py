@@ -10,10 +10,11 @@ from pydantic import BaseModel
 
 from goalscope import belief as beliefs
 from goalscope import episode as episodes
+from goalscope.advice import Advice
 from goalscope.agent import CONFIRM, NO_GOAL
 from goalscope.plain import model_shown
 from goalscope.store import EpisodeInfo
-from goalscope.tracking import Advice, Tracked
+from goalscope.tracking import Tracked
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, StepResult
 from goalscope.why import Reason
 

@@ -1,0 +1,136 @@
+"""What an assistant should do next: act on the likeliest goal, ask, or propose others."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Literal, Protocol
+
+import numpy as np
+
+from goalscope.belief import Belief
+from goalscope.envs.speech import LEAD, LONGEST, evened
+from goalscope.goals import incomplete
+from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn
+
+__all__ = ["SURE", "Advice", "advice", "doubtful"]
+
+SURE = 0.8
+"""Probability of a goal from which it is acted on: a question costs a fifth of a wrong act."""
+
+Advice = Literal["act", "ask", "propose"]
+"""What an assistant should do next; see `advice`."""
+
+_DENIAL = re.compile(
+    r"(?P<not>n't|\b(?:can|do)not)\b|\b(?:aint|not|no|nope|nah|none|nor|neither|never|nothing"
+    r"|nobody|nowhere|without|stop|halt|wait|abort|cancel|forget|undo|refuse|avoid|except|unless"
+    r"|wrong|rather than|instead of)\b"
+)
+_GIVEN_LEAVE = re.compile(
+    r"\bif (?:possible|it's possible|you (?:please|like|wish|can|could|would)\b(?! not))"
+    r"|\bi (?:was|am|'m) wondering if you (?:can|could|would)\b"
+)
+_SUPPOSED = re.compile(
+    r"\b(?:if|whether|suppos(?:e|ing)|imagine|hypothetically|wonder(?:ed|ing)?|maybe|perhaps)\b"
+)
+_ASKED = re.compile(
+    rf"{LEAD}(?:(?:what|why|when|where|who|whose|how|which|is|are|am|was|were|does|did|should)\b"
+    r"|(?:do|have) (?:i|we|you|they)\b|(?:has|had|will|would|shall|may|might|must|can|could)"
+    r" (?:i|we|you|it|he|she|they|the|that|this|there|my|your)\b)|.*\?"
+)
+_REQUEST = re.compile(
+    rf"{LEAD}(?:(?:can|could|would) you (?:please |kindly |just )?"
+    r"(?!tell|explain|say|know|remind)\w"
+    r"|(?:can|could|may) (?:i|we) (?:please |just )?(?:have|get|order|book|buy|take|try)\b)"
+    r"|[^?]*\bplease\?$"
+)
+
+
+class Tracking(Protocol):
+    """A belief, and the words that it is made of, such as a `GoalTracker`."""
+
+    @property
+    def belief(self) -> Belief: ...
+
+    @property
+    def turns(self) -> Sequence[Turn]: ...
+
+
+def advice(
+    tracker: Tracking, *, since: int = 0, proposed: Mapping[Goal, int] | None = None
+) -> Advice:
+    """What an assistant should do next.
+
+    "act" on the likeliest goal, which has the probability `SURE` or more; "ask" the person; or
+    "propose" goals: none explains the words. Before the first turn there is only to ask.
+
+    How likely words are tells little of whether they deny: so nothing is acted on where the newest
+    are `doubtful`, nor where the goal would not be as likely without all those that were; nor on a
+    goal that a model made from the person's words before later ones speak for it more than for
+    none. What the person has confirmed since their newest words is acted on.
+
+    Args:
+        tracker: A `GoalTracker`, or what else has a belief and the turns that it is over.
+        since: See `goalscope.goals.incomplete`.
+        proposed: Goals that a model proposed, with the number of turns that each was made from.
+
+    Raises:
+        InvalidInputError: It is no tracker.
+    """
+    belief, turns = getattr(tracker, "belief", None), getattr(tracker, "turns", None)
+    if not isinstance(belief, Belief) or turns is None:
+        raise InvalidInputError(
+            f"advice is given of a GoalTracker, for its words count, too, not of {tracker!r}."
+        )
+    if not turns or not len(belief.log_likelihood):
+        return "ask"
+    for goal, probability in belief.top(1):
+        if goal != UNSPECIFIED and probability >= SURE:
+            made = (proposed or {}).get(goal, 0)
+            return "act" if _is_told(belief, turns, goal, made) else "ask"
+    lost = UNSPECIFIED in belief.goals and incomplete(belief, since=since)
+    return "propose" if lost or belief.is_degenerate else "ask"
+
+
+def doubtful(utterance: str, goal: Goal) -> bool:
+    """Whether English words deny, ask or suppose something, beyond what the goal itself denies.
+
+    They need not be about the goal: too many are found rather than too few. A polite request is no
+    question.
+    """
+    text = _GIVEN_LEAVE.sub("", evened(unicodedata.normalize("NFKC", utterance)))
+    sentences = re.findall(r"[^.!?;]+[.!?;]*", text)
+    return bool(
+        len(utterance) > LONGEST
+        or _denials(text) - _denials(evened(goal.text))
+        or _SUPPOSED.search(text)
+        or any(
+            _ASKED.match(each) and not _REQUEST.match(each) for each in map(str.strip, sentences)
+        )
+    )
+
+
+def _denials(text: str) -> Counter[str]:
+    return Counter("not" if each["not"] else each[0] for each in _DENIAL.finditer(text))
+
+
+def _is_told(belief: Belief, turns: Sequence[Turn], goal: Goal, made: int) -> bool:
+    """Whether the likeliest goal is what the person says, and not only what is spoken of."""
+    if (len(belief.log_likelihood), goal) in belief.pinned:
+        return True
+    table = belief.log_likelihood.copy()
+    doubts = [doubtful(turn.utterance, goal) for turn in turns]
+    for row, doubt in zip(table[::-1], reversed(doubts), strict=False):
+        if doubt:
+            row[:] = 0.0
+    plain = replace(belief, log_likelihood=table)
+    if doubts[-1] or plain.probability[belief.goals.index(goal)] < SURE:
+        return False
+    if not made or goal in {each for _, each in belief.pinned}:
+        return True
+    later = plain.evidence[made:]
+    against = later[:, [each == UNSPECIFIED for each in belief.goals]].sum()
+    return bool(later[:, belief.goals.index(goal)].sum() > against + np.finfo(float).eps)

@@ -1,0 +1,129 @@
+"""What an assistant should do next: sure goals are acted on, but not against what was said."""
+
+import math
+from dataclasses import dataclass, replace
+
+import pytest
+
+from fakes import WordModel, said
+from goalscope.advice import advice, doubtful
+from goalscope.belief import Belief
+from goalscope.tracker import GoalTracker
+from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn
+
+TEA = Goal("make tea")
+BARE = Belief.uniform([UNSPECIFIED, TEA])
+
+
+@dataclass
+class Stand:
+    belief: Belief
+    turns: list[Turn]
+
+
+def told(belief: Belief, *words: str, **more) -> str:
+    words = words or ("Tea, please.",) * len(belief.log_likelihood)
+    return advice(Stand(belief, said(*words)), **more)
+
+
+def test_any_belief_has_its_advice() -> None:
+    expected = {
+        "ask": [BARE, BARE.pin(TEA), Belief.uniform([]), BARE.observe([0.0, 0.5])],
+        "act": [BARE.observe([0.0, 0.0]).pin(TEA), BARE.observe([-9.0, 0.0])],
+        "propose": [
+            BARE.observe([0.0, -9.0]),
+            BARE.observe([-math.inf, -math.inf]),
+            Belief.uniform([TEA]).observe([-math.inf]),
+        ],
+    }
+    for word, beliefs in expected.items():
+        assert [told(each) for each in beliefs] == [word] * len(beliefs)
+    assert told(BARE.observe([-1.5, 0.0])) == "act"
+    assert told(BARE.observe([-1.3, 0.0])) == "ask"
+    assert told(Belief.uniform([TEA, Goal("bake")]).observe([0.0, 0.0])) == "ask"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "Do not transfer money to Anna.",
+        "I never asked you to block the credit card!",
+        "What happens if I block the credit card?",
+        "what happens if i block the card",
+        "Whatever you do, don't delete my account!",
+        "Whatever you do, don\u2019t delete my account!",
+        "dont delete it",
+        "Don\uff07t do that",
+        "Transfer money to Anna?",
+        "Block it\uff1f",
+        "Nobody may touch my account.",
+        "I no longer want to block it.",
+        "Please stop.",
+        "Pay it without telling Anna.",
+        "Should I block it",
+        "do I have to block it",
+        "Suppose I block it.",
+        "Could you tell me what blocking costs?",
+        "Can you delete it? Is that possible?",
+        "Can you block it or can't you?",
+        "Maybe block it.",
+        "Block it. " + "It is mine. " * 200,
+    ],
+)
+def test_nothing_is_done_where_the_newest_words_deny_ask_or_suppose(words: str) -> None:
+    assert doubtful(words, TEA)
+    assert told(BARE.observe([-9.0, 0.0]), words) == "ask"
+    assert told(BARE.pin(TEA).observe([-9.0, 0.0]), words) == "ask"
+    assert told(BARE.observe([-9.0, 0.0]).pin(TEA), words) == "act"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "Please transfer 20 euros to Anna.",
+        "Could you book a table for two, please?",
+        "hi, can you block my card?",
+        "Can I have a mocha?",
+        "A cake, please?",
+        "I was wondering if you could book me a room.",
+        "If possible, a quiet room.",
+        "Do the dishes.",
+        "Have a table booked for us.",
+        "Knot the rope. Another note, nobly.",
+    ],
+)
+def test_a_polite_request_is_no_question(words: str) -> None:
+    assert not doubtful(words, TEA)
+    assert told(BARE.observe([-9.0, 0.0]), words) == "act"
+
+
+def test_a_goal_may_deny_what_the_words_deny() -> None:
+    stop = Goal("stop the newsletter, and never send it again")
+    assert not doubtful("Stop the newsletter. Never again!", stop)
+    assert doubtful("Don't stop the newsletter.", stop)
+    assert doubtful("Never stop it, never.", stop)
+
+
+def test_words_that_deny_are_no_evidence_to_act_on_later() -> None:
+    belief = BARE.observe([-9.0, 0.0]).observe([0.0, 0.0])
+    assert told(belief, "Don't make tea!", "Thanks.") == "ask"
+    assert told(belief.observe([-9.0, 0.0]), "Don't!", "Thanks.", "Now make tea.") == "act"
+
+
+def test_a_proposal_needs_later_words_that_speak_for_it() -> None:
+    belief = BARE.observe([-9.0, 0.0])
+    assert told(belief, proposed={TEA: 1}) == "ask"
+    assert told(belief.observe([0.0, 0.0]), proposed={TEA: 1}) == "ask"
+    assert told(belief.observe([-0.1, 0.0]), proposed={TEA: 1}) == "act"
+    assert told(belief.observe([-0.1, 0.0]), "Tea.", "No tea!", proposed={TEA: 1}) == "ask"
+    assert told(belief.pin(TEA), proposed={TEA: 1}) == "act"
+    assert told(belief, proposed={Goal("bake"): 1}) == "act"
+
+
+def test_it_is_given_of_a_tracker() -> None:
+    tracker = GoalTracker(WordModel(), goals=["make tea", "bake a cake"], calibration="paper")
+    tracker.observe("", "make tea, tea")
+    assert advice(tracker) == "act"
+    for wrong in (tracker.belief, None, "act", replace):
+        with pytest.raises(InvalidInputError, match="of a GoalTracker"):
+            advice(wrong)  # pyright: ignore[reportArgumentType]
