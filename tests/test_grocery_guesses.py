@@ -264,7 +264,7 @@ def talked(basket: dict[str, int], *utterances: str) -> tuple[GroceryShop, list[
             {"Frozen Vegetable Lasagne": 2},
         ),
         (["Just the eggs, nothing else", "ok"], {"Large Eggs": 3}),
-        (["only one milk and nothing else please"], {"Whole Milk": 1}),
+        (["only 2 packs of eggs and nothing else please"], {"Large Eggs": 2}),
         (["just eggs and walnuts, and nothing else"], {"Large Eggs": 3, "Walnuts": 1}),
         (["cancel the order", "ok"], {}),
         (["Please cancel everything"], {}),
