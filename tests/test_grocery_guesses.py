@@ -264,7 +264,7 @@ def talked(basket: dict[str, int], *utterances: str) -> tuple[GroceryShop, list[
             {"Frozen Vegetable Lasagne": 2},
         ),
         (["Just the eggs, nothing else", "ok"], {"Large Eggs": 3}),
-        (["only one milk and nothing else please"], {"Whole Milk": 1}),
+        (["only 2 packs of eggs and nothing else please"], {"Large Eggs": 2}),
         (["just eggs and walnuts, and nothing else"], {"Large Eggs": 3, "Walnuts": 1}),
         (["cancel the order", "ok"], {}),
         (["Please cancel everything"], {}),
@@ -287,6 +287,8 @@ def talked(basket: dict[str, int], *utterances: str) -> tuple[GroceryShop, list[
         (["one less egg", "ok"], {**FULL, "Large Eggs": 2}),
         (["an egg less"], {**FULL, "Large Eggs": 2}),
         (["20 dollars of cheese, please"], {**FULL, "Goat Cheese": 1}),
+        (["I suppose the eggs were cheaper once"], FULL),
+        (["The milk is cheaper now"], FULL),
         (["2 kale, that's it"], {**FULL, "Kale": 2}),
     ],
 )
@@ -296,6 +298,13 @@ def test_what_is_to_leave_leaves_and_nothing_else(
     opened, told = talked(FULL, *utterances)
     assert opened.basket == after
     assert told == []
+
+
+@pytest.mark.parametrize(
+    "words", ["\U0001f469\u200d\U0001f467 for us", "], help in", "Oat Milk, $"]
+)
+def test_signs_that_are_no_words_are_nothing_to_buy(words: str) -> None:
+    assert set(talked({}, words)[0].basket) <= {"Oat Milk"}
 
 
 def test_anything_with_nuts_is_an_allergy_like_nuts() -> None:

@@ -168,7 +168,8 @@ def _offered(term: str, shop: Stock) -> str:
     found = shop.search(term, 2 * _NAMED)
     asked = singulars(term)
     exact = [item for item in found if contains(singulars(item.name), asked)]
-    found.sort(key=lambda item: -_alike(item, asked))
+    if len(asked) == 1:
+        found.sort(key=lambda item: -_alike(item, asked[0]))
     if not found:
         return "The shop has nothing of that name."
     money = shop.catalogue.money
@@ -178,9 +179,9 @@ def _offered(term: str, shop: Stock) -> str:
     return f"The shop has nothing called that. Near it: {listed}."
 
 
-def _alike(item: Item, asked: list[str]) -> int:
-    """Letters that a word of the item's name begins with as one that was asked for; 0 below 4."""
-    pairs = [zip(one, other, strict=False) for one in asked for other in singulars(item.name)]
+def _alike(item: Item, asked: str) -> int:
+    """Letters that a word of the item's name begins with as the one asked for; 0 below 4."""
+    pairs = [zip(asked, other, strict=False) for other in singulars(item.name)]
     same = max((sum(takewhile(bool, (a == b for a, b in pair))) for pair in pairs), default=0)
     return same if same >= _LETTERS else 0
 

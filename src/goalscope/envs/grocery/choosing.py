@@ -92,7 +92,8 @@ class Choice:
         """Why nothing can be added for the request; nothing where it names no product."""
         phrase = request.phrase
         vague = _NO_PRODUCT.union(self._aisles).issuperset(words(phrase))
-        no_name = words(phrase)[0] in _NO_BEGINNING or not _TALK.isdisjoint(words(phrase))
+        said = words(phrase)
+        no_name = _NO_BEGINNING.issuperset(said[:1]) or not _TALK.isdisjoint(said)
         if vague or no_name or hearing.makes(phrase):
             return []
         named = self._search.named(phrase)

@@ -266,6 +266,7 @@ class _Listener:
                 new = replace(request, phrase=phrase)
                 if which and not (replaces or _BESIDES.search(clause.text)):
                     new = self.refined(new, which[1], self.spoken_of()[0])
+                new = self.cheaper(new) if new.change == "cheaper" else new
                 self.ask_for(new, newest=newest)
                 self.named.append(new.phrase)
 
@@ -300,8 +301,6 @@ class _Listener:
         for phrase, other in self.asked.items():
             replaces = tuple(old for old in other.replaces if singulars(old) != asked)
             self.asked[phrase] = replace(other, replaces=replaces)
-        if request.change == "cheaper":
-            request = self.cheaper(request)
         same = next((p for p in self.asked if singulars(p) == asked), request.phrase)
         before = self.asked.pop(same, None)
         if not newest:

@@ -39,11 +39,14 @@ _THINGS = r"((?:(?!\b(?:add|remove|get|take|for|with|by|to)\b)[^.;!?]){1,80}?)"
 _BEGIN = r"(?:(?<=[.,;!?] )|(?<=\band )|^)"
 _THING = r"((?:(?!\b(?:and|but|add|remove)\b)[^.,;!?]){1,60}?)"
 
-_FOUND = (
-    r"\b(?:(?:find|get|give|show|use|take|choose|pick|want|need|like|prefer|have|add|buy|make)"
-    r"(?: (?:me|us|it))? )?(?:(?:a (?:bit|little)|much|even) )?"
+_FIND = (
+    r"(?:find|get|give|show|use|take|choose|pick|want|need|like|prefer|have|add|buy|make)"
+    r"(?: (?:me|us|it|that|this))? "
 )
-_SOME = r"(?:(?:something|anything|one|some)(?: (?:a (?:bit|little)|much|even))? )?"
+_FOUND = (
+    rf"\b(?<!\bis )(?<!\bare )(?<!\bbe )(?<!'s )(?<!\bwas )(?<!\bwere )(?<!\bgets )(?:{_FIND})?"
+)
+_SOME = r"(?:something|anything|one|some)(?: (?:a (?:bit|little)|much|even))? "
 _OLD = r"(?!\d|[$\u20ac\u00a3])(?:(?:the|my|our|that|this|any) )?"
 
 ASKING = re.compile(
@@ -276,7 +279,7 @@ _CHANGES = [
             (rf"{_FOUND}{cheaper}{_END}", f". add lowpriced {thing}")
             for cheaper, thing in (
                 (rf"{_SOME}cheaper (?:than|for|instead of|in place of) {_OLD}{_THING}", r"\1"),
-                (rf"(?:{_SOME}cheaper|(?:the |an? )?cheaper ones?)", SAME),
+                (rf"(?:{_SOME}cheaper|(?:the |an? )?cheaper ones?|{_FIND}cheaper)", SAME),
                 (
                     r"(?:an? |some |the )?cheaper (?!than\b)(?:(?:version|kind|brand|alternative"
                     rf"|option|substitute|replacement) (?:of|to|for) )?{_OLD}{_THING}",

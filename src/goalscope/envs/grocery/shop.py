@@ -18,7 +18,7 @@ from goalscope.envs.grocery.limits import budget
 from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.orders import adds_it, is_order, tries_to_buy
 from goalscope.envs.grocery.profiles import checks_met
-from goalscope.envs.grocery.requests import amount, refuses, unrefused
+from goalscope.envs.grocery.requests import Refusal, amount, refuses, unrefused
 from goalscope.envs.grocery.rewording import SAME, SAME_ALL
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.words import singulars, words
@@ -238,7 +238,7 @@ class GroceryShop:
         lessened = any(result.action.name == "remove item" for result in results)
         for removal in hearing.removed:
             phrase = removal.phrase
-            by_diet = lessened and implied(phrase)
+            by_diet = lessened and implied(phrase, Refusal.DROPPED)
             if not (taken(removal, held) or is_vague(phrase) or by_diet):
                 verb = "were" if singulars(phrase)[-1:] != words(phrase)[-1:] else "was"
                 told.append(f"There {verb} no {phrase} in the basket.")
