@@ -12,9 +12,9 @@ def _set(words: str) -> frozenset[str]:
 
 
 _VERBS = {
-    "put": "put|put away|put back|take back|place|move|set|store|stow|drop|carry|transfer|arrange|stack"
-    "|hang|return|serve|lay|lay out|set out|line|line up|relocate|deposit|insert|throw|throw away"
-    "|throw out|toss|toss away|toss out|keep"
+    "put": "put|put away|put back|take back|place|move|set|store|stow|drop|carry|transfer|arrange"
+    "|stack|hang|return|serve|lay|lay out|set out|line|line up|relocate|deposit|insert|throw"
+    "|throw away|throw out|toss|toss away|toss out|keep"
     "|leave|dispose of|get rid of|plate|add|stick|pop|chuck|hide|tuck|shove|lock up|lock away",
     "pick up": "pick up|pickup|pick|grab|take|take out|get|bring|bring back|bring over|fetch"
     "|retrieve|hold|give|hand|collect|gather|gather up|find|remove|lift|lift up",
