@@ -279,7 +279,7 @@ class Refuses(WordModel):
     def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
         rows = super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
         return [
-            np.zeros(1) if text.startswith("I'm sorry") and "tea" in context[-1].content else row
+            0 * row if text.startswith("I'm sorry") and "tea" in context[-1].content else row
             for context, text, row in zip(contexts, continuations, rows, strict=True)
         ]
 
