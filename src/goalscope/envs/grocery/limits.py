@@ -23,12 +23,15 @@ _IDEAS = re.compile(
     r"|you (?:pick|choose|decide)|(?:it's )?up to you|whatever you (?:like|think|want))\b"
 )
 _OUGHT = r"(?:i|we)(?:'ve| have)?(?: (?:explicitly|actually|really))?"
+_NAMING = (
+    r"(?:ask|say|said|tell|told|want|order|request|mention|need|name|list|pick|choose|chosen|agree)"
+)
 _UNASKED = (
-    rf"(?:(?: (?:that|which|what|unless|before|if|when))? (?:{_OUGHT} (?:do|did|have|had)?"
-    r" ?(?:not|n't|never|don't|didn't|haven't|hadn't|ask|say|tell|want|order)"
-    r"|nobody|no one|isn't|is not|was not|wasn't)|"
-    r" (?:on your own|by yourself|unasked|extra|at random|without (?:asking|me|my|being))\b)"
-    r"[^.,;!?]*+"
+    rf"(?:(?: (?:that|which|what|unless|before|if|when))? (?:{_OUGHT}"
+    r"(?: (?:(?:do|did|have|had)(?: not|n't)|not|never)(?: (?:really|ever|even))?)?"
+    rf" {_NAMING}|(?:nobody|no one) {_NAMING})"
+    r"| (?:on your own|by yourself|unasked|extra|at random|without (?:asking|me|my|being)))"
+    r"(?:(?!\b(?:like|such as|with|containing|because|and|but|or|no)\b)[^.,;!?])*+"
 )
 _THINGS = r"(?:anything|things|stuff|items|extras?|products|whatever|what)"
 _STOPS = re.compile(

@@ -27,7 +27,8 @@ __all__ = ["adds_it", "is_order", "tries_to_buy"]
 
 _AIM = re.compile(
     rf"\b(?:for|having|hosting|have|to) (?:[\w'-]+ ){{0,3}}{MEAL}s?\b"
-    rf"|\b(?:\d+|{WORD}) (?:\w+ )?(?:people|persons|guests|kids|children|adults|friends|of us)\b"
+    rf"|\b(?:\d+|(?!(?:an?|of|and)\b){WORD}) (?:\w+ )?"
+    rf"(?:people|persons|guests|kids|children|adults|friends|of us)\b"
     r"|\b(?:serves?|feeds?|feeding|to go with)\b"
 )
 _MADE = re.compile(r"(?!(?:it|that|this|them|those|these)\b)")
