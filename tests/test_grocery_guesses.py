@@ -50,6 +50,7 @@ def shop(**basket: int) -> GroceryShop:
         "Nothing else",
         "Stop adding things",
         "My budget is 25",
+        "Never mind the budget",
         "I'd like camel milk",
         "yes, 2 milks",
         "Take out the bananas, please. Thanks!",
@@ -106,6 +107,8 @@ def test_aims_tastes_and_a_bare_yes_do_not(utterance: str) -> None:
         "No, nothing else, thanks",
         "No suggestions, please",
         "don't surprise me",
+        "You keep adding stuff I didn't ask for, stop!",
+        "I said nothing else",
     ],
 )
 def test_guessing_stops_until_the_person_asks_for_ideas(utterance: str) -> None:

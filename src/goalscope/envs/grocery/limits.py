@@ -45,10 +45,12 @@ _STOPS = re.compile(
     r"|\b(?:only|just) (?:add|put in|put|get|buy|include|order|give me|do|stick to) (?:exactly )?"
     rf"(?:(?:the )?(?:things|items|stuff)(?: that)?|exactly what|what|that which) {_OUGHT}"
     r" (?:ask|tell|told|say|said|order|request|mention|name|list)(?:ed)?\b(?: you)?(?: for| to)?"
+    rf"|\byou (?:keep|kept|are always|always)(?: on)? (?:adding|add)(?: (?:more|random|all|so|much"
+    rf"|many|the|these|other))* {_THINGS}\b(?:{_UNASKED})?"
     r"|\badd nothing\b(?! (?:with|containing|made|but))"
     r"|(?:n't|\b(?:not|never|no|stop|quit|without|no more)) (?:guess|guesses|guessing)\b"
-    r"|(?:^|(?<=[.,;!?] )|(?<=\band )|(?<=\bbut ))(?:nothing (?:else|more|extra)|no extras)"
-    rf"{_CLOSE}(?! but)"
+    r"|(?:^|(?<=[.,;!?] )|(?<=\band )|(?<=\bbut )|(?<=\bsaid ))"
+    rf"(?:nothing (?:else|more|extra)|no extras){_CLOSE}(?! but)"
 )
 
 _FIGURE = (
