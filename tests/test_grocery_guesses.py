@@ -50,6 +50,7 @@ def shop(**basket: int) -> GroceryShop:
         "Nothing else",
         "Stop adding things",
         "My budget is 25",
+        "Never mind the budget",
         "I'd like camel milk",
         "yes, 2 milks",
         "Take out the bananas, please. Thanks!",
@@ -106,6 +107,8 @@ def test_aims_tastes_and_a_bare_yes_do_not(utterance: str) -> None:
         "No, nothing else, thanks",
         "No suggestions, please",
         "don't surprise me",
+        "You keep adding stuff I didn't ask for, stop!",
+        "I said nothing else",
     ],
 )
 def test_guessing_stops_until_the_person_asks_for_ideas(utterance: str) -> None:
@@ -237,6 +240,9 @@ FULL = {
 }
 
 
+ANIMAL = ("Large Eggs", "Whole Milk", "Chicken Breasts", "Ground Beef")
+
+
 def without(*gone: str) -> dict[str, int]:
     return {name: number for name, number in FULL.items() if name not in gone}
 
@@ -287,6 +293,9 @@ def talked(basket: dict[str, int], *utterances: str) -> tuple[GroceryShop, list[
         (["one less egg", "ok"], {**FULL, "Large Eggs": 2}),
         (["an egg less"], {**FULL, "Large Eggs": 2}),
         (["20 dollars of cheese, please"], {**FULL, "Goat Cheese": 1}),
+        (["just the usual, nothing else"], FULL),
+        (["only a few things, nothing else"], FULL),
+        (["only vegan food and nothing else, please", "ok"], without(*ANIMAL)),
         (["I suppose the eggs were cheaper once"], FULL),
         (["The milk is cheaper now"], FULL),
         (["2 kale, that's it"], {**FULL, "Kale": 2}),
@@ -307,8 +316,22 @@ def test_signs_that_are_no_words_are_nothing_to_buy(words: str) -> None:
     assert set(talked({}, words)[0].basket) <= {"Oat Milk"}
 
 
-def test_anything_with_nuts_is_an_allergy_like_nuts() -> None:
-    assert hear(["I'm allergic to anything with nuts"]).diets == {"nut-free"}
+@pytest.mark.parametrize(
+    "words",
+    [
+        "I'm allergic to anything with nuts",
+        "Don't add anything I don't ask for and no nuts",
+        "Don't add anything with nuts",
+        "Never add things that contain nuts",
+        "Stop adding stuff, no nuts!",
+        "Nothing else with nuts, please",
+        "Nothing else, and no nuts, under $30",
+        "Only lemons and nothing else, I'm allergic to nuts",
+        "My budget is 20 and my son is allergic to nuts",
+    ],
+)
+def test_no_limit_hides_an_allergy(words: str) -> None:
+    assert hear([words]).diets == {"nut-free"}
 
 
 @pytest.mark.parametrize(

@@ -23,12 +23,15 @@ _IDEAS = re.compile(
     r"|you (?:pick|choose|decide)|(?:it's )?up to you|whatever you (?:like|think|want))\b"
 )
 _OUGHT = r"(?:i|we)(?:'ve| have)?(?: (?:explicitly|actually|really))?"
+_NAMING = (
+    r"(?:ask|say|said|tell|told|want|order|request|mention|need|name|list|pick|choose|chosen|agree)"
+)
 _UNASKED = (
-    rf"(?:(?: (?:that|which|what|unless|before|if|when))? (?:{_OUGHT} (?:do|did|have|had)?"
-    r" ?(?:not|n't|never|don't|didn't|haven't|hadn't|ask|say|tell|want|order)"
-    r"|nobody|no one|isn't|is not|was not|wasn't)|"
-    r" (?:on your own|by yourself|unasked|extra|at random|without (?:asking|me|my|being))\b)"
-    r"[^.,;!?]*+"
+    rf"(?:(?: (?:that|which|what|unless|before|if|when))? (?:{_OUGHT}"
+    r"(?: (?:(?:do|did|have|had)(?: not|n't)|not|never)(?: (?:really|ever|even))?)?"
+    rf" {_NAMING}|(?:nobody|no one) {_NAMING})"
+    r"| (?:on your own|by yourself|unasked|extra|at random|without (?:asking|me|my|being)))"
+    r"(?:(?!\b(?:like|such as|with|containing|because|and|but|or|no)\b)[^.,;!?])*+"
 )
 _THINGS = r"(?:anything|things|stuff|items|extras?|products|whatever|what)"
 _STOPS = re.compile(
@@ -42,10 +45,12 @@ _STOPS = re.compile(
     r"|\b(?:only|just) (?:add|put in|put|get|buy|include|order|give me|do|stick to) (?:exactly )?"
     rf"(?:(?:the )?(?:things|items|stuff)(?: that)?|exactly what|what|that which) {_OUGHT}"
     r" (?:ask|tell|told|say|said|order|request|mention|name|list)(?:ed)?\b(?: you)?(?: for| to)?"
+    rf"|\byou (?:keep|kept|are always|always)(?: on)? (?:adding|add)(?: (?:more|random|all|so|much"
+    rf"|many|the|these|other))* {_THINGS}\b(?:{_UNASKED})?"
     r"|\badd nothing\b(?! (?:with|containing|made|but))"
     r"|(?:n't|\b(?:not|never|no|stop|quit|without|no more)) (?:guess|guesses|guessing)\b"
-    r"|(?:^|(?<=[.,;!?] )|(?<=\band )|(?<=\bbut ))(?:nothing (?:else|more|extra)|no extras)"
-    rf"{_CLOSE}(?! but)"
+    r"|(?:^|(?<=[.,;!?] )|(?<=\band )|(?<=\bbut )|(?<=\bsaid ))"
+    rf"(?:nothing (?:else|more|extra)|no extras){_CLOSE}(?! but)"
 )
 
 _FIGURE = (

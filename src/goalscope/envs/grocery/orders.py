@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from goalscope.envs.grocery.amounts import WORD, Request
 from goalscope.envs.grocery.diets import MEAL, diet
-from goalscope.envs.grocery.limits import budget, guesses, wants_ideas
+from goalscope.envs.grocery.limits import unlimited, wants_ideas
 from goalscope.envs.grocery.moods import Mood
 from goalscope.envs.grocery.requests import (
     clears,
@@ -27,7 +27,8 @@ __all__ = ["adds_it", "is_order", "tries_to_buy"]
 
 _AIM = re.compile(
     rf"\b(?:for|having|hosting|have|to) (?:[\w'-]+ ){{0,3}}{MEAL}s?\b"
-    rf"|\b(?:\d+|{WORD}) (?:\w+ )?(?:people|persons|guests|kids|children|adults|friends|of us)\b"
+    rf"|\b(?:\d+|(?!(?:an?|of|and)\b){WORD}) (?:\w+ )?"
+    rf"(?:people|persons|guests|kids|children|adults|friends|of us)\b"
     r"|\b(?:serves?|feeds?|feeding|to go with)\b"
 )
 _MADE = re.compile(r"(?!(?:it|that|this|them|those|these)\b)")
@@ -80,7 +81,7 @@ def is_order(utterance: str, meant: Callable[[Request], bool]) -> bool:
         return True
     if wants_ideas(utterance) or _AIM.search(text) or any(map(_MADE.match, made(text))):
         return False
-    told = budget(utterance) is not None or not guesses(utterance)
+    told = unlimited(text) != text
     for said in heard(utterance):
         if said.mood is Mood.QUESTION or unasked(said):
             told = True

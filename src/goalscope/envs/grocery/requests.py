@@ -90,7 +90,8 @@ _SHUNS = (
     r"|(?:can'?t|cannot|can not) (?:stand|do(?! without)|drink|use)"
     rf"|{_NEVER} (?:(?:really|actually|even|ever|want to) )*"
     r"(?:like|eat|have(?! enough)|do(?! without)|touch|tolerate|drink|care for)s?"
-    r"|without|avoid(?:ing)?|free of|free from|nothing (?:with|containing)|hates?|dislikes?)"
+    r"|without|avoid(?:ing)?|free of|free from|nothing (?:else |more )?(?:with|containing)"
+    r"|hates?|dislikes?)"
 )
 _TAKES = (
     r"(?:remove|delete|drop(?! [\w' ]{1,40} off\b)|ditch|discard"
@@ -153,13 +154,16 @@ _ALL = (
     r"|that (?:is|was|i|we|you)|that's|which is|but|except|nobody|no one)\b))"
     r"|it all|all of it|them all)"
 )
+_SUCH = r"(?:things?|items?|products?|stuff|foods?)"
+_HAVING = (
+    r" (?:with|containing|having|made (?:of|with|from)"
+    r"|(?:that|which) (?:has|have|contains?|is made (?:of|with|from)))"
+)
 _EVERY = re.compile(
-    r"\b(?:(?:anything|everything|whatever|(?:all|any)(?: of)?(?: the| my| those)?"
-    r" (?:things?|items?|products?|stuff|foods?))"
-    r"(?: (?:with|containing|having|made (?:of|with|from)"
-    r"|(?:that|which) (?:has|have|contains?|is made (?:of|with|from))))?(?: any| some)? (?=\w)"
+    rf"\b(?:(?:anything|everything|whatever|(?:all|any)(?: of)?(?: the| my| those)? {_SUCH})"
+    rf"(?:{_HAVING})?|{_SUCH}{_HAVING})(?: any| some)? (?=\w)"
     r"(?!(?:i|we|you|nobody|no|that|which|but|except|apart|other|else|from|in|on|out|off|back|away"
-    r"|again|please|and|or|at|for|to|is|was|now|then|so|because)\b))"
+    r"|again|please|and|or|at|for|to|is|was|now|then|so|because)\b)"
 )
 _SUCH_THINGS = re.compile(
     r"^(?:all|any)(?: of)?(?: the| my| those)? (.+) (?:things?|products?|stuff)$"

@@ -321,7 +321,13 @@ class GroceryShop:
         wanted = tuple(
             each for each in hearing.wanted if each.phrase not in {*gone} - {*each.replaces}
         )
-        return replace(hearing, wanted=wanted).keeping(kept)
+        held = [item for item, _ in self._contents()]
+        spared = tuple(
+            phrase
+            for phrase in hearing.spared
+            if self._choice.meant(phrase, hearing, self._basket) or called(phrase, held)
+        )
+        return replace(hearing, wanted=wanted, spared=spared).keeping(kept)
 
     def _dearer(self, request: Request) -> Item | None:
         """What of the basket something cheaper is to take the place of."""
