@@ -58,6 +58,16 @@ def test_what_speaks_of_the_prompts_examples_is_no_goal() -> None:
     assert Goal("eat soup without any poison") in {change.goal for change in found}
 
 
+def test_goals_that_differ_by_an_article_are_proposed_once() -> None:
+    lines = "- eat the soup\n- eat a soup\n- Eat my soup.\n- eat soup; drink soup\n- drink soup"
+    model = WordModel({"name what the human may want": lines})
+    turns = [Turn("Yes?", "soup soup")]
+    found = propose(model, RolePlay(model), "t", turns, [UNSPECIFIED], keep=5)
+    assert sorted(change.goal.text for change in found) == ["drink soup", "eat the soup"]
+    known = propose(model, RolePlay(model), "t", turns, [Goal("eat her soup"), UNSPECIFIED])
+    assert [change.goal.text for change in known] == ["drink soup"]
+
+
 def test_drawn_lines_are_distinct_and_clean() -> None:
     model = WordModel({"lists of what is needed": "1. Lamp.\n- lamp\nHere you are:\n* 'a book'"})
     assert drawn_lines(model, "relevant", draws=2, seed=0, goal="read") == ["Lamp", "a book"]

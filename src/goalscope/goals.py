@@ -50,6 +50,12 @@ _BORROWED = 2
 _COMMON = frozenset(("with", "that", "have", "want", "keep", "take", "show", "they", "them"))
 """Words of the examples that any goal may have."""
 
+_NOT_ONE = re.compile(r":(?: |$)|;")
+"""In a line that holds several things, or their heading."""
+
+_DETERMINERS = frozenset(("a", "an", "the", "my", "your", "our", "his", "her", "their", "some"))
+"""Words by which two goals hardly differ."""
+
 _BULLET = re.compile(r"^\s*(?:[-*•]|\d+[.)])\s*")
 
 
@@ -200,9 +206,14 @@ def drawn_lines(
             whole = whole[:-1]
         for line in whole:
             text = " ".join(_BULLET.sub("", line).split()).strip(" .,;\"'")
-            if 2 <= len(text) <= 100 and not re.search(r":(?: |$)", text):
+            if 2 <= len(text) <= 100 and not _NOT_ONE.search(text):
                 lines.setdefault(meaning(text), text)
     return list(lines.values())
+
+
+def _gist(text: str) -> str:
+    """What is equal for goals that say the same in the same words, determiners aside."""
+    return " ".join(word for word in meaning(text).split() if word not in _DETERMINERS)
 
 
 def _words(text: str) -> set[str]:
@@ -229,26 +240,26 @@ def propose(
     Several lists are drawn from the model. With a likelihood, those `keep` candidates are taken
     that explain the person's words best, and better than no goal; without one, the first
     `keep`. Goals of the `past`, which were removed when other words had been said, are candidates
-    again, where there is a likelihood. What speaks of the prompt's examples is none.
+    again, where there is a likelihood. What speaks of the prompt's examples is none, nor what
+    differs from another goal by an article or the like.
     """
-    known = {meaning(goal.text) for goal in (*goals, *past)}
+    known = {_gist(goal.text) for goal in (*goals, *past)}
     examples = render("propose", task=task, turns=(), goals=())[1:-1]
     spoken = _words(" ".join([task, *(turn.utterance for turn in turns)]))
     borrowed = _words(" ".join(message.content for message in examples)) - spoken
     candidates = [*past] if likelihood else []
-    candidates += [
-        Goal(text)
-        for text in drawn_lines(
-            generator,
-            "propose",
-            draws=draws,
-            seed=seed,
-            task=task,
-            turns=recent(generator, turns, 6),
-            goals=[goal for goal in goals if goal != UNSPECIFIED],
-        )
-        if meaning(text) not in known and len(_words(text) & borrowed) < _BORROWED
-    ]
+    for text in drawn_lines(
+        generator,
+        "propose",
+        draws=draws,
+        seed=seed,
+        task=task,
+        turns=recent(generator, turns, 6),
+        goals=[goal for goal in goals if goal != UNSPECIFIED],
+    ):
+        if _gist(text) not in known and len(_words(text) & borrowed) < _BORROWED:
+            candidates.append(Goal(text))
+            known.add(_gist(text))
     if likelihood is None:
         return [GoalChange("added", goal, "the model proposed it") for goal in candidates[:keep]]
     if not candidates:
