@@ -329,3 +329,24 @@ MUG = "mug 2: filled with coffee"
 )
 def test_what_is_made_for_a_person_stands_ready(said: list[str], changes: set[str]) -> None:
     assert told("Kitchen1", *said)[:2] == (changes, [])
+
+
+def test_several_things_go_where_the_goals_tell_if_there_was_talk_of_a_place() -> None:
+    kitchen = robot_in("Kitchen1")
+    first = Turn("", "Could you bring me the bread and an egg? I'll make it at the dining table.")
+    assert not kitchen.is_order([first, Turn("", "I need a plate as well, and the knife.")])
+    assert kitchen.is_order([Turn("", "I need a plate as well, and the knife.")])
+
+
+@pytest.mark.parametrize(
+    ("said", "changes"),
+    [
+        (
+            ["Put the tomato in the fridge", "The apple too, it's getting far too warm."],
+            {"tomato: now in the fridge", "apple: now in the fridge"},
+        ),
+        (["Put the apple in the sink, it's dirty"], {"apple: now in the sink basin"}),
+    ],
+)
+def test_a_reason_after_an_order_changes_nothing(said: list[str], changes: set[str]) -> None:
+    assert told("Kitchen1", *said)[:2] == (changes, [])

@@ -85,7 +85,8 @@ def _all_exact(text: str, here: frozenset[str], repeats: bool) -> bool:
             if (left := words.strip(" ,.!;:")) and not _PLEASANT.fullmatch(left):
                 return False
             continue
-        if any(order.verb or order.said for order, ok in zip(orders, exact, strict=True) if not ok):
+        rest = [order for order, ok in zip(orders, exact, strict=True) if not ok]
+        if any(order.verb or order.said or (order.things and any(exact)) for order in rest):
             return False
         said, repeats = True, repeats or any(exact)
     return said

@@ -13,7 +13,7 @@ from goalscope.envs.house.completion import completes
 from goalscope.envs.house.conditions import conditions_met
 from goalscope.envs.house.controller import Controller
 from goalscope.envs.house.hearing import IRREVERSIBLE, Hearing, ask_permission, hear
-from goalscope.envs.house.meeting import FILLS, meet, settled
+from goalscope.envs.house.meeting import FILLS, brought, meet, settled
 from goalscope.envs.house.names import mentioned, readable, the
 from goalscope.envs.house.offers import NAMES, cooks, is_refused, possible, returns
 from goalscope.envs.house.primitives import Primitives, Refusal
@@ -198,7 +198,10 @@ class HomeRobot:
 
     def is_order(self, turns: Sequence[Turn]) -> bool:
         """Whether the newest words are nothing but orders and refusals that were understood."""
-        return self._hear(turns).exact
+        hearing = self._hear(turns)
+        if len(brought(hearing.wanted)) > 1 and self._speaks_of_furniture(turns):
+            return False  # things go where the goals tell
+        return hearing.exact
 
     def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
         """What the newest turn asks for outright and did not get, one sentence each."""
@@ -281,6 +284,14 @@ class HomeRobot:
         for own, name in sorted(self.names.items(), reverse=True):
             text = text.replace(own, the(name))
         return text
+
+    def _speaks_of_furniture(self, turns: Sequence[Turn]) -> bool:
+        named = {*mentioned(". ".join(turn.utterance for turn in turns), self._view.objects)}
+        return any(
+            thing["receptacle"] and not thing["pickupable"]
+            for thing in self._view.objects
+            if readable(thing["objectType"]) in named
+        )
 
     def _hear(self, turns: Sequence[Turn]) -> Hearing:
         return hear(turns, self._view.objects, self._view.names, self._start)

@@ -289,6 +289,11 @@ _REWORDED = [
         (rf"\bgive ([^,.!?]{{1,40}}?) an? (?:\w+ )?{_WASH}\b", r"wash \1"),
         (r" ?&", " and"),
         (rf"\b(?:{_LATER})", f" {LATER} "),
+        (
+            r", (?:it|they)(?:'s|'re| is| are)(?: (?!(?:in|on|at|to|for|by|near|under|inside|not|no"
+            r"|and|but|or|so|then|also|please|dirty|open|closed|off)\b)[a-z']+){1,8}(?=[.!]|$)",
+            "",
+        ),
         (r"\bneither\b", "not"),
         (
             r"\b(?:back )?(?:to )?(?:where|how|the way) (?:(?:it|they|that|this|those|everything"
