@@ -464,3 +464,52 @@ def test_no_long_input_takes_ages(part: str) -> None:
     opened.unmet(turns, [])
     opened.answer(turns[0].utterance)
     assert time.process_time() - start < 20  # a pattern that backtracks takes hours
+
+
+PIZZA = "Frozen Margherita Pizza"
+
+
+@pytest.mark.parametrize(
+    ("utterances", "basket"),
+    [
+        (["Just the cheapest shampoo and a toothpaste"], {"Shampoo": 1, "Toothpaste": 1}),
+        (["12 cans of beer"], {"Lager Beer": 2}),
+        (["2 bottles of ketchup and 6 cans of tuna"], {"Ketchup": 2, "Canned Tuna in Water": 6}),
+        (["whole wheat bread then"], {"Whole Wheat Bread": 1}),
+    ],
+)
+def test_cans_in_packs_the_cheapest_and_then(utterances: list[str], basket: dict[str, int]) -> None:
+    shop = GroceryShop(CATALOGUE, search=SEARCH)
+    for action in shop.requests(said(*utterances)):
+        assert shop.step(action).ok
+    assert shop.basket == basket
+
+
+@pytest.mark.parametrize(
+    ("words", "left"),
+    [
+        ("Why did you put that in? I don't want it.", ["Large Eggs"]),
+        ("I only asked for one thing, take the rest out.", ["Large Eggs"]),
+        ("My daughter is vegan.", ["Egg Replacer Powder", "Paper Plates"]),
+        ("Why is that so? I don't want coffee.", ["Large Eggs", "Paper Plates", PIZZA]),
+    ],
+)
+def test_what_was_guessed_leaves_with_these_words(words: str, left: list[str]) -> None:
+    shop = GroceryShop(CATALOGUE, search=SEARCH)
+    for action in (*shop.requests(said("Eggs, please")), Action("add item", "Paper Plates")):
+        assert shop.step(action).ok
+    assert shop.step(Action("add item", PIZZA)).ok
+    for action in shop.requests(said("Eggs, please", words)):
+        assert shop.step(action).ok
+    assert sorted(shop.basket) == sorted(left)
+
+
+def test_all_that_is_guessed_at_once_stays_within_the_budget() -> None:
+    shop = GroceryShop(CATALOGUE, search=SEARCH)
+    turns = said("We have friends over for football, I want to spend at most 30 dollars.")
+    assert not shop.is_order(turns)
+    terms = ["wine", "cheese", "chips", "salsa", "bread", "shrimp", "cake", "cookies"]
+    offers = [shop.actions([term], turns) for term in terms]
+    found = [CATALOGUE.get(each[0].target) for each in offers if each]
+    assert len(found) > 3
+    assert sum(item.price or 0 for item in found if item) <= 30

@@ -272,9 +272,9 @@ def test_a_request_is_at_least_one_package() -> None:
 @pytest.mark.parametrize(
     ("thing", "said", "quantity", "counted"),
     [
-        ("orange juice", "I'd say 3 bottles of orange juice, some cola.", 3, "packages"),
+        ("orange juice", "I'd say 3 bottles of orange juice, some cola.", 3, "pieces"),
         ("blueberries", "Two packs of blueberries please, fresh ones.", 2, "packages"),
-        ("lemonade", "2 lemonades. No: make it four bottles of lemonade.", 4, "packages"),
+        ("lemonade", "2 lemonades. No: make it four bottles of lemonade.", 4, "pieces"),
         ("eggs", "For two people. He likes eggs with 3 slices of toast.", 1, "pieces"),
         ("rolls", "a dozen rolls, she said", 12, "dozens"),
         ("tea", "nothing of the kind", 1, "pieces"),

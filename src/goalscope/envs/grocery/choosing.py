@@ -42,7 +42,7 @@ _NO_BEGINNING = frozenset({
 _TALK = frozenset({
     "i", "we", "you", "he", "she", "they", "it", "them", "us", "me", "him", "who", "eat", "eats",
     "need", "needs", "want", "wants", "like", "likes", "love", "loves", "come", "comes", "is",
-    "are", "was", "have", "has",
+    "are", "was", "have", "has", "friends", "guests", "people", "family",
 })  # fmt: skip
 """Words of a sentence, which no product's name holds."""
 

@@ -59,13 +59,16 @@ _DAIRY = (
     "milk, butter, buttermilk, cream, cheese, yogurt, kefir, ghee, whey, casein, custard, "
     "pudding, mozzarella, cheddar, parmigiano, parmesan, pecorino, grana padano, ricotta, "
     "mascarpone, burrata, halloumi, feta, brie, camembert, queso, half and half, alfredo, pesto, "
-    "tiramisu, cheesecake, croissant, brioche, truffle, caramel, frosting, quiche"
+    "tiramisu, cheesecake, croissant, brioche, truffle, caramel, frosting, quiche, "
+    "pizza, lasagna, lasagne"
 )
 _PLANT_DAIRY = (
     "oat milk, almond milk, soy milk, coconut milk, rice milk, cashew milk, peanut butter, "
     "almond butter, cashew butter, seed butter, nut butter, cocoa butter, apple butter, "
     "butter bean, butter lettuce, coconut cream, coconut yogurt, soy yogurt, cream of tartar, "
-    "cream of wheat, shaving cream, cream cracker"
+    "cream of wheat, shaving cream, cream cracker, "
+    "pizza dough, pizza crust, pizza base, pizza sauce, lasagna sheet, lasagne sheet, "
+    "lasagna noodle"
 )
 _PORK = (
     "pork, bacon, ham, prosciutto, pancetta, salami, pepperoni, chorizo, mortadella, lard, "

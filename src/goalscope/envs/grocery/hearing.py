@@ -25,6 +25,7 @@ from goalscope.envs.grocery.requests import (
 )
 from goalscope.envs.grocery.rewording import SAME, SAME_ALL, Said, heard
 from goalscope.envs.grocery.words import contains, made, singulars
+from goalscope.envs.remarks import asks_why
 
 __all__ = ["Hearing", "hear"]
 
@@ -36,6 +37,11 @@ _ANY = frozenset({
     "cheapest", "bigger", "biggest", "smaller", "smallest", "better", "best", "nicer", "right",
 })  # fmt: skip
 """Words that tell no kinds of things apart."""
+_UNWANTED = re.compile(
+    r"\b(?:don't|do not|didn't|did not|never) (?:want|need|like)(?:ed)? (?:any of )?"
+    rf"(?:it|that|this|them|those|these|{SAME}|{SAME_ALL})(?=[.,;!?]|$)"
+)
+"""After a question why a thing is there: away with what was guessed."""
 _BESIDES = re.compile(r"^\W*(?:and|also|plus)\b|\b(?:too|also|as well|besides)\b")
 
 
@@ -193,8 +199,9 @@ class _Listener:
         utterance = self.names.hidden(utterance)
         self.guesses = guesses(utterance, self.guesses)
         self.budget = budget(utterance, self.budget)
+        why = asks_why(utterance)
         for clause in () if tries_to_buy(utterance) else heard(utterance):
-            if unasked(clause):
+            if unasked(clause) or (why and _UNWANTED.search(clause.text)):
                 self.unasked = True
                 continue
             self.clear(clause)

@@ -30,6 +30,7 @@ _AIM = re.compile(
     rf"|\b(?:\d+|(?!(?:an?|of|and)\b){WORD}) (?:\w+ )?"
     rf"(?:people|persons|guests|kids|children|adults|friends|of us)\b"
     r"|\b(?:serves?|feeds?|feeding|to go with)\b"
+    r"|\b(?:friends|guests|people|family) (?:over|round|coming)\b"
 )
 _MADE = re.compile(r"(?!(?:it|that|this|them|those|these)\b)")
 _EMPTY = re.compile(

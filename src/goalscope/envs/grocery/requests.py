@@ -62,7 +62,7 @@ _TAIL = re.compile(
     r"|which\b.*"
     r"|that (?:is|are|can|will)\b.*|left|at home|on hand|in the (?:house|fridge|pantry|cupboard)"
     r"|in stock|available|there|though|at all|after all|in total|altogether|again|anymore"
-    r"|any more|of any kind)$"
+    r"|any more|of any kind|then)$"
 )
 _SPEAKING = re.compile(
     r"\b(?:i|i'm|we|we're|you|he|she|they|it|it's|its|that's|is|are|was|were|be|been|has|have|had"
@@ -70,6 +70,8 @@ _SPEAKING = re.compile(
     r"|doesn't|isn't|let's|must)\b"
 )
 _NUMBER = re.compile(rf"\d|\b(?:{WORD}|dozens?)\b")
+_SINGLE = re.compile(r"(?:cans?|bottles?|tins?)\b")
+"""Containers of which a unit of the shop may hold several, such as a pack of six cans."""
 _COUNTED = 12
 """Words that a number and what it counts come to at most."""
 _SERVINGS = re.compile(
@@ -182,6 +184,7 @@ _CLEARS = re.compile(
 _UNASKED = re.compile(
     rf"\b(?:i|we|nobody|no one) {_ASKED_NOT} (?:any of |most of |half of |all |all of )?"
     r"(?:it|this|that|these|those|them)(?: things?| stuff| items?)?(?=[.,;!?]|$)"
+    r"|\b(?:i|we) (?:only|just) (?:asked for|ordered|requested)\b"
     rf"|\b{_TAKES} (?:everything|anything|whatever|what|all|things|stuff"
     rf"|(?:all )?(?:the|those|these) (?:things|items|stuff|rest)){_UNASKED_FOR}"
 )
@@ -434,7 +437,7 @@ def _request(chunk: str) -> Request | None:
         elif match["dozen"] or match["alone"]:
             quantity, counted = quantity * 12, "dozens"
         elif match["container"]:
-            counted = "packages"
+            counted = "pieces" if _SINGLE.match(match["container"]) else "packages"
         chunk = _TAIL.sub("", _SMALL.sub("", chunk[match.end() :])).strip(" ,")
     is_thing = chunk and not chunk.isdigit() and chunk not in _NO_THING and len(chunk.split()) <= 5
     if not is_thing or not quantity or _SPEAKING.search(chunk):

@@ -281,7 +281,8 @@ _CHANGES = [
                 (rf"{_SOME}cheaper (?:than|for|instead of|in place of) {_OLD}{_THING}", r"\1"),
                 (rf"(?:{_SOME}cheaper|(?:the |an? )?cheaper ones?|{_FIND}cheaper)", SAME),
                 (
-                    r"(?:an? |some |the )?cheaper (?!than\b)(?:(?:version|kind|brand|alternative"
+                    r"(?:(?:just|only) )?(?:an? |some |the )?(?:cheaper|cheapest) (?!than\b|one)"
+                    r"(?:(?:version|kind|brand|alternative"
                     rf"|option|substitute|replacement) (?:of|to|for) )?{_OLD}{_THING}",
                     r"\1",
                 ),

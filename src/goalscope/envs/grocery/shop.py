@@ -29,6 +29,9 @@ __all__ = ["NAMES", "GroceryShop"]
 NAMES = (envs.SEARCH, "add item", "remove item", "buy basket")
 """What can be done here."""
 
+_AT_ONCE = 8
+"""Things that are guessed at once at most: what is left of a budget must do for all of them."""
+
 _SHOWN = 10
 """Items that the action `search inventory` lists."""
 
@@ -140,14 +143,14 @@ class GroceryShop:
         lessens = hearing.empties or hearing.unasked or hearing.removed or hearing.spared
         if self._bought or not hearing.guesses or (lessens and not hearing.newest):
             return []
-        left = None if hearing.budget is None else hearing.budget - self._after(turns)
+        most = None if hearing.budget is None else (hearing.budget - self._after(turns)) / _AT_ONCE
         found: dict[str, int] = {}
         for term in relevant:
             if offers := self._choice.offers(term, hearing, {*self._basket, *self._taken_out}):
                 much = amount(term, hearing.words)
                 for item in offers:
                     number = packages(much, item)
-                    if left is None or (item.price or 0) * number <= left:
+                    if most is None or (item.price or 0) * number <= most:
                         found.setdefault(item.name, number)
         return [Action("add item", name, number) for name, number in found.items()]
 
