@@ -345,6 +345,16 @@ def test_several_things_go_where_the_goals_tell_if_there_was_talk_of_a_place() -
             ["Put the tomato in the fridge", "The apple too, it's getting far too warm."],
             {"tomato: now in the fridge", "apple: now in the fridge"},
         ),
+        (["Turn everything off", "Oh wait, leave the light on, for the cat."], set()),
+        (["Leave the fridge open, please"], {"fridge: open"}),
+        (
+            ["The apple goes in the fridge and the egg goes to the sink"],
+            {"apple: now in the fridge", "egg 1: now in the sink basin"},
+        ),
+        (
+            ["Make me a coffee", "Leave the coffee alone"],
+            {"mug 2: filled with coffee, now on counter 1"},
+        ),
         (["Put the apple in the sink, it's dirty"], {"apple: now in the sink basin"}),
     ],
 )

@@ -408,4 +408,5 @@ class _Reader(OrderReader):
             return None
         things, _ = self.things(first + 1)
         stays = bool(_STAYS.match(" ".join(self.words[first:])))
-        return Clause("any", things or (Phrase(word="it"),), negated=True, stays=stays)
+        things = things or (Phrase(word="it"),)
+        return Clause("any", things, negated=True, stays=stays, alone=True)

@@ -354,7 +354,9 @@ class _Listener(Standing):
             self.refuse("put in", place.types if place else ())
             return
         verb = "" if clause.verb == "any" else clause.verb
-        self.staying = {*self.staying, *kinds} if clause.stays else self.staying - {*kinds}
+        ordered = {kind for old in self.wanted for kind in old.object_types}
+        stays = clause.stays or (clause.alone and not ordered.isdisjoint(kinds))
+        self.staying = {*self.staying, *kinds} if stays else self.staying - {*kinds}
         for thing in things:
             if not (thing.states and self.narrow(thing)):
                 self.refuse(verb, thing.types)

@@ -28,6 +28,7 @@ class Clause:
         later: Whether it is wanted at another time, and so not now.
         said: Its words, if it begins like an order.
         stays: Whether its things are to stay where they are, and not to go back.
+        alone: Whether they are to be left alone: they stay if they are where they were ordered to.
     """
 
     verb: str
@@ -41,6 +42,7 @@ class Clause:
     later: bool = False
     said: str = ""
     stays: bool = False
+    alone: bool = False
 
 
 @dataclass
@@ -82,6 +84,7 @@ class OrderReader(PhraseReader):
         i += to_me
         start = i
         things, i = self.things(i, refused=negated)
+        state = self.at(i)
         poured = next((word for word in self.words[start:i] if word in v.LIQUIDS), "")
         i += i > start and self.at(i) == "back" and f"{said} {self.at(i + 1)}" in v.SWITCHED
         if (
@@ -151,11 +154,14 @@ class OrderReader(PhraseReader):
         if away or (verb not in ("put", "pick up") and tail.aside):
             at = away.types if away else ()
             things = tuple(replace(thing, described=True, at=at) for thing in things)
+        asks = things and not into and state in ("on", "off", "open", "closed", "shut")
+        if said in ("keep", "leave") and asks:
+            return Clause(v.STATES[state], things, None, negated, tail.excluded)
         kept = v.KEPT & {*self.words[start:]} and "the whole" not in " ".join(self.words)
         if said in ("keep", "leave") and kept:
             return None
         if said in ("keep", "leave") and not into:
-            return Clause("any", things, negated=True) if said == "leave" else None
+            return Clause("any", things, negated=True, alone=True) if said == "leave" else None
         if verb == "put" and not into and (said in v.RETURNS or "back" in self.words[start:]):
             into = Phrase(word="home")
             every = things and things[0].word == "everything"
@@ -167,6 +173,8 @@ class OrderReader(PhraseReader):
     ) -> Clause | None:
         """What follows "the mug needs to be" or "I want the mug"."""
         while self.at(i) in ("to", "be", "all", "both", "get", "go", "placed", "also"):
+            if self.at(i) == "to" and self.places(i)[0]:
+                break
             i += 1
         verb = self.verb(i, v.DONE) or self.verb(i, v.ING)
         if verb:
