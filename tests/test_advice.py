@@ -67,6 +67,13 @@ def test_any_belief_has_its_advice() -> None:
         "Can you delete it? Is that possible?",
         "Can you block it or can't you?",
         "Maybe block it.",
+        "I hate that card, keep me out of this.",
+        "I'd hate to block the card.",
+        "I would rather die than block the card.",
+        "Blocking the card is out of the question.",
+        "It would be a mistake to block it.",
+        "I already blocked the card yesterday.",
+        "Hold on, I changed my mind, leave it out.",
         "Block it. " + "It is mine. " * 200,
     ],
 )

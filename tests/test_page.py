@@ -317,7 +317,7 @@ def test_lines_of_the_basket_are_marked_and_taken_out_together(tmp_path: Path, e
             expect(lines.nth(place)).to_have_attribute("aria-pressed", pressed)
         expect(basket.locator("tr.marked")).to_have_count(2)
         expect(out).to_have_text("Take out 2")
-        say(page, "Hello.")
+        say(page, "It is for a party.")
         lines.nth(1).click()  # while the agent works
         expect(out).to_be_disabled()
         out.press("Enter")

@@ -235,7 +235,7 @@ class Agent:
                 replans=outcome.replans,
                 status=self.env.status(),
                 notes=(
-                    *([NO_GOAL] if missing and not ends else []),
+                    *([NO_GOAL] if missing and not (ends or exact) else []),
                     *self._notes(turns, outcome),
                     *([] if asks else self.env.unmet(turns, outcome.results)),
                     *([] if ends or not takes_leave(turn.utterance) else [self._how_to_end()]),
