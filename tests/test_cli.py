@@ -238,6 +238,30 @@ def test_infer_leaves_foreign_files_alone(tmp_path):
         assert (tmp_path / "out.jsonl").read_text() == foreign
 
 
+@pytest.mark.parametrize("turn", [0, 1])
+@pytest.mark.parametrize("part", ["query", "utterance", "task"])
+def test_infer_keeps_no_belief_of_other_words(tmp_path, words, turn, part):
+    out = tmp_path / "out.jsonl"
+    command = ("infer", rows_file(tmp_path, {**ROW, "id": 2}, ROW), "--out", out)
+    assert invoke(*command).exit_code == 0
+    made = out.read_bytes()
+    assert invoke(*command).exit_code == 0
+    assert out.read_bytes() == made
+    edited = json.loads(json.dumps({**ROW, "id": 2}))
+    (edited if part == "task" else edited["turns"][turn])[part] += " So it is."
+    rows_file(tmp_path, edited, ROW)
+    assert "belongs to other dialogues; name another one" in fails(2, *command)
+    assert out.read_bytes() == made
+
+
+def test_infer_reads_a_last_dialogue_anew_that_has_gone_on(tmp_path, words):
+    out = tmp_path / "out.jsonl"
+    for turns in (ROW["turns"][:1], ROW["turns"]):
+        file = rows_file(tmp_path, {**ROW, "turns": turns})
+        assert invoke("infer", file, "--out", out).exit_code == 0
+        assert len(out.read_text().splitlines()) == len(turns)
+
+
 def test_infer_does_not_mix_settings(tmp_path):
     out, file = tmp_path / "out.jsonl", rows_file(tmp_path, ROW)
     plain = ("infer", file, "--out", out, "--adapter", "none")

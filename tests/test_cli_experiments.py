@@ -92,6 +92,10 @@ def test_questions_are_measured_once_and_printed(here):
     assert [cell.attempts for cell in cells("mcq-q")] == [1, 1]
     again = invoke("bench", "mcq", "q.jsonl")
     assert again.exit_code == 0
+    assert again.stderr.splitlines() == [
+        "1 of 3 cells are missing; they are kept in results/mcq-q.db as they are measured, "
+        "and the same command goes on."
+    ]
     assert "Isolated inference" in again.stdout
     assert [cell.attempts for cell in cells("mcq-q")] == [1, 1, 1]
 
@@ -152,7 +156,9 @@ def test_an_experiment_runs_every_kind_of_cell_and_then_has_nothing_left_to_do(h
     kinds = [cell.spec["kind"] for cell in done]
     assert kinds == ["mcq"] * 3 + ["dialogue"] * 2 + ["episode"] * 2 + ["judge"] * 2
     assert all(cell.result is not None and cell.attempts == 1 for cell in done)
-    assert tables("experiment", "run", "all.toml") == found
+    again = invoke("experiment", "run", "all.toml", "--json")
+    assert json.loads(again.stdout) == [*found.values()]
+    assert again.stderr == "All 9 cells are measured; they are in results/all.db.\n"
     assert [cell.attempts for cell in cells("all")] == [1] * 9
     with Results.open("results/all.db") as results:
         ids = {cell.result["episode"] for cell in done if cell.spec["kind"] == "episode"}
@@ -235,10 +241,16 @@ def test_ctrl_c_says_what_is_kept(here, monkeypatch):
     monkeypatch.setitem(work.KINDS, "mcq", stopped)
     result = invoke("bench", "mcq", "q.jsonl", "--json")
     assert result.exit_code == 130
-    assert "1 of 3 results are kept in results/mcq-q.db; the same command goes on." in result.stderr
+    first, last = result.stderr.strip().splitlines()
+    assert first.startswith("3 of 3 cells are missing; they are kept in results/mcq-q.db")
+    assert last == "1 of 3 results are kept in results/mcq-q.db; the same command goes on."
+    reported = invoke("report", "results/mcq-q.db", "--json")
+    assert reported.stderr == "mcq-q: 1 of 3 cells are measured.\n"
+    assert json.loads(reported.stdout)
     monkeypatch.setitem(work.KINDS, "mcq", measure)
     assert [*tables("bench", "mcq", "q.jsonl")] == ["mcq"]  # and no second time, as if retried
     assert [cell.attempts for cell in cells("mcq-q")] == [1, 1, 1]
+    assert invoke("report", "results/mcq-q.db", "--json").stderr == ""
 
 
 def test_the_datasets_are_listed_with_the_files_that_are_there(here, monkeypatch):

@@ -12,6 +12,7 @@ from goalscope.agent import Agent
 from goalscope.belief import PINNED, Belief
 from goalscope.calibration import PAPER, USUAL
 from goalscope.goals import propose
+from goalscope.likelihood import PromptedRanking, RolePlay
 from goalscope.rounds_json import round_from_json, round_to_json
 from goalscope.tracker import GoalTracker
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError
@@ -369,6 +370,43 @@ def test_a_tracker_that_was_saved_is_the_same_again() -> None:
         assert np.array_equal(one, other) if isinstance(one, np.ndarray) else one == other
     later = [each.observe("", "A cake.").probability for each in (tracker, again)]
     assert np.array_equal(*later)
+
+
+class OneModel:
+    """A model of one's own: what the protocol asks for, and no name."""
+
+    context_size = 4096
+    count_tokens = WordModel.count_tokens
+
+    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+        return WordModel().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+
+
+class OtherModel(OneModel):
+    """Another one."""
+
+
+@pytest.mark.parametrize("make", [WordModel, OneModel, OtherModel])
+def test_a_saved_tracker_belongs_to_its_model(make) -> None:
+    tracker = GoalTracker(make(), task="Help.", goals=["eat"])
+    tracker.observe("", "cake")
+    for model in (WordModel(), OneModel(), OtherModel()):
+        for how in ({"model": model}, {"likelihood": RolePlay(model)}):
+            if type(model) is make:
+                assert GoalTracker.from_json(tracker.to_json(), **how).turns == tracker.turns
+                continue
+            with pytest.raises(InvalidInputError, match=r"saved with the model .* Give the one"):
+                GoalTracker.from_json(tracker.to_json(), **how)
+
+
+def test_a_tracker_that_ranks_belongs_to_the_model_that_is_asked() -> None:
+    tracker = GoalTracker(task="Help.", goals=["eat"], likelihood=PromptedRanking(WordModel()))
+    text = tracker.to_json()
+    other = WordModel()
+    other.name = "other"
+    GoalTracker.from_json(text, likelihood=PromptedRanking(WordModel()))
+    with pytest.raises(InvalidInputError, match="saved with the model words, and here is other"):
+        GoalTracker.from_json(text, likelihood=PromptedRanking(other))
 
 
 @pytest.mark.parametrize(

@@ -73,6 +73,24 @@ def test_drawn_lines_are_distinct_and_clean() -> None:
     assert drawn_lines(model, "relevant", draws=2, seed=0, goal="read") == ["Lamp", "a book"]
 
 
+class Scores:
+    """A model that cannot write."""
+
+    context_size = 4096
+    count_tokens, token_logprobs = WordModel.count_tokens, WordModel.token_logprobs
+
+
+@pytest.mark.parametrize(
+    ("odd", "told"),
+    [(Scores(), "which lacks generate"), (None, "not None"), (WordModel, "that is open")],
+)
+def test_what_cannot_write_proposes_nothing_and_is_named(odd, told) -> None:
+    with pytest.raises(InvalidInputError, match=told):
+        propose(odd, None, "t", [Turn("Yes?", "soup")], [UNSPECIFIED])
+    with pytest.raises(InvalidInputError, match=told):
+        drawn_lines(odd, "relevant", draws=1, seed=0, goal="read")
+
+
 def test_least_likely_goal_goes_after_patience_and_unspecified_never() -> None:
     goals = (UNSPECIFIED, Goal("a"), Goal("b"))
     belief = Belief(goals, np.zeros(3), np.array([[-9.0, -1.0, -2.0]]))

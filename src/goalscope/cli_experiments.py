@@ -252,6 +252,7 @@ def _run(
                     done, total = step.done, step.total
                     show(done, total)
                     if step.cell is None:
+                        print(_missing(done, total, path), file=sys.stderr, flush=True)
                         kept.describe(
                             {"name": plan.name, "title": plan.title, "source": plan.source}
                         )
@@ -270,6 +271,15 @@ def _run(
             f"{len(failed)} of {total} cells could not be measured, one of them so: {failed[0]} "
             "The same command tries them again."
         )
+
+
+def _missing(done: int, total: int, path: Path) -> str:
+    if done == total:
+        return f"All {total:,} cells are measured; they are in {path}."
+    return (
+        f"{total - done:,} of {total:,} cells are missing; they are kept in {path} as they are "
+        "measured, and the same command goes on."
+    )
 
 
 def results_folder(given: Path | None) -> Path:

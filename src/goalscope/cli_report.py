@@ -33,11 +33,17 @@ def report(
     """
     from goalscope.plain import plain
     from goalscope.report import read_report, write_markdown, write_report
+    from goalscope.report.overview import counts
 
     folder = out or (None if as_json else _beside(source))
     found = read_report(source, draw=folder is not None)
     for why in found.skipped:
         typer.echo(plain(f"Left out: {' '.join(why.split())}").plain, err=True)
+    for section in found.sections:
+        done, planned = counts(section)
+        if done < planned:
+            said = f"{section.name}: {done:,} of {planned:,} cells are measured."
+            typer.echo(plain(said).plain, err=True)
     if markdown:
         write_markdown(found, markdown)
     page = write_report(found, folder) if folder else None

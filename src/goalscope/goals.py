@@ -194,7 +194,11 @@ def drawn_lines(
 
     The first draw is the likeliest text, the others are sampled: a small model that repeats
     itself in one draw says something else in another.
+
+    Raises:
+        InvalidInputError: `generator` is no model that writes.
     """
+    _check_writes(generator)
     messages = render(prompt, **values)
     lines: dict[str, str] = {}
     for draw in range(draws):
@@ -209,6 +213,17 @@ def drawn_lines(
             if 2 <= len(text) <= 100 and not _NOT_ONE.search(text):
                 lines.setdefault(meaning(text), text)
     return list(lines.values())
+
+
+def _check_writes(generator: object) -> None:
+    needs = ("generate", "count_tokens", "context_size")
+    lacks = [each for each in needs if not hasattr(generator, each)]
+    if lacks or isinstance(generator, type):
+        raise InvalidInputError(
+            "generator must be a model that is open and can write, such as "
+            f"open_model('model.gguf'), not {generator!r}"
+            f"{f', which lacks {lacks[0]}' if 0 < len(lacks) < len(needs) else ''}."
+        )
 
 
 def _gist(text: str) -> str:
@@ -242,7 +257,11 @@ def propose(
     `keep`. Goals of the `past`, which were removed when other words had been said, are candidates
     again, where there is a likelihood. What speaks of the prompt's examples is none, nor what
     differs from another goal by an article or the like.
+
+    Raises:
+        InvalidInputError: `generator` is no model that writes.
     """
+    _check_writes(generator)
     known = {_gist(goal.text) for goal in (*goals, *past)}
     examples = render("propose", task=task, turns=(), goals=())[1:-1]
     spoken = _words(" ".join([task, *(turn.utterance for turn in turns)]))

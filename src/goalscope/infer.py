@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, cast
 
@@ -127,11 +128,12 @@ def infer(
 ) -> Iterator[Dialogue]:
     """Append one line per turn to `out`, and yield each dialogue when it is on disk.
 
-    A line holds `id`, `turn` (1 for the first), `goals`, and in their order `log_likelihood`
-    (this turn's, nats), `log_posterior` (nats) and `probability` after this turn, normalised over
-    these goals; `unspecified_log_likelihood`, this turn's under no stated goal;
-    `unspecified_probability`, that the person's goal is none of these; `set_90`, the conformal set
-    that holds what is true in 90 % of dialogues, where the calibration has one; and `settings`.
+    A line holds `id`, `turn` (1 for the first), `words` (a short hash of the task and the turns so
+    far), `goals`, and in their order `log_likelihood` (this turn's, nats), `log_posterior` (nats)
+    and `probability` after this turn, normalised over these goals; `unspecified_log_likelihood`,
+    this turn's under no stated goal; `unspecified_probability`, that the person's goal is none of
+    these; `set_90`, the conformal set that holds what is true in 90 % of dialogues, where the
+    calibration has one; and `settings`.
 
     Args:
         dialogues: The dialogues.
@@ -157,9 +159,7 @@ def infer(
         for turn, row in enumerate(table, 1):
             belief, wider = belief.observe(row[:-1]), wider.observe(row)
             line = {
-                "id": dialogue.id,
-                "turn": turn,
-                "goals": [goal.text for goal in dialogue.goals],
+                **_of(dialogue, turn),
                 "log_likelihood": row[:-1].tolist(),
                 "log_posterior": belief.log_posterior.tolist(),
                 "probability": belief.probability.tolist(),
@@ -171,6 +171,17 @@ def infer(
             lines.append(json.dumps(line, allow_nan=False) + "\n")
         _write(out, "".join(lines).encode())
         yield dialogue
+
+
+def _of(dialogue: Dialogue, turn: int) -> dict[str, Any]:
+    """What a line says of its turn; one that says it too need not be measured again."""
+    read = json.dumps([dialogue.task, *map(asdict, dialogue.turns[:turn])])
+    return {
+        "id": dialogue.id,
+        "turn": turn,
+        "words": sha256(read.encode()).hexdigest()[:12],
+        "goals": [goal.text for goal in dialogue.goals],
+    }
 
 
 def _set(belief: Belief) -> dict[str, Any]:
@@ -238,24 +249,25 @@ def _check_line(
     settings: Mapping[str, Any],
 ) -> None:
     """Refuse to continue a file that these dialogues and settings did not make."""
+    expected = _of(dialogue, turn)
     try:
         row = json.loads(line)
-        found = (row["id"], row["turn"], row["goals"])
+        found = {key: row.get(key) for key in expected}
         made_with = row["settings"]
-    except (ValueError, LookupError, TypeError) as error:
+    except (ValueError, LookupError, TypeError, AttributeError) as error:
         raise InvalidInputError(
             f"{out}, line {number}: not written by `goalscope infer`. Name another file."
         ) from error
-    if found != (dialogue.id, turn, [goal.text for goal in dialogue.goals]):
-        raise InvalidInputError(
-            f'{out}, line {number}: expected turn {turn} of "{dialogue.id}" with its goals. '
-            "The file belongs to other dialogues; name another one."
-        )
     if made_with != settings:
         made = cast("dict[str, Any]", made_with if isinstance(made_with, dict) else {})
         other = "; ".join(_differences(made, settings))
         raise InvalidInputError(
             f"{out}, line {number}: made with {other}. Name another file, or delete this one."
+        )
+    if found != expected:
+        raise InvalidInputError(
+            f'{out}, line {number}: expected turn {turn} of "{dialogue.id}" with its words and '
+            "goals. The file belongs to other dialogues; name another one."
         )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Iterable, Sequence
-from typing import Literal, cast, get_args
+from typing import Any, Literal, cast, get_args
 
 from goalscope.belief import Belief
 from goalscope.calibration import Calibration
@@ -13,7 +13,7 @@ from goalscope.envs.remarks import changes_mind
 from goalscope.episode import Round
 from goalscope.goals import GoalManager, incomplete, made_from
 from goalscope.likelihood import Likelihood, PromptedRanking, RolePlay
-from goalscope.models import LikelihoodModel
+from goalscope.models import LikelihoodModel, model_name
 from goalscope.models.opening import open_model
 from goalscope.types import (
     UNSPECIFIED,
@@ -215,12 +215,13 @@ class GoalTracker:
         return changes
 
     def to_json(self) -> str:
-        """All that it is, but for the model: `from_json` goes on where it stands."""
+        """All that it is, and its model's name: `from_json` goes on where it stands."""
         from goalscope.rounds_json import belief_to_json, dumps
 
         return dumps(
             {
                 "task": self.task,
+                "model": self._model_name,
                 "turns": [[turn.query, turn.utterance] for turn in self.turns],
                 "belief": belief_to_json(self.belief),
             }
@@ -238,11 +239,12 @@ class GoalTracker:
 
         Args:
             text: What it wrote.
-            model: The model that it had, as for `GoalTracker`.
+            model: The model that it had, as for `GoalTracker`; it is known by its name, or its
+                class where it has none, so that another adapter or layout is not noticed.
             likelihood: The likelihood that it had.
 
         Raises:
-            InvalidInputError: It is something else.
+            InvalidInputError: It is something else, or the model is another one.
         """
         from goalscope.rounds_json import belief_from_json
 
@@ -256,8 +258,21 @@ class GoalTracker:
                 f"This is not what GoalTracker.to_json wrote ({type(error).__name__}: {error})."
             ) from None
         tracker = cls(model, task=task, likelihood=likelihood)
+        here = tracker._model_name
+        saved = data.get("model", here)
+        if saved != here:
+            raise InvalidInputError(
+                f"This tracker was saved with the model {saved}, and here is {here}. Give the one "
+                "that it had, or let a new tracker observe its turns."
+            )
         tracker.turns, tracker.belief = turns, belief
         return tracker
+
+    @property
+    def _model_name(self) -> str:
+        likelihood: Any = self.likelihood
+        asked = getattr(likelihood, "model", getattr(likelihood, "generator", likelihood))
+        return str(model_name(asked))
 
     def _known(self, goals: Iterable[str | Goal]) -> list[Goal]:
         return distinct(goals_of(goals), (UNSPECIFIED, *self.belief.goals))

@@ -10,7 +10,7 @@ from goalscope.experiment.summary import Entry, Table
 from goalscope.experiment.summary_beliefs import AGENT, PAPERS, WHOLE
 from goalscope.report.sections import Section
 
-__all__ = ["summary_of"]
+__all__ = ["counts", "summary_of"]
 
 AS_IT_COMES = "as it comes"
 
@@ -145,7 +145,7 @@ def _table(kind: _Kind, sections: Sequence[Section]) -> Table:
     rows: list[tuple[Entry, ...]] = []
     for section in sections:
         pattern = re.compile(rf"{re.escape(section.name)}-{kind.tables}")
-        done, planned = _counts(section, kind.cells)
+        done, planned = counts(section, kind.cells)
         so_far = f"{done:,} of {planned:,}" if done < planned else None
         for table in filter(lambda each: pattern.fullmatch(each.name), section.tables):
             if not table.rows or table.name.endswith("-first-attempts"):
@@ -180,7 +180,7 @@ def _said_once(table: Table) -> Table:
 def _parts(sections: Sequence[Section]) -> Table:
     rows: list[tuple[Entry, ...]] = []
     for each in sections:
-        done, planned = _counts(each)
+        done, planned = counts(each)
         cells = f"{done:,} of {planned:,}" if planned else None
         rows.append((each.name, each.title, cells, ", ".join(c[:6] for c in each.codes) or None))
     codes = {code for section in sections for code in section.codes}
@@ -190,7 +190,7 @@ def _parts(sections: Sequence[Section]) -> Table:
     return Table("summary-parts", "All parts", columns, tuple(rows), (note,) if codes else ())
 
 
-def _counts(section: Section, kind: str = "") -> tuple[int, int]:
+def counts(section: Section, kind: str = "") -> tuple[int, int]:
     """How many cells of this kind, or of all, were measured, and how many there are."""
     name = f"{section.name}-cells"
     found = [row for table in section.tables if table.name == name for row in table.rows]
