@@ -1,5 +1,6 @@
 """What a person says of the goals themselves: confirmed, ruled out, in other words."""
 
+import json
 from dataclasses import fields, replace
 
 import numpy as np
@@ -397,6 +398,20 @@ def test_a_saved_tracker_belongs_to_its_model(make) -> None:
                 continue
             with pytest.raises(InvalidInputError, match=r"saved with the model .* Give the one"):
                 GoalTracker.from_json(tracker.to_json(), **how)
+
+
+def test_a_saved_tracker_is_whole_or_refused() -> None:
+    tracker = GoalTracker(WordModel(), goals=["eat"])
+    tracker.observe("Yes?", "eat soup")
+    data = json.loads(tracker.to_json())
+    for broken in (
+        "[" * 100_000,
+        json.dumps(data | {"turns": [*data["turns"], ["And?", "more"]]}),
+        json.dumps(data | {"turns": [[1, 2]]}),
+        json.dumps(data | {"turns": [["Yes?", ""]]}),
+    ):
+        with pytest.raises(InvalidInputError, match=r"GoalTracker\.to_json wrote|utterance"):
+            GoalTracker.from_json(broken, WordModel())
 
 
 def test_a_tracker_that_ranks_belongs_to_the_model_that_is_asked() -> None:

@@ -513,3 +513,31 @@ def test_all_that_is_guessed_at_once_stays_within_the_budget() -> None:
     found = [CATALOGUE.get(each[0].target) for each in offers if each]
     assert len(found) > 3
     assert sum(item.price or 0 for item in found if item) <= 30
+
+
+@pytest.mark.parametrize(
+    ("utterances", "basket"),
+    [
+        (["Milk and eggs", "Remove the milk. Buy it now."], {"Large Eggs": 1}),
+        (["Milk and eggs", "Actually no milk. Just buy it."], {"Large Eggs": 1}),
+        (["Eggs", "Add rye bread. Pay now."], {"Large Eggs": 1, "Rye Bread": 1}),
+        (["Get the cheapest peanut butter"], {"Creamy Peanut Butter": 1}),
+        (["Cheaper ice cream please"], {"Vanilla Ice Cream": 1}),
+        (["Milk", "Does the milk contain nuts? Then remove the milk"], {}),
+        (["5 whole milk", "Halve the milk", "Add eggs"], {"Whole Milk": 3, "Large Eggs": 1}),
+        (["5 whole milk", "Make the milk 2", "Add eggs"], {"Whole Milk": 2, "Large Eggs": 1}),
+        (
+            ["5 whole milk, 3 oat milk", "Make the oat milk 1", "Ok"],
+            {"Whole Milk": 5, "Oat Milk": 1},
+        ),
+    ],
+)
+def test_what_is_said_beside_or_later_takes_nothing_back(
+    utterances: list[str], basket: dict[str, int]
+) -> None:
+    shop = GroceryShop(CATALOGUE, search=SEARCH)
+    for number, utterance in enumerate(utterances, 1):
+        turns = said(*utterances[:number])
+        for action in [] if shop.answer(utterance) else shop.requests(turns):
+            assert shop.step(action).ok
+    assert shop.basket == basket

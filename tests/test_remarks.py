@@ -71,6 +71,7 @@ That is way over 20 dollars!
 Good morning, how are you today?
 What did you just add?
 Goodbye
+I never asked you to add it
 
 """.strip().splitlines()
 
@@ -142,6 +143,12 @@ I have not eaten yet
 We didn't have breakfast
 Stop at the bakery for bread
 No more sugar
+What the kids love is pizza.
+Have you any ideas for a vegan dinner?
+We haven't ordered the birthday cake yet
+We never want meat again
+I did not mention that I am vegan
+What can you do with chicken?
 It's over there
 That is more than enough for a cake with cherries
 

@@ -26,12 +26,13 @@ Advice = Literal["act", "ask", "propose"]
 
 _DENIAL = re.compile(
     r"(?P<not>n't|\b(?:can|do)not)\b|\b(?:aint|not|no|nope|nah|none|nor|neither|never|nothing"
-    r"|nobody|nowhere|without|stop|halt|wait|abort|cancel|forget|undo|refuse|avoid|except|unless"
+    r"|nobody|nowhere|without|stop|halt|wait|abort|cancel\w*|forget|undo|refuse|avoid|except|unless"
     r"|wrong|rather\b[^.;!?]{0,60}\bthan|instead of|hold on|hang on"
     r"|chang(?:ed?|ing) (?:my|our) minds?"
     r"|hat(?:e|ed|es|ing)|dislik\w+|loath\w+|detest\w*|dread\w*|regret\w*|mistaken?|mistakes"
     r"|(?:keep|leave|count) (?:me|us|it|that|this|them) out|stay out|out of the question"
-    r"|far from|already|yesterday|pointless|scrap|last thing)\b"
+    r"|far from|already|yesterday|pointless|scrap|last thing|doubt\w*|skip|drop|hardly|scarcely"
+    r"|barely|anything but|(?:done|finished|through) with|enough of|quit|leave|remove)\b"
 )
 _GIVEN_LEAVE = re.compile(
     r"\bif (?:possible|it's possible|you (?:please|like|wish|can|could|would)\b(?! not))"

@@ -251,9 +251,12 @@ class GoalTracker:
         try:
             data = json.loads(text)
             belief = belief_from_json(data["belief"])
-            turns = [Turn(query, utterance) for query, utterance in data["turns"]]
+            turns = [
+                Turn(readable(query, "query"), checked_text(utterance, "utterance"))
+                for query, utterance in data["turns"]
+            ]
             task = data["task"]
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
             raise InvalidInputError(
                 f"This is not what GoalTracker.to_json wrote ({type(error).__name__}: {error})."
             ) from None
@@ -264,6 +267,12 @@ class GoalTracker:
             raise InvalidInputError(
                 f"This tracker was saved with the model {saved}, and here is {here}. Give the one "
                 "that it had, or let a new tracker observe its turns."
+            )
+        whole = isinstance(tracker.likelihood, PromptedRanking)  # it reads all turns as one
+        if not whole and len(turns) != len(belief.log_likelihood):
+            raise InvalidInputError(
+                f"This is not what GoalTracker.to_json wrote ({len(turns)} turns, and a belief "
+                f"over {len(belief.log_likelihood)})."
             )
         tracker.turns, tracker.belief = turns, belief
         return tracker

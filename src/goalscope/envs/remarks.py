@@ -47,16 +47,19 @@ _PATTERNS = (
     rf"what (?:is|are|was|were) (?:{_THAT}|you|going on|happening|wrong|all {_THAT})(?: .*)?",
     rf"what's (?:{_THAT}|going on|happening|wrong|all {_THAT})(?: .*)?",
     r"what (?:did|have|had) you .*",
-    r"what (?:the .*|on earth .*|do you mean.*|(?:can|could|do|else can) you do(?: .*)?)",
+    r"what (?:(?:the|on) (?:hell|heck|fuck|devil|deuce|earth)\b.*|do you mean.*"
+    r"|(?:can|could|do|else can) you do(?: (?!with|for)\w+)?)",
     rf"how (?:are you|is it going|do you (?:do|know|work)|does {_THAT} work|did you)(?: .*)?",
     r"how's (?:it going|that)(?: .*)?",
     r"(?:did|didn't|have|haven't|had|are|aren't|were|weren't) (?:you|i|we)\b"
-    r"(?! (?:able|going|got|seen|heard)\b) .*",
+    r"(?! (?:able|going|got|seen|heard|any|ideas?|suggestions?|recommendations?)\b) .*",
     rf"(?:is|isn't|was|wasn't|are|aren't|were|weren't) {_THAT}\b"
     r"(?! (?:ok(?:ay)?|possible|fine|too late)\b)(?: .*)?",
     r"do you (?:(?:even |really )?(?:understand|listen|hear me|get it)|see the problem)(?: .*)?",
     rf"(?:i|we) (?:really )?{_NEGATED} (?:ask|want|say|said|order|mention|need|request|mean|tell"
-    r"|told|agree)(?:ed)?\b.*",
+    rf"|told|agree)(?:ed)?(?:(?: any of)? {_THAT}(?: (?:things?|stuff|either|at all|now|yet"
+    r"|please))*"
+    r"| (?:for|to|you)\b.*| (?:that )?(?:i|we) (?:want|need|like|eat|ask)\w*\b.*| so)?",
     r"nobody (?:asked|wants|wanted|ordered|needs)\b.*",
     rf"(?:{_THAT}(?:'s| is| are| was| were|'re)|you(?:'re| are| were)|i'm|i am)"
     rf"(?: (?:not|just|really|so|very|quite|totally|completely|a bit|all|simply|rather))*"

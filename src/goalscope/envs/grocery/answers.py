@@ -210,6 +210,8 @@ def _cheapest(term: str, shop: Stock) -> str | None:
 
 def _suits(text: str, shop: Stock) -> str | None:
     """Whether a thing suits a diet, as far as names and tags tell; None where nobody asks it."""
+    if re.search(r"[.?!;] ", text):  # more is said than that
+        return None
     if (match := _SAFE.fullmatch(text)) and hinted(text) | diet(text):
         term, what = match.groups()
     elif match := _FREE.fullmatch(text):

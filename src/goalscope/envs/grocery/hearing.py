@@ -13,7 +13,7 @@ from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.diets import diet, hinted, implied, is_diet, violates
 from goalscope.envs.grocery.limits import budget, guesses
 from goalscope.envs.grocery.names import Names
-from goalscope.envs.grocery.orders import tries_to_buy
+from goalscope.envs.grocery.orders import besides_buying
 from goalscope.envs.grocery.requests import (
     Refusal,
     clears,
@@ -200,7 +200,7 @@ class _Listener:
         self.guesses = guesses(utterance, self.guesses)
         self.budget = budget(utterance, self.budget)
         why = asks_why(utterance)
-        for clause in () if tries_to_buy(utterance) else heard(utterance):
+        for clause in heard(besides_buying(utterance)):
             if unasked(clause) or (why and _UNWANTED.search(clause.text)):
                 self.unasked = True
                 continue
@@ -308,6 +308,11 @@ class _Listener:
         for phrase, other in self.asked.items():
             replaces = tuple(old for old in other.replaces if singulars(old) != asked)
             self.asked[phrase] = replace(other, replaces=replaces)
+        if request.change in ("exactly", "half"):
+            for kind in [
+                p for p in self.asked if contains(singulars(p), asked) and singulars(p) != asked
+            ]:
+                del self.asked[kind]
         same = next((p for p in self.asked if singulars(p) == asked), request.phrase)
         before = self.asked.pop(same, None)
         if not newest:
@@ -323,6 +328,8 @@ class _Listener:
         """The request for what its last word says, in the place of what was asked for before."""
         asked = singulars(request.phrase)
         kind = request.phrase.split()[-1]
+        if not any(contains(singulars(p), asked) for p in self.asked):
+            kind = request.phrase
         for phrase in [p for p in self.asked if contains(singulars(p), asked)]:
             request = replace(request, quantity=self.asked[phrase].quantity)
             request = replace(request, counted=self.asked.pop(phrase).counted)

@@ -23,7 +23,7 @@ from goalscope.envs.grocery.words import made
 from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import evened
 
-__all__ = ["adds_it", "is_order", "tries_to_buy"]
+__all__ = ["adds_it", "besides_buying", "is_order", "tries_to_buy"]
 
 _AIM = re.compile(
     rf"\b(?:for|having|hosting|have|to) (?:[\w'-]+ ){{0,3}}{MEAL}s?\b"
@@ -77,9 +77,10 @@ def is_order(utterance: str, meant: Callable[[Request], bool]) -> bool:
         utterance: What the person said, with exact names hidden.
         meant: Whether a request is for a thing of the shop, or for one that it has not.
     """
-    text = evened(utterance)
-    if tries_to_buy(utterance):
+    buys, utterance = tries_to_buy(utterance), besides_buying(utterance)
+    if buys and not utterance:
         return True
+    text = evened(utterance)
     if wants_ideas(utterance) or _AIM.search(text) or any(map(_MADE.match, made(text))):
         return False
     told = unlimited(text) != text
@@ -112,5 +113,19 @@ def adds_it(utterance: str) -> bool:
 
 def tries_to_buy(utterance: str) -> bool:
     """Whether words, a sentence of them at least, look as if all were to be bought by them."""
-    sentences = re.split(r"(?<=[.;!?])\s+", evened(utterance))
-    return any(_TRY.fullmatch(each) and _BUYS.search(each) for each in sentences)
+    return any(map(_tries, _sentences(utterance)))
+
+
+def besides_buying(utterance: str) -> str:
+    """`utterance` without the sentences that try to buy; as it is where none does."""
+    said = _sentences(utterance)
+    rest = [each for each in said if not _tries(each)]
+    return utterance if len(rest) == len(said) else " ".join(rest)
+
+
+def _sentences(utterance: str) -> list[str]:
+    return re.split(r"(?<=[.;!?])\s+", evened(utterance))
+
+
+def _tries(sentence: str) -> bool:
+    return bool(_TRY.fullmatch(sentence) and _BUYS.search(sentence))
