@@ -195,6 +195,7 @@ def test_no_text_is_ever_run(tmp_path: Path, enter) -> None:
             goals.get_by_text("Add a goal").click()
             goals.get_by_role("textbox").last.fill(payload)
             goals.get_by_role("textbox").last.press("Enter")
+            expect(goals.locator("details.add[open]")).to_have_count(0)  # it was taken
             expect(goals.get_by_text(payload, exact=True).first).to_be_visible()
         goals.get_by_role("button", name=re.compile("^<")).first.click()
         expect(goals.get_by_role("button", name="No, rule it out")).to_be_visible()
