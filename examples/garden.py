@@ -3,11 +3,10 @@
 import re
 from pathlib import Path
 
-from goalscope import Turn
 from goalscope.envs import Environment
 from goalscope.envs.tables import read_profiles, refuse_unknown
 from goalscope.policy import Planner
-from goalscope.types import Action, StepResult
+from goalscope.types import Action, StepResult, Turn
 
 TREE = "walnut tree"
 THINGS: tuple[str, ...] = (
@@ -39,15 +38,9 @@ def agrees(turn):
 class Garden(Environment):
     """What stands in a garden."""
 
+    task = "The agent plans a garden. Its task is to lay it out as the human would like it."
+    completion_phrase = "The garden is done"
     things = (TREE,)
-
-    @property
-    def task(self):
-        return "The agent plans a garden. Its task is to lay it out as the human would like it."
-
-    @property
-    def completion_phrase(self):
-        return "The garden is done"
 
     def reset(self):
         self.things = (TREE,)

@@ -74,8 +74,8 @@ def test_a_domain_that_opens_no_environment_says_so(tmp_path: Path, made: str) -
         open_environment(settings)
 
 
-def test_a_domain_takes_fewer_than_90_lines() -> None:
-    assert sum(bool(line.strip()) for line in GARDEN.read_text().splitlines()) < 90
+def test_a_domain_takes_fewer_than_80_lines() -> None:
+    assert sum(bool(line.strip()) for line in GARDEN.read_text().splitlines()) < 80
 
 
 def test_what_was_said_last_of_a_thing_counts(garden: Environment) -> None:
