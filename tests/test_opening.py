@@ -167,3 +167,9 @@ def calls_in(folder: Path) -> int:
     with closing(sqlite3.connect(folder / "calls.db")) as database:
         (count,) = database.execute("SELECT count(*) FROM calls").fetchone()
     return count
+
+
+@pytest.mark.parametrize("how", [{}, {"adapter": "x" * 5000}])
+def test_a_name_that_is_too_long_for_a_file_is_no_file(how: dict[str, str]) -> None:
+    with pytest.raises(ModelError, match=r"There is no (model file|adapter) at"):
+        open_model("[" * 5000, **how)

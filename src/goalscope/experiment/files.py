@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -30,5 +31,5 @@ def hashes_of(settings: Settings) -> dict[str, str]:
     return {
         key: hashlib.sha256(Path(file).read_bytes()).hexdigest()[:12]
         for key, file in named.items()
-        if file and Path(file).is_file()
+        if file and os.path.isfile(file)
     }

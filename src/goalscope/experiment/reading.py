@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
@@ -188,5 +189,5 @@ def _found(part: Any, folder: Path) -> Any:
 def _place(name: str, folder: Path) -> str:
     """A file or folder beside the TOML file, or here, by its full path; another name as it is."""
     return next(
-        (str(each.absolute()) for each in (folder / name, Path(name)) if each.exists()), name
+        (str(each.absolute()) for each in (folder / name, Path(name)) if os.path.exists(each)), name
     )

@@ -100,8 +100,8 @@ def adapter_file(name: str | Path) -> Path:
         ModelError: There is none.
     """
     path = Path(name).expanduser()
-    file = path / "adapter.gguf" if path.is_dir() else path
-    if not file.is_file():
+    file = path / "adapter.gguf" if os.path.isdir(path) else path
+    if not os.path.isfile(file):
         raise ModelError(
             f"There is no adapter at {path}. Name a GGUF file, or a folder that `goalscope fit` "
             "has finished."

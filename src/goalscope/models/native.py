@@ -78,7 +78,7 @@ class Weights:
         """
         self.lib = bindings()
         self.path = path
-        if not path.is_file():
+        if not os.path.isfile(path):
             raise ModelError(f"There is no model file at {path}. Check the path.")
         with path.open("rb") as file:
             is_gguf = file.read(4) == b"GGUF"
@@ -118,7 +118,7 @@ class Weights:
         Raises:
             ModelError: The file is missing, or is no adapter for these weights.
         """
-        if not path.is_file():
+        if not os.path.isfile(path):
             raise ModelError(f"There is no adapter at {path}. Check the path.")
         self.adapter = self.lib.llama_adapter_lora_init(self.model, os.fsencode(path))
         if not self.adapter:

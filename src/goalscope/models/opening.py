@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
@@ -240,11 +241,11 @@ def _local(
     adapter: Path | None = None,
 ) -> OpenModel:
     text = str(name or "")
-    if text.startswith("hf:") or Path(text, "config.json").is_file():
+    if text.startswith("hf:") or os.path.isfile(Path(text, "config.json")):
         from goalscope.models.transformers import Transformers
 
         return Transformers(text.removeprefix("hf:"), adapter=adapter)
-    if text and Path(text).is_dir():
+    if text and os.path.isdir(text):
         files = ", ".join(sorted(each.name for each in Path(text).glob("*.gguf"))) or "none"
         raise ModelError(
             f"The folder {text} holds no config.json, so it is no model of Transformers. Name a "
@@ -273,7 +274,7 @@ def _served_scorer(address: str, tokenizer: str | Path | None) -> OpenScorer:
         server.close()
         raise
     try:
-        if not tokenizer and "/" not in home and not Path(home).exists():
+        if not tokenizer and "/" not in home and not os.path.exists(home):
             raise ModelError(f"{home} is no name on the Hugging Face hub, such as owner/name.")
         return ServedScorer(server, _tokenizer(home))
     except ModelError as error:

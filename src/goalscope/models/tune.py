@@ -107,7 +107,7 @@ def tuned(source: Path, threads: int, report: Report | None = None) -> Tuning:
     A file that cannot be tuned, or that another process tunes just now, is run as it is.
     """
     plain = Tuning(source, source, threads, Running(threads))
-    if os.environ.get("GOALSCOPE_TUNE") == "0" or not source.is_file():
+    if os.environ.get("GOALSCOPE_TUNE") == "0" or not os.path.isfile(source):
         return plain
     kept = _kept(source, threads)
     if kept is not None:
