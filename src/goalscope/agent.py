@@ -221,6 +221,7 @@ class Agent:
                 self._progress("planning")
                 outcome = self.planner.act(self.env, wants, turns, history)
             results = outcome.results
+            how_to_end = f'If that is all, say "{self.env.completion_phrase}".'
             final = self.env.completion_actions() if complete else []
             if final and self.confirm and confirmed != self.env.fingerprint():
                 complete, outcome = False, replace(outcome, question=CONFIRM)
@@ -235,10 +236,10 @@ class Agent:
                 replans=outcome.replans,
                 status=self.env.status(),
                 notes=(
-                    *([NO_GOAL] if missing and not (ends or exact) else []),
+                    *([NO_GOAL] if missing and not exact else []),
                     *self._notes(turns, outcome),
                     *([] if asks else self.env.unmet(turns, outcome.results)),
-                    *([] if ends or not takes_leave(turn.utterance) else [self._how_to_end()]),
+                    *([how_to_end] if takes_leave(turn.utterance) and not ends else []),
                 ),
                 terminated=complete or any(result.terminated for result in results),
                 question=outcome.question,
@@ -330,9 +331,6 @@ class Agent:
     def _stated(self, belief: Belief) -> list[tuple[Goal, float]]:
         """The top k goals, without "Unspecified"."""
         return [each for each in belief.top() if each[0] != UNSPECIFIED][: self.k]
-
-    def _how_to_end(self) -> str:
-        return f'If that is all, say "{self.env.completion_phrase}".'
 
     def _notes(self, turns: Sequence[Turn], outcome: Outcome) -> Iterator[str]:
         """What the person should be told of a round.

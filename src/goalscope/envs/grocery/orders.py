@@ -77,14 +77,14 @@ def is_order(utterance: str, meant: Callable[[Request], bool]) -> bool:
         utterance: What the person said, with exact names hidden.
         meant: Whether a request is for a thing of the shop, or for one that it has not.
     """
-    buys, utterance = tries_to_buy(utterance), besides_buying(utterance)
-    if buys and not utterance:
+    rest = besides_buying(utterance)
+    if utterance and not rest:
         return True
-    text = evened(utterance)
-    if wants_ideas(utterance) or _AIM.search(text) or any(map(_MADE.match, made(text))):
+    text = evened(rest)
+    if wants_ideas(rest) or _AIM.search(text) or any(map(_MADE.match, made(text))):
         return False
     told = unlimited(text) != text
-    for said in heard(utterance):
+    for said in heard(rest):
         if said.mood is Mood.QUESTION or unasked(said):
             told = True
             continue
