@@ -6,8 +6,9 @@ import pytest
 
 from goalscope.envs.grocery.amounts import Request, packages
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.diets import DIETS, diet, violates
+from goalscope.envs.grocery.diets import diet
 from goalscope.envs.grocery.requests import Refusal, amount, clears, unwanted, wanted
+from goalscope.envs.grocery.restrictions import DIETS, violates
 from goalscope.envs.grocery.rewording import heard
 
 

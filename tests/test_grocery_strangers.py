@@ -5,29 +5,11 @@ from __future__ import annotations
 import pytest
 
 from fakes import said
-from goalscope.envs.grocery import Catalogue, GroceryShop
-from goalscope.envs.grocery.diets import violates
-from goalscope.envs.grocery.search import Search
+from goalscope.envs.grocery.restrictions import violates
 from goalscope.types import Action
+from shops import CATALOGUE, shop, talked
 
-CATALOGUE = Catalogue.load()
-SEARCH = Search(CATALOGUE)
 FULL = {"Whole Milk": 2, "Large Eggs": 1, "Bananas": 1}
-
-
-def heard(basket: dict[str, int], *utterances: str) -> tuple[dict[str, int], list[str]]:
-    """What the basket holds in the end, and what was told of the newest words."""
-    shop = GroceryShop(CATALOGUE, search=SEARCH)
-    for name, number in basket.items():
-        assert shop.step(Action("add item", name, number)).ok
-    told: list[str] = []
-    for number in range(1, len(utterances) + 1):
-        turns = said(*utterances[:number])
-        asks = shop.answer(turns[-1].utterance) is not None
-        results = [shop.step(action) for action in ([] if asks else shop.requests(turns))]
-        assert all(result.ok for result in results)
-        told = shop.unmet(turns, results)
-    return shop.basket, told
 
 
 @pytest.mark.parametrize(
@@ -256,7 +238,7 @@ def heard(basket: dict[str, int], *utterances: str) -> tuple[dict[str, int], lis
 def test_what_strangers_type_is_understood(
     basket: dict[str, int], utterances: list[str], after: dict[str, int]
 ) -> None:
-    assert heard(basket, *utterances)[0] == after
+    assert talked(basket, *utterances)[0].basket == after
 
 
 @pytest.mark.parametrize(
@@ -322,8 +304,8 @@ def test_what_strangers_type_is_understood(
 def test_what_is_unclear_or_has_no_substitute_changes_nothing_and_is_told(
     utterances: list[str], after: dict[str, int] | None, told: list[str]
 ) -> None:
-    basket, notes = heard(FULL, *utterances)
-    assert after is None or basket == after
+    opened, notes = talked(FULL, *utterances)
+    assert after is None or opened.basket == after
     assert len(notes) == len(told)
     assert all(note.startswith(start) for note, start in zip(notes, told, strict=True))
 
@@ -373,8 +355,8 @@ def test_what_is_unclear_or_has_no_substitute_changes_nothing_and_is_told(
 def test_which_ones_are_meant_takes_nothing_out_that_has_no_substitute(
     utterances: list[str], after: dict[str, int] | None, told: list[str]
 ) -> None:
-    basket, notes = heard({}, *utterances)
-    assert after is None or basket == after
+    opened, notes = talked({}, *utterances)
+    assert after is None or opened.basket == after
     assert len(notes) == len(told)
     assert all(note.startswith(start) for note, start in zip(notes, told, strict=True))
 
@@ -393,23 +375,23 @@ def test_which_ones_are_meant_takes_nothing_out_that_has_no_substitute(
     ],
 )
 def test_what_people_think_is_not_asked_for(thought: str) -> None:
-    assert heard({}, thought)[0] == {}
+    assert talked({}, thought)[0].basket == {}
 
 
 def test_nothing_is_kept_or_guessed_that_harms_a_person() -> None:
-    shop = GroceryShop(CATALOGUE, search=SEARCH)
+    opened = shop()
     for name in ("Buttermilk Pancake Mix", "Spreadable Butter", "Bananas"):
-        assert shop.step(Action("add item", name, 1)).ok
+        assert opened.step(Action("add item", name, 1)).ok
     turns = said("No milk in it please, it gives my daughter a rash.")
-    for action in shop.requests(turns):
-        assert shop.step(action).ok
-    assert shop.basket == {"Bananas": 1}
-    offered = shop.actions(["milk", "butter", "pancake mix", "cheese", "cream"], turns)
+    for action in opened.requests(turns):
+        assert opened.step(action).ok
+    assert opened.basket == {"Bananas": 1}
+    offered = opened.actions(["milk", "butter", "pancake mix", "cheese", "cream"], turns)
     items = [item for action in offered if (item := CATALOGUE.get(action.target))]
     assert len(items) == len(offered) > 0
     assert not any(violates(item, "dairy-free") for item in items)
     turns = said("No milk in it please, it gives my daughter a rash.", "Get butter and cheese")
-    added = [item for each in shop.requests(turns) if (item := CATALOGUE.get(each.target))]
+    added = [item for each in opened.requests(turns) if (item := CATALOGUE.get(each.target))]
     assert not any(violates(item, "dairy-free") for item in added)
 
 
@@ -436,7 +418,7 @@ def test_nothing_is_kept_or_guessed_that_harms_a_person() -> None:
 def test_twice_half_and_less_are_of_what_is_there(
     utterances: list[str], after: dict[str, int]
 ) -> None:
-    assert heard({}, *utterances)[0] == after
+    assert talked({}, *utterances)[0].basket == after
 
 
 @pytest.mark.parametrize(
@@ -460,19 +442,21 @@ def test_twice_half_and_less_are_of_what_is_there(
 def test_what_nobody_asked_for_goes_where_a_person_complains_of_it(
     complaint: str, after: list[str]
 ) -> None:
-    shop = GroceryShop(CATALOGUE, search=SEARCH)
+    opened = shop()
     turns = said("Two packs of eggs, please")
     for action in (
-        *shop.requests(turns),
+        *opened.requests(turns),
         Action("add item", "Bananas"),
         Action("add item", "Spreadable Butter"),
     ):
-        assert shop.step(action).ok
+        assert opened.step(action).ok
     turns = said("Two packs of eggs, please", complaint)
-    for action in shop.requests(turns):
-        assert shop.step(action).ok
-    assert [*shop.basket] == after
-    assert not shop.actions(["banana", "butter"], turns) or complaint.startswith(("Why", "I asked"))
+    for action in opened.requests(turns):
+        assert opened.step(action).ok
+    assert [*opened.basket] == after
+    assert not opened.actions(["banana", "butter"], turns) or complaint.startswith(
+        ("Why", "I asked")
+    )
 
 
 @pytest.mark.parametrize(
@@ -484,14 +468,14 @@ def test_what_nobody_asked_for_goes_where_a_person_complains_of_it(
     ],
 )
 def test_an_allergy_is_to_what_was_just_asked_about(said_so: str) -> None:
-    shop = GroceryShop(CATALOGUE, search=SEARCH)
+    opened = shop()
     for name in ("Creamy Peanut Butter", "Bananas"):
-        assert shop.step(Action("add item", name)).ok
+        assert opened.step(Action("add item", name)).ok
     turns = said(said_so)
-    for action in shop.requests(turns):
-        assert shop.step(action).ok
-    assert [*shop.basket] == ["Bananas"]
-    offered = [each.target for each in shop.actions(["nuts", "almond", "bread"], turns)]
+    for action in opened.requests(turns):
+        assert opened.step(action).ok
+    assert [*opened.basket] == ["Bananas"]
+    offered = [each.target for each in opened.actions(["nuts", "almond", "bread"], turns)]
     items = [item for name in offered if (item := CATALOGUE.get(name))]
     assert len(items) == len(offered) > 0
     assert not any(violates(item, "nut-free") for item in items)
@@ -517,4 +501,5 @@ EMPTY = "The basket is empty, so nothing is bought."
 def test_an_order_to_buy_that_buys_nothing_is_told(
     basket: dict[str, int], words: str, notes: list[str]
 ) -> None:
-    assert heard(basket, words) == (basket, notes)
+    opened, told = talked(basket, words)
+    assert (opened.basket, told) == (basket, notes)

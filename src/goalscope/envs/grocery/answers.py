@@ -10,8 +10,9 @@ from typing import Protocol
 
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import called
-from goalscope.envs.grocery.diets import diet, hinted, implied, undieted, violates
+from goalscope.envs.grocery.diets import diet, hinted, implied, undieted
 from goalscope.envs.grocery.requests import Refusal
+from goalscope.envs.grocery.restrictions import violates
 from goalscope.envs.grocery.words import contains, singulars
 from goalscope.envs.speech import LEAD, evened
 

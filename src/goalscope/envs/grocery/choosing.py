@@ -7,8 +7,8 @@ from collections.abc import Collection, Sequence
 
 from goalscope.envs.grocery.amounts import CONTAINER, Request
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.diets import violates
 from goalscope.envs.grocery.hearing import Hearing
+from goalscope.envs.grocery.restrictions import violates
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.words import contains, head_nouns, singular, singulars, words
 
@@ -71,7 +71,13 @@ class Choice:
             return None
         others = (item for item in self._search.named(phrase) if _allowed(item, hearing))
         named = called(phrase, list(dict.fromkeys([*self._found(phrase, hearing), *others])))
-        named.sort(key=lambda item: (self._search.mixed(item, phrase), len(words(item.name))))
+        named.sort(
+            key=lambda item: (
+                not hearing.diets <= item.tags,
+                self._search.mixed(item, phrase),
+                len(words(item.name)),
+            )
+        )
         found = next((item for item in named if item.name in basket), next(iter(named), None))
         if found:
             return found
@@ -109,13 +115,15 @@ class Choice:
     def offers(self, term: str, hearing: Hearing, decided: Collection[str]) -> list[Item]:
         """The best permitted items that are what the term's last word says.
 
-        None where one of them is among the names that are `decided`: in the basket, it serves the
-        term already. None for what the person wants to make, either.
+        Those that are labelled for the person's diets stand for all, where there are any. None
+        where one of them is among the names that are `decided`: in the basket, it serves the term
+        already. None for what the person wants to make, either.
         """
         head = " ".join(words(term)[-1:])
         if head in _VAGUE or hearing.makes(term) or hearing.spurns(term):
             return []
-        offers = [i for i in self._found(term, hearing) if _is_a(i, head)][:_PER_TERM]
+        offers = [i for i in self._found(term, hearing) if _is_a(i, head)]
+        offers = ([i for i in offers if hearing.diets <= i.tags] or offers)[:_PER_TERM]
         return [] if any(item.name in decided for item in offers) else offers
 
     def _found(self, term: str, hearing: Hearing) -> list[Item]:

@@ -10,7 +10,7 @@ from functools import lru_cache
 
 from goalscope.envs.grocery.amounts import Request
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.diets import diet, hinted, implied, is_diet, violates
+from goalscope.envs.grocery.diets import diet, hinted, implied, is_diet
 from goalscope.envs.grocery.limits import budget, guesses
 from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.orders import besides_buying
@@ -23,6 +23,7 @@ from goalscope.envs.grocery.requests import (
     unwanted,
     wanted,
 )
+from goalscope.envs.grocery.restrictions import violates
 from goalscope.envs.grocery.rewording import SAME, SAME_ALL, Said, heard
 from goalscope.envs.grocery.words import contains, made, singulars
 from goalscope.envs.remarks import asks_why

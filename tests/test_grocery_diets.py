@@ -1,0 +1,49 @@
+"""What is guessed, and what is taken, for people with diets."""
+
+from __future__ import annotations
+
+import pytest
+
+from fakes import said
+from goalscope.envs.grocery.catalogue import Item
+from goalscope.envs.grocery.restrictions import violates
+from shops import CATALOGUE, shop, talked
+
+
+@pytest.mark.parametrize(
+    ("restriction", "name", "expected"),
+    [
+        ("vegan", "White Chocolate Chips", True),
+        ("vegan", "Butter Shortbread", True),
+        ("vegan", "Chocolate Fudge Cake", True),
+        ("vegan", "Vegan Chocolate Cake", False),
+        ("vegan", "Dark Chocolate Bar", False),
+        ("vegetarian", "Sea Bass Fillets", True),
+        ("dairy-free", "Apple Danishes", True),
+        ("dairy-free", "Round Cake Pan", False),
+        ("dairy-free", "English Muffins", False),
+        ("egg-free", "Carrot Cake", True),
+        ("egg-free", "Pancake Syrup", False),
+        ("gluten-free", "Rolled Oats", True),
+        ("gluten-free", "Organic Oat Milk", False),
+        ("gluten-free", "Onion Rings", True),
+    ],
+)
+def test_names_tell_what_is_baked_with_milk_eggs_or_flour(
+    restriction: str, name: str, expected: bool
+) -> None:
+    assert violates(Item(1, name), restriction) is expected
+
+
+@pytest.mark.parametrize("restriction", ["vegan", "vegetarian", "dairy-free", "gluten-free"])
+def test_what_is_labelled_for_a_diet_is_guessed_before_what_only_may_fit(restriction: str) -> None:
+    opened, turns = shop(), said(f"I'm having friends over. It must be {restriction}.")
+    for term in ("cookies", "bread", "chocolate", "chips", "crackers", "burgers", "napkins"):
+        items = [CATALOGUE.get(each.target) for each in opened.actions([term], turns)]
+        tagged = [item is not None and restriction in item.tags for item in items]
+        assert all(tagged) or not any(tagged)
+
+
+def test_of_what_is_asked_for_the_labelled_one_is_taken() -> None:
+    assert talked({}, "I'm vegan. Add chocolate chips.")[0].basket == {"Vegan Chocolate Chips": 1}
+    assert talked({}, "Add dark chocolate chips.")[0].basket == {"Dark Chocolate Chips": 1}
