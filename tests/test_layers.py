@@ -33,6 +33,7 @@ LAYERS = [
         "cli_serve",
         "cli_settings",
         "cli_study",
+        "cli_typed",
         "cli_why",
     },
 ]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -82,6 +81,7 @@ def chat(
 
     A resumed episode keeps its options, but for --rounds and --picture.
     """
+    from goalscope.cli_typed import typed
     from goalscope.cli_why import correct
     from goalscope.display import show_belief, show_header, show_round, show_summary
     from goalscope.domains import profile_named
@@ -91,20 +91,10 @@ def chat(
     out, busy = console(), console(stderr=True).status("Thinking...")
 
     def read(query: str) -> str:
-        from goalscope.plain import plain
-
         busy.stop()
-        out.print(plain("Agent  ", "cyan").append_text(plain(query)))
-        while True:
-            words = input("You    ")
-            if not sys.stdin.isatty():
-                out.print(plain(words))
-            if words.strip().casefold().removeprefix("/") in ("quit", "exit"):
-                raise EOFError
-            if not words.lstrip().startswith("/"):
-                busy.start()
-                return words
-            correct(out, session, words)
+        words = typed(out, query, env, lambda words: correct(out, session, words))
+        busy.start()
+        return words
 
     with Store.open(store) as episodes:
         info = episodes.episode(resume) if resume else None
@@ -161,8 +151,8 @@ def chat(
             try:
                 with _resumable(session), busy:
                     for round in session.run():
-                        typed = settings.human == "you"
-                        show_round(out, round, before, transcript=not typed, order=order)
+                        transcript = settings.human != "you"
+                        show_round(out, round, before, transcript=transcript, order=order)
                         draw()
                         before = round.belief
             except EOFError:

@@ -29,6 +29,7 @@ __all__ = [
     "show_reasons",
     "show_round",
     "show_scores",
+    "show_status",
     "show_studies",
     "show_summary",
 ]
@@ -95,8 +96,13 @@ def show_round(
         f"Actions (planned anew {round.replans}x)" if round.replans else "Actions",
     )
     if round.status:
-        console.print(Panel(plain(round.status), title="Status", title_align="left", style="dim"))
+        show_status(console, round.status)
     _rows(console, [(Text("!", "yellow"), plain(note)) for note in round.notes])
+
+
+def show_status(console: Console, status: str) -> None:
+    """Print how things stand."""
+    console.print(Panel(plain(status), title="Status", title_align="left", style="dim"))
 
 
 def show_summary(console: Console, info: EpisodeInfo, seconds: float | None = None) -> None:
