@@ -378,7 +378,9 @@ BUY = Action("buy basket")
         ("what's the cheapest milk?", "The cheapest is Whole Milk, $1.79."),
         ("is there anything cheaper than the sparkling wine?", "The cheapest is Chianti"),
         ("Which is the cheapest?", "say of what"),
-        ("Do you have parmesan?", "Near it: Parmigiano Reggiano"),
+        ("Do you have parmesan?", "The shop has Parmigiano Reggiano, $6.49."),
+        ("Do you have camel milk?", "Near it: Whole Milk"),
+        ("Do you have gruyere?", "The shop has nothing called that."),
     ],
 )
 def test_short_questions_get_short_answers(question: str, answer: str) -> None:

@@ -21,6 +21,9 @@ __all__ = ["Stock", "answered"]
 _NAMED = 5
 """Items that an answer names at most."""
 
+_NEAR = 0.45
+"""Cosine from which on what is found is told to be near."""
+
 _AISLES_NAMED = 30
 """Aisles that an answer names at most."""
 
@@ -124,6 +127,10 @@ class Stock(Protocol):
         """What a person says to have the basket bought."""
         ...
 
+    def nearness(self, text: str) -> float:
+        """Cosine of `text` and the item nearest to it in meaning."""
+        ...
+
     def status(self) -> str:
         """The basket, for people."""
         ...
@@ -177,7 +184,8 @@ def _offered(term: str, shop: Stock) -> str:
     listed = "; ".join(f"{i.name}, {money(i.price)}" for i in (exact or found)[:_NAMED])
     if exact:
         return f"The shop has {listed}."
-    return f"The shop has nothing called that. Near it: {listed}."
+    near = f" Near it: {listed}." if shop.nearness(term) > _NEAR else ""
+    return f"The shop has nothing called that.{near}"
 
 
 def _alike(item: Item, asked: str) -> int:

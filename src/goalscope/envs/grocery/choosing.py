@@ -72,11 +72,7 @@ class Choice:
         others = (item for item in self._search.named(phrase) if _allowed(item, hearing))
         named = called(phrase, list(dict.fromkeys([*self._found(phrase, hearing), *others])))
         named.sort(
-            key=lambda item: (
-                not hearing.diets <= item.tags,
-                self._search.mixed(item, phrase),
-                len(words(item.name)),
-            )
+            key=lambda item: (not hearing.diets <= item.tags, self._search.plainness(item, phrase))
         )
         found = next((item for item in named if item.name in basket), next(iter(named), None))
         if found:

@@ -6,7 +6,7 @@ import os
 import sqlite3
 import tempfile
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +16,7 @@ import numpy.typing as npt
 import platformdirs
 
 from goalscope.envs.grocery.catalogue import Catalogue, Item
+from goalscope.envs.grocery.synonyms import translator
 from goalscope.envs.grocery.words import (
     head_nouns,
     head_words,
@@ -94,6 +95,10 @@ class Search:
         """Cosine of `text` and the item nearest to it in meaning."""
         return float(_nearness(self._vectors, embedded([text])[0]).max())
 
+    def translated(self, text: str) -> str:
+        """`text` in the words of the catalogue: "crisps" as "potato chips"."""
+        return self._translate(text)
+
     def mended(self, phrase: str) -> str:
         """`phrase` with slips of the pen mended, as far as they are slips of the items' words."""
         known = frozenset(self._holding)
@@ -108,10 +113,15 @@ class Search:
             common = common & self._holding.get(word, set[int]())
         return [self._catalogue.items[place] for place in sorted(common)]
 
-    def mixed(self, item: Item, phrase: str) -> int:
-        """How many words of the item's name are other things than `phrase`: garlic in a bread."""
+    def plainness(self, item: Item, phrase: str) -> tuple[int, int, int]:
+        """How plainly the item is `phrase`, the plainest least.
+
+        By how many words of its name are other things (garlic in a bread), by how many it has, and
+        by how many are no mere qualities.
+        """
         others = set(singulars(item.name)) - set(singulars(phrase))
-        return sum(word in self._heads for word in others)
+        things = sum(word in self._heads for word in others)
+        return things, len(words(item.name)), len(others - _QUALITIES)
 
     def kinds(self, text: str, limit: int) -> list[str]:
         """Generic names such as "flour" that may serve `text`, nearest first.
@@ -157,6 +167,10 @@ class Search:
             return missing, -float(nearness[index]), index
 
         return sorted(self._heads.get(query[-1], ()), key=order)[:_DEPTH]
+
+    @cached_property
+    def _translate(self) -> Callable[[str], str]:
+        return translator(lambda name: bool(self.named(name)))
 
     @cached_property
     def _words(self) -> list[frozenset[str]]:

@@ -103,8 +103,13 @@ class GroceryShop:
         """The items nearest in meaning to `text`, best first, at most `limit`."""
         return self._search.search(text, limit)
 
+    def nearness(self, text: str) -> float:
+        """Cosine of `text` and the item nearest to it in meaning."""
+        return self._search.nearness(text)
+
     def kinds(self, text: str, limit: int) -> list[str]:
         """Generic names such as "flour" that may serve `text`, nearest first."""
+        text = self._search.translated(text)
         said = self._names.hidden(text)
         if refuses(said):
             text = self._names.shown(unrefused(said))
@@ -112,6 +117,7 @@ class GroceryShop:
 
     def mentioned(self, utterances: Sequence[str]) -> list[str]:
         """Generic names of things here that the person spoke of, and did not refuse."""
+        utterances = [self._search.translated(each) for each in utterances]
         hearing = hear(utterances, self._names)
         said = [self._names.brief(unrefused(self._names.hidden(each))) for each in utterances]
         text = f" {' '.join(singulars('. '.join(said)))} "
@@ -296,7 +302,7 @@ class GroceryShop:
 
     def answer(self, question: str) -> str | None:
         """Answer a question about stock, prices or the basket; None for anything else."""
-        return answered(question, self)
+        return answered(self._search.translated(question), self)
 
     def is_completion(self, turn: Turn) -> bool:
         """Whether the person orders the purchase of the basket here and now.
@@ -339,7 +345,7 @@ class GroceryShop:
 
     def _spoken(self, turns: Sequence[Turn]) -> list[str]:
         """What the person said; "add it" names what a question just before was about."""
-        said = [turn.utterance for turn in turns]
+        said = [self._search.translated(turn.utterance) for turn in turns]
         for i, turn in enumerate(turns):
             if adds_it(turn.utterance):
                 asked = [said[i - 1]] if i and said[i - 1].rstrip().endswith("?") else []

@@ -1,0 +1,123 @@
+"""One thing under several names: what people call it, in the words of the shop."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+__all__ = ["translator"]
+
+_GROUPS = """
+aubergine, eggplant
+courgette, zucchini
+clementine, satsuma, tangerine, mandarin
+rocket, arugula
+spring onion, green onion, scallion
+beetroot, beet
+mangetout, mange tout, snow pea
+sweetcorn, sweet corn
+fresh coriander, fresh cilantro
+coriander leaf, fresh cilantro
+capsicum, bell pepper
+cos lettuce, romaine lettuce
+chestnut mushroom, cremini mushroom
+garbanzo, garbanzo bean, chickpea
+minced beef, beef mince, minced meat, ground beef
+lamb mince, minced lamb, ground lamb
+pork mince, minced pork, ground pork
+turkey mince, minced turkey, ground turkey
+chicken mince, minced chicken, ground chicken
+prawn, shrimp
+gammon, ham
+streaky bacon, smoked bacon
+parmesan, parmesan cheese, parmigiano, parmigiano reggiano
+semi skimmed milk, semi-skimmed milk, low-fat milk, low fat milk, 2% milk, 2% reduced-fat milk
+skimmed milk, nonfat milk, non-fat milk, fat-free milk, skim milk
+full fat milk, full-fat milk, full cream milk, whole milk
+emmental, emmenthal, emmental cheese, swiss cheese
+double cream, whipping cream, heavy cream, heavy whipping cream
+soured cream, sour cream
+yoghurt, yogurt
+margarine, spreadable butter
+brown bread, wholemeal bread, wholewheat bread, whole meal bread, whole wheat bread
+white bread, white loaf, white sandwich bread
+brown loaf, whole wheat bread
+burger bun, hamburger bun
+plain flour, all-purpose flour
+wholemeal flour, wholewheat flour, whole wheat flour
+strong flour, bread flour
+cornflour, cornstarch, corn starch
+icing sugar, confectioner's sugar, powdered sugar
+granulated sugar, white sugar
+demerara sugar, brown sugar
+bicarbonate of soda, bicarb, baking soda
+treacle, molasses
+sultana, raisin
+desiccated coconut, shredded coconut
+vanilla essence, vanilla extract
+hundreds and thousands, rainbow sprinkle
+cake candle, birthday candle
+tomato puree, tomato paste
+stock cube, bouillon cube
+vegetable stock, veggie stock, vegetable broth
+chicken stock, chicken broth
+beef stock, beef broth
+mayo, mayonnaise
+tomato ketchup, ketchup
+porridge oat, porridge, rolled oat
+crisps, potato crisp, potato chip
+fizzy drink, soft drink, soda
+coke, coca cola, cola
+fizzy water, club soda, sparkling water
+ice lolly, popsicle
+oven chip, french fry
+fish finger, fish stick
+loo roll, toilet roll, loo paper, toilet tissue, toilet paper
+kitchen roll, kitchen towel, kitchen paper, paper towel
+tissue, kleenex, facial tissue
+nappy, diaper
+washing up liquid, washing-up liquid, dishwashing liquid, dish soap
+washing powder, laundry powder, laundry detergent
+bin bag, bin liner, garbage bag, trash bag
+cling film, clingfilm, saran wrap, plastic wrap
+tin foil, tinfoil, kitchen foil, aluminium foil, aluminum foil
+baking paper, greaseproof paper, parchment paper
+serviette, napkin
+plaster, band-aid, band aid, adhesive bandage
+"""
+"""Names of one thing, in the singular: a line for each thing."""
+
+_WORD_ENDS = r"(?<![\w-])(?:{})(?![\w-])"
+
+
+def translator(has: Callable[[str], bool]) -> Callable[[str], str]:
+    """A function that says in the shop's words what people say in theirs.
+
+    A name is changed where the shop has nothing by it, and has something by another one.
+
+    Args:
+        has: Whether the shop has anything by a name.
+    """
+    known: dict[str, str] = {}
+    for line in _GROUPS.strip().splitlines():
+        names = line.split(", ")
+        there = next((name for name in reversed(names) if has(name)), "")
+        known |= {name: there for name in names if there and not has(name)}
+    if not known:
+        return lambda text: text
+    spelled = {form: name for name in known for form in (name, *_plurals(name))}
+    pattern = re.compile(
+        _WORD_ENDS.format("|".join(map(re.escape, sorted(spelled, key=len, reverse=True)))),
+        re.IGNORECASE,
+    )
+
+    def shown(match: re.Match[str]) -> str:
+        name = known[spelled[match[0].casefold()]]
+        plural = match[0][-1] in "sS" and not name.endswith("s")
+        return _plurals(name)[-1 if name.endswith("y") else 0] if plural else name
+
+    return lambda text: pattern.sub(shown, text)
+
+
+def _plurals(name: str) -> tuple[str, str, str]:
+    return f"{name}s", f"{name}es", f"{name[:-1]}ies"

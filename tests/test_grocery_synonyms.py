@@ -1,0 +1,55 @@
+"""One thing under several names, on both sides of an ocean."""
+
+from __future__ import annotations
+
+import pytest
+
+from goalscope.envs.grocery.synonyms import translator
+from shops import CATALOGUE, SEARCH, talked
+
+
+@pytest.mark.parametrize(
+    ("said", "basket"),
+    [
+        ("2 bags of crisps and an aubergine", {"Salted Potato Chips": 2, "Eggplant": 1}),
+        ("Get semi-skimmed milk, please.", {"2% Reduced-Fat Milk": 1}),
+        ("Add Parmesan and a courgette", {"Parmigiano Reggiano": 1, "Zucchini": 1}),
+        ("I need loo rolls, nappies and washing-up liquid",
+         {"Toilet Paper": 1, "Newborn Diapers": 1, "Dish Soap": 1}),
+        ("brown bread", {"Whole Wheat Bread": 1}),
+    ],
+)  # fmt: skip
+def test_what_people_call_it_is_found(said: str, basket: dict[str, int]) -> None:
+    opened, told = talked({}, said)
+    assert (opened.basket, told) == (basket, [])
+
+
+def test_questions_and_mentions_are_translated_too() -> None:
+    opened, _ = talked({}, "Add crisps.")
+    assert "Salted Potato Chips" in (opened.answer("How much are the crisps?") or "")
+    assert opened.mentioned(["crisps"]) == ["potato chips"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "A crisp white wine",
+        "sweet potatoes",
+        "biscuits",
+        "I'd like a crisper salad",
+        "",
+    ],
+)
+def test_other_words_stand_as_they_are(text: str) -> None:
+    assert SEARCH.translated(text) == text
+
+
+@pytest.mark.parametrize("item", CATALOGUE.items, ids=lambda item: item.name)
+def test_no_name_of_the_shop_is_changed(item) -> None:
+    assert SEARCH.translated(item.name) == item.name
+
+
+def test_each_shop_has_words_of_its_own() -> None:
+    british = translator({"aubergine", "nappy", "crisps"}.__contains__)
+    assert british("Eggplants, potato chips and a diaper") == "aubergines, crisps and a nappy"
+    assert translator(lambda name: False)("eggplants") == "eggplants"
