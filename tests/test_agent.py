@@ -1,5 +1,6 @@
 """Algorithm 1, round by round, on a room with a lamp."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
@@ -298,6 +299,18 @@ def test_a_remark_is_followed_by_the_plainest_question_and_leave_by_how_to_end()
     round = agent.step(agent.ask(), "Thanks, that's all.")
     assert agent.ask() == FALLBACK
     assert 'If that is all, say "Good night".' in round.notes
+
+
+def test_an_order_that_was_followed_is_not_asked_about() -> None:
+    class Switchboard(LampRoom):
+        def requests(self, turns: Sequence[Turn]) -> list[Action]:
+            return self.actions(self.mentioned([turns[-1].utterance]))
+
+    agent = Agent(Switchboard(), WordModel(REPLIES))
+    agent.step(agent.ask(), "just nothing")
+    assert agent.ask() == "Is it bright enough?"
+    agent.step(agent.ask(), "just the lamp")
+    assert agent.ask() == FALLBACK
 
 
 def test_a_question_that_echoes_the_person_is_not_asked() -> None:

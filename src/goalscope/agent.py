@@ -146,7 +146,11 @@ class Agent:
         return [round.turn for round in self.rounds]
 
     def ask(self) -> str:
-        """The next query (and before it the answer to what the person asked)."""
+        """The next query (and before it the answer to what the person asked).
+
+        After a remark, or an order that was understood and followed, there is nothing to ask about
+        but what else they would like; an informative question is asked after orders, too.
+        """
         self._progress("asking")
         if self.rounds and (question := self.rounds[-1].question):
             return with_answer(self.env, self.turns[-1], question)
@@ -166,6 +170,8 @@ class Agent:
                 heard=self._draft,
             )
             return self._asked[0]
+        if self.rounds and self.rounds[-1].results and self.env.is_order(self.turns):
+            return with_answer(self.env, self.turns[-1], FALLBACK)
         return ask(self.model, self.env, self.turns, seed=seed, heard=self._draft)
 
     def step(
