@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import wraps
+from inspect import signature
 from threading import RLock
 from typing import Any, Literal, TypeVar, cast, get_args
 
@@ -95,6 +96,8 @@ class GoalTracker:
                 f"{f', which lacks {needs[0]}' if 0 < len(needs) < len(_MODEL) else ''}. "
                 "Goals are given as goals=[...]."
             )
+        if model is not None and (wrong := _wrong(model)):
+            raise InvalidInputError(f"The model {model_name(model)} cannot be used: {wrong}.")
         if likelihood is not None and not hasattr(likelihood, "log_likelihood"):
             raise InvalidInputError(f"likelihood must be one such as RolePlay, not {likelihood!r}.")
         self.task = checked_text(task, "task")
@@ -368,6 +371,18 @@ class GoalTracker:
         removed = goals.removed([belief.drop(given) for belief in beliefs])
         self.drop(change.goal for change in removed)
         return [*added, *removed], missing and not added
+
+
+def _wrong(model: LikelihoodModel) -> str:
+    """Why a model that somebody wrote cannot be asked; empty where it can be."""
+    try:
+        signature(model.token_logprobs).bind([], [], end_of_turn=False)
+    except TypeError as error:
+        return f"token_logprobs(contexts, continuations, *, end_of_turn) is what it needs ({error})"
+    except ValueError:
+        pass  # it is not written in Python
+    size = cast("object", model.context_size)
+    return "" if isinstance(size, int) else f"context_size must be a number of tokens, not {size!r}"
 
 
 def _calibration(given: object) -> Calibration:
