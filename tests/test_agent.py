@@ -320,6 +320,11 @@ def test_an_order_that_was_followed_is_not_asked_about_and_gives_no_goal_beside_
     assert agent.tracker.belief.goals != goals
 
 
+def test_a_question_about_the_person_is_not_put_to_them() -> None:
+    model = WordModel({**REPLIES, "short question": "Which lamp does the human want?"})
+    assert ask(model, LampRoom(), [Turn("Hello?", "It is dark.")]) == FALLBACK
+
+
 def test_a_question_that_echoes_the_person_is_not_asked() -> None:
     turns = [Turn("Hello?", "Well, is it bright? Is it enough?")]
     assert ask(WordModel(REPLIES), LampRoom(), turns) == FALLBACK
