@@ -39,6 +39,8 @@ def test_any_belief_has_its_advice() -> None:
     for word, beliefs in expected.items():
         assert [told(each) for each in beliefs] == [word] * len(beliefs)
     assert told(BARE.observe([-1.5, 0.0])) == "act"
+    assert told(BARE.observe([0.0, -0.42])) == "propose"
+    assert told(BARE.observe([0.0, -0.39])) == "ask"
     assert told(BARE.observe([-1.3, 0.0])) == "ask"
     assert told(Belief.uniform([TEA, Goal("bake")]).observe([0.0, 0.0])) == "ask"
 

@@ -16,10 +16,13 @@ from goalscope.envs.speech import LEAD, LONGEST, evened
 from goalscope.goals import incomplete
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn, meaning
 
-__all__ = ["SURE", "Advice", "advice", "doubtful", "retracts"]
+__all__ = ["LOST", "SURE", "Advice", "advice", "doubtful", "retracts"]
 
 SURE = 0.8
 """Probability of a goal from which it is acted on: a question costs a fifth of a wrong act."""
+
+LOST = 0.6
+"""Probability of Unspecified above which other goals are asked for: before any word it has half."""
 
 Advice = Literal["act", "ask", "propose"]
 """What an assistant should do next; see `advice`."""
@@ -86,8 +89,8 @@ def advice(
     """What an assistant should do next.
 
     "act" on the likeliest goal, which has the probability `SURE` or more; "ask" the person; or
-    "propose" goals: none explains the words. Before the first turn there is only to ask, or to act
-    on what the person has confirmed.
+    "propose" goals: none explains the words, and Unspecified has more than `LOST`. Before the first
+    turn there is only to ask, or to act on what the person has confirmed.
 
     How likely words are tells little of whether they deny: so nothing is acted on where the newest
     are `doubtful`, nor where the goal would not be as likely without all those that were, and
@@ -118,7 +121,7 @@ def advice(
             )
     if not turns or not len(belief.log_likelihood):
         return "ask"
-    lost = UNSPECIFIED in belief.goals and incomplete(belief, since=since)
+    lost = UNSPECIFIED in belief.goals and incomplete(belief, LOST, since=since)
     return "propose" if lost or belief.is_degenerate else "ask"
 
 
