@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import sys
 
 import pytest
 
@@ -198,6 +199,17 @@ def test_what_cannot_be_used_is_said_in_one_line_and_leaves_nothing_behind(here)
     ]:
         assert cause in fails(2, *args)
     assert not (here / "results").exists()
+
+
+def test_nothing_is_left_behind_where_a_package_or_the_model_is_missing(here, monkeypatch):
+    def broken(*_):
+        raise ModelError("no such weights")
+
+    monkeypatch.setattr(identity, "opened", broken)
+    assert "no such weights" in fails(1, "bench", "mcq", "q.jsonl")
+    monkeypatch.setitem(sys.modules, "bm25s", None)
+    assert "goalscope[experiments]" in fails(1, "bench", "mcq", "q.jsonl")
+    assert not [*here.rglob("*.db*")]
 
 
 def test_results_of_another_code_are_refused_until_told_otherwise(here, monkeypatch):

@@ -116,8 +116,8 @@ def calibrate(
     people = {way: len({each.group for each in found}) for way, found in observed.items()}
     if min(people.values()) < 3:
         raise InvalidInputError(
-            "There are too few dialogues of different people with three goals or more: some are to "
-            "fit on, others to judge by. Give at least three for each model."
+            "There are too few people: some are to fit on, others to judge by. For each model give "
+            "dialogues of at least three people, each dialogue with three goals or more."
         )
     few = [f"{names[way]} (of {n})" for way, n in people.items() if n < PEOPLE]
     if few and not (anyway or out):

@@ -219,7 +219,7 @@ def _run(
     from goalscope.experiment.identity import opened
     from goalscope.experiment.plan import judging, specs_of
     from goalscope.experiment.results import Results
-    from goalscope.experiment.run import run, sole
+    from goalscope.experiment.run import check_packages, run, sole
     from goalscope.experiment.tables import first_attempts, tables_of
 
     if on not in (None, "dask") and not re.match(r"\w+://[^/]+:\d+$", on or ""):
@@ -228,6 +228,7 @@ def _run(
             f"not {on!r}."
         )
 
+    check_packages()
     specs = specs_of(plan, named_folder(data))
     path = results_folder(results) / f"{plan.name}.db"
     try:
@@ -240,10 +241,10 @@ def _run(
     command = shlex.join(["goalscope", *sys.argv[1:]])
     failed: list[str] = []
     done = total = 0
+    with measuring("Loading the model") as report:
+        for spec in specs[:1]:
+            opened(spec["model"], report)
     with sole(path), Results.open(path) as kept:
-        with measuring("Loading the model") as report:
-            for spec in specs[:1]:
-                opened(spec["model"], report)
         try:
             with progress(plan.title or plan.name) as show:
                 for step in run(
