@@ -101,6 +101,15 @@ def test_questions_are_measured_once_and_printed(here):
     assert [cell.attempts for cell in cells("mcq-q")] == [1, 1, 1]
 
 
+def test_long_work_without_a_terminal_says_how_far_it_is(here, monkeypatch):
+    monkeypatch.setattr("goalscope.terminal.LINES", 0.0)
+    said = invoke("bench", "mcq", "q.jsonl", "--json")
+    assert json.loads(said.stdout)
+    assert said.stderr.splitlines()[1:] == [
+        f"Isolated inference: q.jsonl: {n} of 3" for n in (1, 2, 3)
+    ]
+
+
 def test_a_first_use_is_reported_while_the_model_is_opened(here, monkeypatch):
     told = []
     monkeypatch.setattr(
@@ -271,7 +280,7 @@ def test_the_datasets_are_listed_with_the_files_that_are_there(here, monkeypatch
     file.parent.mkdir(parents=True)
     shutil.copy("q.jsonl", file)
     listed = invoke("data", "list", "--data", "data", "--json")
-    rows = {row["name"]: row for row in map(json.loads, listed.stdout.splitlines())}
+    rows = {row["name"]: row for row in json.loads(listed.stdout)}
     assert set(rows) == set(DATASETS)
     there = {split: each["there"] for split, each in rows["casino"]["files"].items()}
     assert there == {split: split == dataset.split for split in dataset.files}

@@ -120,7 +120,7 @@ def infer(
     from goalscope.infer import read_dialogues, trim_output
     from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
     from goalscope.models.opening import parts
-    from goalscope.plain import plain
+    from goalscope.plain import model_shown, plain
 
     given = calibration_named(calibration) if calibration else None
     dialogues = read_dialogues(file)
@@ -130,7 +130,7 @@ def infer(
         likelihood = RolePlay(engine, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
         scorer: Any = parts(engine)[1]
         settings = {
-            "model": engine.name,
+            "model": model_shown(engine.name),
             "adapter": getattr(scorer, "adapter_metadata", {}).get("general.name"),
             "weights": sha256(scorer.fingerprint.encode()).hexdigest()[:12],
             **own_identity(),

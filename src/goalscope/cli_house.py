@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -30,6 +30,7 @@ def scenes(as_json: Json = False) -> None:
     from goalscope.envs.house.scenes import known_scenes
     from goalscope.plain import plain
 
+    rows: list[dict[str, Any]] = []
     for name, read in known_scenes().items():
         try:
             count = len(read().objects)
@@ -37,10 +38,11 @@ def scenes(as_json: Json = False) -> None:
             row, text = {"name": name, "error": str(error)}, f"cannot be used: {error}"
         else:
             row, text = {"name": name, "objects": count}, f"{count} objects"
-        if as_json:
-            print(json.dumps(row))
-        else:
+        rows.append(row)
+        if not as_json:
             console().print(plain(f"{name}  {text}"))
+    if as_json:
+        print(json.dumps(rows))
 
 
 @house.command()
