@@ -233,6 +233,7 @@ def test_infer_writes_a_belief_per_turn_and_continues_after_a_crash(tmp_path):
 
 def test_infer_leaves_foreign_files_alone(tmp_path):
     file = rows_file(tmp_path, ROW)
+    assert "no folder nodir. Make it" in fails(2, "infer", file, "--out", "nodir/b.jsonl")
     for foreign in ("my notes", "my notes\n", '{"id": "other", "turn": 1}\n'):
         (tmp_path / "out.jsonl").write_text(foreign)
         assert "Name another file" in fails(2, "infer", file, "--out", tmp_path / "out.jsonl")

@@ -164,7 +164,7 @@ def test_what_cannot_be_used_is_said_in_one_line(data, tmp_path):
     fill("undone.db", *[(spec, None) for spec, _ in cells(4)])
     for code, file, cause in [
         (2, "no.db", "There is no file no.db"),
-        (1, "text.db", "no SQLite file"),
+        (2, "text.db", "text.db is no database of goalscope"),
         (2, "episodes.db", "no dialogues"),
         (2, "mcq.db", "no dialogues"),
         (2, "undone.db", "no dialogues"),

@@ -122,6 +122,8 @@ def infer(
     from goalscope.models.opening import parts
     from goalscope.plain import model_shown, plain
 
+    if not out.absolute().parent.is_dir():
+        raise InvalidInputError(f"There is no folder {out.parent}. Make it, or name another file.")
     given = calibration_named(calibration) if calibration else None
     dialogues = read_dialogues(file)
     cut: list[str | int] = []

@@ -142,7 +142,7 @@ def _copied(file: Path) -> Generator[Results]:
         try:
             results = Results.open(copy)
         except GoalscopeError as error:
-            raise GoalscopeError(str(error).replace(str(copy), str(file))) from None
+            raise type(error)(str(error).replace(str(copy), str(file))) from None
         with results:
             yield results
 
