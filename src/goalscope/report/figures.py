@@ -170,8 +170,7 @@ def calibration_figure(name: str, dialogues: Dialogues) -> Figure | None:
         axes[0].set_ylabel("share correct")
 
     errors = "; ".join(
-        f"{predictor}: ECE {made.ece:.3f}, if calibrated {made.expected:.3f} "
-        f"[{made.band.low:.3f}, {made.band.high:.3f}], n = {made.n}"
+        f"{predictor}: ECE {made.ece:.3f} [{made.band.low:.3f}, {made.band.high:.3f}], n = {made.n}"
         for predictor, made in found.items()
     )
     caption = (
