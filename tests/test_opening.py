@@ -159,7 +159,7 @@ def test_a_server_may_write_for_the_embedded_scorer(
     (second,) = json.loads(again.stdout)
     assert {**second, "episode": ""} == {**first, "episode": ""}
     assert calls_in(tmp_path) == kept
-    assert ": 1 requests" in again.stderr  # for the list of models, and for no words
+    assert ": 1 request (" in again.stderr  # for the list of models, and for no words
 
 
 def calls_in(folder: Path) -> int:

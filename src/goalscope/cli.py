@@ -36,7 +36,7 @@ from goalscope.cli_serve import serve
 from goalscope.cli_study import study
 from goalscope.cli_why import why
 from goalscope.terminal import console, model_names, opened_model, progress
-from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.types import GoalscopeError, InvalidInputError, counted
 
 
 class _Commands(TyperGroup):
@@ -154,12 +154,8 @@ def infer(
             plain(f"Too long for the model, so that the oldest turns were left out: {cut}")
         )
     turns = sum(len(dialogue.turns) for dialogue in dialogues)
-    held = f"{_number(len(dialogues), 'dialogue')}, {_number(turns, 'turn')}"
+    held = f"{counted(len(dialogues), 'dialogue')}, {counted(turns, 'turn')}"
     console(stderr=True).print(plain(f"{out}: {held}"), soft_wrap=True)
-
-
-def _number(n: int, noun: str) -> str:
-    return f"{n:,} {noun}" + "s" * (n != 1)
 
 
 app.command()(fit)

@@ -37,7 +37,7 @@ from goalscope.cli_options import (
 )
 from goalscope.cli_settings import check_picture, engine_of, settings_given
 from goalscope.terminal import console
-from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.types import GoalscopeError, InvalidInputError, counted
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -376,7 +376,7 @@ def _resumable(session: Session) -> Generator[None]:
     except (KeyboardInterrupt, EOFError, GoalscopeError):
         done = session.info.rounds
         typer.echo(
-            f"\nEpisode {session.id} is kept with its {done} finished rounds. "
+            f"\nEpisode {session.id} is kept, with {counted(done, 'finished round')}. "
             f"Go on with: {resuming(session.info)}",
             err=True,
         )

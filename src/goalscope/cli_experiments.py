@@ -26,7 +26,7 @@ from goalscope.cli_options import (
     Writer,
 )
 from goalscope.terminal import console, measuring, model_names, progress
-from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.types import GoalscopeError, InvalidInputError, counted
 
 if TYPE_CHECKING:
     from rich.table import Table as Grid
@@ -261,24 +261,24 @@ def _run(
                         failed.append(step.error)
         except (KeyboardInterrupt, GoalscopeError):
             if total:
-                said = f"{done} of {total} results are kept in {path}; the same command goes on."
-                typer.echo(said, err=True)
+                held = f"{done:,} of {counted(total, 'result')}"
+                typer.echo(f"{path} keeps {held}; the same command goes on.", err=True)
             raise
         planned = kept.planned(specs)
         cells = kept.planned([*specs, *judging(plan, planned)])
         show_tables([*tables_of(kept, cells), *first_attempts(kept, cells)], as_json)
     if failed:
         raise GoalscopeError(
-            f"{len(failed)} of {total} cells could not be measured, one of them so: {failed[0]} "
-            "The same command tries them again."
+            f"{len(failed)} of {counted(total, 'cell')} could not be measured, one of them so: "
+            f"{failed[0]} The same command tries them again."
         )
 
 
 def _missing(done: int, total: int, path: Path) -> str:
     if done == total:
-        return f"All {total:,} cells are measured; they are in {path}."
+        return f"Nothing is missing: {path} keeps {counted(total, 'cell')}."
     return (
-        f"{total - done:,} of {total:,} cells are missing; they are kept in {path} as they are "
+        f"Missing: {total - done:,} of {counted(total, 'cell')}. Each is kept in {path} once it is "
         "measured, and the same command goes on."
     )
 

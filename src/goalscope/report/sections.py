@@ -33,7 +33,7 @@ from goalscope.report.figures import (
 )
 from goalscope.study.book import Book
 from goalscope.study.summary import study_tables
-from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.types import GoalscopeError, InvalidInputError, counted
 
 __all__ = ["Section", "incomplete", "sections_of"]
 
@@ -228,7 +228,11 @@ def _facts(done: Sequence[Cell]) -> Iterator[tuple[str, str]]:
         if values:
             yield key.replace("_", " "), ", ".join(values)
     for identity, n in _identities(done).items():
-        what = f"measured with ({n} cells)" if len(_identities(done)) > 1 else "measured with"
+        what = (
+            f"measured with ({counted(n, 'cell')})"
+            if len(_identities(done)) > 1
+            else "measured with"
+        )
         found: dict[str, str] = json.loads(identity)
         first = [key for key in ("version", "code", "prompts") if key in found]
         order = [*first, *(key for key in found if key not in first)]
