@@ -204,6 +204,7 @@ def test_infer_writes_a_belief_per_turn_and_continues_after_a_crash(tmp_path):
     lines = [json.loads(line) for line in whole.splitlines()]
     assert [(line["id"], line["turn"]) for line in lines] == [("a", 1), ("a", 2), (2, 1), (2, 2)]
     assert lines[2]["goals"] == ["cook soup"]
+    assert {line["settings"]["model"] for line in lines} == {"SmolLM2-135M-Instruct"}
     first, second = lines[:2]
     way = calibration_from_json(second["settings"]["calibration"])
     belief = Belief.uniform(map(Goal, second["goals"]), way)
@@ -232,6 +233,7 @@ def test_infer_writes_a_belief_per_turn_and_continues_after_a_crash(tmp_path):
 
 def test_infer_leaves_foreign_files_alone(tmp_path):
     file = rows_file(tmp_path, ROW)
+    assert "no folder nodir. Make it" in fails(2, "infer", file, "--out", "nodir/b.jsonl")
     for foreign in ("my notes", "my notes\n", '{"id": "other", "turn": 1}\n'):
         (tmp_path / "out.jsonl").write_text(foreign)
         assert "Name another file" in fails(2, "infer", file, "--out", tmp_path / "out.jsonl")
@@ -336,22 +338,23 @@ def test_how_questions_are_chosen_is_kept_and_needs_a_belief(shop, words, tmp_pa
 def test_replay_and_episodes_need_no_model(store_file, monkeypatch):
     monkeypatch.setattr("goalscope.models.opening.open_model", None)
     with Store.open(store_file) as store:
-        id = store.begin(domain="grocery", method="good", model="m", task="Sell.")
+        inner = "Smollm2 135M 8k Lc100K Mix1 Ep2"
+        id = store.begin(domain="grocery", method="good", model=inner, task="Sell.")
         store.append(id, a_round(1))
     shown = invoke("replay", id[:6])
     assert shown.exit_code == 0
     assert "make tea" in shown.stdout
     assert "Milk" in shown.stdout
     listed = invoke("episodes", "--json")
-    assert json.loads(listed.stdout)["id"] == id
+    (info,) = json.loads(listed.stdout)
+    assert (info["id"], info["model"]) == (id, "SmolLM2-135M-Instruct")
     assert id in invoke("episodes").stdout
 
 
-def test_run_prints_one_json_line_an_episode_and_replays(shop, store_file):
+def test_run_prints_the_outcomes_as_json_and_replays(shop, store_file):
     result = invoke("run", "grocery", "--profile", "all", "--json", *shop)
     assert result.exit_code == 0, result.output
-    (line,) = result.stdout.splitlines()
-    outcome = json.loads(line)
+    (outcome,) = json.loads(result.stdout)
     assert set(outcome) == {"profile", "method", "score", "rounds", "terminated", "episode"}
     assert (outcome["profile"], outcome["method"]) == ("baker", "good")
     assert outcome["terminated"] is True
@@ -508,7 +511,7 @@ def test_doctor_calls_the_model_as_people_do_and_tells_its_calibration(words, mo
     shown, told = invoke("doctor").stdout, json.loads(invoke("doctor", "--json").stdout)
     assert "SmolLM2-135M-Instruct" in shown
     assert inner not in shown
-    assert inner in told.values()
+    assert told["model"] == "SmolLM2-135M-Instruct"
     assert "unstated 0.5; " in told["calibration"]
 
 

@@ -164,7 +164,7 @@ def test_what_cannot_be_used_is_said_in_one_line(data, tmp_path):
     fill("undone.db", *[(spec, None) for spec, _ in cells(4)])
     for code, file, cause in [
         (2, "no.db", "There is no file no.db"),
-        (1, "text.db", "no SQLite file"),
+        (2, "text.db", "text.db is no database of goalscope"),
         (2, "episodes.db", "no dialogues"),
         (2, "mcq.db", "no dialogues"),
         (2, "undone.db", "no dialogues"),
@@ -177,8 +177,21 @@ def test_one_group_of_people_is_too_few(data):
     fill("r.db", *cells(6, groups=1))
     result = invoke("calibrate", "r.db")
     assert (result.exit_code, result.stdout) == (2, "")
-    assert "different people" in result.stderr.splitlines()[-1]
+    assert "at least three people" in result.stderr.splitlines()[-1]
     assert not data.exists()
+
+
+def test_as_few_as_three_people_make_a_file_to_try_however_sure_the_evidence(data):
+    fill("r.db", *((spec, sure(spec, result)) for spec, result in cells(3, goals=3)))
+    made = invoke("calibrate", "r.db", "--out", "mine.json")
+    assert made.exit_code == 0, made.output
+    assert 0 < calibration_named("mine.json").temperature < 1
+
+
+def sure(spec, result):
+    """The true goal is always the likeliest, and without it none is."""
+    goals = [[0.0 if i == spec["case"]["truth"] else -1.0 for i in range(3)]] * 2
+    return {"role-play": goals, "unspecified": [-0.5] * 2}
 
 
 def test_of_few_people_nothing_is_kept_unless_it_is_said(data):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import sys
 
 import pytest
 
@@ -93,11 +94,20 @@ def test_questions_are_measured_once_and_printed(here):
     again = invoke("bench", "mcq", "q.jsonl")
     assert again.exit_code == 0
     assert again.stderr.splitlines() == [
-        "1 of 3 cells are missing; they are kept in results/mcq-q.db as they are measured, "
-        "and the same command goes on."
+        "Missing: 1 of 3 cells. Each is kept in results/mcq-q.db once it is measured, and the same "
+        "command goes on."
     ]
     assert "Isolated inference" in again.stdout
     assert [cell.attempts for cell in cells("mcq-q")] == [1, 1, 1]
+
+
+def test_long_work_without_a_terminal_says_how_far_it_is(here, monkeypatch):
+    monkeypatch.setattr("goalscope.terminal.LINES", 0.0)
+    said = invoke("bench", "mcq", "q.jsonl", "--json")
+    assert json.loads(said.stdout)
+    assert said.stderr.splitlines()[1:] == [
+        f"Isolated inference: q.jsonl: {n} of 3" for n in (1, 2, 3)
+    ]
 
 
 def test_a_first_use_is_reported_while_the_model_is_opened(here, monkeypatch):
@@ -158,7 +168,7 @@ def test_an_experiment_runs_every_kind_of_cell_and_then_has_nothing_left_to_do(h
     assert all(cell.result is not None and cell.attempts == 1 for cell in done)
     again = invoke("experiment", "run", "all.toml", "--json")
     assert json.loads(again.stdout) == [*found.values()]
-    assert again.stderr == "All 9 cells are measured; they are in results/all.db.\n"
+    assert again.stderr == "Nothing is missing: results/all.db keeps 9 cells.\n"
     assert [cell.attempts for cell in cells("all")] == [1] * 9
     with Results.open("results/all.db") as results:
         ids = {cell.result["episode"] for cell in done if cell.spec["kind"] == "episode"}
@@ -200,6 +210,17 @@ def test_what_cannot_be_used_is_said_in_one_line_and_leaves_nothing_behind(here)
     assert not (here / "results").exists()
 
 
+def test_nothing_is_left_behind_where_a_package_or_the_model_is_missing(here, monkeypatch):
+    def broken(*_):
+        raise ModelError("no such weights")
+
+    monkeypatch.setattr(identity, "opened", broken)
+    assert "no such weights" in fails(1, "bench", "mcq", "q.jsonl")
+    monkeypatch.setitem(sys.modules, "bm25s", None)
+    assert "goalscope[experiments]" in fails(1, "bench", "mcq", "q.jsonl")
+    assert not [*here.rglob("*.db*")]
+
+
 def test_results_of_another_code_are_refused_until_told_otherwise(here, monkeypatch):
     tables("bench", "mcq", "q.jsonl", "--limit", "1")
     monkeypatch.setattr(NamedModel, "fingerprint", "another")
@@ -207,7 +228,7 @@ def test_results_of_another_code_are_refused_until_told_otherwise(here, monkeypa
     refused = invoke("bench", "mcq", "q.jsonl")
     assert (refused.exit_code, refused.stdout) == (2, "")
     assert "another model" in refused.stderr.splitlines()[-1]
-    assert "kept" not in refused.stderr
+    assert "keeps" not in refused.stderr
     tables("bench", "mcq", "q.jsonl", "--anyway")
     assert len(cells("mcq-q")) == 3
 
@@ -242,8 +263,8 @@ def test_ctrl_c_says_what_is_kept(here, monkeypatch):
     result = invoke("bench", "mcq", "q.jsonl", "--json")
     assert result.exit_code == 130
     first, last = result.stderr.strip().splitlines()
-    assert first.startswith("3 of 3 cells are missing; they are kept in results/mcq-q.db")
-    assert last == "1 of 3 results are kept in results/mcq-q.db; the same command goes on."
+    assert first.startswith("Missing: 3 of 3 cells. Each is kept in results/mcq-q.db")
+    assert last == "results/mcq-q.db keeps 1 of 3 results; the same command goes on."
     reported = invoke("report", "results/mcq-q.db", "--json")
     assert reported.stderr == "mcq-q: 1 of 3 cells are measured.\n"
     assert json.loads(reported.stdout)
@@ -259,7 +280,7 @@ def test_the_datasets_are_listed_with_the_files_that_are_there(here, monkeypatch
     file.parent.mkdir(parents=True)
     shutil.copy("q.jsonl", file)
     listed = invoke("data", "list", "--data", "data", "--json")
-    rows = {row["name"]: row for row in map(json.loads, listed.stdout.splitlines())}
+    rows = {row["name"]: row for row in json.loads(listed.stdout)}
     assert set(rows) == set(DATASETS)
     there = {split: each["there"] for split, each in rows["casino"]["files"].items()}
     assert there == {split: split == dataset.split for split in dataset.files}

@@ -51,11 +51,7 @@ def metadata() -> dict[str, Any]:
 
 
 def test_scenes_are_listed_and_every_profile_has_one() -> None:
-    listed = {
-        json.loads(row)["name"]
-        for row in invoke("house", "scenes", "--json").stdout.split("\n")
-        if row
-    }
+    listed = {row["name"] for row in json.loads(invoke("house", "scenes", "--json").stdout)}
     assert len(listed) >= 4
     assert {profile.scene for profile in load_profiles()} <= listed
 
@@ -107,7 +103,7 @@ def test_a_broken_scene_is_listed_with_its_error_among_the_others(tmp_path: Path
     text = " ".join(result.stdout.split())
     assert "Broken cannot be used: The scene Broken.json is not valid JSON" in text
     assert re.search(r"Mine \d+ objects", text)
-    rows = map(json.loads, invoke("house", "scenes", "--json").stdout.splitlines())
+    rows = json.loads(invoke("house", "scenes", "--json").stdout)
     listed = {row["name"]: row for row in rows}
     assert "Broken.json" in listed["Broken"]["error"]
     assert listed["Mine"]["objects"] == listed["Bathroom1"]["objects"]

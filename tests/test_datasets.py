@@ -389,7 +389,7 @@ def test_the_list_needs_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert " there " not in shown
     packed(tmp_path, "casino", [deal(1)])
     told = CliRunner().invoke(data, ["list", "--data", str(tmp_path), "--json"]).stdout
-    rows = {row["name"]: row for row in map(json.loads, told.splitlines())}
+    rows = {row["name"]: row for row in json.loads(told)}
     assert rows.keys() == DATASETS.keys()
     there = {name: [split for split, f in row["files"].items() if f["there"]]
              for name, row in rows.items()}  # fmt: skip

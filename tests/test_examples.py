@@ -150,7 +150,7 @@ def test_they_get_the_garden_that_they_want(tmp_path: Path, name: str) -> None:
     store = tmp_path / "episodes.db"
     result = invoke("run", GARDEN, "--profile", name, "--json", "--store", store)
     assert result.exit_code == 0, result.output
-    outcome = json.loads(result.stdout)
+    (outcome,) = json.loads(result.stdout)
     assert (outcome["terminated"], outcome["score"]) == (True, 1.0)
     with Store.open(str(store)) as episodes:
         rounds = episodes.rounds(outcome["episode"])

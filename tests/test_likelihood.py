@@ -177,7 +177,7 @@ def test_a_tracker_shows_its_goals_and_the_number_of_turns() -> None:
     )
     tracker.observe("Yes?", "cake")
     assert repr(tracker.belief).startswith("Belief('bake cake': 0.")
-    assert repr(tracker.belief).endswith("; 1 turns)")
+    assert repr(tracker.belief).endswith("; 1 turn)")
     assert len(repr(tracker.add(f"goal {n}" for n in range(100)))) < 200
 
 

@@ -151,15 +151,15 @@ def test_a_server_may_write_for_the_embedded_scorer(
     calls = ["--calls", str(tmp_path / "calls.db")]
     result = CliRunner().invoke(app, [*arguments, *calls, "--json"])
     assert result.exit_code == 0, result.output
-    first = json.loads(result.stdout.splitlines()[-1])
+    (first,) = json.loads(result.stdout)
     assert first["rounds"] == 1
     kept = calls_in(tmp_path)
     assert kept > 10
     again = CliRunner().invoke(app, [*arguments, *calls, "--json"])
-    second = json.loads(again.stdout.splitlines()[-1])
+    (second,) = json.loads(again.stdout)
     assert {**second, "episode": ""} == {**first, "episode": ""}
     assert calls_in(tmp_path) == kept
-    assert ": 1 requests" in again.stderr  # for the list of models, and for no words
+    assert ": 1 request (" in again.stderr  # for the list of models, and for no words
 
 
 def calls_in(folder: Path) -> int:

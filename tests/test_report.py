@@ -418,7 +418,7 @@ def test_a_summary_shows_the_papers_belief_and_what_the_other_models_give(tmp_pa
     shown = [dict(zip(beliefs.columns, row, strict=True)) for row in beliefs.rows]
     assert [(row["model"], row["belief"]) for row in shown] == [
         ("without adapter", "Eq. 1"),
-        ("+ mine", "+ forgetting"),
+        ("+ mine", "goalscope"),
         ("+ mine", "an agent's"),
     ]
     assert [row[:4] for row in models.rows] == [("r", "own, 3 goals each", "+ mine", 12)]

@@ -42,7 +42,7 @@ def test_each_line_adds_a_part_and_the_last_is_the_whole() -> None:
             "+ temperature",
             "+ reference",
             "+ switching",
-            "+ forgetting",
+            "goalscope",
             "an agent's",
         )
     ]

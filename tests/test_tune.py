@@ -176,6 +176,18 @@ def test_a_file_that_cannot_be_tuned_is_run_as_it_is(
     assert tuned(embedded_path(), 2).trials == ()
 
 
+@pytest.mark.parametrize("kept", [0, 5, 10_000_000])
+def test_no_minute_of_work_is_announced_for_what_is_no_model(
+    folder: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture, kept: int
+) -> None:
+    file = tmp_path / "broken.gguf"
+    with embedded_path().open("rb") as whole:
+        file.write_bytes(whole.read(kept) or b"import sys")
+    with pytest.raises(ModelError, match="not a complete GGUF model"):
+        LlamaCpp(file)
+    assert not caplog.records
+
+
 def test_a_split_model_is_all_its_files() -> None:
     names = [f"m-0000{i}-of-00003.gguf" for i in (1, 2, 3)]
     assert split_files(Path(names[0])) == [Path(name) for name in names]

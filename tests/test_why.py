@@ -93,7 +93,7 @@ def test_other_goals_and_other_turns_are_refused() -> None:
     belief = Belief.uniform([CAKE, SOUP]).observe([-3.0, -1.0])
     with pytest.raises(InvalidInputError, match=r"'wash'.*bake cake; cook soup"):
         reasons(belief, said("x"), WASH)
-    with pytest.raises(InvalidInputError, match="1 turns, not 2"):
+    with pytest.raises(InvalidInputError, match="1 turn, not 2"):
         reasons(belief, said("x", "y"), CAKE)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from goalscope.calibration import EPSILONS, PAPER, Calibration
-from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, meaning
+from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, counted, meaning
 
 __all__ = ["PINNED", "Belief", "log_posteriors"]
 
@@ -69,7 +69,9 @@ class Belief:
             )
         for when, goal in self.pinned:
             if goal not in self.goals or not 0 <= when <= len(self.log_likelihood):
-                raise ValueError(f"{str(goal)!r}, pinned after {when} turns, is not in the belief")
+                raise ValueError(
+                    f"{str(goal)!r}, pinned after {counted(when, 'turn')}, is not in the belief"
+                )
         for name, values in (
             ("log_prior", self.log_prior),
             ("log_likelihood", self.log_likelihood),
@@ -81,7 +83,7 @@ class Belief:
         """The likeliest goals, and the number of turns."""
         shown = [f"{goal.text!r}: {probability:.2f}" for goal, probability in self.top(5)]
         more = ["..."] * (len(self.goals) > len(shown))
-        return f"Belief({', '.join([*shown, *more])}; {len(self.log_likelihood)} turns)"
+        return f"Belief({', '.join([*shown, *more])}; {counted(len(self.log_likelihood), 'turn')})"
 
     @classmethod
     def uniform(cls, goals: Iterable[Goal], calibration: Calibration = PAPER) -> Belief:

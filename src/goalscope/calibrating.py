@@ -33,7 +33,7 @@ Array = npt.NDArray[np.float64]
 FOLDS = 5
 """Into which groups of dialogues are parted, so that what is fitted on some judges others."""
 
-_MOST = 20.0  # temperature
+_LEAST, _MOST = 0.05, 20.0  # temperature
 _MOST_FORGOTTEN = 0.99
 
 
@@ -245,7 +245,7 @@ def _fit(tables: Tables) -> Calibration:
         reference, forgetting = (round(1 / (1 + math.exp(-each)), 4) for each in shares)
         return replace(
             USUAL,
-            temperature=round(min(math.exp(temperature), _MOST), 4),
+            temperature=round(min(max(math.exp(temperature), _LEAST), _MOST), 4),
             reference=reference,
             forgetting=min(forgetting, _MOST_FORGOTTEN),
         )
@@ -273,8 +273,8 @@ def _folds(dialogues: Sequence[Observed]) -> Iterator[tuple[list[Observed], list
     groups = sorted({each.group for each in dialogues})
     if len(groups) < 2:
         raise InvalidInputError(
-            "There are too few dialogues of different people with three goals or more: some are to "
-            "fit on, others to judge by. Give at least three."
+            "There are too few people: some are to fit on, others to judge by. Give dialogues of "
+            "at least three people, each with three goals or more."
         )
     order: list[int] = np.random.default_rng(0).permutation(len(groups)).tolist()
     for fold in range(min(FOLDS, len(groups))):

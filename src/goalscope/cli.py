@@ -36,7 +36,7 @@ from goalscope.cli_serve import serve
 from goalscope.cli_study import study
 from goalscope.cli_why import why
 from goalscope.terminal import console, model_names, opened_model, progress
-from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.types import GoalscopeError, InvalidInputError, counted
 
 
 class _Commands(TyperGroup):
@@ -120,8 +120,10 @@ def infer(
     from goalscope.infer import read_dialogues, trim_output
     from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
     from goalscope.models.opening import parts
-    from goalscope.plain import plain
+    from goalscope.plain import model_shown, plain
 
+    if not out.absolute().parent.is_dir():
+        raise InvalidInputError(f"There is no folder {out.parent}. Make it, or name another file.")
     given = calibration_named(calibration) if calibration else None
     dialogues = read_dialogues(file)
     cut: list[str | int] = []
@@ -130,7 +132,7 @@ def infer(
         likelihood = RolePlay(engine, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
         scorer: Any = parts(engine)[1]
         settings = {
-            "model": engine.name,
+            "model": model_shown(engine.name),
             "adapter": getattr(scorer, "adapter_metadata", {}).get("general.name"),
             "weights": sha256(scorer.fingerprint.encode()).hexdigest()[:12],
             **own_identity(),
@@ -152,12 +154,8 @@ def infer(
             plain(f"Too long for the model, so that the oldest turns were left out: {cut}")
         )
     turns = sum(len(dialogue.turns) for dialogue in dialogues)
-    held = f"{_number(len(dialogues), 'dialogue')}, {_number(turns, 'turn')}"
+    held = f"{counted(len(dialogues), 'dialogue')}, {counted(turns, 'turn')}"
     console(stderr=True).print(plain(f"{out}: {held}"), soft_wrap=True)
-
-
-def _number(n: int, noun: str) -> str:
-    return f"{n:,} {noun}" + "s" * (n != 1)
 
 
 app.command()(fit)

@@ -11,7 +11,7 @@ import typer
 
 from goalscope.cli_options import Json
 from goalscope.terminal import console, progress
-from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.types import GoalscopeError, InvalidInputError, counted
 
 __all__ = ["calibrate"]
 
@@ -110,14 +110,14 @@ def calibrate(
     told: list[dict[str, Any]] = []
     taught = sum(bool(result.get("learned")) for cells in ways.values() for _, result in cells)
     if taught:
-        said = f"{taught} dialogues are left out: the adapter has learned from them."
+        said = f"Left out: {counted(taught, 'dialogue')} from which the adapter has learned."
         console(stderr=True).print(said)
     observed = {way: observed_in(cells) for way, cells in ways.items()}
     people = {way: len({each.group for each in found}) for way, found in observed.items()}
     if min(people.values()) < 3:
         raise InvalidInputError(
-            "There are too few dialogues of different people with three goals or more: some are to "
-            "fit on, others to judge by. Give at least three for each model."
+            "There are too few people: some are to fit on, others to judge by. For each model give "
+            "dialogues of at least three people, each dialogue with three goals or more."
         )
     few = [f"{names[way]} (of {n})" for way, n in people.items() if n < PEOPLE]
     if few and not (anyway or out):
@@ -202,7 +202,7 @@ def _replaced(replaces: Mapping[str, Any]) -> str:
     what = {"yours": "your earlier one", "comes with goalscope": "the one that came with goalscope"}
     one = what.get(replaces["origin"], "the usual one")
     if replaces["dialogues"]:
-        one = f"{one}, of {replaces['dialogues']:,} dialogues"
+        one = f"{one}, of {counted(replaces['dialogues'], 'dialogue')}"
     one = "a broken file" if replaces["origin"] == "broken" else one
     return f"It replaces {one}. `goalscope calibrate --reset` takes your own away again."
 

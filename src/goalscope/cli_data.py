@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -41,13 +41,18 @@ def list_datasets(
 
     folder = named_folder(folder)
     out = console()
+    rows: list[dict[str, Any]] = []
     for dataset in DATASETS.values():
         there = {
             split: folder is not None and (folder / path).is_file()
             for split, path in dataset.files.items()
         }
         if as_json:
-            print(json.dumps({
+            files = {
+                split: {"path": path, "there": there[split]}
+                for split, path in dataset.files.items()
+            }
+            rows.append({
                 "name": dataset.name,
                 "title": dataset.title,
                 "what": dataset.what,
@@ -55,11 +60,8 @@ def list_datasets(
                 "source": dataset.source,
                 "goal_sets": list(dataset.goal_sets),
                 "split": dataset.split,
-                "files": {
-                    split: {"path": path, "there": there[split]}
-                    for split, path in dataset.files.items()
-                },
-            }))  # fmt: skip
+                "files": files,
+            })  # fmt: skip
             continue
         out.print(plain(f"{dataset.name}: {dataset.title}", "bold"), soft_wrap=True)
         out.print(plain(f"  {dataset.what}; licence: {dataset.licence}"), soft_wrap=True)
@@ -71,7 +73,9 @@ def list_datasets(
             default = " (default)" if split == dataset.split else ""
             table.add_row("", split + default, "there" if there[split] else "missing", plain(path))
         out.print(table)
-    if not as_json:
+    if as_json:
+        print(json.dumps(rows))
+    else:
         where = f"in {folder}" if folder else "in the folder that --data or GOALSCOPE_DATA names"
         out.print(
             plain(f"The files stand {where}. `goalscope` downloads none of them."), soft_wrap=True

@@ -37,7 +37,7 @@ from goalscope.cli_options import (
 )
 from goalscope.cli_settings import check_picture, engine_of, settings_given
 from goalscope.terminal import console
-from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.types import GoalscopeError, InvalidInputError, counted
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -234,9 +234,11 @@ def run(
                 file = picture if len(people) == 1 else file
                 draw = _drawing(console(), env, file, quiet=as_json or len(people) > 1)
                 infos.append(_run_one(session, draw, quiet=as_json, brief=len(people) > 1))
-            if as_json:
-                print(json.dumps(_outcome(infos[-1])), flush=True)
-    if len(people) > 1 and not as_json:
+            if as_json and len(people) > 1:
+                typer.echo(f"{len(infos)} of {len(people)}: {person.name}", err=True)
+    if as_json:
+        print(json.dumps([*map(_outcome, infos)]))
+    elif len(people) > 1:
         show_scores(console(), infos)
 
 
@@ -269,13 +271,13 @@ def replay(
 def episodes(store: StoreFile = None, as_json: Json = False) -> None:
     """List the stored episodes."""
     from goalscope.display import show_episodes
+    from goalscope.plain import model_shown
     from goalscope.store import Store
 
     with Store.open(store) as opened:
         infos = opened.episodes()
     if as_json:
-        for info in infos:
-            print(json.dumps(asdict(info)))
+        print(json.dumps([asdict(info) | {"model": model_shown(info.model)} for info in infos]))
     else:
         show_episodes(console(), infos)
 
@@ -374,7 +376,7 @@ def _resumable(session: Session) -> Generator[None]:
     except (KeyboardInterrupt, EOFError, GoalscopeError):
         done = session.info.rounds
         typer.echo(
-            f"\nEpisode {session.id} is kept with its {done} finished rounds. "
+            f"\nEpisode {session.id} is kept, with {counted(done, 'finished round')}. "
             f"Go on with: {resuming(session.info)}",
             err=True,
         )

@@ -26,7 +26,7 @@ from goalscope.cli_options import (
     Writer,
 )
 from goalscope.terminal import console, measuring, model_names, progress
-from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.types import GoalscopeError, InvalidInputError, counted
 
 if TYPE_CHECKING:
     from rich.table import Table as Grid
@@ -219,7 +219,7 @@ def _run(
     from goalscope.experiment.identity import opened
     from goalscope.experiment.plan import judging, specs_of
     from goalscope.experiment.results import Results
-    from goalscope.experiment.run import run, sole
+    from goalscope.experiment.run import check_packages, run, sole
     from goalscope.experiment.tables import first_attempts, tables_of
 
     if on not in (None, "dask") and not re.match(r"\w+://[^/]+:\d+$", on or ""):
@@ -228,6 +228,7 @@ def _run(
             f"not {on!r}."
         )
 
+    check_packages()
     specs = specs_of(plan, named_folder(data))
     path = results_folder(results) / f"{plan.name}.db"
     try:
@@ -240,10 +241,10 @@ def _run(
     command = shlex.join(["goalscope", *sys.argv[1:]])
     failed: list[str] = []
     done = total = 0
+    with measuring("Loading the model") as report:
+        for spec in specs[:1]:
+            opened(spec["model"], report)
     with sole(path), Results.open(path) as kept:
-        with measuring("Loading the model") as report:
-            for spec in specs[:1]:
-                opened(spec["model"], report)
         try:
             with progress(plan.title or plan.name) as show:
                 for step in run(
@@ -260,24 +261,24 @@ def _run(
                         failed.append(step.error)
         except (KeyboardInterrupt, GoalscopeError):
             if total:
-                said = f"{done} of {total} results are kept in {path}; the same command goes on."
-                typer.echo(said, err=True)
+                held = f"{done:,} of {counted(total, 'result')}"
+                typer.echo(f"{path} keeps {held}; the same command goes on.", err=True)
             raise
         planned = kept.planned(specs)
         cells = kept.planned([*specs, *judging(plan, planned)])
         show_tables([*tables_of(kept, cells), *first_attempts(kept, cells)], as_json)
     if failed:
         raise GoalscopeError(
-            f"{len(failed)} of {total} cells could not be measured, one of them so: {failed[0]} "
-            "The same command tries them again."
+            f"{len(failed)} of {counted(total, 'cell')} could not be measured, one of them so: "
+            f"{failed[0]} The same command tries them again."
         )
 
 
 def _missing(done: int, total: int, path: Path) -> str:
     if done == total:
-        return f"All {total:,} cells are measured; they are in {path}."
+        return f"Nothing is missing: {path} keeps {counted(total, 'cell')}."
     return (
-        f"{total - done:,} of {total:,} cells are missing; they are kept in {path} as they are "
+        f"Missing: {total - done:,} of {counted(total, 'cell')}. Each is kept in {path} once it is "
         "measured, and the same command goes on."
     )
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from goalscope.cli_options import Json
 from goalscope.terminal import console, progress
-from goalscope.types import InvalidInputError
+from goalscope.types import InvalidInputError, counted
 
 if TYPE_CHECKING:
     from goalscope.envs.house.conformance import Agreement
@@ -30,17 +30,19 @@ def scenes(as_json: Json = False) -> None:
     from goalscope.envs.house.scenes import known_scenes
     from goalscope.plain import plain
 
+    rows: list[dict[str, Any]] = []
     for name, read in known_scenes().items():
         try:
             count = len(read().objects)
         except InvalidInputError as error:
             row, text = {"name": name, "error": str(error)}, f"cannot be used: {error}"
         else:
-            row, text = {"name": name, "objects": count}, f"{count} objects"
-        if as_json:
-            print(json.dumps(row))
-        else:
+            row, text = {"name": name, "objects": count}, counted(count, "object")
+        rows.append(row)
+        if not as_json:
             console().print(plain(f"{name}  {text}"))
+    if as_json:
+        print(json.dumps(rows))
 
 
 @house.command()
@@ -82,7 +84,7 @@ def import_file(
     title, scene = import_scene(file, name, force=force)
     for note in scene.notes:
         console().print(plain(note))
-    console().print(plain(f"{title}: {len(scene.objects)} objects. Try: "
+    console().print(plain(f"{title}: {counted(len(scene.objects), 'object')}. Try: "
                           f"goalscope chat house --scene {title}"))  # fmt: skip
 
 
@@ -170,7 +172,7 @@ def _show(name: str, agreement: Agreement) -> None:
 
     out = console()
     out.print(plain(
-        f"{name}: {agreement.steps} actions, success agrees in "
+        f"{name}: {counted(agreement.steps, 'action')}, success agrees in "
         f"{agreement.success_agreement:.1%}; changed states: precision {agreement.precision:.3f}, "
         f"recall {agreement.recall:.3f}, F1 {agreement.f1:.3f}", "bold",
     ))  # fmt: skip

@@ -177,11 +177,11 @@ def doctor(
 
 def _report(report: dict[str, Any], as_json: bool) -> None:
     """Print what was found; exit code 1 if there are problems."""
-    if as_json:
-        print(json.dumps(report))
-    else:
-        from goalscope.plain import model_shown
+    from goalscope.plain import model_shown
 
+    if as_json:
+        print(model_shown(json.dumps(report)))
+    else:
         for key, value in report.items():
             if isinstance(value, list):
                 lines = [str(each) for each in cast("list[object]", value)] or ["none"]

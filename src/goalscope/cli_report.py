@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from goalscope.cli_options import Json
+from goalscope.types import counted
 
 __all__ = ["report"]
 
@@ -63,7 +64,7 @@ def report(
         return
     tables = sum(len(section.tables) for section in found.sections)
     figures = sum(len(section.figures) for section in found.sections)
-    typer.echo(plain(f"{page}: {tables} tables, {figures} figures.").plain)
+    typer.echo(plain(f"{page}: {counted(tables, 'table')}, {counted(figures, 'figure')}.").plain)
 
 
 def _beside(source: Path) -> Path:

@@ -10,7 +10,7 @@ import typer
 
 from goalscope.cli_options import Json, StoreFile
 from goalscope.terminal import console
-from goalscope.types import InvalidInputError
+from goalscope.types import InvalidInputError, counted
 
 __all__ = ["study"]
 
@@ -66,7 +66,7 @@ def new(
         return
     people = -(-episodes * plan.ratings_per_item // min(plan.items_per_participant, episodes))
     out = console()
-    held = "1 episode" if episodes == 1 else f"{episodes} episodes"
+    held = counted(episodes, "episode")
     out.print(
         f"Study {plan.name} has {held} to rate, which takes {_people(people)} or more. "
         f"`goalscope serve` shows it at /study/{plan.name}.",

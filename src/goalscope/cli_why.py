@@ -10,7 +10,7 @@ import typer
 from goalscope.cli_options import Json, StoreFile
 from goalscope.cli_settings import engine_of
 from goalscope.terminal import console
-from goalscope.types import Goal, InvalidInputError, checked_text
+from goalscope.types import Goal, InvalidInputError, checked_text, counted
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -70,7 +70,7 @@ def why(
         rounds = episodes.rounds(info.id)[:round]
         since = said_since(episodes, info) if len(rounds) == info.rounds else ""
     if not rounds or (round and len(rounds) < round):
-        raise InvalidInputError(f"Episode {info.id} has {len(rounds)} rounds.")
+        raise InvalidInputError(f"Episode {info.id} has {counted(len(rounds), 'round')}.")
     belief = rounds[-1].belief
     if belief is None or info.method != "good":
         raise InvalidInputError(f"The method {info.method} of this episode weighs no evidence.")

@@ -15,7 +15,7 @@ from goalscope.domains import TRACKING
 from goalscope.store import Store
 from goalscope.tracker import Correction
 from goalscope.tracking import Tracked, Trackers
-from goalscope.types import GoalscopeError
+from goalscope.types import GoalscopeError, counted
 from goalscope.web.views import TrackerView, Why
 
 __all__ = ["create_server"]
@@ -171,7 +171,7 @@ def _told(tracked: Tracked) -> TrackerView:
         view.notes.append(f"Of {count} goals, the {TOP} likeliest are shown.")
         belief.goals = belief.goals[:TOP]
     if len(belief.set_90 or ()) > TOP:
-        view.notes.append(f"The set of 90 % holds {len(belief.set_90 or ())} goals.")
+        view.notes.append(f"The set of 90 % holds {counted(len(belief.set_90 or ()), 'goal')}.")
         belief.set_90 = None
     return view
 

@@ -26,7 +26,7 @@ from goalscope.habits import habitual
 from goalscope.models import Heard, Model, model_name
 from goalscope.store import Ended, EpisodeInfo, Store
 from goalscope.tracker import Correction
-from goalscope.types import Goal, GoalChange, InvalidInputError, Turn
+from goalscope.types import Goal, GoalChange, InvalidInputError, Turn, counted
 
 __all__ = ["Session", "resuming", "saved_settings"]
 
@@ -58,7 +58,7 @@ def saved_settings(info: EpisodeInfo, *, rounds: int | None = None) -> Settings:
         )
     if info.rounds >= settings.rounds:
         raise InvalidInputError(
-            f"Episode {info.id} has had its {settings.rounds} rounds. "
+            f"Episode {info.id} has had its {counted(settings.rounds, 'round')}. "
             f"To go on, say `{resuming(info)} --rounds {2 * settings.rounds}`."
         )
     return settings

@@ -92,15 +92,13 @@ class Reliability:
 
     Attributes:
         ece: Expected calibration error: mean gap between confidence and share correct, by bins.
-        expected: Mean `ece` of a perfectly calibrated forecaster with the same confidences; well
-            above 0 in small samples.
-        band: In which 95 % of that forecaster's errors lie.
+        band: In which 95 % of the errors lie of a perfectly calibrated forecaster with the same
+            confidences; well above 0 in small samples.
         bins: Mean confidence, share correct and number of cases of each bin that has any.
         n: Number of cases.
     """
 
     ece: float
-    expected: float
     band: Interval
     bins: tuple[tuple[float, float, int], ...]
     n: int
@@ -353,7 +351,7 @@ def reliability(
         for i in range(bins)
         if counts[i]
     )
-    return Reliability(ece, float(drawn.mean()), Interval(float(low), float(high)), filled, n)
+    return Reliability(ece, Interval(float(low), float(high)), filled, n)
 
 
 def _ratio(totals: Array, counts: Array, axis: int = -1) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +15,9 @@ if TYPE_CHECKING:
 
 __all__ = ["console", "measuring", "model_names", "opened_model", "progress"]
 
+LINES = 30.0
+"""Seconds at least between two lines that tell how far long work is where no bar is shown."""
+
 
 def console(*, stderr: bool = False) -> Console:
     """A console that takes text as it is."""
@@ -24,7 +28,10 @@ def console(*, stderr: bool = False) -> Console:
 
 @contextmanager
 def progress(what: str) -> Generator[Callable[[int, int], None]]:
-    """A bar at the terminal with the time left; yields what moves it: how many of how many."""
+    """A bar at the terminal with the time left; yields what moves it: how many of how many.
+
+    Where standard error is no terminal, a line now and then says it.
+    """
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
@@ -33,6 +40,8 @@ def progress(what: str) -> Generator[Callable[[int, int], None]]:
         TimeElapsedColumn,
         TimeRemainingColumn,
     )
+
+    from goalscope.plain import plain
 
     columns = (
         TextColumn("{task.description}", markup=False),
@@ -46,10 +55,14 @@ def progress(what: str) -> Generator[Callable[[int, int], None]]:
     with Progress(
         *columns, console=out, speed_estimate_period=600, disable=not out.is_terminal
     ) as bar:
-        task = bar.add_task(what, total=None)
+        task, last = bar.add_task(what, total=None), time.monotonic()
 
         def show(done: int, total: int) -> None:
+            nonlocal last
             bar.update(task, completed=done, total=total)
+            if not out.is_terminal and done and time.monotonic() >= last + LINES:
+                last = time.monotonic()
+                out.print(plain(f"{what}: {done:,} of {total:,}"), soft_wrap=True)
 
         yield show
 

@@ -22,6 +22,7 @@ __all__ = [
     "Turn",
     "UnreadableAnswerError",
     "checked_text",
+    "counted",
     "distinct",
     "goals_of",
     "meaning",
@@ -87,6 +88,11 @@ def checked_text(text: object, what: str, longest: int | None = None) -> str:
     if all(unicodedata.category(each) in _UNSEEN for each in text):
         raise InvalidInputError(f"The {what} is empty. Give at least one word.")
     return text.strip()
+
+
+def counted(number: int, noun: str) -> str:
+    """A number of things: "1 turn", "2,000 turns"."""
+    return f"{number:,} {noun}" + "s" * (number != 1)
 
 
 def meaning(text: str) -> str:

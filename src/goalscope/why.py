@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from goalscope.belief import Belief
 from goalscope.likelihood import RolePlay
-from goalscope.types import Goal, InvalidInputError, Turn, distinct, goals_of
+from goalscope.types import Goal, InvalidInputError, Turn, counted, distinct, goals_of
 
 __all__ = ["Reason", "reasons", "word_evidence"]
 
@@ -49,7 +49,8 @@ def reasons(belief: Belief, turns: Sequence[Turn], goal: str | Goal) -> list[Rea
     table, place = belief.evidence, _place(belief, goal)
     if len(turns) != len(table):
         raise InvalidInputError(
-            f"The belief is over {len(table)} turns, not {len(turns)}: it does not weigh each."
+            f"The belief is over {counted(len(table), 'turn')}, not {len(turns)}: it does not "
+            "weigh each."
         )
     gains = table[:, place] - _mean_of_others(table, place)
     after = np.exp(belief.log_posteriors[1:, place])

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 
-from goalscope.types import GoalscopeError
+from goalscope.types import GoalscopeError, InvalidInputError
 
 __all__ = ["explained"]
 
@@ -24,7 +24,6 @@ ADVICE = {
     "SQLITE_READONLY": "It may not be written: name another file.",
     "SQLITE_CANTOPEN": "It may not be opened: name another file.",
     "SQLITE_CORRUPT": "It is damaged: move it away, and a new one is begun.",
-    "SQLITE_NOTADB": "It is no SQLite file: name another one.",
     # PostgreSQL, by SQLSTATE or its class
     "08": SERVER,
     "22": "The database's encoding should be UTF8.",
@@ -55,11 +54,19 @@ def explained(place: str | Path) -> Generator[None]:
 
     Args:
         place: The file, or the address without its password.
+
+    Raises:
+        GoalscopeError: In the place of such an error.
+        InvalidInputError: The file is none of a database.
     """
     try:
         yield
     except (sqlite3.Error, SQLAlchemyError) as error:
         cause = error.orig or error if isinstance(error, DBAPIError) else error
+        if getattr(cause, "sqlite_errorname", "") == "SQLITE_NOTADB":
+            raise InvalidInputError(
+                f"{place} is no database of goalscope: it is no SQLite file. Name another one."
+            ) from error
         said = " ".join(str(cause).split())
         raise GoalscopeError(
             f"The database {place} cannot be used: {said.rstrip('.')}. {_advice(cause, said)} "

@@ -151,7 +151,7 @@ def _refuse_others(connection: sqlite3.Connection, name: Path) -> None:
     )
     connection.execute("COMMIT")
     if tables and application != APPLICATION:
-        raise GoalscopeError(f"{name} is another program's file. Name one with --store.")
+        raise InvalidInputError(f"{name} is another program's file. Name another one.")
     if tables and version > LEGACY + 1:
         raise _newer(name)
 

@@ -19,7 +19,7 @@ from goalscope.extras import package
 from goalscope.rounds_json import dumps
 from goalscope.types import GoalscopeError, InvalidInputError
 
-__all__ = ["Done", "run", "sole"]
+__all__ = ["Done", "check_packages", "run", "sole"]
 
 _FAILURES = 5
 """Cells that may fail one after the other before the rest is not even tried."""
@@ -40,6 +40,16 @@ class Done:
     error: str | None
     done: int
     total: int
+
+
+def check_packages() -> None:
+    """Refuse to begin what could not be finished.
+
+    Raises:
+        GoalscopeError: A package that experiments need is missing; says what to install.
+    """
+    for module in ("bm25s", "scipy.stats", "sklearn.feature_extraction.text"):
+        package(module, "Experiments need", GoalscopeError)
 
 
 @contextmanager
@@ -95,10 +105,9 @@ def run(
 
     Raises:
         InvalidInputError: What is measured with has changed.
-        GoalscopeError: Too many cells failed in a row.
+        GoalscopeError: Too many cells failed in a row, or a package is missing.
     """
-    for module in ("bm25s", "scipy.stats", "sklearn.feature_extraction.text"):
-        package(module, "Experiments need", GoalscopeError)  # not only once the work is done
+    check_packages()
     for evaluating in (False, True):
         judged = judging(experiment, results.planned(specs))
         models = {

@@ -11,13 +11,13 @@ import numpy.typing as npt
 
 from goalscope.calibrating import Observed, Tables, observed_in
 from goalscope.calibration import PAPER, USUAL, Calibration, calibration_from_json
-from goalscope.experiment.predictors import among_goals
+from goalscope.experiment.predictors import GOALSCOPE, among_goals
 from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate, Measured, Table
 from goalscope.experiment.summary_dialogues import EPS, by_settings, mean_of
 from goalscope.goals import UNEXPLAINED
 from goalscope.stats import auroc, reliability
 
-__all__ = ["AGENT", "PAPERS", "WHOLE", "belief_table"]
+__all__ = ["AGENT", "PAPERS", "belief_table"]
 
 Array = npt.NDArray[np.float64]
 
@@ -25,7 +25,6 @@ TURN = 3
 """By this turn, or by the last of a shorter dialogue, it is to be known that a goal is missing."""
 
 PAPERS = "Eq. 1"
-WHOLE = "+ forgetting"
 AGENT = "an agent's"
 
 COLUMNS = (
@@ -38,9 +37,9 @@ COLUMNS = (
 NOTES = (
     "Each line adds one part to the line above it: Eq. 1 as it stands in the paper; a prior "
     "probability of Unspecified that does not depend on the number of goals; the temperature; the "
-    "reference; the chance of a change of mind; forgetting. The first line without adapter is "
-    f"goalscope as the paper has it, {WHOLE!r} with it is what goalscope does. {AGENT!r}: the "
-    "calibration of an agent that proposes its goals itself.",
+    f"reference; the chance of a change of mind; and, in the line {GOALSCOPE}, forgetting: the "
+    f"whole. The first line without adapter is as the paper has it, the line {GOALSCOPE} with it "
+    f"is what goalscope does. {AGENT}: the calibration of an agent that proposes its goals itself.",
     "They are fitted together, so that a part by itself may do harm. Switching and forgetting are "
     "for minds that change, and cost log-loss where nobody changes theirs.",
     "Top-1, log-loss (nats) and expected calibration error after the last turn, among the goals "
@@ -95,7 +94,7 @@ def _parts(own: Calibration) -> Mapping[str, Calibration]:
         "+ temperature": warm,
         "+ reference": reference,
         "+ switching": changing,
-        WHOLE: own,
+        GOALSCOPE: own,
         AGENT: USUAL,
     }
 

@@ -13,6 +13,7 @@ from goalscope.datasets.changes import AFTER
 from goalscope.experiment.predictors import AS_IN_PAPER, GOALSCOPE, among_goals
 from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate, Measured, Table, slug
 from goalscope.experiment.summary_dialogues import by_settings, mean_of
+from goalscope.types import counted
 
 __all__ = ["FRESH", "Changes", "read_changes"]
 
@@ -82,7 +83,8 @@ class Changes:
         last = self.round - 1
         return Table(
             "-".join(map(slug, ("changes", self.set, self.split, self.model))),
-            f"A change of mind at round {self.round}: {self.title}, {len(self.groups)} dialogues",
+            f"A change of mind at round {self.round}: {self.title}, "
+            f"{counted(len(self.groups), 'dialogue')}",
             (
                 *("belief", "n"),
                 *(f"followed within {k}" for k in range(1, AFTER + 1)),

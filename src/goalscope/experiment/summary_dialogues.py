@@ -41,6 +41,7 @@ from goalscope.experiment.summary import (
     slug,
 )
 from goalscope.stats import Reliability, Scores, auroc, bootstrap_mean, reliability, scores
+from goalscope.types import counted
 
 __all__ = ["EPS", "Dialogues", "Openness", "Outcome", "by_settings", "mean_of", "read_dialogues"]
 
@@ -163,7 +164,7 @@ class Dialogues:
                     Estimate(made.ece, made.band),
                 )
             )
-        title = f"Goals inferred from dialogues: {self.title}, {self.n} dialogues"
+        title = f"Goals inferred from dialogues: {self.title}, {counted(self.n, 'dialogue')}"
         notes = (*self.notes, *NOTES)
         return Table(self._name("dialogues"), title, COLUMNS, tuple(rows), notes, command)
 
@@ -196,7 +197,7 @@ class Dialogues:
                     ),
                 )
             )
-        title = f"Is the goal in the set? {self.title}, {self.n} dialogues"
+        title = f"Is the goal in the set? {self.title}, {counted(self.n, 'dialogue')}"
         return Table(self._name("open-set"), title, OPEN_COLUMNS, tuple(rows), OPEN_NOTES, command)
 
     def area(self, turn: int | None, predictor: str = GOALSCOPE) -> Estimate | None:

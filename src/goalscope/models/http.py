@@ -17,7 +17,7 @@ from goalscope.extras import package
 from goalscope.models import Heard
 from goalscope.models.streaming import Streamed
 from goalscope.models.trouble import codes_of, failed, message_of, seconds_asked
-from goalscope.types import InvalidInputError, ModelError
+from goalscope.types import InvalidInputError, ModelError, counted
 
 if TYPE_CHECKING:
     import httpx2
@@ -63,7 +63,7 @@ class Usage:
 
     def __str__(self) -> str:
         return (
-            f"{self.requests} requests ({self.retries} of them again), "
+            f"{counted(self.requests, 'request')} ({self.retries} of them again), "
             f"{self.prompt_tokens:,} tokens read, {self.completion_tokens:,} written"
         )
 

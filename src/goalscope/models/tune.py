@@ -134,6 +134,7 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
         OSError: The cache folder cannot be written, the disk is full, or another process tunes.
     """
     record = _record(source, threads)
+    Weights(source).free()  # what is no model is refused before a minute of work is announced
     source = source.resolve()
     record.parent.mkdir(parents=True, exist_ok=True)
     with (

@@ -22,7 +22,7 @@ from goalscope.experiment.summary_dialogues import Dialogues
 from goalscope.experiment.summary_episodes import Episodes
 from goalscope.report.drawing import COLOURS, GREY, INK, PALE, Drawing, draw, shortened
 from goalscope.stats import Reliability, proportion
-from goalscope.types import UNSPECIFIED
+from goalscope.types import UNSPECIFIED, counted
 
 __all__ = ["Figure", "accuracy_figure", "belief_figure", "calibration_figure", "change_figure",
            "mcq_figure", "methods_figure"]  # fmt: skip
@@ -116,7 +116,7 @@ def belief_figure(name: str, label: str, rounds: Sequence[Round], group: str) ->
         layers.append((UNSPECIFIED.text, table[UNSPECIFIED.text], GREY))
     if rest:
         sums = [math.fsum(values) for values in zip(*(table[g] for g in rest), strict=True)]
-        layers.append((f"{len(rest)} other goal{'s' * (len(rest) > 1)}", sums, PALE))
+        layers.append((counted(len(rest), "other goal"), sums, PALE))
     layers += [(g, table[g], RIBBON_COLOURS[i]) for i, g in enumerate(own)]
     last = believed[-1].belief
     gone = set(table) - {goal.text for goal in last.goals} if last else set[str]()
@@ -149,8 +149,8 @@ def belief_figure(name: str, label: str, rounds: Sequence[Round], group: str) ->
 
     height = 0.75 + 0.185 * max(len(layers), 6)
     caption = (
-        f"{label}: {len(rounds)} rounds, {len(table)} goals. Percentages: after the last round; "
-        "-, the goal was gone."
+        f"{label}: {counted(len(rounds), 'round')}, {counted(len(table), 'goal')}. Percentages: "
+        "after the last round; -, the goal was gone."
     )
     drawing = draw(name, f"Belief over goals, round by round: {label}", (7.6, height), paint)
     return Figure(name, caption, drawing, group)
@@ -170,8 +170,7 @@ def calibration_figure(name: str, dialogues: Dialogues) -> Figure | None:
         axes[0].set_ylabel("share correct")
 
     errors = "; ".join(
-        f"{predictor}: ECE {made.ece:.3f}, if calibrated {made.expected:.3f} "
-        f"[{made.band.low:.3f}, {made.band.high:.3f}], n = {made.n}"
+        f"{predictor}: ECE {made.ece:.3f} [{made.band.low:.3f}, {made.band.high:.3f}], n = {made.n}"
         for predictor, made in found.items()
     )
     caption = (
@@ -228,10 +227,10 @@ def accuracy_figure(name: str, dialogues: Dialogues) -> Figure | None:
         figure.legend(loc="outside right upper")
 
     caption = (
-        f"Accuracy of the likeliest goal by turn: {dialogues.title}. n = {dialogues.n} dialogues; "
-        f"later turns have those that are longer, and turns that fewer than {least} have are left "
-        "out. Bars: 95 % bootstrap interval over groups of dialogues that share people; none where "
-        "there is a single group."
+        f"Accuracy of the likeliest goal by turn: {dialogues.title}. "
+        f"n = {counted(dialogues.n, 'dialogue')}; later turns have those that are longer, and "
+        f"turns that fewer than {least} have are left out. Bars: 95 % bootstrap interval over "
+        "groups of dialogues that share people; none where there is a single group."
     )
     drawing = draw(name, f"Accuracy by turn: {dialogues.title}", (7.4, 3.3), paint)
     return Figure(name, caption, drawing)
@@ -254,8 +253,8 @@ def change_figure(name: str, changes: Changes) -> Figure:
 
     caption = (
         "Probability of the goal before the change (dashed), and of the one after it (solid): "
-        f"{changes.title}. Mean of {len(changes.groups)} dialogues; dotted: the change, at round "
-        f"{changes.round}."
+        f"{changes.title}. Mean of {counted(len(changes.groups), 'dialogue')}; dotted: the change, "
+        f"at round {changes.round}."
     )
     title = f"Belief over a change of mind: {changes.title}"
     return Figure(name, caption, draw(name, title, (7.4, 3.3), paint))

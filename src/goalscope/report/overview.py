@@ -6,8 +6,9 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from goalscope.experiment.predictors import GOALSCOPE
 from goalscope.experiment.summary import Entry, Table
-from goalscope.experiment.summary_beliefs import AGENT, PAPERS, WHOLE
+from goalscope.experiment.summary_beliefs import AGENT, PAPERS
 from goalscope.report.sections import Section
 
 __all__ = ["counts", "summary_of"]
@@ -52,7 +53,7 @@ def _believed(rows: list[Row]) -> list[Row]:
     for row in rows:
         first, *others = models[row["dialogues"]]
         papers = row["belief"] == PAPERS and row["model"] == first
-        ours = row["belief"] in (WHOLE, AGENT) and row["model"] in (others or [first])
+        ours = row["belief"] in (GOALSCOPE, AGENT) and row["model"] in (others or [first])
         picked += [row] if papers or ours else []
     return picked
 
@@ -76,7 +77,7 @@ _KINDS = (
         ),
         _believed,
         (
-            f"{PAPERS}: the paper's belief, with the first model. {WHOLE}: goalscope's, with each "
+            f"{PAPERS}: the paper's belief, with the first model. {GOALSCOPE}: its own, with each "
             f"other one. {AGENT}: the one of an agent that proposes its goals itself.",
             "Top-1, log-loss (nats) and expected calibration error after the last turn. AUROC: "
             "does it tell that the true goal is not among the goals? It should propose others "

@@ -33,7 +33,7 @@ from goalscope.report.figures import (
 )
 from goalscope.study.book import Book
 from goalscope.study.summary import study_tables
-from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.types import GoalscopeError, InvalidInputError, counted
 
 __all__ = ["Section", "incomplete", "sections_of"]
 
@@ -142,7 +142,7 @@ def _copied(file: Path) -> Generator[Results]:
         try:
             results = Results.open(copy)
         except GoalscopeError as error:
-            raise GoalscopeError(str(error).replace(str(copy), str(file))) from None
+            raise type(error)(str(error).replace(str(copy), str(file))) from None
         with results:
             yield results
 
@@ -228,7 +228,11 @@ def _facts(done: Sequence[Cell]) -> Iterator[tuple[str, str]]:
         if values:
             yield key.replace("_", " "), ", ".join(values)
     for identity, n in _identities(done).items():
-        what = f"measured with ({n} cells)" if len(_identities(done)) > 1 else "measured with"
+        what = (
+            f"measured with ({counted(n, 'cell')})"
+            if len(_identities(done)) > 1
+            else "measured with"
+        )
         found: dict[str, str] = json.loads(identity)
         first = [key for key in ("version", "code", "prompts") if key in found]
         order = [*first, *(key for key in found if key not in first)]

@@ -9,7 +9,7 @@ from goalscope.domains import Domain, profile_named, settings_of
 from goalscope.judge import possible_actions
 from goalscope.store import EpisodeInfo, Store
 from goalscope.study.plan import Check, Plan
-from goalscope.types import InvalidInputError, Turn
+from goalscope.types import InvalidInputError, Turn, counted
 
 __all__ = ["Item", "chosen_episodes", "item_of", "item_of_check"]
 
@@ -73,8 +73,8 @@ def chosen_episodes(store: Store, plan: Plan) -> tuple[list[EpisodeInfo], int]:
     left_out = len(found) - len(rateable)
     if not rateable:
         raise InvalidInputError(
-            f"All {left_out} episodes that fit were with real people, who have no profile, so "
-            "raters must see the conversations: set transcript = true."
+            f"All that fit ({counted(left_out, 'episode')}) were with real people, who have no "
+            "profile, so raters must see the conversations: set transcript = true."
             if left_out
             else "No episode that has ended fits [episodes] of the study. `goalscope episodes` "
             "lists them all."

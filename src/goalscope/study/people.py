@@ -7,7 +7,7 @@ from datetime import datetime
 from statistics import median
 
 from goalscope.study.plan import Exclusion
-from goalscope.types import meaning
+from goalscope.types import counted, meaning
 
 __all__ = ["Answer", "Participant", "excluded"]
 
@@ -77,7 +77,7 @@ def excluded(participant: Participant, rules: Exclusion) -> tuple[str, ...]:
     seconds = [each.seconds for each in answers if each.seconds is not None]
     reasons: list[str] = []
     if rules.failed_checks and failed >= rules.failed_checks:
-        reasons.append(f"failed {failed} of {len(checks)} checks")
+        reasons.append(f"failed {failed} of {counted(len(checks), 'check')}")
     if len(answers) > 1:
         if rules.same_rating and len({each.rating for each in answers}) == 1:
             reasons.append("the same rating everywhere")

@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 from goalscope.agent import Method
 from goalscope.domains import Domain
 from goalscope.envs.tables import is_list, nearest, read_table, refuse_unknown, shown
-from goalscope.types import InvalidInputError
+from goalscope.types import InvalidInputError, counted
 
 __all__ = ["BEST", "Check", "Completion", "Exclusion", "Plan", "Selection", "plan_of", "read_plan"]
 
@@ -180,7 +180,7 @@ def read_plan(file: Path) -> Plan:
     ):
         raise InvalidInputError(
             f"{label}, exclusion: nobody can fail {plan.exclusion.failed_checks} of "
-            f"{len(plan.checks)} checks. Add a [[check]], or lower 'failed_checks'."
+            f"{counted(len(plan.checks), 'check')}. Add a [[check]], or lower 'failed_checks'."
         )
     for number, check in enumerate(plan.checks, 1):
         if len(check.conversation) % 2:

@@ -17,7 +17,7 @@ from goalscope.episode import Round
 from goalscope.plain import model_shown
 from goalscope.policy import undo
 from goalscope.store import EpisodeInfo
-from goalscope.types import GoalscopeError, InvalidInputError
+from goalscope.types import GoalscopeError, InvalidInputError, counted
 from goalscope.web.ribbons import HEIGHT, WIDTH, ribbons
 from goalscope.web.views import BeliefView, EpisodeView, GoalView, RoundView, StoredEpisode
 
@@ -94,7 +94,7 @@ def _facts(info: EpisodeInfo) -> list[str]:
         info.profile or "a person",
         info.method,
         model_shown(info.model),
-        "1 round" if info.rounds == 1 else f"{info.rounds} rounds",
+        counted(info.rounds, "round"),
         info.ending,
         *([] if info.score is None else [f"score {info.score:.2f}"]),
     ]

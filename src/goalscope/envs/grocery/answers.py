@@ -15,6 +15,7 @@ from goalscope.envs.grocery.requests import Refusal
 from goalscope.envs.grocery.restrictions import violates
 from goalscope.envs.grocery.words import contains, singulars
 from goalscope.envs.speech import LEAD, evened
+from goalscope.types import counted
 
 __all__ = ["Stock", "answered"]
 
@@ -199,7 +200,7 @@ def _aisles(shop: Stock) -> str:
     aisles = Counter(item.category for item in shop.catalogue.items if item.category)
     if not aisles:
         names = "; ".join(item.name for item in shop.catalogue.items[:_NAMED])
-        return f"The shop has {len(shop.catalogue)} items, such as {names}."
+        return f"The shop has {counted(len(shop.catalogue), 'item')}, such as {names}."
     named = ", ".join(aisle for aisle, _ in aisles.most_common(_AISLES_NAMED))
     more = ", and more" if len(aisles) > _AISLES_NAMED else ""
     return f"The shop sells: {named}{more}."

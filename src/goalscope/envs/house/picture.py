@@ -15,6 +15,7 @@ from rich.text import Text
 
 from goalscope.envs.house.floor_plan import Piece, Plan, floor_plan
 from goalscope.envs.house.footprints import Point
+from goalscope.types import counted
 
 __all__ = ["TerminalPicture", "numbered", "ranges", "terminal_picture"]
 
@@ -62,7 +63,10 @@ class TerminalPicture:
                 break
         left = LINES - len(heading) - len(drawn)
         if len(below) > left:
-            below = [*below[: left - 1], Text(f"and {len(below) - left + 1} more lines", "dim")]
+            below = [
+                *below[: left - 1],
+                Text(f"and {counted(len(below) - left + 1, 'more line')}", "dim"),
+            ]
         for line in (*heading, *drawn, *below):
             line.rstrip()
             yield line
@@ -320,7 +324,7 @@ def _list_of_places(plan: Plan, keys: Mapping[str, str], ascii_only: bool) -> li
             lines.append(Text().append(f"{len(group)} {title}: ", "dim").append_text(text))
     line("and", [each for each in plan.pieces if each.id not in listed])
     if plan.left_out:
-        lines.append(Text(f"and {plan.left_out} objects that are too many to show", "dim"))
+        lines.append(Text(f"and {counted(plan.left_out, 'object')} too many to show", "dim"))
     return lines
 
 
