@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import pytest
 
 from fakes import WordModel, said
-from goalscope.advice import advice, doubtful
+from goalscope.advice import advice, doubtful, retracts
 from goalscope.belief import Belief
 from goalscope.tracker import GoalTracker
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn
@@ -28,8 +28,8 @@ def told(belief: Belief, *words: str, **more) -> str:
 
 def test_any_belief_has_its_advice() -> None:
     expected = {
-        "ask": [BARE, BARE.pin(TEA), Belief.uniform([]), BARE.observe([0.0, 0.5])],
-        "act": [BARE.observe([0.0, 0.0]).pin(TEA), BARE.observe([-9.0, 0.0])],
+        "ask": [BARE, Belief.uniform([]), Belief.uniform([TEA]), BARE.observe([0.0, 0.5])],
+        "act": [BARE.pin(TEA), BARE.observe([0.0, 0.0]).pin(TEA), BARE.observe([-9.0, 0.0])],
         "propose": [
             BARE.observe([0.0, -9.0]),
             BARE.observe([-math.inf, -math.inf]),
@@ -39,6 +39,8 @@ def test_any_belief_has_its_advice() -> None:
     for word, beliefs in expected.items():
         assert [told(each) for each in beliefs] == [word] * len(beliefs)
     assert told(BARE.observe([-1.5, 0.0])) == "act"
+    assert told(BARE.observe([0.0, -0.42])) == "propose"
+    assert told(BARE.observe([0.0, -0.39])) == "ask"
     assert told(BARE.observe([-1.3, 0.0])) == "ask"
     assert told(Belief.uniform([TEA, Goal("bake")]).observe([0.0, 0.0])) == "ask"
 
@@ -121,6 +123,58 @@ def test_words_that_deny_are_no_evidence_to_act_on_later() -> None:
     assert told(belief.observe([-9.0, 0.0]), "Don't!", "Thanks.", "Now make tea.") == "act"
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        "Stop!",
+        "No, wait, don't do that.",
+        "Please do not make it.",
+        "Sorry, I changed my mind.",
+        "Forget the tea.",
+        "That's not what I want.",
+        "I never asked you for that.",
+        "Never mind.",
+        "Call it off.",
+    ],
+)
+def test_what_is_taken_back_stays_so_until_it_is_said_or_confirmed_again(words: str) -> None:
+    sure = BARE.observe([-9.0, 0.0])
+    taken_back = sure.observe([-1.0, 0.0])
+    later = taken_back.observe([-0.1, 0.0])
+    pinned = BARE.pin(TEA).observe([-1.0, 0.0]).observe([-0.1, 0.0])
+    assert retracts(words, TEA)
+    assert told(sure, "Tea!") == "act"
+    assert told(taken_back, "Tea!", words) == "ask"
+    assert told(later, "Tea!", words, "Good.") == "ask"
+    assert told(pinned, words, "Good.") == "ask"
+    assert told(later.pin(TEA), "Tea!", words, "Good.") == "act"
+    assert told(later.observe([-9.0, 0.0]), "Tea!", words, "Good.", "Now tea, please.") == "act"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "My sister can't eat gluten.",
+        "No nuts, please.",
+        "I can't wait!",
+        "Don't forget the milk.",
+        "Not too sweet.",
+        "That's all, nothing else.",
+        "I don't like raisins.",
+    ],
+)
+def test_a_restriction_takes_nothing_back(words: str) -> None:
+    assert not retracts(words, TEA)
+    sure = BARE.observe([-9.0, 0.0]).observe([0.0, 0.0]).observe([0.0, 0.0])
+    assert told(sure, "Tea!", words, "Good.") == "act"
+
+
+def test_a_goal_may_take_back_what_the_words_take_back() -> None:
+    cancel = Goal("cancel a booking")
+    assert not retracts("Please cancel my booking.", cancel)
+    assert retracts("Please cancel that. Stop!", cancel)
+
+
 def test_a_proposal_needs_later_words_that_speak_for_it() -> None:
     belief = BARE.observe([-9.0, 0.0])
     assert told(belief, proposed={TEA: 1}) == "ask"
@@ -129,6 +183,10 @@ def test_a_proposal_needs_later_words_that_speak_for_it() -> None:
     assert told(belief.observe([-0.1, 0.0]), "Tea.", "No tea!", proposed={TEA: 1}) == "ask"
     assert told(belief.pin(TEA), proposed={TEA: 1}) == "act"
     assert told(belief, proposed={Goal("bake"): 1}) == "act"
+    assert told(belief, proposed={"Make tea.": 1}) == "ask"
+    for wrong in (["make tea"], {5: 1}, {TEA: "one"}, 3):
+        with pytest.raises(InvalidInputError, match="proposed must say"):
+            told(belief, proposed=wrong)
 
 
 def test_it_is_given_of_a_tracker() -> None:

@@ -301,16 +301,28 @@ def test_a_remark_is_followed_by_the_plainest_question_and_leave_by_how_to_end()
     assert 'If that is all, say "Good night".' in round.notes
 
 
-def test_an_order_that_was_followed_is_not_asked_about() -> None:
+def test_an_order_that_was_followed_is_not_asked_about_and_gives_no_goal_beside_others() -> None:
     class Switchboard(LampRoom):
         def requests(self, turns: Sequence[Turn]) -> list[Action]:
             return self.actions(self.mentioned([turns[-1].utterance]))
 
-    agent = Agent(Switchboard(), WordModel(REPLIES))
-    agent.step(agent.ask(), "just nothing")
-    assert agent.ask() == "Is it bright enough?"
-    agent.step(agent.ask(), "just the lamp")
+    agent = Agent(Switchboard(["lamp", "fan"]), WordModel(REPLIES))
+    agent.step(agent.ask(), "just some lamp light, please")
+    goals = agent.tracker.belief.goals
+    assert len(goals) > 1
+    agent.goals.model = WordModel({"name what the human may want": "- fly with kings\n- fly far"})
+    agent.step(agent.ask(), "just the fan, to fly with kings")
     assert agent.ask() == FALLBACK
+    assert agent.tracker.belief.goals == goals
+    agent.step(agent.ask(), "just a carpet to fly")
+    assert agent.ask() == "Is it bright enough?"
+    agent.step(agent.ask(), "Let us fly far with kings.")
+    assert agent.tracker.belief.goals != goals
+
+
+def test_a_question_about_the_person_is_not_put_to_them() -> None:
+    model = WordModel({**REPLIES, "short question": "Which lamp does the human want?"})
+    assert ask(model, LampRoom(), [Turn("Hello?", "It is dark.")]) == FALLBACK
 
 
 def test_a_question_that_echoes_the_person_is_not_asked() -> None:

@@ -1,6 +1,8 @@
 """What a person says of the goals themselves: confirmed, ruled out, in other words."""
 
 import json
+import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields, replace
 
 import numpy as np
@@ -442,3 +444,37 @@ def test_what_is_no_saved_tracker_is_refused(edit) -> None:
     tracker.observe("", "cake")
     with pytest.raises(InvalidInputError):
         GoalTracker.from_json(edit(tracker.to_json()), WordModel())
+
+
+def test_what_was_ruled_out_already_may_be_ruled_out_again() -> None:
+    tracker = GoalTracker(WordModel(), goals=["bake cake", "cook soup", "make tea"])
+    assert tracker.correct("veto", "bake cake")
+    assert tracker.correct("reword", "cook soup", "boil soup")
+    before = tracker.belief
+    assert tracker.correct("veto", "Bake cake!") == []
+    assert tracker.correct("reword", "cook soup", "boil soup") == []
+    assert tracker.belief is before
+    for correction in ("veto", "reword"):
+        with pytest.raises(InvalidInputError, match="no goal 'fly a kite' to correct"):
+            tracker.correct(correction, "fly a kite", "boil soup")
+
+
+def test_threads_that_share_a_tracker_lose_no_turn() -> None:
+    class Slow(WordModel):
+        def token_logprobs(self, *args, **kwargs):
+            time.sleep(0.002)
+            return super().token_logprobs(*args, **kwargs)
+
+    tracker = GoalTracker(Slow(), goals=["bake cake", "cook soup"])
+
+    def talk(number: int) -> None:
+        tracker.observe("What?", f"cake {number}")
+        tracker.add([f"bake cake {number}"])
+
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(talk, range(24)))
+    assert sorted(turn.utterance for turn in tracker.turns) == sorted(
+        f"cake {number}" for number in range(24)
+    )
+    assert tracker.belief.log_likelihood.shape == (24, len(tracker.belief.goals)) == (24, 27)
+    assert GoalTracker.from_json(tracker.to_json(), WordModel()).turns == tracker.turns

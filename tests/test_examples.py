@@ -64,6 +64,25 @@ def test_a_fingerprint_tells_states_apart(garden: Environment) -> None:
         check_env(blind())
 
 
+@pytest.mark.parametrize(
+    ("name", "given", "told"),
+    [
+        ("requests", lambda self, turns: 1 / 0, r"`requests` fails after 'Hello.' \(ZeroDivision"),
+        ("requests", lambda self, turns: [("add", "rose")], "`requests` must give a list of Act"),
+        ("requests", lambda self, turns: None, "`requests` must give a list of Action, not None"),
+        ("mentioned", lambda self, said: ["rose", 5], "`mentioned` must give a list of str"),
+        ("is_completion", lambda self, turn: None, "`is_completion` must give a bool, not None"),
+        ("answer", lambda self, question: 5, "`answer` must give a text or None, not 5"),
+        ("fingerprint", lambda self: 5, r"`fingerprint\(\)` must be a text, not 5"),
+    ],
+)
+def test_what_fails_or_gives_something_else_is_named(
+    garden: Environment, name: str, given: object, told: str
+) -> None:
+    with pytest.raises(GoalscopeError, match=told):
+        check_env(type("Wrong", (type(garden),), {name: given})())
+
+
 @pytest.mark.parametrize("made", ["None", "5", "profile"])
 def test_a_domain_that_opens_no_environment_says_so(tmp_path: Path, made: str) -> None:
     file = tmp_path / "mine.py"

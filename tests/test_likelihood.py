@@ -280,3 +280,14 @@ def test_a_model_is_one_that_is_open_and_has_all_that_is_needed() -> None:
     for wrong, cause in ((WordModel, "not <class"), (Half(), "lacks count_tokens"), ("a", "'a'")):
         with pytest.raises(InvalidInputError, match=f"must be one that is open.*{cause}"):
             GoalTracker(wrong)  # pyright: ignore[reportArgumentType]
+
+
+def test_a_model_that_cannot_be_asked_is_refused_at_once() -> None:
+    class NoEnd(WordModel):
+        def token_logprobs(self, contexts, continuations): ...
+
+    sizeless = WordModel()
+    sizeless.context_size = "big"
+    for wrong, cause in ((NoEnd(), r"token_logprobs\(.*end_of_turn"), (sizeless, "not 'big'")):
+        with pytest.raises(InvalidInputError, match=f"The model words cannot be used: .*{cause}"):
+            GoalTracker(wrong)

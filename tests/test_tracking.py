@@ -134,9 +134,11 @@ def test_the_assistant_learns_whether_to_act_to_ask_or_to_propose(tmp_path: Path
     assert trackers.observe(trackers.open(TASK, GOALS).id, 1, "", "a").advice == "ask"
     usual = Kitchen(tmp_path / "usual.db", calibration="usual").trackers
     lost = usual.open(TASK, ["bake", "cook"]).id
-    assert usual.observe(lost, 1, "", "roses roses in my kitchen").advice == "propose"
+    garden = "roses, red roses in my old garden, far away from any kitchen at all"
+    said = [usual.observe(lost, number, "", garden).advice for number in (1, 2)]
+    assert said == ["ask", "propose"]
     assert usual.add(lost, ["grow roses"]).advice != "propose"
-    assert usual.observe(lost, 2, "", "red roses, roses, roses").advice == "act"
+    assert usual.observe(lost, 3, "", "red roses, roses, roses").advice == "act"
 
 
 def test_goals_are_proposed_only_where_that_is_asked_for(trackers: Trackers) -> None:

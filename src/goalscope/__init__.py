@@ -15,11 +15,13 @@ if TYPE_CHECKING:
     from goalscope.tracker import GoalTracker
     from goalscope.types import (
         UNSPECIFIED,
+        ConflictError,
         Goal,
         GoalscopeError,
         InvalidInputError,
         ModelError,
         Turn,
+        UnreadableAnswerError,
     )
 
 __all__ = [
@@ -28,6 +30,7 @@ __all__ = [
     "Agent",
     "Belief",
     "Calibration",
+    "ConflictError",
     "Goal",
     "GoalTracker",
     "GoalscopeError",
@@ -35,6 +38,7 @@ __all__ = [
     "ModelError",
     "Round",
     "Turn",
+    "UnreadableAnswerError",
     "open_model",
     "run_episode",
 ]

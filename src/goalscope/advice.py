@@ -7,19 +7,22 @@ import unicodedata
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Literal, Protocol
+from typing import Literal, Protocol, cast
 
 import numpy as np
 
 from goalscope.belief import Belief
 from goalscope.envs.speech import LEAD, LONGEST, evened
 from goalscope.goals import incomplete
-from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn
+from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn, meaning
 
-__all__ = ["SURE", "Advice", "advice", "doubtful"]
+__all__ = ["LOST", "SURE", "Advice", "advice", "doubtful", "retracts"]
 
 SURE = 0.8
 """Probability of a goal from which it is acted on: a question costs a fifth of a wrong act."""
+
+LOST = 0.6
+"""Probability of Unspecified above which other goals are asked for: before any word it has half."""
 
 Advice = Literal["act", "ask", "propose"]
 """What an assistant should do next; see `advice`."""
@@ -34,6 +37,19 @@ _DENIAL = re.compile(
     r"|far from|already|yesterday|pointless|scrap|last thing|doubt\w*|skip|drop|hardly|scarcely"
     r"|barely|anything but|(?:done|finished|through) with|enough of|quit|leave|remove)\b"
 )
+_RETRACTION = re.compile(
+    r"(?<!n't )(?<!not )(?<!never )\b(?:stop|halt|abort|cancel\w*|forget|undo|scrap|never ?mind"
+    r"|hold on|hang on|wait|quit|chang(?:ed?|ing) (?:my|our) minds?"
+    r"|call(?:ed)? (?:it|that|this) off|not what (?:i|we)"
+    r"|(?:keep|leave|count) (?:me|us|it|that|this|them) out)\b"
+    r"|(?:^|[,.;!?:] |\b(?:please|but|so|and|no|ok|okay|wait) )(?:don't|do not|never)\b"
+    r"(?! (?:forget|worry|hesitate|mind)\b)"
+    r"|\b(?:i|we) (?:don't|do not|didn't|did not|no longer|never) (?:\w+ )?"
+    r"(?:want(?:ed)?|need(?:ed)?|mean|meant|ask(?:ed)?|like|said|say) (?:\w+ )?"
+    r"(?:it|that|this|them|you)\b"
+)
+"""What takes back what was said before, whatever that was."""
+
 _GIVEN_LEAVE = re.compile(
     r"\bif (?:possible|it's possible|you (?:please|like|wish|can|could|would)\b(?! not))"
     r"|\bi (?:was|am|'m) wondering if you (?:can|could|would)\b"
@@ -65,38 +81,47 @@ class Tracking(Protocol):
 
 
 def advice(
-    tracker: Tracking, *, since: int = 0, proposed: Mapping[Goal, int] | None = None
+    tracker: Tracking,
+    *,
+    since: int = 0,
+    proposed: Mapping[Goal, int] | Mapping[str, int] | None = None,
 ) -> Advice:
     """What an assistant should do next.
 
     "act" on the likeliest goal, which has the probability `SURE` or more; "ask" the person; or
-    "propose" goals: none explains the words. Before the first turn there is only to ask.
+    "propose" goals: none explains the words, and Unspecified has more than `LOST`. Before the first
+    turn there is only to ask, or to act on what the person has confirmed.
 
     How likely words are tells little of whether they deny: so nothing is acted on where the newest
-    are `doubtful`, nor where the goal would not be as likely without all those that were; nor on a
-    goal that a model made from the person's words before later ones speak for it more than for
-    none. What the person has confirmed since their newest words is acted on.
+    are `doubtful`, nor where the goal would not be as likely without all those that were, and
+    without all that a person said, and confirmed, before they took something back ("Stop!", "don't
+    do that", "I changed my mind"); nor on a goal that a model made from the person's words before
+    later ones speak for it more than for none. What the person has confirmed since their newest
+    words is acted on.
 
     Args:
         tracker: A `GoalTracker`, or what else has a belief and the turns that it is over.
         since: See `goalscope.goals.incomplete`.
-        proposed: Goals that a model proposed, with the number of turns that each was made from.
+        proposed: Goals that a model proposed, or their texts, with the number of turns that each
+            was made from.
 
     Raises:
-        InvalidInputError: It is no tracker.
+        InvalidInputError: It is no tracker, or `proposed` no such mapping.
     """
     belief, turns = getattr(tracker, "belief", None), getattr(tracker, "turns", None)
     if not isinstance(belief, Belief) or turns is None:
         raise InvalidInputError(
             f"advice is given of a GoalTracker, for its words count, too, not of {tracker!r}."
         )
-    if not turns or not len(belief.log_likelihood):
-        return "ask"
+    made = _made(proposed)
     for goal, probability in belief.top(1):
         if goal != UNSPECIFIED and probability >= SURE:
-            made = (proposed or {}).get(goal, 0)
-            return "act" if _is_told(belief, turns, goal, made) else "ask"
-    lost = UNSPECIFIED in belief.goals and incomplete(belief, since=since)
+            return (
+                "act" if _is_told(belief, turns, goal, made.get(meaning(goal.text), 0)) else "ask"
+            )
+    if not turns or not len(belief.log_likelihood):
+        return "ask"
+    lost = UNSPECIFIED in belief.goals and incomplete(belief, LOST, since=since)
     return "propose" if lost or belief.is_degenerate else "ask"
 
 
@@ -118,23 +143,46 @@ def doubtful(utterance: str, goal: Goal) -> bool:
     )
 
 
+def retracts(utterance: str, goal: Goal) -> bool:
+    """Whether English words take back what was said before, beyond what the goal itself does."""
+    text = evened(unicodedata.normalize("NFKC", utterance))
+    own = Counter(each[0] for each in _RETRACTION.finditer(evened(goal.text)))
+    return bool(Counter(each[0] for each in _RETRACTION.finditer(text)) - own)
+
+
 def _denials(text: str) -> Counter[str]:
     return Counter("not" if each["not"] else each[0] for each in _DENIAL.finditer(text))
+
+
+def _made(proposed: object) -> dict[str, int]:
+    try:
+        given = cast("Mapping[str | Goal, int]", proposed or {}).items()
+        goals = {goal: number + 0 for goal, number in given}
+        return {meaning(g.text if isinstance(g, Goal) else g): n for g, n in goals.items()}
+    except (AttributeError, TypeError):
+        raise InvalidInputError(
+            f"proposed must say of goals how many turns each was made from, not {proposed!r}."
+        ) from None
 
 
 def _is_told(belief: Belief, turns: Sequence[Turn], goal: Goal, made: int) -> bool:
     """Whether the likeliest goal is what the person says, and not only what is spoken of."""
     if (len(belief.log_likelihood), goal) in belief.pinned:
         return True
+    if not turns:
+        return False
+    said = [turn.utterance for turn in turns]
+    taken_back = max((n for n, each in enumerate(said, 1) if retracts(each, goal)), default=0)
+    doubts = [n <= taken_back or doubtful(each, goal) for n, each in enumerate(said, 1)]
     table = belief.log_likelihood.copy()
-    doubts = [doubtful(turn.utterance, goal) for turn in turns]
     for row, doubt in zip(table[::-1], reversed(doubts), strict=False):
         if doubt:
             row[:] = 0.0
-    plain = replace(belief, log_likelihood=table)
+    pinned = tuple((when, each) for when, each in belief.pinned if when >= taken_back)
+    plain = replace(belief, log_likelihood=table, pinned=pinned)
     if doubts[-1] or plain.probability[belief.goals.index(goal)] < SURE:
         return False
-    if not made or goal in {each for _, each in belief.pinned}:
+    if not made or goal in {each for _, each in pinned}:
         return True
     later = plain.evidence[made:]
     against = later[:, [each == UNSPECIFIED for each in belief.goals]].sum()

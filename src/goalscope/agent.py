@@ -188,9 +188,10 @@ class Agent:
         nobody could undo in the world.)
 
         Words that only ask what the environment can answer give no new goal, and nothing is done
-        for them; remarks give none either. Nothing is guessed for remarks, nor for orders that are
-        understood. Once the person says that the task is complete, only what they ask for in the
-        same breath is done before it ends: they could not see, and refuse, anything else.
+        for them; remarks give none either, and orders that are understood only where there is no
+        other. Nothing is guessed for remarks, nor for such orders. Once the person says that the
+        task is complete, only what they ask for in the same breath is done before it ends: they
+        could not see, and refuse, anything else.
 
         Args:
             query: What the agent asked.
@@ -212,14 +213,18 @@ class Agent:
         before = (tracker.belief, tracker.turns) if tracker else None
         history = [result for round in self.rounds for result in round.results]
         try:
+            turns = [*self.turns, turn]
+            complete = ends = self.env.is_completion(turn)
             asks = self.env.answer(turn.utterance) is not None
             silent = asks or is_remark(turn.utterance)
+            order = not silent and self.env.is_order(turns)
+            exact = complete or silent or order
+            known = bool(tracker and self._stated(tracker.belief))
             changes, missing = (
-                self._update(tracker, turn, propose=not silent) if tracker else ([], False)
+                self._update(tracker, turn, propose=not (silent or (order and known)))
+                if tracker
+                else ([], False)
             )
-            complete = ends = self.env.is_completion(turn)
-            turns = [*self.turns, turn]
-            exact = complete or silent or self.env.is_order(turns)
             wants = [] if exact else self._wants(turns)
             pending = self.rounds[-1].question if asks and self.rounds else ""
             outcome = Outcome((), 0, pending)

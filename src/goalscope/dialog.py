@@ -29,6 +29,8 @@ FALLBACK = "What else would you like?"
 """Asked where there is nothing better to ask."""
 
 _QUESTION = re.compile(r"[^.!?\n]+(?:\?|$)")  # a sentence with its mark, or without any at the end
+_ABOUT_THEM = re.compile(r"\bthe (?:human|user|person|customer|agent)\b", re.IGNORECASE)
+"""Of whom the prompts speak, who is asked here."""
 _ECHO = 0.8
 """Share of a question's words that were the person's last ones, from which on it is an echo."""
 _REPLY = 80
@@ -79,7 +81,7 @@ def written(
 ) -> tuple[list[Message], list[str]]:
     """A prompt for the next question, and the distinct ones that the model writes.
 
-    None is old, and none only echoes what the person said last.
+    None is old, and none only echoes what the person said last, or speaks of them as of another.
 
     Args:
         model: Writes.
@@ -112,7 +114,8 @@ def written(
         )
         question = question_of(reply.text)
         new = question.endswith("?") and question not in asked and question not in questions
-        if new and not _echoes(question, turns[-1].utterance):
+        apt = not (_ABOUT_THEM.search(question) or _echoes(question, turns[-1].utterance))
+        if new and apt:
             questions.append(question)
     return prompt, questions
 

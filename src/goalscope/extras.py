@@ -10,7 +10,9 @@ from goalscope.types import GoalscopeError, ModelError
 __all__ = ["EXTRAS", "package", "remedy"]
 
 EXTRAS = {
-    **dict.fromkeys(("httpx2", "tokenizers", "huggingface-hub"), "remote"),
+    **dict.fromkeys(
+        ("httpx2", "huggingface-hub", "jsonschema", "tenacity", "tokenizers"), "remote"
+    ),
     **dict.fromkeys(("torch", "transformers", "llguidance", "gguf", "peft"), "torch"),
     **dict.fromkeys(("bm25s", "matplotlib", "scikit-learn", "scipy"), "experiments"),
     **dict.fromkeys(("distributed", "cryptography"), "cluster"),

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Iterable, Sequence
-from typing import Any, Literal, cast, get_args
+from functools import wraps
+from inspect import signature
+from threading import RLock
+from typing import Any, Literal, TypeVar, cast, get_args
 
 from goalscope.belief import Belief
 from goalscope.calibration import Calibration
@@ -42,11 +45,25 @@ YOURS = "you named it"
 _MODEL = ("token_logprobs", "count_tokens", "context_size")
 
 
+_Method = TypeVar("_Method", bound=Callable[..., Any])
+
+
+def _alone(method: _Method) -> _Method:
+    """A method of a tracker that waits until no other one runs."""
+
+    @wraps(method)
+    def waiting(tracker: GoalTracker, *args: Any, **kwargs: Any) -> Any:
+        with tracker._busy:  # pyright: ignore[reportPrivateUsage] -- it is the tracker's own
+            return method(tracker, *args, **kwargs)
+
+    return cast("_Method", waiting)
+
+
 class GoalTracker:
     """A belief over the goals of a person in dialogue, without a domain.
 
-    It is one conversation's, and one thread's at a time: turns that are observed at the same time
-    are lost. The model may be shared by threads and by any number of trackers.
+    It is one conversation's. Threads may share it: it does one thing at a time. Its model may be
+    shared by any number of trackers.
 
     Args:
         model: Scores the words; by default the embedded model.
@@ -79,6 +96,8 @@ class GoalTracker:
                 f"{f', which lacks {needs[0]}' if 0 < len(needs) < len(_MODEL) else ''}. "
                 "Goals are given as goals=[...]."
             )
+        if model is not None and (wrong := _wrong(model)):
+            raise InvalidInputError(f"The model {model_name(model)} cannot be used: {wrong}.")
         if likelihood is not None and not hasattr(likelihood, "log_likelihood"):
             raise InvalidInputError(f"likelihood must be one such as RolePlay, not {likelihood!r}.")
         self.task = checked_text(task, "task")
@@ -86,6 +105,7 @@ class GoalTracker:
         given = distinct([*support, *goals_of(goals)])
         named = None if calibration is None else _calibration(calibration)
         self.likelihood = likelihood or RolePlay(model or open_model())
+        self._busy = RLock()
         self.turns: list[Turn] = []
         self.belief = Belief.uniform(given, named or self.likelihood.calibration)
 
@@ -93,6 +113,7 @@ class GoalTracker:
         """The task, and the belief in short."""
         return f"GoalTracker({self.task!r}, {self.belief!r})"
 
+    @_alone
     def observe(self, query: str, utterance: str) -> Belief:
         """Update the belief with what the person answered; on an error it stays as it was.
 
@@ -109,6 +130,7 @@ class GoalTracker:
         self.turns = turns
         return self.belief
 
+    @_alone
     def add(self, goals: Iterable[str | Goal]) -> Belief:
         """Add goals; each is scored on all past turns, as if it had been there from the start.
 
@@ -140,6 +162,7 @@ class GoalTracker:
             self.belief = Belief.uniform(everything, self.belief.calibration).observe(row)
         return self.belief
 
+    @_alone
     def drop(self, goals: Iterable[str | Goal]) -> Belief:
         """Remove goals; see `Belief.drop`.
 
@@ -161,6 +184,7 @@ class GoalTracker:
         self.belief = self.belief.drop(gone)
         return self.belief
 
+    @_alone
     def pin(self, goal: str | Goal) -> Belief:
         """Take a goal that the person confirms, perhaps a new one (see `Belief.pinned`).
 
@@ -173,8 +197,11 @@ class GoalTracker:
         self.belief = self._add([pinned]).pin(pinned)
         return self.belief
 
+    @_alone
     def correct(self, correction: Correction, goal: str | Goal, text: str = "") -> list[GoalChange]:
         """Take what the person says of the goals themselves, and tell what it changed.
+
+        What was ruled out, or said in other words, already changes nothing.
 
         Args:
             correction: "pin": it is this goal, perhaps a new one. "veto": it is not, and it comes
@@ -201,6 +228,9 @@ class GoalTracker:
                 f"There is no goal {UNSPECIFIED.text!r} to pin, veto or reword to."
             )
         if correction != "pin" and named not in self.belief.goals:
+            out = meaning(named.text) in {meaning(each.text) for each in self.belief.ruled_out}
+            if out and (correction == "veto" or kept in self.belief.goals):
+                return []
             raise InvalidInputError(f"There is no goal {named.text!r} to correct.")
         changes: list[GoalChange] = []
         if correction != "veto":
@@ -214,6 +244,7 @@ class GoalTracker:
             changes.append(GoalChange("removed", named, reason, final=True))
         return changes
 
+    @_alone
     def to_json(self) -> str:
         """All that it is, and its model's name: `from_json` goes on where it stands."""
         from goalscope.rounds_json import belief_to_json, dumps
@@ -296,6 +327,7 @@ class GoalTracker:
             return ()
         return (f"The conversation is long: the first {start} turns are no longer read.",)
 
+    @_alone
     def manage(
         self,
         goals: GoalManager,
@@ -339,6 +371,18 @@ class GoalTracker:
         removed = goals.removed([belief.drop(given) for belief in beliefs])
         self.drop(change.goal for change in removed)
         return [*added, *removed], missing and not added
+
+
+def _wrong(model: LikelihoodModel) -> str:
+    """Why a model that somebody wrote cannot be asked; empty where it can be."""
+    try:
+        signature(model.token_logprobs).bind([], [], end_of_turn=False)
+    except TypeError as error:
+        return f"token_logprobs(contexts, continuations, *, end_of_turn) is what it needs ({error})"
+    except ValueError:
+        pass  # it is not written in Python
+    size = cast("object", model.context_size)
+    return "" if isinstance(size, int) else f"context_size must be a number of tokens, not {size!r}"
 
 
 def _calibration(given: object) -> Calibration:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any, cast
 
 from goalscope.envs import MAY_LACK, Environment
-from goalscope.types import Action, GoalscopeError, StepResult
+from goalscope.types import Action, GoalscopeError, StepResult, Turn
 
 __all__ = ["check_env"]
 
 
 def check_env(env: Environment, *, most: int = 40) -> None:
-    """Try an environment: texts, failures that change nothing, and replays that lead to one state.
+    """Try an environment: words, failures that change nothing, replays to one state.
 
     The environment is reset before and after.
 
@@ -31,6 +32,9 @@ def check_env(env: Environment, *, most: int = 40) -> None:
     for name in ("task", "completion_phrase"):
         _hold(bool(getattr(env, name).strip()), f"`{name}` must be a text that is not empty")
     _hold(bool(env.status().strip()), "`status()` must be a text that is not empty")
+    _hold(type(start) is str, f"`fingerprint()` must be a text, not {start!r}")
+    _try_words(env)
+    _hold(env.fingerprint() == start, "words alone must change nothing")
     env.reset()
     _hold(env.fingerprint() == start, "two resets must lead to the same state")
     for odd in _odd_actions():
@@ -47,6 +51,41 @@ def check_env(env: Environment, *, most: int = 40) -> None:
     _hold(env.fingerprint() == end, "the same actions after a reset must lead to the same state")
     env.reset()
     _hold(env.fingerprint() == start, "a reset must undo everything")
+
+
+def _try_words(env: Environment) -> None:
+    """Have things said, and see that each method answers with what it should."""
+    things = env.kinds("", 3)
+    said = ["Hello.", "What is there?", env.completion_phrase]
+    said += [text for thing in things for text in (f"I'd like {thing}.", f"No {thing}, please.")]
+    turns = [Turn("What can I do for you?", text) for text in said]
+    for number in range(1, len(turns) + 1):
+        past = turns[:number]
+        text, words = past[-1].utterance, [turn.utterance for turn in past]
+        calls: list[tuple[str, tuple[object, ...], Any, bool]] = [
+            ("kinds", (text, 3), str, True),
+            ("mentioned", (words,), str, True),
+            ("actions", (things, past), Action, True),
+            ("requests", (past,), Action, True),
+            ("unmet", (past, []), str, True),
+            ("permission", (Action(""), past), str, False),
+            ("answer", (text,), str | None, False),
+            ("is_order", (past,), bool, False),
+            ("is_completion", (past[-1],), bool, False),
+            ("completion_actions", (), Action, True),
+        ]
+        for name, arguments, kind, many in calls:
+            try:
+                found = getattr(env, name)(*arguments)
+            except Exception as error:
+                told = f"{type(error).__name__}: {error}"
+                raise _broken(f"`{name}` fails after {text!r} ({told})") from error
+            listed = isinstance(found, list)
+            given = cast("list[object]", found) if many and listed else [found]
+            right = many == listed and all(isinstance(one, kind) for one in given)
+            what = getattr(kind, "__name__", "text or None")
+            what = f"a list of {what}" if many else f"a {what}"
+            _hold(right, f"`{name}` must give {what}, not {found!r}, after {text!r}")
 
 
 def _try_all(env: Environment, most: int) -> list[StepResult]:
@@ -87,4 +126,8 @@ def _odd_actions() -> Sequence[Action]:
 
 def _hold(law: bool, text: str) -> None:
     if not law:
-        raise GoalscopeError(f"The environment breaks a law: {text}.")
+        raise _broken(text)
+
+
+def _broken(text: str) -> GoalscopeError:
+    return GoalscopeError(f"The environment breaks a law: {text}.")

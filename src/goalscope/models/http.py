@@ -121,9 +121,10 @@ class Server:
 
         Raises:
             InvalidInputError: The address is none.
-            ModelError: The package that speaks HTTP is missing.
+            ModelError: A package that it needs is missing.
         """
-        package("httpx2")
+        for needed in ("httpx2", "jsonschema", "tenacity"):
+            package(needed)
         import httpx2
 
         base, _, self._model = address.partition("#")
