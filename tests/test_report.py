@@ -458,7 +458,7 @@ def test_the_command_writes_or_prints(folder: Path, tmp_path: Path) -> None:
     assert written.exit_code == 0
     assert (folder / "report" / "report.html").is_file()
     assert (tmp_path / "m.md").is_file()
-    assert "2 tables, 1 figures" in written.stdout
+    assert "2 tables, 1 figure." in written.stdout
     both = CliRunner().invoke(app, [str(folder / "mcq.db"), "--json", "--out", str(tmp_path / "o")])
     assert json.loads(both.stdout)
     assert (tmp_path / "o" / "report.html").is_file()

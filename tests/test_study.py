@@ -296,7 +296,7 @@ def person(*ratings, texts=None, expected=None, seconds=None):
         (person(1, 2, texts=["Good.", " good"]), {}, ("the same explanation everywhere",)),
         (person(1, 2, 3, texts=["Good", "good", "bad"]), {}, ()),
         (person(3, 3, 0, expected=[None, None, 0]), {}, ()),
-        (person(1, 2, 1, expected=[None, None, 0]), {}, ("failed 1 of 1 checks",)),
+        (person(1, 2, 1, expected=[None, None, 0]), {}, ("failed 1 of 1 check",)),
         (person(1, 2, 1, expected=[None, None, 0]), {"failed_checks": 2}, ()),
         (person(1, 2, 1, expected=[None, None, 0]), {"failed_checks": 0}, ()),
         (person(1, 2, 3, seconds=[1.0, 3.9, 90.0]), {"min_seconds": 4},
