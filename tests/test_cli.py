@@ -372,6 +372,14 @@ def test_run_prints_the_outcomes_as_json_and_replays(shop, store_file):
     assert "checks were met cannot be shown" in invoke("replay", outcome["episode"]).stdout
 
 
+def test_of_many_people_it_is_said_who_is_done_and_the_json_stays_one_value(shop):
+    people = Path(shop[3])
+    people.write_text(PROFILES + PROFILES.replace('"baker"', '"other"'))
+    result = invoke("run", "--profile", "all", "--rounds", 1, "--json", *shop)
+    assert [row["profile"] for row in json.loads(result.stdout)] == ["baker", "other"]
+    assert result.stderr.splitlines() == ["1 of 2: baker", "2 of 2: other"]
+
+
 def test_an_episode_whose_end_an_older_version_could_not_note_is_ended(shop, store_file):
     assert invoke("run", "--profile", "baker", *shop).exit_code == 0
     with closing(sqlite3.connect(store_file)) as file, file:
