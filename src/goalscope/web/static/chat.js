@@ -12,7 +12,7 @@ export class Log {
     this.exchanges = new Map();
     this.list = h("div", {});
     this.after = h("div", { class: "slot" });
-    this.below = h("button", { type: "button", class: "below", hidden: true, onclick: () => this.scrollToEnd() }, "More below");
+    this.below = h("button", { type: "button", class: "below", hidden: true, onclick: () => this.#toTheVeryEnd() }, "More below");
     this.element = h("div", {
       class: "log",
       role: "log",
@@ -48,20 +48,24 @@ export class Log {
     if (this.atEnd) this.scrollToEnd();
   }
 
-  /** Puts something below the last words, which stay in view; null takes it away. */
+  /** Puts something below the last words; null takes it away. */
   put(element) {
     this.after.replaceChildren(...(element ? [element] : []));
     this.scrollToEnd();
-    if (!element) return;
-    const words = this.list.lastElementChild.getBoundingClientRect();
-    const above = this.element.getBoundingClientRect().top - words.top;
+  }
+
+  /** To the end; of what was put below the last words so much as leaves these in view. */
+  scrollToEnd() {
+    this.atEnd = true;
+    this.element.scrollTop = this.element.scrollHeight;
+    const words = this.after.hasChildNodes() && this.list.lastElementChild?.getBoundingClientRect();
+    const above = words ? this.element.getBoundingClientRect().top - words.top : 0;
     if (above <= 0) return;
     this.element.scrollTop -= above;
     this.atEnd = false;
   }
 
-  scrollToEnd() {
-    this.atEnd = true;
+  #toTheVeryEnd() {
     this.element.scrollTop = this.element.scrollHeight;
   }
 
