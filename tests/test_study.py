@@ -118,7 +118,7 @@ def test_what_is_no_study_is_refused_with_the_place(tmp_path, text, said):
 
 def test_a_study_shows_the_basket_and_hides_the_method(store):
     fill(store)
-    study = Book(store).add(replace(PLAN, checks=(Check("p", "Choose 0.", 0),)))
+    study = Book(store).add(replace(PLAN, checks=(Check("p", 0, "Choose 0."),)))
     person = Book(store).join(study, "v", None)
     shown = [Book(store).open(person, n)[0] for n in (1, 2, 3)]
     assert {"Choose 0."} < {item.outcome for item in shown}
@@ -182,7 +182,7 @@ def test_what_others_did_in_the_same_store_is_left_out(store):
 def test_a_check_shows_a_conversation_where_items_do(store, tmp_path):
     fill(store)
     said = ("What can I do?", "Choose 0.", "Anything else?", "No.")
-    check = Check("p", "Choose 0.", 0, said)
+    check = Check("p", 0, "Choose 0.", said)
     study = Book(store).add(replace(PLAN, transcript=True, checks=(check,)))
     person = Book(store).join(study, "v", None)
     shown = [Book(store).open(person, n)[0] for n in (1, 2, 3)]
@@ -190,6 +190,20 @@ def test_a_check_shows_a_conversation_where_items_do(store, tmp_path):
     (found,) = (item for item in shown if item.outcome == "Choose 0.")
     assert found.transcript == (Turn(*said[:2]), Turn(*said[2:]))
     assert Book(store).named("s").plan == study.plan
+
+
+def test_a_check_is_told_from_an_episode_by_its_profile_alone(store):
+    fill(store)
+    checks = (read_plan(EXAMPLE).checks[0], Check("Choose 3.", 3))
+    wide = replace(PLAN, transcript=True, checks=checks, items_per_participant=4)
+    book = Book(store)
+    person = book.join(book.add(wide), "v", None)
+    shown = [book.open(person, n)[0] for n in range(1, 7)]
+    asked = [item for item in shown if item.profile in {check.profile for check in checks}]
+    others = [replace(item, profile="") for item in shown if item not in asked]
+    alike = [replace(item, profile="") for item in asked]
+    assert len({item.outcome for item in alike}) == 2
+    assert all(item in others for item in alike)
 
 
 def test_a_closed_study_takes_nobody_new_and_who_began_may_finish(store, place):

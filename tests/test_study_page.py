@@ -23,7 +23,7 @@ from test_study_web import WEB
 
 pytestmark = needs_chromium
 
-CHECK = Check("For this one, choose 0.", "The basket holds:\n- 1 x Paper Towels", 0)
+CHECK = Check("For this one, choose 0.", 0, "The basket holds:\n- 1 x Paper Towels")
 PLAN = replace(
     WEB, items_per_participant=4, checks=(CHECK,),
     exclusion=Exclusion(failed_checks=1, same_rating=True, same_explanation=True),

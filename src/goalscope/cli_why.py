@@ -57,7 +57,8 @@ def why(
 ) -> None:
     """Say why a goal is likely: what each utterance says for it, and what if it had not been said.
 
-    Evidence is in nats against the mean of the other goals, as it counts after calibration.
+    Evidence is in nats against the mean of the other goals, as it counts after calibration. Words
+    that speak for a goal can still make it less likely, as another goal gains more.
     """
     from goalscope.display import show_reasons
     from goalscope.plain import plain

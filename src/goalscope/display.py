@@ -239,8 +239,9 @@ def show_reasons(
         named = "it" if each == goal else f'"{each.text}"'
         console.print(plain(f"You confirmed {named} {_when(turns)}."))
     console.print(
-        "Evidence is against the mean of the other goals; then: among the goals of now, without "
-        "those that are gone since; without it: the belief now, had it not been said.",
+        "Evidence is against the mean of the other goals: words that speak for a goal can "
+        "still make it less likely, as another goal gains more. Then: among the goals of now, "
+        "without those that are gone since. Without it: the belief now, had it not been said.",
         style="dim",
     )
 

@@ -41,7 +41,8 @@ def reasons(belief: Belief, turns: Sequence[Turn], goal: str | Goal) -> list[Rea
     """What each turn says for a goal.
 
     Evidence is against the mean of the other goals: of words that suit all alike ("Yes, it's right
-    here.") it is little, and of either sign, as the others are.
+    here.") it is little, and of either sign, as the others are. Words that speak for a goal can
+    still make it less likely, as another goal gains more.
 
     Raises:
         InvalidInputError: The belief holds no such goal, or other turns.

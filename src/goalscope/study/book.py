@@ -57,8 +57,8 @@ class Book:
         found, _ = chosen_episodes(self._store, plan)
         items = [(info.id, item_of(self._store, info, plan)) for info in found]
         rows = [ItemRow(view=dumps(asdict(item)), episode=id) for id, item in items]
-        for check in plan.checks:
-            item = item_of_check(check, items[0][1])
+        for number, check in enumerate(plan.checks):
+            item = item_of_check(check, items[number % len(items)][1])
             rows.append(ItemRow(view=dumps(asdict(item)), expected=check.rating))
         with self._store.writing() as session:
             study = StudyRow(name=plan.name, created=_now(), plan=dumps(asdict(plan)))

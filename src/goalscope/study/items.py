@@ -102,7 +102,7 @@ def item_of(store: Store, info: EpisodeInfo, plan: Plan) -> Item:
 
 
 def item_of_check(check: Check, like: Item) -> Item:
-    """The item of a check, which looks like another one."""
+    """The item of a check: another one, but for what the check says itself."""
     said = check.conversation
-    turns = tuple(map(Turn, said[::2], said[1::2]))
-    return Item(like.task, like.possible, check.profile, check.outcome, turns)
+    turns = tuple(map(Turn, said[::2], said[1::2])) or like.transcript
+    return Item(like.task, like.possible, check.profile, check.outcome or like.outcome, turns)

@@ -43,15 +43,16 @@ class Check:
 
     Attributes:
         profile: The person, in words.
-        outcome: What the assistant is said to have achieved.
         rating: The right one.
+        outcome: What the assistant is said to have achieved; "" for what it achieved in an episode
+            of the study, which nobody can tell from the others.
         conversation: What is shown of it where the study shows conversations: by turns what the
-            assistant says and what the person answers.
+            assistant says and what the person answers; of an episode, too, where it is empty.
     """
 
     profile: str
-    outcome: str
     rating: int
+    outcome: str = ""
     conversation: tuple[str, ...] = ()
 
 

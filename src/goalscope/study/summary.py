@@ -93,7 +93,10 @@ def _progress(
         ("finished and do not count", finished - len(counted)),
         ("ratings that count", sum(len(each.ratings) for each in rated)),
         ("episodes", len(rated)),
-        (f"episodes with {wanted} ratings", sum(len(each.ratings) >= wanted for each in rated)),
+        (
+            f"episodes with {wanted} rating{'s' * (wanted > 1)}",
+            sum(len(each.ratings) >= wanted for each in rated),
+        ),
         (
             "Krippendorff's alpha, ordinal",
             krippendorff_alpha([[*each.ratings.values()] for each in rated]),

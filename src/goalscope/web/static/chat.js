@@ -10,6 +10,9 @@ export class Log {
   constructor(domain) {
     this.named = !isKnown(domain);
     this.exchanges = new Map();
+    this.list = h("div", {});
+    this.after = h("div", { class: "slot" });
+    this.below = h("button", { type: "button", class: "below", hidden: true, onclick: () => this.#toTheVeryEnd() }, "More below");
     this.element = h("div", {
       class: "log",
       role: "log",
@@ -18,8 +21,10 @@ export class Log {
       tabindex: 0,
       onscroll: () => {
         if (this.element.clientHeight === this.height) this.atEnd = this.#isAtEnd();
+        this.below.hidden = this.#isAtEnd();
       },
     });
+    this.element.append(this.list, this.after, this.below);
     this.atEnd = true;
     new ResizeObserver(() => this.#resized()).observe(this.element);
   }
@@ -39,12 +44,28 @@ export class Log {
     for (const number of [...this.exchanges.keys()]) {
       if (!numbers.includes(number)) this.exchanges.delete(number);
     }
-    arrange(this.element, numbers.map((number) => this.exchanges.get(number).element));
+    arrange(this.list, numbers.map((number) => this.exchanges.get(number).element));
     if (this.atEnd) this.scrollToEnd();
   }
 
+  /** Puts something below the last words; null takes it away. */
+  put(element) {
+    this.after.replaceChildren(...(element ? [element] : []));
+    this.scrollToEnd();
+  }
+
+  /** To the end; of what was put below the last words so much as leaves these in view. */
   scrollToEnd() {
     this.atEnd = true;
+    this.element.scrollTop = this.element.scrollHeight;
+    const words = this.after.hasChildNodes() && this.list.lastElementChild?.getBoundingClientRect();
+    const above = words ? this.element.getBoundingClientRect().top - words.top : 0;
+    if (above <= 0) return;
+    this.element.scrollTop -= above;
+    this.atEnd = false;
+  }
+
+  #toTheVeryEnd() {
     this.element.scrollTop = this.element.scrollHeight;
   }
 
@@ -52,6 +73,7 @@ export class Log {
   #resized() {
     this.height = this.element.clientHeight;
     if (this.atEnd) this.scrollToEnd();
+    this.below.hidden = this.#isAtEnd();
   }
 
   #isAtEnd() {

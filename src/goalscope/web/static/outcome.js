@@ -3,7 +3,7 @@
 import { pathOf } from "./api.js";
 import { count, h, setText, unseen } from "./dom.js";
 import { acts, stateOf } from "./domains.js";
-import { statusView } from "./status.js";
+import { statusSummary, statusView } from "./status.js";
 
 /**
  * The actions of a round, with what came of each; what was only looked up is folded.
@@ -53,30 +53,35 @@ function told({ text, observation, irreversible }) {
   return observation.trim().split("\n").at(irreversible ? 0 : -1) || text;
 }
 
+/** Milliseconds in which one may cross out several items, or keep one after all. */
+const MOMENT = 1500;
+
 /** What stands in the end of a round: the basket, the room from above, or what a domain says. */
 export class Outcome {
   /**
    * @param {import("./api.js").Episode} episode
-   * @param {?((names: string[]) => void)} remove Has the agent take items out of the basket.
+   * @param {?{remove: (names: string[]) => void, marking: () => void}} hands `remove` has the agent
+   *   take items out of the basket; `marking` is told when some are crossed out, or no longer.
    */
-  constructor(episode, remove = null) {
+  constructor(episode, hands = null) {
     this.episode = episode;
-    this.remove = remove;
+    this.hands = hands;
     this.marked = new Set();
+    this.sent = new Set();
+    this.timer = 0;
     this.ready = false;
     this.house = episode.domain === "house";
     this.state = stateOf(episode.domain);
     this.shown = null;
     this.image = h("img", { class: "room", alt: "" });
     this.body = h("div", {});
-    this.takeOut = h("button", { type: "button", class: "take-out", hidden: true, onclick: () => this.#send() });
+    this.total = h("span", { class: "sum" });
     this.element = h(
       "div",
       { class: "panel", hidden: !acts(episode.domain) },
-      h("h2", {}, this.state.state),
+      h("h2", {}, this.state.state, this.total),
       this.house ? h("a", { class: "room-link", target: "_blank", rel: "noopener" }, this.image) : null,
       this.body,
-      this.takeOut,
     );
   }
 
@@ -84,46 +89,60 @@ export class Outcome {
     return [...this.body.querySelectorAll(".remove")];
   }
 
-  /** Whether the agent listens now; the button waits until then, and keeps the focus. */
+  /** Whether items are crossed out that the agent was not yet told of. */
+  get marks() {
+    return this.marked.size > 0;
+  }
+
+  /** Whether the agent listens now; until then what is crossed out waits. */
   setReady(ready) {
     this.ready = ready;
-    this.takeOut.setAttribute("aria-disabled", String(!ready));
+    if (!ready) return;
+    this.sent.clear();
+    this.#showMarks();
+    if (this.marks) this.timer ||= setTimeout(() => this.#send());
   }
 
   #mark(name) {
+    if (this.sent.has(name)) return;
     if (!this.marked.delete(name)) this.marked.add(name);
     this.#showMarks();
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.#send(), MOMENT);
+    this.hands.marking();
   }
 
   #send() {
-    if (!this.ready) return;
-    const names = [...this.marked];
-    this.marked.clear();
-    this.#showMarks();
-    this.#removers[0]?.focus();
-    this.remove(names);
+    this.timer = 0;
+    if (!this.ready || !this.marks) return;
+    this.sent = this.marked;
+    this.marked = new Set();
+    this.hands.remove([...this.sent]);
   }
 
   #showMarks() {
     for (const button of this.#removers) {
-      const isMarked = this.marked.has(button.value);
+      const isMarked = this.marked.has(button.value) || this.sent.has(button.value);
       button.setAttribute("aria-pressed", String(isMarked));
+      button.title = isMarked ? `Keep ${button.value}` : `Remove ${button.value}`;
       button.closest("tr").classList.toggle("marked", isMarked);
     }
-    this.takeOut.hidden = this.marked.size === 0;
-    setText(this.takeOut, `Take out ${this.marked.size}`);
   }
 
   /**
    * @param {number} number The round; 0 is the start.
    * @param {string} status
+   * @param {Map<string, boolean>} [items] What was ever put into the basket; see `itemsOf`.
+   * @param {boolean} [goesOn] Whether items can be taken out.
    */
-  show(number, status) {
-    const key = `${number} ${status}`;
+  show(number, status, items, goesOn = false) {
+    const key = `${number} ${status} ${goesOn}`;
     if (key === this.shown) return;
     this.shown = key;
+    setText(this.total, statusSummary(status));
     const focused = this.#removers.indexOf(document.activeElement);
-    this.body.replaceChildren(statusView(status || this.state.empty, this.remove && ((name) => this.#mark(name))));
+    const mark = goesOn && this.hands ? (name) => this.#mark(name) : null;
+    this.body.replaceChildren(statusView(status || this.state.empty, items, mark));
     const there = this.#removers.map((button) => button.value);
     this.marked = new Set([...this.marked].filter((name) => there.includes(name)));
     this.#showMarks();

@@ -5,12 +5,12 @@ import { coloursOf } from "./colours.js";
 import { h, nameOf, percent, setText } from "./dom.js";
 import { Outcome } from "./outcome.js";
 import { Ribbons } from "./ribbons.js";
-import { statusSummary } from "./status.js";
+import { itemsOf, statusSummary } from "./status.js";
 import { details, wordsForm } from "./why.js";
 
 /**
  * @typedef {{correct: (kind: string, goal: string, text?: string) => Promise<void>,
- *   undo: () => Promise<void>, remove: (names: string[]) => void}} Hands
+ *   undo: () => Promise<void>, remove: (names: string[]) => void, marking: () => void}} Hands
  */
 
 export class Side {
@@ -24,7 +24,7 @@ export class Side {
     this.rounds = [];
     this.bars = new Bars((text) => this.#details(text));
     this.ribbons = new Ribbons();
-    this.outcome = new Outcome(episode, hands.remove);
+    this.outcome = new Outcome(episode, hands);
     this.corrections = h("div", { class: "changes-slot" });
     this.changes = h("div", { class: "changes-slot" });
     this.undo = h("button", { type: "button", onclick: () => this.#undo() }, "Undo");
@@ -49,7 +49,8 @@ export class Side {
         this.corrections,
         this.add,
       ),
-      ...(episode.domain === "house" ? [this.outcome.element, this.history] : [this.history, this.outcome.element]),
+      this.outcome.element,
+      this.history,
     );
   }
 
@@ -64,7 +65,7 @@ export class Side {
     const corrected = Boolean(live?.changes.length);
     const belief = live ? live.belief : (last?.belief ?? null);
     const previous = corrected ? last?.belief : rounds.at(-2)?.belief;
-    const key = JSON.stringify([rounds.length, belief, live?.changes, live?.can_undo]);
+    const key = JSON.stringify([rounds.length, Boolean(live), belief, live?.changes, live?.can_undo]);
     if (key === this.key) return;
     this.key = key;
     const columns = rounds.map((round) => ({ label: String(round.number), belief: round.belief }));
@@ -81,7 +82,7 @@ export class Side {
     this.add.hidden = !this.#correctable();
     this.#corrections(live);
     this.changes.replaceChildren(...changesOf(last));
-    this.outcome.show(rounds.length, last?.status ?? "");
+    this.outcome.show(rounds.length, last?.status ?? "", itemsOf(rounds), Boolean(live));
   }
 
   /** Closes the details that are open; says whether there were any. */
@@ -92,6 +93,11 @@ export class Side {
   /** Whether the agent listens now. */
   setReady(ready) {
     this.outcome.setReady(ready);
+  }
+
+  /** Whether items of the basket are crossed out that the agent was not yet told of. */
+  get marks() {
+    return this.outcome.marks;
   }
 
   /** The basket's total. */

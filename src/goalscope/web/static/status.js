@@ -3,6 +3,9 @@
 import { h, unseen } from "./dom.js";
 
 const ITEM = /^- (\d+) x (.*): (.*)$/;
+const UNIT = / \([^()]*\)$/;
+const MOVED = /^(?:add|remove) item: (.*?)(?: x\d+)?$/;
+const GUESSED = "Guessed, not asked for: ";
 const TOTAL = /^Total: (.*)$/;
 
 /** Whether a status tells of a basket with something in it. */
@@ -11,16 +14,48 @@ function isBasket(lines) {
 }
 
 /**
- * The status as a table of what is in the basket, or else as a list.
- * @param {string} status
- * @param {?((name: string) => void)} mark Is told which item is to go, or to stay after all.
+ * What was ever put into the basket: of each item, whether it was guessed, and not asked for since.
+ * @param {import("./api.js").Round[]} rounds
+ * @returns {Map<string, boolean>}
  */
-export function statusView(status, mark = null) {
-  const lines = status.split("\n").filter((line) => line.trim());
-  return isBasket(lines) ? basket(lines, mark) : listed(lines);
+export function itemsOf(rounds) {
+  const items = new Map();
+  for (const { actions, notes } of rounds) {
+    const guesses = notes.filter((note) => note.startsWith(GUESSED)).map((note) => `, ${note.slice(GUESSED.length, -1)},`);
+    for (const { text, ok } of actions) {
+      const name = ok && MOVED.exec(text)?.[1];
+      if (name) items.set(name, guesses.some((guess) => guess.includes(`, ${name},`)));
+    }
+    for (const name of items.keys()) {
+      if (notes.some((note) => note.endsWith(` x ${name} already.`))) items.set(name, false);
+    }
+  }
+  return items;
 }
 
-function basket(lines, hands) {
+/** How many of the items of a basket were guessed. */
+export function countGuesses(status, items) {
+  const lines = status.split("\n").map((line) => ITEM.exec(line)).filter(Boolean);
+  return lines.filter((line) => items.get(nameIn(line[2], items))).length;
+}
+
+/** The name in a line of the basket, which may bear a unit. */
+function nameIn(text, items) {
+  return items.has(text) ? text : text.replace(UNIT, "");
+}
+
+/**
+ * The status as a table of what is in the basket, or else as a list.
+ * @param {string} status
+ * @param {Map<string, boolean>} items As `itemsOf` says; what was guessed is marked so.
+ * @param {?((name: string) => void)} mark Is told which item is to go, or to stay after all.
+ */
+export function statusView(status, items = new Map(), mark = null) {
+  const lines = status.split("\n").filter((line) => line.trim());
+  return isBasket(lines) ? basket(lines, items, mark) : listed(lines);
+}
+
+function basket(lines, known, hands) {
   const mark = isBought(lines) ? null : hands;
   const items = lines.map((line) => ITEM.exec(line)).filter(Boolean);
   const total = lines.map((line) => TOTAL.exec(line)).find(Boolean);
@@ -30,7 +65,7 @@ function basket(lines, hands) {
   const button = (name) =>
     h(
       "button",
-      { type: "button", class: "remove", value: name, title: `Remove ${name}`, onclick: () => mark(name) },
+      { type: "button", class: "remove", value: name, onclick: () => mark(name) },
       unseen(`Remove ${name}`),
     );
   return h(
@@ -48,16 +83,18 @@ function basket(lines, hands) {
       h(
         "tbody",
         {},
-        ...items.map(([, number, name, price]) =>
-          h(
+        ...items.map(([, number, text, price]) => {
+          const name = nameIn(text, known);
+          const unit = text.slice(name.length);
+          return h(
             "tr",
             {},
             cell("td", `${number}\u00a0\u00d7`, { class: "quantity" }),
-            cell("td", name),
+            h("td", {}, name, unit && h("span", { class: "soft" }, unit), known.get(name) && h("span", { class: "badge" }, "guessed")),
             cell("td", price, { class: "price" }),
             mark ? h("td", { class: "remove-cell" }, button(name)) : null,
-          ),
-        ),
+          );
+        }),
       ),
       total
         ? h("tfoot", {}, h("tr", {}, cell("th", isBought(lines) ? "Bought, total" : "Total", { scope: "row", colspan: 2 }), cell("td", total[1], { class: "price" }), mark ? h("td", {}) : null))

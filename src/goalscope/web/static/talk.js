@@ -4,7 +4,7 @@ import { api, listen } from "./api.js";
 import { Composer, Log } from "./chat.js";
 import { count, h, setText } from "./dom.js";
 import { aboutDomain, domainOf } from "./domains.js";
-import { statusSummary, statusView } from "./status.js";
+import { countGuesses, itemsOf, statusSummary, statusView } from "./status.js";
 import { Side, Strip } from "./side.js";
 
 /**
@@ -36,17 +36,16 @@ class Talk {
     this.side = new Side(state.episode, {
       correct: (kind, goal, text) => this.correct(kind, goal, text),
       undo: () => this.undo(),
-      remove: (names) => this.say(`Remove ${listed(names)}.`),
+      remove: (names) => this.say(names.map((name) => `Remove the ${name}.`).join(" ")),
+      marking: () => this.render(),
     });
     this.strip = new Strip(this.side.element);
     this.status = h("p", { class: "thinking", role: "status" });
-    this.confirm = h("div", { class: "slot" });
     this.error = h("div", { class: "slot", role: "alert" });
     this.end = h("div", { class: "slot" });
     this.hint = h("p", { class: "hint" });
     main.replaceChildren(this.#page());
     this.render();
-    this.log.scrollToEnd();
     this.composer.input.focus({ preventScroll: true });
     this.#listen();
   }
@@ -59,7 +58,7 @@ class Talk {
       { class: "chat", "aria-label": title },
       h("header", { class: "chat-head" }, h("h1", {}, title), h("p", { class: "soft" }, aboutDomain(this.domain))),
       this.log.element,
-      h("div", { class: "foot" }, this.status, this.error, this.confirm, this.end, this.composer.element, this.hint),
+      h("div", { class: "foot" }, this.status, this.error, this.end, this.composer.element, this.hint),
     );
     return h("div", { class: `talk ${this.domain.name}` }, chat, this.strip.element, this.side.element);
   }
@@ -162,12 +161,13 @@ class Talk {
     this.#confirm(live);
     this.#end(episode, rounds, live);
     const ready = Boolean(live && live.phase === "idle" && live.query && this.pending === null);
-    this.composer.setReady(ready);
     this.side.setReady(ready);
+    this.composer.setReady(ready && !this.side.marks);
   }
 
   #status(live, connected) {
-    const step = connected ? working(live, this.pending) : "The connection broke off. Trying again\u2026";
+    const idle = this.side.marks ? "Taking out what you crossed out\u2026" : "";
+    const step = connected ? working(live, this.pending) || idle : "The connection broke off. Trying again\u2026";
     this.status.classList.toggle("busy", Boolean(step));
     setText(this.status, step);
   }
@@ -190,12 +190,13 @@ class Talk {
   }
 
   #confirm(live) {
-    const wanted = live?.confirm && live.phase === "idle" && this.pending === null ? live.confirm : null;
+    const rests = live?.phase === "idle" && this.pending === null && !this.side.marks;
+    const wanted = rests ? live.confirm : null;
     const shown = wanted && `${live.round}|${wanted.state}|${live.query}`;
     if (shown === this.confirmShown) return;
     this.confirmShown = shown;
     if (wanted) this.strip.close();
-    this.confirm.replaceChildren(...(wanted ? [this.#confirmCard(wanted, live.query ?? "")] : []));
+    this.log.put(wanted ? this.#confirmCard(wanted, live.query ?? "") : null);
   }
 
   /**
@@ -206,6 +207,8 @@ class Talk {
   #confirmCard({ state, status, question, yes, no }, query) {
     const buys = this.state.episode.domain === "grocery";
     const about = buys ? "Your basket" : "Nobody can undo that.";
+    const items = itemsOf(this.state.rounds);
+    const guesses = countGuesses(status, items);
     const answer = (words, confirmed) => {
       this.say(words, confirmed);
       this.log.element.focus({ preventScroll: true });
@@ -214,7 +217,8 @@ class Talk {
       "section",
       { class: "card confirm", "aria-label": "To confirm" },
       h("h2", {}, query.includes(question) ? about : question),
-      buys ? h("div", { class: "card-body", tabindex: 0 }, statusView(status)) : null,
+      guesses ? h("p", { class: "small" }, `${guesses} of these ${guesses === 1 ? "was" : "were"} guessed, not asked for.`) : null,
+      buys ? statusView(status, items) : null,
       h(
         "div",
         { class: "buttons" },
@@ -248,12 +252,6 @@ function working(live, pending) {
   if (live.phase === "idle" && pending === null) return "";
   const step = live.step || "thinking";
   return `${step[0].toUpperCase()}${step.slice(1)}\u2026`;
-}
-
-/** "the A", "the A and the B", "the A, the B and the C". */
-function listed(names) {
-  const things = names.map((name) => `the ${name}`);
-  return [things.slice(0, -1).join(", "), things.at(-1)].filter(Boolean).join(" and ");
 }
 
 function endCard(episode, total) {
