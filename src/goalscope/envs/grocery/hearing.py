@@ -24,7 +24,7 @@ from goalscope.envs.grocery.requests import (
     wanted,
 )
 from goalscope.envs.grocery.restrictions import violates
-from goalscope.envs.grocery.rewording import SAME, SAME_ALL, Said, heard
+from goalscope.envs.grocery.rewording import SAME, SAME_ALL, SAME_ONE, Said, heard
 from goalscope.envs.grocery.words import contains, made, singulars
 from goalscope.envs.remarks import asks_why
 
@@ -248,9 +248,10 @@ class _Listener:
     def refuse(self, clause: Said, earlier: frozenset[str]) -> None:
         """Take in what is not wanted; `earlier` are the diets of earlier utterances."""
         out = {self.names.shown(removal.phrase) for removal in removed(clause)}
-        for thing, how in unwanted(clause).items():
-            thing = self.names.shown(thing)
-            if is_diet(thing):
+        for said, how in unwanted(clause).items():
+            found = self.meant(said) if said == SAME_ONE else [self.names.shown(said)]
+            thing = next(iter(found), "")
+            if not thing or is_diet(thing):
                 continue
             restrictions = implied(thing, how)
             if how is not Refusal.HARMED:
@@ -265,7 +266,7 @@ class _Listener:
         requests = wanted(clause)
         said = requests[0].replaces if requests else ()
         replaces = tuple(old for phrase in said for old in self.meant(phrase))
-        for request in requests if replaces or not said else ():
+        for request in requests if replaces or said in ((), (SAME_ONE,)) else ():
             request = replace(request, replaces=replaces)
             which = _WHICH.fullmatch(request.phrase)
             for phrase in self.meant(request.phrase):
@@ -341,6 +342,9 @@ class _Listener:
 
         None where it is not clear of what.
         """
+        if phrase == SAME_ONE:
+            found = self.spoken_of(every=True)
+            return found if len(found) == 1 else []
         which = _WHICH.fullmatch(phrase)
         if not (which or phrase in (SAME, SAME_ALL)):
             return [self.names.shown(phrase)]

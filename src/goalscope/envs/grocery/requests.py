@@ -35,6 +35,7 @@ from goalscope.envs.grocery.words import asks, contains, sentences, singulars
 __all__ = [
     "Refusal",
     "amount",
+    "besides_refused",
     "clears",
     "pieces",
     "refuses",
@@ -233,7 +234,7 @@ def pieces(said: Said) -> Iterator[tuple[str, Request | None, bool]]:
 
     With each comes the request that it may be, and whether a verb asks for it.
     """
-    for sentence in sentences(_SERVINGS.sub(" ", _unrefused(said))):
+    for sentence in sentences(_SERVINGS.sub(" ", besides_refused(said))):
         if asks(sentence):
             continue
         for part in re.split(r"\bbut\b|\s-\s", sentence.strip(" .;!?")):
@@ -318,7 +319,7 @@ def refuses(utterance: str) -> bool:
 
 def unrefused(utterance: str) -> str:
     """`utterance` without what it refuses, and without containers: "a bag of" says no thing."""
-    return _CONTAINED.sub(" ", " ".join(map(_unrefused, heard(utterance))))
+    return _CONTAINED.sub(" ", " ".join(map(besides_refused, heard(utterance))))
 
 
 def clears(said: Said) -> bool:
@@ -345,7 +346,7 @@ def _counts(match: re.Match[str], mood: Mood) -> bool:
     return mood is not Mood.QUESTION and not _DENIED.search(before)
 
 
-def _unrefused(said: Said) -> str:
+def besides_refused(said: Said) -> str:
     """A clause without what it refuses, and without the refusals that it denies."""
     return _REFUSAL.sub(
         lambda match: (

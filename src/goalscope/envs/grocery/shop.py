@@ -16,7 +16,7 @@ from goalscope.envs.grocery.diets import implied
 from goalscope.envs.grocery.hearing import Hearing, hear
 from goalscope.envs.grocery.limits import budget
 from goalscope.envs.grocery.names import Names
-from goalscope.envs.grocery.orders import adds_it, is_order, tries_to_buy
+from goalscope.envs.grocery.orders import adds_it, is_order, leaves_open, tries_to_buy
 from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.requests import Refusal, amount, refuses, unrefused
 from goalscope.envs.grocery.rewording import SAME, SAME_ALL
@@ -216,12 +216,12 @@ class GroceryShop:
         ]
 
     def is_order(self, turns: Sequence[Turn]) -> bool:
-        """Whether the newest words say exactly what is to be done."""
+        """Whether the newest words say exactly what is to be done, or leave nothing to guess."""
+        if not turns:
+            return False
         hearing = self._heard(turns)
-        return bool(turns) and is_order(
-            self._names.hidden(self._spoken(turns)[-1]),
-            lambda request: self._means(request, hearing),
-        )
+        said = self._names.hidden(self._spoken(turns)[-1])
+        return not leaves_open(said) or is_order(said, lambda each: self._means(each, hearing))
 
     def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
         """What the newest turn asks for outright and did not get, one sentence each."""
