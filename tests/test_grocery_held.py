@@ -6,6 +6,7 @@ import pytest
 
 from fakes import said
 from goalscope.envs.remarks import is_remark
+from goalscope.types import Action
 from shops import shop, talked
 
 FULL = {"Whole Milk": 2, "Wild Rice": 1, "Large Eggs": 1}
@@ -173,3 +174,72 @@ def test_what_the_basket_holds_or_a_diet_asks_for_stays_the_thing_that_is_meant(
         "Vegan Shredded Cheddar": 2
     }
     assert talked({}, "I'm vegan", "Cheddar, please")[0].basket == {"Vegan Shredded Cheddar": 1}
+
+
+@pytest.mark.parametrize(
+    ("utterances", "basket"),
+    [
+        (["add kale", "undo", "thanks"], FULL),
+        (["add kale", "2 leeks", "thanks", "Undo that, please!", "ok"], {**FULL, "Kale": 1}),
+        (["add kale", "2 leeks", "undo", "undo the last step", "ok"], FULL),
+        (["remove the rice", "cancel that", "add kale"], {**FULL, "Kale": 1}),
+        (["no rice please", "do you have milk?", "go back", "ok"], FULL),
+        (["I'm vegan", "take that back", "ok"], FULL),
+        (["add kale", "put it back how it was"], FULL),
+        (["I'm allergic to eggs. Add kale.", "undo"], {"Whole Milk": 2, "Wild Rice": 1}),
+        (["add kale", "undo the kale"], FULL),
+        (["add kale", "don't undo that"], {**FULL, "Kale": 1}),
+        (["add kale", "i want to cancel"], {**FULL, "Kale": 1}),
+    ],
+)
+def test_undo_takes_back_what_the_last_words_led_to(
+    utterances: list[str], basket: dict[str, int]
+) -> None:
+    assert talked(FULL, *utterances)[0].basket == basket
+
+
+def test_undo_takes_back_guesses_too_and_a_plan_that_failed_leaves_it_possible() -> None:
+    opened = shop(FULL)
+    turns = said("add kale", "undo")
+    assert opened.requests(turns[:1]) == [Action("add item", "Kale")]
+    opened.reset()
+    for name, number in [*FULL.items(), ("Kale", 1), ("Walnuts", 3)]:
+        assert opened.step(Action("add item", name, number)).ok
+    results = [opened.step(action) for action in opened.requests(turns)]
+    assert opened.basket == FULL
+    assert opened.unmet(turns, results) == []
+
+
+@pytest.mark.parametrize(
+    ("utterances", "told"),
+    [
+        (["undo"], "There is nothing that I can take back. Please say what is to change."),
+        (["add kale", "i want to cancel"], 'say "Undo that"'),
+        (["add kale", "what did you guess?"], "Guessed, not asked for: Whole Milk, Wild Rice"),
+        (["milk, rice, eggs", "which ones were guessed"], "Guessed, not asked for: nothing."),
+    ],
+)
+def test_what_to_say_instead_and_what_was_guessed_is_told(utterances: list[str], told: str) -> None:
+    opened, (note,) = talked(FULL, *utterances)
+    assert told in note
+    assert opened.is_order(said(*utterances)) or is_remark(utterances[-1])
+
+
+def test_undo_after_a_restart_says_that_it_cannot() -> None:
+    opened = shop({**FULL, "Kale": 1})
+    turns = said("add kale", "undo")
+    assert opened.requests(turns) == []
+    assert opened.unmet(turns, [])[0].startswith("There is nothing that I can take back.")
+    assert opened.requests([*turns, *said("Add leeks")]) == [Action("add item", "Leeks")]
+
+
+@pytest.mark.parametrize(
+    "utterance",
+    ["remove the guesses", "Please take your guesses out", "get rid of all the guessed items",
+     "delete all your guesses", "throw the guesses away", "I didn't ask for that"],
+)  # fmt: skip
+def test_guesses_leave_the_basket_on_a_word(utterance: str) -> None:
+    opened, told = talked(FULL, "add kale, and rice", utterance)
+    assert opened.basket == {"Kale": 1, "Wild Rice": 1}
+    assert told == []
+    assert talked(FULL, "add kale", "don't remove the guesses")[0].basket == {**FULL, "Kale": 1}

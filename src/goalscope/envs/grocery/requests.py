@@ -151,6 +151,10 @@ _UNASKED_FOR = (
     rf"(?: (?:that|which))? (?:(?:i|we|nobody|no one) (?:{_ASKED_NOT}|asked for|wanted)"
     r"|(?:was|were) not asked for|you(?: just| only)?(?: have|'ve)? guessed)\b"
 )
+_GUESSES = (
+    r"(?:(?:all|of|the|your|those|these|any|other|every) )*"
+    r"(?:guess(?:es)?\b|guessed (?:things?|items?|stuff|ones?|products?)\b|guesswork\b)"
+)
 _ALL = (
     r"(?:(?:everything|all items)(?=\s*(?:[.,;!?]|$|\b(?:and|please|now|again|then|thanks|thank|out"
     r"|back|away|off|from|so|because|since|i|we|you|in|it|there|at|right|else|for|if|to"
@@ -186,6 +190,7 @@ _UNASKED = re.compile(
     rf"\b(?:i|we|nobody|no one) {_ASKED_NOT} (?:any of |most of |half of |all |all of )?"
     r"(?:it|this|that|these|those|them)(?: things?| stuff| items?)?(?=[.,;!?]|$)"
     r"|\b(?:i|we) (?:only|just) (?:asked for|ordered|requested)\b"
+    rf"|\b{_TAKES} {_GUESSES}|\b(?:take|throw|put) {_GUESSES} (?:out|away|back)\b"
     rf"|\b{_TAKES} (?:everything|anything|whatever|what|all|things|stuff"
     rf"|(?:all )?(?:the|those|these) (?:things|items|stuff|rest)){_UNASKED_FOR}"
 )
