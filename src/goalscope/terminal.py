@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.status import Status
 
     from goalscope.models import OpenModel
 
-__all__ = ["console", "measuring", "model_names", "opened_model", "progress"]
+__all__ = ["console", "measuring", "model_names", "opened_model", "progress", "spinner"]
 
 
 def console(*, stderr: bool = False) -> Console:
@@ -20,6 +21,11 @@ def console(*, stderr: bool = False) -> Console:
     from rich.console import Console
 
     return Console(stderr=stderr, highlight=False, markup=False, emoji=False)
+
+
+def spinner(out: Console, words: str) -> Status:
+    """A spinner above which `out` can print; on standard error where `out` is no terminal."""
+    return (out if out.is_terminal else console(stderr=True)).status(words)
 
 
 @contextmanager
