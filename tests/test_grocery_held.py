@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fakes import said
+from goalscope.envs.grocery.hearing import hear
 from goalscope.envs.remarks import is_remark
 from goalscope.types import Action
 from shops import shop, talked
@@ -243,3 +244,54 @@ def test_guesses_leave_the_basket_on_a_word(utterance: str) -> None:
     assert opened.basket == {"Kale": 1, "Wild Rice": 1}
     assert told == []
     assert talked(FULL, "add kale", "don't remove the guesses")[0].basket == {**FULL, "Kale": 1}
+
+
+LABELLED = {"Rye Bread": 1, "Gluten-Free White Bread": 1, "Vegan Butter": 1, "Bananas": 1}
+
+
+@pytest.mark.parametrize(
+    ("utterances", "gone"),
+    [
+        (["take out the gluten free stuff", "ok"], "Gluten-Free White Bread"),
+        (["Take the gluten-free things out"], "Gluten-Free White Bread"),
+        (["Get rid of all the vegan products, please"], "Vegan Butter"),
+        (["A gluten-free picnic", "I said no gluten free stuff", "ok"], "Gluten-Free White Bread"),
+        (["no vegan food, just normal kale"], "Vegan Butter"),
+        (["I don't want vegan stuff"], "Vegan Butter"),
+        (["we don't need vegan food"], ""),
+        (["there is no vegan stuff in the basket"], ""),
+        (["remove the organic stuff"], ""),
+    ],
+)
+def test_what_is_refused_by_its_label_leaves_and_is_no_diet(
+    utterances: list[str], gone: str
+) -> None:
+    opened, _ = talked(LABELLED, *utterances)
+    assert {*LABELLED} - {*opened.basket} == ({gone} if gone else set()) | (
+        {"Rye Bread"} if "picnic" in utterances[0] else set()
+    )
+    assert hear(utterances).diets == frozenset()
+
+
+@pytest.mark.parametrize(
+    ("utterance", "diet"),
+    [
+        ("no, vegan stuff please", "vegan"),
+        ("only gluten-free stuff", "gluten-free"),
+        ("No gluten, please", "gluten-free"),
+        ("We cannot have gluten", "gluten-free"),
+        ("nothing but organic food", "organic"),
+    ],
+)
+def test_a_diet_is_still_heard(utterance: str, diet: str) -> None:
+    assert hear([utterance]).diets == {diet}
+
+
+def test_a_label_that_is_missed_takes_no_diet_back() -> None:
+    assert hear(["I'm vegan", "there's no vegan stuff here!"]).diets == {"vegan"}
+    assert hear(["I'm vegan", "no vegan stuff, please"]).diets == frozenset()
+
+
+def test_nothing_that_fits_leaves_with_what_does_not() -> None:
+    opened, _ = talked(LABELLED, "remove everything that is not gluten free")
+    assert "Gluten-Free White Bread" in opened.basket

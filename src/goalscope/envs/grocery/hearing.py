@@ -10,7 +10,7 @@ from functools import lru_cache
 
 from goalscope.envs.grocery.amounts import Request
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.diets import diet, hinted, implied, is_diet
+from goalscope.envs.grocery.diets import diet, hinted, implied, is_diet, label
 from goalscope.envs.grocery.limits import budget, guesses
 from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.orders import besides_buying
@@ -225,6 +225,7 @@ class _Listener:
             some = _WHICH.fullmatch(removal.phrase)
             for phrase in self.meant(removal.phrase):
                 fresh = {p: r for p, r in self.asked.items() if some and p in self.named}
+                phrase = label(phrase) if is_diet(phrase) else phrase
                 self.take_out(replace(removal, phrase=phrase))
                 self.asked |= fresh
                 self.named.append(phrase)
@@ -252,6 +253,9 @@ class _Listener:
             found = self.meant(said) if said == SAME_ONE else [self.names.shown(said)]
             thing = next(iter(found), "")
             if not thing or is_diet(thing):
+                shunned = how is Refusal.SHUNNED or label(thing) != thing
+                if thing and shunned and "need" not in clause.text and thing not in out:
+                    self.refused[label(thing)] = None
                 continue
             restrictions = implied(thing, how)
             if how is not Refusal.HARMED:

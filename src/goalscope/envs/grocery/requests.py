@@ -54,7 +54,8 @@ _SMALL = re.compile(
     r"|please"
     r"|definitely|with|only|another|good|nice|like|such as|all(?: kinds)? of|all|those|these|that"
     r"|this|as well as|both|either|well|oh|yes|yeah|ok|okay|no|hi|hello|so|about"
-    r"|actually|take|additional|exactly|my|same)\b[\s,]*)+"
+    r"|actually|take|additional|exactly|my|same"
+    r"|(?:normal|regular|ordinary|standard)(?! ones?\b)(?= \w))\b[\s,]*)+"
 )
 _TAIL = re.compile(
     r"(?:^|\s+)(?:please|too|as well|thanks|thank you|also|for\b.*|if (?:you|possible)\b.*"
@@ -184,7 +185,8 @@ _EVERY_SUCH = "eachof "
 _CLEARS = re.compile(
     rf"\b(?:(?:empty|clear) (?:out )?(?:the|my|this) (?:whole |entire )?{CART}"
     rf"|(?:take|throw|put) {_ALL} (?:out|back|away)|(?:remove|delete|drop) {_ALL}"
-    rf"|start (?:all )?(?:over|again|anew|from scratch))\b(?! (?:but|except)|{_UNASKED_FOR})"
+    rf"|start (?:all )?(?:over|again|anew|from scratch))\b(?! (?:but|except|that is not"
+    rf"|which is not)|{_UNASKED_FOR})"
 )
 _UNASKED = re.compile(
     rf"\b(?:i|we|nobody|no one) {_ASKED_NOT} (?:any of |most of |half of |all |all of )?"

@@ -12,7 +12,7 @@ from goalscope.envs.grocery.answers import answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import Choice, called, is_vague, taken
 from goalscope.envs.grocery.consent import consents
-from goalscope.envs.grocery.diets import implied
+from goalscope.envs.grocery.diets import implied, is_diet
 from goalscope.envs.grocery.hearing import Hearing, hear
 from goalscope.envs.grocery.limits import budget
 from goalscope.envs.grocery.names import Names
@@ -265,6 +265,7 @@ class GroceryShop:
             phrase = removal.phrase
             by_diet = lessened and implied(phrase, Refusal.DROPPED)
             if not (taken(removal, held) or is_vague(phrase) or by_diet):
+                phrase = f"{phrase} things" if is_diet(phrase) else phrase
                 verb = "were" if singulars(phrase)[-1:] != words(phrase)[-1:] else "was"
                 told.append(f"There {verb} no {phrase} in the basket.")
         for request in hearing.newest:
