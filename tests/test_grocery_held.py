@@ -6,6 +6,7 @@ import pytest
 
 from fakes import said
 from goalscope.envs.grocery.hearing import hear
+from goalscope.envs.grocery.limits import budget
 from goalscope.envs.remarks import is_remark
 from goalscope.types import Action
 from shops import shop, talked
@@ -295,3 +296,50 @@ def test_a_label_that_is_missed_takes_no_diet_back() -> None:
 def test_nothing_that_fits_leaves_with_what_does_not() -> None:
     opened, _ = talked(LABELLED, "remove everything that is not gluten free")
     assert "Gluten-Free White Bread" in opened.basket
+
+
+@pytest.mark.parametrize(
+    ("utterances", "basket", "told"),
+    [
+        (["kale, tp, and limes"], {"Kale": 1, "Toilet Paper": 1, "Limes": 1}, ""),
+        (["kale, zorbs, and limes"], {"Kale": 1, "Limes": 1}, "called 'zorbs'"),
+        (["kale and a fish ladder"], {"Kale": 1}, "called 'fish ladder'"),
+        (["kale, nothing fancy"], {"Kale": 1}, ""),
+        (["kale, thanks a lot"], {"Kale": 1}, ""),
+        (["zorbs"], {}, ""),
+        (["bye"], {}, ""),
+        (["add potatoes", "make it organic", "ok"], {"Organic White Potatoes": 1}, ""),
+        (["3 kale", "can you make that organic?"], {"Organic Kale": 3}, ""),
+        (
+            ["3 kale, 2 papayas", "make the papayas organic"],
+            {"Kale": 3, "Papaya": 2},
+            "organic papaya",
+        ),
+        (["make it organic"], {}, "not clear"),
+        (["kale, and everything organic"], {"Organic Kale": 1}, ""),
+        (["no potato chips?", "yes please, 3 bags"], {"Salted Potato Chips": 3}, ""),
+        (["do you have oat milk?", "two cartons"], {"Oat Milk": 2}, ""),
+        (["add milk, 3 bottles, and kale"], {"Whole Milk": 3, "Kale": 1}, ""),
+        (["kale", "4 boxes of them, please", "ok"], {"Kale": 4}, ""),
+        (["3 bags"], {}, "not clear"),
+        (["2 packs of trash bags"], {"Trash Bags": 2}, ""),
+        (["some freezer bags"], {"Freezer Bags": 1}, ""),
+        (["kale", "half the kale"], {"Kale": 1}, "1 x Kale is the least"),
+        (["4 kale", "half the kale"], {"Kale": 2}, ""),
+        (["kale", "actually keep the kale"], {"Kale": 1}, ""),
+        (["kale", "no, ok, leave the kale"], {"Kale": 1}, ""),
+    ],
+)
+def test_lists_amounts_and_what_it_is_are_heard_or_told(
+    utterances: list[str], basket: dict[str, int], told: str
+) -> None:
+    opened, notes = talked({}, *utterances)
+    assert opened.basket == basket
+    assert told in " ".join(notes)
+    assert bool(told) == bool(notes)
+
+
+@pytest.mark.parametrize("utterance", ["i've 20 bucks", "i got 20 bucks", "I've got just $20"])
+def test_what_one_has_is_what_it_may_cost(utterance: str) -> None:
+    assert budget(utterance) == 20
+    assert budget("I've 20 eggs") is None

@@ -11,6 +11,7 @@ from goalscope.envs.grocery.hearing import Hearing
 from goalscope.envs.grocery.restrictions import violates
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.words import contains, head_nouns, singular, singulars, words
+from goalscope.envs.remarks import is_remark
 
 __all__ = ["Choice", "called", "is_vague", "taken"]
 
@@ -97,7 +98,7 @@ class Choice:
         vague = _NO_PRODUCT.union(self._aisles).issuperset(words(phrase))
         said = words(phrase)
         no_name = _NO_BEGINNING.issuperset(said[:1]) or not _TALK.isdisjoint(said)
-        if vague or no_name or hearing.makes(phrase):
+        if vague or no_name or hearing.makes(phrase) or is_remark(phrase):
             return []
         named = self._search.named(phrase)
         diets = [d for d in sorted(hearing.diets) if all(violates(item, d) for item in named)]

@@ -217,6 +217,8 @@ def _stated(sentence: str, match: re.Match[str]) -> bool | None:
     whole = people or re.search(rf"\b{MEAL}$|^{_ALL}$", noun)
     if waived or (_DROPPED.search(before) and (whole or not noun)):
         return False
+    if match[0] == "organic" and re.search(r"\bmake (?:it|this|that|them|these|those) $", before):
+        return None
     if _LABEL_REFUSED.search(before) and (not noun or re.search(rf"^{_ALL}\b", noun)):
         return False
     if re.search(r"\bnon[- ]$", before):

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 
-from goalscope.envs.grocery.amounts import WORD, Request
+from goalscope.envs.grocery.amounts import PACKS, WORD, Request
 from goalscope.envs.grocery.diets import MEAL, diet
 from goalscope.envs.grocery.limits import unlimited, wants_ideas
 from goalscope.envs.grocery.moods import Mood
@@ -25,7 +25,8 @@ from goalscope.envs.grocery.words import made
 from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import evened
 
-__all__ = ["adds_it", "besides_buying", "is_order", "leaves_open", "tries_to_buy"]
+__all__ = ["adds_it", "besides_buying", "is_order", "leaves_open", "so_many"]
+__all__ += ["states_aim", "tries_to_buy"]
 
 _AIM = re.compile(
     rf"\b(?:for|having|hosting|have|to) (?:[\w'-]+ ){{0,3}}{MEAL}s?\b"
@@ -108,6 +109,12 @@ _ASKED_OR_LATER = re.compile(
     r"|\b(?: ?(?:tomorrow|later|tonight|soon|next (?:week|month|time)|on \w+day|in (?:a|an|the) \w+"
     r"|(?:this )?(?:morning|afternoon|evening|weekend)|another (?:day|time)))+[\s.!]*$"
 )
+_SO_MANY = re.compile(
+    r"(?:(?:yes|yeah|yep|sure|ok(?:ay)?|please|then|and|so|great|good|perfect|add|get|i'd like"
+    r"|i want"
+    rf"|i'll have|give me|get me|make it)[\s,.!]+)*+(?P<number>\d+|(?!(?:of|and)\b){WORD}) {PACKS}"
+    r"(?: of (?:it|them|those|that))?(?:[\s,]+(?:please|then|thanks))*[\s.!?]*"
+)
 _BUYS = re.compile(r"\b(?:buy|purchase|order|pay|check ?out|take (?:it|them|all|everything))\b")
 
 
@@ -143,6 +150,11 @@ def is_order(utterance: str, meant: Callable[[Request], bool]) -> bool:
     return told
 
 
+def states_aim(text: str) -> bool:
+    """Whether `text`, evened, speaks of an aim, an occasion or a taste."""
+    return bool(_AIM.search(text) or _OCCASION.search(text) or any(map(_MADE.match, made(text))))
+
+
 def leaves_open(utterance: str) -> bool:
     """Whether anything may be guessed from words that are no mere order.
 
@@ -163,7 +175,7 @@ def leaves_open(utterance: str) -> bool:
         for part in re.split(r"[,.;:!?](?:\s+|$)|\bbut\b", left):
             if _CALLS_OFF.search(part):
                 holds = True
-            elif _AIM.search(part) or _OCCASION.search(part) or any(map(_MADE.match, made(part))):
+            elif states_aim(part):
                 return True
             holds = holds or bool(_HOLDS_BACK.search(part))
     return not holds
@@ -176,6 +188,12 @@ def _restricts(piece: str) -> bool:
 def adds_it(utterance: str) -> bool:
     """Whether words are no more than an order to add "it"."""
     return bool(_ADD_IT.fullmatch(evened(utterance)))
+
+
+def so_many(utterance: str) -> str:
+    """What words ask for that are but an amount, as "3 packs of " for "yes please, 3 bags"."""
+    found = _SO_MANY.fullmatch(evened(utterance))
+    return f"{found['number']} packs of " if found else ""
 
 
 def tries_to_buy(utterance: str) -> bool:

@@ -126,7 +126,10 @@ _REFUSAL = re.compile(
 )
 _SEPARATOR = re.compile(r",|\band\b|\bplus\b|\bor\b|&|\bwith\b|\balong\b")
 _NO_THING = {*NUMBERS, "to", "the", "for", "with", "me", "'s", "s", "if", "at", "in", "on", "it"}
-_KEEP = re.compile(r"\s*(?:please |you can |do )*(?:keep|leave)\b")
+_KEEP = re.compile(
+    r"\s*(?:(?:please|you can|do|no|ok|okay|actually|but|and|wait|well|just|then|let's|i'd like to"
+    r"|i want to|we can)[ ,]+)*(?:keep|leave)\b"
+)
 _ONLY = re.compile(r"\bkeep only ([^.;!?]+)")
 _MORE = re.compile(rf"(?:\w+ )*?(?:(?:another|additional|more)\b|(?:\d+|{WORD}) extra\b)")
 _EXACTLY = re.compile(r"(?:\w+ )*?(?:exactly|only|just) (?=\d|\w+ )")

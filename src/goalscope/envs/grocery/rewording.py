@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from functools import lru_cache
 
-from goalscope.envs.grocery.amounts import GRAMS, MILLILITRES, WORD
+from goalscope.envs.grocery.amounts import GRAMS, MILLILITRES, PACKS, WORD
 from goalscope.envs.grocery.limits import unlimited
 from goalscope.envs.grocery.moods import Mood, clauses
 from goalscope.envs.speech import evened
@@ -234,6 +234,15 @@ _CHANGES = [
                 ),
                 (rf"\b(remove|delete|drop(?! \w+ off\b)|take) {it}{_ALONE}", rf"\1 {same}"),
             )
+        ),
+        (
+            rf"(?<!\w)(?!(?:of|and|half)\b)({_NUMBER}) {PACKS}(?: of {_IT})?{_END}",
+            rf". add exactly \1 packs of {SAME}",
+        ),
+        (rf"\bmake {_IT} organic{_END}", ". add the organic one"),
+        (
+            rf"\bmake (?:the|my|our) {_THING} organic{_END}",
+            rf". remove \1. add {IN_PLACE} organic \1",
         ),
         (rf"\bmake {_IT} (?=the [^.,;!?]{{1,40}} ones?\b)", ". add "),
         (rf"\b({_NUMBER}) of each{_END}", rf"exactly \1 packs of {SAME_ALL}"),

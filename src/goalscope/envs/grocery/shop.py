@@ -16,7 +16,14 @@ from goalscope.envs.grocery.diets import implied, is_diet
 from goalscope.envs.grocery.hearing import Hearing, hear
 from goalscope.envs.grocery.limits import budget
 from goalscope.envs.grocery.names import Names
-from goalscope.envs.grocery.orders import adds_it, is_order, leaves_open, tries_to_buy
+from goalscope.envs.grocery.orders import (
+    adds_it,
+    is_order,
+    leaves_open,
+    so_many,
+    states_aim,
+    tries_to_buy,
+)
 from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.requests import Refusal, amount, refuses, unrefused
 from goalscope.envs.grocery.rewording import SAME, SAME_ALL
@@ -226,7 +233,10 @@ class GroceryShop:
             return bool(turns)
         hearing = self._heard(turns)
         said = self._names.hidden(self._spoken(turns)[-1])
-        return not leaves_open(said) or is_order(said, lambda each: self._means(each, hearing))
+        has = any(self._choice.meant(each.phrase, hearing, ()) for each in hearing.newest)
+        return not leaves_open(said) or is_order(
+            said, lambda each: self._means(_listed(each, has=has), hearing)
+        )
 
     def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
         """What the newest turn asks for outright and did not get, one sentence each."""
@@ -268,13 +278,13 @@ class GroceryShop:
                 phrase = f"{phrase} things" if is_diet(phrase) else phrase
                 verb = "were" if singulars(phrase)[-1:] != words(phrase)[-1:] else "was"
                 told.append(f"There {verb} no {phrase} in the basket.")
-        for request in hearing.newest:
-            item = self._choice.meant(request.phrase, hearing, self._basket)
+        meant = [self._choice.meant(r.phrase, hearing, self._basket) for r in hearing.newest]
+        for request, item in zip(hearing.newest, meant, strict=True):
             if request.change == "cheaper":
                 item = self._dearer(request) or item
             there = before.get(item.name, 0) if item and request.change == "more" else 0
             if item is None:
-                told += self._choice.lacking(request, hearing)
+                told += self._choice.lacking(_listed(request, has=any(meant)), hearing)
             elif units(request, item) + there > MOST:
                 told.append(f"The basket holds at most {MOST} of one item: {item.name}.")
             elif request.change == "cheaper" and self._is_same(item, before):
@@ -282,6 +292,8 @@ class GroceryShop:
                 told.append(
                     f"The shop has nothing of the kind that is cheaper: {item.name}, {price}."
                 )
+            elif request.change == "half" and before.get(item.name) == 1:
+                told.append(f"1 x {item.name} is the least that can be bought.")
             elif request.outright and self._is_same(item, before):
                 told.append(f"The basket holds {before[item.name]} x {item.name} already.")
         return told
@@ -365,11 +377,12 @@ class GroceryShop:
         stands, _ = standing([turn.utterance for turn in turns])
         said = [self._search.translated(each) for each in stands]
         for i, turn in enumerate(turns):
-            if adds_it(turn.utterance):
+            many = so_many(turn.utterance)
+            if many or adds_it(turn.utterance):
                 asked = [said[i - 1]] if i and said[i - 1].rstrip().endswith("?") else []
                 things = (self._search.mentioned(text) for text in (*asked, turn.query))
                 thing = next((each[0] for each in things if len(each) == 1), "")
-                said[i] = f"Add {thing}" if thing else said[i]
+                said[i] = f"Add {many}{thing}" if thing else said[i]
         return said
 
     def _after(self, turns: Sequence[Turn]) -> Decimal:
@@ -464,6 +477,12 @@ class GroceryShop:
         total = self.catalogue.money(self.total)
         told = f"The basket is now purchased for {total}.\n{self.status()}"
         return StepResult(action, True, told, terminated=True, irreversible=True)
+
+
+def _listed(request: Request, *, has: bool) -> Request:
+    """A short request as one that is outright, if what is listed with it is of the shop."""
+    short = has and len(request.phrase.split()) <= 2 and not states_aim(request.phrase)
+    return replace(request, outright=request.outright or short)
 
 
 def _stays(item: Item, hearing: Hearing) -> bool:
