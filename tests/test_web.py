@@ -335,7 +335,8 @@ def test_reasons_can_be_read_while_a_round_runs(tmp_path: Path, visit) -> None:
         goal = ann.say(mine, CAKE)["belief"]["goals"][0]["text"]
         Slow.gate.clear()
         Slow.at_work.clear()
-        ann.post(f"{mine}/utterances", 202, text="Perhaps my aunt will cycle to us through the woods.", round=2)
+        said = "Perhaps my aunt will cycle to us through the woods."
+        ann.post(f"{mine}/utterances", 202, text=said, round=2)
         assert Slow.at_work.wait(10)
         try:
             assert len(ann.get(f"{mine}/why", goal=goal)["reasons"]) == 1

@@ -36,7 +36,7 @@ from goalscope.cli_options import (
     Writer,
 )
 from goalscope.cli_settings import check_picture, engine_of, settings_given
-from goalscope.terminal import console
+from goalscope.terminal import console, spinner
 from goalscope.types import GoalscopeError, InvalidInputError, counted
 
 if TYPE_CHECKING:
@@ -85,10 +85,11 @@ def chat(
     from goalscope.cli_why import correct
     from goalscope.display import show_belief, show_header, show_round, show_summary
     from goalscope.domains import profile_named
-    from goalscope.session import Session, saved_settings
+    from goalscope.session import Session, more_rounds, saved_settings
     from goalscope.store import Store
 
-    out, busy = console(), console(stderr=True).status("Thinking...")
+    out = console()
+    busy = spinner(out, "Thinking...")
 
     def read(query: str) -> str:
         busy.stop()
@@ -158,6 +159,8 @@ def chat(
             except EOFError:
                 raise typer.Exit from None
             show_summary(out, session.info)
+            if session.info.ended != "terminated":
+                out.print(more_rounds(session.info, settings.rounds), soft_wrap=True)
 
 
 def run(
@@ -395,7 +398,7 @@ def _run_one(
     out, start, before = console(), time.monotonic(), None
     if not (quiet or brief):
         show_header(out, session.info)
-    with _resumable(session), console(stderr=True).status("") as busy:
+    with _resumable(session), spinner(out, "") as busy:
         busy.update(plain(f"{session.info.profile}: round 1"))
         for round in session.run():
             busy.update(plain(f"{session.info.profile}: round {round.number + 1}"))

@@ -134,7 +134,7 @@ def correct(out: Console, session: Session, words: str) -> None:
             session.correct("pin", Goal(checked_text(rest, "goal")))
         elif command != "/goals":
             number, _, text = rest.strip().partition(" ")
-            goal = _numbered(belief, number)
+            goal = _numbered(belief, number, command)
             if command == "/why":
                 found = reasons(belief, session.turns, goal)
                 show_reasons(out, goal, found, pinned=belief.pinned)
@@ -150,7 +150,7 @@ def correct(out: Console, session: Session, words: str) -> None:
         out.print(plain(str(error), "dim"))
 
 
-def _numbered(belief: Belief, number: str) -> Goal:
+def _numbered(belief: Belief, number: str, command: str) -> Goal:
     """The goal of a number that `show_belief` gives it.
 
     Raises:
@@ -159,7 +159,10 @@ def _numbered(belief: Belief, number: str) -> Goal:
     ranked = belief.top()
     if number.isdecimal() and 1 <= int(number) <= len(ranked):
         return ranked[int(number) - 1][0]
-    raise InvalidInputError(f"Name a goal by its number, 1 to {len(ranked)}; /goals shows them.")
+    words = ", or in your own words" if command == "/pin" else ""
+    raise InvalidInputError(
+        f"Name a goal by its number, 1 to {len(ranked)}{words}; /goals shows them."
+    )
 
 
 def _chosen(belief: Belief, text: str | None) -> Goal:

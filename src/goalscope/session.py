@@ -28,13 +28,18 @@ from goalscope.store import Ended, EpisodeInfo, Store
 from goalscope.tracker import Correction
 from goalscope.types import Goal, GoalChange, InvalidInputError, Turn, counted
 
-__all__ = ["Session", "resuming", "saved_settings"]
+__all__ = ["Session", "more_rounds", "resuming", "saved_settings"]
 
 
 def resuming(info: EpisodeInfo) -> str:
     """The command that goes on with an episode; a domain that is a file must be named again."""
     own = [] if info.domain in get_args(Domain) else [info.domain]
     return shlex.join(["goalscope", "chat", *own, "--resume", info.id])
+
+
+def more_rounds(info: EpisodeInfo, rounds: int) -> str:
+    """How an episode goes on that has had its `rounds`."""
+    return f"To go on, say `{resuming(info)} --rounds {2 * rounds}`."
 
 
 def saved_settings(info: EpisodeInfo, *, rounds: int | None = None) -> Settings:
@@ -59,7 +64,7 @@ def saved_settings(info: EpisodeInfo, *, rounds: int | None = None) -> Settings:
     if info.rounds >= settings.rounds:
         raise InvalidInputError(
             f"Episode {info.id} has had its {counted(settings.rounds, 'round')}. "
-            f"To go on, say `{resuming(info)} --rounds {2 * settings.rounds}`."
+            + more_rounds(info, settings.rounds)
         )
     return settings
 

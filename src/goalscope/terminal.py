@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.status import Status
 
     from goalscope.models import OpenModel
 
-__all__ = ["console", "measuring", "model_names", "opened_model", "progress"]
+__all__ = ["console", "measuring", "model_names", "opened_model", "progress", "spinner"]
 
 LINES = 30.0
 """Seconds at least between two lines that tell how far long work is where no bar is shown."""
@@ -24,6 +25,11 @@ def console(*, stderr: bool = False) -> Console:
     from rich.console import Console
 
     return Console(stderr=stderr, highlight=False, markup=False, emoji=False)
+
+
+def spinner(out: Console, words: str) -> Status:
+    """A spinner above which `out` can print; on standard error where `out` is no terminal."""
+    return (out if out.is_terminal else console(stderr=True)).status(words)
 
 
 @contextmanager

@@ -37,6 +37,12 @@ _EVENED = [
         (r"\bwanna\b", "want to"),
         (r"\bgonna\b", "going to"),
         (r"(?<=\w) n (?=\w)", " and "),
+        (
+            r"(?<=\w)(?:,? (?:btw|by the way|actually|either|though|tho|haha|lol|ofc|of course"
+            r"|asap))+"
+            r"(?=[ ,]*(?:[,.;!?]|$))",
+            "",
+        ),
         (r"(?:(?:^|(?<=[ ,.!?]))(?:uh+m?|um+|erm?|hm+|oh|lol|haha)\b[,.]* ?)+", ""),
         (
             r"(?:^|(?<=[.;!?] ))i (?:think|guess|suppose|believe),? (?:that )?(?="
@@ -48,6 +54,7 @@ _EVENED = [
             "",
         ),
         (r"\b(?:as well as|along with|together with)\b", "and"),
+        (r"\b(?:evry|evrey|evey|evrything|every|eveyr|ever)[ -]?(?:th?ing|thign)\b", "everything"),
         (r"[ ,]+(?=[.;!?]|$)", ""),
     )
 ]

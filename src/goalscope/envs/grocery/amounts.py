@@ -16,6 +16,7 @@ __all__ = [
     "MILLILITRES",
     "MOST",
     "NUMBERS",
+    "PACKS",
     "WORD",
     "Request",
     "number",
@@ -55,6 +56,7 @@ CONTAINER = (
     r"|bunch(?:es)?|blocks?|bars?|tubs?|trays?|heads?|containers?|cases?|rolls?|sticks?|bulbs?"
     r"|slices?|pieces?|sets?)"
 )
+PACKS = "(?:bags?|packs?|packets?|packages?|bottles?|cans?|tins?|boxes|box|cartons?|jars?|tubs?)"
 COUNT = re.compile(
     rf"(?:(?P<number>(?P<digits>\d{{1,6}}(?:\.\d+)?(?=[ a-z]))|{WORD}(?:[ -]{WORD})*(?= ))"
     rf" ?(?:x )?(?:(?P<dozen>dozens?) |(?P<measure>{_MEASURE}) (?(digits)(?:of )?|of ))?"

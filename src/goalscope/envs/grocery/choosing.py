@@ -11,6 +11,7 @@ from goalscope.envs.grocery.hearing import Hearing
 from goalscope.envs.grocery.restrictions import violates
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.words import contains, head_nouns, singular, singulars, words
+from goalscope.envs.remarks import is_remark
 
 __all__ = ["Choice", "called", "is_vague", "taken"]
 
@@ -70,13 +71,14 @@ class Choice:
         if is_vague(phrase) and phrase not in self._names:
             return None
         others = (item for item in self._search.named(phrase) if _allowed(item, hearing))
-        named = called(phrase, list(dict.fromkeys([*self._found(phrase, hearing), *others])))
-        named.sort(
-            key=lambda item: (not hearing.diets <= item.tags, self._search.plainness(item, phrase))
-        )
-        found = next((item for item in named if item.name in basket), next(iter(named), None))
-        if found:
-            return found
+        every = list(dict.fromkeys([*self._found(phrase, hearing), *others]))
+        plain = [item for item in every if not self._search.labels(item, phrase)]
+        named = called(phrase, every)
+        meant = [item for item in named if item.name in basket]
+        meant = meant or (not hearing.diets and called(phrase, plain)) or named
+        if meant:
+            plainness = self._search.plainness
+            return min(meant, key=lambda i: (not hearing.diets <= i.tags, plainness(i, phrase)))
         nearly = _IN_UNITS.sub("", self._search.mended(phrase))
         same = singulars(nearly) == singulars(phrase)
         return None if same else self.meant(nearly, hearing, basket)
@@ -96,7 +98,7 @@ class Choice:
         vague = _NO_PRODUCT.union(self._aisles).issuperset(words(phrase))
         said = words(phrase)
         no_name = _NO_BEGINNING.issuperset(said[:1]) or not _TALK.isdisjoint(said)
-        if vague or no_name or hearing.makes(phrase):
+        if vague or no_name or hearing.makes(phrase) or is_remark(phrase):
             return []
         named = self._search.named(phrase)
         diets = [d for d in sorted(hearing.diets) if all(violates(item, d) for item in named)]

@@ -10,7 +10,7 @@ from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.words import asks, made, sentences, singulars
 from goalscope.envs.speech import LONGEST, evened
 
-__all__ = ["MEAL", "diet", "hinted", "implied", "is_diet", "undieted"]
+__all__ = ["MEAL", "diet", "hinted", "implied", "is_diet", "label", "undieted"]
 
 
 def _harm(entry: Diet) -> str:
@@ -101,6 +101,14 @@ _DROPPED = re.compile(
     r"\b(?:forget|never mind|drop|skip|scratch)(?: about)?(?: the| it being| being)? $"
     r"|(?:n't|not) (?:matter|care|mind)\b.*$"
 )
+_LABEL_REFUSED = re.compile(
+    r"(?:(?:^|[,.;!?:] |\b(?:said|want|please|but|and|with|ok|oh) )no|\b(?:remove|delete|drop|ditch"
+    r"|(?:take|throw|toss) (?:out|off|away)|get rid of|(?:take|throw|put)(?= the)"
+    r"|(?:don't|do not|didn't|did not|never) (?:want|buy|get|add|like|ask for|order)))"
+    r"(?: (?:any|the|all|of|more|your|those|these|this|every|anything|everything|things"
+    r"|stuff))*\s*$"
+)
+"""Before a restriction's name: what is labelled so is refused."""
 _OTHERWISE = re.compile(r"\s(?:\w+ )?(?:also )?(?:fine|ok|okay|good|will do)\b")
 _WAIVED = re.compile(
     r"\s(?:is|are)(?:n't| not) (?:a must|necessary|needed|required|important)|\s(?:does|need)n't\b"
@@ -144,7 +152,9 @@ def hinted(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[st
     for sentence in sentences(evened(utterance)):
         for name, pattern in _NAMED.items():
             for match in pattern.finditer(sentence):
-                denied = _NOT.search(_clause(sentence, match.start()))
+                denied = _NOT.search(_clause(sentence, match.start())) or _LABEL_REFUSED.search(
+                    sentence[: match.start()]
+                )
                 (standing.discard if denied else standing.add)(name)
     return frozenset(standing - {"organic"})
 
@@ -175,6 +185,11 @@ def is_diet(phrase: str) -> bool:
     return bool(re.fullmatch(rf"(?:only |all |everything )*{_ANY}(?: {_ALL}| only)?", phrase))
 
 
+def label(phrase: str) -> str:
+    """What things are labelled that `phrase`, in lower case, means by a diet: "vegan stuff"."""
+    return re.sub(rf"^(?:only |all |everything |anything )+| (?:{_ALL}|only)$", "", phrase)
+
+
 def _parts(line: str) -> list[str]:
     """A line in parts that are short enough to be read; each begins with the end of another."""
     step = LONGEST - _SHARED
@@ -201,6 +216,10 @@ def _stated(sentence: str, match: re.Match[str]) -> bool | None:
     people = re.search(rf"\b{_PERSON}s?$", noun)
     whole = people or re.search(rf"\b{MEAL}$|^{_ALL}$", noun)
     if waived or (_DROPPED.search(before) and (whole or not noun)):
+        return False
+    if match[0] == "organic" and re.search(r"\bmake (?:it|this|that|them|these|those) $", before):
+        return None
+    if _LABEL_REFUSED.search(before) and (not noun or re.search(rf"^{_ALL}\b", noun)):
         return False
     if re.search(r"\bnon[- ]$", before):
         return False if _OTHERWISE.match(after) else None

@@ -10,7 +10,7 @@ from functools import lru_cache
 
 from goalscope.envs.grocery.amounts import Request
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.diets import diet, hinted, implied, is_diet
+from goalscope.envs.grocery.diets import diet, hinted, implied, is_diet, label
 from goalscope.envs.grocery.limits import budget, guesses
 from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.orders import besides_buying
@@ -24,7 +24,7 @@ from goalscope.envs.grocery.requests import (
     wanted,
 )
 from goalscope.envs.grocery.restrictions import violates
-from goalscope.envs.grocery.rewording import SAME, SAME_ALL, Said, heard
+from goalscope.envs.grocery.rewording import SAME, SAME_ALL, SAME_ONE, Said, heard
 from goalscope.envs.grocery.words import contains, made, singulars
 from goalscope.envs.remarks import asks_why
 
@@ -225,6 +225,7 @@ class _Listener:
             some = _WHICH.fullmatch(removal.phrase)
             for phrase in self.meant(removal.phrase):
                 fresh = {p: r for p, r in self.asked.items() if some and p in self.named}
+                phrase = label(phrase) if is_diet(phrase) else phrase
                 self.take_out(replace(removal, phrase=phrase))
                 self.asked |= fresh
                 self.named.append(phrase)
@@ -248,9 +249,13 @@ class _Listener:
     def refuse(self, clause: Said, earlier: frozenset[str]) -> None:
         """Take in what is not wanted; `earlier` are the diets of earlier utterances."""
         out = {self.names.shown(removal.phrase) for removal in removed(clause)}
-        for thing, how in unwanted(clause).items():
-            thing = self.names.shown(thing)
-            if is_diet(thing):
+        for said, how in unwanted(clause).items():
+            found = self.meant(said) if said == SAME_ONE else [self.names.shown(said)]
+            thing = next(iter(found), "")
+            if not thing or is_diet(thing):
+                shunned = how is Refusal.SHUNNED or label(thing) != thing
+                if thing and shunned and "need" not in clause.text and thing not in out:
+                    self.refused[label(thing)] = None
                 continue
             restrictions = implied(thing, how)
             if how is not Refusal.HARMED:
@@ -265,7 +270,7 @@ class _Listener:
         requests = wanted(clause)
         said = requests[0].replaces if requests else ()
         replaces = tuple(old for phrase in said for old in self.meant(phrase))
-        for request in requests if replaces or not said else ():
+        for request in requests if replaces or said in ((), (SAME_ONE,)) else ():
             request = replace(request, replaces=replaces)
             which = _WHICH.fullmatch(request.phrase)
             for phrase in self.meant(request.phrase):
@@ -341,6 +346,9 @@ class _Listener:
 
         None where it is not clear of what.
         """
+        if phrase == SAME_ONE:
+            found = self.spoken_of(every=True)
+            return found if len(found) == 1 else []
         which = _WHICH.fullmatch(phrase)
         if not (which or phrase in (SAME, SAME_ALL)):
             return [self.names.shown(phrase)]

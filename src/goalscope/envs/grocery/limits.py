@@ -111,7 +111,7 @@ _BUDGET = re.compile(
     rf"|\b(?:limit|cap) (?:it|this|everything|{_WHOLE}) (?:to|at) {_SUM}"
     rf"|{_START}(?:for )?{_MOST} {_PRICED}"
     rf"|{_START}(?:for )?{_PRICED}(?: |, )(?:max|maximum|tops|at (?:the )?most|or less)\b"
-    rf"|{_START}(?:i|we)(?:'ve)?(?: only| just)? (?:have|got)"
+    rf"|{_START}(?:i|we)(?:'ve(?: got)?|(?: only| just)? (?:have|got))"
     rf"(?: (?:only|just|about|around|got))* {_PRICED}(?: (?:to spend|left|on me|with me|only))*"
 )
 _NO_BUDGET = re.compile(

@@ -1,4 +1,4 @@
-"""Whether words say exactly what is to be done, so that nothing has to be guessed from them."""
+"""Whether words say exactly what is to be done, or leave something to be guessed from them."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 
-from goalscope.envs.grocery.amounts import WORD, Request
+from goalscope.envs.grocery.amounts import PACKS, WORD, Request
 from goalscope.envs.grocery.diets import MEAL, diet
 from goalscope.envs.grocery.limits import unlimited, wants_ideas
 from goalscope.envs.grocery.moods import Mood
 from goalscope.envs.grocery.requests import (
+    Refusal,
+    besides_refused,
     clears,
     pieces,
     removed,
@@ -18,12 +20,13 @@ from goalscope.envs.grocery.requests import (
     unasked,
     unwanted,
 )
-from goalscope.envs.grocery.rewording import heard
+from goalscope.envs.grocery.rewording import heard, unreasoned
 from goalscope.envs.grocery.words import made
 from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import evened
 
-__all__ = ["adds_it", "besides_buying", "is_order", "tries_to_buy"]
+__all__ = ["adds_it", "besides_buying", "is_order", "leaves_open", "so_many"]
+__all__ += ["states_aim", "tries_to_buy"]
 
 _AIM = re.compile(
     rf"\b(?:for|having|hosting|have|to) (?:[\w'-]+ ){{0,3}}{MEAL}s?\b"
@@ -32,9 +35,37 @@ _AIM = re.compile(
     r"|\b(?:serves?|feeds?|feeding|to go with)\b"
     r"|\b(?:friends|guests|people|family) (?:over|round|coming)\b"
 )
+_OCCASION = re.compile(
+    rf"\b(?:something|anything|snacks?|treats?|ingredients|birthdays?|parties|{MEAL}s?|guests?"
+    rf"|friends"
+    r"|visitors?|celebrat\w+|holidays?|occasion|hungry|craving|in the mood"
+    r"|(?:want|like|love|need|have|going|plan(?:ning)?) to (?!(?:add|be|buy|cancel|change|check"
+    r"|delete"
+    r"|drop|get|go|have|keep|know|leave|order|pay|purchase|put|remove|return|see|stop|take"
+    r"|undo)\b)\w+"
+    r"|(?:i|we|they|you|he|she|everyone|everybody|nobody|[a-z]+s?) (?:(?:really|all|both|also) )?"
+    r"(?:love|like|enjoy|prefer|fancy|crave)s?)\b"
+)
+_CALLS_OFF = re.compile(
+    r"\b(?:cancel(?:led|ling|ing|s)?|undo(?:ne|ing)?|revert|abort|never ?mind|scrap|no need"
+    r"|forget (?:it|that|this|about)|(?:take|took|put) (?:it|that|this|them|those) back|go back"
+    r"|chang(?:ed?|ing) (?:my|our) minds?|not (?:yet|now|ready|done)|\w+n't (?:ready|done)"
+    r"|hold (?:on|off)"
+    r"|wait)\b"
+)
+_HOLDS_BACK = re.compile(
+    r"\b(?:buy|buying|purchas(?:e|ing)|order|ordering|pay|paying)(?: for)? (?:(?:the|my|our|this"
+    r"|that"
+    r"|whole) ){1,2}(?:basket|cart|order|bill)\b|\bcheck(?:ing)? ?out\b(?! (?:the|our|my|some"
+    r"|what))"
+    r"|\b(?:i|we)(?:'ve| have)? (?:only |just |already |never )?(?:said|meant|wanted|asked"
+    r"|ordered|told)\b"
+    r"|\b(?:keep|leave) (?:the|my|our|those|these|them)\b"
+)
 _MADE = re.compile(r"(?!(?:it|that|this|them|those|these)\b)")
 _EMPTY = re.compile(
-    r"(?:[\W_]*\b(?:and|but|or|so|please|yes|yeah|yep|ok|okay|no|not|nope|now|then|actually|also|too"
+    r"(?:[\W_]*\b(?:and|but|or|so|please|yes|yeah|yep|ok|okay|no|not|nope|now|then|actually|also"
+    r"|too"
     r"|instead|just|only|maybe|well|oh|hi|hello|hey|sorry|wait|thanks|thank you|again|all|at all"
     r"|else|any ?more|either|as well|after all|the|a|an|my|our|some|of|in total|today|i|we|you|he"
     r"|she|they|it|do|does|am|is|are|be|i'm|we're|he's|she's|they're|i've|we've|have|has|got|can"
@@ -47,8 +78,9 @@ _PERSON = re.compile(
     r"(?:is|are|has|have|can|does|who|who is|really|just|also)?"
 )
 _TOLD = re.compile(
-    r"\s*(?:\w+ )?there is .*\b(?:already|at home|left|enough|plenty|in the (?:fridge|freezer"
-    r"|house|pantry|cupboard))\b.*"
+    r"[\s,]*(?:\w+ )?there is .*\b(?:already|at home|left|enough|plenty|in the (?:fridge|freezer"
+    r"|house|pantry|cupboard))\b.*|\s*there is (?:still )?(?:some|one|it|them|lots)(?: (?:still"
+    r"|left))?\W*"
     r"|.*\b(?:over|above|more than|beyond) [$\u20ac\u00a3]?\d.*"
     r"|.*\btoo (?:expensive|dear|costly)\b.*"
 )
@@ -57,7 +89,7 @@ _TRY = re.compile(
     r"(?:(?:ok(?:ay)?|yes|yeah|yep|sure|please|now|then|so|well|and|i|we|want to|i'd like to"
     r"|you can|can you|could you|let's|go ahead and|i'll|we'll|i'm|done|ready to|that's (?:it|all)"
     r"|great|perfect|good|thanks|thank you|just|finished|happy to)[\s,.!]+)*+"
-    r"(?:buy|purchase|order|pay|check ?out|take|get|confirm|complete|done)"
+    r"(?:buy|purchase|order|pay|check ?out|take|get|confirm|complete|place|done)"
     r"(?:[\s,.!]+(?:it|this|that|them|these|those|all|now|please|everything|pay|buy|the (?:order"
     r"|purchase|basket|cart|bill)|for|thanks|thank you|then|right away|immediately|today))*[\s.!?]*"
 )
@@ -66,6 +98,22 @@ _ADD_IT = re.compile(
     r"|do)[\s,.!]+)*+(?:add|get|include|put in|throw in|i'd like|i want|i'll have|give me|get me)"
     r" (?:it|that|that one|this one|one|them|some)(?:[\s,]+(?:please|then|too|as well|thanks"
     r"|(?:to|in) (?:the|my) (?:basket|cart)))*[\s.!?]*"
+)
+_JOINED = re.compile(
+    r"(?:,? (?:and|then)|,)(?: (?:then|please|now|just))* (?=(?:buy|purchase|order|place|pay"
+    r"|check ?out)\b)"
+)
+_ASKED_OR_LATER = re.compile(
+    r"^(?:(?:ok(?:ay)?|so|and|then)[ ,]+)*(?:shall|should|can|could|may) (?:i|we|you) (?=buy"
+    r"|order|pay|check)"
+    r"|\b(?: ?(?:tomorrow|later|tonight|soon|next (?:week|month|time)|on \w+day|in (?:a|an|the) \w+"
+    r"|(?:this )?(?:morning|afternoon|evening|weekend)|another (?:day|time)))+[\s.!]*$"
+)
+_SO_MANY = re.compile(
+    r"(?:(?:yes|yeah|yep|sure|ok(?:ay)?|please|then|and|so|great|good|perfect|add|get|i'd like"
+    r"|i want"
+    rf"|i'll have|give me|get me|make it)[\s,.!]+)*+(?P<number>\d+|(?!(?:of|and)\b){WORD}) {PACKS}"
+    r"(?: of (?:it|them|those|that))?(?:[\s,]+(?:please|then|thanks))*[\s.!?]*"
 )
 _BUYS = re.compile(r"\b(?:buy|purchase|order|pay|check ?out|take (?:it|them|all|everything))\b")
 
@@ -80,7 +128,7 @@ def is_order(utterance: str, meant: Callable[[Request], bool]) -> bool:
     rest = besides_buying(utterance)
     if utterance and not rest:
         return True
-    text = evened(rest)
+    text = unreasoned(evened(rest))
     if wants_ideas(rest) or _AIM.search(text) or any(map(_MADE.match, made(text))):
         return False
     told = unlimited(text) != text
@@ -102,6 +150,37 @@ def is_order(utterance: str, meant: Callable[[Request], bool]) -> bool:
     return told
 
 
+def states_aim(text: str) -> bool:
+    """Whether `text`, evened, speaks of an aim, an occasion or a taste."""
+    return bool(_AIM.search(text) or _OCCASION.search(text) or any(map(_MADE.match, made(text))))
+
+
+def leaves_open(utterance: str) -> bool:
+    """Whether anything may be guessed from words that are no mere order.
+
+    Not where they call off, refuse, put off, ask, correct or try to buy, unless they state an aim
+    or a taste besides, as in "I'd like to bake a cake, but my sister can't eat gluten".
+    """
+    if wants_ideas(utterance):
+        return True
+    rest = besides_buying(unreasoned(utterance))
+    holds = rest != utterance
+    for said in heard(rest):
+        if said.mood is Mood.QUESTION:
+            holds = True
+            continue
+        left = besides_refused(said)
+        dropped = Refusal.DROPPED in unwanted(said).values()
+        holds = holds or dropped or unasked(said) or clears(said) or bool(spared(said))
+        for part in re.split(r"[,.;:!?](?:\s+|$)|\bbut\b", left):
+            if _CALLS_OFF.search(part):
+                holds = True
+            elif states_aim(part):
+                return True
+            holds = holds or bool(_HOLDS_BACK.search(part))
+    return not holds
+
+
 def _restricts(piece: str) -> bool:
     return bool(diet(piece)) and not _WISH.search(piece)
 
@@ -109,6 +188,12 @@ def _restricts(piece: str) -> bool:
 def adds_it(utterance: str) -> bool:
     """Whether words are no more than an order to add "it"."""
     return bool(_ADD_IT.fullmatch(evened(utterance)))
+
+
+def so_many(utterance: str) -> str:
+    """What words ask for that are but an amount, as "3 packs of " for "yes please, 3 bags"."""
+    found = _SO_MANY.fullmatch(evened(utterance))
+    return f"{found['number']} packs of " if found else ""
 
 
 def tries_to_buy(utterance: str) -> bool:
@@ -124,8 +209,12 @@ def besides_buying(utterance: str) -> str:
 
 
 def _sentences(utterance: str) -> list[str]:
-    return re.split(r"(?<=[.;!?])\s+", evened(utterance))
+    """The sentences, and what is joined to one and tries to buy, as in "add eggs and pay"."""
+    said = re.split(r"(?<=[.;!?])\s+", evened(utterance))
+    parts = [(each, _JOINED.split(each, maxsplit=1)) for each in said]
+    return [p for whole, cut in parts for p in (cut if _tries(cut[-1]) else [whole])]
 
 
 def _tries(sentence: str) -> bool:
+    sentence = _ASKED_OR_LATER.sub("", sentence)
     return bool(_TRY.fullmatch(sentence) and _BUYS.search(sentence))

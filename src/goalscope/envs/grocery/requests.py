@@ -35,6 +35,7 @@ from goalscope.envs.grocery.words import asks, contains, sentences, singulars
 __all__ = [
     "Refusal",
     "amount",
+    "besides_refused",
     "clears",
     "pieces",
     "refuses",
@@ -53,7 +54,8 @@ _SMALL = re.compile(
     r"|please"
     r"|definitely|with|only|another|good|nice|like|such as|all(?: kinds)? of|all|those|these|that"
     r"|this|as well as|both|either|well|oh|yes|yeah|ok|okay|no|hi|hello|so|about"
-    r"|actually|take|additional|exactly|my|same)\b[\s,]*)+"
+    r"|actually|take|additional|exactly|my|same"
+    r"|(?:normal|regular|ordinary|standard)(?! ones?\b)(?= \w))\b[\s,]*)+"
 )
 _TAIL = re.compile(
     r"(?:^|\s+)(?:please|too|as well|thanks|thank you|also|for\b.*|if (?:you|possible)\b.*"
@@ -124,7 +126,10 @@ _REFUSAL = re.compile(
 )
 _SEPARATOR = re.compile(r",|\band\b|\bplus\b|\bor\b|&|\bwith\b|\balong\b")
 _NO_THING = {*NUMBERS, "to", "the", "for", "with", "me", "'s", "s", "if", "at", "in", "on", "it"}
-_KEEP = re.compile(r"\s*(?:please |you can |do )*(?:keep|leave)\b")
+_KEEP = re.compile(
+    r"\s*(?:(?:please|you can|do|no|ok|okay|actually|but|and|wait|well|just|then|let's|i'd like to"
+    r"|i want to|we can)[ ,]+)*(?:keep|leave)\b"
+)
 _ONLY = re.compile(r"\bkeep only ([^.;!?]+)")
 _MORE = re.compile(rf"(?:\w+ )*?(?:(?:another|additional|more)\b|(?:\d+|{WORD}) extra\b)")
 _EXACTLY = re.compile(r"(?:\w+ )*?(?:exactly|only|just) (?=\d|\w+ )")
@@ -149,6 +154,10 @@ _ASKED_NOT = (
 _UNASKED_FOR = (
     rf"(?: (?:that|which))? (?:(?:i|we|nobody|no one) (?:{_ASKED_NOT}|asked for|wanted)"
     r"|(?:was|were) not asked for|you(?: just| only)?(?: have|'ve)? guessed)\b"
+)
+_GUESSES = (
+    r"(?:(?:all|of|the|your|those|these|any|other|every) )*"
+    r"(?:guess(?:es)?\b|guessed (?:things?|items?|stuff|ones?|products?)\b|guesswork\b)"
 )
 _ALL = (
     r"(?:(?:everything|all items)(?=\s*(?:[.,;!?]|$|\b(?:and|please|now|again|then|thanks|thank|out"
@@ -179,12 +188,14 @@ _EVERY_SUCH = "eachof "
 _CLEARS = re.compile(
     rf"\b(?:(?:empty|clear) (?:out )?(?:the|my|this) (?:whole |entire )?{CART}"
     rf"|(?:take|throw|put) {_ALL} (?:out|back|away)|(?:remove|delete|drop) {_ALL}"
-    rf"|start (?:all )?(?:over|again|anew|from scratch))\b(?! (?:but|except)|{_UNASKED_FOR})"
+    rf"|start (?:all )?(?:over|again|anew|from scratch))\b(?! (?:but|except|that is not"
+    rf"|which is not)|{_UNASKED_FOR})"
 )
 _UNASKED = re.compile(
     rf"\b(?:i|we|nobody|no one) {_ASKED_NOT} (?:any of |most of |half of |all |all of )?"
     r"(?:it|this|that|these|those|them)(?: things?| stuff| items?)?(?=[.,;!?]|$)"
     r"|\b(?:i|we) (?:only|just) (?:asked for|ordered|requested)\b"
+    rf"|\b{_TAKES} {_GUESSES}|\b(?:take|throw|put) {_GUESSES} (?:out|away|back)\b"
     rf"|\b{_TAKES} (?:everything|anything|whatever|what|all|things|stuff"
     rf"|(?:all )?(?:the|those|these) (?:things|items|stuff|rest)){_UNASKED_FOR}"
 )
@@ -233,7 +244,7 @@ def pieces(said: Said) -> Iterator[tuple[str, Request | None, bool]]:
 
     With each comes the request that it may be, and whether a verb asks for it.
     """
-    for sentence in sentences(_SERVINGS.sub(" ", _unrefused(said))):
+    for sentence in sentences(_SERVINGS.sub(" ", besides_refused(said))):
         if asks(sentence):
             continue
         for part in re.split(r"\bbut\b|\s-\s", sentence.strip(" .;!?")):
@@ -318,7 +329,7 @@ def refuses(utterance: str) -> bool:
 
 def unrefused(utterance: str) -> str:
     """`utterance` without what it refuses, and without containers: "a bag of" says no thing."""
-    return _CONTAINED.sub(" ", " ".join(map(_unrefused, heard(utterance))))
+    return _CONTAINED.sub(" ", " ".join(map(besides_refused, heard(utterance))))
 
 
 def clears(said: Said) -> bool:
@@ -345,7 +356,7 @@ def _counts(match: re.Match[str], mood: Mood) -> bool:
     return mood is not Mood.QUESTION and not _DENIED.search(before)
 
 
-def _unrefused(said: Said) -> str:
+def besides_refused(said: Said) -> str:
     """A clause without what it refuses, and without the refusals that it denies."""
     return _REFUSAL.sub(
         lambda match: (

@@ -6,13 +6,13 @@ import re
 from dataclasses import dataclass
 from functools import lru_cache
 
-from goalscope.envs.grocery.amounts import GRAMS, MILLILITRES, WORD
+from goalscope.envs.grocery.amounts import GRAMS, MILLILITRES, PACKS, WORD
 from goalscope.envs.grocery.limits import unlimited
 from goalscope.envs.grocery.moods import Mood, clauses
 from goalscope.envs.speech import evened
 
-__all__ = ["ASKING", "CART", "CORRECTION", "IN_PLACE", "SAME", "SAME_ALL", "Said"]
-__all__ += ["heard", "plain"]
+__all__ = ["ASKING", "CART", "CORRECTION", "IN_PLACE", "SAME", "SAME_ALL", "SAME_ONE", "Said"]
+__all__ += ["heard", "plain", "unreasoned"]
 
 CART = "(?:basket|cart|order|list)"
 
@@ -21,6 +21,9 @@ SAME = "ditto"
 
 SAME_ALL = "dittos"
 """Stands for all things that were spoken of last, as in "take them out"."""
+
+SAME_ONE = "dittone"
+"""Stands for the thing that was spoken of last, where it was one alone: "no, I meant oil"."""
 
 IN_PLACE = "inplace"
 """Begins what takes the place of what the same clause takes out."""
@@ -71,6 +74,8 @@ _REWORDED = [
     for pattern, plainer in (
         (r"\ballerg(?:y|ies|ens?)\s?:", "allergic to"),
         (r"(?<=\d),(?=\d{3}\b)", ""),
+        (r"\b(?:there(?:'s| is) )?no need (?:for|of) (?=\w)", "don't need "),
+        (rf"{_BEGIN}(?:i|we) (?:wanted|asked for|ordered) (?!to\b)(?=\w)", "i want "),
         (r",? ?\bif (?:you have|there(?:'s| is| are)) (?:any|some|it|them|one)\b,?", ""),
         (
             r"\b(?:\w+n't|not|never)(?: let (?:me|us))?(?: ever)? (?:forget|miss|skip|omit|drop"
@@ -135,10 +140,33 @@ CORRECTION = re.compile(
     r"|(?:no,? )?i mean|i meant|scratch that)\b[\s,:.]*)+"
 )
 _SAID_ANEW = re.compile(
-    rf"(?!(?:{_IT}|i|i'm|we|you|can|could|make|please|no|not|don't|never|for|about|but|and|add|remove"
+    rf"(?!(?:{_IT}|i|i'm|we|you|can|could|make|please|no|not|don't|never|for|about|but|and|add"
+    rf"|remove"
     r"|take|get|buy|put|drop|delete|swap|replace|change|there|is|are|what|how|do|did)\b)\w"
 )
 _RESTRICTS = re.compile(r"allerg|intoleran|\b(?:no|not|cannot|without|avoid|never|\w+n't)\b")
+_NAMED = r"(?!(?:is|are|was|were|can|do|does|should|that)\b)[\w'%-]+"
+_NOT_BUT = re.compile(
+    r"^(?:(?:no|sorry|wait|oops|hey|but|please|ok|okay)[ ,.!]+)*"
+    r"(?P<told>(?:i|we)(?:'d| would| had)? (?:clearly |actually |only )?(?:meant?|said|want(?:ed)?"
+    r"|asked for|ordered|like|prefer|need(?:ed)?) |(?:add|buy|get|use|give me|get me) )?"
+    rf"(?!(?:{_IT}|i|i'm|we|we're|he|she|they|you|there|but|not|maybe|remove|delete|drop|take|put"
+    r"|leave|keep|swap|replace|change|cancel|make)\b)"
+    rf"({_NAMED}(?: {_NAMED}){{0,4}}?)(?(told),?|,) (?:and )?not (?!{_NUMBER}{_END})"
+    rf"(?:the |any |an? |some )?({_NAMED}(?: {_NAMED}){{0,3}}?)(?: please)?[.!]*$"
+)
+"""One thing and not another: "I said almond milk, not yogurt"."""
+_REASON = re.compile(
+    r"(?:^|(?<=[,.;!?] ))(?:since |because |as )?(?:we|they|there|i|you)(?:'re| are|'ll be"
+    r"| will be| have)"
+    rf" (?:about )?(?!an? ){_NUMBER}(?: of (?:us|them)| (?:\w+ )?(?:people|persons|guests|kids"
+    rf"|children|adults|friends))?(?:,? so|,)(?: (?:we|i)(?:'d)? (?:need|want|like))? (?!(?:an?"
+    rf"|of|and|half)\b)(?={_NUMBER} \w)"
+)
+_NO_I_MEANT = re.compile(
+    r"^(?:(?:no|nope|sorry|wait|oops|hey|but)[ ,.!]+)+(?:i|we) meant?,? "
+    rf"(?!{_NUMBER}{_END})([^.;!?,]{{1,60}})[.!]*$"
+)
 _MEANT = re.compile(r",\s*([^,.;!?]+?),? i mean(?:t)?(?=[.;!?]|$)")
 _ALONE_WANTED = re.compile(
     r"(?:^|(?<=[.,;!?] ))(?:(?:ok|okay|no|so|actually|please|well|i|we|want|need|keep|get) )*+"
@@ -207,6 +235,15 @@ _CHANGES = [
                 (rf"\b(remove|delete|drop(?! \w+ off\b)|take) {it}{_ALONE}", rf"\1 {same}"),
             )
         ),
+        (
+            rf"(?<!\w)(?!(?:of|and|half)\b)({_NUMBER}) {PACKS}(?: of {_IT})?{_END}",
+            rf". add exactly \1 packs of {SAME}",
+        ),
+        (rf"\bmake {_IT} organic{_END}", ". add the organic one"),
+        (
+            rf"\bmake (?:the|my|our) {_THING} organic{_END}",
+            rf". remove \1. add {IN_PLACE} organic \1",
+        ),
         (rf"\bmake {_IT} (?=the [^.,;!?]{{1,40}} ones?\b)", ". add "),
         (rf"\b({_NUMBER}) of each{_END}", rf"exactly \1 packs of {SAME_ALL}"),
         (rf"(?:^|, )({_NUMBER}) of (?:it|them|those){_END}", rf". add exactly \1 packs of {SAME}"),
@@ -237,6 +274,17 @@ _CHANGES = [
             r"exactly \2 packs of \1",
         ),
         (r"\bi (?:said|meant) (?=exactly )", ""),
+        *(
+            (
+                r"\b(?:i|we)(?: had|'d)? (?:wanted|asked for|ordered|needed|said)(?: only| just)?"
+                rf" (?!(?:an?|of|and|half)\b){how}",
+                f". add exactly {amount}",
+            )
+            for how, amount in (
+                (rf"({_NUMBER}){_END}", rf"\1 packs of {SAME}"),
+                (rf"(?={_NUMBER} (?!things?\b)\w)", ""),
+            )
+        ),
         (rf"\bmake the {_THING} ({_NUMBER}){_END}", r". add exactly \2 packs of \1"),
         (rf"\b({_NUMBER}) more(?: of {_IT})?{_END}", rf"\1 more {SAME}"),
         (rf"\b(?:want|like|need) {_THING} (?:removed|taken out|gone){_END}", r". remove \1"),
@@ -338,7 +386,9 @@ class Said:
 def heard(utterance: str) -> tuple[Said, ...]:
     """The clauses of `utterance` in lower case, reworded; changes only where they are ordered."""
     text = re.sub(r"\s*\n\s*", ". ", _BULLET.sub(", ", utterance[:2000]).strip())
-    text = unlimited(_ALONE_WANTED.sub(r". keep only \1. only \1\2", evened(text)))
+    text = _NOT_BUT.sub(r"add \2 instead of \3", unreasoned(evened(text)))
+    text = _NO_I_MEANT.sub(rf"add \1 instead of {SAME_ONE}", text)
+    text = unlimited(_ALONE_WANTED.sub(r". keep only \1. only \1\2", text))
     text = re.sub(r"\b(remove|delete|drop|take out|add|get|buy):[\s,]*", r"\1 ", text)
     text = re.sub(r"([^\w\s'])(?:\s*\1)+", r"\1", text)
     text = text.replace(" go ahead and ", " ")
@@ -357,6 +407,11 @@ def heard(utterance: str) -> tuple[Said, ...]:
             clause = pattern.sub(plainer, clause)
         found.append(Said(clause, mood))
     return tuple(found)
+
+
+def unreasoned(text: str) -> str:
+    """`text`, evened, without what says why it is so much: "we are 12, so 12 juices"."""
+    return _REASON.sub("", text)
 
 
 def plain(utterance: str) -> str:

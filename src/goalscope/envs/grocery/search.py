@@ -58,6 +58,9 @@ _QUALITIES = frozenset({
 })  # fmt: skip
 """Words that say which one but not what it is, so that no generic name begins with them."""
 
+_LABELS = frozenset({"vegan", "free", "organic", "diet", "decaf", "plant", "halal"})
+"""Words of labels, for people who ask for them: "gluten-free", "plant-based"."""
+
 
 class Search:
     """Finds items of one catalogue by what is meant; deterministic and offline.
@@ -113,15 +116,20 @@ class Search:
             common = common & self._holding.get(word, set[int]())
         return [self._catalogue.items[place] for place in sorted(common)]
 
-    def plainness(self, item: Item, phrase: str) -> tuple[int, int, int]:
+    def labels(self, item: Item, phrase: str) -> int:
+        """How many words of the item's name, and not of `phrase`, label it for a diet."""
+        return len(_LABELS & {*singulars(item.name)} - {*singulars(phrase)})
+
+    def plainness(self, item: Item, phrase: str) -> tuple[int, int, int, int]:
         """How plainly the item is `phrase`, the plainest least.
 
-        By how many words of its name are other things (garlic in a bread), by how many it has, and
-        by how many are no mere qualities.
+        By its labels, by how many words of its name are other things (garlic in a bread), by how
+        many it has, and by how many are no mere qualities.
         """
         others = set(singulars(item.name)) - set(singulars(phrase))
         things = sum(word in self._heads for word in others)
-        return things, len(words(item.name)), len(others - _QUALITIES)
+        labels = self.labels(item, phrase)
+        return labels, things, len(words(item.name)), len(others - _QUALITIES)
 
     def kinds(self, text: str, limit: int) -> list[str]:
         """Generic names such as "flour" that may serve `text`, nearest first.

@@ -12,15 +12,23 @@ from goalscope.envs.grocery.answers import answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import Choice, called, is_vague, taken
 from goalscope.envs.grocery.consent import consents
-from goalscope.envs.grocery.diets import implied
+from goalscope.envs.grocery.diets import implied, is_diet
 from goalscope.envs.grocery.hearing import Hearing, hear
 from goalscope.envs.grocery.limits import budget
 from goalscope.envs.grocery.names import Names
-from goalscope.envs.grocery.orders import adds_it, is_order, tries_to_buy
+from goalscope.envs.grocery.orders import (
+    adds_it,
+    is_order,
+    leaves_open,
+    so_many,
+    states_aim,
+    tries_to_buy,
+)
 from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.requests import Refusal, amount, refuses, unrefused
 from goalscope.envs.grocery.rewording import SAME, SAME_ALL
 from goalscope.envs.grocery.search import Search
+from goalscope.envs.grocery.undoing import asks_for_guesses, calls_off, standing, undoes
 from goalscope.envs.grocery.words import singulars, words
 from goalscope.types import Action, Profile, StepResult, Turn
 
@@ -51,6 +59,7 @@ class GroceryShop:
         self._choice = Choice(catalogue, self._search)
         self._basket: dict[str, int] = {}
         self._taken_out: set[str] = set()
+        self._starts: dict[tuple[str, ...], dict[str, int]] = {}
         self._bought = False
 
     @property
@@ -87,7 +96,7 @@ class GroceryShop:
         return sum((i.price * n for i, n in self._contents() if i.price is not None), Decimal(0))
 
     def reset(self) -> None:
-        """Empty the basket, not bought."""
+        """Empty the basket, not bought; what it held before each round is kept for undoing."""
         self._basket.clear()
         self._taken_out.clear()
         self._bought = False
@@ -169,17 +178,19 @@ class GroceryShop:
         if self._bought:
             return []
         hearing = self._heard(turns)
+        self._starts.setdefault(tuple(turn.utterance for turn in turns), self.basket)
+        if turns and undoes(turns[-1].utterance):
+            return self._undoing(turns, hearing)
         plan = {
             item.name: -number
             for item, number in self._contents()
             if hearing.empties or not hearing.permits(item) or not _stays(item, hearing)
         }
         if hearing.unasked:
-            asked = [request.phrase for request in hearing.wanted]
             plan |= {
                 item.name: -number
                 for item, number in self._contents()
-                if not any(called(phrase, [item]) for phrase in asked)
+                if not self._asked_for(item, hearing)
             }
         for removal in hearing.removed:
             for item in taken(removal, [item for item, _ in self._contents()]):
@@ -216,11 +227,15 @@ class GroceryShop:
         ]
 
     def is_order(self, turns: Sequence[Turn]) -> bool:
-        """Whether the newest words say exactly what is to be done."""
+        """Whether the newest words say exactly what is to be done, or leave nothing to guess."""
+        newest = turns[-1].utterance if turns else ""
+        if not turns or undoes(newest) or asks_for_guesses(newest):
+            return bool(turns)
         hearing = self._heard(turns)
-        return bool(turns) and is_order(
-            self._names.hidden(self._spoken(turns)[-1]),
-            lambda request: self._means(request, hearing),
+        said = self._names.hidden(self._spoken(turns)[-1])
+        has = any(self._choice.meant(each.phrase, hearing, ()) for each in hearing.newest)
+        return not leaves_open(said) or is_order(
+            said, lambda each: self._means(_listed(each, has=has), hearing)
         )
 
     def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
@@ -242,6 +257,17 @@ class GroceryShop:
         if above and (results or budget(turns[-1].utterance) is not None):
             total, named = map(self.catalogue.money, (self.total, hearing.budget))
             told.append(f"The basket comes to {total}, above the {named} that you named.")
+        newest = turns[-1].utterance
+        if undoes(newest) and not results:
+            told.append("There is nothing that I can take back. Please say what is to change.")
+        if calls_off(newest):
+            told.append(
+                'To take back the last change, say "Undo that"; for no basket at all, '
+                '"Empty the basket".'
+            )
+        if asks_for_guesses(newest):
+            guessed = [item.name for item in held if not self._asked_for(item, hearing)]
+            told.append(f"Guessed, not asked for: {', '.join(guessed) or 'nothing'}.")
         if hearing.unclear:
             told.append("It is not clear which thing you mean. Please name it.")
         lessened = any(result.action.name == "remove item" for result in results)
@@ -249,15 +275,16 @@ class GroceryShop:
             phrase = removal.phrase
             by_diet = lessened and implied(phrase, Refusal.DROPPED)
             if not (taken(removal, held) or is_vague(phrase) or by_diet):
+                phrase = f"{phrase} things" if is_diet(phrase) else phrase
                 verb = "were" if singulars(phrase)[-1:] != words(phrase)[-1:] else "was"
                 told.append(f"There {verb} no {phrase} in the basket.")
-        for request in hearing.newest:
-            item = self._choice.meant(request.phrase, hearing, self._basket)
+        meant = [self._choice.meant(r.phrase, hearing, self._basket) for r in hearing.newest]
+        for request, item in zip(hearing.newest, meant, strict=True):
             if request.change == "cheaper":
                 item = self._dearer(request) or item
             there = before.get(item.name, 0) if item and request.change == "more" else 0
             if item is None:
-                told += self._choice.lacking(request, hearing)
+                told += self._choice.lacking(_listed(request, has=any(meant)), hearing)
             elif units(request, item) + there > MOST:
                 told.append(f"The basket holds at most {MOST} of one item: {item.name}.")
             elif request.change == "cheaper" and self._is_same(item, before):
@@ -265,6 +292,8 @@ class GroceryShop:
                 told.append(
                     f"The shop has nothing of the kind that is cheaper: {item.name}, {price}."
                 )
+            elif request.change == "half" and before.get(item.name) == 1:
+                told.append(f"1 x {item.name} is the least that can be bought.")
             elif request.outright and self._is_same(item, before):
                 told.append(f"The basket holds {before[item.name]} x {item.name} already.")
         return told
@@ -344,14 +373,16 @@ class GroceryShop:
         return next((i for p in (*request.replaces, request.phrase) for i in called(p, held)), None)
 
     def _spoken(self, turns: Sequence[Turn]) -> list[str]:
-        """What the person said; "add it" names what a question just before was about."""
-        said = [self._search.translated(turn.utterance) for turn in turns]
+        """What the person said and let stand; "add it" names what a question before was about."""
+        stands, _ = standing([turn.utterance for turn in turns])
+        said = [self._search.translated(each) for each in stands]
         for i, turn in enumerate(turns):
-            if adds_it(turn.utterance):
+            many = so_many(turn.utterance)
+            if many or adds_it(turn.utterance):
                 asked = [said[i - 1]] if i and said[i - 1].rstrip().endswith("?") else []
                 things = (self._search.mentioned(text) for text in (*asked, turn.query))
                 thing = next((each[0] for each in things if len(each) == 1), "")
-                said[i] = f"Add {thing}" if thing else said[i]
+                said[i] = f"Add {many}{thing}" if thing else said[i]
         return said
 
     def _after(self, turns: Sequence[Turn]) -> Decimal:
@@ -362,6 +393,31 @@ class GroceryShop:
             price = (item.price if item else None) or Decimal(0)
             total += price * action.quantity * (1 if action.name == "add item" else -1)
         return total
+
+    def _undoing(self, turns: Sequence[Turn], hearing: Hearing) -> list[Action]:
+        """What makes the basket what it was before the round that is taken back.
+
+        Nothing where that is not known, as after a restart of the program.
+        """
+        said = [turn.utterance for turn in turns]
+        _, last = standing(said)
+        before = None if last is None else self._starts.get(tuple(said[: last + 1]))
+        if before is None:
+            return []
+        added = {name: n - self._basket.get(name, 0) for name, n in before.items()}
+        gone = {name: n - before.get(name, 0) for name, n in self._basket.items()}
+        return [
+            *(Action("remove item", name, n) for name, n in gone.items() if n > 0),
+            *(
+                Action("add item", name, n)
+                for name, n in added.items()
+                if n > 0 and (item := self.catalogue.get(name)) and hearing.permits(item)
+            ),
+        ]
+
+    @staticmethod
+    def _asked_for(item: Item, hearing: Hearing) -> bool:
+        return any(called(request.phrase, [item]) for request in hearing.wanted)
 
     def _means(self, request: Request, hearing: Hearing) -> bool:
         """Whether a request is for a thing of the shop, or for one that it has not."""
@@ -421,6 +477,12 @@ class GroceryShop:
         total = self.catalogue.money(self.total)
         told = f"The basket is now purchased for {total}.\n{self.status()}"
         return StepResult(action, True, told, terminated=True, irreversible=True)
+
+
+def _listed(request: Request, *, has: bool) -> Request:
+    """A short request as one that is outright, if what is listed with it is of the shop."""
+    short = has and len(request.phrase.split()) <= 2 and not states_aim(request.phrase)
+    return replace(request, outright=request.outright or short)
 
 
 def _stays(item: Item, hearing: Hearing) -> bool:

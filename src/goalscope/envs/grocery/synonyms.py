@@ -72,7 +72,7 @@ fizzy water, club soda, sparkling water
 ice lolly, popsicle
 oven chip, french fry
 fish finger, fish stick
-loo roll, toilet roll, loo paper, toilet tissue, toilet paper
+tp, loo roll, toilet roll, loo paper, toilet tissue, toilet paper
 kitchen roll, kitchen towel, kitchen paper, paper towel
 tissue, kleenex, facial tissue
 nappy, diaper
