@@ -65,6 +65,7 @@ class Hearing:
         newest: What of it the newest words asked for.
         missed: Of the newest words, the orders of which nothing could be made, a sentence each.
         exact: Whether the newest words are nothing but orders, refusals, questions and remarks.
+        asked: All that was ever asked for, as often as it was.
     """
 
     wanted: tuple[Request, ...] = ()
@@ -75,6 +76,7 @@ class Hearing:
     newest: tuple[Request, ...] = ()
     missed: tuple[str, ...] = ()
     exact: bool = False
+    asked: tuple[Request, ...] = ()
 
     def permits(self, verb: str, object_type: str, name: str = "", done: int = 0) -> bool:
         """Whether the person asked in plain words for this act, or said yes to it.

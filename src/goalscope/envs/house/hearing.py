@@ -66,6 +66,7 @@ def hear(
         tuple(request for request in listener.wanted if request in listener.newest),
         tuple(dict.fromkeys(listener.missed)),
         listener.exact,
+        tuple(listener.asked),
     )
 
 
@@ -79,6 +80,7 @@ class _Listener(Standing):
         missed: See `Hearing.missed`.
         exact: See `Hearing.exact`.
         staying: See `Hearing.staying`.
+        asked: See `Hearing.asked`.
         orders: For each utterance that was no remark, what stood before it, and what it asked for;
             nothing if that was an aim.
     """
@@ -88,6 +90,7 @@ class _Listener(Standing):
     missed: list[str] = field(default_factory=list[str], init=False)
     exact: bool = field(default=False, init=False)
     staying: set[str] = field(default_factory=set[str], init=False)
+    asked: list[Request] = field(default_factory=list[Request], init=False)
     orders: list[tuple[list[Request], list[Request]]] = field(
         default_factory=list[tuple[list[Request], list[Request]]], init=False
     )
@@ -122,6 +125,7 @@ class _Listener(Standing):
         if leave.doubts(said) and not ruled_out:
             self.permitted.clear()
         self.permit(parse_plain(text, self.count))
+        self.asked += self.newest
         asked = self.newest[undoing:]
         if asked or not (undone or (self.exact and self.wanted == before)):
             self.orders.append((before, asked))
@@ -134,11 +138,12 @@ class _Listener(Standing):
             self.missed.append("I do not know what to undo: tell me what should be as it was.")
             return
         del self.orders[first:]
-        stood, self.wanted = undone[0][0] if undone else [], []
+        stood, displaced, self.wanted = undone[0][0] if undone else [], self.wanted, []
         for request in (each for _, orders in reversed(undone) for each in reversed(orders)):
             self.reverse(request)
         for old in stood:
             self.add(old, len(self.wanted))
+        self.asked += [old for old in stood if old not in displaced]
         if number == 1 and not (self.newest or self.missed):
             self.missed.append("There is nothing to undo.")
 

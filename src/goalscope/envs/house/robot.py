@@ -12,8 +12,8 @@ from goalscope.envs.house.answers import answered
 from goalscope.envs.house.completion import completes
 from goalscope.envs.house.conditions import conditions_met
 from goalscope.envs.house.controller import Controller
-from goalscope.envs.house.hearing import IRREVERSIBLE, Hearing, ask_permission, hear
-from goalscope.envs.house.meeting import FILLS, brought, meet, settled
+from goalscope.envs.house.hearing import IRREVERSIBLE, Hearing, Request, ask_permission, hear
+from goalscope.envs.house.meeting import FILLS, brought, meet, settled, spent
 from goalscope.envs.house.names import mentioned, readable, the
 from goalscope.envs.house.offers import NAMES, cooks, is_refused, possible, returns
 from goalscope.envs.house.primitives import Primitives, Refusal
@@ -53,7 +53,8 @@ class HomeRobot:
         self._primitives = Primitives(controller)
         self.notes = tuple(notes)
         self._view = View(self.metadata)
-        self._start = self._view.table
+        self._first, self._start = self._view, self._view.table
+        self._done: list[Action] = []
         self._spots: dict[str, list[tuple[list[float], str]]] = {}
         self.fingerprint()
 
@@ -79,6 +80,7 @@ class HomeRobot:
         """Take the scene back to its start."""
         self._primitives.reset()
         self._view = View(self.metadata)
+        self._done.clear()
 
     @property
     def names(self) -> dict[str, str]:
@@ -184,12 +186,16 @@ class HomeRobot:
         """What the person asked for outright, as far as it is not so already.
 
         What was moved and is ruled out since goes back to where it was. A hand holds one thing:
-        where several are to be brought, the goals tell where to.
+        where several are to be brought, the goals tell where to. What was met once is not met anew
+        because something else has changed it; and nothing is done for who says that all is done.
         """
+        if turns and completes(turns[-1].utterance):
+            return []
         hearing = self._hear(turns)
+        over = self._over(hearing)
         plan = [
             action
-            for action in meet(self._view, hearing.wanted, self._start)
+            for action in meet(self._view, hearing.wanted, self._start, over)
             if not is_refused(self._view, action, hearing)
         ]
         asked = {action.target for action in plan}
@@ -199,14 +205,15 @@ class HomeRobot:
     def is_order(self, turns: Sequence[Turn]) -> bool:
         """Whether the newest words are nothing but orders and refusals that were understood."""
         hearing = self._hear(turns)
-        if len(brought(hearing.wanted)) > 1 and self._speaks_of_furniture(turns):
+        carried = brought(hearing.wanted, self._over(hearing), self._view.held_type)
+        if len(carried) > 1 and self._speaks_of_furniture(turns):
             return False  # things go where the goals tell
         return hearing.exact
 
     def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
         """What the newest turn asks for outright and did not get, one sentence each."""
         hearing = self._hear(turns)
-        told = unmet(self._view, hearing, results, self._start)
+        told = unmet(self._view, hearing, results, self._start, self._over(hearing))
         all_told = list(dict.fromkeys((*hearing.missed, *told)))
         more = len(all_told) - _TOLD
         return all_told if more <= 0 else [*all_told[:_TOLD], f"And {more} more of that kind."]
@@ -251,6 +258,7 @@ class HomeRobot:
                     "house is not as it was. The robot stops; look at the house, and start anew."
                 ) from None
             return StepResult(action, False, self._named(str(refusal)))
+        self._done.append(action)
         old, self._view = self._view, View(self.metadata, self._view.names)
         besides = map(self._named, self._primitives.told())
         told = "; ".join([self._view.told(own, old.table[own]), *besides])
@@ -295,6 +303,10 @@ class HomeRobot:
 
     def _hear(self, turns: Sequence[Turn]) -> Hearing:
         return hear(turns, self._view.objects, self._view.names, self._start)
+
+    def _over(self, hearing: Hearing) -> list[Request]:
+        """Requests of earlier words that were met once."""
+        return [*spent(self._first, self._view, hearing, self._done)]
 
     def _do(self, action: Action, own: str, place: str) -> None:
         robot = self._primitives

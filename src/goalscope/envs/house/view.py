@@ -47,6 +47,11 @@ class View:
         held = self.metadata["inventoryObjects"]
         return held[0]["objectId"] if held else ""
 
+    @property
+    def held_type(self) -> str:
+        """The object type of what the hand holds; empty if it holds nothing."""
+        return self.table[self.held]["objectType"] if self.held else ""
+
     def id(self, name: str) -> str:
         """The object of this name; empty if there is none."""
         return self._ids.get(name, "") if type(name) is str else ""
