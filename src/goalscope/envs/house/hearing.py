@@ -10,6 +10,7 @@ from typing import Any
 
 from goalscope.envs.house import leave
 from goalscope.envs.house import vocabulary as v
+from goalscope.envs.house.aims import is_aim
 from goalscope.envs.house.completion import completes
 from goalscope.envs.house.grammar import is_exact, parse, parse_plain, sentences
 from goalscope.envs.house.heard import HOME, Hearing, Leave, Request
@@ -19,7 +20,7 @@ from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase, PhraseReader, first_named
 from goalscope.envs.house.referents import TO_SLICES
 from goalscope.envs.house.standing import Standing
-from goalscope.envs.house.undoing import inverse, meant_only, undoes, was_done
+from goalscope.envs.house.undoing import NOTHING, UNKNOWN, inverse, meant_only, undoes, was_done
 from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import evened, lowered
 from goalscope.types import Turn
@@ -67,6 +68,8 @@ def hear(
         tuple(dict.fromkeys(listener.missed)),
         listener.exact,
         tuple(listener.asked),
+        listener.stuck,
+        listener.undone,
     )
 
 
@@ -81,6 +84,8 @@ class _Listener(Standing):
         exact: See `Hearing.exact`.
         staying: See `Hearing.staying`.
         asked: See `Hearing.asked`.
+        stuck: See `Hearing.stuck`.
+        undone: See `Hearing.undone`.
         orders: For each utterance that was no remark, what stood before it, and what it asked for;
             nothing if that was an aim.
     """
@@ -90,6 +95,8 @@ class _Listener(Standing):
     missed: list[str] = field(default_factory=list[str], init=False)
     exact: bool = field(default=False, init=False)
     staying: set[str] = field(default_factory=set[str], init=False)
+    stuck: bool = field(default=False, init=False)
+    undone: str = field(default="", init=False)
     asked: list[Request] = field(default_factory=list[Request], init=False)
     orders: list[tuple[list[Request], list[Request]]] = field(
         default_factory=list[tuple[list[Request], list[Request]]], init=False
@@ -98,17 +105,19 @@ class _Listener(Standing):
     def hear(self, turn: Turn) -> None:
         """Take in one turn."""
         self.wanted = [old for old in self.wanted if not old.passing]
-        self.newest, self.missed = [], []
+        self.newest, self.missed, self.stuck = [], [], False
         if asked := first_named(turn.query, self.count):
             self.last = self.recent = [asked]
         text = self.replied(turn)
         self.exact = is_exact(text, self.count, repeats=bool(self.order.verb))
         said = lowered(text)
         undone, before = undoes(evened(text)), [*self.wanted]
+        self.undone = ""
         if undone:
             self.permitted.clear()
-            self.undo(len(self.orders) if undone == "all" else 1)
-            text = " ".join(each for each in sentences(text) if not is_remark(each))
+            number, rest = undone
+            self.undo(number)
+            text = " ".join(each for each in sentences(rest) if not is_remark(each))
             before = [*self.wanted]
         elif leave.takes_back(said):
             self.permitted.clear()
@@ -131,21 +140,33 @@ class _Listener(Standing):
             self.orders.append((before, asked))
 
     def undo(self, number: int) -> None:
-        """Go back to what stood before the last orders; what cannot be undone is kept as missed."""
-        first = len(self.orders) - number
-        undone, self.exact = self.orders[max(first, 0) :], True
-        if first < 0 or (number == 1 and not undone[0][1]):
-            self.missed.append("I do not know what to undo: tell me what should be as it was.")
+        """Go back to what stood before the last orders, 0 for all of them.
+
+        What cannot be undone is kept as missed; what was done for an aim the robot must know.
+        """
+        self.exact = True
+        if not number:
+            self.undone, self.wanted = "all", []
+            self.orders.clear()
             return
-        del self.orders[first:]
+        first = len(self.orders) - number
+        undone = self.orders[max(first, 0) :]
+        if first < 0 and number == 1:
+            self.missed.append(UNKNOWN)
+            return
+        if not all(asked for _, asked in undone):
+            self.undone = "guessed"
+            if number == 1:
+                return
+        del self.orders[max(first, 0) :]
         stood, displaced, self.wanted = undone[0][0] if undone else [], self.wanted, []
         for request in (each for _, orders in reversed(undone) for each in reversed(orders)):
             self.reverse(request)
         for old in stood:
             self.add(old, len(self.wanted))
         self.asked += [old for old in stood if old not in displaced]
-        if number == 1 and not (self.newest or self.missed):
-            self.missed.append("There is nothing to undo.")
+        if not (self.newest or self.missed or self.undone):
+            self.missed.append(NOTHING)
 
     def reverse(self, request: Request) -> None:
         """Ask for the inverse of a request; where it has none and was met, keep that as missed."""
@@ -309,7 +330,12 @@ class _Listener(Standing):
         unknown = any(thing.word == "unknown" for thing in named)
         nothing = not things if clause.verb else not clause.things
         if clause.said and not (clause.later or clause.negated) and (nothing or unknown):
-            self.missed.append(_not_understood(clause))
+            self.puzzle(clause)
+
+    def puzzle(self, clause: Clause) -> None:
+        """Keep that an order was not understood."""
+        self.missed.append(f"I did not understand: {shorten(clause.said, 80, placeholder=' ...')}.")
+        self.stuck = self.stuck or not is_aim(clause.said)
 
     def lacking(self, clause: Clause, said: Sequence[Phrase], lacks: Phrase | None) -> None:
         """Keep why an order cannot be carried out: no such thing is here, or it is not for that."""
@@ -321,8 +347,10 @@ class _Listener(Standing):
         carried = clause.verb in ("put", "pick up")
         if lacks not in (*said, clause.place) and (carried or fresh.isdisjoint(here)):
             if not self.missed:
-                self.missed.append(_not_understood(clause))
-        elif not here:
+                self.puzzle(clause)
+            return
+        self.stuck = True
+        if not here:
             self.missed.append(f"There {are(name)} no {name.removeprefix('the ')} here.")
         elif lacks is clause.place:
             self.missed.append(f"I cannot put anything in or on {name}.")
@@ -368,6 +396,3 @@ class _Listener(Standing):
         if everything:
             self.refuse(verb, tuple(self.count))
 
-
-def _not_understood(clause: Clause) -> str:
-    return f"I did not understand: {shorten(clause.said, 80, placeholder=' ...')}."

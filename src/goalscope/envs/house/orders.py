@@ -148,6 +148,8 @@ class OrderReader(PhraseReader):
             if into and "GarbageCan" not in into.types:
                 tail.source, into = into, None
             into = into or Phrase(("GarbageCan",))
+        elif verb == "put" and said in v.THROWS and tail.source and not into:
+            verb = said
         if said in v.LOCKS:
             into = into or Phrase(("Safe",))
         away = tail.source if verb == "put" or not into else into

@@ -6,6 +6,7 @@ import hashlib
 import json
 import math
 from collections.abc import Sequence
+from itertools import takewhile
 from typing import Any
 
 from goalscope.envs.house.answers import answered
@@ -13,12 +14,13 @@ from goalscope.envs.house.completion import completes
 from goalscope.envs.house.conditions import conditions_met
 from goalscope.envs.house.controller import Controller
 from goalscope.envs.house.hearing import IRREVERSIBLE, Hearing, Request, ask_permission, hear
-from goalscope.envs.house.meeting import FILLS, brought, meet, settled, spent
+from goalscope.envs.house.meeting import FILLS, brought, meet, serves, settled, spent
 from goalscope.envs.house.names import mentioned, readable, the
 from goalscope.envs.house.offers import NAMES, cooks, is_refused, possible, returns
 from goalscope.envs.house.primitives import Primitives, Refusal
 from goalscope.envs.house.properties import ACTS, LASTING, PREDICATES
 from goalscope.envs.house.state import is_whole
+from goalscope.envs.house.undoing import NOTHING, UNKNOWN, lasting, restoring
 from goalscope.envs.house.unmet import unmet
 from goalscope.envs.house.view import View
 from goalscope.types import Action, GoalscopeError, Profile, StepResult, Turn
@@ -199,22 +201,34 @@ class HomeRobot:
             if not is_refused(self._view, action, hearing)
         ]
         asked = {action.target for action in plan}
-        back = returns(self._view, self._start, hearing)
+        back = [*self._undone(hearing), *returns(self._view, self._start, hearing)]
         return [action for action in back if action.target not in asked] + plan
 
     def is_order(self, turns: Sequence[Turn]) -> bool:
-        """Whether the newest words are nothing but orders and refusals that were understood."""
+        """Whether the newest words leave nothing to guess.
+
+        They are nothing but orders and refusals that were understood; or one of them cannot be
+        followed, or was not understood, and what was meant by it must be said.
+        """
         hearing = self._hear(turns)
         carried = brought(hearing.wanted, self._over(hearing), self._view.held_type)
         if len(carried) > 1 and self._speaks_of_furniture(turns):
             return False  # things go where the goals tell
-        return hearing.exact
+        return hearing.exact or hearing.stuck
 
     def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
-        """What the newest turn asks for outright and did not get, one sentence each."""
+        """What the newest turn asks for outright and did not get, one sentence each.
+
+        Of an aim such as "tidy up" nothing is told where something was done for it.
+        """
         hearing = self._hear(turns)
+        missed = () if results and not (hearing.stuck or hearing.newest) else hearing.missed
         told = unmet(self._view, hearing, results, self._start, self._over(hearing))
-        all_told = list(dict.fromkeys((*hearing.missed, *told)))
+        if hearing.undone == "all":
+            told = (*lasting(self._view, self._start), *told)
+        all_told = list(dict.fromkeys((*missed, *told)))
+        if hearing.undone and not (results or hearing.newest or all_told):
+            all_told = [NOTHING if hearing.undone == "all" else UNKNOWN]
         more = len(all_told) - _TOLD
         return all_told if more <= 0 else [*all_told[:_TOLD], f"And {more} more of that kind."]
 
@@ -303,6 +317,16 @@ class HomeRobot:
 
     def _hear(self, turns: Sequence[Turn]) -> Hearing:
         return hear(turns, self._view.objects, self._view.names, self._start)
+
+    def _undone(self, hearing: Hearing) -> list[Action]:
+        """What brings back what was done besides the orders that are undone, too."""
+        if hearing.undone != "guessed":
+            return restoring(self._view, self._start) if hearing.undone else []
+        unasked = takewhile(
+            lambda act: not any(serves(self._view, act, each) for each in hearing.asked),
+            reversed(self._done),
+        )
+        return restoring(self._view, self._start, {action.target for action in unasked})
 
     def _over(self, hearing: Hearing) -> list[Request]:
         """Requests of earlier words that were met once."""
