@@ -198,6 +198,7 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
             clause = replace(clause, verb="put") if stays else clause
         loose = reader.loose
         corrects = clause.verb == "same" and bool({*words} & v.CORRECTS)
+        corrects = corrects or (bool(clause.verb) and [*part, ""][-2:-1] == ["instead"])
         plain = clause.plain and not later
         found.append(replace(clause, corrects=corrects, later=later, plain=plain, said=said))
         found += [replace(found[-1], verb=verb, plain=False) for verb in reader.also]
@@ -261,7 +262,11 @@ class _Reader(OrderReader):
             "too",
         ):
             end -= 1
-        return " ".join(self.words[first:end]).replace(" ,", ",") if end > first + (self.at(first) not in v.AIMS | v.WILD) else ""
+        return (
+            " ".join(self.words[first:end]).replace(" ,", ",")
+            if end > first + (self.at(first) not in v.AIMS | v.WILD)
+            else ""
+        )
 
     def commands(self, i: int) -> bool:
         """Whether the word at `i` is plainly a verb that is not known: "play the guitar"."""

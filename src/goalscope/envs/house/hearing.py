@@ -15,6 +15,7 @@ from goalscope.envs.house.completion import completes
 from goalscope.envs.house.grammar import is_exact, parse, parse_plain, sentences
 from goalscope.envs.house.heard import HOME, Hearing, Leave, Request
 from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
+from goalscope.envs.house.meeting import NEEDS
 from goalscope.envs.house.names import are, names, readable, the
 from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase, PhraseReader, first_named
@@ -36,6 +37,15 @@ _OTHER_PLACE = re.compile(
 
 _HOW_MANY = v.NUMBERS.keys() | v.PRONOUNS | {"of"}
 """Words that tell of how many things alone, and not which."""
+
+_OTHER = re.compile(
+    r"(?!i\b|i'd|we\b|let|don't|do not|never)[^?]*(?:\binstead|(?<!not )\bthe other ones?)"
+    r"(?: please)?[ .!]*"
+)
+"""What corrects the last order, if anything can be made of it."""
+
+_IT = frozenset(("it", "that", "this", "them", "those"))
+"""Words for what was spoken of last."""
 
 _ELLIPTIC = frozenset(("put", "clean", "slice", "cook", "fill"))
 """Verbs that may stand without saying what: "rinse with water"."""
@@ -86,6 +96,8 @@ class _Listener(Standing):
         asked: See `Hearing.asked`.
         stuck: See `Hearing.stuck`.
         undone: See `Hearing.undone`.
+        queried: What the agent's last question named first.
+        acted: The things of the last order.
         orders: For each utterance that was no remark, what stood before it, and what it asked for;
             nothing if that was an aim.
     """
@@ -97,6 +109,8 @@ class _Listener(Standing):
     staying: set[str] = field(default_factory=set[str], init=False)
     stuck: bool = field(default=False, init=False)
     undone: str = field(default="", init=False)
+    queried: Phrase | None = field(default=None, init=False)
+    acted: list[Phrase] = field(default_factory=list[Phrase], init=False)
     asked: list[Request] = field(default_factory=list[Request], init=False)
     orders: list[tuple[list[Request], list[Request]]] = field(
         default_factory=list[tuple[list[Request], list[Request]]], init=False
@@ -108,6 +122,7 @@ class _Listener(Standing):
         self.newest, self.missed, self.stuck = [], [], False
         if asked := first_named(turn.query, self.count):
             self.last = self.recent = [asked]
+        self.queried = asked
         text = self.replied(turn)
         self.exact = is_exact(text, self.count, repeats=bool(self.order.verb))
         said = lowered(text)
@@ -135,9 +150,12 @@ class _Listener(Standing):
             self.permitted.clear()
         self.permit(parse_plain(text, self.count))
         self.asked += self.newest
-        asked = self.newest[undoing:]
-        if asked or not (undone or (self.exact and self.wanted == before)):
-            self.orders.append((before, asked))
+        lost = not (self.newest or self.missed or undone) and bool(self.order.verb)
+        if lost and _OTHER.fullmatch(said) and not is_remark(text):
+            self.puzzle(Clause("", said=" ".join(text.split()).rstrip(" .!")))
+        ordered = self.newest[undoing:]
+        if ordered or not (undone or (self.exact and self.wanted == before)):
+            self.orders.append((before, ordered))
 
     def undo(self, number: int) -> None:
         """Go back to what stood before the last orders, 0 for all of them.
@@ -259,9 +277,10 @@ class _Listener(Standing):
             again = replace(
                 self.order, things=clause.things, place=clause.place or self.order.place
             )
-            if clause.corrects:
-                self.wanted = [old for old in self.wanted if old not in self.fresh]
+            self.correct(clause)
             clause = replace(again, excluded=(), liquid=again.liquid if again.things else "")
+        elif clause.verb == self.order.verb:
+            self.correct(clause)
         said = clause.things or ((Phrase(word="them"),) if clause.verb in _ELLIPTIC else ())
         if not clause.things and clause.verb == "put" and not clause.place:
             said = ()
@@ -270,6 +289,14 @@ class _Listener(Standing):
             for phrase in said
             for found in self.meant(phrase, clause.verb)
         ]
+        home = bool(clause.place and clause.place.word == "home")
+        if (
+            home
+            and self.queried
+            and self.recent == [self.queried]
+            and any(each.word in _IT for each in said)
+        ):
+            things = self.acted or things
         self.miss(clause, things)
         if clause.place and clause.place.word == "there" and not self.place:
             clause = replace(clause, place=None)
@@ -318,19 +345,38 @@ class _Listener(Standing):
                 self.narrow(replace(other, states=thing.states))
         if clause.things and things:
             self.last = things
+            self.acted = things if clause.verb else self.acted
         if place and clause.verb:
             self.recent = [place]
             self.place = place
         self.recent = [*self.recent, *things][-4:] if clause.verb else things or self.recent
         return len(self.wanted)
 
+    def correct(self, clause: Clause) -> None:
+        """Take back the last requests where a clause takes their place; it names other things."""
+        named = {kind for thing in clause.things for kind in thing.types}
+        if not clause.corrects or not named:
+            return
+        alike = [old for old in self.fresh if not named.isdisjoint(old.object_types)]
+        wrong = alike or self.fresh
+        self.wanted = [old for old in self.wanted if old not in wrong]
+        for old in wrong:
+            if old not in self.newest and was_done(old, self.objects, self.start):
+                self.reverse(old)
+
     def miss(self, clause: Clause, things: Sequence[Phrase]) -> None:
         """Keep that nothing could be made of an order, or of a thing in it."""
         named = (*clause.things, *((clause.place,) if clause.place else ()))
         unknown = any(thing.word == "unknown" for thing in named)
         nothing = not things if clause.verb else not clause.things
-        if clause.said and not (clause.later or clause.negated) and (nothing or unknown):
-            self.puzzle(clause)
+        if not clause.said or clause.later or clause.negated or not (nothing or unknown):
+            return
+        lacks = [thing.said for thing in named if thing.word == "unknown"]
+        if clause.verb in NEEDS and len(lacks) == 1 and lacks[0] and not is_aim(clause.said):
+            self.missed.append(f"There {are(lacks[0])} no {lacks[0]} here.")
+            self.stuck = True
+            return
+        self.puzzle(clause)
 
     def puzzle(self, clause: Clause) -> None:
         """Keep that an order was not understood."""
@@ -395,4 +441,3 @@ class _Listener(Standing):
                 self.refuse(verb, thing.types)
         if everything:
             self.refuse(verb, tuple(self.count))
-

@@ -58,9 +58,7 @@ def meet(
     return plan
 
 
-def spent(
-    first: View, view: View, hearing: Hearing, done: Sequence[Action]
-) -> Iterator[Request]:
+def spent(first: View, view: View, hearing: Hearing, done: Sequence[Action]) -> Iterator[Request]:
     """The requests of earlier words that were met once, or were so from the start.
 
     Args:
@@ -191,20 +189,26 @@ class _Foreseen:
     ) -> tuple[Any, ...]:
         """How well a thing fits requests: by what was done to it, and what it lacks."""
         free = not any((request.verb, own) in used for request in thread)
+        apt = not any(self.holds_else(request, own) for request in thread)
         done = sum(self.done(request, own) for request in thread)
         was, now = self.start.get(own), self.view.table[own]
         touched = was is None or any(was[key] != now[key] for key in PREDICATES)
         needs = tuple(self.lacks(request, own) for request in thread)
-        return may.count(own), free, done, touched and not thread[0].number, needs
+        return may.count(own), free, apt, done, touched and not thread[0].number, needs
 
     def done(self, request: Request, own: str) -> bool:
         """Whether the request is met for the thing, and was not from the start.
 
         What was asked of any one, such as "a mug", may have been so.
         """
-        if self.lacks(request, own):
+        if self.lacks(request, own) or self.holds_else(request, own):
             return False
         return bool(request.number) or self.lacks(request, own, self.start)
+
+    def holds_else(self, request: Request, own: str) -> bool:
+        """Whether the thing is to be filled with a liquid, and another is in it."""
+        liquid = self.view.table[own]["fillLiquid"]
+        return bool(request.liquid and liquid) and liquid != request.liquid
 
     def lacks(self, request: Request, own: str, table: Table | None = None) -> bool:
         """Whether the request is still to be met for the thing; by the `table`, if one is given."""
@@ -241,7 +245,8 @@ class _Foreseen:
             things = [one] if one in things else []
         many = len(things) if request.every else max(request.number, 1)
         if request.verb == "pick up":
-            return [] if view.held else [Action("pick up", view.names[own]) for own in things[:1]]
+            full = view.held and view.held not in self.moved
+            return [] if full else [Action("pick up", view.names[own]) for own in things[:1]]
         if request.verb in ("push", "pull"):
             heavy = [own for own in things if view.table[own]["moveable"]]
             moved = [
@@ -288,7 +293,9 @@ def _threads(requests: Sequence[Request]) -> list[list[Request]]:
         same = [
             thread
             for thread in threads
-            if not request.number and any(_speaks_of(each, request) for each in thread)
+            if not request.number
+            and any(_speaks_of(each, request) for each in thread)
+            and not any(_fills_else(each, request) for each in thread)
         ]
         if same:
             same[-1].append(request)
@@ -301,6 +308,10 @@ def _speaks_of(one: Request, other: Request) -> bool:
     alike = not {*one.object_types}.isdisjoint(other.object_types) and one.name == other.name
     states = not one.states or not other.states or one.states == other.states
     return alike and states and (not other.at or one.at == other.at)
+
+
+def _fills_else(one: Request, other: Request) -> bool:
+    return one.verb == other.verb == "fill" and one.liquid != other.liquid
 
 
 def _places(view: View, request: Request, own: str, start: Table) -> list[str]:

@@ -168,6 +168,7 @@ class OrderReader(PhraseReader):
             into = Phrase(word="home")
             every = things and things[0].word == "everything"
             things = (replace(things[0], every=True),) if every else things
+        into = into or tail.lost
         return Clause(verb, things, into if verb == "put" else None, negated, tail.excluded, liquid)
 
     def state(

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from itertools import takewhile
 from typing import Any
 
-from goalscope.envs.house.answers import answered
+from goalscope.envs.house.answers import answered, asks_what_was_done
 from goalscope.envs.house.completion import completes
 from goalscope.envs.house.conditions import conditions_met
 from goalscope.envs.house.controller import Controller
@@ -285,7 +285,10 @@ class HomeRobot:
         return StepResult(action, True, f"{told}.")
 
     def answer(self, question: str) -> str | None:
-        """Answer a question about where things are and how; None for anything else."""
+        """Answer a question about things here, or what was done; None for anything else."""
+        if asks_what_was_done(question):
+            hand, *changes = self.status().replace("\n- ", "; ").splitlines()
+            return " ".join([hand, *changes]).replace(":;", ":") + ("." if changes else "")
         return answered(question, self._view.objects, self._view.names)
 
     def is_completion(self, turn: Turn) -> bool:

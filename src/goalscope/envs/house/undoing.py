@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from goalscope.envs.house.heard import HOME, Request
+from goalscope.envs.house.leave import IRREVERSIBLE
 from goalscope.envs.house.meeting import FILLS
 from goalscope.envs.house.names import the
 from goalscope.envs.house.properties import ACTS
@@ -47,8 +48,9 @@ _MEANT_ONLY = re.compile(
 )
 _OPPOSITE = {
     **{"open": "close", "close": "open", "turn on": "turn off", "turn off": "turn on"},
-    **{"put": "put", "pick up": "put"},
+    **{"put": "put", "pick up": "put", "fill": "empty"},
 }
+_LASTING = (*IRREVERSIBLE, "clean")
 
 
 def undoes(said: str) -> tuple[int, str] | None:
@@ -92,7 +94,7 @@ def inverse(request: Request, start: Mapping[str, Mapping[str, Any]]) -> Request
     return replace(
         request,
         **{"verb": verb, "object_types": kinds, "destination_types": home},
-        **{"destination_name": "", "every": several, "number": 0, "passing": False},
+        **{"destination_name": "", "every": several, "number": 0, "passing": False, "liquid": ""},
     )
 
 
@@ -102,10 +104,12 @@ def was_done(
     start: Mapping[str, Mapping[str, Any]],
 ) -> bool:
     """Whether something that the request may mean is as it asks for, and was not at the start."""
-    _, state, value = ACTS.get(request.verb, ("", "", None))
+    _, state, value = ACTS.get(request.verb, ("", "parentReceptacles", None))
     alike = [each for each in objects if each["objectType"] in request.object_types]
-    return not state or any(
-        each.get(state) == value != start.get(each["objectId"], {}).get(state) for each in alike
+    return any(
+        each.get(state) != start.get(each["objectId"], {}).get(state)
+        and (value is None or each.get(state) == value)
+        for each in alike
     )
 
 
@@ -133,22 +137,24 @@ def restoring(
             continue
         for verb in ("turn off", "turn on", "open", "close", "empty", "fill"):
             needs, state, value = ACTS[verb]
-            if thing[needs] and thing[state] != was[state] == value:
-                if thing["objectType"] != "StoveBurner":
-                    filled = (act for act, what in FILLS.items() if what == was["fillLiquid"])
-                    plan.append(Action(next(filled, verb) if verb == "fill" else verb, name))
+            able = thing[needs] and thing["objectType"] != "StoveBurner"
+            if able and thing[state] != was[state] == value:
+                filled = (act for act, what in FILLS.items() if what == was["fillLiquid"])
+                plan.append(Action(next(filled, verb) if verb == "fill" else verb, name))
         home = view.place(was)
         if thing["pickupable"] and home and (thing["isPickedUp"] or view.place(thing) != home):
             plan.append(Action("put", name, destination=home))
     held = view.names.get(view.held, "")
-    return sorted(plan, key=lambda act: (act.name != "turn off", act.target != held, act.name != "put"))
+    return sorted(
+        plan, key=lambda act: (act.name != "turn off", act.target != held, act.name != "put")
+    )
 
 
 def lasting(view: View, start: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
     """Sentences that tell what is not as it was at the start, and cannot be so again."""
     for own, thing in view.table.items():
         was = start.get(own, thing)
-        for verb, (_, state, value) in ACTS.items():
-            if verb not in _OPPOSITE and verb not in FILLS and thing[state] != was[state]:
-                if thing[state] == value and verb not in ("empty", "dirty"):
-                    yield f"I cannot undo that: {verb} {the(view.names[own])}."
+        for verb in _LASTING:
+            _, state, value = ACTS[verb]
+            if thing[state] != was[state] and thing[state] == value:
+                yield f"I cannot undo that: {verb} {the(view.names[own])}."

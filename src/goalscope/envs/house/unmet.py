@@ -7,12 +7,12 @@ from typing import Any
 
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.heard import HOME, Hearing, Request
-from goalscope.envs.house.meeting import brought, meant, met, serves
+from goalscope.envs.house.meeting import NEEDS, brought, meant, met, serves
 from goalscope.envs.house.names import are, readable, the
 from goalscope.envs.house.slices import pieces
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.view import View
-from goalscope.types import Action, StepResult
+from goalscope.types import StepResult
 
 __all__ = ["unmet"]
 
@@ -78,6 +78,8 @@ def unmet(
             yield _CRACK if whole == "Egg" else _SLICE.format(the(readable(whole)))
         elif not things:
             yield f"There {are(name)} no {' '.join([*_qualities(request), name])} here."
+        elif not any(view.table[own][NEEDS[request.verb]] for own in things):
+            yield f"I cannot {request.verb} {the(name)}."
         elif request.verb == "put" and not request.destination_types:
             yield f"I do not know where to put {_listed([request])}."
         elif (so := met(view, request, start)) and touched.isdisjoint(map(view.names.get, so)):

@@ -281,6 +281,19 @@ _REWORDED = [
     (re.compile(pattern), plain)
     for pattern, plain in (
         (
+            r"^(?:(?:no|oh|ok|okay|actually|sorry)[ ,]+)*(?:(?:no,? )?(?:wait|hang on|hold on)"
+            r"|i(?:'ve| have)? changed my mind|on second thoughts?|never ?mind)[ ,.:-]+"
+            r"(?!(?:until|till|for|about|a|\w+ing)\b)(?:so |and )?",
+            "",
+        ),
+        (
+            r",? (?:it|they|which)(?:'s|'re| is| are)(?: (?:probably|maybe|somewhere|still))* "
+            r"(?:in|on|at|inside) (?P<at>(?:the|a|my|our) [a-z]+(?: [a-z0-9]+)?)"
+            r"(?:,? (?:(?:i|we) (?:think|guess|believe|suppose)|probably|maybe))?(?=[,.;!]|$)",
+            r" from \g<at>",
+        ),
+        (r", not (?:the|that) ones? (?:from|in|on|at) (?:the|my|our) [a-z]+(?: [a-z]+)?", ""),
+        (
             r"\b(?:in|into|on|onto) (?:the |my |a )?[a-z]+(?: [a-z]+)?,? (?:no|wait|sorry|oops"
             r"|actually|no wait)\b[, ]+(?=(?:in|into|on|onto)\b)",
             "",
@@ -288,7 +301,8 @@ _REWORDED = [
         (r",? (?:would|could|can|will) you(?: please)?\?$", " please"),
         (r"\btake (?:your time|care|a (?:seat|break|look))\b", ""),
         (
-            r"\bput (?:it all|them all|all (?:of )?(?:it|them|that|this|those|the things)|all) back\b",
+            r"\bput (?:it all|them all|all (?:of )?(?:it|them|that|this|those|the things)|all)"
+            r" back\b",
             "put everything back",
         ),
         (r"\bcoff?e+\b", "coffee"),
