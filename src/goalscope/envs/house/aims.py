@@ -17,7 +17,7 @@ _AIM = re.compile(
     r"|help)\b.*"
     rf"|clean(?: up)?(?: {_OUR} (?:\w+ )?{_ROOM})?(?: up)?"
     rf"|(?:make|cook|serve)(?: me| us| him| her| them)? (?:{_OUR}|{_MEAL})\b.*"
-    r"|set(?: up)? (?:(?!(?:on|in|off|fire|free)\b)\w+(?: |$))+"
+    r"|set(?: up)? (?:(?!(?:on|in|off|to|fire|free)\b)\w+(?: |$))+"
     rf"|lay {_OUR} \w+(?: for .*)?"
     r"|get (?:\w+ ){1,3}ready\b.*"
     r"|(?:bring|get|give|fetch|find|hand|grab)(?: me| us)? (?:something|anything)\b.*"

@@ -150,8 +150,11 @@ class _Listener(Standing):
             self.permitted.clear()
         self.permit(parse_plain(text, self.count))
         self.asked += self.newest
-        lost = not (self.newest or self.missed or undone) and bool(self.order.verb)
-        if lost and _OTHER.fullmatch(said) and not is_remark(text):
+        silent = not (self.newest or self.missed or undone)
+        aims = self.exact and is_aim(said.rstrip(" .!"))
+        other = self.order.verb and _OTHER.fullmatch(said) and not is_remark(text)
+        if silent and (aims or other):
+            self.exact = False
             self.puzzle(Clause("", said=" ".join(text.split()).rstrip(" .!")))
         ordered = self.newest[undoing:]
         if ordered or not (undone or (self.exact and self.wanted == before)):
@@ -372,7 +375,8 @@ class _Listener(Standing):
         if not clause.said or clause.later or clause.negated or not (nothing or unknown):
             return
         lacks = [thing.said for thing in named if thing.word == "unknown"]
-        if clause.verb in NEEDS and len(lacks) == 1 and lacks[0] and not is_aim(clause.said):
+        whole = clause.verb in NEEDS and (clause.verb != "put" or clause.place)
+        if whole and len(lacks) == 1 and lacks[0] and not is_aim(clause.said):
             self.missed.append(f"There {are(lacks[0])} no {lacks[0]} here.")
             self.stuck = True
             return
