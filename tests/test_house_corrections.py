@@ -134,6 +134,7 @@ def test_everything_is_undone_also_what_nobody_asked_for() -> None:
         Action("put", "newspaper", destination="sofa"),
         Action("turn off", "desk lamp"),
         Action("open", "drawer 1"),
+        Action("put", "vase", destination="box"),
         Action("pick up", "remote control"),
     ):
         assert robot.step(action).ok

@@ -151,7 +151,7 @@ class _Listener(Standing):
         self.permit(parse_plain(text, self.count))
         self.asked += self.newest
         silent = not (self.newest or self.missed or undone)
-        aims = self.exact and is_aim(said.rstrip(" .!"))
+        aims = self.exact and is_aim(said.rstrip(" .!")) and v.LATER not in v.normal(text)
         other = self.order.verb and _OTHER.fullmatch(said) and not is_remark(text)
         if silent and (aims or other):
             self.exact = False

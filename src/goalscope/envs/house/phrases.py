@@ -275,7 +275,7 @@ class PhraseReader:
             i += 1
         said = self.words[start:i]
         word = next((w for w in reversed(said) if w in v.PRONOUNS), "")
-        if word and zero:
+        if word and (zero or ("other" in said and word in ("one", "ones"))):
             return Phrase(word="unknown"), i
         if word:
             number = 0 if word == "it" else number

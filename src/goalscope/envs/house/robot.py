@@ -227,8 +227,10 @@ class HomeRobot:
         if hearing.undone == "all":
             told = (*lasting(self._view, self._start), *told)
         all_told = list(dict.fromkeys((*missed, *told)))
-        if hearing.undone and not (results or hearing.newest or all_told):
-            all_told = [NOTHING if hearing.undone == "all" else UNKNOWN]
+        if hearing.undone == "guessed" and not (results or hearing.newest or all_told):
+            all_told = [UNKNOWN]
+        if hearing.undone == "all" and not (results or any(self._view.changes(self._start))):
+            all_told = [NOTHING]
         more = len(all_told) - _TOLD
         return all_told if more <= 0 else [*all_told[:_TOLD], f"And {more} more of that kind."]
 
