@@ -10,7 +10,7 @@ from goalscope.envs.house.names import are, names, naming, the
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.speech import LEAD, evened
 
-__all__ = ["ABLE", "answered"]
+__all__ = ["ABLE", "answered", "asks_what_was_done"]
 
 _NAMED = 5
 """Things that an answer names at most."""
@@ -53,6 +53,11 @@ _ABLE = re.compile(
     r"(?: (?:for (?:me|us)|here))?"
     r"|what are you able to do|how can you help(?: (?:me|us))?|help)"
 )
+_DONE = re.compile(
+    rf"{LEAD}what (?:all )?(?:(?:did|have) you (?:just |already )?(?:do|done|changed?|moved?)"
+    r"|(?:has|have|was|is|'s) (?:been )?(?:changed|moved|done))(?: so far| here| just now| now"
+    r"| (?:with|to) .{1,60})?"
+)
 ABLE = (
     "I can fetch things and put them elsewhere, open and close, turn on and off, clean, fill and "
     "empty; slicing, cooking and breaking only if you ask for it."
@@ -66,6 +71,11 @@ _INNER = frozenset({
 """Receptacles that things are in, besides those that open."""
 
 Object = Mapping[str, Any]
+
+
+def asks_what_was_done(question: str) -> bool:
+    """Whether it is a question such as "What did you do?"."""
+    return bool(_DONE.fullmatch(evened(question)[:300].rstrip(" ?!.")))
 
 
 def answered(

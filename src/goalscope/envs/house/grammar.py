@@ -198,6 +198,7 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
             clause = replace(clause, verb="put") if stays else clause
         loose = reader.loose
         corrects = clause.verb == "same" and bool({*words} & v.CORRECTS)
+        corrects = corrects or (bool(clause.verb) and [*part, ""][-2:-1] == ["instead"])
         plain = clause.plain and not later
         found.append(replace(clause, corrects=corrects, later=later, plain=plain, said=said))
         found += [replace(found[-1], verb=verb, plain=False) for verb in reader.also]
@@ -243,9 +244,14 @@ class _Reader(OrderReader):
         lead = {*self.words[start:first]}
         known = self.verb(first, v.BASE) and (
             self.at(first) not in v.SAID_OF_ALL
-            or (self.at(first) in v.MAKES and self.at(first + 1) in v.ARTICLES | {"me", "us"})
+            or (
+                self.at(first) in v.MAKES
+                and self.at(first + 1 + (self.at(first + 1) in v.PARTICLES))
+                in v.ARTICLES | v.MEALS | {"me", "us"}
+            )
         )
         known = known or self.at(first) == "do"
+        known = known or (self.at(first) in v.AIMS | v.WILD)
         if lead & (v.STATING | v.NEGATIONS) or not (known or self.commands(first)):
             return ""
         end = self.rest or len(self.words)
@@ -256,13 +262,17 @@ class _Reader(OrderReader):
             "too",
         ):
             end -= 1
-        return " ".join(self.words[first:end]).replace(" ,", ",") if end > first + 1 else ""
+        return (
+            " ".join(self.words[first:end]).replace(" ,", ",")
+            if end > first + (self.at(first) not in v.AIMS | v.WILD)
+            else ""
+        )
 
     def commands(self, i: int) -> bool:
         """Whether the word at `i` is plainly a verb that is not known: "play the guitar"."""
         word = self.at(i)
         return (
-            self.at(i + 1 + (self.at(i + 1) in v.PARTICLES)) in v.ARTICLES
+            self.at(i + 1 + (self.at(i + 1) in v.PARTICLES)) in v.ARTICLES | v.ONESELF
             and word not in v.STOPS | v.NOT_ORDERED | v.DETERMINERS | v.FILLERS | v.EACH
             and (word.endswith("eed") or not word.endswith(("s", "ing", "ed", "ly")))
             and len(word) > 2

@@ -65,6 +65,11 @@ class Hearing:
         newest: What of it the newest words asked for.
         missed: Of the newest words, the orders of which nothing could be made, a sentence each.
         exact: Whether the newest words are nothing but orders, refusals, questions and remarks.
+        asked: All that was ever asked for, as often as it was.
+        stuck: Whether an order of the newest words cannot be followed, or was not understood and
+            is no aim such as "tidy up".
+        undone: What the newest words undo besides orders: "all" that is not as it was, what was
+            "guessed" last, or "".
     """
 
     wanted: tuple[Request, ...] = ()
@@ -75,6 +80,9 @@ class Hearing:
     newest: tuple[Request, ...] = ()
     missed: tuple[str, ...] = ()
     exact: bool = False
+    asked: tuple[Request, ...] = ()
+    stuck: bool = False
+    undone: str = ""
 
     def permits(self, verb: str, object_type: str, name: str = "", done: int = 0) -> bool:
         """Whether the person asked in plain words for this act, or said yes to it.

@@ -10,16 +10,18 @@ from typing import Any
 
 from goalscope.envs.house import leave
 from goalscope.envs.house import vocabulary as v
+from goalscope.envs.house.aims import is_aim
 from goalscope.envs.house.completion import completes
 from goalscope.envs.house.grammar import is_exact, parse, parse_plain, sentences
 from goalscope.envs.house.heard import HOME, Hearing, Leave, Request
 from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
+from goalscope.envs.house.meeting import NEEDS
 from goalscope.envs.house.names import are, names, readable, the
 from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase, PhraseReader, first_named
 from goalscope.envs.house.referents import TO_SLICES
 from goalscope.envs.house.standing import Standing
-from goalscope.envs.house.undoing import inverse, meant_only, undoes, was_done
+from goalscope.envs.house.undoing import NOTHING, UNKNOWN, inverse, meant_only, undoes, was_done
 from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import evened, lowered
 from goalscope.types import Turn
@@ -35,6 +37,15 @@ _OTHER_PLACE = re.compile(
 
 _HOW_MANY = v.NUMBERS.keys() | v.PRONOUNS | {"of"}
 """Words that tell of how many things alone, and not which."""
+
+_OTHER = re.compile(
+    r"(?!i\b|i'd|we\b|let|don't|do not|never)[^?]*(?:\binstead|(?<!not )\bthe other ones?)"
+    r"(?: please)?[ .!]*"
+)
+"""What corrects the last order, if anything can be made of it."""
+
+_IT = frozenset(("it", "that", "this", "them", "those"))
+"""Words for what was spoken of last."""
 
 _ELLIPTIC = frozenset(("put", "clean", "slice", "cook", "fill"))
 """Verbs that may stand without saying what: "rinse with water"."""
@@ -66,6 +77,9 @@ def hear(
         tuple(request for request in listener.wanted if request in listener.newest),
         tuple(dict.fromkeys(listener.missed)),
         listener.exact,
+        tuple(listener.asked),
+        listener.stuck,
+        listener.undone,
     )
 
 
@@ -79,6 +93,11 @@ class _Listener(Standing):
         missed: See `Hearing.missed`.
         exact: See `Hearing.exact`.
         staying: See `Hearing.staying`.
+        asked: See `Hearing.asked`.
+        stuck: See `Hearing.stuck`.
+        undone: See `Hearing.undone`.
+        queried: What the agent's last question named first.
+        acted: The things of the last order.
         orders: For each utterance that was no remark, what stood before it, and what it asked for;
             nothing if that was an aim.
     """
@@ -88,6 +107,11 @@ class _Listener(Standing):
     missed: list[str] = field(default_factory=list[str], init=False)
     exact: bool = field(default=False, init=False)
     staying: set[str] = field(default_factory=set[str], init=False)
+    stuck: bool = field(default=False, init=False)
+    undone: str = field(default="", init=False)
+    queried: Phrase | None = field(default=None, init=False)
+    acted: list[Phrase] = field(default_factory=list[Phrase], init=False)
+    asked: list[Request] = field(default_factory=list[Request], init=False)
     orders: list[tuple[list[Request], list[Request]]] = field(
         default_factory=list[tuple[list[Request], list[Request]]], init=False
     )
@@ -95,17 +119,20 @@ class _Listener(Standing):
     def hear(self, turn: Turn) -> None:
         """Take in one turn."""
         self.wanted = [old for old in self.wanted if not old.passing]
-        self.newest, self.missed = [], []
+        self.newest, self.missed, self.stuck = [], [], False
         if asked := first_named(turn.query, self.count):
             self.last = self.recent = [asked]
+        self.queried = asked
         text = self.replied(turn)
         self.exact = is_exact(text, self.count, repeats=bool(self.order.verb))
         said = lowered(text)
         undone, before = undoes(evened(text)), [*self.wanted]
+        self.undone = ""
         if undone:
             self.permitted.clear()
-            self.undo(len(self.orders) if undone == "all" else 1)
-            text = " ".join(each for each in sentences(text) if not is_remark(each))
+            number, rest = undone
+            self.undo(number)
+            text = " ".join(each for each in sentences(rest) if not is_remark(each))
             before = [*self.wanted]
         elif leave.takes_back(said):
             self.permitted.clear()
@@ -122,25 +149,45 @@ class _Listener(Standing):
         if leave.doubts(said) and not ruled_out:
             self.permitted.clear()
         self.permit(parse_plain(text, self.count))
-        asked = self.newest[undoing:]
-        if asked or not (undone or (self.exact and self.wanted == before)):
-            self.orders.append((before, asked))
+        self.asked += self.newest
+        silent = not (self.newest or self.missed or undone)
+        aims = self.exact and is_aim(said.rstrip(" .!")) and v.LATER not in v.normal(text)
+        other = self.order.verb and _OTHER.fullmatch(said) and not is_remark(text)
+        if silent and (aims or other):
+            self.exact = False
+            self.puzzle(Clause("", said=" ".join(text.split()).rstrip(" .!")))
+        ordered = self.newest[undoing:]
+        if ordered or not (undone or (self.exact and self.wanted == before)):
+            self.orders.append((before, ordered))
 
     def undo(self, number: int) -> None:
-        """Go back to what stood before the last orders; what cannot be undone is kept as missed."""
-        first = len(self.orders) - number
-        undone, self.exact = self.orders[max(first, 0) :], True
-        if first < 0 or (number == 1 and not undone[0][1]):
-            self.missed.append("I do not know what to undo: tell me what should be as it was.")
+        """Go back to what stood before the last orders, 0 for all of them.
+
+        What cannot be undone is kept as missed; what was done for an aim the robot must know.
+        """
+        self.exact = True
+        if not number:
+            self.undone, self.wanted = "all", []
+            self.orders.clear()
             return
-        del self.orders[first:]
-        stood, self.wanted = undone[0][0] if undone else [], []
+        first = len(self.orders) - number
+        undone = self.orders[max(first, 0) :]
+        if first < 0 and number == 1:
+            self.missed.append(UNKNOWN)
+            return
+        if not all(asked for _, asked in undone):
+            self.undone = "guessed"
+            if number == 1:
+                return
+        del self.orders[max(first, 0) :]
+        stood, displaced, self.wanted = undone[0][0] if undone else [], self.wanted, []
         for request in (each for _, orders in reversed(undone) for each in reversed(orders)):
             self.reverse(request)
         for old in stood:
             self.add(old, len(self.wanted))
-        if number == 1 and not (self.newest or self.missed):
-            self.missed.append("There is nothing to undo.")
+        self.asked += [old for old in stood if old not in displaced]
+        if not (self.newest or self.missed or self.undone):
+            self.missed.append(NOTHING)
 
     def reverse(self, request: Request) -> None:
         """Ask for the inverse of a request; where it has none and was met, keep that as missed."""
@@ -233,9 +280,10 @@ class _Listener(Standing):
             again = replace(
                 self.order, things=clause.things, place=clause.place or self.order.place
             )
-            if clause.corrects:
-                self.wanted = [old for old in self.wanted if old not in self.fresh]
+            self.correct(clause)
             clause = replace(again, excluded=(), liquid=again.liquid if again.things else "")
+        elif clause.verb == self.order.verb:
+            self.correct(clause)
         said = clause.things or ((Phrase(word="them"),) if clause.verb in _ELLIPTIC else ())
         if not clause.things and clause.verb == "put" and not clause.place:
             said = ()
@@ -244,6 +292,14 @@ class _Listener(Standing):
             for phrase in said
             for found in self.meant(phrase, clause.verb)
         ]
+        home = bool(clause.place and clause.place.word == "home")
+        if (
+            home
+            and self.queried
+            and self.recent == [self.queried]
+            and any(each.word in _IT for each in said)
+        ):
+            things = self.acted or things
         self.miss(clause, things)
         if clause.place and clause.place.word == "there" and not self.place:
             clause = replace(clause, place=None)
@@ -292,19 +348,44 @@ class _Listener(Standing):
                 self.narrow(replace(other, states=thing.states))
         if clause.things and things:
             self.last = things
+            self.acted = things if clause.verb else self.acted
         if place and clause.verb:
             self.recent = [place]
             self.place = place
         self.recent = [*self.recent, *things][-4:] if clause.verb else things or self.recent
         return len(self.wanted)
 
+    def correct(self, clause: Clause) -> None:
+        """Take back the last requests where a clause takes their place; it names other things."""
+        named = {kind for thing in clause.things for kind in thing.types}
+        if not clause.corrects or not named:
+            return
+        alike = [old for old in self.fresh if not named.isdisjoint(old.object_types)]
+        wrong = alike or self.fresh
+        self.wanted = [old for old in self.wanted if old not in wrong]
+        for old in wrong:
+            if old not in self.newest and was_done(old, self.objects, self.start):
+                self.reverse(old)
+
     def miss(self, clause: Clause, things: Sequence[Phrase]) -> None:
         """Keep that nothing could be made of an order, or of a thing in it."""
         named = (*clause.things, *((clause.place,) if clause.place else ()))
         unknown = any(thing.word == "unknown" for thing in named)
         nothing = not things if clause.verb else not clause.things
-        if clause.said and not (clause.later or clause.negated) and (nothing or unknown):
-            self.missed.append(_not_understood(clause))
+        if not clause.said or clause.later or clause.negated or not (nothing or unknown):
+            return
+        lacks = [thing.said for thing in named if thing.word == "unknown"]
+        whole = clause.verb in NEEDS and (clause.verb != "put" or clause.place)
+        if whole and len(lacks) == 1 and lacks[0] and not is_aim(clause.said):
+            self.missed.append(f"There {are(lacks[0])} no {lacks[0]} here.")
+            self.stuck = True
+            return
+        self.puzzle(clause)
+
+    def puzzle(self, clause: Clause) -> None:
+        """Keep that an order was not understood."""
+        self.missed.append(f"I did not understand: {shorten(clause.said, 80, placeholder=' ...')}.")
+        self.stuck = self.stuck or not is_aim(clause.said)
 
     def lacking(self, clause: Clause, said: Sequence[Phrase], lacks: Phrase | None) -> None:
         """Keep why an order cannot be carried out: no such thing is here, or it is not for that."""
@@ -316,8 +397,10 @@ class _Listener(Standing):
         carried = clause.verb in ("put", "pick up")
         if lacks not in (*said, clause.place) and (carried or fresh.isdisjoint(here)):
             if not self.missed:
-                self.missed.append(_not_understood(clause))
-        elif not here:
+                self.puzzle(clause)
+            return
+        self.stuck = True
+        if not here:
             self.missed.append(f"There {are(name)} no {name.removeprefix('the ')} here.")
         elif lacks is clause.place:
             self.missed.append(f"I cannot put anything in or on {name}.")
@@ -362,7 +445,3 @@ class _Listener(Standing):
                 self.refuse(verb, thing.types)
         if everything:
             self.refuse(verb, tuple(self.count))
-
-
-def _not_understood(clause: Clause) -> str:
-    return f"I did not understand: {shorten(clause.said, 80, placeholder=' ...')}."

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from goalscope.envs.house.heard import HOME, Request
+from goalscope.envs.house.heard import HOME, Hearing, Request
 from goalscope.envs.house.object_types import SINGLE
 from goalscope.envs.house.properties import ACTS, PREDICATES
 from goalscope.envs.house.state import innermost, is_whole
 from goalscope.envs.house.view import View
 from goalscope.types import Action
 
-__all__ = ["FILLS", "NEEDS", "brought", "meant", "meet", "met", "settled", "stood_on"]
+__all__ = ["FILLS", "NEEDS", "brought", "meant", "meet", "met", "serves", "settled", "spent"]
+__all__ += ["stood_on"]
 
 FILLS = {"fill": "water", "fill with coffee": "coffee", "fill with wine": "wine"}
 """What the actions that fill something fill it with."""
@@ -27,7 +29,9 @@ NEEDS = {
 Table = Mapping[str, Mapping[str, Any]]
 
 
-def meet(view: View, wanted: Sequence[Request], start: Table) -> list[Action]:
+def meet(
+    view: View, wanted: Sequence[Request], start: Table, over: Collection[Request] = ()
+) -> list[Action]:
     """The actions that requests still need, in the order in which they were said.
 
     Each is judged by the house as it will be after those before it: what is to go to the sink and
@@ -39,18 +43,51 @@ def meet(view: View, wanted: Sequence[Request], start: Table) -> list[Action]:
         view: The house.
         wanted: What the person asks for.
         start: Metadata by id, of the start: what is otherwise now has been done.
+        over: Requests that only tell what later ones speak of.
     """
-    several = len(brought(wanted)) > 1
-    kept = () if several else brought(wanted)
+    carried = brought(wanted, over, view.held_type)
+    kept = carried if len(carried) < 2 else ()
     possible = [each for each in wanted if each.verb != "pick up" or each in kept]
     house = _Foreseen(view, start)
     house.bind(possible)
     plan: list[Action] = []
     for request in possible:
-        for action in house.needed(request):
+        for action in house.needed(request) if request not in over else ():
             if action.name == "put" or action not in plan:
                 plan.append(action)
     return plan
+
+
+def spent(first: View, view: View, hearing: Hearing, done: Sequence[Action]) -> Iterator[Request]:
+    """The requests of earlier words that were met once, or were so from the start.
+
+    Args:
+        first: The house at the start.
+        view: The house now.
+        hearing: What the person said.
+        done: All that was done since the start.
+    """
+    for request in hearing.wanted:
+        if request in hearing.newest:
+            continue
+        served = [action.target for action in done if serves(view, action, request)]
+        times = max(hearing.asked.count(replace(request, passing=False)), 1)
+        enough = len(served) >= times * max(request.number, 1)
+        if request.every:
+            lacking = meet(view, [request], first.table)
+            enough = {action.target for action in lacking} <= {*served}
+        home = request.destination_types == (HOME,)
+        if enough or (not home and met(first, request, first.table)):
+            yield request
+
+
+def serves(view: View, action: Action, request: Request) -> bool:
+    """Whether the action is one that the request asks for, or more."""
+    asked = ("put", "pick up") if request.verb == "pick up" else (request.verb,)
+    name = "fill" if action.name.startswith("fill") else action.name
+    places = request.destination_types if request.verb == "put" else ()
+    there = not places or places == (HOME,) or view.type_of(action.destination) in places
+    return name in asked and view.type_of(action.target) in request.object_types and there
 
 
 def met(view: View, request: Request, start: Table) -> list[str]:
@@ -68,8 +105,14 @@ def met(view: View, request: Request, start: Table) -> list[str]:
     return so if request.every else so[: max(request.number, 1)]
 
 
-def brought(wanted: Sequence[Request]) -> list[Request]:
-    """The requests to bring something that are not only for what is done with it next."""
+def brought(
+    wanted: Sequence[Request], over: Collection[Request] = (), held: str = ""
+) -> list[Request]:
+    """The requests to bring something that are not only for what is done with it next.
+
+    Those that are over count only while the hand holds something of the type that they name.
+    """
+    wanted = [each for each in wanted if each not in over or held in each.object_types]
     return [
         request
         for thread in _threads(wanted)
@@ -146,20 +189,26 @@ class _Foreseen:
     ) -> tuple[Any, ...]:
         """How well a thing fits requests: by what was done to it, and what it lacks."""
         free = not any((request.verb, own) in used for request in thread)
+        apt = not any(self.holds_else(request, own) for request in thread)
         done = sum(self.done(request, own) for request in thread)
         was, now = self.start.get(own), self.view.table[own]
         touched = was is None or any(was[key] != now[key] for key in PREDICATES)
         needs = tuple(self.lacks(request, own) for request in thread)
-        return may.count(own), free, done, touched and not thread[0].number, needs
+        return may.count(own), free, apt, done, touched and not thread[0].number, needs
 
     def done(self, request: Request, own: str) -> bool:
         """Whether the request is met for the thing, and was not from the start.
 
         What was asked of any one, such as "a mug", may have been so.
         """
-        if self.lacks(request, own):
+        if self.lacks(request, own) or self.holds_else(request, own):
             return False
         return bool(request.number) or self.lacks(request, own, self.start)
+
+    def holds_else(self, request: Request, own: str) -> bool:
+        """Whether the thing is to be filled with a liquid, and another is in it."""
+        liquid = self.view.table[own]["fillLiquid"]
+        return bool(request.liquid and liquid) and liquid != request.liquid
 
     def lacks(self, request: Request, own: str, table: Table | None = None) -> bool:
         """Whether the request is still to be met for the thing; by the `table`, if one is given."""
@@ -196,7 +245,8 @@ class _Foreseen:
             things = [one] if one in things else []
         many = len(things) if request.every else max(request.number, 1)
         if request.verb == "pick up":
-            return [] if view.held else [Action("pick up", view.names[own]) for own in things[:1]]
+            full = view.held and view.held not in self.moved
+            return [] if full else [Action("pick up", view.names[own]) for own in things[:1]]
         if request.verb in ("push", "pull"):
             heavy = [own for own in things if view.table[own]["moveable"]]
             moved = [
@@ -243,7 +293,9 @@ def _threads(requests: Sequence[Request]) -> list[list[Request]]:
         same = [
             thread
             for thread in threads
-            if not request.number and any(_speaks_of(each, request) for each in thread)
+            if not request.number
+            and any(_speaks_of(each, request) for each in thread)
+            and not any(_fills_else(each, request) for each in thread)
         ]
         if same:
             same[-1].append(request)
@@ -256,6 +308,10 @@ def _speaks_of(one: Request, other: Request) -> bool:
     alike = not {*one.object_types}.isdisjoint(other.object_types) and one.name == other.name
     states = not one.states or not other.states or one.states == other.states
     return alike and states and (not other.at or one.at == other.at)
+
+
+def _fills_else(one: Request, other: Request) -> bool:
+    return one.verb == other.verb == "fill" and one.liquid != other.liquid
 
 
 def _places(view: View, request: Request, own: str, start: Table) -> list[str]:

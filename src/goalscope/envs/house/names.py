@@ -82,7 +82,8 @@ _WORDS = {
     "Sink": "sink, wash basin, washbasin",
     "SinkBasin": "sink basin, sink, basin, wash basin",
     "SoapBar": "bar of soap, soap bar, soap",
-    "SoapBottle": "soap bottle, bottle of soap, soap, dish soap, soap dispenser",
+    "SoapBottle": "soap bottle, bottle of soap, soap, dish soap, soap dispenser, liquid soap,"
+    " hand soap",
     "Sofa": "sofa, couch",
     "SprayBottle": "spray bottle, spray",
     "Statue": "statue, sculpture, figurine",

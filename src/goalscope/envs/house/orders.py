@@ -148,6 +148,8 @@ class OrderReader(PhraseReader):
             if into and "GarbageCan" not in into.types:
                 tail.source, into = into, None
             into = into or Phrase(("GarbageCan",))
+        elif verb == "put" and said in v.THROWS and tail.source and not into:
+            verb = said
         if said in v.LOCKS:
             into = into or Phrase(("Safe",))
         away = tail.source if verb == "put" or not into else into
@@ -166,6 +168,7 @@ class OrderReader(PhraseReader):
             into = Phrase(word="home")
             every = things and things[0].word == "everything"
             things = (replace(things[0], every=True),) if every else things
+        into = into or tail.lost
         return Clause(verb, things, into if verb == "put" else None, negated, tail.excluded, liquid)
 
     def state(

@@ -36,6 +36,7 @@ class Phrase:
         states: What it is like, as names and values of AI2-THOR's metadata.
         described: Whether only such of its kind are meant as an adjective or a place tells.
         at: Types of the place where it is: "the mug on the table".
+        said: The words of what is unknown.
     """
 
     types: tuple[str, ...] = ()
@@ -48,6 +49,7 @@ class Phrase:
     states: tuple[tuple[str, bool | str], ...] = ()
     described: bool = False
     at: tuple[str, ...] = ()
+    said: str = ""
 
     @property
     def is_named(self) -> bool:
@@ -61,7 +63,8 @@ class Tail:
 
     Of two places the first may be where it is: "the mug on the table in the sink".
 
-    `aside` tells whether there is one more place: "next to the sink".
+    `aside` tells whether there is one more place: "next to the sink"; `lost` is a place that the
+    grammar does not know.
     """
 
     into: Phrase | None = None
@@ -72,6 +75,7 @@ class Tail:
     liquid: str = ""
     listed: tuple[Phrase, ...] = ()
     aside: bool = False
+    lost: Phrase | None = None
 
 
 def first_named(text: str, here: Collection[str] = ()) -> Phrase | None:
@@ -172,7 +176,8 @@ class PhraseReader:
                 i = max(end, start)
             else:
                 place, said, i = self.places(i)
-                self.leftover |= bool(place and place.word == "unknown")
+                if place and place.word == "unknown":
+                    self.leftover, tail.lost = True, place
                 if place and place.word != "unknown":
                     first = tail.into
                     if first and first.types and _leads_on(first, tail.by, place, said):
@@ -270,7 +275,7 @@ class PhraseReader:
             i += 1
         said = self.words[start:i]
         word = next((w for w in reversed(said) if w in v.PRONOUNS), "")
-        if word and zero:
+        if word and (zero or ("other" in said and word in ("one", "ones"))):
             return Phrase(word="unknown"), i
         if word:
             number = 0 if word == "it" else number
@@ -331,7 +336,8 @@ class PhraseReader:
             if inner and inner.types:
                 self.leftover = True
                 return inner, inner_end
-        return (Phrase(word="unknown"), end) if end > i else (None, i)
+        said = " ".join(self.words[i:end])
+        return (Phrase(word="unknown", said=said), end) if end > i else (None, i)
 
 
 def _leads_on(first: Phrase, by: str, second: Phrase, said: str) -> bool:

@@ -94,7 +94,10 @@ class Primitives:
 
     def put(self, object_id: str, place: str) -> None:
         """Bring the object to the place; what is closed is opened for it, and closed again."""
-        if place in (self._object(object_id)["parentReceptacles"] or ()):
+        thing, known = self._object(object_id), by_id(self.metadata["objects"])
+        around = innermost(thing, known)
+        loose = bool(around) and around != place and known[around]["pickupable"]
+        if place in (thing["parentReceptacles"] or ()) and not loose:
             raise Refusal("It is there already.")
         self.pick_up(object_id)
         opened = [*self._open_parents(place), *self._open(place)]

@@ -6,19 +6,21 @@ import hashlib
 import json
 import math
 from collections.abc import Sequence
+from itertools import takewhile
 from typing import Any
 
-from goalscope.envs.house.answers import answered
+from goalscope.envs.house.answers import answered, asks_what_was_done
 from goalscope.envs.house.completion import completes
 from goalscope.envs.house.conditions import conditions_met
 from goalscope.envs.house.controller import Controller
-from goalscope.envs.house.hearing import IRREVERSIBLE, Hearing, ask_permission, hear
-from goalscope.envs.house.meeting import FILLS, brought, meet, settled
+from goalscope.envs.house.hearing import IRREVERSIBLE, Hearing, Request, ask_permission, hear
+from goalscope.envs.house.meeting import FILLS, brought, meet, serves, settled, spent
 from goalscope.envs.house.names import mentioned, readable, the
 from goalscope.envs.house.offers import NAMES, cooks, is_refused, possible, returns
 from goalscope.envs.house.primitives import Primitives, Refusal
 from goalscope.envs.house.properties import ACTS, LASTING, PREDICATES
 from goalscope.envs.house.state import is_whole
+from goalscope.envs.house.undoing import NOTHING, UNKNOWN, lasting, restoring
 from goalscope.envs.house.unmet import unmet
 from goalscope.envs.house.view import View
 from goalscope.types import Action, GoalscopeError, Profile, StepResult, Turn
@@ -53,7 +55,8 @@ class HomeRobot:
         self._primitives = Primitives(controller)
         self.notes = tuple(notes)
         self._view = View(self.metadata)
-        self._start = self._view.table
+        self._first, self._start = self._view, self._view.table
+        self._done: list[Action] = []
         self._spots: dict[str, list[tuple[list[float], str]]] = {}
         self.fingerprint()
 
@@ -79,6 +82,7 @@ class HomeRobot:
         """Take the scene back to its start."""
         self._primitives.reset()
         self._view = View(self.metadata)
+        self._done.clear()
 
     @property
     def names(self) -> dict[str, str]:
@@ -184,30 +188,49 @@ class HomeRobot:
         """What the person asked for outright, as far as it is not so already.
 
         What was moved and is ruled out since goes back to where it was. A hand holds one thing:
-        where several are to be brought, the goals tell where to.
+        where several are to be brought, the goals tell where to. What was met once is not met anew
+        because something else has changed it; and nothing is done for who says that all is done.
         """
+        if turns and completes(turns[-1].utterance):
+            return []
         hearing = self._hear(turns)
+        over = self._over(hearing)
         plan = [
             action
-            for action in meet(self._view, hearing.wanted, self._start)
+            for action in meet(self._view, hearing.wanted, self._start, over)
             if not is_refused(self._view, action, hearing)
         ]
         asked = {action.target for action in plan}
-        back = returns(self._view, self._start, hearing)
+        back = [*self._undone(hearing), *returns(self._view, self._start, hearing)]
         return [action for action in back if action.target not in asked] + plan
 
     def is_order(self, turns: Sequence[Turn]) -> bool:
-        """Whether the newest words are nothing but orders and refusals that were understood."""
+        """Whether the newest words leave nothing to guess.
+
+        They are nothing but orders and refusals that were understood; or one of them cannot be
+        followed, or was not understood, and what was meant by it must be said.
+        """
         hearing = self._hear(turns)
-        if len(brought(hearing.wanted)) > 1 and self._speaks_of_furniture(turns):
+        carried = brought(hearing.wanted, self._over(hearing), self._view.held_type)
+        if len(carried) > 1 and self._speaks_of_furniture(turns):
             return False  # things go where the goals tell
-        return hearing.exact
+        return hearing.exact or hearing.stuck
 
     def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
-        """What the newest turn asks for outright and did not get, one sentence each."""
+        """What the newest turn asks for outright and did not get, one sentence each.
+
+        Of an aim such as "tidy up" nothing is told where something was done for it.
+        """
         hearing = self._hear(turns)
-        told = unmet(self._view, hearing, results, self._start)
-        all_told = list(dict.fromkeys((*hearing.missed, *told)))
+        missed = () if results and not (hearing.stuck or hearing.newest) else hearing.missed
+        told = unmet(self._view, hearing, results, self._start, self._over(hearing))
+        if hearing.undone == "all":
+            told = (*lasting(self._view, self._start), *told)
+        all_told = list(dict.fromkeys((*missed, *told)))
+        if hearing.undone == "guessed" and not (results or hearing.newest or all_told):
+            all_told = [UNKNOWN]
+        if hearing.undone == "all" and not (results or any(self._view.changes(self._start))):
+            all_told = [NOTHING]
         more = len(all_told) - _TOLD
         return all_told if more <= 0 else [*all_told[:_TOLD], f"And {more} more of that kind."]
 
@@ -251,6 +274,7 @@ class HomeRobot:
                     "house is not as it was. The robot stops; look at the house, and start anew."
                 ) from None
             return StepResult(action, False, self._named(str(refusal)))
+        self._done.append(action)
         old, self._view = self._view, View(self.metadata, self._view.names)
         besides = map(self._named, self._primitives.told())
         told = "; ".join([self._view.told(own, old.table[own]), *besides])
@@ -263,7 +287,10 @@ class HomeRobot:
         return StepResult(action, True, f"{told}.")
 
     def answer(self, question: str) -> str | None:
-        """Answer a question about where things are and how; None for anything else."""
+        """Answer a question about things here, or what was done; None for anything else."""
+        if asks_what_was_done(question):
+            hand, *changes = self.status().replace("\n- ", "; ").splitlines()
+            return " ".join([hand, *changes]).replace(":;", ":") + ("." if changes else "")
         return answered(question, self._view.objects, self._view.names)
 
     def is_completion(self, turn: Turn) -> bool:
@@ -295,6 +322,20 @@ class HomeRobot:
 
     def _hear(self, turns: Sequence[Turn]) -> Hearing:
         return hear(turns, self._view.objects, self._view.names, self._start)
+
+    def _undone(self, hearing: Hearing) -> list[Action]:
+        """What brings back what was done besides the orders that are undone, too."""
+        if hearing.undone != "guessed":
+            return restoring(self._view, self._start) if hearing.undone else []
+        unasked = takewhile(
+            lambda act: not any(serves(self._view, act, each) for each in hearing.asked),
+            reversed(self._done),
+        )
+        return restoring(self._view, self._start, {action.target for action in unasked})
+
+    def _over(self, hearing: Hearing) -> list[Request]:
+        """Requests of earlier words that were met once."""
+        return [*spent(self._first, self._view, hearing, self._done)]
 
     def _do(self, action: Action, own: str, place: str) -> None:
         robot = self._primitives

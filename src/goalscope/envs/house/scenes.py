@@ -137,6 +137,8 @@ def _check_is_free(title: str, force: bool) -> None:
 def load_scene(name: str) -> Scene:
     """The scene of this name ("Kitchen1"), or in this file ("scenes/FloorPlan1_physics.json.gz").
 
+    Upper and lower case are one where only one scene has such a name.
+
     Raises:
         InvalidInputError: There is no such scene, or its file cannot be used.
     """
@@ -144,6 +146,9 @@ def load_scene(name: str) -> Scene:
     for known in (name, f"{name}_physics"):
         if known in scenes:
             return scenes[known]()
+    alike = [each for each in scenes if each.casefold() == name.casefold()]
+    if len(alike) == 1:
+        return scenes[alike[0]]()
     if "." in name or "/" in name:
         return read_scene(name)
     raise InvalidInputError(

@@ -3,27 +3,42 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from goalscope.envs.house.heard import HOME, Request
+from goalscope.envs.house.leave import IRREVERSIBLE
+from goalscope.envs.house.meeting import FILLS
+from goalscope.envs.house.names import the
 from goalscope.envs.house.properties import ACTS
+from goalscope.envs.house.state import is_whole
+from goalscope.envs.house.view import View
+from goalscope.envs.house.vocabulary import NUMBERS
+from goalscope.types import Action
 
-__all__ = ["inverse", "meant_only", "undoes", "was_done"]
+__all__ = ["NOTHING", "UNKNOWN", "inverse", "lasting", "meant_only", "restoring", "undoes"]
+__all__ += ["was_done"]
+
+NOTHING = "There is nothing to undo."
+UNKNOWN = "I do not know what to undo: tell me what should be as it was."
 
 _LEAD = (
     r"(?:(?:no|oh|oops|ok(?:ay)?|wait|sorry|actually|now|please|and|then|(?:can|could) you)[ ,]+)*+"
 )
 _END = r"(?:[ ,]+(?:please|now|again|for me))*+[ .!?]*+"
-_THAT = r"(?:that|it|this|the last (?:one|thing|step|order)|what you(?: just|'ve)? d(?:id|one))"
+_LAST = (
+    r"(?:the|my|your) (?:very )?last (?P<number>two |three |four |five |\d{1,2} )?"
+    r"(?:ones?|things?|steps?|orders?|actions?|acts?|moves?|changes?|commands?|requests?)"
+)
+_THAT = rf"(?:that|it|this|{_LAST}|what you(?: just|'ve)? d(?:id|one))"
 _ALL = r"(?:everything|(?:all (?:of )?)(?:that|it|this))(?: you(?: just|'ve)? d(?:id|one))?"
 _UNDOES = re.compile(
-    rf"{_LEAD}(?:(?:undo|revert|reverse) (?:(?P<all>{_ALL})|{_THAT})"
-    r"|(?P<back>put) (?:everything|all) back (?:to )?(?:how|(?:in )?the way|as)"
+    rf"{_LEAD}(?:(?:undo|revert|reverse) (?:(?P<all>{_ALL})|{_THAT})|undo|revert|take that back"
+    r"|(?P<back>put) (?:everything|it all|them all|all) back (?:to )?(?:how|(?:in )?the way|as)"
     rf" (?:it|everything|they|things) (?:was|were)(?: before)?){_END}"
 )
-_PARTS = re.compile(r",+ *| (?:and|then) ")
+_PARTS = re.compile(r"([.;:!?]+ *|,+ *| (?:and|then) )")
 _WHEN = re.compile(r"\b(?:if|unless|until|when|once|before|after|should|not|never)\b|n't\b")
 _MEANT_ONLY = re.compile(
     r"(?:(?:no|oh|oops|wait|sorry|actually|hey)[ ,.!]++)*+(?:not (?P<no>[a-z0-9 ]++)[,.;!]++ ?)?+"
@@ -33,18 +48,31 @@ _MEANT_ONLY = re.compile(
 )
 _OPPOSITE = {
     **{"open": "close", "close": "open", "turn on": "turn off", "turn off": "turn on"},
-    **{"put": "put", "pick up": "put"},
+    **{"put": "put", "pick up": "put", "fill": "empty"},
 }
+_LASTING = (*IRREVERSIBLE, "clean")
 
 
-def undoes(said: str) -> str:
-    """Whether a part of `said`, evened, asks to undo: "last" or "all"; empty if none does."""
-    sentences = [each for each in re.split(r"[.;:!?]+ *", said) if not _WHEN.search(each)]
-    parts = (part for each in sentences for part in _PARTS.split(each))
-    found = next(filter(None, map(_UNDOES.fullmatch, parts)), None)
-    if not found:
-        return ""
-    return "all" if found["all"] or found["back"] else "last"
+def undoes(said: str) -> tuple[int, str] | None:
+    """How many orders a part of `said`, evened, asks to undo, 0 for all; and what else it says.
+
+    None if no part does.
+    """
+    parts = _PARTS.split(said)
+    for i in range(0, len(parts), 2):
+        found = _UNDOES.fullmatch(parts[i])
+        if found and not _WHEN.search(_sentence_of(parts, i)):
+            number = (found["number"] or "one").strip()
+            most = 0 if found["all"] or found["back"] else NUMBERS.get(number) or int(number)
+            return most, "".join([*parts[:i], *parts[i + 2 :]]).strip(" ,")
+    return None
+
+
+def _sentence_of(parts: Sequence[str], i: int) -> str:
+    """The sentence in which a part stands."""
+    ends = [n for n in range(1, len(parts), 2) if parts[n][0] in ".;:!?"]
+    start = max((n + 1 for n in ends if n < i), default=0)
+    return "".join(parts[start : next((n for n in ends if n > i), len(parts))])
 
 
 def meant_only(said: str) -> tuple[str, str] | None:
@@ -66,7 +94,7 @@ def inverse(request: Request, start: Mapping[str, Mapping[str, Any]]) -> Request
     return replace(
         request,
         **{"verb": verb, "object_types": kinds, "destination_types": home},
-        **{"destination_name": "", "every": several, "number": 0, "passing": False},
+        **{"destination_name": "", "every": several, "number": 0, "passing": False, "liquid": ""},
     )
 
 
@@ -76,10 +104,12 @@ def was_done(
     start: Mapping[str, Mapping[str, Any]],
 ) -> bool:
     """Whether something that the request may mean is as it asks for, and was not at the start."""
-    _, state, value = ACTS.get(request.verb, ("", "", None))
+    _, state, value = ACTS.get(request.verb, ("", "parentReceptacles", None))
     alike = [each for each in objects if each["objectType"] in request.object_types]
-    return not state or any(
-        each.get(state) == value != start.get(each["objectId"], {}).get(state) for each in alike
+    return any(
+        each.get(state) != start.get(each["objectId"], {}).get(state)
+        and (value is None or each.get(state) == value)
+        for each in alike
     )
 
 
@@ -88,3 +118,43 @@ def _was(verb: str, kind: str, start: Mapping[str, Mapping[str, Any]]) -> bool:
     alike = (each for each in start.values() if each["objectType"] == kind)
     _, state, value = ACTS.get(verb, ("", "", True))
     return any(not state or each[state] == value for each in alike)
+
+
+def restoring(
+    view: View, start: Mapping[str, Mapping[str, Any]], only: Collection[str] | None = None
+) -> list[Action]:
+    """What brings things back to how they were at the start, as far as anything can.
+
+    Args:
+        view: The house now.
+        start: Metadata by id, of the start.
+        only: Names of the things; None for all.
+    """
+    plan: list[Action] = []
+    for own, thing in view.table.items():
+        was, name = start.get(own), view.names[own]
+        if was is None or not is_whole(thing) or (only is not None and name not in only):
+            continue
+        for verb in ("turn off", "turn on", "open", "close", "empty", "fill"):
+            needs, state, value = ACTS[verb]
+            able = thing[needs] and thing["objectType"] != "StoveBurner"
+            if able and thing[state] != was[state] == value:
+                filled = (act for act, what in FILLS.items() if what == was["fillLiquid"])
+                plan.append(Action(next(filled, verb) if verb == "fill" else verb, name))
+        home = view.place(was)
+        if thing["pickupable"] and home and (thing["isPickedUp"] or view.place(thing) != home):
+            plan.append(Action("put", name, destination=home))
+    held = view.names.get(view.held, "")
+    return sorted(
+        plan, key=lambda act: (act.name != "turn off", act.target != held, act.name != "put")
+    )
+
+
+def lasting(view: View, start: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
+    """Sentences that tell what is not as it was at the start, and cannot be so again."""
+    for own, thing in view.table.items():
+        was = start.get(own, thing)
+        for verb in _LASTING:
+            _, state, value = ACTS[verb]
+            if thing[state] != was[state] and thing[state] == value:
+                yield f"I cannot undo that: {verb} {the(view.names[own])}."

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.heard import HOME, Hearing, Request
-from goalscope.envs.house.meeting import brought, meant, met
+from goalscope.envs.house.meeting import NEEDS, brought, meant, met, serves
 from goalscope.envs.house.names import are, readable, the
 from goalscope.envs.house.slices import pieces
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.view import View
-from goalscope.types import Action, StepResult
+from goalscope.types import StepResult
 
 __all__ = ["unmet"]
 
@@ -25,6 +25,7 @@ def unmet(
     hearing: Hearing,
     results: Sequence[StepResult],
     start: Mapping[str, Mapping[str, Any]],
+    over: Collection[Request] = (),
 ) -> Iterator[str]:
     """Why requests of the newest words were not even tried, one sentence each.
 
@@ -33,20 +34,21 @@ def unmet(
         hearing: What the person said.
         results: What was done for the newest words.
         start: Metadata by id, of the start.
+        over: Requests of earlier words that were met once.
     """
     done = [result.action for result in results if result.ok]
     touched = {name for action in done for name in (action.target, action.destination)}
     left = [
         request
         for request in hearing.newest
-        if not any(_serves(view, action, request) for action in done)
+        if not any(serves(view, action, request) for action in done)
     ]
     for request in hearing.newest:
         if 0 < (count := len(meant(view, request, start))) < request.number:
             yield f"I see only {count} of these here: {readable(request.object_types[0])}."
-    carried = brought(hearing.wanted)
+    held = view.held_type
+    carried = brought(hearing.wanted, over, held)
     hands = [each for each in carried if each in left]
-    held = view.table[view.held]["objectType"] if view.held else ""
     if hands and len(carried) > 1:
         yield f"I can hold one thing at a time: where should {_listed(hands)} go?"
     elif hands and held and held not in hands[0].object_types:
@@ -76,18 +78,13 @@ def unmet(
             yield _CRACK if whole == "Egg" else _SLICE.format(the(readable(whole)))
         elif not things:
             yield f"There {are(name)} no {' '.join([*_qualities(request), name])} here."
+        elif not any(view.table[own][NEEDS[request.verb]] for own in things):
+            yield f"I cannot {request.verb} {the(name)}."
         elif request.verb == "put" and not request.destination_types:
             yield f"I do not know where to put {_listed([request])}."
         elif (so := met(view, request, start)) and touched.isdisjoint(map(view.names.get, so)):
             back = request.destination_types == (HOME,) and len(so) > 1
             yield "They are where they were already." if back else view.is_so(request.verb, so)
-
-
-def _serves(view: View, action: Action, request: Request) -> bool:
-    """Whether the action is one that the request asks for, or more."""
-    asked = ("put", "pick up") if request.verb == "pick up" else (request.verb,)
-    name = "fill" if action.name.startswith("fill") else action.name
-    return name in asked and view.type_of(action.target) in request.object_types
 
 
 def _whole(view: View, request: Request) -> str:

@@ -47,6 +47,11 @@ class View:
         held = self.metadata["inventoryObjects"]
         return held[0]["objectId"] if held else ""
 
+    @property
+    def held_type(self) -> str:
+        """The object type of what the hand holds; empty if it holds nothing."""
+        return self.table[self.held]["objectType"] if self.held else ""
+
     def id(self, name: str) -> str:
         """The object of this name; empty if there is none."""
         return self._ids.get(name, "") if type(name) is str else ""
@@ -102,10 +107,12 @@ class View:
         return f"{text[0].upper()}{text[1:]}"
 
     def changes(self, start: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
-        """What is not as it was at the start, one object a text."""
+        """What is not as it was at the start, one object a text; what is new if it was cooked."""
         for own, thing in self.table.items():
             was = start.get(own)
             if was is None:
+                if thing["isCooked"]:
+                    yield f"{self.names[own]}: cooked"
                 continue
             parts = [
                 word if thing[key] else f"no longer {word}"

@@ -102,6 +102,8 @@ DISPOSALS = frozenset(
     ("throw away", "throw out", "toss away", "toss out", "dispose of", "get rid of")
 )
 """What puts things in the garbage."""
+THROWS = frozenset(("throw", "toss", "chuck", "drop"))
+"""What cannot be done out of a window or off a roof."""
 SURFACES = ("CounterTop", "DiningTable", "CoffeeTable", "SideTable", "Desk", "Dresser")
 """Where what was made for a person stands ready."""
 LOCKS = frozenset(("lock up", "lock away"))
@@ -187,6 +189,13 @@ SAID_OF_ALL = _set("have find hold keep start leave return add set use give get 
 """Verbs of which much else is said than orders."""
 MAKES = frozenset(("make", "prepare", "set"))
 """Those of them that order, too, what is not known: "make me a sandwich"."""
+MEALS = _set("dinner lunch breakfast supper brunch food")
+AIMS = _set("tidy declutter organise organize rearrange decorate")
+"""Verbs of orders that need not say what."""
+WILD = _set("jump climb fly swim dance sing explode burn destroy kill attack steal drive ring")
+"""Verbs of what the robot cannot do, also where no thing follows."""
+ONESELF = _set("me us him her yourself everything everyone them it")
+"""What, besides things, verbs that are not known are said of."""
 PARTICLES = frozenset(("up", "down", "out", "off"))
 """What belongs to a verb before it: "heat up"."""
 NOT_ORDERED = _set(
@@ -272,12 +281,30 @@ _REWORDED = [
     (re.compile(pattern), plain)
     for pattern, plain in (
         (
+            r"^(?:(?:no|oh|ok|okay|actually|sorry)[ ,]+)*(?:(?:no,? )?(?:wait|hang on|hold on)"
+            r"|i(?:'ve| have)? changed my mind|on second thoughts?|never ?mind)[ ,.:-]+"
+            r"(?!(?:until|till|for|about|a|\w+ing)\b)(?:so |and )?",
+            "",
+        ),
+        (
+            r",? (?:it|they|which)(?:'s|'re| is| are)(?: (?:probably|maybe|somewhere|still))* "
+            r"(?:in|on|at|inside) (?P<at>(?:the|a|my|our) [a-z]+(?: [a-z0-9]+)?)"
+            r"(?:,? (?:(?:i|we) (?:think|guess|believe|suppose)|probably|maybe))?(?=[,.;!]|$)",
+            r" from \g<at>",
+        ),
+        (r", not (?:the|that) ones? (?:from|in|on|at) (?:the|my|our) [a-z]+(?: [a-z]+)?", ""),
+        (
             r"\b(?:in|into|on|onto) (?:the |my |a )?[a-z]+(?: [a-z]+)?,? (?:no|wait|sorry|oops"
             r"|actually|no wait)\b[, ]+(?=(?:in|into|on|onto)\b)",
             "",
         ),
         (r",? (?:would|could|can|will) you(?: please)?\?$", " please"),
         (r"\btake (?:your time|care|a (?:seat|break|look))\b", ""),
+        (
+            r"\bput (?:it all|them all|all (?:of )?(?:it|them|that|this|those|the things)|all)"
+            r" back\b",
+            "put everything back",
+        ),
         (r"\bcoff?e+\b", "coffee"),
         (r"\b(?:do|wash) (?:the |our |my )?(?:dishes|washing[ -]?up)\b", "wash the dishes"),
         (r"\b(?:would|is) it (?:be )?possible (?:for you )?to\b", "could you"),

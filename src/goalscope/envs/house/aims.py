@@ -1,0 +1,34 @@
+"""Orders that name an aim, and leave open what is to be done with what: "tidy up"."""
+
+from __future__ import annotations
+
+import re
+
+__all__ = ["is_aim"]
+
+_MEAL = r"(?:dinner|lunch|breakfast|supper|brunch|tea|food|something|anything|everything)"
+_OUR = r"(?:the|an?|my|our|your|this|some|these|those)"
+_ROOM = (
+    r"(?:kitchen|bath ?room|bed ?room|living ?room|room|house|home|place|flat|apartment|mess"
+    r"|table|counter|desk|floor)"
+)
+_AIM = re.compile(
+    r"(?:tidy|declutter|organi[sz]e|(?:re)?arrange|decorate|straighten|neaten|clear|sort|prepare"
+    r"|help)\b.*"
+    rf"|clean(?: up)?(?: {_OUR} (?:\w+ )?{_ROOM})?(?: up)?"
+    rf"|(?:make|cook|serve)(?: me| us| him| her| them)? (?:{_OUR}|{_MEAL})\b.*"
+    r"|set(?: up)? (?:(?!(?:on|in|off|to|fire|free)\b)\w+(?: |$))+"
+    rf"|lay {_OUR} \w+(?: for .*)?"
+    r"|get (?:\w+ ){1,3}ready\b.*"
+    r"|(?:bring|get|give|fetch|find|hand|grab)(?: me| us)? (?:something|anything)\b.*"
+    rf"|do {_OUR} (?:\w+ )?(?:laundry|chores?|housework|cleaning|tidying|cooking|dishes|washing)"
+    r"\b.*"
+)
+
+
+def is_aim(said: str) -> bool:
+    """Whether an order, without what leads to it, leaves open how it is to be met.
+
+    "Set the table" and "make me a sandwich" do; "set the house on fire" and "make me fly" do not.
+    """
+    return bool(_AIM.fullmatch(said))

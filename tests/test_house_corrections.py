@@ -1,0 +1,350 @@
+"""What is taken back, corrected or continued, what was done once, and what cannot be done."""
+
+from __future__ import annotations
+
+import pytest
+
+from goalscope.envs.house.aims import is_aim
+from goalscope.envs.house.scenes import load_scene
+from goalscope.types import Action, InvalidInputError, Turn
+from heard import robot_in, told
+
+LAPTOP = {"laptop: now on the sofa"}
+PAPER = {"newspaper: now in the robot's hand"}
+UNKNOWN = "I do not know what to undo: tell me what should be as it was."
+
+
+def turns(*said: str) -> list[Turn]:
+    return [Turn("What would you like?", each) for each in said]
+
+
+def follow(scene: str, *said: str) -> list[str]:
+    """What is done, with all leave, for the last words, after what was done for those before."""
+    robot = robot_in(scene)
+    robot.reset()
+    done: list[Action] = []
+    for n in range(len(said)):
+        done = robot.requests(turns(*said[: n + 1]))
+        for action in done:
+            robot.step(action)
+    return [f"{a.name}: {a.target}{f' -> {a.destination}' if a.destination else ''}" for a in done]
+
+
+@pytest.mark.parametrize(
+    ("said", "note"),
+    [
+        ("throw the statue out of the window", "I cannot throw the statue."),
+        ("toss the laptop out of the window!", "I cannot toss the laptop."),
+        ("set the house on fire", "I did not understand: set the house on fire."),
+        ("Make me fly to the moon", "I did not understand: make me fly to the moon."),
+        ("burn the house down", "I did not understand: burn the house down."),
+        ("Robot, sing a song for me", "I did not understand: sing a song for me."),
+        ("drive me to the airport", "I did not understand: drive me to the airport."),
+        ("destroy everything", "I did not understand: destroy everything."),
+        ("explode", "I did not understand: explode."),
+        ("put the laptop on the moon", "There is no moon here."),
+        ("put the hair dryer on the desk", "There is no hair dryer here."),
+        ("wash the guitars, please", "There are no guitars here."),
+        ("put the laptop in the safe", "There is no safe here."),
+    ],
+)
+def test_an_order_that_cannot_be_followed_is_told_and_leaves_nothing_to_guess(
+    said: str, note: str
+) -> None:
+    assert told("LivingRoom1", said)[:2] == (set(), [note])
+    assert robot_in("LivingRoom1").is_order(turns(said))
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "tidy up please",
+        "tidy up the room",
+        "could you tidy up?",
+        "set the table for two",
+        "make dinner",
+        "make me a sandwich",
+        "clean the kitchen",
+        "get everything ready for dinner",
+        "bring me something to eat",
+    ],
+)
+def test_an_aim_is_guessed_at_and_told_only_if_nothing_comes_of_it(said: str) -> None:
+    assert told("Kitchen1", said)[1]
+    robot = robot_in("Kitchen1")
+    assert not robot.is_order(turns(said))
+    guess = robot.step(Action("open", "fridge"))
+    assert robot.unmet(turns(said), [guess]) == []
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["I'm hungry", "we sing a song", "I drive a car", "breakfast in bed would be nice", "a drink"],
+)
+def test_what_is_no_order_is_not_told_to_be_unknown(said: str) -> None:
+    assert told("Kitchen1", said)[1] == []
+    assert not robot_in("Kitchen1").is_order(turns(said))
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["throw the statue away", "throw the statue out", "toss the statue into the garbage can"],
+)
+def test_throwing_away_is_possible(said: str) -> None:
+    assert told("LivingRoom1", said)[0] == {"statue: now in the garbage can"}
+
+
+@pytest.mark.parametrize("said", ["set the table", "make me a sandwich", "tidy up", "clean up"])
+def test_aims(said: str) -> None:
+    assert is_aim(said)
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["set the house on fire", "make me fly", "set the oven to 200", f"set {'a' * 2000}!", "fly"],
+)
+def test_no_aims(said: str) -> None:
+    assert not is_aim(said)
+
+
+@pytest.mark.parametrize(
+    "undo", ["undo", "Undo!", "undo it", "revert", "take that back", "undo the last thing",
+             "please undo my last order", "undo the last change", "No, undo that."]
+)  # fmt: skip
+def test_to_undo_may_be_said_in_few_words(undo: str) -> None:
+    said = ["turn off the desk lamp", "put the laptop on the sofa", undo]
+    assert told("LivingRoom1", *said)[:2] == ({"desk lamp: no longer on"}, [])
+
+
+def test_several_orders_are_undone_by_their_number() -> None:
+    said = ["open drawer 1", "turn off the desk lamp", "put the laptop on the sofa"]
+    assert told("LivingRoom1", *said, "undo the last two things")[0] == {"drawer 1: open"}
+    assert told("LivingRoom1", *said, "undo the last 9 orders")[0] == set()
+
+
+@pytest.mark.parametrize("said", ["undo the knot", "don't undo that", "I can undo it myself"])
+def test_what_undoes_nothing(said: str) -> None:
+    assert told("LivingRoom1", "put the laptop on the sofa", said)[0] == LAPTOP
+
+
+def test_everything_is_undone_also_what_nobody_asked_for() -> None:
+    robot = robot_in("LivingRoom1")
+    robot.reset()
+    for action in (
+        Action("put", "newspaper", destination="sofa"),
+        Action("turn off", "desk lamp"),
+        Action("open", "drawer 1"),
+        Action("put", "vase", destination="box"),
+        Action("pick up", "remote control"),
+    ):
+        assert robot.step(action).ok
+    said = turns("tidy up", "undo everything")
+    for action in robot.requests(said):
+        assert robot.step(action).ok
+    assert "Nothing has been changed" in robot.status()
+    assert robot.requests(said) == []
+
+
+def test_what_nobody_can_undo_is_told() -> None:
+    said = ["slice the bread", "wash mug 1 and fill it with coffee", "undo everything"]
+    changes, notes, _ = told("Kitchen1", *said)
+    assert changes == {"bread: sliced", "mug 1: no longer dirty"}
+    assert notes == ["I cannot undo that: slice the bread.", "I cannot undo that: clean mug 1."]
+    assert told("Kitchen1", "undo everything")[1] == ["There is nothing to undo."]
+    assert told("Kitchen1", *said, "open the fridge")[0] == {*changes, "fridge: open"}
+
+
+def test_a_guess_is_undone_and_then_nothing_is_told() -> None:
+    robot = robot_in("Bedroom1")
+    robot.reset()
+    order, guess = turns("open drawer 1"), Action("put", "book 1", destination="bed")
+    assert all(robot.step(action).ok for action in (*robot.requests(order), guess))
+    said = [*order, *turns("tidy up the room", "undo that")]
+    done = [robot.step(action) for action in robot.requests(said)]
+    assert [(each.action.name, each.action.target) for each in done] == [("put", "book 1")]
+    assert robot.unmet(said, done) == []
+    assert robot.status().splitlines()[2:] == ["- drawer 1: open"]
+    assert robot.unmet([*said, *turns("undo that")], []) == [UNKNOWN]
+
+
+def test_what_was_met_once_is_not_met_anew() -> None:
+    robot = robot_in("Bathroom1")
+    robot.reset()
+    said = turns("give me the toilet paper", "wash the cloth")
+    for n in (1, 2):
+        for action in robot.requests(said[:n]):
+            assert robot.step(action).ok
+    assert robot.step(Action("put", "toilet paper 2", destination="counter")).ok
+    assert robot.requests([*said, *turns("thanks")]) == []
+    assert robot.requests([*said, *turns("Task completed")]) == []
+    assert robot.requests([*said, *turns("give me the toilet paper")]) != []
+
+
+def test_an_order_that_was_never_met_waits_but_not_beyond_the_end() -> None:
+    said = ["crack the egg and cook it", "yes"]
+    ask = "May I cook cracked egg 1?"
+    robot = robot_in("Kitchen1")
+    robot.reset()
+    robot.step(Action("break", "egg 1"))
+    orders = [Turn("", said[0]), Turn("May I break egg 1?", "yes")]
+    for later in ("great", "thanks"):
+        plan = robot.requests([*orders, *turns(later)])
+        assert [robot.permission(each, orders) for each in plan] == [ask]
+    assert robot.requests([*orders, *turns("The task is complete.")]) == []
+
+
+def test_an_order_is_for_the_one_thing_that_it_was_met_with() -> None:
+    said = ["put the egg in the microwave", "crack egg 1 and fry it", "thanks"]
+    assert told("Kitchen1", *said)[0] == {"egg 1: broken"}
+    assert follow("Kitchen1", "put two plates in the sink", "put plate 1 on the table", "ok") == []
+
+
+def test_what_was_so_from_the_start_is_not_kept_so() -> None:
+    robot = robot_in("Kitchen1")
+    robot.reset()
+    assert robot.requests(turns("close the fridge")) == []
+    robot.step(Action("open", "fridge"))
+    assert robot.requests(turns("close the fridge", "good")) == []
+    assert robot.requests(turns("close the fridge")) == [Action("close", "fridge")]
+
+
+def test_it_in_put_it_back_is_what_was_ordered_not_what_the_agent_asked_about() -> None:
+    robot = robot_in("Kitchen1")
+    robot.reset()
+    order = turns("Put the tomato in the fridge")
+    robot.step(robot.requests(order)[0])
+    coffee = "How about a cup of coffee?"
+    back = robot.requests([*order, Turn(coffee, "Actually, no, put it back")])
+    assert [each.target for each in back] == ["tomato"]
+    wash = robot.requests([*order, Turn("Is the mug dirty?", "Yes, wash it")])
+    assert [each.target for each in wash] == ["mug 1"]
+
+
+@pytest.mark.parametrize(
+    "later",
+    [
+        "No wait, the newspaper instead",
+        "I mean the newspaper",
+        "not the remote, the newspaper",
+        "Sorry, the newspaper.",
+        "bring me the newspaper instead",
+    ],
+)
+def test_a_correction_is_done_instead(later: str) -> None:
+    assert told("LivingRoom1", "bring me the remote", later) == (PAPER, [], "")
+
+
+@pytest.mark.parametrize(
+    ("said", "changes", "notes"),
+    [
+        (
+            ["turn off the desk lamp", "the floor lamp instead"],
+            {"floor lamp: no longer on"},
+            [],
+        ),
+        (["put the laptop on the sofa", "put it on the desk instead"],
+         {"laptop: now on the desk"}, []),
+        (["put the laptop on the sofa", "No wait, put it on the desk"],
+         {"laptop: now on the desk"}, []),
+        (["put the laptop on the sofa", "I changed my mind, put it all back"], set(), []),
+        (["put the laptop on the sofa", "the newspaper too"],
+         {*LAPTOP, "newspaper: now on the sofa"}, []),
+        (["put the laptop on the sofa", "the other one instead"], LAPTOP,
+         ["I did not understand: the other one instead."]),
+        (["put the laptop on the sofa", "I'd like tea instead"], LAPTOP, []),
+        (["put the laptop on the sofa", "don't touch the other ones"], LAPTOP, []),
+    ],
+)  # fmt: skip
+def test_corrections_put_back_what_they_replace(
+    said: list[str], changes: set[str], notes: list[str]
+) -> None:
+    assert told("LivingRoom1", *said)[:2] == (changes, notes)
+
+
+@pytest.mark.parametrize(
+    ("said", "changes"),
+    [
+        (["pour the wine into the cup", "make coffee"],
+         {"cup: filled with wine", "mug 2: filled with coffee"}),
+        (["make coffee", "pour the wine into the cup"],
+         {"cup: filled with wine", "mug 2: filled with coffee"}),
+        (["make coffee", "wash mug 1"], {"mug 2: filled with coffee", "mug 1: no longer dirty"}),
+        (["make coffee", "put it on the table"],
+         {"mug 2: filled with coffee, now on the dining table"}),
+        (["pour the wine into the cup", "fill the cup with coffee"], {"cup: filled with wine"}),
+        (["pour the wine into the cup", "undo"], set()),
+    ],
+)  # fmt: skip
+def test_another_drink_takes_another_vessel(said: list[str], changes: set[str]) -> None:
+    assert told("Kitchen1", *said)[0] == changes
+
+
+BOTTLE = "spray bottle: now on the counter"
+SPONGE = "sponge: now on the counter"
+SOAP = "soap bottle: now on the counter"
+
+
+@pytest.mark.parametrize(
+    ("said", "changes"),
+    [
+        ("And the sponge, it's in the drawer, I think. Then the liquid soap from the shelf.",
+         {BOTTLE, SPONGE, SOAP}),
+        ("The sponge, too", {BOTTLE, SPONGE}),
+        ("then the soap bottle", {BOTTLE, SOAP}),
+        ("and the sponge, which is probably in the cabinet", {BOTTLE, SPONGE}),
+        ("It's in the drawer, I think", {BOTTLE}),
+        ("The sponge is in the drawer.", {BOTTLE}),
+        ("Where is the sponge? It's in the drawer, I guess.", {BOTTLE}),
+    ],
+)  # fmt: skip
+def test_things_that_follow_continue_the_order_and_where_they_are_is_no_place_for_them(
+    said: str, changes: set[str]
+) -> None:
+    assert told("Bathroom1", "put the spray bottle on the counter", said)[0] == changes
+
+
+def test_which_one_is_not_meant_rules_nothing_out() -> None:
+    said = "A clean cloth, I mean, not the one from the laundry"
+    changes, notes, _ = told("Bathroom1", "put the spray bottle and a cloth on the counter", said)
+    assert changes == {BOTTLE, "cloth 1: now on the counter"}
+    assert notes == ["Cloth 1 is on the counter already."]
+
+
+@pytest.mark.parametrize(
+    ("said", "note"),
+    [
+        ("use up all the toilet paper", "I cannot use up the toilet paper."),
+        ("use up the spray", "I cannot use up the spray bottle."),
+    ],
+)
+def test_what_cannot_be_used_up_is_told(said: str, note: str) -> None:
+    assert told("Bathroom1", said)[:2] == (set(), [note])
+
+
+def test_what_was_done_is_told() -> None:
+    told("LivingRoom1", "put the laptop on the sofa")
+    robot = robot_in("LivingRoom1")
+    for question in ("What did you do?", "what have you done so far", "What has changed?"):
+        assert robot.answer(question) == (
+            "The robot's hand is empty. Changed so far: laptop: now on the sofa."
+        )
+    assert robot.answer("What did you mean?") is None
+    robot.reset()
+    assert "Nothing has been changed yet." in (robot.answer("what did you do?") or "")
+
+
+def test_what_is_made_of_a_thing_is_told_when_it_is_cooked() -> None:
+    turns_ = [Turn("", "crack egg 1 and cook it"), Turn("May I cook cracked egg 1?", "yes")]
+    robot = robot_in("Kitchen1")
+    robot.reset()
+    for n in (1, 2):
+        for action in (*robot.requests(turns_[:n]), *robot.requests(turns_[:n])):
+            if not robot.permission(action, turns_[:n]):
+                robot.step(action)
+    assert robot.status().splitlines()[2:] == ["- egg 1: broken", "- cracked egg 1: cooked"]
+
+
+def test_scenes_are_found_in_any_case() -> None:
+    assert load_scene("kitchen1").name == load_scene("KITCHEN1").name == load_scene("Kitchen1").name
+    with pytest.raises(InvalidInputError, match="There is no scene 'kitchen'"):
+        load_scene("kitchen")
