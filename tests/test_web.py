@@ -335,7 +335,12 @@ def test_reasons_can_be_read_while_a_round_runs(tmp_path: Path, visit) -> None:
         goal = ann.say(mine, CAKE)["belief"]["goals"][0]["text"]
         Slow.gate.clear()
         Slow.at_work.clear()
-        ann.post(f"{mine}/utterances", 202, text="And a bicycle for my aunt.", round=2)
+        ann.post(
+            f"{mine}/utterances",
+            202,
+            text="My aunt rides a bicycle, and she visits us on Sunday.",
+            round=2,
+        )
         assert Slow.at_work.wait(10)
         try:
             assert len(ann.get(f"{mine}/why", goal=goal)["reasons"]) == 1
