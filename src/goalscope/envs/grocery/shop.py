@@ -7,7 +7,7 @@ from dataclasses import replace
 from decimal import Decimal
 
 from goalscope import envs
-from goalscope.envs.grocery.amounts import MOST, Request, packages, units
+from goalscope.envs.grocery.amounts import MOST, Request, by_weight, packages, units
 from goalscope.envs.grocery.answers import answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import Choice, called, is_vague, taken
@@ -296,6 +296,8 @@ class GroceryShop:
                 told.append(f"1 x {item.name} is the least that can be bought.")
             elif request.outright and self._is_same(item, before):
                 told.append(f"The basket holds {before[item.name]} x {item.name} already.")
+            elif by_weight(request, item):
+                told.append(f"{item.name}: {self._basket[item.name]} x {item.unit}.")
         return told
 
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
