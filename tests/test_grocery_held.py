@@ -343,3 +343,25 @@ def test_lists_amounts_and_what_it_is_are_heard_or_told(
 def test_what_one_has_is_what_it_may_cost(utterance: str) -> None:
     assert budget(utterance) == 20
     assert budget("I've 20 eggs") is None
+
+
+@pytest.mark.parametrize(
+    ("utterance", "told"),
+    [
+        ("6 apples", ["Gala Apples: 6 x 1 kg."]),
+        ("kale and two bananas", ["Bananas: 2 x 1 kg."]),
+        ("6 bags of apples", []),
+        ("2 kg of apples", []),
+        ("some apples", []),
+        ("12 limes", []),
+        ("2 sugar", []),
+        ("3 kale", []),
+    ],
+)
+def test_pieces_that_come_by_the_kilogram_are_told_so(utterance: str, told: list[str]) -> None:
+    assert talked({}, utterance)[1] == told
+
+
+@pytest.mark.parametrize("thing", ["socks", "a headache", "gift cards", "aspirin", "the flu"])
+def test_nothing_that_is_far_from_what_was_asked_for_is_offered(thing: str) -> None:
+    assert shop().answer(f"Is there anything for {thing}?") == "The shop has nothing called that."

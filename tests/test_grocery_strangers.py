@@ -314,7 +314,11 @@ def test_what_is_unclear_or_has_no_substitute_changes_nothing_and_is_told(
     ("utterances", "after", "told"),
     [
         (["6 apples", "take out the bruised ones"], {"Gala Apples": 6}, ["There were no bruised"]),
-        (["6 apples, and drop the bruised ones"], {"Gala Apples": 6}, ["There were no bruised"]),
+        (
+            ["6 apples, and drop the bruised ones"],
+            {"Gala Apples": 6},
+            ["There were no bruised", "Gala Apples: 6 x 1 kg."],
+        ),
         (["4 yogurts", "remove two mango ones"], {"Plain Yogurt": 4}, ["There were no mango"]),
         (["Add bread", "Take out the rye one", "ok"], {}, []),
         (
@@ -336,13 +340,13 @@ def test_what_is_unclear_or_has_no_substitute_changes_nothing_and_is_told(
         (["I want apples, the purple ones"], {"Gala Apples": 1}, ["The shop has nothing"]),
         (["I want apples, the organic ones", "Ok"], {"Organic Gala Apples": 1}, []),
         (["Apples", "The purple ones", "No, the organic ones"], {"Organic Gala Apples": 1}, []),
-        (["Three apples, organic ones"], {"Organic Gala Apples": 3}, []),
+        (["Three apples, organic ones"], {"Organic Gala Apples": 3}, ["Organic Gala Apples: 3 x"]),
         (["Three apples", "The organic ones", "Ok"], {"Organic Gala Apples": 3}, []),
-        (["Three apples", "No, two organic ones"], {"Organic Gala Apples": 2}, []),
+        (["Three apples", "No, two organic ones"], {"Organic Gala Apples": 2}, ["Organic Gala"]),
         (
             ["Three apples", "And two organic ones"],
             {"Gala Apples": 3, "Organic Gala Apples": 2},
-            [],
+            ["Organic Gala Apples: 2 x 1 kg."],
         ),
         (["Add pizza", "Make it the purple one"], None, ["The shop has nothing called 'purple"]),
         (["3 whole milk", "Swap it for camel milk"], {"Whole Milk": 3}, ["The shop has nothing"]),

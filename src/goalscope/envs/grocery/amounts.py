@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from goalscope.envs.grocery.catalogue import Item
+from goalscope.envs.grocery.words import singulars, words
 
 __all__ = [
     "CONTAINER",
@@ -19,6 +20,7 @@ __all__ = [
     "PACKS",
     "WORD",
     "Request",
+    "by_weight",
     "number",
     "packages",
     "units",
@@ -118,6 +120,14 @@ def units(request: Request, item: Item) -> int:
         elif request.counted == "dozens" and unit != "each":
             number = math.ceil(number / 12)
     return max(number, 1)
+
+
+def by_weight(request: Request, item: Item) -> bool:
+    """Whether some pieces, such as "6 apples", come to as many units of a kilogram or more."""
+    size = re.match(rf"(\d+(?:\.\d+)?)\s*({_MEASURE})\b", item.unit.lower())
+    heavy = bool(size and float(size[1]) * GRAMS.get(size[2], 0) >= 1000)
+    counts = request.counted == "pieces" and request.quantity > 1
+    return heavy and counts and singulars(request.phrase)[-1:] != words(request.phrase)[-1:]
 
 
 def number(said: str) -> float:

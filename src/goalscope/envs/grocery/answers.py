@@ -22,7 +22,7 @@ __all__ = ["Stock", "answered"]
 _NAMED = 5
 """Items that an answer names at most."""
 
-_NEAR = 0.45
+_NEAR = 0.52
 """Cosine from which on what is found is told to be near."""
 
 _AISLES_NAMED = 30

@@ -7,7 +7,7 @@ from dataclasses import replace
 from decimal import Decimal
 
 from goalscope import envs
-from goalscope.envs.grocery.amounts import MOST, Request, packages, units
+from goalscope.envs.grocery.amounts import MOST, Request, by_weight, packages, units
 from goalscope.envs.grocery.answers import answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import Choice, called, is_vague, taken
@@ -28,7 +28,7 @@ from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.requests import Refusal, amount, refuses, unrefused
 from goalscope.envs.grocery.rewording import SAME, SAME_ALL
 from goalscope.envs.grocery.search import Search
-from goalscope.envs.grocery.undoing import asks_for_guesses, calls_off, standing, undoes
+from goalscope.envs.grocery.undoing import asks_for_guesses, standing, steps, undoes, undoing_notes
 from goalscope.envs.grocery.words import singulars, words
 from goalscope.types import Action, Profile, StepResult, Turn
 
@@ -257,17 +257,8 @@ class GroceryShop:
         if above and (results or budget(turns[-1].utterance) is not None):
             total, named = map(self.catalogue.money, (self.total, hearing.budget))
             told.append(f"The basket comes to {total}, above the {named} that you named.")
-        newest = turns[-1].utterance
-        if undoes(newest) and not results:
-            told.append("There is nothing that I can take back. Please say what is to change.")
-        if calls_off(newest):
-            told.append(
-                'To take back the last change, say "Undo that"; for no basket at all, '
-                '"Empty the basket".'
-            )
-        if asks_for_guesses(newest):
-            guessed = [item.name for item in held if not self._asked_for(item, hearing)]
-            told.append(f"Guessed, not asked for: {', '.join(guessed) or 'nothing'}.")
+        guessed = [item.name for item in held if not self._asked_for(item, hearing)]
+        told += undoing_notes(turns[-1].utterance, results, guessed)
         if hearing.unclear:
             told.append("It is not clear which thing you mean. Please name it.")
         lessened = any(result.action.name == "remove item" for result in results)
@@ -296,6 +287,8 @@ class GroceryShop:
                 told.append(f"1 x {item.name} is the least that can be bought.")
             elif request.outright and self._is_same(item, before):
                 told.append(f"The basket holds {before[item.name]} x {item.name} already.")
+            elif by_weight(request, item):
+                told.append(f"{item.name}: {self._basket[item.name]} x {item.unit}.")
         return told
 
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
@@ -402,18 +395,15 @@ class GroceryShop:
         said = [turn.utterance for turn in turns]
         _, last = standing(said)
         before = None if last is None else self._starts.get(tuple(said[: last + 1]))
-        if before is None:
-            return []
-        added = {name: n - self._basket.get(name, 0) for name, n in before.items()}
-        gone = {name: n - before.get(name, 0) for name, n in self._basket.items()}
         return [
-            *(Action("remove item", name, n) for name, n in gone.items() if n > 0),
-            *(
-                Action("add item", name, n)
-                for name, n in added.items()
-                if n > 0 and (item := self.catalogue.get(name)) and hearing.permits(item)
-            ),
+            action
+            for action in ([] if before is None else steps(self._basket, before))
+            if action.name != "add item" or self._permits(action.target, hearing)
         ]
+
+    def _permits(self, name: str, hearing: Hearing) -> bool:
+        item = self.catalogue.get(name)
+        return item is not None and hearing.permits(item)
 
     @staticmethod
     def _asked_for(item: Item, hearing: Hearing) -> bool:

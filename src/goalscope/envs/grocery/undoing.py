@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from goalscope.envs.grocery.moods import Mood
 from goalscope.envs.grocery.orders import besides_buying
@@ -11,8 +11,9 @@ from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.words import sentences
 from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import evened
+from goalscope.types import Action, StepResult
 
-__all__ = ["asks_for_guesses", "calls_off", "standing", "undoes"]
+__all__ = ["asks_for_guesses", "standing", "steps", "undoes", "undoing_notes"]
 
 _LEAD = (
     r"(?:(?:no|oh|oops|ok(?:ay)?|wait|sorry|actually|now|please|and|then|can you|could you|can we"
@@ -43,14 +44,32 @@ def undoes(utterance: str) -> bool:
     return bool(_UNDOES.fullmatch(evened(utterance)))
 
 
-def calls_off(utterance: str) -> bool:
-    """Whether words want to stop, and do not say what of: "I want to cancel"."""
-    return bool(_CALLS_OFF.fullmatch(evened(utterance)))
-
-
 def asks_for_guesses(utterance: str) -> bool:
     """Whether a person asks what was guessed."""
     return bool(_GUESSED.fullmatch(evened(utterance)))
+
+
+def undoing_notes(
+    utterance: str, results: Sequence[StepResult], guessed: Sequence[str]
+) -> list[str]:
+    """What is told of words that want something taken back, or ask what was guessed."""
+    told: list[str] = []
+    if undoes(utterance) and not results:
+        told.append("There is nothing that I can take back. Please say what is to change.")
+    if _CALLS_OFF.fullmatch(evened(utterance)):
+        told.append('For the last change say "Undo that", and for all of it "Empty the basket".')
+    if asks_for_guesses(utterance):
+        told.append(f"Guessed, not asked for: {', '.join(guessed) or 'nothing'}.")
+    return told
+
+
+def steps(now: Mapping[str, int], before: Mapping[str, int]) -> list[Action]:
+    """What makes a basket what it was, item name to quantity: removals, then additions."""
+    more = {name: before.get(name, 0) - now.get(name, 0) for name in {**now, **before}}
+    return [
+        *(Action("remove item", name, -number) for name, number in more.items() if number < 0),
+        *(Action("add item", name, number) for name, number in more.items() if number > 0),
+    ]
 
 
 def standing(utterances: Sequence[str]) -> tuple[list[str], int | None]:
