@@ -315,7 +315,7 @@ def test_which_one_is_not_meant_rules_nothing_out() -> None:
 def test_what_the_hand_holds_goes_back_first() -> None:
     said = ["put the sponge on the counter", "give me the toilet paper", "put it all back"]
     plan = follow("Bathroom1", *said)
-    assert plan[0].startswith("put: toilet paper") and len(plan) == 2
+    assert [each[:12] for each in plan] == ["put: toilet ", "put: sponge "]
 
 
 @pytest.mark.parametrize(
