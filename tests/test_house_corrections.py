@@ -304,10 +304,18 @@ def test_things_that_follow_continue_the_order_and_where_they_are_is_no_place_fo
 
 
 def test_which_one_is_not_meant_rules_nothing_out() -> None:
+    order = "put the spray bottle and a cloth on the counter"
     said = "A clean cloth, I mean, not the one from the laundry"
-    changes, notes, _ = told("Bathroom1", "put the spray bottle and a cloth on the counter", said)
-    assert changes == {BOTTLE, "cloth 1: now on the counter"}
-    assert notes == ["Cloth 1 is on the counter already."]
+    changes = {BOTTLE, "cloth 1: now on the counter"}
+    already = ["Cloth 1 is on the counter already."]
+    assert told("Bathroom1", order, said)[:2] == (changes, already)
+    assert told("Bathroom1", order, "and the sponge", said)[:2] == ({*changes, SPONGE}, already)
+
+
+def test_what_the_hand_holds_goes_back_first() -> None:
+    said = ["put the sponge on the counter", "give me the toilet paper", "put it all back"]
+    plan = follow("Bathroom1", *said)
+    assert [each[:12] for each in plan] == ["put: toilet ", "put: sponge "]
 
 
 @pytest.mark.parametrize(

@@ -360,7 +360,8 @@ class _Listener(Standing):
         named = {kind for thing in clause.things for kind in thing.types}
         if not clause.corrects or not named:
             return
-        alike = [old for old in self.fresh if not named.isdisjoint(old.object_types)]
+        ordered = [old for old in self.wanted if old.verb == self.order.verb]
+        alike = [old for old in ordered if not named.isdisjoint(old.object_types)]
         wrong = alike or self.fresh
         self.wanted = [old for old in self.wanted if old not in wrong]
         for old in wrong:

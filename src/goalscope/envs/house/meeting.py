@@ -261,6 +261,7 @@ class _Foreseen:
             things = [own for own in things if view.table[own][needs]]
             many = len(things) if request.every else many
         lacking = [own for own in things if self.lacks(request, own)]
+        lacking.sort(key=lambda own: own != view.held)
         so = len(things) - len(lacking)
         return [
             action
