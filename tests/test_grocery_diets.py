@@ -47,3 +47,21 @@ def test_what_is_labelled_for_a_diet_is_guessed_before_what_only_may_fit(restric
 def test_of_what_is_asked_for_the_labelled_one_is_taken() -> None:
     assert talked({}, "I'm vegan. Add chocolate chips.")[0].basket == {"Vegan Chocolate Chips": 1}
     assert talked({}, "Add dark chocolate chips.")[0].basket == {"Dark Chocolate Chips": 1}
+
+
+BASKET = {"Rye Bread": 1, "Whole Milk": 2, "Gluten-Free Chocolate Cake": 1}
+
+
+@pytest.mark.parametrize(
+    ("said", "left"),
+    [
+        ("Remove the Gluten-Free Chocolate Cake.", {"Rye Bread": 1, "Whole Milk": 2}),
+        ("Take the gluten-free cake out", {"Rye Bread": 1, "Whole Milk": 2}),
+        ("Change everything to gluten-free", {"Whole Milk": 2, "Gluten-Free Chocolate Cake": 1}),
+        ("Make them all vegan, please.", {"Rye Bread": 1}),
+    ],
+)
+def test_a_label_of_what_is_to_leave_is_no_diet_and_one_for_all_is(
+    said: str, left: dict[str, int]
+) -> None:
+    assert talked(BASKET, said)[0].basket == left

@@ -109,6 +109,11 @@ _LABEL_REFUSED = re.compile(
     r"|stuff))*\s*$"
 )
 """Before a restriction's name: what is labelled so is refused."""
+_REMOVED = re.compile(
+    r"\b(?:remove|delete|discard|return|swap|replace|exchange|change|take (?:out|off|away|back)"
+    r"|get rid of|put back)\b(?:(?!\b(?:for|with|by|to)\b).)*$"
+)
+"""Before the label of a thing that is to leave."""
 _OTHERWISE = re.compile(r"\s(?:\w+ )?(?:also )?(?:fine|ok|okay|good|will do)\b")
 _WAIVED = re.compile(
     r"\s(?:is|are)(?:n't| not) (?:a must|necessary|needed|required|important)|\s(?:does|need)n't\b"
@@ -223,7 +228,7 @@ def _stated(sentence: str, match: re.Match[str]) -> bool | None:
         return False
     if re.search(r"\bnon[- ]$", before):
         return False if _OTHERWISE.match(after) else None
-    if asks(sentence):
+    if asks(sentence) or _REMOVED.search(_clause(sentence, match.start())):
         return None
     if re.search(r"\bfor (?:[\w']+ )?$", before) and (people or not noun):
         return bool(re.search(rf"\b(?:{MEAL}|mak\w+|cook\w*|bak\w+|host\w*)\b", before)) or None

@@ -196,6 +196,13 @@ _CHANGES = [
     (re.compile(pattern), plainer)
     for pattern, plainer in (
         (
+            r"\b(?:swap|change|switch|turn|convert|make) (?:everything|it all|(?:all of )?(?:it|them)"
+            r" all|all of (?:it|them))(?: (?:for|to|into|with))?"
+            r" ([\w-]+-free|vegan|vegetarian|organic|halal)"
+            rf"(?: (?:things|items|versions?|ones|stuff|food))?{_END}",
+            r"everything must be \1",
+        ),
+        (
             rf"\b(?:swap|exchange|switch|trade|replace|substitute|change)(?: out)? {_THINGS}"
             rf" (?:for|with|by|to|against) (?=(?!{_NUMBER}{_END}){_THING}{_END})",
             rf". remove \1. add {IN_PLACE} ",
