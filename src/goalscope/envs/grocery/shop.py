@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from decimal import Decimal
 
 from goalscope import envs
-from goalscope.envs.grocery.amounts import MOST, Request, by_weight, packages, units
+from goalscope.envs.grocery.amounts import MOST, Request, packages
 from goalscope.envs.grocery.answers import answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import Choice, called, is_vague, taken
 from goalscope.envs.grocery.consent import consents
-from goalscope.envs.grocery.diets import implied, is_diet
 from goalscope.envs.grocery.hearing import Hearing, hear
 from goalscope.envs.grocery.limits import budget
 from goalscope.envs.grocery.names import Names
@@ -21,15 +20,15 @@ from goalscope.envs.grocery.orders import (
     is_order,
     leaves_open,
     so_many,
-    states_aim,
     tries_to_buy,
 )
 from goalscope.envs.grocery.profiles import checks_met
-from goalscope.envs.grocery.requests import Refusal, amount, refuses, unrefused
+from goalscope.envs.grocery.requests import amount, refuses, unrefused
 from goalscope.envs.grocery.rewording import SAME, SAME_ALL
 from goalscope.envs.grocery.search import Search
+from goalscope.envs.grocery.telling import listed, not_met, not_there
 from goalscope.envs.grocery.undoing import asks_for_guesses, standing, steps, undoes, undoing_notes
-from goalscope.envs.grocery.words import singulars, words
+from goalscope.envs.grocery.words import singulars
 from goalscope.types import Action, Profile, StepResult, Turn
 
 __all__ = ["NAMES", "GroceryShop"]
@@ -235,7 +234,7 @@ class GroceryShop:
         said = self._names.hidden(self._spoken(turns)[-1])
         has = any(self._choice.meant(each.phrase, hearing, ()) for each in hearing.newest)
         return not leaves_open(said) or is_order(
-            said, lambda each: self._means(_listed(each, has=has), hearing)
+            said, lambda each: self._means(listed(each, has=has), hearing)
         )
 
     def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
@@ -262,33 +261,16 @@ class GroceryShop:
         if hearing.unclear:
             told.append("It is not clear which thing you mean. Please name it.")
         lessened = any(result.action.name == "remove item" for result in results)
-        for removal in hearing.removed:
-            phrase = removal.phrase
-            by_diet = lessened and implied(phrase, Refusal.DROPPED)
-            if not (taken(removal, held) or is_vague(phrase) or by_diet):
-                phrase = f"{phrase} things" if is_diet(phrase) else phrase
-                verb = "were" if singulars(phrase)[-1:] != words(phrase)[-1:] else "was"
-                told.append(f"There {verb} no {phrase} in the basket.")
+        told += not_there(hearing.removed, held, lessened=lessened)
         meant = [self._choice.meant(r.phrase, hearing, self._basket) for r in hearing.newest]
         for request, item in zip(hearing.newest, meant, strict=True):
             if request.change == "cheaper":
                 item = self._dearer(request) or item
-            there = before.get(item.name, 0) if item and request.change == "more" else 0
             if item is None:
-                told += self._choice.lacking(_listed(request, has=any(meant)), hearing)
-            elif units(request, item) + there > MOST:
-                told.append(f"The basket holds at most {MOST} of one item: {item.name}.")
-            elif request.change == "cheaper" and self._is_same(item, before):
-                price = self.catalogue.money(item.price)
-                told.append(
-                    f"The shop has nothing of the kind that is cheaper: {item.name}, {price}."
-                )
-            elif request.change == "half" and before.get(item.name) == 1:
-                told.append(f"1 x {item.name} is the least that can be bought.")
-            elif request.outright and self._is_same(item, before):
-                told.append(f"The basket holds {before[item.name]} x {item.name} already.")
-            elif by_weight(request, item):
-                told.append(f"{item.name}: {self._basket[item.name]} x {item.unit}.")
+                told += self._choice.lacking(listed(request, has=any(meant)), hearing)
+                continue
+            price = self.catalogue.money(item.price)
+            told += filter(None, [not_met(request, item, before, self._basket, price)])
         return told
 
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
@@ -417,10 +399,6 @@ class GroceryShop:
         request = replace(request, phrase=phrase)
         return request.outright and bool(self._choice.lacking(request, hearing))
 
-    def _is_same(self, item: Item, before: Mapping[str, int]) -> bool:
-        """Whether the basket holds as much of the item as it did, and some."""
-        return 0 < before.get(item.name, 0) == self._basket.get(item.name, 0)
-
     def _contents(self) -> list[tuple[Item, int]]:
         pairs = ((self.catalogue.get(name), n) for name, n in self._basket.items())
         return [(item, n) for item, n in pairs if item is not None]
@@ -467,12 +445,6 @@ class GroceryShop:
         total = self.catalogue.money(self.total)
         told = f"The basket is now purchased for {total}.\n{self.status()}"
         return StepResult(action, True, told, terminated=True, irreversible=True)
-
-
-def _listed(request: Request, *, has: bool) -> Request:
-    """A short request as one that is outright, if what is listed with it is of the shop."""
-    short = has and len(request.phrase.split()) <= 2 and not states_aim(request.phrase)
-    return replace(request, outright=request.outright or short)
 
 
 def _stays(item: Item, hearing: Hearing) -> bool:

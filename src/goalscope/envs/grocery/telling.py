@@ -1,0 +1,58 @@
+"""What a person is told of what they asked for and did not get as they may have meant it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from goalscope.envs.grocery.amounts import MOST, Request, by_weight, units
+from goalscope.envs.grocery.catalogue import Item
+from goalscope.envs.grocery.choosing import is_vague, taken
+from goalscope.envs.grocery.diets import implied, is_diet
+from goalscope.envs.grocery.orders import states_aim
+from goalscope.envs.grocery.requests import Refusal
+from goalscope.envs.grocery.words import singulars, words
+
+__all__ = ["listed", "not_met", "not_there"]
+
+
+def not_there(removed: Sequence[Request], held: Sequence[Item], *, lessened: bool) -> Iterator[str]:
+    """What was to leave a basket that did not hold it; a diet may have `lessened` that."""
+    for removal in removed:
+        phrase = removal.phrase
+        by_diet = lessened and implied(phrase, Refusal.DROPPED)
+        if not (taken(removal, held) or is_vague(phrase) or by_diet):
+            phrase = f"{phrase} things" if is_diet(phrase) else phrase
+            verb = "were" if singulars(phrase)[-1:] != words(phrase)[-1:] else "was"
+            yield f"There {verb} no {phrase} in the basket."
+
+
+def not_met(
+    request: Request, item: Item, before: Mapping[str, int], now: Mapping[str, int], price: str
+) -> str:
+    """Why a request for an item, at its price, changed nothing, or more than meant; "" if not so.
+
+    Args:
+        request: What was asked for.
+        item: What it means.
+        before: The basket, item name to quantity, before the round.
+        now: The basket after it.
+        price: Of the item.
+    """
+    was, is_now = before.get(item.name, 0), now.get(item.name, 0)
+    if units(request, item) + (was if request.change == "more" else 0) > MOST:
+        return f"The basket holds at most {MOST} of one item: {item.name}."
+    if request.change == "cheaper":
+        dearest = f"The shop has nothing of the kind that is cheaper: {item.name}, {price}."
+        return dearest if 0 < was == is_now else ""
+    if request.change == "half" and was == 1:
+        return f"1 x {item.name} is the least that can be bought."
+    if request.outright and 0 < was == is_now:
+        return f"The basket holds {was} x {item.name} already."
+    return f"{item.name}: {is_now} x {item.unit}." if is_now and by_weight(request, item) else ""
+
+
+def listed(request: Request, *, has: bool) -> Request:
+    """A short request as one that is outright, if what is listed with it is of the shop."""
+    short = has and len(request.phrase.split()) <= 2 and not states_aim(request.phrase)
+    return replace(request, outright=request.outright or short)
