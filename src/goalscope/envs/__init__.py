@@ -75,9 +75,10 @@ class Environment(Protocol):
         ...
 
     def is_order(self, turns: Sequence[Turn]) -> bool:
-        """Whether the newest words are nothing but orders and refusals that were understood.
+        """Whether the newest words leave nothing to guess.
 
-        Nothing is guessed for such words, as they say exactly what is to be done.
+        They say exactly what is to be done, are orders that nobody here can follow, or call off,
+        put off, refuse or ask something without any aim besides.
         """
         return False
 

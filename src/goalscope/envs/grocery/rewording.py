@@ -196,8 +196,8 @@ _CHANGES = [
     (re.compile(pattern), plainer)
     for pattern, plainer in (
         (
-            r"\b(?:swap|change|switch|turn|convert|make) (?:everything|it all|(?:all of )?(?:it|them)"
-            r" all|all of (?:it|them))(?: (?:for|to|into|with))?"
+            r"\b(?:swap|change|switch|turn|convert|make)"
+            r" (?:everything|it all|them all|all of (?:it|them))(?: (?:for|to|into|with))?"
             r" ([\w-]+-free|vegan|vegetarian|organic|halal)"
             rf"(?: (?:things|items|versions?|ones|stuff|food))?{_END}",
             r"everything must be \1",
