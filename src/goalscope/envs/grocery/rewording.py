@@ -75,7 +75,7 @@ _REWORDED = [
         (r"\ballerg(?:y|ies|ens?)\s?:", "allergic to"),
         (r"(?<=\d),(?=\d{3}\b)", ""),
         (r"\b(?:there(?:'s| is) )?no need (?:for|of) (?=\w)", "don't need "),
-        (rf"{_BEGIN}(?:i|we) (?:wanted|asked for|ordered) (?!to\b)(?=\w)", "i want "),
+        (r"^(?:(?:no|but|hey|sorry|oops)[ ,]+)+(?:i|we) (?:wanted|asked for) (?!to\b)", "i want "),
         (r",? ?\bif (?:you have|there(?:'s| is| are)) (?:any|some|it|them|one)\b,?", ""),
         (
             r"\b(?:\w+n't|not|never)(?: let (?:me|us))?(?: ever)? (?:forget|miss|skip|omit|drop"
@@ -148,11 +148,11 @@ _RESTRICTS = re.compile(r"allerg|intoleran|\b(?:no|not|cannot|without|avoid|neve
 _NAMED = r"(?!(?:is|are|was|were|can|do|does|should|that)\b)[\w'%-]+"
 _NOT_BUT = re.compile(
     r"^(?:(?:no|sorry|wait|oops|hey|but|please|ok|okay)[ ,.!]+)*"
-    r"(?P<told>(?:i|we)(?:'d| would| had)? (?:clearly |actually |only )?(?:meant?|said|want(?:ed)?"
-    r"|asked for|ordered|like|prefer|need(?:ed)?) |(?:add|buy|get|use|give me|get me) )?"
+    r"(?:(?:i|we)(?: had)? (?:clearly |actually |only )?(?:meant?|said|want(?:ed)?|asked for) "
+    r"|(?:add|buy|get|use|give me|get me) )"
     rf"(?!(?:{_IT}|i|i'm|we|we're|he|she|they|you|there|but|not|maybe|remove|delete|drop|take|put"
     r"|leave|keep|swap|replace|change|cancel|make)\b)"
-    rf"({_NAMED}(?: {_NAMED}){{0,4}}?)(?(told),?|,) (?:and )?not (?!{_NUMBER}{_END})"
+    rf"({_NAMED}(?: {_NAMED}){{0,4}}?),? (?:and )?not (?!{_NUMBER}{_END})"
     rf"(?:the |any |an? |some )?({_NAMED}(?: {_NAMED}){{0,3}}?)(?: please)?[.!]*$"
 )
 """One thing and not another: "I said almond milk, not yogurt"."""
@@ -165,7 +165,9 @@ _REASON = re.compile(
 )
 _NO_I_MEANT = re.compile(
     r"^(?:(?:no|nope|sorry|wait|oops|hey|but)[ ,.!]+)+(?:i|we) meant?,? "
-    rf"(?!{_NUMBER}{_END})([^.;!?,]{{1,60}})[.!]*$"
+    rf"(?!{_NUMBER}{_END}|(?:{_IT}|for|to|in|on|at|by|nothing|everything|all|every|without|with"
+    r"|organic|remove|take|get|drop|delete|no|not|only|just|now|later|today|tomorrow|that)\b)"
+    r"([^.;!?,]{1,60})[.!]*$"
 )
 _MEANT = re.compile(r",\s*([^,.;!?]+?),? i mean(?:t)?(?=[.;!?]|$)")
 _ALONE_WANTED = re.compile(
@@ -283,7 +285,8 @@ _CHANGES = [
         (r"\bi (?:said|meant) (?=exactly )", ""),
         *(
             (
-                r"\b(?:i|we)(?: had|'d)? (?:wanted|asked for|ordered|needed|said)(?: only| just)?"
+                r"\b(?:i|we)(?: had|'d)? (?:wanted|asked for|said)(?: only| just)?"
+                r"(?![^.;!?]*\b(?:got|yesterday|last|before|earlier|never mind)\b)"
                 rf" (?!(?:an?|of|and|half)\b){how}",
                 f". add exactly {amount}",
             )
@@ -393,7 +396,7 @@ class Said:
 def heard(utterance: str) -> tuple[Said, ...]:
     """The clauses of `utterance` in lower case, reworded; changes only where they are ordered."""
     text = re.sub(r"\s*\n\s*", ". ", _BULLET.sub(", ", utterance[:2000]).strip())
-    text = _NOT_BUT.sub(r"add \2 instead of \3", unreasoned(evened(text)))
+    text = _NOT_BUT.sub(r"add \1 instead of \2", unreasoned(evened(text)))
     text = _NO_I_MEANT.sub(rf"add \1 instead of {SAME_ONE}", text)
     text = unlimited(_ALONE_WANTED.sub(r". keep only \1. only \1\2", text))
     text = re.sub(r"\b(remove|delete|drop|take out|add|get|buy):[\s,]*", r"\1 ", text)

@@ -214,7 +214,7 @@ class GroceryShop:
                 number = packages(request, item) - (0 if request.change == "more" else held)
                 if request.change in ("double", "half") and held:
                     number = held if request.change == "double" else -(held // 2)
-                if request.change == "as many":
+                if request.change == "as many" and not held:
                     out = {each for old in request.replaces for each in called(old, [*gone])}
                     number = max(number, gone[out.pop()] if len(out) == 1 else 0)
                 if number > 0 or request.change in ("exactly", "half"):

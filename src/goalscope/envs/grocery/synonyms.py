@@ -111,12 +111,7 @@ def translator(has: Callable[[str], bool]) -> Callable[[str], str]:
         re.IGNORECASE,
     )
 
-    def shown(match: re.Match[str]) -> str:
-        name = known[spelled[match[0].casefold()]]
-        plural = match[0][-1] in "sS" and not name.endswith("s")
-        return _plurals(name)[-1 if name.endswith("y") else 0] if plural else name
-
-    return lambda text: pattern.sub(shown, text)
+    return lambda text: pattern.sub(lambda found: known[spelled[found[0].casefold()]], text)
 
 
 def _plurals(name: str) -> tuple[str, str, str]:
