@@ -53,6 +53,7 @@ _PATTERNS = (
     r"how's (?:it going|that)(?: .*)?",
     r"(?:did|didn't|have|haven't|had|are|aren't|were|weren't) (?:you|i|we)\b"
     r"(?! (?:able|going|got|seen|heard|any|ideas?|suggestions?|recommendations?)\b) .*",
+    rf"(?:i|we) (?:really |just )?meant? {_THAT}(?: (?:as|in|for) .*| seriously| ironically)?",
     rf"(?:is|isn't|was|wasn't|are|aren't|were|weren't) {_THAT}\b"
     r"(?! (?:ok(?:ay)?|possible|fine|too late)\b)(?: .*)?",
     r"do you (?:(?:even |really )?(?:understand|listen|hear me|get it)|see the problem)(?: .*)?",

@@ -245,7 +245,7 @@ def _suits(text: str, shop: Stock) -> str | None:
         against = [item for item in items if violates(item, name)]
         unsure = [item for item in items if name not in item.tags]
         how = "Not" if against else "I cannot tell whether this is" if unsure else "Listed as"
-        listed = ", ".join(item.name for item in (against or unsure or items)[:_NAMED])
+        listed = ", ".join(item.name for item in against or unsure or items)
         told.append(f"{how} {name}: {listed}.")
     return " ".join([*told, "I know only names and categories, so please read the label."])
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 from goalscope.envs.grocery.amounts import PACKS, WORD, Request
 from goalscope.envs.grocery.diets import MEAL, diet
@@ -131,7 +132,7 @@ def is_order(utterance: str, meant: Callable[[Request], bool]) -> bool:
     text = unreasoned(evened(rest))
     if wants_ideas(rest) or _AIM.search(text) or any(map(_MADE.match, made(text))):
         return False
-    told = unlimited(text) != text
+    told, known = unlimited(text) != text, cache(meant)
     for said in heard(rest):
         if said.mood is Mood.QUESTION or unasked(said):
             told = True
@@ -139,7 +140,7 @@ def is_order(utterance: str, meant: Callable[[Request], bool]) -> bool:
         refuses = bool(clears(said) or spared(said) or removed(said) or unwanted(said))
         told = told or refuses
         for piece, request, asked in pieces(said):
-            if request and meant(replace(request, outright=asked or request.outright)):
+            if request and known(replace(request, outright=asked or request.outright)):
                 told = True
             elif _EMPTY.fullmatch(piece) or (refuses and _PERSON.fullmatch(piece.strip() + " ")):
                 continue

@@ -75,7 +75,6 @@ _REWORDED = [
         (r"\ballerg(?:y|ies|ens?)\s?:", "allergic to"),
         (r"(?<=\d),(?=\d{3}\b)", ""),
         (r"\b(?:there(?:'s| is) )?no need (?:for|of) (?=\w)", "don't need "),
-        (r"^(?:(?:no|but|hey|sorry|oops)[ ,]+)+(?:i|we) (?:wanted|asked for) (?!to\b)", "i want "),
         (r",? ?\bif (?:you have|there(?:'s| is| are)) (?:any|some|it|them|one)\b,?", ""),
         (
             r"\b(?:\w+n't|not|never)(?: let (?:me|us))?(?: ever)? (?:forget|miss|skip|omit|drop"
@@ -156,6 +155,24 @@ _NOT_BUT = re.compile(
     rf"(?:the |any |an? |some )?({_NAMED}(?: {_NAMED}){{0,3}}?)(?: please)?[.!]*$"
 )
 """One thing and not another: "I said almond milk, not yogurt"."""
+_OTHER_KIND = re.compile(
+    rf"^((?:{_NAMED} ){{1,3}}(?P<kind>[a-z]+)),? (?:and )?not (?:the )?"
+    rf"((?:{_NAMED} ){{1,3}}(?P=kind))(?: please)?[.!]*$"
+)
+_OTHER_NAME = re.compile(r"^(\u01c1\d+),? (?:and )?not (?:the )?(\u01c1\d+)(?: please)?[.!]*$")
+"""The same of two things of one kind: "oat milk, not whole milk"."""
+_WANTED = re.compile(
+    r"^(?:(?:no|but|hey|sorry|oops)[ ,]+)*(?:i|we) (?:wanted|asked for) "
+    rf"(?!to\b|(?!(?:an?|of|and|half)\b){_NUMBER}\b|"
+    r".*\b(?:yesterday|last|before|earlier)\b)([^.,;!?]{1,60})[.!]*$"
+)
+"""What is still wanted, since nothing else is said."""
+_CALLED_BACK = re.compile(
+    r"(?:^|(?<=[.;!?,])|\band )(?:(?!\band\b)[^.;!?,])+[.;!?,]? (?:(?:no|wait|actually|oh|sorry)"
+    r"[, .!]+)+(?:keep (?:it|them|that)|don't|do not|leave (?:it|them|that)(?: there| alone)?"
+    r"|forget (?:it|that)|never ?mind)[ .!]*$"
+)
+"""What is taken back as soon as it is said: "remove the milk, no, keep it"."""
 _REASON = re.compile(
     r"(?:^|(?<=[,.;!?] ))(?:since |because |as )?(?:we|they|there|i|you)(?:'re| are|'ll be"
     r"| will be| have)"
@@ -397,8 +414,13 @@ def heard(utterance: str) -> tuple[Said, ...]:
     """The clauses of `utterance` in lower case, reworded; changes only where they are ordered."""
     text = re.sub(r"\s*\n\s*", ". ", _BULLET.sub(", ", utterance[:2000]).strip())
     text = _NOT_BUT.sub(r"add \1 instead of \2", unreasoned(evened(text)))
+    text = _OTHER_NAME.sub(r"add \1 instead of \2", _CALLED_BACK.sub("", text))
+    text = _WANTED.sub(r"i want \1", _OTHER_KIND.sub(r"add \1 instead of \3", text))
     text = _NO_I_MEANT.sub(rf"add \1 instead of {SAME_ONE}", text)
     text = unlimited(_ALONE_WANTED.sub(r". keep only \1. only \1\2", text))
+    text = re.sub(
+        r"\b((?:remove|delete|drop|take out)\b[^.;!?,]*?) first(?=[.;!?,]|$)", r"\1", text
+    )
     text = re.sub(r"\b(remove|delete|drop|take out|add|get|buy):[\s,]*", r"\1 ", text)
     text = re.sub(r"([^\w\s'])(?:\s*\1)+", r"\1", text)
     text = text.replace(" go ahead and ", " ")

@@ -202,7 +202,10 @@ class GroceryShop:
                 if removal.change == "fewer":
                     break
         gone = {item: -plan[item.name] for item, _ in self._contents() if plan.get(item.name)}
+        stays = [item for item, number in self._contents() if number + plan.get(item.name, 0) > 0]
         for request in hearing.wanted:
+            if request not in hearing.newest and called(request.phrase, stays):
+                continue
             if request.change == "cheaper":
                 old = self._dearer(request)
                 item = self._choice.cheaper(old, request.phrase, hearing)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator
+from functools import lru_cache
 
 __all__ = [
     "asks",
@@ -98,7 +99,12 @@ def singular(word: str) -> str:
 
 def singulars(text: str) -> list[str]:
     """The words of `text`, each in the singular."""
-    return [singular(word) for word in words(text)]
+    return [*_singulars(text)]
+
+
+@lru_cache(maxsize=8192)
+def _singulars(text: str) -> tuple[str, ...]:
+    return tuple(singular(word) for word in words(text))
 
 
 def contains(text: Collection[str], term: Collection[str]) -> bool:
