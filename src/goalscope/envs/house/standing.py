@@ -13,7 +13,7 @@ from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase
 from goalscope.envs.house.referents import Referents
 
-__all__ = ["Standing"]
+__all__ = ["Standing", "opposed"]
 
 _RIVALS = {
     **dict.fromkeys(("put", "pick up"), "place"),
@@ -160,6 +160,13 @@ class Standing(Referents):
                 self.permitted[verb, name] = 1
         elif few or (not thing.described and (thing.every or thing.number)):
             self.permitted[verb, kinds[0]] = thing.number or (0 if thing.every else 1)
+
+
+def opposed(one: Request, other: Request) -> bool:
+    """Whether what one request asks for may be what the other has ended."""
+    rivals = _RIVALS.get(one.verb, one.verb) == _RIVALS.get(other.verb, other.verb)
+    same = (one.verb, one.destination_types) == (other.verb, other.destination_types)
+    return rivals and not same and not {*one.object_types}.isdisjoint(other.object_types)
 
 
 def _moves_on(old: Request, new: Request) -> bool:
