@@ -209,29 +209,9 @@ class _Listener(Standing):
             return
         earlier, act = len(self.wanted), (request.verb, request.destination_types)
         kept = {old.name for old in stood if (old.verb, old.destination_types) == act}
-        parts = [back] if back.object_types else []
-        if back.every and not kept.isdisjoint(self.type_of):
-            parts = [
-                replace(back, object_types=(kind,), name=name, every=False)
-                for name, kind in self.type_of.items()
-                if kind in back.object_types and name not in kept
-            ]
-        for part in parts:
+        for part in self.each_but(kept, back):
             self.newest.append(part)
             self.add(part, earlier)
-
-    def all_but(self, stood: Sequence[Request], part: Request) -> Request:
-        """Narrow an inverse for every thing, which `stood` displaced, to as many as it leaves."""
-        if not part.every or part in self.wanted or len(part.object_types) > 1:
-            return part
-        kept = [old for old in stood if old.object_types == part.object_types]
-        count = self.count[part.object_types[0]]
-        left = count - sum(count if old.every else max(old.number, 1) for old in kept)
-        if not kept or left < 1:
-            return part
-        part = replace(part, every=False, number=left)
-        self.wanted.append(part)
-        return part
 
     def replied(self, turn: Turn) -> str:
         """Read a plain yes or no to the question for leave; what else is said is left."""

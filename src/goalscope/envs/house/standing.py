@@ -115,6 +115,29 @@ class Standing(Referents):
             kept.append(old)
         self.wanted = [*kept, request]
 
+    def each_but(self, kept: set[str], back: Request) -> list[Request]:
+        """An inverse; where it is for every thing, and some are `kept` by name, one for each."""
+        if not back.every or kept.isdisjoint(self.type_of):
+            return [back] if back.object_types else []
+        return [
+            replace(back, object_types=(kind,), name=name, every=False)
+            for name, kind in self.type_of.items()
+            if kind in back.object_types and name not in kept
+        ]
+
+    def all_but(self, stood: Sequence[Request], part: Request) -> Request:
+        """Narrow an inverse for every thing, which `stood` displaced, to as many as it leaves."""
+        if not part.every or part in self.wanted or len(part.object_types) != 1:
+            return part
+        kept = [old for old in stood if old.object_types == part.object_types]
+        count = self.count[part.object_types[0]]
+        left = count - sum(count if old.every else max(old.number, 1) for old in kept)
+        if not kept or left < 1:
+            return part
+        part = replace(part, every=False, number=left)
+        self.wanted.append(part)
+        return part
+
     def refuse(self, verb: str, kinds: Sequence[str]) -> None:
         """Rule out a verb, or with "" any, for these types."""
         self.refused |= {(verb, kind) for kind in kinds}
