@@ -70,14 +70,18 @@ def spent(first: View, view: View, hearing: Hearing, done: Sequence[Action]) -> 
     for request in hearing.wanted:
         if request in hearing.newest:
             continue
-        served = [action.target for action in done if serves(view, action, request)]
+        served = [
+            action.target
+            for action in done
+            if serves(view, action, request) and request.name in ("", action.target)
+        ]
         times = max(hearing.asked.count(replace(request, passing=False)), 1)
         enough = len(served) >= times * max(request.number, 1)
         if request.every:
             lacking = meet(view, [request], first.table)
             enough = all(served.count(action.target) >= times for action in lacking)
         home = request.destination_types == (HOME,)
-        if enough or (not home and met(first, request, first.table)):
+        if enough or (times < 2 and not home and met(first, request, first.table)):
             yield request
 
 
