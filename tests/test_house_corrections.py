@@ -356,3 +356,36 @@ def test_scenes_are_found_in_any_case() -> None:
     assert load_scene("kitchen1").name == load_scene("KITCHEN1").name == load_scene("Kitchen1").name
     with pytest.raises(InvalidInputError, match="There is no scene 'kitchen'"):
         load_scene("kitchen")
+
+
+SINK = "now in the sink basin"
+
+
+@pytest.mark.parametrize(
+    ("said", "changes", "notes"),
+    [
+        (["open cabinet 1", "open all the cabinets", "undo that"], {"cabinet 1: open"}, []),
+        (["open cabinet 1", "close all the cabinets", "undo that"], {"cabinet 1: open"}, []),
+        (["open a cabinet", "open all the cabinets", "undo that"], {"cabinet 1: open"}, []),
+        (["open all the cabinets", "close cabinet 1", "undo that"],
+         {"cabinet 1: open", "cabinet 2: open", "cabinet 3: open"}, []),
+        (["put mug 1 in the sink", "put all the mugs in the sink", "undo that"],
+         {f"mug 1: {SINK}"}, []),
+        (["put the mug in the sink", "put all the mugs in the fridge", "undo that"],
+         {f"mug 2: {SINK}"}, []),
+        (["put a mug in the sink", "fill it with water", "fill it with coffee"],
+         {f"mug 2: filled with water, {SINK}"}, ["Mug 2 is filled already."]),
+        (["fill the mug with coffee", "fill the mug with water", "undo that"],
+         {"mug 2: filled with coffee"}, ["There is nothing to undo."]),
+        (["open cabinet 1", "open cabinet 2", "close everything", "undo that"],
+         {"cabinet 1: open", "cabinet 2: open"}, []),
+        (["turn on the light", "turn everything off", "undo that"], set(), []),
+        (["hang on a minute"], set(), []),
+        (["open the fridge", "hold on just one second, please"], {"fridge: open"}, []),
+        (["Hang on a minute, open the fridge"], {"fridge: open"}, []),
+    ],
+)  # fmt: skip
+def test_what_earlier_words_asked_for_stays(
+    said: list[str], changes: set[str], notes: list[str]
+) -> None:
+    assert told("Kitchen1", *said)[:2] == (changes, notes)

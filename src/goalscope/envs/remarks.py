@@ -74,7 +74,8 @@ _PATTERNS = (
     rf"(?:this|that|it) (?:makes|made) no sense{_REST}",
     rf"(?:wrong|incorrect|not (?:right|really|exactly|quite|yet|now|sure|today|good|bad)){_REST}",
     rf"too (?:much|many|expensive){_REST}",
-    r"no+(?: (?:no|way|idea|problem|worries|need))*|nope|nah|stop(?: it| that)?|wait(?: a \w+)?"
+    r"no+(?: (?:no|way|idea|problem|worries|need))*|nope|nah|stop(?: it| that)?"
+    r"|(?:wait|hang on|hold on)(?: (?:for )?(?:just )?(?:a|one) \w+)?(?: please)?"
     r"|ugh|wtf|whatever|never ?mind(?: that| it)?|forget (?:it|that)|let me (?:think|see)(?: .*)?",
     rf"(?:many |big )?(?:thanks|thank you|cheers|thx){_REST}",
     rf"(?:good|great|fine|perfect|nice|lovely|wonderful|excellent|awesome|cool|super|brilliant"

@@ -68,8 +68,8 @@ class Hearing:
         asked: All that was ever asked for, as often as it was.
         stuck: Whether an order of the newest words cannot be followed, or was not understood and
             is no aim such as "tidy up".
-        undone: What the newest words undo besides orders: "all" that is not as it was, what was
-            "guessed" last, or "".
+        undone: What the newest words undo: "all" that is not as it was, what was "guessed" last
+            besides orders, "orders" alone, or "".
     """
 
     wanted: tuple[Request, ...] = ()

@@ -20,7 +20,7 @@ from goalscope.envs.house.names import are, names, readable, the
 from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase, PhraseReader, first_named
 from goalscope.envs.house.referents import TO_SLICES
-from goalscope.envs.house.standing import Standing
+from goalscope.envs.house.standing import Standing, opposed
 from goalscope.envs.house.undoing import NOTHING, UNKNOWN, inverse, meant_only, undoes, was_done
 from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import evened, lowered
@@ -181,25 +181,37 @@ class _Listener(Standing):
                 return
         del self.orders[max(first, 0) :]
         stood, displaced, self.wanted = undone[0][0] if undone else [], self.wanted, []
-        for request in (each for _, orders in reversed(undone) for each in reversed(orders)):
-            self.reverse(request)
+        requests = [each for _, orders in reversed(undone) for each in reversed(orders)]
+        for request in requests:
+            self.reverse(request, stood)
         for old in stood:
             self.add(old, len(self.wanted))
-        self.asked += [old for old in stood if old not in displaced]
-        if not (self.newest or self.missed or self.undone):
+        self.newest = [self.all_but(stood, part) for part in self.newest]
+        again = [
+            old for old in stood if old not in displaced or any(opposed(old, r) for r in requests)
+        ]
+        self.asked += again
+        if not (self.newest or self.missed or self.undone or again):
             self.missed.append(NOTHING)
+        self.undone = self.undone or "orders"
 
-    def reverse(self, request: Request) -> None:
-        """Ask for the inverse of a request; where it has none and was met, keep that as missed."""
+    def reverse(self, request: Request, stood: Sequence[Request] = ()) -> None:
+        """Ask for the inverse of a request; where it has none and was met, keep that as missed.
+
+        What requests that `stood` before ask for by name stays as it is.
+        """
         back = inverse(request, self.start)
         if back is None:
             if not was_done(request, self.objects, self.start):
                 return
             name = the(readable(request.object_types[0]))
             self.missed.append(f"I cannot undo that: {request.verb} {name}.")
-        elif back.object_types:
-            self.newest.append(back)
-            self.add(back, len(self.wanted))
+            return
+        earlier, act = len(self.wanted), (request.verb, request.destination_types)
+        kept = {old.name for old in stood if (old.verb, old.destination_types) == act}
+        for part in self.each_but(kept, back):
+            self.newest.append(part)
+            self.add(part, earlier)
 
     def replied(self, turn: Turn) -> str:
         """Read a plain yes or no to the question for leave; what else is said is left."""
@@ -360,8 +372,13 @@ class _Listener(Standing):
         named = {kind for thing in clause.things for kind in thing.types}
         if not clause.corrects or not named:
             return
-        ordered = [old for old in self.wanted if old.verb == self.order.verb]
-        alike = [old for old in ordered if not named.isdisjoint(old.object_types)]
+        alike = [
+            old
+            for old in self.wanted
+            if old.verb == self.order.verb
+            and not named.isdisjoint(old.object_types)
+            and (old in self.fresh or old.destination_types != (HOME,))
+        ]
         wrong = alike or self.fresh
         self.wanted = [old for old in self.wanted if old not in wrong]
         for old in wrong:

@@ -70,14 +70,18 @@ def spent(first: View, view: View, hearing: Hearing, done: Sequence[Action]) -> 
     for request in hearing.wanted:
         if request in hearing.newest:
             continue
-        served = [action.target for action in done if serves(view, action, request)]
+        served = [
+            action.target
+            for action in done
+            if serves(view, action, request) and request.name in ("", action.target)
+        ]
         times = max(hearing.asked.count(replace(request, passing=False)), 1)
         enough = len(served) >= times * max(request.number, 1)
         if request.every:
             lacking = meet(view, [request], first.table)
-            enough = {action.target for action in lacking} <= {*served}
+            enough = all(served.count(action.target) >= times for action in lacking)
         home = request.destination_types == (HOME,)
-        if enough or (not home and met(first, request, first.table)):
+        if enough or (times < 2 and not home and met(first, request, first.table)):
             yield request
 
 
@@ -189,7 +193,7 @@ class _Foreseen:
     ) -> tuple[Any, ...]:
         """How well a thing fits requests: by what was done to it, and what it lacks."""
         free = not any((request.verb, own) in used for request in thread)
-        apt = not any(self.holds_else(request, own) for request in thread)
+        apt = not any(_any_vessel(each) and self.holds_else(each, own) for each in thread)
         done = sum(self.done(request, own) for request in thread)
         was, now = self.start.get(own), self.view.table[own]
         touched = was is None or any(was[key] != now[key] for key in PREDICATES)
@@ -261,7 +265,8 @@ class _Foreseen:
             things = [own for own in things if view.table[own][needs]]
             many = len(things) if request.every else many
         lacking = [own for own in things if self.lacks(request, own)]
-        lacking.sort(key=lambda own: own != view.held)
+        others = () if request.every else self.bound.values()
+        lacking.sort(key=lambda own: (own != view.held, own in others))
         so = len(things) - len(lacking)
         return [
             action
@@ -312,7 +317,13 @@ def _speaks_of(one: Request, other: Request) -> bool:
 
 
 def _fills_else(one: Request, other: Request) -> bool:
-    return one.verb == other.verb == "fill" and one.liquid != other.liquid
+    vessel = _any_vessel(one) or _any_vessel(other)
+    return one.verb == other.verb == "fill" and one.liquid != other.liquid and vessel
+
+
+def _any_vessel(request: Request) -> bool:
+    """Whether no one thing was named to be filled: "make coffee", "fill a mug"."""
+    return len(request.object_types) > 1 or bool(request.number)
 
 
 def _places(view: View, request: Request, own: str, start: Table) -> list[str]:

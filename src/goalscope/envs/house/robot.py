@@ -231,6 +231,8 @@ class HomeRobot:
             all_told = [UNKNOWN]
         if hearing.undone == "all" and not (results or any(self._view.changes(self._start))):
             all_told = [NOTHING]
+        if hearing.undone == "orders" and not (results or all_told):
+            all_told = [NOTHING]
         more = len(all_told) - _TOLD
         return all_told if more <= 0 else [*all_told[:_TOLD], f"And {more} more of that kind."]
 
@@ -326,7 +328,7 @@ class HomeRobot:
     def _undone(self, hearing: Hearing) -> list[Action]:
         """What brings back what was done besides the orders that are undone, too."""
         if hearing.undone != "guessed":
-            return restoring(self._view, self._start) if hearing.undone else []
+            return restoring(self._view, self._start) if hearing.undone == "all" else []
         unasked = takewhile(
             lambda act: not any(serves(self._view, act, each) for each in hearing.asked),
             reversed(self._done),

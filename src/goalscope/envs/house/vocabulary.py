@@ -281,6 +281,11 @@ _REWORDED = [
     (re.compile(pattern), plain)
     for pattern, plain in (
         (
+            r"\b(?:wait|hang on|hold on)(?: for)?(?: just)? (?:a|one)(?: \w+)?"
+            r" (?:sec|second|min|minute|moment|bit)\b",
+            "wait",
+        ),
+        (
             r"^(?:(?:no|oh|ok|okay|actually|sorry)[ ,]+)*(?:(?:no,? )?(?:wait|hang on|hold on)"
             r"|i(?:'ve| have)? changed my mind|on second thoughts?|never ?mind)[ ,.:-]+"
             r"(?!(?:until|till|for|about|a|\w+ing)\b)(?:so |and )?",
