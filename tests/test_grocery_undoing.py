@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+
 from fakes import said
 from goalscope.envs.grocery.undoing import besides_undoing, standing
 from goalscope.types import Action
@@ -70,7 +71,8 @@ def test_a_question_that_comes_with_it_is_answered() -> None:
     [
         ("Add whole milk, I'm allergic to nuts", "i'm allergic to nuts"),
         ("I'm allergic to nuts and eggs, add milk", "i'm allergic to nuts and eggs"),
-        ("Add milk and kale because nuts and eggs make me sick", "nuts and eggs make me sick"),
+        ("Add milk and kale because eggs make me sick", "everything must be egg-free"),
+        ("Add milk, I'm allergic to kiwi and figs", "i'm allergic to kiwi and figs"),
         ("Add milk", ""),
     ],
 )

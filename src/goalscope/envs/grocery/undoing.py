@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
+from goalscope.envs.grocery.diets import diet
 from goalscope.envs.grocery.moods import Mood
 from goalscope.envs.grocery.orders import besides_buying
 from goalscope.envs.grocery.requests import wanted
@@ -176,6 +177,9 @@ def _harm(utterance: str) -> str:
                     break
                 start = earlier
             told.append("".join(parts[start:end]).strip(" .,;!?"))
+        if _HARM.search(sentence.casefold()):
+            more = diet(sentence) - diet(". ".join(told))
+            told += [f"everything must be {name}" for name in sorted(more)]
     return ". ".join(dict.fromkeys(told))
 
 
