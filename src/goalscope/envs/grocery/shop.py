@@ -29,9 +29,9 @@ from goalscope.envs.grocery.rewording import SAME, SAME_ALL
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.telling import listed, not_met, not_there
 from goalscope.envs.grocery.undoing import (
+    Starts,
     asks_for_guesses,
     besides_undoing,
-    standing,
     steps,
     undoing_notes,
 )
@@ -66,9 +66,7 @@ class GroceryShop:
         self._basket: dict[str, int] = {}
         self._taken_out: set[str] = set()
         self._translated = lru_cache(maxsize=1024)(self._search.translated)
-        self._starts: dict[tuple[str, ...], dict[str, int]] = {}
-        self._lost: set[tuple[str, ...]] = set()
-        self._fresh = True
+        self._starts = Starts()
         self._bought = False
 
     @property
@@ -109,7 +107,6 @@ class GroceryShop:
         self._basket.clear()
         self._taken_out.clear()
         self._bought = False
-        self._fresh = True
 
     def close(self) -> None:
         """Nothing runs behind it."""
@@ -187,17 +184,18 @@ class GroceryShop:
         """
         if self._bought:
             return []
-        key = self._started(turns)
+        key = tuple(turn.utterance for turn in turns)
+        self._starts.note(key, self.basket, first=not (self._basket or self._taken_out))
         hearing, now = self._heard(turns), self.basket
         undoing = besides_undoing(key[-1]) if key else None
         rest = undoing is None or bool(undoing[1])
-        before = self._before(key)
+        before = self._starts.before(key)
         if before is None:
             return self._asked(hearing) if rest else []
         kept = {n: k if self._permits(n, hearing) else now.get(n, 0) for n, k in before.items()}
         target = {name: min(kept[name], number) for name, number in before.items() if kept[name]}
         if rest:
-            self._starts[key] = dict(target)
+            self._starts.correct(key, target)
             self._basket = dict(target)
             asked = self._asked(hearing)
             self._basket = now
@@ -287,8 +285,7 @@ class GroceryShop:
             told.append(f"The basket comes to {total}, above the {named} that you named.")
         guessed = [item.name for item in held if not self._asked_for(item, hearing)]
         key = tuple(turn.utterance for turn in turns)
-        taken_back = None if key in self._lost else self._standing(key)[1] is not None
-        told += undoing_notes(key[-1], results, guessed, taken_back=taken_back)
+        told += undoing_notes(key[-1], results, guessed, taken_back=self._starts.takes_back(key))
         if undoing := besides_undoing(key[-1]):
             told += filter(None, [answered(self._translated(undoing[1]), self)])
         if hearing.unclear:
@@ -317,7 +314,6 @@ class GroceryShop:
 
     def step(self, action: Action) -> StepResult:
         """Take one action. An impossible one changes nothing and says why."""
-        self._fresh = False
         if type(action.target) is not str:
             return StepResult(action, False, "What an action is done to is named by a text.")
         match action.name:
@@ -386,7 +382,7 @@ class GroceryShop:
 
     def _spoken(self, turns: Sequence[Turn]) -> list[str]:
         """What the person said and let stand; "add it" names what a question before was about."""
-        stands, _ = self._standing(tuple(turn.utterance for turn in turns))
+        stands, _ = self._starts.standing(tuple(turn.utterance for turn in turns))
         said = [self._translated(each) for each in stands]
         for i, turn in enumerate(turns):
             many = so_many(stands[i])
@@ -405,32 +401,6 @@ class GroceryShop:
             price = (item.price if item else None) or Decimal(0)
             total += price * action.quantity * (1 if action.name == "add item" else -1)
         return total
-
-    def _standing(self, said: tuple[str, ...]) -> tuple[tuple[str, ...], int | None]:
-        lost = frozenset(len(key) - 1 for key in self._lost if said[: len(key)] == key)
-        return standing(said, lost)
-
-    def _started(self, turns: Sequence[Turn]) -> tuple[str, ...]:
-        """Note the basket before a round, once; what of it is asked again is not another one."""
-        said = tuple(turn.utterance for turn in turns)
-        if len(said) == 1 and self._fresh:
-            self._starts, self._lost = {}, set()
-        elif len(said) > 1:
-            self._starts = {k: v for k, v in self._starts.items() if said[: len(k)] == k}
-            self._lost = {key for key in self._lost if said[: len(key)] == key}
-        self._starts.setdefault(said, self.basket)
-        _, last = self._standing(said)
-        if last is not None and said[: last + 1] not in self._starts:
-            self._lost.add(said)
-        return said
-
-    def _before(self, said: tuple[str, ...]) -> dict[str, int] | None:
-        """The basket before what is taken back; None for nothing, or where it is not known.
-
-        It is not known after a restart of the program.
-        """
-        _, last = self._standing(said)
-        return None if last is None else self._starts.get(said[: last + 1])
 
     def _permits(self, name: str, hearing: Hearing) -> bool:
         item = self.catalogue.get(name)

@@ -16,7 +16,7 @@ from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import evened
 from goalscope.types import Action, StepResult
 
-__all__ = ["asks_for_guesses", "besides_undoing", "standing", "steps", "undoing_notes"]
+__all__ = ["Starts", "asks_for_guesses", "besides_undoing", "standing", "steps", "undoing_notes"]
 
 _LEAD = (
     r"(?:(?:no|oh|oops|ok(?:ay)?|wait|sorry|actually|now|please|and|then|can you|could you|can we"
@@ -122,6 +122,45 @@ def steps(now: Mapping[str, int], before: Mapping[str, int]) -> list[Action]:
         *(Action("remove item", name, -number) for name, number in more.items() if number < 0),
         *(Action("add item", name, number) for name, number in more.items() if number > 0),
     ]
+
+
+class Starts:
+    """The baskets before the rounds of an episode, each by all that was said until then."""
+
+    def __init__(self) -> None:
+        """Nothing is known yet, as after a restart of the program."""
+        self._baskets: dict[tuple[str, ...], dict[str, int]] = {}
+        self._lost: set[tuple[str, ...]] = set()
+
+    def note(self, said: tuple[str, ...], basket: Mapping[str, int], *, first: bool) -> None:
+        """Keep the basket before a round, once; that of an episode's first round ends another."""
+        if len(said) == 1 and first:
+            self._baskets, self._lost = {}, set()
+        elif len(said) > 1:
+            self._baskets = {k: v for k, v in self._baskets.items() if said[: len(k)] == k}
+            self._lost = {key for key in self._lost if said[: len(key)] == key}
+        self._baskets.setdefault(said, {**basket})
+        _, last = self.standing(said)
+        if last is not None and said[: last + 1] not in self._baskets:
+            self._lost.add(said)
+
+    def correct(self, said: tuple[str, ...], basket: Mapping[str, int]) -> None:
+        """Have a round start with this basket, once an earlier one is taken back in it."""
+        self._baskets[said] = {**basket}
+
+    def before(self, said: tuple[str, ...]) -> dict[str, int] | None:
+        """The basket before what is taken back; None for nothing, or where it is not known."""
+        _, last = self.standing(said)
+        return None if last is None else self._baskets.get(said[: last + 1])
+
+    def takes_back(self, said: tuple[str, ...]) -> bool | None:
+        """Whether the newest words take something back; None where the basket is not known."""
+        return None if said in self._lost else self.standing(said)[1] is not None
+
+    def standing(self, said: tuple[str, ...]) -> tuple[tuple[str, ...], int | None]:
+        """What `standing` gives; what was asked in vain took nothing back."""
+        lost = frozenset(len(key) - 1 for key in self._lost if said[: len(key)] == key)
+        return standing(said, lost)
 
 
 @lru_cache(maxsize=256)
