@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from decimal import Decimal
+from functools import lru_cache
 
 from goalscope import envs
 from goalscope.envs.grocery.amounts import MOST, Request, packages
@@ -27,7 +28,13 @@ from goalscope.envs.grocery.requests import amount, refuses, unrefused
 from goalscope.envs.grocery.rewording import SAME, SAME_ALL
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.telling import listed, not_met, not_there
-from goalscope.envs.grocery.undoing import asks_for_guesses, standing, steps, undoes, undoing_notes
+from goalscope.envs.grocery.undoing import (
+    Starts,
+    asks_for_guesses,
+    besides_undoing,
+    steps,
+    undoing_notes,
+)
 from goalscope.envs.grocery.words import singulars
 from goalscope.types import Action, Profile, StepResult, Turn
 
@@ -58,7 +65,8 @@ class GroceryShop:
         self._choice = Choice(catalogue, self._search)
         self._basket: dict[str, int] = {}
         self._taken_out: set[str] = set()
-        self._starts: dict[tuple[str, ...], dict[str, int]] = {}
+        self._translated = lru_cache(maxsize=1024)(self._search.translated)
+        self._starts = Starts()
         self._bought = False
 
     @property
@@ -117,7 +125,7 @@ class GroceryShop:
 
     def kinds(self, text: str, limit: int) -> list[str]:
         """Generic names such as "flour" that may serve `text`, nearest first."""
-        text = self._search.translated(text)
+        text = self._translated(text)
         said = self._names.hidden(text)
         if refuses(said):
             text = self._names.shown(unrefused(said))
@@ -125,7 +133,7 @@ class GroceryShop:
 
     def mentioned(self, utterances: Sequence[str]) -> list[str]:
         """Generic names of things here that the person spoke of, and did not refuse."""
-        utterances = [self._search.translated(each) for each in utterances]
+        utterances = [self._translated(each) for each in utterances]
         hearing = hear(utterances, self._names)
         said = [self._names.brief(unrefused(self._names.hidden(each))) for each in utterances]
         text = f" {' '.join(singulars('. '.join(said)))} "
@@ -176,10 +184,28 @@ class GroceryShop:
         """
         if self._bought:
             return []
-        hearing = self._heard(turns)
-        self._starts.setdefault(tuple(turn.utterance for turn in turns), self.basket)
-        if turns and undoes(turns[-1].utterance):
-            return self._undoing(turns, hearing)
+        key = tuple(turn.utterance for turn in turns)
+        self._starts.note(key, self.basket, first=not (self._basket or self._taken_out))
+        hearing, now = self._heard(turns), self.basket
+        undoing = besides_undoing(key[-1]) if key else None
+        rest = undoing is None or bool(undoing[1])
+        before = self._starts.before(key)
+        if before is None:
+            return self._asked(hearing) if rest else []
+        kept = {n: k if self._permits(n, hearing) else now.get(n, 0) for n, k in before.items()}
+        target = {name: min(kept[name], number) for name, number in before.items() if kept[name]}
+        if rest:
+            self._starts.correct(key, target)
+            self._basket = dict(target)
+            asked = self._asked(hearing)
+            self._basket = now
+            for each in asked:
+                sign = 1 if each.name == "add item" else -1
+                target[each.target] = target.get(each.target, 0) + sign * each.quantity
+        return steps(now, target)
+
+    def _asked(self, hearing: Hearing) -> list[Action]:
+        """What words ask for that take nothing back."""
         plan = {
             item.name: -number
             for item, number in self._contents()
@@ -231,7 +257,8 @@ class GroceryShop:
     def is_order(self, turns: Sequence[Turn]) -> bool:
         """Whether the newest words say exactly what is to be done, or leave nothing to guess."""
         newest = turns[-1].utterance if turns else ""
-        if not turns or undoes(newest) or asks_for_guesses(newest):
+        undoing = besides_undoing(newest)
+        if not turns or (undoing and not undoing[1]) or asks_for_guesses(newest):
             return bool(turns)
         hearing = self._heard(turns)
         said = self._names.hidden(self._spoken(turns)[-1])
@@ -260,7 +287,10 @@ class GroceryShop:
             total, named = map(self.catalogue.money, (self.total, hearing.budget))
             told.append(f"The basket comes to {total}, above the {named} that you named.")
         guessed = [item.name for item in held if not self._asked_for(item, hearing)]
-        told += undoing_notes(turns[-1].utterance, results, guessed)
+        key = tuple(turn.utterance for turn in turns)
+        told += undoing_notes(key[-1], results, guessed, taken_back=self._starts.takes_back(key))
+        if undoing := besides_undoing(key[-1]):
+            told += filter(None, [answered(self._translated(undoing[1]), self)])
         if hearing.unclear:
             told.append("It is not clear which thing you mean. Please name it.")
         lessened = any(result.action.name == "remove item" for result in results)
@@ -308,8 +338,11 @@ class GroceryShop:
                 )
 
     def answer(self, question: str) -> str | None:
-        """Answer a question about stock, prices or the basket; None for anything else."""
-        return answered(self._search.translated(question), self)
+        """Answer a question about stock, prices or the basket; None for anything else.
+
+        What is asked with an order to undo is answered once that is done: see `unmet`.
+        """
+        return None if besides_undoing(question) else answered(self._translated(question), self)
 
     def is_completion(self, turn: Turn) -> bool:
         """Whether the person orders the purchase of the basket here and now.
@@ -352,11 +385,11 @@ class GroceryShop:
 
     def _spoken(self, turns: Sequence[Turn]) -> list[str]:
         """What the person said and let stand; "add it" names what a question before was about."""
-        stands, _ = standing([turn.utterance for turn in turns])
-        said = [self._search.translated(each) for each in stands]
+        stands, _ = self._starts.standing(tuple(turn.utterance for turn in turns))
+        said = [self._translated(each) for each in stands]
         for i, turn in enumerate(turns):
-            many = so_many(turn.utterance)
-            if many or adds_it(turn.utterance):
+            many = so_many(stands[i])
+            if many or adds_it(stands[i]):
                 asked = [said[i - 1]] if i and said[i - 1].rstrip().endswith("?") else []
                 things = (self._search.mentioned(text) for text in (*asked, turn.query))
                 thing = next((each[0] for each in things if len(each) == 1), "")
@@ -371,20 +404,6 @@ class GroceryShop:
             price = (item.price if item else None) or Decimal(0)
             total += price * action.quantity * (1 if action.name == "add item" else -1)
         return total
-
-    def _undoing(self, turns: Sequence[Turn], hearing: Hearing) -> list[Action]:
-        """What makes the basket what it was before the round that is taken back.
-
-        Nothing where that is not known, as after a restart of the program.
-        """
-        said = [turn.utterance for turn in turns]
-        _, last = standing(said)
-        before = None if last is None else self._starts.get(tuple(said[: last + 1]))
-        return [
-            action
-            for action in ([] if before is None else steps(self._basket, before))
-            if action.name != "add item" or self._permits(action.target, hearing)
-        ]
 
     def _permits(self, name: str, hearing: Hearing) -> bool:
         item = self.catalogue.get(name)
