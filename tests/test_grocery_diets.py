@@ -65,3 +65,11 @@ def test_a_label_of_what_is_to_leave_is_no_diet_and_one_for_all_is(
     said: str, left: dict[str, int]
 ) -> None:
     assert talked(BASKET, said)[0].basket == left
+
+
+def test_what_is_not_labelled_for_an_allergy_is_told_of_once() -> None:
+    held = {"Carrot Cake": 1, "Gala Apples": 1, "Paper Plates": 1}
+    told = "Not labelled as nut-free: Carrot Cake. Please read what is in it."
+    assert talked(held, "my kid is allergic to nuts")[1] == [told]
+    assert talked(held, "my kid is allergic to nuts", "ok")[1] == []
+    assert talked({"Gala Apples": 1}, "my kid is allergic to nuts")[1] == []

@@ -239,7 +239,8 @@ def test_nothing_is_missed_that_is_no_product(sentence: str) -> None:
 @pytest.mark.parametrize("profile", load_profiles(), ids=lambda profile: profile.name)
 def test_shipped_shoppers_miss_nothing(profile: Profile) -> None:
     for number in range(1, len(profile.replies) + 1):
-        assert heard(opened({}), *profile.replies[:number]) == []
+        told = heard(opened({}), *profile.replies[:number])
+        assert not any(note for note in told if not note.startswith("Not labelled as"))
 
 
 def test_words_of_refused_things_and_of_containers_lead_to_nothing() -> None:

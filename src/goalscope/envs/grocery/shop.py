@@ -27,7 +27,7 @@ from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.requests import amount, refuses, unrefused
 from goalscope.envs.grocery.rewording import SAME, SAME_ALL
 from goalscope.envs.grocery.search import Search
-from goalscope.envs.grocery.telling import listed, not_met, not_there
+from goalscope.envs.grocery.telling import listed, not_met, not_there, unlabelled
 from goalscope.envs.grocery.undoing import (
     Starts,
     asks_for_guesses,
@@ -291,6 +291,8 @@ class GroceryShop:
         told += undoing_notes(key[-1], results, guessed, taken_back=self._starts.takes_back(key))
         if undoing := besides_undoing(key[-1]):
             told += filter(None, [answered(self._translated(undoing[1]), self)])
+        stated = hearing.diets - self._heard(turns[:-1]).diets
+        told += unlabelled(stated, [item for item, _ in self._contents()])
         if hearing.unclear:
             told.append("It is not clear which thing you mean. Please name it.")
         lessened = any(result.action.name == "remove item" for result in results)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from goalscope.envs.grocery.amounts import MOST, Request, by_weight, units
@@ -11,9 +11,10 @@ from goalscope.envs.grocery.choosing import is_vague, taken
 from goalscope.envs.grocery.diets import implied, is_diet
 from goalscope.envs.grocery.orders import states_aim
 from goalscope.envs.grocery.requests import Refusal
+from goalscope.envs.grocery.restrictions import DIETS
 from goalscope.envs.grocery.words import singulars, words
 
-__all__ = ["listed", "not_met", "not_there"]
+__all__ = ["listed", "not_met", "not_there", "unlabelled"]
 
 
 def not_there(removed: Sequence[Request], held: Sequence[Item], *, lessened: bool) -> Iterator[str]:
@@ -50,6 +51,14 @@ def not_met(
     if request.outright and 0 < was == is_now:
         return f"The basket holds {was} x {item.name} already."
     return f"{item.name}: {is_now} x {item.unit}." if is_now and by_weight(request, item) else ""
+
+
+def unlabelled(diets: Iterable[str], held: Sequence[Item]) -> Iterator[str]:
+    """What of the basket may not fit diets of allergies, as far as its labels tell."""
+    for name in sorted(diets):
+        unsure = [item.name for item in held if item.tags and name not in item.tags]
+        if DIETS[name].allergens and unsure:
+            yield f"Not labelled as {name}: {', '.join(unsure)}. Please read what is in it."
 
 
 def listed(request: Request, *, has: bool) -> Request:
