@@ -389,3 +389,18 @@ def test_what_earlier_words_asked_for_stays(
     said: list[str], changes: set[str], notes: list[str]
 ) -> None:
     assert told("Kitchen1", *said)[:2] == (changes, notes)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "throw the newspaper away. no, keep it",
+        "bring me the remote, no, don\u2019t",
+        "Put the newspaper on the armchair. Actually, leave it.",
+    ],
+)
+def test_what_is_called_back_in_the_same_breath_is_not_done(said: str) -> None:
+    robot = robot_in("LivingRoom1")
+    robot.reset()
+    assert robot.requests(turns(said)) == []
+    assert robot.is_order(turns(said))

@@ -108,8 +108,8 @@ def infer(
     differ only in case, spaces or the mark at the end count as one. For each turn a line is
     written: id, turn (from 1), words (a hash of what was read), goals, log_likelihood (this
     turn's), log_posterior, probability, unspecified_log_likelihood, unspecified_probability, set_90
-    (the goals that hold the true one in 90 % of dialogues), settings. Run again, it continues where
-    it stopped; a file of other words, goals or settings is refused.
+    (the goals that hold the true one in 90 % of dialogues, or null), settings. Run again, it
+    continues where it stopped; a file of other words, goals or settings is refused.
     """
     from dataclasses import asdict
     from hashlib import sha256

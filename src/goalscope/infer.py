@@ -132,8 +132,8 @@ def infer(
     far), `goals`, and in their order `log_likelihood` (this turn's, nats), `log_posterior` (nats)
     and `probability` after this turn, normalised over these goals; `unspecified_log_likelihood`,
     this turn's under no stated goal; `unspecified_probability`, that the person's goal is none of
-    these; `set_90`, the conformal set that holds what is true in 90 % of dialogues, where the
-    calibration has one; and `settings`.
+    these; `set_90`, the conformal set that holds what is true in 90 % of dialogues, None where the
+    calibration has none; and `settings`.
 
     Args:
         dialogues: The dialogues.
@@ -186,7 +186,7 @@ def _of(dialogue: Dialogue, turn: int) -> dict[str, Any]:
 
 def _set(belief: Belief) -> dict[str, Any]:
     if 0.1 not in dict(belief.calibration.thresholds):
-        return {}
+        return {"set_90": None}
     return {"set_90": [goal.text for goal in belief.conformal_set(0.1)]}
 
 

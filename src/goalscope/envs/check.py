@@ -31,9 +31,11 @@ def check_env(env: Environment, *, most: int = 40) -> None:
     start = env.fingerprint()
     for name in ("task", "completion_phrase"):
         _hold(bool(getattr(env, name).strip()), f"`{name}` must be a text that is not empty")
-    _hold(bool(env.status().strip()), "`status()` must be a text that is not empty")
+    _hold(bool(str(env.status() or "").strip()), "`status()` must be a text that is not empty")
     _hold(type(start) is str, f"`fingerprint()` must be a text, not {start!r}")
     _try_words(env)
+    ends = [env.is_completion(Turn("", text)) for text in (env.completion_phrase, "Hello.")]
+    _hold(ends == [True, False], "`completion_phrase` must be a completion, and a greeting none")
     _hold(env.fingerprint() == start, "words alone must change nothing")
     env.reset()
     _hold(env.fingerprint() == start, "two resets must lead to the same state")

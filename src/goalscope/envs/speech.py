@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 
-__all__ = ["LEAD", "LONGEST", "evened", "lowered", "misspelt"]
+__all__ = ["LEAD", "LONGEST", "evened", "kept", "lowered", "misspelt"]
 
 LEAD = (
     r"(?:(?:ok(?:ay)?|hi|hello|hey|so|and|but|well|sorry|excuse me|also|please|(?:can|could) you"
@@ -61,6 +61,15 @@ _EVENED = [
 """Patterns, and what people write who take their time."""
 
 
+_CALLED_BACK = re.compile(
+    r"(?:^|(?<=[.;!?,])|\band )(?:(?!\band\b)[^.;!?,])+[.;!?,]? (?:(?:no|wait|actually|oh|sorry)"
+    r"[, .!]+)+(?:keep (?:it|them|that)|don't|do not|leave (?:it|them|that)(?: there| alone)?"
+    r"|forget (?:it|that)|never ?mind)[ .!]*$",
+    re.IGNORECASE,
+)
+"""What is taken back as soon as it is said: "remove the milk, no, keep it"."""
+
+
 def lowered(text: str) -> str:
     """`text` in lower case and on one line, with plain apostrophes."""
     text = re.sub("[\u2018\u2019\u00b4`]", "'", text[:LONGEST].casefold())
@@ -73,6 +82,11 @@ def evened(text: str) -> str:
     for pattern, plainer in _EVENED:
         text = pattern.sub(plainer, text)
     return text
+
+
+def kept(text: str) -> str:
+    """`text` without a last clause that is called back with the next words."""
+    return _CALLED_BACK.sub("", text[:LONGEST])
 
 
 @lru_cache(maxsize=4096)

@@ -9,7 +9,7 @@ from functools import lru_cache
 from goalscope.envs.grocery.amounts import GRAMS, MILLILITRES, PACKS, WORD
 from goalscope.envs.grocery.limits import unlimited
 from goalscope.envs.grocery.moods import Mood, clauses
-from goalscope.envs.speech import evened
+from goalscope.envs.speech import evened, kept
 
 __all__ = ["ASKING", "CART", "CORRECTION", "IN_PLACE", "SAME", "SAME_ALL", "SAME_ONE", "Said"]
 __all__ += ["heard", "plain", "unreasoned"]
@@ -167,12 +167,6 @@ _WANTED = re.compile(
     r".*\b(?:yesterday|last|before|earlier)\b)([^.,;!?]{1,60})[.!]*$"
 )
 """What is still wanted, since nothing else is said."""
-_CALLED_BACK = re.compile(
-    r"(?:^|(?<=[.;!?,])|\band )(?:(?!\band\b)[^.;!?,])+[.;!?,]? (?:(?:no|wait|actually|oh|sorry)"
-    r"[, .!]+)+(?:keep (?:it|them|that)|don't|do not|leave (?:it|them|that)(?: there| alone)?"
-    r"|forget (?:it|that)|never ?mind)[ .!]*$"
-)
-"""What is taken back as soon as it is said: "remove the milk, no, keep it"."""
 _REASON = re.compile(
     r"(?:^|(?<=[,.;!?] ))(?:since |because |as )?(?:we|they|there|i|you)(?:'re| are|'ll be"
     r"| will be| have)"
@@ -414,7 +408,7 @@ def heard(utterance: str) -> tuple[Said, ...]:
     """The clauses of `utterance` in lower case, reworded; changes only where they are ordered."""
     text = re.sub(r"\s*\n\s*", ". ", _BULLET.sub(", ", utterance[:2000]).strip())
     text = _NOT_BUT.sub(r"add \1 instead of \2", unreasoned(evened(text)))
-    text = _OTHER_NAME.sub(r"add \1 instead of \2", _CALLED_BACK.sub("", text))
+    text = _OTHER_NAME.sub(r"add \1 instead of \2", kept(text))
     text = _WANTED.sub(r"i want \1", _OTHER_KIND.sub(r"add \1 instead of \3", text))
     text = _NO_I_MEANT.sub(rf"add \1 instead of {SAME_ONE}", text)
     text = unlimited(_ALONE_WANTED.sub(r". keep only \1. only \1\2", text))

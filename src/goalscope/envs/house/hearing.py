@@ -23,7 +23,7 @@ from goalscope.envs.house.referents import TO_SLICES
 from goalscope.envs.house.standing import Standing, opposed
 from goalscope.envs.house.undoing import NOTHING, UNKNOWN, inverse, meant_only, undoes, was_done
 from goalscope.envs.remarks import is_remark
-from goalscope.envs.speech import evened, lowered
+from goalscope.envs.speech import evened, kept, lowered
 from goalscope.types import Turn
 
 __all__ = ["IRREVERSIBLE", "Hearing", "Leave", "Request", "ask_permission", "completes", "hear"]
@@ -124,8 +124,9 @@ class _Listener(Standing):
             self.last = self.recent = [asked]
         self.queried = asked
         text = self.replied(turn)
-        self.exact = is_exact(text, self.count, repeats=bool(self.order.verb))
         said = lowered(text)
+        text = kept(text.replace("\u2019", "'"))
+        self.exact = not text or is_exact(text, self.count, repeats=bool(self.order.verb))
         undone, before = undoes(evened(text)), [*self.wanted]
         self.undone = ""
         if undone:
