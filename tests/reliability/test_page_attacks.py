@@ -84,7 +84,7 @@ def test_nothing_that_is_stored_is_run(
                 transcript=True,
                 scale=tuple(PAYLOADS[4:8]),
                 items_per_participant=1,
-                checks=(Check(" ".join(PAYLOADS), "\n".join(PAYLOADS), 0),),
+                checks=(Check(" ".join(PAYLOADS), 0, "\n".join(PAYLOADS)),),
             )
         )
     report = write_report(read_report(file, draw=False), tmp_path / "report")

@@ -127,7 +127,10 @@ def keep_calibration(file: Path, calibration: Calibration, about: Mapping[str, A
 
 def _read(file: Path | Traversable) -> Calibration:
     try:
-        return calibration_from_json(json.loads(file.read_text(encoding="utf-8"))["calibration"])
+        data = json.loads(file.read_text(encoding="utf-8"))
+        if not isinstance(data, dict):
+            raise TypeError("it is no JSON object")
+        return calibration_from_json(cast("dict[str, Any]", data)["calibration"])
     except (
         OSError,
         ArithmeticError,
@@ -138,8 +141,9 @@ def _read(file: Path | Traversable) -> Calibration:
         RecursionError,
     ) as error:
         missing = isinstance(error, KeyError)
-        cause = f"the key {error} is missing" if missing else error
+        cause = f"the key {error} is missing" if missing else str(error)
+        cause = cause if cause.isprintable() else ascii(cause)
         raise InvalidInputError(
-            f"{file} holds no calibration ({cause}). `goalscope calibrate` writes one; delete the "
-            "file, or name another one."
+            f"{file} holds no calibration ({cause}). `goalscope calibrate` writes one, with --out "
+            "where you like; delete the file, or name another one."
         ) from None
