@@ -28,8 +28,11 @@ def console(*, stderr: bool = False) -> Console:
 
 
 def spinner(out: Console, words: str) -> Status:
-    """A spinner above which `out` can print; on standard error where `out` is no terminal."""
-    return (out if out.is_terminal else console(stderr=True)).status(words)
+    """A spinner above which `out` can print; on standard error where `out` is no terminal.
+
+    What is only told to be one (FORCE_COLOR) is a file or a pipe, and gets none.
+    """
+    return (out if out.file.isatty() else console(stderr=True)).status(words)
 
 
 @contextmanager
