@@ -126,7 +126,8 @@ class _Listener(Standing):
         text = self.replied(turn)
         said = lowered(text)
         text = kept(text.replace("\u2019", "'"))
-        self.exact = not text or is_exact(text, self.count, repeats=bool(self.order.verb))
+        called_back = bool(said) and not text
+        self.exact = called_back or is_exact(text, self.count, repeats=bool(self.order.verb))
         undone, before = undoes(evened(text)), [*self.wanted]
         self.undone = ""
         if undone:
