@@ -404,3 +404,11 @@ def test_what_is_called_back_in_the_same_breath_is_not_done(said: str) -> None:
     robot.reset()
     assert robot.requests(turns(said)) == []
     assert robot.is_order(turns(said))
+
+
+@pytest.mark.parametrize(
+    "said", ["bring me a cup of coffee please", "Could you get me some hot coffee?"]
+)
+def test_coffee_that_is_to_be_brought_is_made(said: str) -> None:
+    assert any(each.startswith("fill with coffee: ") for each in follow("Kitchen1", said))
+    assert follow("Kitchen1", "bring me a cup") == ["pick up: cup"]

@@ -311,6 +311,11 @@ _REWORDED = [
             "put everything back",
         ),
         (r"\bcoff?e+\b", "coffee"),
+        (
+            r"\b(?:bring|get|fetch|give) (?:me|us) (?:an? |some )?(?:(?:nice|hot|fresh) )*"
+            r"(?:(?:cup|mug) of )?coffee\b",
+            "make coffee",
+        ),
         (r"\b(?:do|wash) (?:the |our |my )?(?:dishes|washing[ -]?up)\b", "wash the dishes"),
         (r"\b(?:would|is) it (?:be )?possible (?:for you )?to\b", "could you"),
         (
