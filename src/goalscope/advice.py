@@ -159,8 +159,7 @@ def _denials(text: str) -> Counter[str]:
 def _made(proposed: object) -> dict[str, int]:
     try:
         given = cast("Mapping[str | Goal, int]", proposed or {}).items()
-        goals = {goal: number + 0 for goal, number in given}
-        return {meaning(g.text if isinstance(g, Goal) else g): n for g, n in goals.items()}
+        return {meaning(g.text if isinstance(g, Goal) else g): n + 0 for g, n in given}
     except (AttributeError, TypeError):
         raise InvalidInputError(
             f"proposed must say of goals how many turns each was made from, not {proposed!r}."

@@ -26,8 +26,15 @@ from goalscope.envs.grocery.words import made
 from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import evened
 
-__all__ = ["adds_it", "besides_buying", "is_order", "leaves_open", "so_many"]
-__all__ += ["states_aim", "tries_to_buy"]
+__all__ = [
+    "adds_it",
+    "besides_buying",
+    "is_order",
+    "leaves_open",
+    "so_many",
+    "states_aim",
+    "tries_to_buy",
+]
 
 _AIM = re.compile(
     rf"\b(?:for|having|hosting|have|to) (?:[\w'-]+ ){{0,3}}{MEAL}s?\b"
@@ -38,11 +45,9 @@ _AIM = re.compile(
 )
 _OCCASION = re.compile(
     rf"\b(?:something|anything|snacks?|treats?|ingredients|birthdays?|parties|{MEAL}s?|guests?"
-    rf"|friends"
-    r"|visitors?|celebrat\w+|holidays?|occasion|hungry|craving|in the mood"
+    r"|friends|visitors?|celebrat\w+|holidays?|occasion|hungry|craving|in the mood"
     r"|(?:want|like|love|need|have|going|plan(?:ning)?) to (?!(?:add|be|buy|cancel|change|check"
-    r"|delete"
-    r"|drop|get|go|have|keep|know|leave|order|pay|purchase|put|remove|return|see|stop|take"
+    r"|delete|drop|get|go|have|keep|know|leave|order|pay|purchase|put|remove|return|see|stop|take"
     r"|undo)\b)\w+"
     r"|(?:i|we|they|you|he|she|everyone|everybody|nobody|[a-z]+s?) (?:(?:really|all|both|also) )?"
     r"(?:love|like|enjoy|prefer|fancy|crave)s?)\b"
@@ -51,14 +56,12 @@ _CALLS_OFF = re.compile(
     r"\b(?:cancel(?:led|ling|ing|s)?|undo(?:ne|ing)?|revert|abort|never ?mind|scrap|no need"
     r"|forget (?:it|that|this|about)|(?:take|took|put) (?:it|that|this|them|those) back|go back"
     r"|chang(?:ed?|ing) (?:my|our) minds?|not (?:yet|now|ready|done)|\w+n't (?:ready|done)"
-    r"|hold (?:on|off)"
-    r"|wait)\b"
+    r"|hold (?:on|off)|wait)\b"
 )
 _HOLDS_BACK = re.compile(
     r"\b(?:buy|buying|purchas(?:e|ing)|order|ordering|pay|paying)(?: for)? (?:(?:the|my|our|this"
-    r"|that"
-    r"|whole) ){1,2}(?:basket|cart|order|bill)\b|\bcheck(?:ing)? ?out\b(?! (?:the|our|my|some"
-    r"|what))"
+    r"|that|whole) ){1,2}(?:basket|cart|order|bill)\b"
+    r"|\bcheck(?:ing)? ?out\b(?! (?:the|our|my|some|what))"
     r"|\b(?:i|we)(?:'ve| have)? (?:only |just |already |never )?(?:said|meant|wanted|asked"
     r"|ordered|told)\b"
     r"|\b(?:keep|leave) (?:the|my|our|those|these|them)\b"
@@ -66,13 +69,13 @@ _HOLDS_BACK = re.compile(
 _MADE = re.compile(r"(?!(?:it|that|this|them|those|these)\b)")
 _EMPTY = re.compile(
     r"(?:[\W_]*\b(?:and|but|or|so|please|yes|yeah|yep|ok|okay|no|not|nope|now|then|actually|also"
-    r"|too"
-    r"|instead|just|only|maybe|well|oh|hi|hello|hey|sorry|wait|thanks|thank you|again|all|at all"
-    r"|else|any ?more|either|as well|after all|the|a|an|my|our|some|of|in total|today|i|we|you|he"
-    r"|she|they|it|do|does|am|is|are|be|i'm|we're|he's|she's|they're|i've|we've|have|has|got|can"
-    r"|could|would|will|really|very|severely|who|one|someone|somebody|because|since|as|must|should"
-    r"|to|me|us|in|that|this|there|with|let's|what|which|go|ahead|there is|ditto|dittos|inplace"
-    r"|said|asked|told|changed|mind|for (?:me|us|it|that|him|her|them|now|today))(?![\w']))*[\W_]*"
+    r"|too|instead|just|only|maybe|well|oh|hi|hello|hey|sorry|wait|thanks|thank you|again|all"
+    r"|at all|else|any ?more|either|as well|after all|the|a|an|my|our|some|of|in total|today|i|we"
+    r"|you|he|she|they|it|do|does|am|is|are|be|i'm|we're|he's|she's|they're|i've|we've|have|has"
+    r"|got|can|could|would|will|really|very|severely|who|one|someone|somebody|because|since|as|must"
+    r"|should|to|me|us|in|that|this|there|with|let's|what|which|go|ahead|there is|ditto|dittos"
+    r"|inplace|said|asked|told|changed|mind"
+    r"|for (?:me|us|it|that|him|her|them|now|today))(?![\w']))*[\W_]*"
 )
 _PERSON = re.compile(
     r"(?:(?:and|but|so|because|since|as) )?(?:(?:my|our|the|his|her) (?:[\w'-]+ ){1,3}|\w+ )"
@@ -112,8 +115,8 @@ _ASKED_OR_LATER = re.compile(
 )
 _SO_MANY = re.compile(
     r"(?:(?:yes|yeah|yep|sure|ok(?:ay)?|please|then|and|so|great|good|perfect|add|get|i'd like"
-    r"|i want"
-    rf"|i'll have|give me|get me|make it)[\s,.!]+)*+(?P<number>\d+|(?!(?:of|and)\b){WORD}) {PACKS}"
+    r"|i want|i'll have|give me|get me|make it)[\s,.!]+)*+"
+    rf"(?P<number>\d+|(?!(?:of|and)\b){WORD}) {PACKS}"
     r"(?: of (?:it|them|those|that))?(?:[\s,]+(?:please|then|thanks))*[\s.!?]*"
 )
 _BUYS = re.compile(r"\b(?:buy|purchase|order|pay|check ?out|take (?:it|them|all|everything))\b")

@@ -17,8 +17,16 @@ from goalscope.envs.house.view import View
 from goalscope.envs.house.vocabulary import NUMBERS
 from goalscope.types import Action
 
-__all__ = ["NOTHING", "UNKNOWN", "inverse", "lasting", "meant_only", "restoring", "undoes"]
-__all__ += ["was_done"]
+__all__ = [
+    "NOTHING",
+    "UNKNOWN",
+    "inverse",
+    "lasting",
+    "meant_only",
+    "restoring",
+    "undoes",
+    "was_done",
+]
 
 NOTHING = "There is nothing to undo."
 UNKNOWN = "I do not know what to undo: tell me what should be as it was."
