@@ -27,7 +27,7 @@ def test_what_was_is_not_asked_for(said: str) -> None:
     [
         (["Add ground coffee", "ground, not instant"], None),
         (["Add eggs", "fresh, not frozen"], {"Large Eggs": 1}),
-        (["Add bread", "brown, not white"], {"Rye Bread": 1}),
+        (["Add bread", "rye, not white"], {"White Sandwich Bread": 1}),
         (
             ["Add 2 whole milk and 3 plain yogurt", "I said milk, not yogurt"],
             {"Whole Milk": 2},
@@ -63,7 +63,7 @@ def test_what_was_meant_takes_the_place_of_what_was_heard(
          {"Whole Milk": 1, "Kale": 1}),
         (["Add apple pie", "yes but take out the apple pie first"], {}),
         (["3 bottles of merlot", "2 wines instead of 3", "white bread not rye", "plain yogurt"],
-         {"Merlot Red Wine": 2, "Plain Yogurt": 1}),
+         {"Merlot Red Wine": 2, "White Sandwich Bread": 1, "Plain Yogurt": 1}),
         (["cheddar and apple pie", "my kid is allergic to nuts", "ok"],
          {"Cheddar Cheese": 1, "Apple Pie": 1}),
     ],
@@ -72,3 +72,40 @@ def test_what_is_taken_back_at_once_is_not_done_and_nothing_comes_back(
     utterances: list[str], basket: dict[str, int]
 ) -> None:
     assert talked({}, *utterances)[0].basket == basket
+
+
+@pytest.mark.parametrize(
+    ("utterances", "basket"),
+    [
+        (["milk", "No, I meant oat milk"], {"Oat Milk": 1}),
+        (["3 milk", "oat milk instead", "thanks"], {"Oat Milk": 3}),
+        (["milk, tea", "oat milk instead"], {"English Breakfast Tea Bags": 1, "Oat Milk": 1}),
+        (["orange juice and a pack of butter", "Sorry, apple juice instead."],
+         {"Unsalted Butter": 1, "Apple Juice": 1}),
+        (["bread", "brown bread instead, please"], {"Whole Wheat Bread": 1}),
+        (["bread", "the brown one"], {"Whole Wheat Bread": 1}),
+        (["a bottle of red wine", "Make that white wine instead."],
+         {"Sauvignon Blanc White Wine": 1}),
+        (["red wine, cheese", "Actually, white wine instead of the red one."],
+         {"Cheddar Cheese": 1, "Sauvignon Blanc White Wine": 1}),
+        (["whole milk, oat milk", "take the oat one out"], {"Whole Milk": 1}),
+        (["tea", "nothing instead"], {"English Breakfast Tea Bags": 1}),
+        (["tea", "Sunday instead"], {"English Breakfast Tea Bags": 1}),
+        (["milk", "camel milk instead"], {"Whole Milk": 1}),
+        (["whole milk", "Not whole milk, I said oat milk"], {"Oat Milk": 1}),
+        (["white bread, not rye"], {"White Sandwich Bread": 1}),
+        (["rye bread", "white bread, not rye"], {"White Sandwich Bread": 1}),
+        (["for dinner, not lunch"], {}),
+        (["Sunday, not Monday"], {}),
+    ],
+)  # fmt: skip
+def test_what_comes_instead_takes_the_place_of_what_it_is_like(
+    utterances: list[str], basket: dict[str, int]
+) -> None:
+    assert talked({}, *utterances)[0].basket == basket
+
+
+def test_what_comes_instead_of_one_of_several_things_is_asked() -> None:
+    opened, told = talked({}, "milk, tea", "coffee instead")
+    assert list(opened.basket)[:2] == ["Whole Milk", "English Breakfast Tea Bags"]
+    assert told == ["It is not clear which thing you mean. Please name it."]

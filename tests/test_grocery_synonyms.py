@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from goalscope.envs.grocery.synonyms import translator
+from goalscope.envs.grocery.synonyms import _KINDS, translator, usual
+from goalscope.envs.grocery.words import singulars
 from shops import CATALOGUE, SEARCH, talked
 
 
@@ -53,3 +54,28 @@ def test_each_shop_has_words_of_its_own() -> None:
     british = translator({"aubergine", "nappy", "crisps"}.__contains__)
     assert british("Eggplants, potato chips and a diaper") == "aubergine, crisps and a nappy"
     assert translator(lambda name: False)("eggplants") == "eggplants"
+
+
+@pytest.mark.parametrize(
+    ("said", "basket"),
+    [
+        ("bread, rice and flour",
+         {"White Sandwich Bread": 1, "Long Grain White Rice": 1, "All-Purpose Wheat Flour": 1}),
+        ("peppers", {"Red Bell Peppers": 1}),
+        ("salt and pepper", {"Sea Salt": 1, "Ground Black Pepper": 1}),
+        ("onions, chips, tomatoes",
+         {"Yellow Onions": 1, "Salted Potato Chips": 1, "Roma Tomatoes": 1}),
+        ("rye bread and wild rice", {"Rye Bread": 1, "Wild Rice": 1}),
+        ("I am gluten intolerant. Bread, please", {"Gluten-Free White Bread": 1}),
+        ("I'm vegan. Cheese, please", {"Vegan Cream Cheese": 1}),
+    ],
+)  # fmt: skip
+def test_a_bare_word_means_what_most_people_mean(said: str, basket: dict[str, int]) -> None:
+    assert talked({}, said)[0].basket == basket
+
+
+@pytest.mark.parametrize("kind", sorted(_KINDS))
+def test_what_is_usual_holds_the_bare_word_and_is_sold(kind: str) -> None:
+    names = usual(kind)
+    assert all(set(singulars(kind)) <= set(singulars(name)) for name in names)
+    assert any(map(SEARCH.named, names))

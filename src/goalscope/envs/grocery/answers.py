@@ -8,6 +8,7 @@ from decimal import Decimal
 from itertools import takewhile
 from typing import Protocol
 
+from goalscope.envs.grocery.amounts import CONTAINER
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import called
 from goalscope.envs.grocery.diets import diet, hinted, implied, undieted
@@ -38,7 +39,8 @@ _THE = r"(?:the |a |an |any |some |one |your |that |this )?"
 _IN_BASKET = r"(?:in|into) (?:the|my|our) (?:basket|cart)"
 
 _BASKET = re.compile(
-    rf"{LEAD}(?:what(?:'s| is| do (?:i|we) have| have (?:i|we) got| have you added| did you add)"
+    rf"{LEAD}(?:what(?:'s| is| do (?:i|we|you) have| have (?:i|we|you) got| have you added"
+    r"| did you (?:add|put))"
     rf"(?: now| currently| so far)? {_IN_BASKET}.*"
     r"|(?:can|could|may) (?:i|we|you) (?:see|show(?: me)?|read(?: me)?|list) (?:the|my) "
     r"(?:basket|cart).*|is (?:the|my) (?:basket|cart) empty)"
@@ -54,7 +56,17 @@ _PRICE = re.compile(
     rf"{LEAD}(?:how much (?:is|are|does|do|would|will|for) {_THE}(.+?)(?: cost| be)?"
     rf"|what (?:does|do) {_THE}(.+?) cost|what(?:'s| is) the (?:price|cost) (?:of|for) {_THE}(.+?))"
 )
-_HELD = re.compile(rf"{LEAD}(?:is|are) (?:there )?{_THE}(.+?) (?:already )?{_IN_BASKET}")
+_HELD = re.compile(
+    rf"{LEAD}(?:is|are) (?:there )?{_THE}(.+?) (?:already )?{_IN_BASKET}(?: now| already| yet)?"
+)
+_GOT = re.compile(
+    rf"{LEAD}(?:(?:do|did) (?:i|we) (?:already )?(?:have|get|order)|have (?:i|we)(?: already)?"
+    rf" (?:got|ordered)|(?:did you|have you)(?: already)? (?:add|put|added)) {_THE}(?P<one>.+?)"
+    rf"(?: (?:now|already|yet|so far|{_IN_BASKET}))*"
+    rf"|{LEAD}how (?:many|much) (?:{CONTAINER} of )?(?P<many>.+?) (?:(?:do|did|have) (?:i|we)"
+    rf"(?: (?:have|get|got|order|ordered))?|(?:is|are) (?:there )?{_IN_BASKET})"
+    rf"(?: (?:now|already|yet|so far|{_IN_BASKET}))*"
+)
 _HELP = re.compile(
     rf"{LEAD}(?:help(?: me)?|what (?:else )?(?:can|do) you do(?: for (?:me|us))?"
     r"|how (?:can|do) you help(?: me| us)?|what can (?:i|we) (?:do|say|ask)(?: here)?(?: you)?"
@@ -165,6 +177,8 @@ def answered(question: str, shop: Stock) -> str | None:
         return f"The total is {shop.catalogue.money(shop.total)}."
     if match := _HELD.fullmatch(text):
         return _held(match[1], shop)
+    if (match := _GOT.fullmatch(text)) and (told := _got(match, shop)):
+        return told
     if match := _PRICE.fullmatch(text):
         return _offered(next(filter(None, match.groups())), shop)
     if match := _STOCK.fullmatch(text):
@@ -248,6 +262,15 @@ def _suits(text: str, shop: Stock) -> str | None:
         listed = ", ".join(item.name for item in against or unsure or items)
         told.append(f"{how} {name}: {listed}.")
     return " ".join([*told, "I know only names and categories, so please read the label."])
+
+
+def _got(match: re.Match[str], shop: Stock) -> str | None:
+    """What of a thing the basket holds; None where the shop has nothing of that name."""
+    term = match["one"] or match["many"]
+    if not called(term, shop.search(term, _DEPTH)):
+        return None
+    told = _held(term, shop)
+    return told.replace("Yes: ", "The basket holds ") if match["many"] else told
 
 
 def _held(term: str, shop: Stock) -> str:

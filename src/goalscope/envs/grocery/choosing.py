@@ -10,6 +10,7 @@ from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.hearing import Hearing
 from goalscope.envs.grocery.restrictions import violates
 from goalscope.envs.grocery.search import Search
+from goalscope.envs.grocery.synonyms import usual
 from goalscope.envs.grocery.words import contains, head_nouns, singular, singulars, words
 from goalscope.envs.remarks import is_remark
 
@@ -67,7 +68,7 @@ class Choice:
         self._search = search
 
     def meant(self, phrase: str, hearing: Hearing, basket: Collection[str]) -> Item | None:
-        """The item that a request means: by its exact name, in the basket, or the plainest."""
+        """The item that a request means: by its exact name, in the basket, usual, or plainest."""
         if is_vague(phrase) and phrase not in self._names:
             return None
         others = (item for item in self._search.named(phrase) if _allowed(item, hearing))
@@ -75,11 +76,12 @@ class Choice:
         plain = [item for item in every if not self._search.labels(item, phrase)]
         named = called(phrase, every)
         meant = [item for item in named if item.name in basket]
+        meant = meant or self._usual(phrase, hearing)
         meant = meant or (not hearing.diets and called(phrase, plain)) or named
         if meant:
             plainness = self._search.plainness
             return min(meant, key=lambda i: (not hearing.diets <= i.tags, plainness(i, phrase)))
-        nearly = _IN_UNITS.sub("", self._search.mended(phrase))
+        nearly = self._search.translated(_IN_UNITS.sub("", self._search.mended(phrase)))
         same = singulars(nearly) == singulars(phrase)
         return None if same else self.meant(nearly, hearing, basket)
 
@@ -123,6 +125,14 @@ class Choice:
         offers = [i for i in self._found(term, hearing) if _is_a(i, head)]
         offers = ([i for i in offers if hearing.diets <= i.tags] or offers)[:_PER_TERM]
         return [] if any(item.name in decided for item in offers) else offers
+
+    def _usual(self, phrase: str, hearing: Hearing) -> list[Item]:
+        """What people mean by a bare word, as far as it is permitted and fits their diets."""
+        for name in usual(phrase):
+            kind = (item for item in self._search.named(name) if _allowed(item, hearing))
+            if found := [item for item in kind if hearing.diets <= item.tags]:
+                return found
+        return []
 
     def _found(self, term: str, hearing: Hearing) -> list[Item]:
         """What the search finds that is not ruled out; a diet is searched for by its name, too."""

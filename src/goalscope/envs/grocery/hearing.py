@@ -11,9 +11,9 @@ from functools import lru_cache
 from goalscope.envs.grocery.amounts import Request
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.diets import diet, hinted, implied, is_diet, label
-from goalscope.envs.grocery.limits import budget, guesses
+from goalscope.envs.grocery.limits import budget, guesses, wants_ideas
 from goalscope.envs.grocery.names import Names
-from goalscope.envs.grocery.orders import besides_buying
+from goalscope.envs.grocery.orders import besides_buying, states_aim
 from goalscope.envs.grocery.requests import (
     Refusal,
     clears,
@@ -27,6 +27,7 @@ from goalscope.envs.grocery.restrictions import violates
 from goalscope.envs.grocery.rewording import SAME, SAME_ALL, SAME_ONE, Said, heard
 from goalscope.envs.grocery.words import contains, made, singulars
 from goalscope.envs.remarks import asks_why
+from goalscope.envs.speech import evened
 
 __all__ = ["Hearing", "hear"]
 
@@ -43,6 +44,8 @@ _UNWANTED = re.compile(
     rf"(?:it|that|this|them|those|these|{SAME}|{SAME_ALL})(?=[.,;!?]|$)"
 )
 """After a question why a thing is there: away with what was guessed."""
+_THOSE = re.compile(rf"\W*(?:and |so |please )*(?:remove|delete|drop|take) {SAME_ALL}\b.*")
+"""After words about what was guessed: away with that, too."""
 _BESIDES = re.compile(r"^\W*(?:and|also|plus)\b|\b(?:too|also|as well|besides)\b")
 
 
@@ -153,7 +156,7 @@ def _hear(utterances: tuple[str, ...], names: Names) -> Hearing:
         empties=listener.empties,
         unasked=listener.unasked,
         hinted=listener.hinted,
-        guesses=listener.guesses,
+        guesses=listener.guesses and not listener.tidied,
         budget=listener.budget,
     )
 
@@ -162,8 +165,9 @@ class _Listener:
     """What stands so far.
 
     Attributes:
-        asked: Requests by their phrases.
+        asked: Requests by their phrases; `earlier` are those before the newest utterance.
         refused: Phrases in their order; so are `dropped` and `lessened`.
+        tidied: Whether what was guessed had to go, and no aim was stated since.
         mild: Diets that rest on a refusal alone, which a request takes back.
         before: Things that the last utterance asked for or took out that named any.
         named: The same of the newest utterance.
@@ -175,12 +179,14 @@ class _Listener:
     def __init__(self, names: Names) -> None:
         self.names = names
         self.asked: dict[str, Request] = {}
+        self.earlier: list[str] = []
         self.refused: dict[str, None] = {}
         self.dropped: dict[str, None] = {}
         self.lessened: dict[str, None] = {}
         self.diets: frozenset[str] = frozenset()
         self.hinted: frozenset[str] = frozenset()
         self.guesses = True
+        self.tidied = False
         self.budget: Decimal | None = None
         self.mild: set[str] = set()
         self.before: list[str] = []
@@ -192,7 +198,7 @@ class _Listener:
 
     def hear(self, utterance: str, *, newest: bool) -> None:
         """Take in one utterance, clause by clause."""
-        self.removed, self.spared = [], []
+        self.removed, self.spared, self.earlier = [], [], [*self.asked]
         self.empties = self.unasked = self.unclear = False
         self.before, self.named = self.named or self.before, []
         earlier, self.diets = self.diets, diet(utterance, self.diets)
@@ -205,10 +211,14 @@ class _Listener:
             if unasked(clause) or (why and _UNWANTED.search(clause.text)):
                 self.unasked = True
                 continue
+            if self.unasked and _THOSE.fullmatch(clause.text):
+                continue
             self.clear(clause)
             self.remove(clause)
             self.refuse(clause, earlier)
             self.ask(clause, newest=newest)
+        aims = wants_ideas(utterance) or states_aim(evened(utterance))
+        self.tidied = self.unasked or (self.tidied and not aims)
 
     def clear(self, clause: Said) -> None:
         """Take in that all is to leave the basket, or all but some."""
@@ -223,7 +233,7 @@ class _Listener:
         """Take in what is to leave the basket."""
         for removal in removed(clause):
             some = _WHICH.fullmatch(removal.phrase)
-            for phrase in self.meant(removal.phrase):
+            for phrase in self.that(removal.phrase) or self.meant(removal.phrase):
                 fresh = {p: r for p, r in self.asked.items() if some and p in self.named}
                 phrase = label(phrase) if is_diet(phrase) else phrase
                 self.take_out(replace(removal, phrase=phrase))
@@ -250,7 +260,8 @@ class _Listener:
         """Take in what is not wanted; `earlier` are the diets of earlier utterances."""
         out = {self.names.shown(removal.phrase) for removal in removed(clause)}
         for said, how in unwanted(clause).items():
-            found = self.meant(said) if said == SAME_ONE else [self.names.shown(said)]
+            those = self.that(said) or [self.names.shown(said)]
+            found = self.meant(said) if said == SAME_ONE else those
             thing = next(iter(found), "")
             if not thing or is_diet(thing):
                 shunned = how is Refusal.SHUNNED or label(thing) != thing
@@ -269,7 +280,7 @@ class _Listener:
         """Take in what is asked for."""
         requests = wanted(clause)
         said = requests[0].replaces if requests else ()
-        replaces = tuple(old for phrase in said for old in self.meant(phrase))
+        replaces = tuple(old for phrase in said for old in self.that(phrase) or self.meant(phrase))
         for request in requests if replaces or said in ((), (SAME_ONE,)) else ():
             request = replace(request, replaces=replaces)
             which = _WHICH.fullmatch(request.phrase)
@@ -277,6 +288,13 @@ class _Listener:
                 if not phrase or is_diet(phrase):
                     continue
                 new = replace(request, phrase=phrase)
+                kinds = tuple(old for old in replaces if _kind_of(phrase, [old]))
+                if said == (SAME_ONE,) and (kinds := self.alike(phrase)):
+                    new = replace(new, replaces=kinds)
+                elif said == (SAME_ONE,) and not replaces:
+                    self.unclear = bool(self.spoken_of(every=True))
+                for kind in {*kinds} - {each.phrase for each in self.removed}:
+                    self.take_out(Request(kind, change="none"))
                 if which and not (replaces or _BESIDES.search(clause.text)):
                     new = self.refined(new, which[1], self.spoken_of()[0])
                 new = self.cheaper(new) if new.change == "cheaper" else new
@@ -341,6 +359,13 @@ class _Listener:
             request = replace(request, counted=self.asked.pop(phrase).counted)
         return replace(request, phrase=kind, replaces=(request.phrase,))
 
+    def that(self, phrase: str) -> list[str]:
+        """The one thing that was asked for by the word of "the red one"; or none."""
+        which = _WHICH.fullmatch(phrase)
+        asked = dict.fromkeys([*self.earlier, *self.asked])
+        found = [each for each in asked if which and _kind_of(each, [which[1]])]
+        return found if len(found) == 1 else []
+
     def meant(self, phrase: str) -> list[str]:
         """What a phrase stands for: "it", "them" and "the frozen ones" are of what was named last.
 
@@ -361,6 +386,12 @@ class _Listener:
         kind = self.kinds.get(found[0], found[0])
         self.kinds[f"{which[1]} {kind}"] = kind
         return [f"{which[1]} {kind}"]
+
+    def alike(self, phrase: str) -> tuple[str, ...]:
+        """What was spoken of last and is of the same kind: "orange juice" of "apple juice"."""
+        last = singulars(phrase)[-1:]
+        found = [old for old in self.spoken_of(every=True) if singulars(old)[-1:] == last]
+        return tuple(found) if len(found) == 1 else ()
 
     def spoken_of(self, *, every: bool = False) -> list[str]:
         """The thing named last, or every thing named in this utterance; else those before."""

@@ -97,10 +97,16 @@ _TRY = re.compile(
     r"(?:[\s,.!]+(?:it|this|that|them|these|those|all|now|please|everything|pay|buy|the (?:order"
     r"|purchase|basket|cart|bill)|for|thanks|thank you|then|right away|immediately|today))*[\s.!?]*"
 )
-_ADD_IT = re.compile(
+_YES = (
     r"(?:(?:yes|yeah|yep|sure|ok(?:ay)?|please|then|and|so|great|good|perfect|can you|could you"
-    r"|do)[\s,.!]+)*+(?:add|get|include|put in|throw in|i'd like|i want|i'll have|give me|get me)"
-    r" (?:it|that|that one|this one|one|them|some)(?:[\s,]+(?:please|then|too|as well|thanks"
+    r"|do)[\s,.!]+)*+"
+)
+_TAKES = (
+    r"(?:add|get(?: me)?|include|put in|throw in|i'd like|i want|(?:i|we)'ll (?:have|take)|give me)"
+)
+_ADD_IT = re.compile(
+    rf"{_YES}{_TAKES} (?:(?<!take )(?:it|that|them)|that one|this one|one|some"
+    r"|one of (?:them|those|these))(?:[\s,]+(?:please|then|too|as well|thanks"
     r"|(?:to|in) (?:the|my) (?:basket|cart)))*[\s.!?]*"
 )
 _JOINED = re.compile(
@@ -114,10 +120,9 @@ _ASKED_OR_LATER = re.compile(
     r"|(?:this )?(?:morning|afternoon|evening|weekend)|another (?:day|time)))+[\s.!]*$"
 )
 _SO_MANY = re.compile(
-    r"(?:(?:yes|yeah|yep|sure|ok(?:ay)?|please|then|and|so|great|good|perfect|add|get|i'd like"
-    r"|i want|i'll have|give me|get me|make it)[\s,.!]+)*+"
-    rf"(?P<number>\d+|(?!(?:of|and)\b){WORD}) {PACKS}"
-    r"(?: of (?:it|them|those|that))?(?:[\s,]+(?:please|then|thanks))*[\s.!?]*"
+    rf"{_YES}(?:make it )?(?P<takes>{_TAKES} )?(?P<number>\d+|(?!(?:of|and)\b){WORD})"
+    rf"(?: {PACKS}| (?=of)|(?(takes)|(?!)))(?: ?of (?:it|them|those|these|that))?"
+    r"(?:[\s,]+(?:please|then|thanks))*[\s.!?]*"
 )
 _BUYS = re.compile(r"\b(?:buy|purchase|order|pay|check ?out|take (?:it|them|all|everything))\b")
 

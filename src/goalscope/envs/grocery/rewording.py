@@ -36,9 +36,15 @@ _ACT = "(?:i|we|take|put|leave|throw|find|run)"
 _ALL = "(?:everything|all(?: the)?(?: items| things)?)"
 _EXCEPT = "(?:but|except(?: for)?|apart from|other than)"
 _ALONE = r"(?=\s*(?:[.,;!?]|$|out|back|off|away|again|please|from))"
+_MEASURE = r"(?:k?g|kilos?|grams?|m?l|lit(?:re|er)s?|lbs?|oz)\b"
 _PACKS = rf"(?!(?:{'|'.join([*GRAMS, *MILLILITRES])}|dozen)\b)"
 _END = r"(?=\s*(?:[.,;!?]|$| and | please| instead| but ))"
 _THINGS = r"((?:(?!\b(?:add|remove|get|take|for|with|by|to)\b)[^.;!?]){1,80}?)"
+_PLAIN = (
+    r"(?!(?:of|is|are|than|at|to|in|on|with|over|under|up|by|for|about|around|least|most|only|just"
+    r"|and|or|it|that|this|i|we|us|me|the|an?|some|any|more|another|please|then|also|out|add|buy"
+    r"|get|need|want|like|take|order|remove|bring|have|make|exactly)\b)[^\W\d_][\w'-]*"
+)
 _BEGIN = r"(?:(?<=[.,;!?] )|(?<=\band )|^)"
 _THING = r"((?:(?!\b(?:and|but|add|remove)\b)[^.,;!?]){1,60}?)"
 
@@ -155,12 +161,18 @@ _NOT_BUT = re.compile(
     rf"(?:the |any |an? |some )?({_NAMED}(?: {_NAMED}){{0,3}}?)(?: please)?[.!]*$"
 )
 """One thing and not another: "I said almond milk, not yogurt"."""
-_OTHER_KIND = re.compile(
-    rf"^((?:{_NAMED} ){{1,3}}(?P<kind>[a-z]+)),? (?:and )?not (?:the )?"
-    rf"((?:{_NAMED} ){{1,3}}(?P=kind))(?: please)?[.!]*$"
+_ONE_NOT_OTHER = re.compile(
+    rf"^(?!(?:{_IT}|the|for|on|in|at|by|to|with|i|we|you|no|and|but|if|my|our)\b)"
+    rf"({_NAMED}(?: {_NAMED}){{1,3}}|\w+s|\u01c1\d+),? (?:and )?not (?:the |any )?"
+    rf"({_NAMED}(?: {_NAMED}){{0,3}}?)(?: please)?[.!]*$"
 )
-_OTHER_NAME = re.compile(r"^(\u01c1\d+),? (?:and )?not (?:the )?(\u01c1\d+)(?: please)?[.!]*$")
-"""The same of two things of one kind: "oat milk, not whole milk"."""
+"""The same without a verb, as people correct a list: "oat milk, not whole milk"."""
+_NOT_THIS = re.compile(
+    rf"^(?:no[ ,]+)?not (?:the |any )?({_NAMED}(?: {_NAMED}){{0,3}}?),? (?:but|(?:i|we)"
+    r" (?:said|meant?|want(?:ed)?|asked for)) (?!to\b)"
+    rf"({_NAMED}(?: {_NAMED}){{0,4}}?)(?: please)?[.!]*$"
+)
+"""The same the other way round: "not chips, I said bars"."""
 _WANTED = re.compile(
     r"^(?:(?:no|but|hey|sorry|oops)[ ,]+)*(?:i|we) (?:wanted|asked for) "
     rf"(?!to\b|(?!(?:an?|of|and|half)\b){_NUMBER}\b|"
@@ -180,6 +192,14 @@ _NO_I_MEANT = re.compile(
     r"|organic|remove|take|get|drop|delete|no|not|only|just|now|later|today|tomorrow|that)\b)"
     r"([^.;!?,]{1,60})[.!]*$"
 )
+_INSTEAD = re.compile(
+    r"^(?:(?:no|nope|sorry|actually|oh|ok|okay|hmm|please|then)[ ,.!]+)*"
+    r"(?:(?:(?:i|we)(?:'d| would|'ll| will) (?:like|have|take|prefer)|(?:i|we) (?:want|need)"
+    r"|let's (?:have|take|do)|(?:can|could) (?:i|we|you) (?:have|get|take|add)|add|get|take|give me"
+    rf"|make (?:it|that)) )?(?!(?:{_IT}|i|we|no|not|nothing|do|use|swap|change|replace|remove)\b)"
+    rf"({_NAMED}(?: {_NAMED}){{0,4}}) instead(?:,? please)?[.!?]*$"
+)
+"""What takes the place of the thing spoken of last: "coffee instead"."""
 _MEANT = re.compile(r",\s*([^,.;!?]+?),? i mean(?:t)?(?=[.;!?]|$)")
 _ALONE_WANTED = re.compile(
     r"(?:^|(?<=[.,;!?] ))(?:(?:ok|okay|no|so|actually|please|well|i|we|want|need|keep|get) )*+"
@@ -279,6 +299,10 @@ _CHANGES = [
             rf"\bmake {_IT} (?:just |only |exactly )?({_NUMBER}) {_PACKS}",
             r". add exactly \1 packs of ",
         ),
+        (
+            rf"\bmake {_IT} (?:just |only |exactly )?({_NUMBER} ?{_MEASURE}){_END}",
+            rf". add exactly \1 {SAME}",
+        ),
         (rf"\bmake {_IT} (?:just |only |exactly )?(?={_NUMBER} )", ". add exactly "),
         (
             rf"(?<!\w)({_NUMBER}) {_THING} (?:instead of|rather than) (?:the )?{_NUMBER}{_END}",
@@ -369,6 +393,11 @@ _CHANGES = [
             rf"{_BEGIN}([a-z][\w' -]{{0,60}}?) ?[x\u00d7(] ?(\d{{1,4}})\)?{_END}",
             r"\2 \1",
         ),
+        (
+            rf"(?<![\w'-])({_PLAIN}(?: {_PLAIN}){{0,2}}),? ?\(?"
+            rf"(\d{{1,4}}(?:\.\d{{1,3}})?) ?({_MEASURE})\)?{_END}",
+            r"\2 \3 \1",
+        ),
         (r"\badd exactly 0 packs of ", "remove "),
     )
 ]
@@ -408,8 +437,9 @@ def heard(utterance: str) -> tuple[Said, ...]:
     """The clauses of `utterance` in lower case, reworded; changes only where they are ordered."""
     text = re.sub(r"\s*\n\s*", ". ", _BULLET.sub(", ", utterance[:2000]).strip())
     text = _NOT_BUT.sub(r"add \1 instead of \2", unreasoned(evened(text)))
-    text = _OTHER_NAME.sub(r"add \1 instead of \2", kept(text))
-    text = _WANTED.sub(r"i want \1", _OTHER_KIND.sub(r"add \1 instead of \3", text))
+    text = _NOT_THIS.sub(r"add \2 instead of \1", kept(text))
+    text = _WANTED.sub(r"i want \1", _ONE_NOT_OTHER.sub(r"\1 instead of \2", text))
+    text = _INSTEAD.sub(rf"\1 instead of {SAME_ONE}", text)
     text = _NO_I_MEANT.sub(rf"add \1 instead of {SAME_ONE}", text)
     text = unlimited(_ALONE_WANTED.sub(r". keep only \1. only \1\2", text))
     text = re.sub(

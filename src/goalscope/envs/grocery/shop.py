@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from decimal import Decimal
 from functools import lru_cache
+from itertools import takewhile
 
 from goalscope import envs
 from goalscope.envs.grocery.amounts import MOST, Request, packages
@@ -240,7 +241,9 @@ class GroceryShop:
                 plan |= {item.name: plan.get(item.name, 0) + number} if item else {}
             elif item := self._choice.meant(request.phrase, hearing, self._basket):
                 held = self._basket.get(item.name, 0) + plan.get(item.name, 0)
-                number = packages(request, item) - (0 if request.change == "more" else held)
+                number = self._packages(request, item, hearing) - (
+                    0 if request.change == "more" else held
+                )
                 if request.change in ("double", "half") and held:
                     number = held if request.change == "double" else -(held // 2)
                 if request.change == "as many" and not held:
@@ -392,7 +395,7 @@ class GroceryShop:
         for i, turn in enumerate(turns):
             many = so_many(stands[i])
             if many or adds_it(stands[i]):
-                asked = [said[i - 1]] if i and said[i - 1].rstrip().endswith("?") else []
+                asked = takewhile(lambda text: text.rstrip().endswith("?"), reversed(said[:i]))
                 things = (self._search.mentioned(text) for text in (*asked, turn.query))
                 thing = next((each[0] for each in things if len(each) == 1), "")
                 said[i] = f"Add {many}{thing}" if thing else said[i]
@@ -406,6 +409,14 @@ class GroceryShop:
             price = (item.price if item else None) or Decimal(0)
             total += price * action.quantity * (1 if action.name == "add item" else -1)
         return total
+
+    def _packages(self, request: Request, item: Item, hearing: Hearing) -> int:
+        """Units of `item`; pieces are counted in what it takes the place of for a diet."""
+        usual = None
+        if hearing.diets and request.counted in ("pieces", "dozens"):
+            anyone = replace(hearing, diets=frozenset())
+            usual = self._choice.meant(request.phrase, anyone, ())
+        return packages(request, usual or item)
 
     def _permits(self, name: str, hearing: Hearing) -> bool:
         item = self.catalogue.get(name)

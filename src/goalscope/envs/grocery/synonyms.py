@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
-__all__ = ["translator"]
+from goalscope.envs.grocery.words import singulars
+
+__all__ = ["translator", "usual"]
 
 _GROUPS = """
 aubergine, eggplant
@@ -87,6 +89,48 @@ plaster, band-aid, band aid, adhesive bandage
 """
 """Names of one thing, in the singular: a line for each thing."""
 
+_USUAL = """
+bread: white sandwich bread, white bread, whole wheat bread
+rice: white rice, basmati rice
+flour: all-purpose flour
+pasta: egg pasta
+cheese: cheddar cheese
+oil: vegetable oil, sunflower oil
+coffee: ground coffee, coffee beans
+tea: breakfast tea bags, black tea bags, tea bags
+wine: red wine
+chocolate: milk chocolate bar, chocolate bar
+chips: potato chips
+cake: sponge cake, chocolate cake
+cereal: corn flakes cereal
+vinegar: white vinegar
+syrup: maple syrup
+jam: strawberry jam
+icing: white icing
+pea: green peas
+bean: green beans
+spinach: baby spinach
+onion: yellow onions
+potato: white potatoes, russet potatoes
+tomato: roma tomatoes
+peppers: bell peppers
+pepper: ground black pepper
+salmon: salmon fillets
+roll: dinner rolls
+bun: hamburger buns
+tortilla: flour tortillas
+broth: vegetable broth
+olive: green olives
+plate: paper plates
+napkin: paper napkins
+"""
+"""What people mean who name no kind, the likeliest first; each name holds the bare word."""
+
+_KINDS: dict[str, Sequence[str]] = {
+    word: names.split(", ")
+    for word, _, names in (line.partition(": ") for line in _USUAL.strip().splitlines())
+}
+
 _WORD_ENDS = r"(?<![\w-])(?:{})(?![\w-])"
 
 
@@ -112,6 +156,11 @@ def translator(has: Callable[[str], bool]) -> Callable[[str], str]:
     )
 
     return lambda text: pattern.sub(lambda found: known[spelled[found[0].casefold()]], text)
+
+
+def usual(phrase: str) -> Sequence[str]:
+    """What people mean by `phrase` who name no kind: "bread" as "white sandwich bread"."""
+    return _KINDS.get(phrase) or _KINDS.get(" ".join(singulars(phrase)), ())
 
 
 def _plurals(name: str) -> tuple[str, str, str]:

@@ -36,8 +36,10 @@ _UNDOES = re.compile(
 _CALLS_OFF = re.compile(rf"{_LEAD}(?:cancel|stop shopping|undo (?:everything|all)){_END}")
 _GUESSED = re.compile(
     rf"{_LEAD}(?:(?:what|which(?: \w+)?) (?:did you(?: just)? guess|(?:have you|was|were|is|are)"
-    rf" guessed|(?:are|were) (?:your|the) guesses)|(?:show|tell|list)(?: me)? (?:your|the) guesses)"
-    rf"{_END}"
+    r" guessed|(?:are|were) (?:your|the) guesses|(?:did you|have you) (?:add|added|put in|buy)"
+    r" (?:that|which|what) (?:i|we) (?:did not|didn't|never|haven't)"
+    r" (?:(?:ask|order|mention|want)(?:ed)?|say|said)(?: you)?(?: for)?)"
+    rf"|(?:show|tell|list)(?: me)? (?:your|the) guesses){_END}"
 )
 _SEVERAL = re.compile(
     rf"{_LEAD}(?:undo|revert|reverse|cancel|take back) (?:(?:{_LAST} )?(?:twice|\d+ times)"

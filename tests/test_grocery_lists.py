@@ -1,0 +1,59 @@
+"""Shopping lists, what refers to what was spoken of before, and questions about the basket."""
+
+from __future__ import annotations
+
+import pytest
+
+from fakes import said
+from shops import talked
+
+
+@pytest.mark.parametrize(
+    ("utterances", "basket"),
+    [
+        (["rice 2kg"], {"Long Grain White Rice": 2}),
+        (["add rice (2 kg), please"], {"Long Grain White Rice": 2}),
+        (["milk 2 litres, eggs, flour 500 g and sugar (1kg)"],
+         {"Whole Milk": 2, "Large Eggs": 1, "All-Purpose Wheat Flour": 1, "Cane Sugar": 1}),
+        (["chicken breasts, 1kg"], {"Chicken Breasts": 1}),
+        (["rice 2kg", "make it 3 kg"], {"Long Grain White Rice": 3}),
+        (["Please get me six eggs", "By the way, I'm vegan."], {"Egg Replacer Powder": 1}),
+        (["6 yoghurts", "I'm lactose intolerant"], {"Soy Yogurt": 6}),
+        (["Do you have oat milk?", "I'll take two of those."], {"Oat Milk": 2}),
+        (["Do you have oat milk?", "How much is it?", "I'll take two"], {"Oat Milk": 2}),
+        (["Do you sell peanut butter?", "Great, I'll take one."], {"Creamy Peanut Butter": 1}),
+        (["Do you have oat milk?", "I'll take it"], {}),
+        (["two bottles of apple juice",
+          "I don't need the things that you guessed, please take them out."], {"Apple Juice": 2}),
+    ],
+)  # fmt: skip
+def test_lists_amounts_and_what_was_spoken_of(
+    utterances: list[str], basket: dict[str, int]
+) -> None:
+    assert talked({}, *utterances)[0].basket == basket
+
+
+@pytest.mark.parametrize(
+    ("question", "answer"),
+    [
+        ("Did I get the butter?", "Yes: 1 x Unsalted Butter."),
+        ("Have you added the milk yet?", "No, the basket holds nothing of that name."),
+        ("How many bottles of apple juice do I have?", "The basket holds 2 x Apple Juice."),
+        ("How many eggs do I have now?", "No, the basket holds nothing of that name."),
+        ("Do I have everything for a cake?", None),
+        ("Do I have to pay now?", None),
+    ],
+)
+def test_what_is_in_the_basket_is_told(question: str, answer: str | None) -> None:
+    opened, _ = talked({}, "butter and two bottles of apple juice")
+    told = opened.answer(question)
+    assert told == answer
+    assert opened.answer("What do you have in the basket?") == opened.status()
+    assert (opened.answer("What's in the basket?") or "").startswith("The basket holds")
+
+
+def test_after_guesses_had_to_go_nothing_is_guessed_until_an_aim_is_stated() -> None:
+    said_before = ["A party for ten friends", "Please remove everything you guessed."]
+    opened, _ = talked({}, *said_before)
+    assert opened.actions(["salsa"], said(*said_before, "I still need garlic")) == []
+    assert opened.actions(["salsa"], said(*said_before, "I'd like to make a Mexican dinner")) != []
