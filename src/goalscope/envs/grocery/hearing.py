@@ -14,6 +14,7 @@ from goalscope.envs.grocery.diets import diet, hinted, implied, is_diet, label
 from goalscope.envs.grocery.limits import budget, guesses, wants_ideas
 from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.orders import besides_buying, states_aim
+from goalscope.envs.grocery.phrases import SAME, SAME_ALL, SAME_ONE
 from goalscope.envs.grocery.requests import (
     Refusal,
     clears,
@@ -24,7 +25,7 @@ from goalscope.envs.grocery.requests import (
     wanted,
 )
 from goalscope.envs.grocery.restrictions import violates
-from goalscope.envs.grocery.rewording import SAME, SAME_ALL, SAME_ONE, Said, heard
+from goalscope.envs.grocery.rewording import Said, heard
 from goalscope.envs.grocery.words import contains, made, singulars
 from goalscope.envs.remarks import asks_why
 from goalscope.envs.speech import evened

@@ -20,12 +20,12 @@ from goalscope.envs.grocery.amounts import (
     Request,
     number,
 )
+from goalscope.envs.grocery.correcting import CORRECTION
 from goalscope.envs.grocery.moods import Mood
+from goalscope.envs.grocery.phrases import IN_PLACE
 from goalscope.envs.grocery.rewording import (
     ASKING,
     CART,
-    CORRECTION,
-    IN_PLACE,
     Said,
     heard,
     plain,

@@ -7,29 +7,16 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from goalscope.envs.grocery.amounts import GRAMS, MILLILITRES, PACKS, WORD
+from goalscope.envs.grocery.correcting import corrected, instead
 from goalscope.envs.grocery.limits import unlimited
 from goalscope.envs.grocery.moods import Mood, clauses
-from goalscope.envs.speech import evened, kept
+from goalscope.envs.grocery.phrases import END, IN_PLACE, IT, NUMBER, SAME, SAME_ALL
+from goalscope.envs.speech import evened
 
-__all__ = ["ASKING", "CART", "CORRECTION", "IN_PLACE", "SAME", "SAME_ALL", "SAME_ONE", "Said"]
-__all__ += ["heard", "plain", "unreasoned"]
+__all__ = ["ASKING", "CART", "Said", "heard", "plain", "unreasoned"]
 
 CART = "(?:basket|cart|order|list)"
 
-SAME = "ditto"
-"""Stands for the thing that was spoken of last, as in "make it three"."""
-
-SAME_ALL = "dittos"
-"""Stands for all things that were spoken of last, as in "take them out"."""
-
-SAME_ONE = "dittone"
-"""Stands for the thing that was spoken of last, where it was one alone: "no, I meant oil"."""
-
-IN_PLACE = "inplace"
-"""Begins what takes the place of what the same clause takes out."""
-
-_NUMBER = rf"(?:\d+|{WORD}(?:[ -]{WORD}){{0,3}})"
-_IT = "(?:it|that|this|them|those|these)"
 _SPOKEN_OF = (("(?:it|that|this)", SAME), ("(?:them|those|these|both)", SAME_ALL))
 _TO = "(?:to |up to |down to )"
 _ACT = "(?:i|we|take|put|leave|throw|find|run)"
@@ -38,7 +25,6 @@ _EXCEPT = "(?:but|except(?: for)?|apart from|other than)"
 _ALONE = r"(?=\s*(?:[.,;!?]|$|out|back|off|away|again|please|from))"
 _MEASURE = r"(?:k?g|kilos?|grams?|m?l|lit(?:re|er)s?|lbs?|oz)\b"
 _PACKS = rf"(?!(?:{'|'.join([*GRAMS, *MILLILITRES])}|dozen)\b)"
-_END = r"(?=\s*(?:[.,;!?]|$| and | please| instead| but ))"
 _THINGS = r"((?:(?!\b(?:add|remove|get|take|for|with|by|to)\b)[^.;!?]){1,80}?)"
 _PLAIN = (
     r"(?!(?:of|is|are|than|at|to|in|on|with|over|under|up|by|for|about|around|least|most|only|just"
@@ -140,71 +126,17 @@ _REWORDED = [
 ]
 """Patterns, and the plainer words that stand for what they match: lacking a thing is needing it."""
 
-CORRECTION = re.compile(
-    r"(?:[\s,.;!?\u2013\u2014-]*\b(?:no,? wait|wait,? no|no,? sorry|wait|sorry|oops"
-    r"|(?:no,? )?i mean|i meant|scratch that)\b[\s,:.]*)+"
-)
-_SAID_ANEW = re.compile(
-    rf"(?!(?:{_IT}|i|i'm|we|you|can|could|make|please|no|not|don't|never|for|about|but|and|add"
-    rf"|remove"
-    r"|take|get|buy|put|drop|delete|swap|replace|change|there|is|are|what|how|do|did)\b)\w"
-)
-_RESTRICTS = re.compile(r"allerg|intoleran|\b(?:no|not|cannot|without|avoid|never|\w+n't)\b")
-_NAMED = r"(?!(?:is|are|was|were|can|do|does|should|that)\b)[\w'%-]+"
-_NOT_BUT = re.compile(
-    r"^(?:(?:no|sorry|wait|oops|hey|but|please|ok|okay)[ ,.!]+)*"
-    r"(?:(?:i|we)(?: had)? (?:clearly |actually |only )?(?:meant?|said|want(?:ed)?|asked for) "
-    r"|(?:add|buy|get|use|give me|get me) )"
-    rf"(?!(?:{_IT}|i|i'm|we|we're|he|she|they|you|there|but|not|maybe|remove|delete|drop|take|put"
-    r"|leave|keep|swap|replace|change|cancel|make)\b)"
-    rf"({_NAMED}(?: {_NAMED}){{0,4}}?),? (?:and )?not (?!{_NUMBER}{_END})"
-    rf"(?:the |any |an? |some )?({_NAMED}(?: {_NAMED}){{0,3}}?)(?: please)?[.!]*$"
-)
-"""One thing and not another: "I said almond milk, not yogurt"."""
-_ONE_NOT_OTHER = re.compile(
-    rf"^(?!(?:{_IT}|the|for|on|in|at|by|to|with|i|we|you|no|and|but|if|my|our)\b)"
-    rf"({_NAMED}(?: {_NAMED}){{1,3}}|\w+s|\u01c1\d+),? (?:and )?not (?:the |any )?"
-    rf"({_NAMED}(?: {_NAMED}){{0,3}}?)(?: please)?[.!]*$"
-)
-"""The same without a verb, as people correct a list: "oat milk, not whole milk"."""
-_NOT_THIS = re.compile(
-    rf"^(?:no[ ,]+)?not (?:the |any )?({_NAMED}(?: {_NAMED}){{0,3}}?),? (?:but|(?:i|we)"
-    r" (?:said|meant?|want(?:ed)?|asked for)) (?!to\b)"
-    rf"({_NAMED}(?: {_NAMED}){{0,4}}?)(?: please)?[.!]*$"
-)
-"""The same the other way round: "not chips, I said bars"."""
-_WANTED = re.compile(
-    r"^(?:(?:no|but|hey|sorry|oops)[ ,]+)*(?:i|we) (?:wanted|asked for) "
-    rf"(?!to\b|(?!(?:an?|of|and|half)\b){_NUMBER}\b|"
-    r".*\b(?:yesterday|last|before|earlier)\b)([^.,;!?]{1,60})[.!]*$"
-)
-"""What is still wanted, since nothing else is said."""
 _REASON = re.compile(
     r"(?:^|(?<=[,.;!?] ))(?:since |because |as )?(?:we|they|there|i|you)(?:'re| are|'ll be"
     r"| will be| have)"
-    rf" (?:about )?(?!an? ){_NUMBER}(?: of (?:us|them)| (?:\w+ )?(?:people|persons|guests|kids"
+    rf" (?:about )?(?!an? ){NUMBER}(?: of (?:us|them)| (?:\w+ )?(?:people|persons|guests|kids"
     rf"|children|adults|friends))?(?:,? so|,)(?: (?:we|i)(?:'d)? (?:need|want|like))? (?!(?:an?"
-    rf"|of|and|half)\b)(?={_NUMBER} \w)"
+    rf"|of|and|half)\b)(?={NUMBER} \w)"
 )
-_NO_I_MEANT = re.compile(
-    r"^(?:(?:no|nope|sorry|wait|oops|hey|but)[ ,.!]+)+(?:i|we) meant?,? "
-    rf"(?!{_NUMBER}{_END}|(?:{_IT}|for|to|in|on|at|by|nothing|everything|all|every|without|with"
-    r"|organic|remove|take|get|drop|delete|no|not|only|just|now|later|today|tomorrow|that)\b)"
-    r"([^.;!?,]{1,60})[.!]*$"
-)
-_INSTEAD = re.compile(
-    r"^(?:(?:no|nope|sorry|actually|oh|ok|okay|hmm|please|then)[ ,.!]+)*"
-    r"(?:(?:(?:i|we)(?:'d| would|'ll| will) (?:like|have|take|prefer)|(?:i|we) (?:want|need)"
-    r"|let's (?:have|take|do)|(?:can|could) (?:i|we|you) (?:have|get|take|add)|add|get|take|give me"
-    rf"|make (?:it|that)) )?(?!(?:{_IT}|i|we|no|not|nothing|do|use|swap|change|replace|remove)\b)"
-    rf"({_NAMED}(?: {_NAMED}){{0,4}}) instead(?:,? please)?[.!?]*$"
-)
-"""What takes the place of the thing spoken of last: "coffee instead"."""
-_MEANT = re.compile(r",\s*([^,.;!?]+?),? i mean(?:t)?(?=[.;!?]|$)")
 _ALONE_WANTED = re.compile(
     r"(?:^|(?<=[.,;!?] ))(?:(?:ok|okay|no|so|actually|please|well|i|we|want|need|keep|get) )*+"
     r"(?:only|just) (?:(?:keep|want|need|get|have|leave) )?([^.;!?]{1,100}?)"
-    rf"(, ?{_NUMBER} of (?:it|them|those))?(?:\s*[,.;!])? (?:and |but )?nothing else\b(?! but)"
+    rf"(, ?{NUMBER} of (?:it|them|those))?(?:\s*[,.;!])? (?:and |but )?nothing else\b(?! but)"
 )
 _ASKED_OF = re.compile(
     r"\b(?:contain(?:s|ing)?|there|ha(?:ve|s)|any|of) (?:any |some )?(?P<thing>[a-z][a-z -]{1,30}?)"
@@ -213,9 +145,6 @@ _ASKED_OF = re.compile(
 )
 """An allergy to what was asked about: "does it contain nuts? My son is allergic"."""
 _BULLET = re.compile(r"\n[ \t]*[-*\u2022][ \t]+")
-_BEFORE_LAST = re.compile(
-    r"[,;.!?]|\b(?:and|or|plus|add|get|buy|want|need|like|have|take|remove|order|delete)\b"
-)
 _VERBS = {
     "adding": "add",
     "changing": "change",
@@ -232,27 +161,27 @@ _CHANGES = [
             r"\b(?:swap|change|switch|turn|convert|make)"
             r" (?:everything|it all|them all|all of (?:it|them))(?: (?:for|to|into|with))?"
             r" ([\w-]+-free|vegan|vegetarian|organic|halal)"
-            rf"(?: (?:things|items|versions?|ones|stuff|food))?{_END}",
+            rf"(?: (?:things|items|versions?|ones|stuff|food))?{END}",
             r"everything must be \1",
         ),
         (
             rf"\b(?:swap|exchange|switch|trade|replace|substitute|change)(?: out)? {_THINGS}"
-            rf" (?:for|with|by|to|against) (?=(?!{_NUMBER}{_END}){_THING}{_END})",
+            rf" (?:for|with|by|to|against) (?=(?!{NUMBER}{END}){_THING}{END})",
             rf". remove \1. add {IN_PLACE} ",
         ),
-        (rf"(?<=\bprefer ){_THING} to {_THING}{_END}", r"\1 instead of \2"),
-        (rf"(?:'d| would) rather have {_THING} than {_THING}{_END}", r" want \1 instead of \2"),
+        (rf"(?<=\bprefer ){_THING} to {_THING}{END}", r"\1 instead of \2"),
+        (rf"(?:'d| would) rather have {_THING} than {_THING}{END}", r" want \1 instead of \2"),
         (
             r"\b(?:change|set|reduce|increase|lower|raise|cut|bring|take|update|bump)"
             r" (?:the )?(?:(?:quantity|number|amount) of (?:the )?)?"
-            rf"(?:{_NUMBER} )?{_THING} (?:from {_NUMBER} )?{_TO}({_NUMBER}){_END}",
+            rf"(?:{NUMBER} )?{_THING} (?:from {NUMBER} )?{_TO}({NUMBER}){END}",
             r". add exactly \2 packs of \1",
         ),
-        (rf"\bmake ({_IT}) (?:a )?double{_END}", r". double \1"),
+        (rf"\bmake ({IT}) (?:a )?double{END}", r". double \1"),
         *(
             (
                 rf"\b(?:{much})(?: (?:of|as (?:many|much)|(?:the )?(?:amount|number|quantity)"
-                rf"|the|my|our))* (?!an? ){_THING}{_END}",
+                rf"|the|my|our))* (?!an? ){_THING}{END}",
                 rf". add {change} \1",
             )
             for much, change in (
@@ -267,54 +196,54 @@ _CHANGES = [
             change
             for it, same in _SPOKEN_OF
             for change in (
-                (rf"\b(twofold|halved) {it}{_END}", rf"\1 {same}"),
+                (rf"\b(twofold|halved) {it}{END}", rf"\1 {same}"),
                 (
-                    rf"\b(?:make|change|set) {it} {_TO}?(?:just |only |exactly )?({_NUMBER}){_END}",
+                    rf"\b(?:make|change|set) {it} {_TO}?(?:just |only |exactly )?({NUMBER}){END}",
                     rf". add exactly \1 packs of {same}",
                 ),
                 (rf"\b(remove|delete|drop(?! \w+ off\b)|take) {it}{_ALONE}", rf"\1 {same}"),
             )
         ),
         (
-            rf"(?<!\w)(?!(?:of|and|half)\b)({_NUMBER}) {PACKS}(?: of {_IT})?{_END}",
+            rf"(?<!\w)(?!(?:of|and|half)\b)({NUMBER}) {PACKS}(?: of {IT})?{END}",
             rf". add exactly \1 packs of {SAME}",
         ),
-        (rf"\bmake {_IT} organic{_END}", ". add the organic one"),
+        (rf"\bmake {IT} organic{END}", ". add the organic one"),
         (
-            rf"\bmake (?:the|my|our) {_THING} organic{_END}",
+            rf"\bmake (?:the|my|our) {_THING} organic{END}",
             rf". remove \1. add {IN_PLACE} organic \1",
         ),
-        (rf"\bmake {_IT} (?=the [^.,;!?]{{1,40}} ones?\b)", ". add "),
-        (rf"\b({_NUMBER}) of each{_END}", rf"exactly \1 packs of {SAME_ALL}"),
-        (rf"(?:^|, )({_NUMBER}) of (?:it|them|those){_END}", rf". add exactly \1 packs of {SAME}"),
+        (rf"\bmake {IT} (?=the [^.,;!?]{{1,40}} ones?\b)", ". add "),
+        (rf"\b({NUMBER}) of each{END}", rf"exactly \1 packs of {SAME_ALL}"),
+        (rf"(?:^|, )({NUMBER}) of (?:it|them|those){END}", rf". add exactly \1 packs of {SAME}"),
         (
-            rf"\b({_NUMBER}) {_THING} (?:is|are|will be|would be|'s) (?:enough|plenty){_END}",
+            rf"\b({NUMBER}) {_THING} (?:is|are|will be|would be|'s) (?:enough|plenty){END}",
             r". add exactly \1 packs of \2",
         ),
         (
-            rf"\b({_NUMBER}) (?:is|are|will be|would be|'s) (?:enough|plenty){_END}",
+            rf"\b({NUMBER}) (?:is|are|will be|would be|'s) (?:enough|plenty){END}",
             rf". add exactly \1 packs of {SAME}",
         ),
         (
-            rf"\bmake {_IT} (?:just |only |exactly )?({_NUMBER}) {_PACKS}",
+            rf"\bmake {IT} (?:just |only |exactly )?({NUMBER}) {_PACKS}",
             r". add exactly \1 packs of ",
         ),
         (
-            rf"\bmake {_IT} (?:just |only |exactly )?({_NUMBER} ?{_MEASURE}){_END}",
+            rf"\bmake {IT} (?:just |only |exactly )?({NUMBER} ?{_MEASURE}){END}",
             rf". add exactly \1 {SAME}",
         ),
-        (rf"\bmake {_IT} (?:just |only |exactly )?(?={_NUMBER} )", ". add exactly "),
+        (rf"\bmake {IT} (?:just |only |exactly )?(?={NUMBER} )", ". add exactly "),
         (
-            rf"(?<!\w)({_NUMBER}) {_THING} (?:instead of|rather than) (?:the )?{_NUMBER}{_END}",
+            rf"(?<!\w)({NUMBER}) {_THING} (?:instead of|rather than) (?:the )?{NUMBER}{END}",
             r"exactly \1 packs of \2",
         ),
         (
-            rf"(?<!\w)({_NUMBER}) {_THING}(?: please| in total)?,? not {_NUMBER}{_END}",
+            rf"(?<!\w)({NUMBER}) {_THING}(?: please| in total)?,? not {NUMBER}{END}",
             r"exactly \1 packs of \2",
         ),
         (
             r"\b(?:(?:i|we) )?(?:don't|do not) (?:want|need)"
-            rf" {_NUMBER} {_THING},? (?:just|only) ({_NUMBER}){_END}",
+            rf" {NUMBER} {_THING},? (?:just|only) ({NUMBER}){END}",
             r"exactly \2 packs of \1",
         ),
         (r"\bi (?:said|meant) (?=exactly )", ""),
@@ -326,28 +255,28 @@ _CHANGES = [
                 f". add exactly {amount}",
             )
             for how, amount in (
-                (rf"({_NUMBER}){_END}", rf"\1 packs of {SAME}"),
-                (rf"(?={_NUMBER} (?!things?\b)\w)", ""),
+                (rf"({NUMBER}){END}", rf"\1 packs of {SAME}"),
+                (rf"(?={NUMBER} (?!things?\b)\w)", ""),
             )
         ),
-        (rf"\bmake the {_THING} ({_NUMBER}){_END}", r". add exactly \2 packs of \1"),
-        (rf"\b({_NUMBER}) more(?: of {_IT})?{_END}", rf"\1 more {SAME}"),
-        (rf"\b(?:want|like|need) {_THING} (?:removed|taken out|gone){_END}", r". remove \1"),
+        (rf"\bmake the {_THING} ({NUMBER}){END}", r". add exactly \2 packs of \1"),
+        (rf"\b({NUMBER}) more(?: of {IT})?{END}", rf"\1 more {SAME}"),
+        (rf"\b(?:want|like|need) {_THING} (?:removed|taken out|gone){END}", r". remove \1"),
         (
-            rf"{_BEGIN}(?:the )?{_THING} (?:is|are)(?: not|n't| no longer) (?:needed|wanted){_END}",
+            rf"{_BEGIN}(?:the )?{_THING} (?:is|are)(?: not|n't| no longer) (?:needed|wanted){END}",
             r"don't need \1",
         ),
         (
             rf"{_BEGIN}(?:please )?(?:(?:i|we)(?:'d| would)? (?:want|need|like) )?"
-            rf"(?:an? (?:bit|little) )?(?:less|fewer) (?:of )?(?:the )?{_THING}{_END}",
+            rf"(?:an? (?:bit|little) )?(?:less|fewer) (?:of )?(?:the )?{_THING}{END}",
             r". remove 1 \1",
         ),
-        (rf"\b(?:only|just) (need|want|get|have|take|add) (?={_NUMBER} )", r"\1 exactly "),
-        (rf"\b({_NUMBER}) (?:fewer|less) (?=\w)", r". remove \1 "),
-        (rf"(?<!\w)({_NUMBER}) {_THING} (?:less|fewer){_END}", r". remove \1 \2"),
+        (rf"\b(?:only|just) (need|want|get|have|take|add) (?={NUMBER} )", r"\1 exactly "),
+        (rf"\b({NUMBER}) (?:fewer|less) (?=\w)", r". remove \1 "),
+        (rf"(?<!\w)({NUMBER}) {_THING} (?:less|fewer){END}", r". remove \1 \2"),
         (
             rf"(?:(?<=[.,;!?] )|^)(?!.{{0,40}}\b{_ACT}\b)(?:the )?{_THING}"
-            rf" (?:out|(?:can|should|must) go|(?:can|must|should) be removed){_END}",
+            rf" (?:out|(?:can|should|must) go|(?:can|must|should) be removed){END}",
             r". remove \1",
         ),
         (
@@ -365,11 +294,11 @@ _CHANGES = [
             r"|i|we|want|i'd|like|to|know|what) )*+(?:cancel|scrap|scratch|abandon|never mind"
             r"|forget(?: about)?) (?:(?:(?:the|my|our|this|that) )?(?:whole |entire )?(?:thing"
             r"|order|basket|cart|shopping|purchase|list)|everything|it all|all of it|the lot)"
-            rf"{_END}",
+            rf"{END}",
             ". empty the basket",
         ),
         *(
-            (rf"{_FOUND}{cheaper}{_END}", f". add lowpriced {thing}")
+            (rf"{_FOUND}{cheaper}{END}", f". add lowpriced {thing}")
             for cheaper, thing in (
                 (rf"{_SOME}cheaper (?:than|for|instead of|in place of) {_OLD}{_THING}", r"\1"),
                 (rf"(?:{_SOME}cheaper|(?:the |an? )?cheaper ones?|{_FIND}cheaper)", SAME),
@@ -390,38 +319,18 @@ _CHANGES = [
         (rf"\bout of (?:the|my|our|this) {CART}\b", "out"),
         (rf" (?:from|off) (?:the|my|our|this) {CART}\b", ""),
         (
-            rf"{_BEGIN}([a-z][\w' -]{{0,60}}?) ?[x\u00d7(] ?(\d{{1,4}})\)?{_END}",
+            rf"{_BEGIN}([a-z][\w' -]{{0,60}}?) ?[x\u00d7(] ?(\d{{1,4}})\)?{END}",
             r"\2 \1",
         ),
         (
             rf"(?<![\w'-])({_PLAIN}(?: {_PLAIN}){{0,2}}),? ?\(?"
-            rf"(\d{{1,4}}(?:\.\d{{1,3}})?) ?({_MEASURE})\)?{_END}",
+            rf"(\d{{1,4}}(?:\.\d{{1,3}})?) ?({_MEASURE})\)?{END}",
             r"\2 \3 \1",
         ),
         (r"\badd exactly 0 packs of ", "remove "),
     )
 ]
 """Patterns of changes to the basket, and the additions and removals that they come to."""
-
-
-def _corrected(text: str) -> str:
-    """`text` without what a person says wrong and corrects at once, as in "milk, no wait, oil".
-
-    What one must not or does not eat is not taken back so: better one restriction too many.
-    """
-    said, *anew = CORRECTION.split(_MEANT.sub(r", i mean \1", text))
-    for part in anew:
-        if re.match(rf"{_NUMBER}{_END}", part):
-            said += ". make it"
-        elif not _SAID_ANEW.match(part):
-            said += "."
-        elif _RESTRICTS.search(re.split(r"[.;!?]", said)[-1]):
-            said += ","
-        else:
-            breaks = list(_BEFORE_LAST.finditer(said, max(0, len(said) - 60)))
-            said = said[: breaks[-1].end()] if breaks else ""
-        said += f" {part}"
-    return said.strip()
 
 
 @dataclass(frozen=True, slots=True)
@@ -436,11 +345,7 @@ class Said:
 def heard(utterance: str) -> tuple[Said, ...]:
     """The clauses of `utterance` in lower case, reworded; changes only where they are ordered."""
     text = re.sub(r"\s*\n\s*", ". ", _BULLET.sub(", ", utterance[:2000]).strip())
-    text = _NOT_BUT.sub(r"add \1 instead of \2", unreasoned(evened(text)))
-    text = _NOT_THIS.sub(r"add \2 instead of \1", kept(text))
-    text = _WANTED.sub(r"i want \1", _ONE_NOT_OTHER.sub(r"\1 instead of \2", text))
-    text = _INSTEAD.sub(rf"\1 instead of {SAME_ONE}", text)
-    text = _NO_I_MEANT.sub(rf"add \1 instead of {SAME_ONE}", text)
+    text = instead(unreasoned(evened(text)))
     text = unlimited(_ALONE_WANTED.sub(r". keep only \1. only \1\2", text))
     text = re.sub(
         r"\b((?:remove|delete|drop|take out)\b[^.;!?,]*?) first(?=[.;!?,]|$)", r"\1", text
@@ -456,7 +361,7 @@ def heard(utterance: str) -> tuple[Said, ...]:
         text,
     )
     text = _ASKED_OF.sub(r"\g<0> to \g<thing>", text)
-    text = _MINDING.sub(lambda match: f"{match[1]} {_VERBS[match[2]]}", _corrected(text))
+    text = _MINDING.sub(lambda match: f"{match[1]} {_VERBS[match[2]]}", corrected(text))
     found: list[Said] = []
     for clause, mood in clauses(text):
         for pattern, plainer in (*(_CHANGES if mood is Mood.ORDER else ()), *_REWORDED):

@@ -24,9 +24,9 @@ from goalscope.envs.grocery.orders import (
     so_many,
     tries_to_buy,
 )
+from goalscope.envs.grocery.phrases import SAME, SAME_ALL
 from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.requests import amount, refuses, unrefused
-from goalscope.envs.grocery.rewording import SAME, SAME_ALL
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.telling import listed, not_met, not_there, unlabelled
 from goalscope.envs.grocery.undoing import (

@@ -1,0 +1,97 @@
+"""What a person says to correct what they said before, said more plainly."""
+
+from __future__ import annotations
+
+import re
+
+from goalscope.envs.grocery.phrases import END, IT, NUMBER, SAME_ONE
+from goalscope.envs.speech import kept
+
+__all__ = ["CORRECTION", "corrected", "instead"]
+
+CORRECTION = re.compile(
+    r"(?:[\s,.;!?\u2013\u2014-]*\b(?:no,? wait|wait,? no|no,? sorry|wait|sorry|oops"
+    r"|(?:no,? )?i mean|i meant|scratch that)\b[\s,:.]*)+"
+)
+_SAID_ANEW = re.compile(
+    rf"(?!(?:{IT}|i|i'm|we|you|can|could|make|please|no|not|don't|never|for|about|but|and|add"
+    rf"|remove"
+    r"|take|get|buy|put|drop|delete|swap|replace|change|there|is|are|what|how|do|did)\b)\w"
+)
+_RESTRICTS = re.compile(r"allerg|intoleran|\b(?:no|not|cannot|without|avoid|never|\w+n't)\b")
+_NAMED = r"(?!(?:is|are|was|were|can|do|does|should|that)\b)[\w'%-]+"
+_NOT_BUT = re.compile(
+    r"^(?:(?:no|sorry|wait|oops|hey|but|please|ok|okay)[ ,.!]+)*"
+    r"(?:(?:i|we)(?: had)? (?:clearly |actually |only )?(?:meant?|said|want(?:ed)?|asked for) "
+    r"|(?:add|buy|get|use|give me|get me) )"
+    rf"(?!(?:{IT}|i|i'm|we|we're|he|she|they|you|there|but|not|maybe|remove|delete|drop|take|put"
+    r"|leave|keep|swap|replace|change|cancel|make)\b)"
+    rf"({_NAMED}(?: {_NAMED}){{0,4}}?),? (?:and )?not (?!{NUMBER}{END})"
+    rf"(?:the |any |an? |some )?({_NAMED}(?: {_NAMED}){{0,3}}?)(?: please)?[.!]*$"
+)
+"""One thing and not another: "I said almond milk, not yogurt"."""
+_ONE_NOT_OTHER = re.compile(
+    rf"^(?!(?:{IT}|the|for|on|in|at|by|to|with|i|we|you|no|and|but|if|my|our)\b)"
+    rf"({_NAMED}(?: {_NAMED}){{1,3}}|\w+s|\u01c1\d+),? (?:and )?not (?:the |any )?"
+    rf"({_NAMED}(?: {_NAMED}){{0,3}}?)(?: please)?[.!]*$"
+)
+"""The same without a verb, as people correct a list: "oat milk, not whole milk"."""
+_NOT_THIS = re.compile(
+    rf"^(?:no[ ,]+)?not (?:the |any )?({_NAMED}(?: {_NAMED}){{0,3}}?),? (?:but|(?:i|we)"
+    r" (?:said|meant?|want(?:ed)?|asked for)) (?!to\b)"
+    rf"({_NAMED}(?: {_NAMED}){{0,4}}?)(?: please)?[.!]*$"
+)
+"""The same the other way round: "not chips, I said bars"."""
+_WANTED = re.compile(
+    r"^(?:(?:no|but|hey|sorry|oops)[ ,]+)*(?:i|we) (?:wanted|asked for) "
+    rf"(?!to\b|(?!(?:an?|of|and|half)\b){NUMBER}\b|"
+    r".*\b(?:yesterday|last|before|earlier)\b)([^.,;!?]{1,60})[.!]*$"
+)
+"""What is still wanted, since nothing else is said."""
+_NO_I_MEANT = re.compile(
+    r"^(?:(?:no|nope|sorry|wait|oops|hey|but)[ ,.!]+)+(?:i|we) meant?,? "
+    rf"(?!{NUMBER}{END}|(?:{IT}|for|to|in|on|at|by|nothing|everything|all|every|without|with"
+    r"|organic|remove|take|get|drop|delete|no|not|only|just|now|later|today|tomorrow|that)\b)"
+    r"([^.;!?,]{1,60})[.!]*$"
+)
+_INSTEAD = re.compile(
+    r"^(?:(?:no|nope|sorry|actually|oh|ok|okay|hmm|please|then)[ ,.!]+)*"
+    r"(?:(?:(?:i|we)(?:'d| would|'ll| will) (?:like|have|take|prefer)|(?:i|we) (?:want|need)"
+    r"|let's (?:have|take|do)|(?:can|could) (?:i|we|you) (?:have|get|take|add)|add|get|take|give me"
+    rf"|make (?:it|that)) )?(?!(?:{IT}|i|we|no|not|nothing|do|use|swap|change|replace|remove)\b)"
+    rf"({_NAMED}(?: {_NAMED}){{0,4}}) instead(?:,? please)?[.!?]*$"
+)
+"""What takes the place of the thing spoken of last: "coffee instead"."""
+_MEANT = re.compile(r",\s*([^,.;!?]+?),? i mean(?:t)?(?=[.;!?]|$)")
+_BEFORE_LAST = re.compile(
+    r"[,;.!?]|\b(?:and|or|plus|add|get|buy|want|need|like|have|take|remove|order|delete)\b"
+)
+
+
+def instead(text: str) -> str:
+    """`text`, evened, where it says no more than what is to take the place of what."""
+    text = _NOT_BUT.sub(r"add \1 instead of \2", text)
+    text = _NOT_THIS.sub(r"add \2 instead of \1", kept(text))
+    text = _WANTED.sub(r"i want \1", _ONE_NOT_OTHER.sub(r"\1 instead of \2", text))
+    text = _INSTEAD.sub(rf"\1 instead of {SAME_ONE}", text)
+    return _NO_I_MEANT.sub(rf"add \1 instead of {SAME_ONE}", text)
+
+
+def corrected(text: str) -> str:
+    """`text` without what a person says wrong and corrects at once, as in "milk, no wait, oil".
+
+    What one must not or does not eat is not taken back so: better one restriction too many.
+    """
+    said, *anew = CORRECTION.split(_MEANT.sub(r", i mean \1", text))
+    for part in anew:
+        if re.match(rf"{NUMBER}{END}", part):
+            said += ". make it"
+        elif not _SAID_ANEW.match(part):
+            said += "."
+        elif _RESTRICTS.search(re.split(r"[.;!?]", said)[-1]):
+            said += ","
+        else:
+            breaks = list(_BEFORE_LAST.finditer(said, max(0, len(said) - 60)))
+            said = said[: breaks[-1].end()] if breaks else ""
+        said += f" {part}"
+    return said.strip()
