@@ -12,7 +12,8 @@ from goalscope import envs
 from goalscope.envs.grocery.amounts import MOST, Request, packages
 from goalscope.envs.grocery.answers import answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.choosing import Choice, called, is_vague, taken
+from goalscope.envs.grocery.changes import asked_for, changes, dearer
+from goalscope.envs.grocery.choosing import Choice, called, is_vague
 from goalscope.envs.grocery.consent import consents
 from goalscope.envs.grocery.hearing import Hearing, hear
 from goalscope.envs.grocery.limits import budget
@@ -192,70 +193,18 @@ class GroceryShop:
         rest = undoing is None or bool(undoing[1])
         before = self._starts.before(key)
         if before is None:
-            return self._asked(hearing) if rest else []
+            return self._changes(hearing) if rest else []
         kept = {n: k if self._permits(n, hearing) else now.get(n, 0) for n, k in before.items()}
         target = {name: min(kept[name], number) for name, number in before.items() if kept[name]}
         if rest:
             self._starts.correct(key, target)
             self._basket = dict(target)
-            asked = self._asked(hearing)
+            asked = self._changes(hearing)
             self._basket = now
             for each in asked:
                 sign = 1 if each.name == "add item" else -1
                 target[each.target] = target.get(each.target, 0) + sign * each.quantity
         return steps(now, target)
-
-    def _asked(self, hearing: Hearing) -> list[Action]:
-        """What words ask for that take nothing back."""
-        plan = {
-            item.name: -number
-            for item, number in self._contents()
-            if hearing.empties or not hearing.permits(item) or not _stays(item, hearing)
-        }
-        if hearing.unasked:
-            plan |= {
-                item.name: -number
-                for item, number in self._contents()
-                if not self._asked_for(item, hearing)
-            }
-        for removal in hearing.removed:
-            for item in taken(removal, [item for item, _ in self._contents()]):
-                held = self._basket[item.name]
-                shown = removal.quantity <= held  # what a person counts is what the basket shows
-                number = removal.quantity if shown else min(packages(removal, item), held)
-                if removal.change == "none":
-                    number = held
-                plan[item.name] = max(plan.get(item.name, 0) - number, -held)
-                if removal.change == "fewer":
-                    break
-        gone = {item: -plan[item.name] for item, _ in self._contents() if plan.get(item.name)}
-        stays = [item for item, number in self._contents() if number + plan.get(item.name, 0) > 0]
-        for request in hearing.wanted:
-            if request not in hearing.newest and called(request.phrase, stays):
-                continue
-            if request.change == "cheaper":
-                old = self._dearer(request)
-                item = self._choice.cheaper(old, request.phrase, hearing)
-                number = self._basket[old.name] if old else packages(request, item) if item else 0
-                plan |= {old.name: -number} if old and item else {}
-                plan |= {item.name: plan.get(item.name, 0) + number} if item else {}
-            elif item := self._choice.meant(request.phrase, hearing, self._basket):
-                held = self._basket.get(item.name, 0) + plan.get(item.name, 0)
-                number = self._packages(request, item, hearing) - (
-                    0 if request.change == "more" else held
-                )
-                if request.change in ("double", "half") and held:
-                    number = held if request.change == "double" else -(held // 2)
-                if request.change == "as many" and not held:
-                    out = {each for old in request.replaces for each in called(old, [*gone])}
-                    number = max(number, gone[out.pop()] if len(out) == 1 else 0)
-                if number > 0 or request.change in ("exactly", "half"):
-                    plan[item.name] = plan.get(item.name, 0) + min(number, MOST - held)
-        return [
-            Action("add item" if number > 0 else "remove item", name, abs(number))
-            for name, number in plan.items()
-            if number
-        ]
 
     def is_order(self, turns: Sequence[Turn]) -> bool:
         """Whether the newest words say exactly what is to be done, or leave nothing to guess."""
@@ -289,7 +238,7 @@ class GroceryShop:
         if above and (results or budget(turns[-1].utterance) is not None):
             total, named = map(self.catalogue.money, (self.total, hearing.budget))
             told.append(f"The basket comes to {total}, above the {named} that you named.")
-        guessed = [item.name for item in held if not self._asked_for(item, hearing)]
+        guessed = [item.name for item in held if not asked_for(item, hearing)]
         key = tuple(turn.utterance for turn in turns)
         told += undoing_notes(key[-1], results, guessed, taken_back=self._starts.takes_back(key))
         if undoing := besides_undoing(key[-1]):
@@ -303,7 +252,7 @@ class GroceryShop:
         meant = [self._choice.meant(r.phrase, hearing, self._basket) for r in hearing.newest]
         for request, item in zip(hearing.newest, meant, strict=True):
             if request.change == "cheaper":
-                item = self._dearer(request) or item
+                item = dearer(request, self._contents()) or item
             if item is None:
                 told += self._choice.lacking(listed(request, has=any(meant)), hearing)
                 continue
@@ -383,10 +332,8 @@ class GroceryShop:
         )
         return replace(hearing, wanted=wanted, spared=spared).keeping(kept)
 
-    def _dearer(self, request: Request) -> Item | None:
-        """What of the basket something cheaper is to take the place of."""
-        held = [item for item, _ in self._contents()]
-        return next((i for p in (*request.replaces, request.phrase) for i in called(p, held)), None)
+    def _changes(self, hearing: Hearing) -> list[Action]:
+        return changes(hearing, self._contents(), self._choice)
 
     def _spoken(self, turns: Sequence[Turn]) -> list[str]:
         """What the person said and let stand; "add it" names what a question before was about."""
@@ -410,21 +357,9 @@ class GroceryShop:
             total += price * action.quantity * (1 if action.name == "add item" else -1)
         return total
 
-    def _packages(self, request: Request, item: Item, hearing: Hearing) -> int:
-        """Units of `item`; pieces are counted in what it takes the place of for a diet."""
-        usual = None
-        if hearing.diets and request.counted in ("pieces", "dozens"):
-            anyone = replace(hearing, diets=frozenset())
-            usual = self._choice.meant(request.phrase, anyone, ())
-        return packages(request, usual or item)
-
     def _permits(self, name: str, hearing: Hearing) -> bool:
         item = self.catalogue.get(name)
         return item is not None and hearing.permits(item)
-
-    @staticmethod
-    def _asked_for(item: Item, hearing: Hearing) -> bool:
-        return any(called(request.phrase, [item]) for request in hearing.wanted)
 
     def _means(self, request: Request, hearing: Hearing) -> bool:
         """Whether a request is for a thing of the shop, or for one that it has not."""
@@ -480,8 +415,3 @@ class GroceryShop:
         total = self.catalogue.money(self.total)
         told = f"The basket is now purchased for {total}.\n{self.status()}"
         return StepResult(action, True, told, terminated=True, irreversible=True)
-
-
-def _stays(item: Item, hearing: Hearing) -> bool:
-    """Whether the newest words leave the item in the basket."""
-    return not hearing.spared or any(called(each, [item]) for each in hearing.spared)

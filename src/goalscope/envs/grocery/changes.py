@@ -1,0 +1,94 @@
+"""What becomes of a basket by what a person asks for outright."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from goalscope.envs.grocery.amounts import MOST, Request, packages
+from goalscope.envs.grocery.catalogue import Item
+from goalscope.envs.grocery.choosing import Choice, called, taken
+from goalscope.envs.grocery.hearing import Hearing
+from goalscope.types import Action
+
+__all__ = ["asked_for", "changes", "dearer"]
+
+
+def changes(hearing: Hearing, contents: Sequence[tuple[Item, int]], choice: Choice) -> list[Action]:
+    """What the words ask for and the basket is not yet: removals and additions.
+
+    Args:
+        hearing: What was said.
+        contents: What the basket holds: items, and how many of each.
+        choice: Which items are meant.
+    """
+    basket = {item.name: number for item, number in contents}
+    plan = {
+        item.name: -number
+        for item, number in contents
+        if hearing.empties
+        or not hearing.permits(item)
+        or not _stays(item, hearing)
+        or (hearing.unasked and not asked_for(item, hearing))
+    }
+    for removal in hearing.removed:
+        for item in taken(removal, [item for item, _ in contents]):
+            held = basket[item.name]
+            shown = removal.quantity <= held  # what a person counts is what the basket shows
+            number = removal.quantity if shown else min(packages(removal, item), held)
+            if removal.change == "none":
+                number = held
+            plan[item.name] = max(plan.get(item.name, 0) - number, -held)
+            if removal.change == "fewer":
+                break
+    gone = {item: -plan[item.name] for item, _ in contents if plan.get(item.name)}
+    stays = [item for item, number in contents if number + plan.get(item.name, 0) > 0]
+    for request in hearing.wanted:
+        if request not in hearing.newest and called(request.phrase, stays):
+            continue
+        if request.change == "cheaper":
+            old = dearer(request, contents)
+            item = choice.cheaper(old, request.phrase, hearing)
+            number = basket[old.name] if old else packages(request, item) if item else 0
+            plan |= {old.name: -number} if old and item else {}
+            plan |= {item.name: plan.get(item.name, 0) + number} if item else {}
+        elif item := choice.meant(request.phrase, hearing, basket):
+            held = basket.get(item.name, 0) + plan.get(item.name, 0)
+            number = _packages(request, item, hearing, choice)
+            number -= 0 if request.change == "more" else held
+            if request.change in ("double", "half") and held:
+                number = held if request.change == "double" else -(held // 2)
+            if request.change == "as many" and not held:
+                out = {each for old in request.replaces for each in called(old, [*gone])}
+                number = max(number, gone[out.pop()] if len(out) == 1 else 0)
+            if number > 0 or request.change in ("exactly", "half"):
+                plan[item.name] = plan.get(item.name, 0) + min(number, MOST - held)
+    return [
+        Action("add item" if number > 0 else "remove item", name, abs(number))
+        for name, number in plan.items()
+        if number
+    ]
+
+
+def dearer(request: Request, contents: Sequence[tuple[Item, int]]) -> Item | None:
+    """What of the basket something cheaper is to take the place of."""
+    held = [item for item, _ in contents]
+    return next((i for p in (*request.replaces, request.phrase) for i in called(p, held)), None)
+
+
+def asked_for(item: Item, hearing: Hearing) -> bool:
+    """Whether an item is what a person asked for, and no guess."""
+    return any(called(request.phrase, [item]) for request in hearing.wanted)
+
+
+def _stays(item: Item, hearing: Hearing) -> bool:
+    """Whether the newest words leave the item in the basket."""
+    return not hearing.spared or any(called(each, [item]) for each in hearing.spared)
+
+
+def _packages(request: Request, item: Item, hearing: Hearing, choice: Choice) -> int:
+    """Units of `item`; pieces are counted in what it takes the place of for a diet."""
+    usual = None
+    if hearing.diets and request.counted in ("pieces", "dozens"):
+        usual = choice.meant(request.phrase, replace(hearing, diets=frozenset()), ())
+    return packages(request, usual or item)
