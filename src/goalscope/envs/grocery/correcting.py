@@ -33,7 +33,7 @@ _NOT_BUT = re.compile(
 _ONE_NOT_OTHER = re.compile(
     rf"^(?!(?:{IT}|the|for|on|in|at|by|to|with|i|we|you|no|and|but|if|my|our)\b)"
     rf"({_NAMED}(?: {_NAMED}){{1,3}}|\w+s|\u01c1\d+),? (?:and )?not (?:the |any )?"
-    rf"({_NAMED}(?: {_NAMED}){{0,3}}?)(?: please)?[.!]*$"
+    rf"(?![^.]*\bones?\b)({_NAMED}(?: {_NAMED}){{0,3}}?)(?: please)?[.!]*$"
 )
 """The same without a verb, as people correct a list: "oat milk, not whole milk"."""
 _NOT_THIS = re.compile(
@@ -54,6 +54,9 @@ _NO_I_MEANT = re.compile(
     r"|organic|remove|take|get|drop|delete|no|not|only|just|now|later|today|tomorrow|that)\b)"
     r"([^.;!?,]{1,60})[.!]*$"
 )
+_MAKE_IT = re.compile(
+    rf"\bmake {IT} (?=(?!{NUMBER} )[^.,;!?]{{1,60}}? (?:instead of|rather than) (?!{NUMBER}{END}))"
+)
 _INSTEAD = re.compile(
     r"^(?:(?:no|nope|sorry|actually|oh|ok|okay|hmm|please|then)[ ,.!]+)*"
     r"(?:(?:(?:i|we)(?:'d| would|'ll| will) (?:like|have|take|prefer)|(?:i|we) (?:want|need)"
@@ -70,6 +73,7 @@ _BEFORE_LAST = re.compile(
 
 def instead(text: str) -> str:
     """`text`, evened, where it says no more than what is to take the place of what."""
+    text = _MAKE_IT.sub("add ", text)
     text = _NOT_BUT.sub(r"add \1 instead of \2", text)
     text = _NOT_THIS.sub(r"add \2 instead of \1", kept(text))
     text = _WANTED.sub(r"i want \1", _ONE_NOT_OTHER.sub(r"\1 instead of \2", text))

@@ -229,7 +229,8 @@ _CHANGES = [
             r". add exactly \1 packs of ",
         ),
         (
-            rf"\bmake {IT} (?:just |only |exactly )?({NUMBER} ?{_MEASURE}){END}",
+            rf"\bmake {IT} (?:just |only |exactly )?({NUMBER} ?{_MEASURE})"
+            rf"(?: (?:instead of|rather than) {NUMBER}(?: ?{_MEASURE})?)?{END}",
             rf". add exactly \1 {SAME}",
         ),
         (rf"\bmake {IT} (?:just |only |exactly )?(?={NUMBER} )", ". add exactly "),
@@ -270,6 +271,22 @@ _CHANGES = [
             rf"{_BEGIN}(?:please )?(?:(?:i|we)(?:'d| would)? (?:want|need|like) )?"
             rf"(?:an? (?:bit|little) )?(?:less|fewer) (?:of )?(?:the )?{_THING}{END}",
             r". remove 1 \1",
+        ),
+        (
+            rf"^\W*(?:(?:no|please|actually|sorry|ok|okay) )*(?:only|just) ({NUMBER}){END}",
+            rf". add exactly \1 packs of {SAME}",
+        ),
+        (
+            rf"^\W*(?:(?:make {IT}|just|only) )*({NUMBER}) dozens?{END}",
+            rf". add exactly \1 dozen {SAME}",
+        ),
+        (
+            r"\b((?:remove|delete|drop|take out|get rid of) (?:(?:the|all|those|these|that) )*"
+            r"(?!(?:things?|stuff|items?|products|everything|anything|whatever|what|all|rest|extras?)\b)"
+            r"[^.;!?,]{1,60}?) (?:that |which )?(?:i|we|nobody|no one)(?: have)?"
+            r" (?:didn't|did not|never|don't|haven't|ever)"
+            rf" (?:ask(?:ed)?(?: you)?(?: for)?|order(?:ed)?|want(?:ed)?|need(?:ed)?){END}",
+            r"\1",
         ),
         (rf"\b(?:only|just) (need|want|get|have|take|add) (?={NUMBER} )", r"\1 exactly "),
         (rf"\b({NUMBER}) (?:fewer|less) (?=\w)", r". remove \1 "),

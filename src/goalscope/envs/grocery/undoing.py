@@ -28,7 +28,7 @@ _LAST = (
     r"|action|message)|what you(?: just|'ve)? d(?:id|one)|what i(?: just|'ve)? said)"
 )
 _UNDOES = re.compile(
-    rf"{_LEAD}(?:(?:undo|revert|reverse)(?: {_LAST})?|(?:cancel|scratch) {_LAST}"
+    rf"{_LEAD}(?:(?:undo|revert|reverse)(?: {_LAST})?|(?:cancel|scratch|scrap) {_LAST}"
     rf"|take (?:{_LAST} back|back {_LAST})|go back(?: one)?(?: step)?"
     rf"|put (?:it|everything|things) back (?:how|(?:to )?the way|as) (?:it|everything|they|things)"
     rf" (?:was|were)(?: before)?){_END}"
