@@ -495,7 +495,7 @@ EMPTY = "The basket is empty, so nothing is bought."
         (FULL, "No, I don't want anything else. Buy it please.", [HOW]),
         (FULL, "Yes, buy", [HOW]),
         (FULL, "purchase please", [HOW]),
-        (FULL, "Buy the basket", []),
+        (FULL, "Buy the basket", [f"Guessed, not asked for: {', '.join(FULL)}."]),
         (FULL, "Can you buy it tomorrow?", []),
         (FULL, "Who buys it?", []),
         ({}, "Okay, buy it.", [EMPTY]),

@@ -241,6 +241,8 @@ class GroceryShop:
         guessed = [item.name for item in held if not asked_for(item, hearing)]
         key = tuple(turn.utterance for turn in turns)
         told += undoing_notes(key[-1], results, guessed, taken_back=self._starts.takes_back(key))
+        if buys and guessed:
+            told.append(f"Guessed, not asked for: {', '.join(guessed)}.")
         if undoing := besides_undoing(key[-1]):
             told += filter(None, [answered(self._translated(undoing[1]), self)])
         stated = hearing.diets - self._heard(turns[:-1]).diets
