@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fakes import said
+from goalscope.types import Action
 from shops import talked
 
 
@@ -66,3 +67,12 @@ def test_after_guesses_had_to_go_nothing_is_guessed_until_an_aim_is_stated() -> 
     opened, _ = talked({}, *said_before)
     assert opened.actions(["salsa"], said(*said_before, "I still need garlic")) == []
     assert opened.actions(["salsa"], said(*said_before, "I'd like to make a Mexican dinner")) != []
+
+
+def test_of_several_things_of_one_name_the_first_was_asked_for() -> None:
+    opened, _ = talked({}, "milk")
+    for name in ("Oat Milk", "Walnuts"):
+        opened.step(Action("add item", name))
+    turns = said("milk", "What did you guess?", "Please remove everything you guessed.")
+    assert opened.unmet(turns[:2], []) == ["Guessed, not asked for: Oat Milk, Walnuts."]
+    assert [action.target for action in opened.requests(turns)] == ["Oat Milk", "Walnuts"]

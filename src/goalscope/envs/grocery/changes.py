@@ -11,7 +11,7 @@ from goalscope.envs.grocery.choosing import Choice, called, taken
 from goalscope.envs.grocery.hearing import Hearing
 from goalscope.types import Action
 
-__all__ = ["asked_for", "changes", "dearer"]
+__all__ = ["changes", "dearer", "guessed"]
 
 
 def changes(hearing: Hearing, contents: Sequence[tuple[Item, int]], choice: Choice) -> list[Action]:
@@ -23,13 +23,14 @@ def changes(hearing: Hearing, contents: Sequence[tuple[Item, int]], choice: Choi
         choice: Which items are meant.
     """
     basket = {item.name: number for item, number in contents}
+    unasked = guessed(hearing, [item for item, _ in contents]) if hearing.unasked else []
     plan = {
         item.name: -number
         for item, number in contents
         if hearing.empties
         or not hearing.permits(item)
         or not _stays(item, hearing)
-        or (hearing.unasked and not asked_for(item, hearing))
+        or item in unasked
     }
     for removal in hearing.removed:
         for item in taken(removal, [item for item, _ in contents]):
@@ -76,9 +77,15 @@ def dearer(request: Request, contents: Sequence[tuple[Item, int]]) -> Item | Non
     return next((i for p in (*request.replaces, request.phrase) for i in called(p, held)), None)
 
 
-def asked_for(item: Item, hearing: Hearing) -> bool:
-    """Whether an item is what a person asked for, and no guess."""
-    return any(called(request.phrase, [item]) for request in hearing.wanted)
+def guessed(hearing: Hearing, held: Sequence[Item]) -> list[Item]:
+    """What of the basket nobody asked for; of several things of one name the first was asked for.
+
+    Args:
+        hearing: What was said.
+        held: What the basket holds, in the order of adding.
+    """
+    asked = {item for request in hearing.wanted for item in called(request.phrase, held)[:1]}
+    return [item for item in held if item not in asked]
 
 
 def _stays(item: Item, hearing: Hearing) -> bool:

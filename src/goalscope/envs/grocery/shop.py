@@ -12,7 +12,7 @@ from goalscope import envs
 from goalscope.envs.grocery.amounts import MOST, Request, packages
 from goalscope.envs.grocery.answers import answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.changes import asked_for, changes, dearer
+from goalscope.envs.grocery.changes import changes, dearer, guessed
 from goalscope.envs.grocery.choosing import Choice, called, is_vague
 from goalscope.envs.grocery.consent import consents
 from goalscope.envs.grocery.hearing import Hearing, hear
@@ -238,11 +238,11 @@ class GroceryShop:
         if above and (results or budget(turns[-1].utterance) is not None):
             total, named = map(self.catalogue.money, (self.total, hearing.budget))
             told.append(f"The basket comes to {total}, above the {named} that you named.")
-        guessed = [item.name for item in held if not asked_for(item, hearing)]
+        unasked = [item.name for item in guessed(hearing, held)]
         key = tuple(turn.utterance for turn in turns)
-        told += undoing_notes(key[-1], results, guessed, taken_back=self._starts.takes_back(key))
-        if buys and guessed:
-            told.append(f"Guessed, not asked for: {', '.join(guessed)}.")
+        told += undoing_notes(key[-1], results, unasked, taken_back=self._starts.takes_back(key))
+        if buys and unasked:
+            told.append(f"Guessed, not asked for: {', '.join(unasked)}.")
         if undoing := besides_undoing(key[-1]):
             told += filter(None, [answered(self._translated(undoing[1]), self)])
         stated = hearing.diets - self._heard(turns[:-1]).diets
