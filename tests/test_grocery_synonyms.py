@@ -66,6 +66,7 @@ def test_each_shop_has_words_of_its_own() -> None:
         ("onions, chips, tomatoes",
          {"Yellow Onions": 1, "Salted Potato Chips": 1, "Roma Tomatoes": 1}),
         ("rye bread and wild rice", {"Rye Bread": 1, "Wild Rice": 1}),
+        ("My son is allergic to peanuts. Bread, please", {"White Sandwich Bread": 1}),
         ("I am gluten intolerant. Bread, please", {"Gluten-Free White Bread": 1}),
         ("I'm vegan. Cheese, please", {"Vegan Cream Cheese": 1}),
     ],

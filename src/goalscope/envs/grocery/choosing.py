@@ -76,11 +76,15 @@ class Choice:
         plain = [item for item in every if not self._search.labels(item, phrase)]
         named = called(phrase, every)
         meant = [item for item in named if item.name in basket]
-        meant = meant or self._usual(phrase, hearing)
-        meant = meant or (not hearing.diets and called(phrase, plain)) or named
+        usual_ones = self._usual(phrase, hearing)
+        meant = meant or (not hearing.diets and (usual_ones or called(phrase, plain))) or named
+
+        def unfit(item: Item) -> tuple[bool, bool, tuple[int, ...]]:
+            fits = hearing.diets <= item.tags
+            return not fits, item not in usual_ones, self._search.plainness(item, phrase)
+
         if meant:
-            plainness = self._search.plainness
-            return min(meant, key=lambda i: (not hearing.diets <= i.tags, plainness(i, phrase)))
+            return min(meant, key=unfit)
         nearly = self._search.translated(_IN_UNITS.sub("", self._search.mended(phrase)))
         same = singulars(nearly) == singulars(phrase)
         return None if same else self.meant(nearly, hearing, basket)
@@ -127,12 +131,12 @@ class Choice:
         return [] if any(item.name in decided for item in offers) else offers
 
     def _usual(self, phrase: str, hearing: Hearing) -> list[Item]:
-        """What people mean by a bare word, as far as it is permitted and fits their diets."""
-        for name in usual(phrase):
-            kind = (item for item in self._search.named(name) if _allowed(item, hearing))
-            if found := [item for item in kind if hearing.diets <= item.tags]:
-                return found
-        return []
+        """What people mean by a bare word, as far as it is permitted; what fits diets first."""
+        named = (self._search.named(name) for name in usual(phrase))
+        kinds = [[item for item in kind if _allowed(item, hearing)] for kind in named]
+        fit = [[item for item in kind if hearing.diets <= item.tags] for kind in kinds]
+        none: list[Item] = []
+        return next((kind for kind in (*fit, *kinds) if kind), none)
 
     def _found(self, term: str, hearing: Hearing) -> list[Item]:
         """What the search finds that is not ruled out; a diet is searched for by its name, too."""

@@ -32,7 +32,7 @@ _NOT_BUT = re.compile(
 """One thing and not another: "I said almond milk, not yogurt"."""
 _ONE_NOT_OTHER = re.compile(
     rf"^(?!(?:{IT}|the|for|on|in|at|by|to|with|i|we|you|no|and|but|if|my|our)\b)"
-    rf"({_NAMED}(?: {_NAMED}){{1,3}}|\w+s|\u01c1\d+),? (?:and )?not (?:the |any )?"
+    rf"({_NAMED}(?: {_NAMED}){{1,3}}|\w+s|\u01c1\d+)(?:,? please)?,? (?:and )?not (?:the |any )?"
     rf"(?![^.]*\bones?\b)({_NAMED}(?: {_NAMED}){{0,3}}?)(?: please)?[.!]*$"
 )
 """The same without a verb, as people correct a list: "oat milk, not whole milk"."""
@@ -57,12 +57,26 @@ _NO_I_MEANT = re.compile(
 _MAKE_IT = re.compile(
     rf"\bmake {IT} (?=(?!{NUMBER} )[^.,;!?]{{1,60}}? (?:instead of|rather than) (?!{NUMBER}{END}))"
 )
+_QUALITY = (
+    "(?:white|brown|red|green|black|yellow|small|large|big|fresh|frozen|dried|canned|tinned|ground"
+    "|instant|plain|salted|unsalted|smoked|sliced|shredded|dark|light|sweet|spicy|mild)"
+)
+_SUCH = re.compile(
+    r"^(?:(?:no|nope|sorry|actually|oh|ok|okay|hmm|please)[ ,.!]+)*"
+    rf"(?:(?:i (?:want|meant|said|prefer)|i'd (?:like|prefer)|make (?:it|that)) )?({_QUALITY})"
+    rf"(?:,? (?:and )?not {_QUALITY})?(?: instead)?(?:,? please)?[.!]*$"
+)
+"""Which of the things spoken of last is meant: "brown, not white"."""
 _INSTEAD = re.compile(
     r"^(?:(?:no|nope|sorry|actually|oh|ok|okay|hmm|please|then)[ ,.!]+)*"
     r"(?:(?:(?:i|we)(?:'d| would|'ll| will) (?:like|have|take|prefer)|(?:i|we) (?:want|need)"
     r"|let's (?:have|take|do)|(?:can|could) (?:i|we|you) (?:have|get|take|add)|add|get|take|give me"
     rf"|make (?:it|that)) )?(?!(?:{IT}|i|we|no|not|nothing|do|use|swap|change|replace|remove)\b)"
     rf"({_NAMED}(?: {_NAMED}){{0,4}}) instead(?:,? please)?[.!?]*$"
+    r"|^(?:(?:no|nope|sorry|actually|oh|ok|okay|hmm|please|then|wait)[ ,.!]+)*make (?:it|that) "
+    rf"(?!(?:{IT}|an?|the|organic|vegan|double|cheaper|more|less|fewer|just|only|up|so|for|with"
+    r"|without|all|about|exactly|sure|quick|easy|simple|nice|good|better|snappy|fast|work)\b"
+    rf"|{NUMBER}\b)({_NAMED}(?: {_NAMED}){{0,3}})(?:,? please)?[.!?]*$"
 )
 """What takes the place of the thing spoken of last: "coffee instead"."""
 _MEANT = re.compile(r",\s*([^,.;!?]+?),? i mean(?:t)?(?=[.;!?]|$)")
@@ -75,10 +89,16 @@ def instead(text: str) -> str:
     """`text`, evened, where it says no more than what is to take the place of what."""
     text = _MAKE_IT.sub("add ", text)
     text = _NOT_BUT.sub(r"add \1 instead of \2", text)
+    text = _SUCH.sub(r"the \1 one", text)
     text = _NOT_THIS.sub(r"add \2 instead of \1", kept(text))
-    text = _WANTED.sub(r"i want \1", _ONE_NOT_OTHER.sub(r"\1 instead of \2", text))
-    text = _INSTEAD.sub(rf"\1 instead of {SAME_ONE}", text)
+    text = _WANTED.sub(r"i want \1", _ONE_NOT_OTHER.sub(_one_not_other, text))
+    text = _INSTEAD.sub(lambda it: f"{it[1] or it[2]} instead of {SAME_ONE}", text)
     return _NO_I_MEANT.sub(rf"add \1 instead of {SAME_ONE}", text)
+
+
+def _one_not_other(match: re.Match[str]) -> str:
+    one, other = match.groups()
+    return f"{one} instead of {SAME_ONE if re.fullmatch(_QUALITY, other) else other}"
 
 
 def corrected(text: str) -> str:

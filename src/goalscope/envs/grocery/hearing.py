@@ -385,6 +385,8 @@ class _Listener:
         if not which:
             return found
         kind = self.kinds.get(found[0], found[0])
+        if contains(singulars(kind), singulars(which[1])):
+            return [kind]
         self.kinds[f"{which[1]} {kind}"] = kind
         return [f"{which[1]} {kind}"]
 

@@ -59,8 +59,9 @@ desiccated coconut, shredded coconut
 vanilla essence, vanilla extract
 hundreds and thousands, rainbow sprinkle
 tin of tomatoes, tins of tomatoes, can of tomatoes, cans of tomatoes, tinned tomatoes, diced tomato
-tin of beans, tins of beans, can of beans, cans of beans, tinned beans, baked bean
-tin of peas, tins of peas, can of peas, cans of peas, tinned peas, canned green pea
+tin of beans, tins of beans, can of beans, cans of beans, tinned beans, canned beans, baked bean
+tin of peas, tins of peas, can of peas, cans of peas, tinned peas, canned peas, canned green pea
+canned tomatoes, chopped tomatoes, diced tomato
 cake candle, birthday candle
 tomato puree, tomato paste
 stock cube, bouillon cube
