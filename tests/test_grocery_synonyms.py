@@ -68,6 +68,10 @@ def test_each_shop_has_words_of_its_own() -> None:
         ("rye bread and wild rice", {"Rye Bread": 1, "Wild Rice": 1}),
         ("My son is allergic to peanuts. Bread, please", {"White Sandwich Bread": 1}),
         ("I am gluten intolerant. Bread, please", {"Gluten-Free White Bread": 1}),
+        ("gluten-free bread, organic bread",
+         {"Gluten-Free White Bread": 1, "Organic White Sandwich Bread": 1}),
+        ("gluten free pasta and dairy-free yoghurt", {"Chickpea Pasta": 1, "Soy Yogurt": 1}),
+        ("some vegan burgers", {"Black Bean Burgers": 1}),
         ("I'm vegan. Cheese, please", {"Vegan Cream Cheese": 1}),
     ],
 )  # fmt: skip

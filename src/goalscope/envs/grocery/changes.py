@@ -14,13 +14,19 @@ from goalscope.types import Action
 __all__ = ["changes", "dearer", "guessed"]
 
 
-def changes(hearing: Hearing, contents: Sequence[tuple[Item, int]], choice: Choice) -> list[Action]:
+def changes(
+    hearing: Hearing,
+    contents: Sequence[tuple[Item, int]],
+    choice: Choice,
+    left: Sequence[Item] = (),
+) -> list[Action]:
     """What the words ask for and the basket is not yet: removals and additions.
 
     Args:
         hearing: What was said.
         contents: What the basket holds: items, and how many of each.
         choice: Which items are meant.
+        left: What was in the basket before, and is not now.
     """
     basket = {item.name: number for item, number in contents}
     unasked = guessed(hearing, [item for item, _ in contents]) if hearing.unasked else []
@@ -44,8 +50,10 @@ def changes(hearing: Hearing, contents: Sequence[tuple[Item, int]], choice: Choi
                 break
     gone = {item: -plan[item.name] for item, _ in contents if plan.get(item.name)}
     stays = [item for item, number in contents if number + plan.get(item.name, 0) > 0]
+    out = [*left, *(item for item, number in gone.items() if number == basket[item.name])]
+    dropped = [item for item in out if any(called(each, [item]) for each in hearing.dropped)]
     for request in hearing.wanted:
-        if request not in hearing.newest and called(request.phrase, stays):
+        if request not in hearing.newest and called(request.phrase, [*stays, *dropped]):
             continue
         if request.change == "cheaper":
             old = dearer(request, contents)
@@ -60,8 +68,8 @@ def changes(hearing: Hearing, contents: Sequence[tuple[Item, int]], choice: Choi
             if request.change in ("double", "half") and held:
                 number = held if request.change == "double" else -(held // 2)
             if request.change == "as many" and not held:
-                out = {each for old in request.replaces for each in called(old, [*gone])}
-                number = max(number, gone[out.pop()] if len(out) == 1 else 0)
+                instead = {each for old in request.replaces for each in called(old, [*gone])}
+                number = max(number, gone[instead.pop()] if len(instead) == 1 else 0)
             if number > 0 or request.change in ("exactly", "half"):
                 plan[item.name] = plan.get(item.name, 0) + min(number, MOST - held)
     return [

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from goalscope.envs.grocery.amounts import CONTAINER, Request
 from goalscope.envs.grocery.catalogue import Catalogue, Item
@@ -65,18 +65,21 @@ class Choice:
         """Choose among the items of `catalogue` with the help of its `search`."""
         self._names = catalogue.names
         self._aisles = set(words(" ".join({item.category for item in catalogue.items})))
+        self._tags = {tag for item in catalogue.items for tag in item.tags}
         self._search = search
 
     def meant(self, phrase: str, hearing: Hearing, basket: Collection[str]) -> Item | None:
         """The item that a request means: by its exact name, in the basket, usual, or plainest."""
         if is_vague(phrase) and phrase not in self._names:
             return None
-        others = (item for item in self._search.named(phrase) if _allowed(item, hearing))
+        _, kind = _labelled(phrase, self._tags)
+        names = dict.fromkeys((phrase, kind))
+        others = (i for name in names for i in self._search.named(name) if _allowed(i, hearing))
         every = list(dict.fromkeys([*self._found(phrase, hearing), *others]))
         plain = [item for item in every if not self._search.labels(item, phrase)]
         named = called(phrase, every)
         meant = [item for item in named if item.name in basket]
-        usual_ones = self._usual(phrase, hearing)
+        usual_ones = self._usual(kind, hearing, every if kind == phrase else named)
         meant = meant or (not hearing.diets and (usual_ones or called(phrase, plain))) or named
 
         def unfit(item: Item) -> tuple[bool, bool, tuple[int, ...]]:
@@ -130,10 +133,10 @@ class Choice:
         offers = ([i for i in offers if hearing.diets <= i.tags] or offers)[:_PER_TERM]
         return [] if any(item.name in decided for item in offers) else offers
 
-    def _usual(self, phrase: str, hearing: Hearing) -> list[Item]:
-        """What people mean by a bare word, as far as it is permitted; what fits diets first."""
+    def _usual(self, phrase: str, hearing: Hearing, among: Sequence[Item]) -> list[Item]:
+        """What people mean by a bare word, as far as it is `among` these; what fits diets first."""
         named = (self._search.named(name) for name in usual(phrase))
-        kinds = [[item for item in kind if _allowed(item, hearing)] for kind in named]
+        kinds = [[item for item in kind if item in among] for kind in named]
         fit = [[item for item in kind if hearing.diets <= item.tags] for kind in kinds]
         none: list[Item] = []
         return next((kind for kind in (*fit, *kinds) if kind), none)
@@ -159,14 +162,30 @@ def taken(removal: Request, items: Sequence[Item]) -> list[Item]:
 
 
 def called(phrase: str, items: Sequence[Item]) -> list[Item]:
-    """Those of `items` that `phrase` names: exactly, by their head noun, or else by any word."""
+    """Those of `items` that `phrase` names: exactly, by their head noun, or else by any word.
+
+    What it begins with may be a label: "gluten-free pasta" is "Chickpea Pasta" that has this tag.
+    """
     exact = [item for item in items if item.name.casefold() == phrase] or [
         item for item in items if singulars(item.name) == singulars(phrase)
     ]
     named = [item for item in items if _is_a(item, phrase)]
     last = singulars(phrase)[-1:]
     heads = [i for i in named if last and last[0] in map(singular, head_nouns(i.name))]
-    return exact or heads or named
+    if exact or heads:
+        return exact or heads
+    label, kind = _labelled(phrase, {tag for item in items for tag in item.tags})
+    return (called(kind, [item for item in items if label in item.tags]) if label else []) or named
+
+
+def _labelled(phrase: str, tags: Iterable[str]) -> tuple[str, str]:
+    """The tag that `phrase` begins with, and the rest of it; no tag where there is none."""
+    said = words(phrase)
+    for tag in tags:
+        size = len(words(tag))
+        if said[:size] == words(tag) and not is_vague(" ".join(said[size:])):
+            return tag, " ".join(said[size:])
+    return "", phrase
 
 
 def _allowed(item: Item, hearing: Hearing) -> bool:

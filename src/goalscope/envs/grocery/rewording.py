@@ -261,6 +261,7 @@ _CHANGES = [
             )
         ),
         (rf"\bmake the {_THING} ({NUMBER}){END}", r". add exactly \2 packs of \1"),
+        (rf"{_BEGIN}(?:and |add |get |i'd like )*(?:another|an extra)(?: one)?{END}", "1 more"),
         (rf"\b({NUMBER}) more(?: of {IT})?{END}", rf"\1 more {SAME}"),
         (rf"\b(?:want|like|need) {_THING} (?:removed|taken out|gone){END}", r". remove \1"),
         (

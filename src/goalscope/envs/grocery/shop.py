@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from decimal import Decimal
@@ -15,6 +16,7 @@ from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.changes import changes, dearer, guessed
 from goalscope.envs.grocery.choosing import Choice, called, is_vague
 from goalscope.envs.grocery.consent import consents
+from goalscope.envs.grocery.diets import diet, hinted
 from goalscope.envs.grocery.hearing import Hearing, hear
 from goalscope.envs.grocery.limits import budget
 from goalscope.envs.grocery.names import Names
@@ -335,7 +337,9 @@ class GroceryShop:
         return replace(hearing, wanted=wanted, spared=spared).keeping(kept)
 
     def _changes(self, hearing: Hearing) -> list[Action]:
-        return changes(hearing, self._contents(), self._choice)
+        out = self._taken_out - self._basket.keys()
+        left = [item for name in sorted(out) if (item := self.catalogue.get(name))]
+        return changes(hearing, self._contents(), self._choice, left)
 
     def _spoken(self, turns: Sequence[Turn]) -> list[str]:
         """What the person said and let stand; "add it" names what a question before was about."""
@@ -345,8 +349,10 @@ class GroceryShop:
             many = so_many(stands[i])
             if many or adds_it(stands[i]):
                 asked = takewhile(lambda text: text.rstrip().endswith("?"), reversed(said[:i]))
-                things = (self._search.mentioned(text) for text in (*asked, turn.query))
-                thing = next((each[0] for each in things if len(each) == 1), "")
+                things = ((self._search.mentioned(text), text) for text in (*asked, turn.query))
+                thing = next(
+                    (_labelled(each[0], about) for each, about in things if len(each) == 1), ""
+                )
                 said[i] = f"Add {many}{thing}" if thing else said[i]
         return said
 
@@ -417,3 +423,9 @@ class GroceryShop:
         total = self.catalogue.money(self.total)
         told = f"The basket is now purchased for {total}.\n{self.status()}"
         return StepResult(action, True, told, terminated=True, irreversible=True)
+
+
+def _labelled(thing: str, question: str) -> str:
+    """A thing that was asked about, with what it was to be labelled for, or that it was cheap."""
+    cheapest = ["the cheapest"] if re.search(r"\bcheapest\b", question.casefold()) else []
+    return " ".join([*cheapest, *sorted(hinted(question) | diet(question)), thing])
