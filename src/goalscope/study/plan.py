@@ -62,8 +62,8 @@ class Exclusion:
 
     Attributes:
         failed_checks: As many checks with another rating than the right one, or more; 0 for never.
-        same_rating: The same rating everywhere.
-        same_explanation: The same explanation everywhere, but for case, spaces and the last mark.
+        same_rating: The same rating of all episodes, if there are two or more; checks do not count.
+        same_explanation: The same explanation, likewise, but for case, spaces and the last mark.
         min_seconds: Half of the items in less time; 0 for never.
     """
 
