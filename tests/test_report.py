@@ -409,18 +409,23 @@ def test_each_figure_of_the_summary_stands_in_the_part_that_it_names(folder: Pat
             assert any({text[i] for i in shown} <= each for each in rows[str(row[0])]), text
 
 
-def test_a_summary_shows_the_papers_belief_and_what_the_other_models_give(tmp_path: Path) -> None:
+def test_a_summary_shows_the_papers_belief_beside_goalscopes_of_the_same_model(tmp_path: Path) -> None:
     plain, adapted = ({"adapter": name} for name in ("none", "mine"))
     cells = [dialogue(n) for n in range(12)]
-    both = [({**spec, "model": model}, it) for model in (plain, adapted) for spec, it in cells]
+    both = [
+        ({**spec, "model": model, "outright": bool(number % 2)}, it)
+        for model in (plain, adapted)
+        for number, (spec, it) in enumerate(cells)
+    ]
     fill(tmp_path / "r.db", both)
     beliefs, models, _ = read_report(tmp_path / "r.db", draw=False).summary
     shown = [dict(zip(beliefs.columns, row, strict=True)) for row in beliefs.rows]
     assert [(row["model"], row["belief"]) for row in shown] == [
-        ("without adapter", "Eq. 1"),
-        ("+ mine", "goalscope"),
-        ("+ mine", "an agent's"),
+        (model, belief)
+        for model in ("without adapter", "+ mine")
+        for belief in ("Eq. 1", "goalscope", "an agent's")
     ]
+    assert {row["n"] for row in shown} == {12}
     assert [row[:4] for row in models.rows] == [("r", "own, 3 goals each", "+ mine", 12)]
     assert "cells so far" not in models.columns
 

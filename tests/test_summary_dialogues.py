@@ -54,6 +54,18 @@ DIALOGUES = [
 ]
 
 
+def test_to_ask_the_model_outright_makes_no_other_model_of_it() -> None:
+    asked = [({**spec, "outright": True}, result) for spec, result in DIALOGUES]
+    others = [dialogue(n, 0, 1, **{"role-play": [SURE]}) for n in (3, 4)]
+    again = [(spec, {**result, "outright": None}) for spec, result in DIALOGUES]
+    alone = [({**spec, "outright": False}, result) for spec, result in [*again, *others]]
+    for cells in (asked + alone, alone + asked):
+        (found,) = read_dialogues(cells)
+        assert (found.model, found.n) == (read_dialogues(DIALOGUES)[0].model, 4)
+        asked_after_one = found.outcomes["model asked", 1]
+        assert sorted(each.id for each in asked_after_one) == ["1", "2"]
+
+
 def dialogues_table(cells: list = DIALOGUES) -> Table:
     (found,) = read_dialogues(cells)
     return found.table(command="make")

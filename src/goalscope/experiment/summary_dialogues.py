@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -284,22 +285,28 @@ def read_dialogues(cells: Iterable[Measured]) -> tuple[Dialogues, ...]:
 def by_settings(
     cells: Iterable[Measured], kind: str
 ) -> Iterator[tuple[tuple[str, str, str, str], list[Measured]]]:
-    """The cells of one kind, for each set, split, goal set and label of what else was set."""
+    """The cells of one kind, for each set, split, goal set and label of what else was set.
+
+    A case that was measured both with and without the model asked outright is there once, with it.
+    """
     tasks: dict[tuple[str, str, str], list[Measured]] = {}
     for cell in chosen(cells, kind):
         spec = cell[0]
         tasks.setdefault((spec["set"], spec["split"] or "", spec["goal_set"]), []).append(cell)
     for task, found in sorted(tasks.items()):
         labels = Labels(_settings(spec) for spec, _ in found)
-        groups: dict[str, list[Measured]] = {}
+        groups: dict[str, dict[str, Measured]] = {}
         for cell in found:
-            groups.setdefault(labels[_settings(cell[0])], []).append(cell)
+            group = groups.setdefault(labels[_settings(cell[0])], {})
+            case = json.dumps(cell[0]["case"])
+            if case not in group or cell[1].get("outright"):
+                group[case] = cell
         for label, group in groups.items():
-            yield (*task, label), group
+            yield (*task, label), [*group.values()]
 
 
 def _settings(spec: Mapping[str, Any]) -> dict[str, Any]:
-    own = ("kind", "set", "split", "goal_set", "case")
+    own = ("kind", "set", "split", "goal_set", "case", "outright")
     return {key: value for key, value in spec.items() if key not in own}
 
 
