@@ -15,6 +15,7 @@ from goalscope.calibration import PAPER, Calibration, calibration_from_json
 from goalscope.datasets.goal_sets import chance
 from goalscope.experiment.predictors import (
     AS_IN_PAPER,
+    FITTED_FROM,
     FOLDS,
     GOALS_ALONE,
     GOALSCOPE,
@@ -261,7 +262,8 @@ NOTES = (
     "people's words; goal unseen: where it was not.",
     "TF-IDF, BM25 and embedding compare each goal with all of the person's words so far. Their "
     f"similarities become probabilities by a temperature that has the least log-loss on the "
-    f"other folds of {FOLDS} (groups stay together), which favours them: goalscope's is fixed.",
+    f"other folds of {FOLDS} (groups stay together), which favours them: goalscope's is fixed. Of "
+    f"fewer than {FITTED_FROM} groups none is fitted: it is 1, and only top-1 and MRR compare them fairly.",
     f'"{GOALS_ALONE}" is a control that reads no dialogue: a goal is the likelier, the more words '
     "it shares with the other goals on average (Jaccard); its temperature is fitted likewise. "
     "Where wrong goals were made from the true one, this gives it away, and a predictor that sees "
@@ -351,9 +353,7 @@ def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogue
         found = [(cell, likeness(cell, predictor)) for cell in cells]
         own = [(cell, table) for cell, table in found if table.size]
         fitted = fitted_temperatures(own)
-        if own and not fitted:
-            notes.append(f"{predictor}: one group is too few to choose a temperature.")
-        for (cell, table), temperature in zip(own, fitted, strict=False):
+        for (cell, table), temperature in zip(own, fitted, strict=True):
             keep(predictor, cell, log_softmax(table / temperature))
         if fitted:
             low, high = min(fitted), max(fitted)
