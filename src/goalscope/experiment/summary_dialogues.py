@@ -263,7 +263,8 @@ NOTES = (
     "TF-IDF, BM25 and embedding compare each goal with all of the person's words so far. Their "
     f"similarities become probabilities by a temperature that has the least log-loss on the "
     f"other folds of {FOLDS} (groups stay together), which favours them: goalscope's is fixed. Of "
-    f"fewer than {FITTED_FROM} groups none is fitted: it is 1, and only top-1 and MRR compare them fairly.",
+    f"fewer than {FITTED_FROM} groups none is fitted: it is 1, and only top-1 and MRR compare them "
+    "fairly.",
     f'"{GOALS_ALONE}" is a control that reads no dialogue: a goal is the likelier, the more words '
     "it shares with the other goals on average (Jaccard); its temperature is fitted likewise. "
     "Where wrong goals were made from the true one, this gives it away, and a predictor that sees "
