@@ -457,6 +457,19 @@ def test_scores_of_people_beside_those_of_the_judge_and_the_state(store):
     assert dict(progress.rows)["episodes with 3 ratings"] == 2
 
 
+def test_all_scores_of_a_method_are_of_the_episodes_that_are_rated(store):
+    one, other = fill(store, methods=("good",))
+    store.finish(other, ended="terminated", score=0.0)
+    book = Book(store)
+    study = book.add(replace(PLAN, items_per_participant=1))
+    ann = book.join(study, "ann", None)
+    rate(book, ann, 3)
+    (_, methods, _) = study_tables(store, study)
+    good = row(methods, "grocery", "m", "good")
+    assert (good["episodes rated"], good["ratings"], good["human score"].value) == (1, 1, 1.0)
+    assert good["state score"].value == (1.0 if ann.answers[0].episode == one else 0.0)
+
+
 def test_exclusions_are_told_and_their_ratings_do_not_count(store):
     fill(store)
     book = Book(store)

@@ -142,7 +142,7 @@ def calibrate(
         }
         scorer = parts(opened(model))[1]
         file = out or calibration_file(scorer, layout, end_of_turn=end_of_turn)
-        replaces = {"origin": "broken", "dialogues": 0}
+        replaces: dict[str, Any] = {"origin": "broken", "dialogues": 0}
         ways_of = {"Eq. 1": PAPER, "usual": USUAL}
         with suppress(InvalidInputError):  # a broken file of one's own
             before, origin = known_calibration(scorer, layout, end_of_turn=end_of_turn)
@@ -262,8 +262,8 @@ def _show(told: list[dict[str, Any]]) -> None:
     out.print(
         plain(
             "Log-loss of what is true, with the true goal among the goals and without it, where "
-            "Unspecified is the truth. Held out: as calibrated on dialogues of other people, unlike "
-            f"{OWN}, where it was fitted on some of these. The 90 % set holds what is true, with "
+            "Unspecified is the truth. Held out: as calibrated on dialogues of other people; "
+            f"{OWN} may have been fitted on some of these. The 90 % set holds what is true, with "
             "the true goal present and absent.",
             "dim",
         )
