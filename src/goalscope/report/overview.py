@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from goalscope.experiment.predictors import GOALSCOPE
 from goalscope.experiment.summary import Entry, Table
-from goalscope.experiment.summary_beliefs import AGENT, PAPERS
+from goalscope.experiment.summary_beliefs import AGENT, PAPERS, TURN
 from goalscope.report.sections import Section
 
 __all__ = ["counts", "summary_of"]
@@ -63,8 +63,9 @@ _KINDS = (
         "dialogue",
         "",
         (
-            *("dialogues", "model", "belief", "n", "top-1", "log-loss", "ECE", "AUROC"),
-            *("proposes if absent", "proposes if present"),
+            *("dialogues", "model", "belief", "n", "top-1", "log-loss", "ECE"),
+            f"AUROC by turn {TURN}",
+            *(f"proposes by turn {TURN} if {kind}" for kind in ("absent", "present")),
         ),
         _believed,
         (
@@ -86,7 +87,10 @@ _KINDS = (
             *("log-loss", "log-loss, difference", "open-set AUROC"),
         ),
         _compared,
-        ("After the last turn. Difference: from the first model, usually without adapter.",),
+        (
+            "All after the last turn, the AUROC too. Difference: from the first model, usually "
+            "without adapter.",
+        ),
     ),
     _Kind(
         "episodes",
