@@ -101,7 +101,7 @@ class Plan:
         transcript: Whether the conversation is shown, which the paper leaves out.
         ratings_per_item: How many are wanted of people who count.
         items_per_participant: How many each gives, besides all checks.
-        min_explanation: Characters, without spaces.
+        min_explanation: Characters, not counting spaces.
         seed: Of the choice and order of items.
         hold_minutes: For how long the items of people who have not finished are kept for them.
         id_parameter: Of the address, in which a recruiting service names the participant.
