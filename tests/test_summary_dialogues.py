@@ -374,8 +374,9 @@ def test_figures_get_the_tables_numbers() -> None:
     assert list(by_turn) == list(PREDICTORS)
     assert by_turn["BM25"] == []
     name = "goalscope"
-    assert [(t, n) for t, n, _ in by_turn[name]] == [(1, 2), (2, 1)]
+    assert [(t, n) for t, n, _ in by_turn[name]] == [(1, 2), (2, 1), (None, 2)]
     assert by_turn[name][0][2] == row(table, name, "1")["top-1"]
+    assert by_turn[name][-1][2] == row(table, name, "last")["top-1"]
     made = found.reliabilities()
     assert "BM25" not in made
     assert made[name].ece == row(table, name, "last")["ECE [if calibrated]"].value

@@ -131,12 +131,18 @@ class Dialogues:
         """What was inferred, and with which model."""
         return f"{self.task}, {self.model}"
 
-    def accuracy_by_turn(self, turns: int = 10) -> dict[str, list[tuple[int, int, Estimate]]]:
-        """Turn, number of dialogues that have it, and top-1 accuracy, for each predictor."""
+    def accuracy_by_turn(
+        self, turns: int = 10
+    ) -> dict[str, list[tuple[int | None, int, Estimate]]]:
+        """Turn, number of dialogues that have it, and top-1 accuracy, for each predictor.
+
+        In the end stands None, each dialogue's last turn, where some have more than one.
+        """
+        last = (None,) if (UNIFORM, 2) in self.outcomes else ()
         return {
             predictor: [
                 (turn, len(found), estimate)
-                for turn in range(1, turns + 1)
+                for turn in (*range(1, turns + 1), *last)
                 if (found := self.outcomes.get((predictor, turn), ()))
                 and (estimate := _estimate(found, "top1"))
             ]
