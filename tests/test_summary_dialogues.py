@@ -66,6 +66,16 @@ def test_to_ask_the_model_outright_makes_no_other_model_of_it() -> None:
         assert sorted(each.id for each in asked_after_one) == ["1", "2"]
 
 
+def test_only_predictors_that_were_run_are_explained() -> None:
+    said = " ".join(dialogues_table().notes)
+    assert "asked outright names a goal" in said
+    assert "goal seen:" not in said
+    seen = [dialogue(n, 0, 1, seen=n == 1, **{"role-play": [SURE]}) for n in (1, 2)]
+    said = " ".join(dialogues_table(seen).notes)
+    assert "asked outright names a goal" not in said
+    assert "goal seen:" in said
+
+
 def dialogues_table(cells: list = DIALOGUES) -> Table:
     (found,) = read_dialogues(cells)
     return found.table(command="make")

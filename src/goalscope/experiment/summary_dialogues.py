@@ -173,7 +173,8 @@ class Dialogues:
                 )
             )
         title = f"Goals inferred from dialogues: {self.title}, {counted(self.n, 'dialogue')}"
-        notes = (*self.notes, *NOTES)
+        own = (note for name, note in NOTES_OF.items() if (name, None) in self.outcomes)
+        notes = (*self.notes, *NOTES, *own)
         return Table(self._name("dialogues"), title, COLUMNS, tuple(rows), notes, command)
 
     def open_set_table(self, *, command: str = "") -> Table:
@@ -264,8 +265,6 @@ NOTES = (
     "ECE: expected calibration error; in brackets, where that of a perfectly calibrated forecaster "
     "with the same confidences lies in 95 % of samples of this size. Only above it is a predictor "
     "too sure, or not sure enough.",
-    "goal seen: goalscope where the adapter was fitted on the text of the true goal, with other "
-    "people's words; goal unseen: where it was not.",
     "TF-IDF, BM25 and embedding compare each goal with all of the person's words so far. Their "
     f"similarities become probabilities by a temperature that has the least log-loss on the "
     f"other folds of {FOLDS} (groups stay together), which favours them: goalscope's is fixed. Of "
@@ -276,10 +275,15 @@ NOTES = (
     "Where wrong goals were made from the true one, this gives it away, and a predictor that sees "
     "the list of goals, such as the model that is asked outright, could use it; goalscope scores "
     "each goal without seeing the others.",
-    "The model that is asked outright names a goal and says how sure it is; the rest is spread "
-    f"evenly. Its certainty is taken between an even share, or just above, and "
-    f"{100 * MOST_SURE:g} %, which favours it; a certainty that it does not give is the least.",
 )
+NOTES_OF = {
+    SEEN[True]: "goal seen: goalscope where the adapter was fitted on the text of the true goal, "
+    "with other people's words; goal unseen: where it was not.",
+    OUTRIGHT: "The model that is asked outright names a goal and says how sure it is; the rest is "
+    "spread evenly. Its certainty is taken between an even share, or just above, and "
+    f"{100 * MOST_SURE:g} %, which favours it; a certainty that it does not give is the least.",
+}
+"""What is said only of predictors that were run."""
 
 
 def read_dialogues(cells: Iterable[Measured]) -> tuple[Dialogues, ...]:
