@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -77,7 +78,8 @@ def test_a_model_is_calibrated_from_then_on(data):
     assert told["file"] == str(file)
     assert [each for each in data.rglob("*") if each.is_file()] == [file]
     kept = json.loads(file.read_text())
-    assert kept == {key: value for key, value in told.items() if key not in ("file", "replaces")}
+    apart = ("file", "replaces", "better")
+    assert kept == {key: value for key, value in told.items() if key not in apart}
     assert (told["model"], told["layout"], told["end_of_turn"]) == ("small", "goal-last", False)
     assert told["dialogues"] == {"teach hard": 60}
     quality = told["quality"]
@@ -86,6 +88,26 @@ def test_a_model_is_calibrated_from_then_on(data):
     assert quality["held out"]["log_loss"] < quality["Eq. 1"]["log_loss"]
     assert all(0.7 < share <= 1 for share in quality["held out"]["coverage"])
     assert quality["Eq. 1"]["coverage"] is None
+    assert told["better"] is None
+    (again,) = calibrated("r.db")
+    assert [*again["quality"]] == ["Eq. 1", "usual", "the model's own", "held out"]
+    own, held_out = (again["quality"][name]["log_loss"] for name in ("the model's own", "held out"))
+    assert own < held_out  # since it was fitted on these, and so it says nothing against the new
+    assert again["better"] is None
+
+
+def test_what_is_better_than_what_was_fitted_is_told(data):
+    rows = [(spec, sure(spec, result)) for spec, result in cells(4, goals=3)]
+    case = rows[-1][0]["case"]
+    case["truth"] = (case["truth"] + 1) % 3  # of the last the words mislead, and nobody expects it
+    fill("r.db", *rows)
+    (told,) = calibrated("r.db", "--out", "mine.json")
+    losses = {name: row["log_loss"] for name, row in told["quality"].items()}
+    best = min(losses, key=lambda name: losses[name])
+    assert told["better"] == best != "held out"
+    shown = " ".join(invoke("calibrate", "r.db", "--out", "mine.json").stdout.split())
+    assert f'By log-loss, "{best}" ({losses[best]:.3f}) is better than what was fitted' in shown
+    assert f"({losses['held out']:.3f})" in shown
 
 
 def test_it_is_shown_in_words(data):
@@ -224,6 +246,7 @@ def test_it_says_what_it_replaces_and_the_way_back_leads_there(data, monkeypatch
 
     first = said()
     assert f"replaces the one that came with goalscope, of {before[0].n} dialogues" in first
+    assert len(re.findall(r"the model's own \d", first)) == 1
     assert "replaces the usual one. `goalscope calibrate --reset`" in first
     assert "replaces your earlier one, of 8 dialogues" in said()
     file = calibration_file(SCORER, "goal-last", end_of_turn=False)

@@ -137,6 +137,16 @@ def test_no_figure_of_a_table_is_broken_and_no_line_too_long(width, rows, capsys
     assert len(heads) == (1 if rows == 2 or width == 200 else 2 if width == 80 else 3)
 
 
+def test_a_note_stands_once_beneath_the_first_table_that_it_is_of(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    notes = [("of both", "of one"), ("of both",), ("of both", "of three")]
+    found = [Table("t", f"Title {n}", ("a heading",), ((n,),), own) for n, own in enumerate(notes)]
+    show_tables(found, False)
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    shown = [line for line in lines if line.startswith(("of", "Title"))]
+    assert shown == ["Title 0", "of both", "of one", "Title 1", "Title 2", "of three"]
+
+
 def test_dialogues_of_ones_own_are_measured_beside_the_baselines(here):
     found = tables("bench", "dialogues", "--jsonl", "d.jsonl")
     text = json.dumps(list(found.values()))

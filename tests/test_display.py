@@ -1,6 +1,7 @@
 """What a person sees of a round: facts in order, and never another's escape sequences."""
 
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -208,8 +209,17 @@ def test_no_word_of_the_list_of_episodes_is_broken(width):
     }  # fmt: skip
     assert {word for word in text.split() if not set(word) <= {"─"}} <= words
     assert {EPISODE.id, "lazy-baker", "12"} <= set(text.split())
-    assert ("no-inference" in text) is (width == 120)
+    assert ("no-inference" in text) is (width > 40)
+    assert "0.75" in text
+    assert ("2020-01-01" in text) is (width == 120)
     assert max(map(len, text.splitlines())) <= width
+
+
+def test_where_no_episode_has_a_score_the_date_has_its_room():
+    one = replace(EPISODE, profile=None, method="good", score=None)
+    text = drawn(show_episodes, [one], width=80)
+    assert "score" not in text
+    assert {"2020-01-01", "grocery", "you", "good"} <= set(text.split())
 
 
 def test_an_empty_store_is_told_in_a_sentence():

@@ -189,6 +189,20 @@ def test_all_ways_to_infer_have_a_line_but_goals_told_apart_have_none() -> None:
     assert drawn == {*PREDICTORS} - {*SEEN.values(), UNIFORM}
 
 
+@pytest.mark.parametrize("turns", [1, 3])
+def test_chance_goes_across_the_figure_and_the_last_turn_stands_apart(turns: int) -> None:
+    lengths = [1, *[turns] * 5]
+    cells = [measured(n, 0, t, **{"role-play": [SURE] * t}) for n, t in enumerate(lengths)]
+    figure = accuracy_figure("x", *read_dialogues(cells))
+    assert figure is not None
+    svg = figure.drawing.svg
+    assert (">last</text>" in svg) is (turns > 1)
+    assert svg.count(">n = 6</text>") == (1 if turns == 1 else 2)  # turns 2 and 3 have 5
+    (chance,) = re.findall(r'<path d="([^"]*)" clip-path[^>]*dasharray: 1\.2,', svg)
+    at = [float(x) for x in re.findall(r"[ML] ([\d.]+)", chance)]
+    assert at[-1] - at[0] > 300
+
+
 def test_the_figures_of_each_kind_are_there(folder: Path) -> None:
     found = {section.name: section for section in read_report(folder).sections}
     assert [f.name.split("-")[1] for f in found["talk"].figures] == ["turns", "calibration"]
@@ -409,18 +423,25 @@ def test_each_figure_of_the_summary_stands_in_the_part_that_it_names(folder: Pat
             assert any({text[i] for i in shown} <= each for each in rows[str(row[0])]), text
 
 
-def test_a_summary_shows_the_papers_belief_and_what_the_other_models_give(tmp_path: Path) -> None:
+def test_a_summary_shows_the_papers_belief_beside_goalscopes_of_the_same_model(
+    tmp_path: Path,
+) -> None:
     plain, adapted = ({"adapter": name} for name in ("none", "mine"))
     cells = [dialogue(n) for n in range(12)]
-    both = [({**spec, "model": model}, it) for model in (plain, adapted) for spec, it in cells]
+    both = [
+        ({**spec, "model": model, "outright": bool(number % 2)}, it)
+        for model in (plain, adapted)
+        for number, (spec, it) in enumerate(cells)
+    ]
     fill(tmp_path / "r.db", both)
     beliefs, models, _ = read_report(tmp_path / "r.db", draw=False).summary
     shown = [dict(zip(beliefs.columns, row, strict=True)) for row in beliefs.rows]
     assert [(row["model"], row["belief"]) for row in shown] == [
-        ("without adapter", "Eq. 1"),
-        ("+ mine", "goalscope"),
-        ("+ mine", "an agent's"),
+        (model, belief)
+        for model in ("without adapter", "+ mine")
+        for belief in ("Eq. 1", "goalscope", "an agent's")
     ]
+    assert {row["n"] for row in shown} == {12}
     assert [row[:4] for row in models.rows] == [("r", "own, 3 goals each", "+ mine", 12)]
     assert "cells so far" not in models.columns
 

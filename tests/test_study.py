@@ -309,7 +309,11 @@ def person(*ratings, texts=None, expected=None, seconds=None):
         (person(3), {}, ()),
         (person(1, 2, texts=["Good.", " good"]), {}, ("the same explanation everywhere",)),
         (person(1, 2, 3, texts=["Good", "good", "bad"]), {}, ()),
-        (person(3, 3, 0, expected=[None, None, 0]), {}, ()),
+        (person(3, 3, 0, expected=[None, None, 0]), {}, ("the same rating everywhere",)),
+        (person(3, 2, 0, expected=[None, None, 0], texts=["ok", "Ok.", "A check"]), {},
+         ("the same explanation everywhere",)),
+        (person(3, 0, expected=[None, 0]), {}, ()),
+        (person(0, 0, texts=["ok", "ok"], expected=[None, 0]), {}, ()),
         (person(1, 2, 1, expected=[None, None, 0]), {}, ("failed 1 of 1 check",)),
         (person(1, 2, 1, expected=[None, None, 0]), {"failed_checks": 2}, ()),
         (person(1, 2, 1, expected=[None, None, 0]), {"failed_checks": 0}, ()),
@@ -451,6 +455,19 @@ def test_scores_of_people_beside_those_of_the_judge_and_the_state(store):
     assert column(episodes, "ratings") == [3, 3]
     assert dict(progress.rows)["finished"] == 3
     assert dict(progress.rows)["episodes with 3 ratings"] == 2
+
+
+def test_all_scores_of_a_method_are_of_the_episodes_that_are_rated(store):
+    one, other = fill(store, methods=("good",))
+    store.finish(other, ended="terminated", score=0.0)
+    book = Book(store)
+    study = book.add(replace(PLAN, items_per_participant=1))
+    ann = book.join(study, "ann", None)
+    rate(book, ann, 3)
+    (_, methods, _) = study_tables(store, study)
+    good = row(methods, "grocery", "m", "good")
+    assert (good["episodes rated"], good["ratings"], good["human score"].value) == (1, 1, 1.0)
+    assert good["state score"].value == (1.0 if ann.answers[0].episode == one else 0.0)
 
 
 def test_exclusions_are_told_and_their_ratings_do_not_count(store):

@@ -78,6 +78,8 @@ def test_from_consent_to_the_way_back_with_every_mishap(file: Path, address: str
     page.get_by_role("link", name="Go to the questions").click()
 
     question(page, 1)
+    least = f"At least {PLAN.min_explanation} characters, not counting spaces."
+    expect(page.get_by_label("Why?")).to_have_accessible_description(least)
     following.click()
     expect(page.get_by_role("status")).to_have_text("Please choose a rating.")
     first = rate(page, 1)

@@ -70,9 +70,11 @@ def test_unspecified_is_read_at_the_third_turn_and_before() -> None:
             odds[kind].append(first[-1, -1] - np.logaddexp.reduce(first[-1, :-1]))
             proposed[kind].append(bool((first.argmax(-1) == first.shape[-1] - 1).any()))
     groups = [each.group for each in DIALOGUES]
-    assert found["AUROC"].value == pytest.approx(auroc(odds["absent"], odds["present"], groups)[0])
-    assert found["proposes if absent"].value == np.mean(proposed["absent"])
-    assert found["proposes if present"].value == np.mean(proposed["present"])
+    assert found["AUROC by turn 3"].value == pytest.approx(
+        auroc(odds["absent"], odds["present"], groups)[0]
+    )
+    assert found["proposes by turn 3 if absent"].value == np.mean(proposed["absent"])
+    assert found["proposes by turn 3 if present"].value == np.mean(proposed["present"])
 
 
 def test_what_taught_the_adapter_is_left_out() -> None:

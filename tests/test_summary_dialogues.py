@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from goalscope.calibration import LAST_TURN, Calibration
-from goalscope.experiment.predictors import PREDICTORS
+from goalscope.experiment.predictors import FITTED_FROM, PREDICTORS
 from goalscope.experiment.summary import NO_INTERVAL, Estimate, Table
 from goalscope.experiment.summary_dialogues import read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
@@ -52,6 +52,28 @@ DIALOGUES = [
         tfidf=[[0, 1.0, 0, 0]],
     ),
 ]
+
+
+def test_to_ask_the_model_outright_makes_no_other_model_of_it() -> None:
+    asked = [({**spec, "outright": True}, result) for spec, result in DIALOGUES]
+    others = [dialogue(n, 0, 1, **{"role-play": [SURE]}) for n in (3, 4)]
+    again = [(spec, {**result, "outright": None}) for spec, result in DIALOGUES]
+    alone = [({**spec, "outright": False}, result) for spec, result in [*again, *others]]
+    for cells in (asked + alone, alone + asked):
+        (found,) = read_dialogues(cells)
+        assert (found.model, found.n) == (read_dialogues(DIALOGUES)[0].model, 4)
+        asked_after_one = found.outcomes["model asked", 1]
+        assert sorted(each.id for each in asked_after_one) == ["1", "2"]
+
+
+def test_only_predictors_that_were_run_are_explained() -> None:
+    said = " ".join(dialogues_table().notes)
+    assert "asked outright names a goal" in said
+    assert "goal seen:" not in said
+    seen = [dialogue(n, 0, 1, seen=n == 1, **{"role-play": [SURE]}) for n in (1, 2)]
+    said = " ".join(dialogues_table(seen).notes)
+    assert "asked outright names a goal" not in said
+    assert "goal seen:" in said
 
 
 def dialogues_table(cells: list = DIALOGUES) -> Table:
@@ -209,24 +231,32 @@ def test_a_file_of_ones_own_has_no_split() -> None:
     assert "teach, 4 hard goals each, small" in found.table().title
 
 
+def similar(group: int, *, right: bool):
+    """A dialogue in which the goal that is likest is the true one, or is not."""
+    liked = [1.0, 0, 0, 0] if right else [0, 1.0, 0, 0]
+    return dialogue(group, 0, 1, tfidf=[liked])
+
+
 def test_temperatures_are_fitted_on_other_groups() -> None:
-    # What is similar is right in one group and wrong in the other: each gets the other's doubt.
-    cells = [
-        dialogue(i, 0, 1, group="right" if i < 3 else "wrong", tfidf=[[x, 0.0, 0.0, 0.0]])
-        for i, x in enumerate([1.0] * 3 + [-1.0] * 3)
-    ]
+    # All but one are right: whoever is judged beside it gets no doubt from the others.
+    cells = [similar(n, right=n > 0) for n in range(FITTED_FROM)]
     table = dialogues_table(cells)
     found = row(table, "TF-IDF", "1")
-    losses = [math.log(math.exp(0.01) + 3) - 0.01, 1000 + math.log(3)]
-    assert found["top-1"].value == 0.5
-    assert found["log-loss"].value == pytest.approx(np.mean(losses))
-    assert any(note == "TF-IDF: temperature 0.001 to 1e+02." for note in table.notes)
+    doubt = np.geomspace(1e-3, 1e2, 51)
+    best = (16 * np.logaddexp(np.log(3), 1 / doubt) - 15 / doubt).argmin()
+    warm = float(doubt[best])
+    right, wrong = math.log1p(3 * math.exp(-1 / warm)), 1000.0
+    assert found["log-loss"].value == pytest.approx((16 * right + wrong) / FITTED_FROM)
+    assert any(note == f"TF-IDF: temperature 0.001 to {warm:.2g}." for note in table.notes)
 
 
-def test_one_group_is_too_few_to_fit_on() -> None:
-    table = dialogues_table(DIALOGUES[:1])
-    assert "TF-IDF" not in column(table, "predictor")
-    assert any("TF-IDF: one group is too few" in note for note in table.notes)
+def test_few_groups_are_no_ground_to_fit_on() -> None:
+    cells = [similar(n, right=n > 0) for n in range(FITTED_FROM - 1)]
+    table = dialogues_table(cells)
+    right, wrong = (math.log(math.e + 3) - 1, math.log(math.e + 3))
+    mean = ((FITTED_FROM - 2) * right + wrong) / (FITTED_FROM - 1)
+    assert row(table, "TF-IDF", "1")["log-loss"].value == pytest.approx(mean)
+    assert "TF-IDF: temperature 1." in table.notes
 
 
 def test_intervals_resample_groups() -> None:
@@ -270,17 +300,13 @@ def test_goals_alone_prefer_the_goal_that_is_most_like_the_others() -> None:
     assert "reads no dialogue" in note[1]
 
 
-def test_goals_alone_have_jaccard_overlap_over_a_fitted_temperature() -> None:
-    # The likeliest is right in one group and never in the other: each gets the other's doubt.
+def test_goals_alone_have_jaccard_overlap_over_a_temperature() -> None:
     table = dialogues_table([alone(1, 0), alone(2, 1)])
     likeness = [1 / 2, (1 / 2 + 2 * 1 / 5) / 3]  # of the first goal; of each other one
     gap = likeness[0] - likeness[1]
-    losses = [
-        math.log(1 + 3 * math.exp(-gap / 100)),
-        gap / 0.001 + math.log(1 + 3 * math.exp(-gap / 0.001)),
-    ]
+    first = math.log(1 + 3 * math.exp(-gap))
     found = row(table, "goals alone", "1")
-    assert found["log-loss"].value == pytest.approx(np.mean(losses))
+    assert found["log-loss"].value == pytest.approx(np.mean([first, gap + first]))
 
 
 def test_sets_goal_sets_and_models_have_tables_of_their_own() -> None:
@@ -358,8 +384,9 @@ def test_figures_get_the_tables_numbers() -> None:
     assert list(by_turn) == list(PREDICTORS)
     assert by_turn["BM25"] == []
     name = "goalscope"
-    assert [(t, n) for t, n, _ in by_turn[name]] == [(1, 2), (2, 1)]
+    assert [(t, n) for t, n, _ in by_turn[name]] == [(1, 2), (2, 1), (None, 2)]
     assert by_turn[name][0][2] == row(table, name, "1")["top-1"]
+    assert by_turn[name][-1][2] == row(table, name, "last")["top-1"]
     made = found.reliabilities()
     assert "BM25" not in made
     assert made[name].ece == row(table, name, "last")["ECE [if calibrated]"].value

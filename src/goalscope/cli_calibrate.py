@@ -22,6 +22,10 @@ Of fewer dialogues there is no conformal threshold at 0.02, and a set that held 
 of them might hold it in only 79 % of others (95 % interval).
 """
 
+OWN, HELD_OUT = "the model's own", "held out"
+"""The row of the calibration that there is so far, and of the one that is fitted."""
+ORIGINS = {"yours": "your earlier one", "comes with goalscope": "the one that came with goalscope"}
+
 
 def calibrate(
     results: Annotated[
@@ -60,6 +64,7 @@ def calibrate(
     place of the one that comes with goalscope.
     """
     from collections import Counter
+    from contextlib import suppress
     from dataclasses import asdict
 
     from goalscope.calibrating import FOLDS, fit_calibration, observed_in, quality
@@ -135,26 +140,28 @@ def calibrate(
             "dialogues": dict(Counter(each.origin for each in found)),
             "quality": {},
         }
+        scorer = parts(opened(model))[1]
+        file = out or calibration_file(scorer, layout, end_of_turn=end_of_turn)
+        replaces: dict[str, Any] = {"origin": "broken", "dialogues": 0}
+        ways_of = {"Eq. 1": PAPER, "usual": USUAL}
+        with suppress(InvalidInputError):  # a broken file of one's own
+            before, origin = known_calibration(scorer, layout, end_of_turn=end_of_turn)
+            replaces = {"origin": origin, "dialogues": before.n}
+            if origin in ORIGINS:
+                ways_of[OWN] = before
         with progress(f"Fitting {about['model']}") as show:
-            done, total = 0, 3 * FOLDS + 1
-            for name, known in (("Eq. 1", PAPER), ("usual", USUAL), ("held out", None)):
+            done, total = 0, (len(ways_of) + 1) * FOLDS + 1
+            for name, known in {**ways_of, HELD_OUT: None}.items():
                 for step in quality(found, known):
                     show(done, total)
                     done += step is None
                     about["quality"][name] = step and asdict(step)
             fitted = fit_calibration(found)
             show(total, total)
-        scorer = parts(opened(model))[1]
-        file = out or calibration_file(scorer, layout, end_of_turn=end_of_turn)
-        replaces = None
-        if not out:
-            try:
-                before, origin = known_calibration(scorer, layout, end_of_turn=end_of_turn)
-                replaces = {"origin": origin, "dialogues": before.n}
-            except InvalidInputError:  # a broken file of one's own
-                replaces = {"origin": "broken", "dialogues": 0}
         keep_calibration(file, fitted, about)
-        made = {**about, "file": str(file), "replaces": replaces, "calibration": asdict(fitted)}
+        made = {**about, "file": str(file), "calibration": asdict(fitted)}
+        made["replaces"] = None if out else replaces
+        made["better"] = _better(about["quality"], replaces["origin"])
         told.append(made)
     if as_json:
         print(json.dumps(told))
@@ -197,10 +204,19 @@ def _reset(only: str | None, *, as_json: bool) -> None:
     console().print(plain(said), soft_wrap=True)
 
 
+def _better(quality: Mapping[str, Any], origin: str) -> str | None:
+    """Which has the least log-loss on people whom what was fitted does not know; None for itself.
+
+    One's own earlier one may know them.
+    """
+    fair = [name for name in quality if (name, origin) != (OWN, "yours")]
+    best = min(fair, key=lambda name: (quality[name]["log_loss"], name != HELD_OUT))
+    return None if best == HELD_OUT else best
+
+
 def _replaced(replaces: Mapping[str, Any]) -> str:
     """What a new calibration takes the place of, and the way back."""
-    what = {"yours": "your earlier one", "comes with goalscope": "the one that came with goalscope"}
-    one = what.get(replaces["origin"], "the usual one")
+    one = ORIGINS.get(replaces["origin"], "the usual one")
     if replaces["dialogues"]:
         one = f"{one}, of {counted(replaces['dialogues'], 'dialogue')}"
     one = "a broken file" if replaces["origin"] == "broken" else one
@@ -236,13 +252,19 @@ def _show(told: list[dict[str, Any]]) -> None:
                 f"{made['switching']:g}, forgetting {made['forgetting']:g}; kept in {each['file']}"
             )
         )
+        if best := each["better"]:
+            loss, least = (each["quality"][name]["log_loss"] for name in (HELD_OUT, best))
+            said = f'By log-loss, "{best}" ({least:.3f}) is better than what was fitted on other '
+            said += f"people ({loss:.3f}): more dialogues may change that."
+            out.print(plain(said, "yellow"), soft_wrap=True)
         if each["replaces"]:
             out.print(plain(_replaced(each["replaces"])), soft_wrap=True)
     out.print(
         plain(
             "Log-loss of what is true, with the true goal among the goals and without it, where "
-            "Unspecified is the truth. Held out: as calibrated on dialogues of other people. The "
-            "90 % set holds what is true, with the true goal present and absent.",
+            "Unspecified is the truth. Held out: as calibrated on dialogues of other people; "
+            f"{OWN} may have been fitted on some of these. The 90 % set holds what is true, with "
+            "the true goal present and absent.",
             "dim",
         )
     )

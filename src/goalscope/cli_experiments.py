@@ -289,7 +289,7 @@ def results_folder(given: Path | None) -> Path:
 
 
 def show_tables(tables: Sequence[Table], as_json: bool) -> None:
-    """Print tables, and below them what one must know to read them, each note once.
+    """Print tables, and below each what one must know to read it and was not yet said.
 
     Of those that are too wide for the terminal, one of few rows is turned on its side, and others
     come in parts, each with the columns that name the rows.
@@ -301,7 +301,7 @@ def show_tables(tables: Sequence[Table], as_json: bool) -> None:
     if as_json:
         print(json.dumps([table.to_dict() for table in tables], allow_nan=False))
         return
-    out = console()
+    out, said = console(), set[str]()
     for table in tables:
         columns = [*zip(table.columns, *table.text_rows(), strict=True)]
         kinds = zip(*table.rows, strict=True)
@@ -312,8 +312,12 @@ def show_tables(tables: Sequence[Table], as_json: bool) -> None:
         for grid in _grids(columns, max(names, 1), out.width):
             grid.title, title = title, None
             out.print(grid)
-    for note in dict.fromkeys(note for table in tables for note in table.notes):
-        out.print(Padding.indent(plain(note, "dim"), 2))
+        new = [note for note in dict.fromkeys(table.notes) if note not in said]
+        said.update(new)
+        for note in new:
+            out.print(Padding.indent(plain(note, "dim"), 2))
+        if new:
+            out.print()
 
 
 def _grids(columns: Sequence[Sequence[str]], names: int, room: int) -> Iterator[Grid]:

@@ -157,7 +157,9 @@ def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
         "rounds": [str(info.rounds) for info in infos],
         "score": ["" if info.score is None else f"{info.score:.2f}" for info in infos],
     }
-    _columns(console, columns, ("method", "score", "started (UTC)", "domain", "ended"))
+    if not any(columns["score"]):
+        del columns["score"]
+    _columns(console, columns, ("started (UTC)", "domain", "ended", "method", "score"))
 
 
 def show_studies(
@@ -184,7 +186,7 @@ def _columns(console: Console, columns: Mapping[str, Sequence[str]], spare: Sequ
     for least in spare:
         if sum(max(map(len, (name, *each))) + 2 for name, each in shown.items()) < console.width:
             break
-        del shown[least]
+        shown.pop(least, None)
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for name in shown:
         numbers = name in ("rounds", "score", "episodes", "agreed", "finished")

@@ -15,6 +15,7 @@ from goalscope.experiment.summary import Measured
 
 __all__ = [
     "AS_IN_PAPER",
+    "FITTED_FROM",
     "FOLDS",
     "GOALSCOPE",
     "GOALS_ALONE",
@@ -61,6 +62,12 @@ PREDICTORS = (GOALSCOPE, AS_IN_PAPER, *SEEN.values(), UNIFORM, GOALS_ALONE, *SIM
 
 FOLDS = 5
 """Into which dialogues are parted, so that a temperature is judged on others than it fits."""
+
+FITTED_FROM = 20
+"""Groups from which on a temperature is fitted.
+
+Fewer are often all right, where the best is 0, and the first that is wrong costs without end.
+"""
 
 TEMPERATURES = np.geomspace(1e-3, 1e2, 51)
 MOST_SURE = 0.995
@@ -112,20 +119,18 @@ def likeness(cell: Measured, predictor: str) -> Array:
 
 
 def fitted_temperatures(cells: Sequence[tuple[Measured, Array]]) -> list[float]:
-    """The temperature of each cell, chosen on the folds that its group is not in; [] for one."""
+    """The temperature of each cell, chosen on the folds that its group is not in.
+
+    None is chosen of fewer than `FITTED_FROM` groups: it is 1.
+    """
     groups = sorted({cell[0]["case"]["group"] for cell, _ in cells})
-    folds = min(FOLDS, len(groups))
-    if folds < 2:
-        return []
+    if len(groups) < FITTED_FROM:
+        return [1.0] * len(cells)
     order = np.random.default_rng(0).permutation(len(groups))
-    fold_of = {groups[index]: position % folds for position, index in enumerate(order)}
+    fold_of = {groups[index]: position % FOLDS for position, index in enumerate(order)}
     fold = np.array([fold_of[cell[0]["case"]["group"]] for cell, _ in cells])
-    turns = np.array([len(table) for _, table in cells])
     losses = np.array([_losses(cell, table) for cell, table in cells])
-    best = [
-        float(TEMPERATURES[(losses[fold != k].sum(axis=0) / turns[fold != k].sum()).argmin()])
-        for k in range(folds)
-    ]
+    best = [float(TEMPERATURES[(losses[fold != k].sum(axis=0)).argmin()]) for k in range(FOLDS)]
     return [best[k] for k in fold]
 
 

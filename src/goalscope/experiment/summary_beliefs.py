@@ -17,7 +17,7 @@ from goalscope.experiment.summary_dialogues import EPS, by_settings, mean_of
 from goalscope.goals import UNEXPLAINED
 from goalscope.stats import auroc, reliability
 
-__all__ = ["AGENT", "PAPERS", "belief_table"]
+__all__ = ["AGENT", "PAPERS", "TURN", "belief_table"]
 
 Array = npt.NDArray[np.float64]
 
@@ -29,8 +29,8 @@ AGENT = "an agent's"
 
 COLUMNS = (
     *("dialogues", "model", "belief", "n", "top-1", "log-loss", "ECE"),
-    *("open log-loss", "AUROC"),
-    *("proposes if absent", "proposes if present"),
+    *("open log-loss", f"AUROC by turn {TURN}"),
+    *(f"proposes by turn {TURN} if {kind}" for kind in ("absent", "present")),
     *(f"{100 * (1 - EPS):g} % set holds it if {kind}" for kind in ("present", "absent")),
     f"goals in the {100 * (1 - EPS):g} % set",
 )
@@ -45,7 +45,8 @@ NOTES = (
     "Top-1, log-loss (nats) and expected calibration error after the last turn, among the goals "
     "alone. Open log-loss: of what is true over all turns, half of the time with the true goal "
     "left out, where Unspecified is the truth, otherwise with a wrong goal left out.",
-    f"AUROC: how well the posterior of Unspecified tells the two apart by turn {TURN}. Proposes: "
+    f"AUROC: how well the posterior of Unspecified tells the two apart after turn {TURN}, or the "
+    "last of a shorter dialogue; other tables have it after the last. Proposes: "
     f"share of dialogues in which goals would be proposed after one of the first {TURN} turns, "
     "which they should be if the true goal is absent: under Eq. 1 once Unspecified is the "
     f"likeliest, otherwise once it has {100 * UNEXPLAINED:g} % of the probability.",

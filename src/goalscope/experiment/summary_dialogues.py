@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -14,6 +15,7 @@ from goalscope.calibration import PAPER, Calibration, calibration_from_json
 from goalscope.datasets.goal_sets import chance
 from goalscope.experiment.predictors import (
     AS_IN_PAPER,
+    FITTED_FROM,
     FOLDS,
     GOALS_ALONE,
     GOALSCOPE,
@@ -129,12 +131,18 @@ class Dialogues:
         """What was inferred, and with which model."""
         return f"{self.task}, {self.model}"
 
-    def accuracy_by_turn(self, turns: int = 10) -> dict[str, list[tuple[int, int, Estimate]]]:
-        """Turn, number of dialogues that have it, and top-1 accuracy, for each predictor."""
+    def accuracy_by_turn(
+        self, turns: int = 10
+    ) -> dict[str, list[tuple[int | None, int, Estimate]]]:
+        """Turn, number of dialogues that have it, and top-1 accuracy, for each predictor.
+
+        In the end stands None, each dialogue's last turn, where some have more than one.
+        """
+        last = (None,) if (UNIFORM, 2) in self.outcomes else ()
         return {
             predictor: [
                 (turn, len(found), estimate)
-                for turn in range(1, turns + 1)
+                for turn in (*range(1, turns + 1), *last)
                 if (found := self.outcomes.get((predictor, turn), ()))
                 and (estimate := _estimate(found, "top1"))
             ]
@@ -165,7 +173,8 @@ class Dialogues:
                 )
             )
         title = f"Goals inferred from dialogues: {self.title}, {counted(self.n, 'dialogue')}"
-        notes = (*self.notes, *NOTES)
+        own = (note for name, note in NOTES_OF.items() if (name, None) in self.outcomes)
+        notes = (*self.notes, *NOTES, *own)
         return Table(self._name("dialogues"), title, COLUMNS, tuple(rows), notes, command)
 
     def open_set_table(self, *, command: str = "") -> Table:
@@ -256,20 +265,25 @@ NOTES = (
     "ECE: expected calibration error; in brackets, where that of a perfectly calibrated forecaster "
     "with the same confidences lies in 95 % of samples of this size. Only above it is a predictor "
     "too sure, or not sure enough.",
-    "goal seen: goalscope where the adapter was fitted on the text of the true goal, with other "
-    "people's words; goal unseen: where it was not.",
     "TF-IDF, BM25 and embedding compare each goal with all of the person's words so far. Their "
     f"similarities become probabilities by a temperature that has the least log-loss on the "
-    f"other folds of {FOLDS} (groups stay together), which favours them: goalscope's is fixed.",
+    f"other folds of {FOLDS} (groups stay together), which favours them: goalscope's is fixed. Of "
+    f"fewer than {FITTED_FROM} groups none is fitted: it is 1, and only top-1 and MRR compare them "
+    "fairly.",
     f'"{GOALS_ALONE}" is a control that reads no dialogue: a goal is the likelier, the more words '
     "it shares with the other goals on average (Jaccard); its temperature is fitted likewise. "
     "Where wrong goals were made from the true one, this gives it away, and a predictor that sees "
     "the list of goals, such as the model that is asked outright, could use it; goalscope scores "
     "each goal without seeing the others.",
-    "The model that is asked outright names a goal and says how sure it is; the rest is spread "
-    f"evenly. Its certainty is taken between an even share, or just above, and "
-    f"{100 * MOST_SURE:g} %, which favours it; a certainty that it does not give is the least.",
 )
+NOTES_OF = {
+    SEEN[True]: "goal seen: goalscope where the adapter was fitted on the text of the true goal, "
+    "with other people's words; goal unseen: where it was not.",
+    OUTRIGHT: "The model that is asked outright names a goal and says how sure it is; the rest is "
+    "spread evenly. Its certainty is taken between an even share, or just above, and "
+    f"{100 * MOST_SURE:g} %, which favours it; a certainty that it does not give is the least.",
+}
+"""What is said only of predictors that were run."""
 
 
 def read_dialogues(cells: Iterable[Measured]) -> tuple[Dialogues, ...]:
@@ -284,22 +298,28 @@ def read_dialogues(cells: Iterable[Measured]) -> tuple[Dialogues, ...]:
 def by_settings(
     cells: Iterable[Measured], kind: str
 ) -> Iterator[tuple[tuple[str, str, str, str], list[Measured]]]:
-    """The cells of one kind, for each set, split, goal set and label of what else was set."""
+    """The cells of one kind, for each set, split, goal set and label of what else was set.
+
+    A case that was measured both with and without the model asked outright is there once, with it.
+    """
     tasks: dict[tuple[str, str, str], list[Measured]] = {}
     for cell in chosen(cells, kind):
         spec = cell[0]
         tasks.setdefault((spec["set"], spec["split"] or "", spec["goal_set"]), []).append(cell)
     for task, found in sorted(tasks.items()):
         labels = Labels(_settings(spec) for spec, _ in found)
-        groups: dict[str, list[Measured]] = {}
+        groups: dict[str, dict[str, Measured]] = {}
         for cell in found:
-            groups.setdefault(labels[_settings(cell[0])], []).append(cell)
+            group = groups.setdefault(labels[_settings(cell[0])], {})
+            case = json.dumps(cell[0]["case"])
+            if case not in group or cell[1].get("outright"):
+                group[case] = cell
         for label, group in groups.items():
-            yield (*task, label), group
+            yield (*task, label), [*group.values()]
 
 
 def _settings(spec: Mapping[str, Any]) -> dict[str, Any]:
-    own = ("kind", "set", "split", "goal_set", "case")
+    own = ("kind", "set", "split", "goal_set", "case", "outright")
     return {key: value for key, value in spec.items() if key not in own}
 
 
@@ -344,9 +364,7 @@ def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogue
         found = [(cell, likeness(cell, predictor)) for cell in cells]
         own = [(cell, table) for cell, table in found if table.size]
         fitted = fitted_temperatures(own)
-        if own and not fitted:
-            notes.append(f"{predictor}: one group is too few to choose a temperature.")
-        for (cell, table), temperature in zip(own, fitted, strict=False):
+        for (cell, table), temperature in zip(own, fitted, strict=True):
             keep(predictor, cell, log_softmax(table / temperature))
         if fitted:
             low, high = min(fitted), max(fitted)

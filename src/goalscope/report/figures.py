@@ -193,44 +193,43 @@ def accuracy_figure(name: str, dialogues: Dialogues) -> Figure | None:
     lines = [p for p in PREDICTORS if found[p] and p not in apart]
     if not lines:
         return None
-    counts: dict[int, int] = {}
-    for rows in found.values():
-        for turn, n, _ in rows:
-            counts[turn] = max(n, counts.get(turn, 0))
+    counts = {turn: n for turn, n, _ in found[UNIFORM]}
+    places = {turn: place for place, turn in enumerate(counts, 1)}
+    ends = (0.5, len(places) + 0.5)
 
     def paint(figure: Any) -> None:
         axis = figure.subplots()
         for i, predictor in enumerate(lines):
             shift = 0.09 * (i - (len(lines) - 1) / 2)
             rows = found[predictor]
-            at = [turn + shift for turn, _, _ in rows]
+            at = [places[turn] + shift for turn, _, _ in rows]
             values = [100 * estimate.value for _, _, estimate in rows]
-            style = {"color": COLOURS[i], "ls": "-" if predictor in (GOALSCOPE, OUTRIGHT) else "--"}
-            axis.plot(at, values, marker=MARKERS[i], ms=4, lw=1.4, label=predictor, **style)
+            style: dict[str, Any] = {"color": COLOURS[i], "marker": MARKERS[i], "ms": 4}
+            line = "-" if predictor in (GOALSCOPE, OUTRIGHT) else "--"
+            apart = len(rows) - (rows[-1][0] is None)  # the last turn belongs to no line
+            axis.plot(at[:apart], values[:apart], lw=1.4, ls=line, label=predictor, **style)
+            axis.plot(at[apart:], values[apart:], ls="", **style)
             for x, (_, _, estimate) in zip(at, rows, strict=True):
                 if estimate.interval is not None:
                     low, high = estimate.interval.low, estimate.interval.high
                     axis.vlines(x, 100 * low, 100 * high, color=COLOURS[i], lw=0.9)
-        chance = found[UNIFORM]
+        chance = [100 * estimate.value for _, _, estimate in found[UNIFORM]]
         axis.plot(
-            [turn for turn, _, _ in chance],
-            [100 * estimate.value for _, _, estimate in chance],
+            (ends[0], *places.values(), ends[1]), (chance[0], *chance, chance[-1]),
             color=INK, ls=":", lw=1.2, label="chance",
         )  # fmt: skip
-        axis.set(
-            ylim=(-2.5, 102),
-            xlim=(0.5, max(counts) + 0.5),
-            xlabel="turn, and number of dialogues that have it",
-        )
+        axis.set(ylim=(-2.5, 102), xlim=ends, xlabel="turn, and number of dialogues that have it")
         axis.set_ylabel("accuracy, %")
-        axis.set_xticks(list(counts), [f"{turn}\nn = {n}" for turn, n in counts.items()])
+        ticks = [f"{turn or 'last'}\nn = {n}" for turn, n in counts.items()]
+        axis.set_xticks([*places.values()], ticks)
         figure.legend(loc="outside right upper")
 
     caption = (
         f"Accuracy of the likeliest goal by turn: {dialogues.title}. "
         f"n = {counted(dialogues.n, 'dialogue')}; later turns have those that are longer, and "
-        f"turns that fewer than {least} have are left out. Bars: 95 % bootstrap interval over "
-        "groups of dialogues that share people; none where there is a single group."
+        f"turns that fewer than {least} have are left out; at the turn called last, each has its "
+        "own. Bars: 95 % bootstrap interval over groups of dialogues that share people; none where "
+        "there is a single group."
     )
     drawing = draw(name, f"Accuracy by turn: {dialogues.title}", (7.4, 3.3), paint)
     return Figure(name, caption, drawing)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from goalscope.experiment.predictors import GOALSCOPE
 from goalscope.experiment.summary import Entry, Table
-from goalscope.experiment.summary_beliefs import AGENT, PAPERS
+from goalscope.experiment.summary_beliefs import AGENT, PAPERS, TURN
 from goalscope.report.sections import Section
 
 __all__ = ["counts", "summary_of"]
@@ -45,17 +45,8 @@ class _Kind:
 
 
 def _believed(rows: list[Row]) -> list[Row]:
-    """The paper's belief with the first model of each set, and goalscope's with the others."""
-    models: dict[Entry, dict[Entry, None]] = {}
-    for row in rows:
-        models.setdefault(row["dialogues"], {})[row["model"]] = None
-    picked: list[Row] = []
-    for row in rows:
-        first, *others = models[row["dialogues"]]
-        papers = row["belief"] == PAPERS and row["model"] == first
-        ours = row["belief"] in (GOALSCOPE, AGENT) and row["model"] in (others or [first])
-        picked += [row] if papers or ours else []
-    return picked
+    """The paper's belief and goalscope's, both with each model."""
+    return [row for row in rows if row["belief"] in (PAPERS, GOALSCOPE, AGENT)]
 
 
 def _compared(rows: list[Row]) -> list[Row]:
@@ -67,18 +58,19 @@ def _compared(rows: list[Row]) -> list[Row]:
 _KINDS = (
     _Kind(
         "beliefs",
-        "Beliefs about what real people wanted",
+        "Beliefs about what people wanted",
         "beliefs",
         "dialogue",
         "",
         (
-            *("dialogues", "model", "belief", "n", "top-1", "log-loss", "ECE", "AUROC"),
-            *("proposes if absent", "proposes if present"),
+            *("dialogues", "model", "belief", "n", "top-1", "log-loss", "ECE"),
+            f"AUROC by turn {TURN}",
+            *(f"proposes by turn {TURN} if {kind}" for kind in ("absent", "present")),
         ),
         _believed,
         (
-            f"{PAPERS}: the paper's belief, with the first model. {GOALSCOPE}: its own, with each "
-            f"other one. {AGENT}: the one of an agent that proposes its goals itself.",
+            f"{PAPERS}: the paper's belief. {GOALSCOPE}: its own. {AGENT}: the one of an agent "
+            "that proposes its goals itself.",
             "Top-1, log-loss (nats) and expected calibration error after the last turn. AUROC: "
             "does it tell that the true goal is not among the goals? It should propose others "
             "then, and only then.",
@@ -95,7 +87,10 @@ _KINDS = (
             *("log-loss", "log-loss, difference", "open-set AUROC"),
         ),
         _compared,
-        ("After the last turn. Difference: from the first model, usually without adapter.",),
+        (
+            "All after the last turn, the AUROC too. Difference: from the first model, usually "
+            "without adapter.",
+        ),
     ),
     _Kind(
         "episodes",

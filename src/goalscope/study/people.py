@@ -78,10 +78,11 @@ def excluded(participant: Participant, rules: Exclusion) -> tuple[str, ...]:
     reasons: list[str] = []
     if rules.failed_checks and failed >= rules.failed_checks:
         reasons.append(f"failed {failed} of {counted(len(checks), 'check')}")
-    if len(answers) > 1:
-        if rules.same_rating and len({each.rating for each in answers}) == 1:
+    episodes = [each for each in answers if each.expected is None]
+    if len(episodes) > 1:  # what a check asks for tells nothing of how somebody rates
+        if rules.same_rating and len({each.rating for each in episodes}) == 1:
             reasons.append("the same rating everywhere")
-        if rules.same_explanation and len({meaning(each.explanation) for each in answers}) == 1:
+        if rules.same_explanation and len({meaning(each.explanation) for each in episodes}) == 1:
             reasons.append("the same explanation everywhere")
     if rules.min_seconds and seconds and median(seconds) < rules.min_seconds:
         reasons.append(f"a median of {median(seconds):.1f} seconds an item")

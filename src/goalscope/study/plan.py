@@ -62,8 +62,8 @@ class Exclusion:
 
     Attributes:
         failed_checks: As many checks with another rating than the right one, or more; 0 for never.
-        same_rating: The same rating everywhere.
-        same_explanation: The same explanation everywhere, but for case, spaces and the last mark.
+        same_rating: The same rating of all episodes, if there are two or more; checks do not count.
+        same_explanation: The same explanation, likewise, but for case, spaces and the last mark.
         min_seconds: Half of the items in less time; 0 for never.
     """
 
@@ -101,7 +101,7 @@ class Plan:
         transcript: Whether the conversation is shown, which the paper leaves out.
         ratings_per_item: How many are wanted of people who count.
         items_per_participant: How many each gives, besides all checks.
-        min_explanation: Characters, without spaces.
+        min_explanation: Characters, not counting spaces.
         seed: Of the choice and order of items.
         hold_minutes: For how long the items of people who have not finished are kept for them.
         id_parameter: Of the address, in which a recruiting service names the participant.

@@ -129,8 +129,9 @@ def _methods(study: Study, rated: Sequence[Rated], judges: Sequence[str]) -> Tab
         key = (each.info.domain, model_shown(each.info.model), each.info.method)
         groups.setdefault(key, []).append(each)
     rows: list[tuple[Entry, ...]] = []
-    for key, group in sorted(groups.items()):
-        trials = [each.trials for each in group if each.ratings]
+    for key, every in sorted(groups.items()):
+        group = [each for each in every if each.ratings]
+        trials = [each.trials for each in group]
         row: list[Entry] = [*key, len(group), sum(map(len, trials))]
         row += [_human(group), _sd(trials)]
         row.append(_over_people(group, lambda each: each.info.score))
@@ -139,7 +140,7 @@ def _methods(study: Study, rated: Sequence[Rated], judges: Sequence[str]) -> Tab
             row.append(_over_people(group, lambda each, judge=judge: _judge(each, judge)))
             row.append(_sd([each for each in read if each]))
         rows.append(tuple(row))
-    columns = ("domain", "model", "method", "episodes", "ratings", "human score", "human SD")
+    columns = ("domain", "model", "method", "episodes rated", "ratings", "human score", "human SD")
     columns = (*columns, "state score", *_headed(judges, "judge score", "judge SD"))
     return Table(*_titled(study, "methods", "methods"), columns, tuple(rows), _notes(judges))
 
@@ -158,8 +159,9 @@ def _episodes(study: Study, rated: Sequence[Rated], judges: Sequence[str]) -> Ta
 
 def _notes(judges: Sequence[str]) -> tuple[str, ...]:
     return (
-        "Scores are means over profiles. The human score is a share of the best rating, "
-        f"{BEST}; the state score is the share of the profile's conditions that hold in the end.",
+        "Scores are means over profiles, of the episodes that are rated. The human score is a "
+        f"share of the best rating, {BEST}; the state score is the share of the profile's "
+        "conditions that hold in the end.",
         "Intervals of 95 % are bootstrapped over those who rated: what other people would say of "
         "the same episodes. There is none where all agree, or only one has rated.",
         "SD: pooled standard deviation of the mean (Sec. 5.1), the noise of several raters or "

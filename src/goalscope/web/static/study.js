@@ -145,7 +145,7 @@ function question(place, item) {
       { class: "why" },
       h("label", { for: "why" }, "Why?"),
       why,
-      h("span", { id: "least", class: "soft small" }, `At least ${study.min_explanation} characters, without spaces.`),
+      h("span", { id: "least", class: "soft small" }, `At least ${study.min_explanation} characters, not counting spaces.`),
     ),
     line,
     h(
