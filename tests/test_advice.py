@@ -198,6 +198,120 @@ def test_a_proposal_needs_later_words_that_speak_for_it() -> None:
             told(belief, proposed=wrong)
 
 
+NO_YES = [
+    "We'll pass.",
+    "Too expensive.",
+    "I'd rather take the bus.",
+    "nvm",
+    "Thanks, I'm good.",
+    "Thanks.",
+    "\U0001f44e",
+    "\u274c",
+    "Maybe later.",
+    "I'll think about it.",
+    "It's off.",
+    "Hmm.",
+    "Lass es lieber.",
+    "Oops, wrong window.",
+    "Yes, but later.",
+    "Ok, too expensive.",
+    "Fine, I'll walk.",
+    "Yesterday.",
+    "Book a taxi for my aunt, another time.",
+    "Yes?",
+]
+
+
+def answered(query: str, *words: str, pin: bool = False) -> str:
+    """Advice on a sure goal after an answer to `query`, and perhaps later words."""
+    belief = BARE.observe([-9.0, 0.0])
+    for _ in words:
+        belief = belief.observe([0.0, 0.0])
+    turns = [Turn("", "Tea!"), Turn(query, words[0]), *said(*words[1:])]
+    return advice(Stand(belief.pin(TEA) if pin else belief, turns))
+
+
+@pytest.mark.parametrize("words", NO_YES)
+def test_a_question_for_leave_needs_a_yes(words: str) -> None:
+    query = "It costs 120 euros. Shall I book it?"
+    assert answered(query, words) == "ask"
+    assert answered(query, words, pin=True) == "act"
+
+
+@pytest.mark.parametrize("words", ["We'll pass.", "Too expensive.", "\U0001f44e"])
+def test_what_was_given_no_leave_waits_for_words_that_speak_for_it(words: str) -> None:
+    query = "Shall I book it?"
+    assert answered(query, words, "Good.") == "ask"
+    again = BARE.observe([-9.0, 0.0]).observe([0.0, 0.0]).observe([-0.1, 0.0])
+    turns = [Turn("", "Tea!"), Turn(query, words), Turn("", "Now tea, please.")]
+    assert advice(Stand(again, turns)) == "act"
+    against = BARE.observe([-9.0, 0.0]).observe([0.0, 0.0]).observe([0.1, 0.0])
+    leave = [*turns[:2], Turn("Shall I book it now?", "Yes.")]
+    assert advice(Stand(against, turns)) == "ask"
+    assert advice(Stand(against, leave)) == "act"
+    confirmed = BARE.observe([-9.0, 0.0]).observe([0.0, 0.0]).pin(TEA).observe([0.0, 0.0])
+    assert advice(Stand(confirmed, turns)) == "act"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "Yes.",
+        "y",
+        "yeah, i need one ticket",
+        "Sure!",
+        "OK",
+        "Okay, go ahead.",
+        "Sounds good.",
+        "Great, thanks!",
+        "Yes, that would be fine. I'll need two, please.",
+        "Please book it.",
+        "Book it!",
+        "\U0001f44d",
+        "Fine, do it.",
+    ],
+)
+def test_a_yes_gives_leave(words: str) -> None:
+    assert answered("It costs 120 euros. Shall I book it?", words) == "act"
+
+
+@pytest.mark.parametrize(
+    ("query", "leave"),
+    [
+        ("Should I go ahead and book it?", True),
+        ("Shall the walnut tree go?", True),
+        ("Do you want me to book it? It costs 120 euros.", True),
+        ("For 120 euros, would you like me to book it?", True),
+        ("120 euros. Is that ok?", True),
+        ("Is that all right with you?", True),
+        ("Do you confirm?", True),
+        ("Ready to order?", True),
+        ("I'll book it, OK?", True),
+        ("Book it?", True),
+        ("shall i book it", True),
+        ("Does that work for you?", True),
+        ("Which day?", False),
+        ("Shall I book it? And for which day?", False),
+        ("What should I do next?", False),
+        ("Can I help you with anything else?", False),
+        ("May I have your name?", False),
+        ("Do you have a time in mind?", False),
+        ("I shall book it.", False),
+        ("", False),
+    ],
+)
+def test_other_questions_need_no_yes(query: str, leave: bool) -> None:
+    assert answered(query, "Too expensive.") == ("ask" if leave else "act")
+
+
+def test_who_takes_something_back_is_offered_nothing_else() -> None:
+    lost = BARE.observe([0.0, -9.0])
+    words = "Never mind, we'll take the bus."
+    assert told(lost.observe([0.0, 0.0]), "Hi.", words) == "ask"
+    assert told(lost.observe([0.0, 0.0]), "Hi.", "We take the bus.") == "propose"
+    assert told(lost, "I want to cancel an order.") == "propose"
+
+
 def test_it_is_given_of_a_tracker() -> None:
     tracker = GoalTracker(WordModel(), goals=["make tea", "bake a cake"], calibration="paper")
     tracker.observe("", "make tea, tea")

@@ -12,7 +12,7 @@ from typing import Literal, Protocol, cast
 import numpy as np
 
 from goalscope.belief import Belief
-from goalscope.envs.speech import LEAD, LONGEST, evened
+from goalscope.envs.speech import ASSENT, LEAD, LONGEST, MILD, evened
 from goalscope.goals import incomplete
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn, meaning
 
@@ -71,6 +71,30 @@ _REQUEST = re.compile(
     r"|[^?]*\bplease\?$"
 )
 
+_DO = r"(?:go ahead and |just |now )?(\w+)"
+_ASKS_LEAVE = re.compile(
+    r"(?:^|[,;:] |\b(?:so|and|or|but|then|well|ok|okay) )"
+    r"(?:(?:shall|should|may|can|could) (?:i|we) "
+    r"(?!(?:help|assist|do|ask|have|know|see)\b|(?:get|take) (?:your|any|some|you (?:any|some)))"
+    rf"{_DO}|shall\b|(?:do you want|would you like)(?: (?:me|us))? to {_DO}"
+    r"|(?:do you want|would you like) (?:it|that|this|them)\b"
+    r"|(?:do|can|could|will) you (?:confirm|agree|accept)\b|(?:ready|ok|okay) to\b"
+    r"|(?:is|are|would) [^?]*\b(?:ok(?:ay)?|all ?right|fine|happy|ready|sure)\b"
+    r"|(?:does|do|would) (?:that|this|it|these|those) (?:work|suit|sound)\b)"
+    r"|\b(?:ok(?:ay)?|all ?right|right|agreed|deal|correct|go ahead|proceed)\?$"
+    r"|^(?!(?:is|was|does|did|what|why|how)\b)(\w+) (?:it|this|that|them)(?: now| then)?\?$"
+)
+"""A yes/no question whether to go ahead, with what is to be done."""
+
+_YES = (
+    rf"(?:{ASSENT}|y|yea|definitely|(?:i|we) (?:do|confirm)|confirmed|correct|exactly|\U0001f44d)"
+)
+_FINE = (
+    rf"(?:{MILD}|all ?right|right|good|great|perfect|lovely|excellent|cool|agreed|deal"
+    r"|(?:that|it) (?:works|suits (?:me|us))|(?:(?:that|it) )?sounds (?:good|great|fine|perfect))"
+)
+_HESITANT = re.compile(r"\b(?:but|later|first|another time|think about)\b")
+
 
 class Tracking(Protocol):
     """A belief, and the words that it is made of, such as a `GoalTracker`."""
@@ -97,9 +121,11 @@ def advice(
     How likely words are tells little of whether they deny: so nothing is acted on where the newest
     are `doubtful`, nor where the goal would not be as likely without all those that were, and
     without all that a person said, and confirmed, before they took something back ("Stop!", "don't
-    do that", "I changed my mind"); nor on a goal that a model made from the person's words before
-    later ones speak for it more than for none. What the person has confirmed since their newest
-    words is acted on.
+    do that", "I changed my mind"); nor where the newest query asks whether to go ahead ("Shall I
+    book it?") and the answer is no yes, and after it until words speak for the goal again; nor on a
+    goal that a model made from the person's words before later ones speak for it more than for
+    none. What the person has confirmed since their newest words is acted on. Who takes something
+    back is asked, and offered nothing else.
 
     Args:
         tracker: A `GoalTracker`, or what else has a belief and the turns that it is over.
@@ -122,6 +148,8 @@ def advice(
                 "act" if _is_told(belief, turns, goal, made.get(meaning(goal.text), 0)) else "ask"
             )
     if not turns or not len(belief.log_likelihood):
+        return "ask"
+    if (len(turns) > 1 or belief.pinned) and retracts(turns[-1].utterance, UNSPECIFIED):
         return "ask"
     lost = UNSPECIFIED in belief.goals and incomplete(belief, LOST, since=since)
     return "propose" if lost or belief.is_degenerate else "ask"
@@ -152,6 +180,22 @@ def retracts(utterance: str, goal: Goal) -> bool:
     return bool(Counter(each[0] for each in _RETRACTION.finditer(text)) - own)
 
 
+def _leave(turn: Turn) -> bool | None:
+    """Whether the answer to a question whether to go ahead is a yes; None: no such question."""
+    query = evened(unicodedata.normalize("NFKC", turn.query)[-LONGEST:])
+    sentences = re.findall(r"[^.!?;]+[.!?;]*", query)
+    questions = [each for each in sentences if "?" in each] or sentences
+    asked = _ASKS_LEAVE.search(questions[-1].strip()) if questions else None
+    if not asked:
+        return None
+    said = evened(unicodedata.normalize("NFKC", turn.utterance))
+    verb = next(filter(None, asked.groups()), "yes")
+    yes = re.match(rf"(?:{_FINE}[ ,.!]+)*(?:{_YES}|{verb})(?!\w)", said)
+    if yes:
+        return not _HESITANT.search(said, yes.end())
+    return bool(re.fullmatch(rf"(?!(?:thanks|[ ,.!]|thank you)*$)(?:{_FINE}\b[ ,.!]*)+", said))
+
+
 def _denials(text: str) -> Counter[str]:
     return Counter("not" if each["not"] else each[0] for each in _DENIAL.finditer(text))
 
@@ -172,6 +216,9 @@ def _is_told(belief: Belief, turns: Sequence[Turn], goal: Goal, made: int) -> bo
         return True
     if not turns:
         return False
+    answers = [_leave(turn) for turn in turns]
+    if answers[-1] is False:
+        return False
     said = [turn.utterance for turn in turns]
     taken_back = max((n for n, each in enumerate(said, 1) if retracts(each, goal)), default=0)
     doubts = [n <= taken_back or doubtful(each, goal) for n, each in enumerate(said, 1)]
@@ -183,7 +230,9 @@ def _is_told(belief: Belief, turns: Sequence[Turn], goal: Goal, made: int) -> bo
     plain = replace(belief, log_likelihood=table, pinned=pinned)
     if doubts[-1] or plain.probability[belief.goals.index(goal)] < SURE:
         return False
-    if not made or goal in {each for _, each in pinned}:
+    left = max((n for n, each in enumerate(answers, 1) if each is False), default=0)
+    made = max(made, 0 if answers[-1] else left)
+    if not made or goal in {each for when, each in pinned if when >= left}:
         return True
     later = plain.evidence[made:]
     against = later[:, [each == UNSPECIFIED for each in belief.goals]].sum()

@@ -5,13 +5,22 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 
-__all__ = ["LEAD", "LONGEST", "evened", "kept", "lowered", "misspelt"]
+__all__ = ["ASSENT", "LEAD", "LONGEST", "MILD", "evened", "kept", "lowered", "misspelt"]
 
 LEAD = (
     r"(?:(?:ok(?:ay)?|hi|hello|hey|so|and|but|well|sorry|excuse me|also|please|(?:can|could) you"
     r" tell me|do you know|tell me)[ ,]+)*"
 )
 """How a question begins that is evened."""
+
+ASSENT = (
+    r"yes|yeah|yep|yup|sure|of course|go ahead|please do|do it|you may|certainly|absolutely"
+    r"|by all means"
+)
+"""A yes."""
+
+MILD = r"ok(?:ay)?|please|fine|that'?s (?:fine|ok(?:ay)?)|thanks|thank you"
+"""What is a yes beside one, and is a doubtful one alone."""
 
 LONGEST = 2000
 """Characters that are read of an utterance."""
