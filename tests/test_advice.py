@@ -198,6 +198,43 @@ def test_a_proposal_needs_later_words_that_speak_for_it() -> None:
             told(belief, proposed=wrong)
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        "Je ne veux pas louer un e-bike pour un weekend.",
+        "Ich habe am Montag keine Zeit f\u00fcr die Reparatur.",
+        "Mejor lo dejamos para otro d\u00eda, es muy caro.",
+        "Lasciamo perdere, \u00e8 troppo caro.",
+        "Het is te duur, laat maar zitten.",
+        "Jeg vil ikke leje en cykel i weekenden, det er for dyrt.",
+        "Nie chc\u0119 wypo\u017cycza\u0107 roweru, to za drogo.",
+        "\u042f \u043d\u0435 \u0445\u043e\u0447\u0443.",
+        "\u6211\u4e0d\u60f3\u79df\u7535\u52a8\u81ea\u884c\u8f66",
+    ],
+)
+def test_what_shows_no_english_is_not_acted_on_unless_confirmed(words: str) -> None:
+    assert doubtful(words, TEA)
+    assert told(BARE.observe([-9.0, 0.0]), words) == "ask"
+    assert told(BARE.observe([-9.0, 0.0]).observe([0.0, 0.0]), words, "Ok.") == "ask"
+    assert told(BARE.observe([-9.0, 0.0]).pin(TEA), words) == "act"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "Tea!",
+        "Caf\u00e9 cr\u00e8me, please.",
+        "boil some potato please",
+        "prepare a coffee in clean mug",
+        "Book a table for 7 at 17:15 on Saturday.",
+        "I prefer something related to boats",
+        "5 \u00b0C colder \U0001f600 tonight or so",
+    ],
+)
+def test_short_and_plain_english_is_acted_on(words: str) -> None:
+    assert told(BARE.observe([-9.0, 0.0]), words) == "act"
+
+
 NO_YES = [
     "We'll pass.",
     "Too expensive.",

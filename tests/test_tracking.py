@@ -139,7 +139,7 @@ def test_the_assistant_learns_whether_to_act_to_ask_or_to_propose(tmp_path: Path
     said = [usual.observe(lost, number, "", garden).advice for number in (1, 2)]
     assert said == ["ask", "propose"]
     assert usual.add(lost, ["grow roses"]).advice != "propose"
-    assert usual.observe(lost, 3, "", "Grow roses, grow red roses, grow!").advice == "act"
+    assert usual.observe(lost, 3, "", "Grow roses, grow my red roses, grow!").advice == "act"
 
 
 def test_goals_are_proposed_only_where_that_is_asked_for(trackers: Trackers) -> None:

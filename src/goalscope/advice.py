@@ -95,6 +95,17 @@ _FINE = (
 )
 _HESITANT = re.compile(r"\b(?:but|later|first|another time|think about)\b")
 
+_ENGLISH = re.compile(
+    r"\b(?:the|th(?:is|at|ese|ose|ere|ey|eir|em|anks|ank you)|you|your|us|my|and|but|with|if|from"
+    r"|about|into|out|up|to be|not|too|please|need|would|could|should|does|did|what|which|who|why"
+    r"|when|where|how|yes|yeah|some|any|(?:some|any|every)(?:thing|one|where)|two|three|going"
+    r"|looking|make|get|buy|find|today|tonight|tomorrow|let's|it's|it'll|i(?:'m|'d|'ll|'ve)|\w+n't"
+    r"|(?:i|we) (?:am|are|want|will|have|can|just|like|prefer|wish)|(?:can|may) (?:i|we)|give me"
+    r"|(?:put|place|prepare|book|want|have|order|cook|wash|slice|take|bring) (?:an?|it)"
+    r"|(?:to|of|in|on|for|at) (?:the|an?|my|our|it))\b"
+)
+"""Short words of English that the languages around it do not have."""
+
 
 class Tracking(Protocol):
     """A belief, and the words that it is made of, such as a `GoalTracker`."""
@@ -159,12 +170,13 @@ def doubtful(utterance: str, goal: Goal) -> bool:
     """Whether English words deny, ask or suppose something, beyond what the goal itself denies.
 
     They need not be about the goal: too many are found rather than too few. A polite request is no
-    question.
+    question. Words that seem to be of another language might deny anything.
     """
     text = _GIVEN_LEAVE.sub("", evened(unicodedata.normalize("NFKC", utterance)))
     sentences = re.findall(r"[^.!?;]+[.!?;]*", text)
     return bool(
         len(utterance) > LONGEST
+        or _is_foreign(text)
         or _denials(text) - _denials(evened(goal.text))
         or _SUPPOSED.search(text)
         or any(
@@ -178,6 +190,13 @@ def retracts(utterance: str, goal: Goal) -> bool:
     text = evened(unicodedata.normalize("NFKC", utterance))
     own = Counter(each[0] for each in _RETRACTION.finditer(evened(goal.text)))
     return bool(Counter(each[0] for each in _RETRACTION.finditer(text)) - own)
+
+
+def _is_foreign(text: str) -> bool:
+    """Whether no English is to be seen in a sentence; a few words may be of any language."""
+    words = re.findall(r"[^\W\d_]+", text)
+    unread = any(letter > "\u024f" for word in words for letter in word)
+    return unread or (len(words) > 4 and not _ENGLISH.search(text))
 
 
 def _leave(turn: Turn) -> bool | None:
