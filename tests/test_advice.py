@@ -255,6 +255,7 @@ NO_YES = [
     "Fine, I'll walk.",
     "Yesterday.",
     "Book a taxi for my aunt, another time.",
+    "Yes, I'd rather take the bus.",
     "Yes?",
 ]
 
@@ -306,6 +307,10 @@ def test_what_was_given_no_leave_waits_for_words_that_speak_for_it(words: str) -
         "Book it!",
         "\U0001f44d",
         "Fine, do it.",
+        "Alright then",
+        "Works for me.",
+        "Let's do it!",
+        "\u2705",
     ],
 )
 def test_a_yes_gives_leave(words: str) -> None:
@@ -327,6 +332,9 @@ def test_a_yes_gives_leave(words: str) -> None:
         ("Book it?", True),
         ("shall i book it", True),
         ("Does that work for you?", True),
+        ("Would Monday suit you?", True),
+        ("Please confirm: 120 euros.", True),
+        ("Can you confirm your address?", False),
         ("Which day?", False),
         ("Shall I book it? And for which day?", False),
         ("What should I do next?", False),

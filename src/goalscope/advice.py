@@ -78,22 +78,24 @@ _ASKS_LEAVE = re.compile(
     r"(?!(?:help|assist|do|ask|have|know|see)\b|(?:get|take) (?:your|any|some|you (?:any|some)))"
     rf"{_DO}|shall\b|(?:do you want|would you like)(?: (?:me|us))? to {_DO}"
     r"|(?:do you want|would you like) (?:it|that|this|them)\b"
-    r"|(?:do|can|could|will) you (?:confirm|agree|accept)\b|(?:ready|ok|okay) to\b"
-    r"|(?:is|are|would) [^?]*\b(?:ok(?:ay)?|all ?right|fine|happy|ready|sure)\b"
-    r"|(?:does|do|would) (?:that|this|it|these|those) (?:work|suit|sound)\b)"
-    r"|\b(?:ok(?:ay)?|all ?right|right|agreed|deal|correct|go ahead|proceed)\?$"
+    r"|(?:(?:do|can|could|will) you (?:confirm|agree|accept|take)|(?:please )?confirm)\b(?! your)"
+    r"|(?:ready|ok|okay) to\b"
+    r"|(?:is|are|would) [^?]*\b(?:ok(?:ay)?|all? ?right|fine|happy|ready|sure)\b"
+    r"|(?:does|do|would) [^?]{1,80} (?:work|suit|sound)\b)"
+    r"|\b(?:ok(?:ay)?|all? ?right|right|agreed|deal|correct|go ahead|proceed)\?$"
     r"|^(?!(?:is|was|does|did|what|why|how)\b)(\w+) (?:it|this|that|them)(?: now| then)?\?$"
 )
 """A yes/no question whether to go ahead, with what is to be done."""
 
 _YES = (
-    rf"(?:{ASSENT}|y|yea|definitely|(?:i|we) (?:do|confirm)|confirmed|correct|exactly|\U0001f44d)"
+    rf"(?:{ASSENT}|y|yea|definitely|(?:i|we) (?:do|confirm|agree|accept)|confirmed|correct|exactly"
+    r"|go for it|let's do it|\U0001f44d|\u2705)"
 )
 _FINE = (
-    rf"(?:{MILD}|all ?right|right|good|great|perfect|lovely|excellent|cool|agreed|deal"
-    r"|(?:that|it) (?:works|suits (?:me|us))|(?:(?:that|it) )?sounds (?:good|great|fine|perfect))"
+    rf"(?:{MILD}|all? ?right|right|then|now|good|great|perfect|lovely|excellent|cool|agreed|deal"
+    r"|(?:(?:that|it) )?(?:(?:works|suits)(?: for)?(?: me| us)?|sounds (?:good|great|fine|perfect)))"
 )
-_HESITANT = re.compile(r"\b(?:but|later|first|another time|think about)\b")
+_HESITANT = re.compile(r"\b(?:but|later|rather|instead|first|another time|think about)\b")
 
 _ENGLISH = re.compile(
     r"\b(?:the|th(?:is|at|ese|ose|ere|ey|eir|em|anks|ank you)|you|your|us|my|and|but|with|if|from"
