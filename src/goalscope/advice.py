@@ -93,7 +93,7 @@ _YES = (
 )
 _FINE = (
     rf"(?:{MILD}|all? ?right|right|then|now|good|great|perfect|lovely|excellent|cool|agreed|deal"
-    r"|(?:(?:that|it) )?(?:(?:works|suits)(?: for)?(?: me| us)?|sounds (?:good|great|fine|perfect)))"
+    r"|(?:(?:that|it) )?(?:(?:works|suits)(?: for)?(?: me| us)?|sounds (?:good|great|perfect)))"
 )
 _HESITANT = re.compile(r"\b(?:but|later|rather|instead|first|another time|think about)\b")
 
