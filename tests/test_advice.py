@@ -134,6 +134,7 @@ def test_words_that_deny_are_no_evidence_to_act_on_later() -> None:
         "That's not what I want.",
         "I never asked you for that.",
         "Never mind.",
+        "nvm",
         "Call it off.",
         "Scratch that.",
         "I take that back.",

@@ -40,7 +40,7 @@ _DENIAL = re.compile(
 _OVER = r"(?=[ ,]*(?:[.,;!?]|$)|(?: please| now| yet| after all| any ?more))"
 _RETRACTION = re.compile(
     r"(?<!n't )(?<!not )(?<!never )\b(?:halt|abort|cancel\w*|forget|undo|scrap|scratch|revert"
-    r"|never ?mind|hold on|hang on|quit|chang(?:ed?|ing) (?:my|our) minds?|go back"
+    r"|never ?mind|nvm|hold on|hang on|quit|chang(?:ed?|ing) (?:my|our) minds?|go back"
     r"|call(?:ed)? (?:it|that|this) off|take (?:it|that|this|them) back|not what (?:i|we)"
     r"|(?:keep|leave|count) (?:me|us|it|that|this|them) out)\b"
     rf"|(?<!n't )(?<!not )\b(?:stop|wait)\b(?:(?: it| that| this)?{_OVER}|,? (?:no|don't|do not)\b)"
