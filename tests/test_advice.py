@@ -257,6 +257,7 @@ NO_YES = [
     "Yesterday.",
     "Book a taxi for my aunt, another time.",
     "Yes, I'd rather take the bus.",
+    "Book something cheaper.",
     "Yes?",
 ]
 
@@ -306,6 +307,7 @@ def test_what_was_given_no_leave_waits_for_words_that_speak_for_it(words: str) -
         "Yes, that would be fine. I'll need two, please.",
         "Please book it.",
         "Book it!",
+        "Book the one for Friday.",
         "\U0001f44d",
         "Fine, do it.",
         "Alright then",

@@ -211,7 +211,8 @@ def _leave(turn: Turn) -> bool | None:
         return None
     said = evened(unicodedata.normalize("NFKC", turn.utterance))
     verb = next(filter(None, asked.groups()), "yes")
-    yes = re.match(rf"(?:{_FINE}[ ,.!]+)*(?:{_YES}|{verb})(?!\w)", said)
+    done = rf"{verb}(?: (?:it|that|this|them|both|the|my|for|please|now)\b|(?=[ ,.!]*$))"
+    yes = re.match(rf"(?:{_FINE}[ ,.!]+)*(?:{_YES}|{done})(?!\w)", said)
     if yes:
         return not _HESITANT.search(said, yes.end())
     return bool(re.fullmatch(rf"(?!(?:thanks|[ ,.!]|thank you)*$)(?:{_FINE}\b[ ,.!]*)+", said))
