@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from goalscope.envs import Environment
-from goalscope.envs.tables import read_profiles, refuse_unknown
+from goalscope.envs.tables import lists_of, read_profiles
 from goalscope.policy import Planner
 from goalscope.types import Action, StepResult, Turn
 
@@ -97,7 +97,7 @@ def open_environment(profile):
 def load_profiles(path):
     """People who want a garden, in garden.toml or another such file."""
     file = Path(path) if path else Path(__file__).with_suffix(".toml")
-    return read_profiles(file, lambda check, label: refuse_unknown(check, ("has", "lacks"), label))
+    return read_profiles(file, lists_of(("has", "lacks"), (*THINGS, TREE)))
 
 
 def open_planner(model, seed):

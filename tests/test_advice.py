@@ -134,6 +134,7 @@ def test_words_that_deny_are_no_evidence_to_act_on_later() -> None:
         "That's not what I want.",
         "I never asked you for that.",
         "Never mind.",
+        "nvm",
         "Call it off.",
         "Scratch that.",
         "I take that back.",
@@ -196,6 +197,167 @@ def test_a_proposal_needs_later_words_that_speak_for_it() -> None:
     for wrong in (["make tea"], {5: 1}, {TEA: "one"}, 3):
         with pytest.raises(InvalidInputError, match="proposed must say"):
             told(belief, proposed=wrong)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "Je ne veux pas louer un e-bike pour un weekend.",
+        "Ich habe am Montag keine Zeit f\u00fcr die Reparatur.",
+        "Mejor lo dejamos para otro d\u00eda, es muy caro.",
+        "Lasciamo perdere, \u00e8 troppo caro.",
+        "Het is te duur, laat maar zitten.",
+        "Jeg vil ikke leje en cykel i weekenden, det er for dyrt.",
+        "Nie chc\u0119 wypo\u017cycza\u0107 roweru, to za drogo.",
+        "\u042f \u043d\u0435 \u0445\u043e\u0447\u0443.",
+        "\u6211\u4e0d\u60f3\u79df\u7535\u52a8\u81ea\u884c\u8f66",
+    ],
+)
+def test_what_shows_no_english_is_not_acted_on_unless_confirmed(words: str) -> None:
+    assert doubtful(words, TEA)
+    assert told(BARE.observe([-9.0, 0.0]), words) == "ask"
+    assert told(BARE.observe([-9.0, 0.0]).observe([0.0, 0.0]), words, "Ok.") == "ask"
+    assert told(BARE.observe([-9.0, 0.0]).pin(TEA), words) == "act"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "Tea!",
+        "Caf\u00e9 cr\u00e8me, please.",
+        "boil some potato please",
+        "prepare a coffee in clean mug",
+        "Book a table for 7 at 17:15 on Saturday.",
+        "I prefer something related to boats",
+        "5 \u00b0C colder \U0001f600 tonight or so",
+    ],
+)
+def test_short_and_plain_english_is_acted_on(words: str) -> None:
+    assert told(BARE.observe([-9.0, 0.0]), words) == "act"
+
+
+NO_YES = [
+    "We'll pass.",
+    "Too expensive.",
+    "I'd rather take the bus.",
+    "nvm",
+    "Thanks, I'm good.",
+    "Thanks.",
+    "\U0001f44e",
+    "\u274c",
+    "Maybe later.",
+    "I'll think about it.",
+    "It's off.",
+    "Hmm.",
+    "Lass es lieber.",
+    "Oops, wrong window.",
+    "Yes, but later.",
+    "Ok, too expensive.",
+    "Fine, I'll walk.",
+    "Yesterday.",
+    "Book a taxi for my aunt, another time.",
+    "Yes, I'd rather take the bus.",
+    "Book something cheaper.",
+    "Yes?",
+]
+
+
+def answered(query: str, *words: str, pin: bool = False) -> str:
+    """Advice on a sure goal after an answer to `query`, and perhaps later words."""
+    belief = BARE.observe([-9.0, 0.0])
+    for _ in words:
+        belief = belief.observe([0.0, 0.0])
+    turns = [Turn("", "Tea!"), Turn(query, words[0]), *said(*words[1:])]
+    return advice(Stand(belief.pin(TEA) if pin else belief, turns))
+
+
+@pytest.mark.parametrize("words", NO_YES)
+def test_a_question_for_leave_needs_a_yes(words: str) -> None:
+    query = "It costs 120 euros. Shall I book it?"
+    assert answered(query, words) == "ask"
+    assert answered(query, words, pin=True) == "act"
+
+
+@pytest.mark.parametrize("words", ["We'll pass.", "Too expensive.", "\U0001f44e"])
+def test_what_was_given_no_leave_waits_for_words_that_speak_for_it(words: str) -> None:
+    query = "Shall I book it?"
+    assert answered(query, words, "Good.") == "ask"
+    again = BARE.observe([-9.0, 0.0]).observe([0.0, 0.0]).observe([-0.1, 0.0])
+    turns = [Turn("", "Tea!"), Turn(query, words), Turn("", "Now tea, please.")]
+    assert advice(Stand(again, turns)) == "act"
+    against = BARE.observe([-9.0, 0.0]).observe([0.0, 0.0]).observe([0.1, 0.0])
+    leave = [*turns[:2], Turn("Shall I book it now?", "Yes.")]
+    assert advice(Stand(against, turns)) == "ask"
+    assert advice(Stand(against, leave)) == "act"
+    confirmed = BARE.observe([-9.0, 0.0]).observe([0.0, 0.0]).pin(TEA).observe([0.0, 0.0])
+    assert advice(Stand(confirmed, turns)) == "act"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "Yes.",
+        "y",
+        "yeah, i need one ticket",
+        "Sure!",
+        "OK",
+        "Okay, go ahead.",
+        "Sounds good.",
+        "Great, thanks!",
+        "Yes, that would be fine. I'll need two, please.",
+        "Please book it.",
+        "Book it!",
+        "Book the one for Friday.",
+        "\U0001f44d",
+        "Fine, do it.",
+        "Alright then",
+        "Works for me.",
+        "Let's do it!",
+        "\u2705",
+    ],
+)
+def test_a_yes_gives_leave(words: str) -> None:
+    assert answered("It costs 120 euros. Shall I book it?", words) == "act"
+
+
+@pytest.mark.parametrize(
+    ("query", "leave"),
+    [
+        ("Should I go ahead and book it?", True),
+        ("Shall the walnut tree go?", True),
+        ("Do you want me to book it? It costs 120 euros.", True),
+        ("For 120 euros, would you like me to book it?", True),
+        ("120 euros. Is that ok?", True),
+        ("Is that all right with you?", True),
+        ("Do you confirm?", True),
+        ("Ready to order?", True),
+        ("I'll book it, OK?", True),
+        ("Book it?", True),
+        ("shall i book it", True),
+        ("Does that work for you?", True),
+        ("Would Monday suit you?", True),
+        ("Please confirm: 120 euros.", True),
+        ("Can you confirm your address?", False),
+        ("Which day?", False),
+        ("Shall I book it? And for which day?", False),
+        ("What should I do next?", False),
+        ("Can I help you with anything else?", False),
+        ("May I have your name?", False),
+        ("Do you have a time in mind?", False),
+        ("I shall book it.", False),
+        ("", False),
+    ],
+)
+def test_other_questions_need_no_yes(query: str, leave: bool) -> None:
+    assert answered(query, "Too expensive.") == ("ask" if leave else "act")
+
+
+def test_who_takes_something_back_is_offered_nothing_else() -> None:
+    lost = BARE.observe([0.0, -9.0])
+    words = "Never mind, we'll take the bus."
+    assert told(lost.observe([0.0, 0.0]), "Hi.", words) == "ask"
+    assert told(lost.observe([0.0, 0.0]), "Hi.", "We take the bus.") == "propose"
+    assert told(lost, "I want to cancel an order.") == "propose"
 
 
 def test_it_is_given_of_a_tracker() -> None:

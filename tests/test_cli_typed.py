@@ -1,65 +1,116 @@
-"""What a person types in a chat: what nobody can undo is looked at and agreed to first."""
+"""A chat's end that nobody can undo: looked at, agreed to, and stored with what was said of it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
-from rich.console import Console
 
 from goalscope.agent import CONFIRM
-from goalscope.cli_typed import typed
-from shops import shop
+from goalscope.envs.speech import agrees
+from goalscope.episode import Round
+from goalscope.store import Store
+from test_cli import invoke, shop, store_file, words  # noqa: F401
 
-QUERY = "What else would you like?"
-
-
-def answered(
-    monkeypatch: pytest.MonkeyPatch, *lines: str, basket: dict[str, int] | None = None
-) -> tuple[str, list[str], str, list[str]]:
-    """What reaches the agent, what was a command, what was shown, and what is left to read."""
-    waiting: Iterator[str] = iter(lines)
-    monkeypatch.setattr("builtins.input", lambda prompt: next(waiting))
-    commands: list[str] = []
-    out = Console(record=True, width=80)
-    words = typed(out, QUERY, shop(basket), commands.append)
-    return words, commands, out.export_text(), [*waiting]
+COCOA = "I need cocoa powder for a cake."
 
 
-@pytest.mark.parametrize("yes", ["yes", "Y", "Yes, please!", "ok", "Buy the basket", "yes, buy it"])
-def test_a_purchase_is_looked_at_and_agreed_to(monkeypatch: pytest.MonkeyPatch, yes: str) -> None:
-    words, _, shown, left = answered(
-        monkeypatch, "Buy the basket", yes, "left", basket={"Whole Milk": 2}
-    )
-    assert (words, left) == ("Buy the basket", ["left"])
+@pytest.fixture
+def chat(shop, words):  # noqa: F811
+    """What a chat shows, and the rounds of the only episode."""
+
+    def told(*lines: str, resume: str = "") -> tuple[str, list[Round]]:
+        options = ("--resume", resume) if resume else shop[:2]
+        result = invoke("chat", *options, input="".join(f"{line}\n" for line in lines))
+        assert result.exit_code == 0, result.output
+        with Store.open(None) as store:
+            (info,) = store.episodes()
+            return " ".join(result.stdout.split()), store.rounds(info.id)
+
+    return told
+
+
+def said(rounds: list[Round]) -> list[str]:
+    return [round.turn.utterance for round in rounds]
+
+
+def bought(rounds: list[Round]) -> bool:
+    return any("buy" in result.action.name for round in rounds for result in round.results)
+
+
+@pytest.mark.parametrize("yes", ["Y", "Yes, please!", "Buy the basket"])
+def test_a_purchase_is_looked_at_and_agreed_to(chat, yes: str) -> None:
+    shown, rounds = chat(COCOA, "OK, buy it please.", yes)
+    assert said(rounds) == [COCOA, "OK, buy it please.", yes]
+    assert not bought(rounds[:-1])
+    assert rounds[-1].terminated
+    assert rounds[-1].turn.query == CONFIRM
+    assert rounds[-1].belief is not None
+    assert len(rounds[-1].belief.log_likelihood) == len(rounds)
+    assert "1 x" in shown.split(CONFIRM)[0]
+
+
+def test_what_was_asked_and_answered_is_stored_and_found_and_shown_again(chat) -> None:
+    no = "No, wait, I still need milk."
+    _, rounds = chat(COCOA, "Buy it.", no, "Buy the basket", "no", "Buy it.", "yes")
+    assert said(rounds) == [COCOA, "Buy it.", no, "Buy the basket", "no", "Buy it.", "yes"]
+    assert [n for n, round in enumerate(rounds) if round.turn.query == CONFIRM] == [2, 4, 6]
+    assert not bought(rounds[:-1])
+    assert [round.number for round in rounds if round.terminated] == [7]
+    with Store.open(None) as store:
+        (info,) = store.episodes(text="still need milk")
+    shown = " ".join(invoke("replay", info.id).stdout.split())
+    assert shown.count(CONFIRM) == 3
+    assert no in shown
+
+
+@pytest.mark.parametrize("answer", ["yes, but no milk", "yes?", "Fine."])
+def test_nothing_but_a_yes_buys(chat, answer: str) -> None:
+    _, rounds = chat(COCOA, "Buy it.", answer)
+    assert said(rounds) == [COCOA, "Buy it.", answer]
+    assert not rounds[-1].terminated
+
+
+def test_who_leaves_when_asked_is_asked_again(chat) -> None:
+    _, rounds = chat(COCOA, "Buy it.", "/goals", "quit")
+    assert said(rounds) == [COCOA, "Buy it."]
+    with Store.open(None) as store:
+        (info,) = store.episodes()
+    shown, rounds = chat("yes", resume=info.id)
     assert CONFIRM in shown
-    assert "2 x Whole Milk" in shown.split("Buy the basket")[1]
+    assert rounds[-1].terminated
 
 
-@pytest.mark.parametrize("no", ["no", "Not yet.", "NO, thanks"])
-def test_who_does_not_agree_is_asked_on(monkeypatch: pytest.MonkeyPatch, no: str) -> None:
-    words, commands, shown, _ = answered(
-        monkeypatch, "Buy the basket", no, "/goals", "yes", basket={"Whole Milk": 2}
-    )
-    assert (words, commands) == ("yes", ["/goals"])
-    assert "Not done." in shown
+def test_a_yes_to_something_else_buys_nothing(chat) -> None:
+    shown, rounds = chat(COCOA, "yes")
+    assert CONFIRM not in shown
+    assert not rounds[-1].terminated
+
+
+def test_nothing_to_buy_needs_no_word(chat) -> None:
+    shown, rounds = chat("Buy the basket")
+    assert CONFIRM not in shown
+    assert said(rounds) == ["Buy the basket"]
+
+
+@pytest.mark.parametrize("leaving", ["quit", "/Exit."])
+def test_one_can_leave_when_asked(chat, leaving: str) -> None:
+    _, rounds = chat(COCOA, "Buy it.", leaving, "yes")
+    assert said(rounds) == [COCOA, "Buy it."]
 
 
 @pytest.mark.parametrize(
-    "words", ["remove the milk", "yes, but remove the milk", "no, add eggs", "yes?"]
+    ("text", "yes"),
+    [
+        ("Yes!", True),
+        ("ok, go ahead", True),
+        ("Yes please, thank you.", True),
+        ("of course, do it", True),
+        ("please", False),
+        ("thanks", False),
+        ("yes?", False),
+        ("yes and no", False),
+        ("yesterday", False),
+        ("", False),
+    ],
 )
-def test_anything_else_is_heard_instead(monkeypatch: pytest.MonkeyPatch, words: str) -> None:
-    said, *_ = answered(monkeypatch, "Buy it", words, basket={"Whole Milk": 2})
-    assert said == words
-
-
-def test_nothing_to_buy_needs_no_word(monkeypatch: pytest.MonkeyPatch) -> None:
-    words, _, shown, left = answered(monkeypatch, "Buy the basket", "yes")
-    assert (words, left) == ("Buy the basket", ["yes"])
-    assert CONFIRM not in shown
-
-
-@pytest.mark.parametrize("leaving", ["quit", "/quit", "Exit."])
-def test_one_can_leave_when_asked(monkeypatch: pytest.MonkeyPatch, leaving: str) -> None:
-    with pytest.raises(EOFError):
-        answered(monkeypatch, "Buy the basket", leaving, basket={"Whole Milk": 2})
+def test_a_yes_is_nothing_besides(text: str, yes: bool) -> None:
+    assert agrees(text) == yes

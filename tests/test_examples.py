@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ from goalscope import Agent, GoalscopeError, InvalidInputError, Turn
 from goalscope.domains import Settings, load_domain, open_environment, profiles_of
 from goalscope.envs import MAY_LACK, Environment
 from goalscope.envs.check import check_env
-from goalscope.policy import Planner
+from goalscope.policy import Planner, undo
 from goalscope.store import Store
 from goalscope.types import Action, StepResult
 from test_cli import fails, invoke
@@ -83,6 +84,52 @@ def test_what_fails_or_gives_something_else_is_named(
 ) -> None:
     with pytest.raises(GoalscopeError, match=told):
         check_env(type("Wrong", (type(garden),), {name: given})())
+
+
+@pytest.mark.parametrize("given", [True, None, "done"])
+def test_a_step_without_a_result_is_named_by_all_that_take_it(
+    garden: Environment, given: object
+) -> None:
+    told = rf"`step` of Wrong must return a StepResult\(.*, not {given!r}, for "
+    env = type("Wrong", (type(garden),), {"step": lambda self, action: given})()
+    with pytest.raises(GoalscopeError, match=told):
+        check_env(env)
+    with pytest.raises(GoalscopeError, match=told):
+        Agent(env, NamedModel(), method="no-goals").step("What else?", "A pond, please.")
+    with pytest.raises(GoalscopeError, match=told):
+        undo(env, [StepResult(Action("add", "pond"), True, "")])
+
+
+def test_a_file_whose_environment_lacks_something_is_refused_before_it_runs(tmp_path: Path) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(GARDEN.read_text().replace("def fingerprint", "def fingerprnt"))
+    (tmp_path / "mine.toml").write_text((EXAMPLES / "garden.toml").read_text())
+    store = tmp_path / "episodes.db"
+    line = fails(2, "run", file, "--profile", "bees", "--method", "no-goals", "--store", store)
+    assert "`fingerprint` is missing in Garden" in line
+    with Store.open(store) as episodes:
+        assert not episodes.episodes()
+
+
+@pytest.mark.parametrize(
+    ("check", "told"),
+    [
+        ('{ lacks = "pond" }', "check 1: 'lacks' must be a list of texts, such as"),
+        ("{ has = [5] }", "check 1: 'has' must be a list of texts"),
+        ("{ has = [] }", "check 1: 'has' must be a list of texts"),
+        ('{ has = ["pnd"] }', "check 1: 'pnd' is unknown; did you mean 'pond'"),
+        ('{ lack = ["pond"] }', "the key 'lack' is unknown; did you mean 'lacks'"),
+        ("{}", "check 1: it checks nothing; known are has, lacks"),
+    ],
+)
+def test_a_check_is_a_list_of_things_that_there_are(
+    settings: Settings, tmp_path: Path, check: str, told: str
+) -> None:
+    people = tmp_path / "people.toml"
+    person = 'name = "a"\ndescription = "b"\nreplies = ["c"]\n'
+    people.write_text(f"[[profile]]\n{person}checks = [{check}]\n")
+    with pytest.raises(InvalidInputError, match=told):
+        profiles_of(replace(settings, profiles=str(people)))
 
 
 @pytest.mark.parametrize("made", ["None", "5", "profile"])
@@ -230,8 +277,6 @@ def test_what_belongs_to_another_domain_is_refused_for_a_file() -> None:
 
 
 def test_profiles_of_ones_own_are_read_for_a_file(settings: Settings, tmp_path: Path) -> None:
-    from dataclasses import replace
-
     people = tmp_path / "people.toml"
     people.write_text((EXAMPLES / "garden.toml").read_text().replace("lacks", "lack"))
     with pytest.raises(GoalscopeError, match="did you mean 'lacks'"):

@@ -123,6 +123,7 @@ def test_what_is_no_text_is_refused_and_changes_nothing(bad: Any) -> None:
         ({"model": ["a", "b"]}, r"open_model\(.*goals=\["),
         ({"goals": None}, "goals must be a list"),
         ({"goals": 3}, "goals must be a list"),
+        ({"goals": {"cake": "bake a cake"}}, r"not a dict.* such as goals=list\(d\.values\(\)\)"),
         ({"likelihood": "goal-last"}, "likelihood"),
         ({"calibration": "papr"}, "name paper, usual, last-turn, or a file"),
         ({"calibration": 2.0}, "one of paper, usual, last-turn"),

@@ -213,6 +213,15 @@ def test_a_turn_that_was_answered_outlives_the_server(tmp_path: Path) -> None:
     assert (rest, again.process.returncode) == ("", 0)
 
 
+@pytest.mark.parametrize("option", ["--model", "--generator", "--scorer", "--adapter"])
+def test_a_model_that_is_not_there_is_refused_at_the_start(tmp_path: Path, option: str) -> None:
+    from test_cli import fails
+
+    named = tmp_path / "nope.gguf"
+    line = fails(1, "mcp", option, named, "--store", tmp_path / "episodes.db")
+    assert str(named) in line
+
+
 def test_without_the_package_an_error_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     from typer.testing import CliRunner
 

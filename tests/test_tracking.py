@@ -8,6 +8,7 @@ from typer.testing import CliRunner
 
 from fakes import WordModel
 from goalscope import tracking
+from goalscope.advice import advice
 from goalscope.belief import PINNED
 from goalscope.calibration import PAPER
 from goalscope.cli import app
@@ -138,7 +139,7 @@ def test_the_assistant_learns_whether_to_act_to_ask_or_to_propose(tmp_path: Path
     said = [usual.observe(lost, number, "", garden).advice for number in (1, 2)]
     assert said == ["ask", "propose"]
     assert usual.add(lost, ["grow roses"]).advice != "propose"
-    assert usual.observe(lost, 3, "", "Grow roses, grow red roses, grow!").advice == "act"
+    assert usual.observe(lost, 3, "", "Grow roses, grow my red roses, grow!").advice == "act"
 
 
 def test_goals_are_proposed_only_where_that_is_asked_for(trackers: Trackers) -> None:
@@ -361,6 +362,8 @@ def test_a_goal_that_was_ruled_out_comes_back_only_by_name(kitchen: Kitchen) -> 
     [
         lambda t, id: t.open(TASK, "lunch"),
         lambda t, id: t.open(TASK, None),
+        lambda t, id: t.open(TASK, {"lunch": "cook lunch"}),
+        lambda t, id: t.add(id, {"lunch": "cook lunch"}),
         lambda t, id: t.open(None, []),
         lambda t, id: t.open(TASK, [None]),
         lambda t, id: t.add(id, "lunch"),
@@ -379,6 +382,25 @@ def test_what_is_of_another_type_is_refused_in_words(kitchen: Kitchen, wrong) ->
     id = kitchen.trackers.open(TASK, GOALS).id
     with pytest.raises(InvalidInputError):
         wrong(kitchen.trackers, id)
+
+
+def test_after_goals_were_added_others_are_asked_for_by_later_words_alone(
+    kitchen: Kitchen,
+) -> None:
+    id = kitchen.trackers.open(TASK, GOALS).id
+    tracker = GoalTracker(kitchen.model, task=TASK, goals=GOALS)
+    odd = "Good morning, I am here. I have many things to do today. " * 3
+    first = kitchen.trackers.observe(id, 1, "Yes?", odd)
+    tracker.observe("Yes?", odd)
+    assert (first.advice, advice(tracker)) == ("propose", "propose")
+    added = kitchen.trackers.add(id, ["fly a kite"])
+    tracker.add(["fly a kite"])
+    assert added.belief.probability.tolist() == tracker.belief.probability.tolist()
+    assert (added.advice, advice(tracker)) == ("ask", "propose")
+    assert advice(tracker, since=len(tracker.turns)) == "ask"
+    later = kitchen.trackers.observe(id, 2, "And?", odd)
+    tracker.observe("And?", odd)
+    assert (later.advice, advice(tracker, since=1)) == ("propose", "propose")
 
 
 def test_goals_may_be_given_as_goals(trackers: Trackers) -> None:

@@ -12,7 +12,7 @@ from typing import Literal, Protocol, cast
 import numpy as np
 
 from goalscope.belief import Belief
-from goalscope.envs.speech import LEAD, LONGEST, evened
+from goalscope.envs.speech import ASSENT, LEAD, LONGEST, MILD, evened
 from goalscope.goals import incomplete
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn, meaning
 
@@ -40,7 +40,7 @@ _DENIAL = re.compile(
 _OVER = r"(?=[ ,]*(?:[.,;!?]|$)|(?: please| now| yet| after all| any ?more))"
 _RETRACTION = re.compile(
     r"(?<!n't )(?<!not )(?<!never )\b(?:halt|abort|cancel\w*|forget|undo|scrap|scratch|revert"
-    r"|never ?mind|hold on|hang on|quit|chang(?:ed?|ing) (?:my|our) minds?|go back"
+    r"|never ?mind|nvm|hold on|hang on|quit|chang(?:ed?|ing) (?:my|our) minds?|go back"
     r"|call(?:ed)? (?:it|that|this) off|take (?:it|that|this|them) back|not what (?:i|we)"
     r"|(?:keep|leave|count) (?:me|us|it|that|this|them) out)\b"
     rf"|(?<!n't )(?<!not )\b(?:stop|wait)\b(?:(?: it| that| this)?{_OVER}|,? (?:no|don't|do not)\b)"
@@ -71,6 +71,43 @@ _REQUEST = re.compile(
     r"|[^?]*\bplease\?$"
 )
 
+_DO = r"(?:go ahead and |just |now )?(\w+)"
+_ASKS_LEAVE = re.compile(
+    r"(?:^|[,;:] |\b(?:so|and|or|but|then|well|ok|okay) )"
+    r"(?:(?:shall|should|may|can|could) (?:i|we) "
+    r"(?!(?:help|assist|do|ask|have|know|see)\b|(?:get|take) (?:your|any|some|you (?:any|some)))"
+    rf"{_DO}|shall\b|(?:do you want|would you like)(?: (?:me|us))? to {_DO}"
+    r"|(?:do you want|would you like) (?:it|that|this|them)\b"
+    r"|(?:(?:do|can|could|will) you (?:confirm|agree|accept|take)|(?:please )?confirm)\b(?! your)"
+    r"|(?:ready|ok|okay) to\b"
+    r"|(?:is|are|would) [^?]*\b(?:ok(?:ay)?|all? ?right|fine|happy|ready|sure)\b"
+    r"|(?:does|do|would) [^?]{1,80} (?:work|suit|sound)\b)"
+    r"|\b(?:ok(?:ay)?|all? ?right|right|agreed|deal|correct|go ahead|proceed)\?$"
+    r"|^(?!(?:is|was|does|did|what|why|how)\b)(\w+) (?:it|this|that|them)(?: now| then)?\?$"
+)
+"""A yes/no question whether to go ahead, with what is to be done."""
+
+_YES = (
+    rf"(?:{ASSENT}|y|yea|definitely|(?:i|we) (?:do|confirm|agree|accept)|confirmed|correct|exactly"
+    r"|go for it|let's do it|\U0001f44d|\u2705)"
+)
+_FINE = (
+    rf"(?:{MILD}|all? ?right|right|then|now|good|great|perfect|lovely|excellent|cool|agreed|deal"
+    r"|(?:(?:that|it) )?(?:(?:works|suits)(?: for)?(?: me| us)?|sounds (?:good|great|perfect)))"
+)
+_HESITANT = re.compile(r"\b(?:but|later|rather|instead|first|another time|think about)\b")
+
+_ENGLISH = re.compile(
+    r"\b(?:the|th(?:is|at|ese|ose|ere|ey|eir|em|anks|ank you)|you|your|us|my|and|but|with|if|from"
+    r"|about|into|out|up|to be|not|too|please|need|would|could|should|does|did|what|which|who|why"
+    r"|when|where|how|yes|yeah|some|any|(?:some|any|every)(?:thing|one|where)|two|three|going"
+    r"|looking|make|get|buy|find|today|tonight|tomorrow|let's|it's|it'll|i(?:'m|'d|'ll|'ve)|\w+n't"
+    r"|(?:i|we) (?:am|are|want|will|have|can|just|like|prefer|wish)|(?:can|may) (?:i|we)|give me"
+    r"|(?:put|place|prepare|book|want|have|order|cook|wash|slice|take|bring) (?:an?|it)"
+    r"|(?:to|of|in|on|for|at) (?:the|an?|my|our|it))\b"
+)
+"""Short words of English that the languages around it do not have."""
+
 
 class Tracking(Protocol):
     """A belief, and the words that it is made of, such as a `GoalTracker`."""
@@ -97,9 +134,11 @@ def advice(
     How likely words are tells little of whether they deny: so nothing is acted on where the newest
     are `doubtful`, nor where the goal would not be as likely without all those that were, and
     without all that a person said, and confirmed, before they took something back ("Stop!", "don't
-    do that", "I changed my mind"); nor on a goal that a model made from the person's words before
-    later ones speak for it more than for none. What the person has confirmed since their newest
-    words is acted on.
+    do that", "I changed my mind"); nor where the newest query asks whether to go ahead ("Shall I
+    book it?") and the answer is no yes, and after it until words speak for the goal again; nor on a
+    goal that a model made from the person's words before later ones speak for it more than for
+    none. What the person has confirmed since their newest words is acted on. Who takes something
+    back is asked, and offered nothing else.
 
     Args:
         tracker: A `GoalTracker`, or what else has a belief and the turns that it is over.
@@ -123,6 +162,8 @@ def advice(
             )
     if not turns or not len(belief.log_likelihood):
         return "ask"
+    if (len(turns) > 1 or belief.pinned) and retracts(turns[-1].utterance, UNSPECIFIED):
+        return "ask"
     lost = UNSPECIFIED in belief.goals and incomplete(belief, LOST, since=since)
     return "propose" if lost or belief.is_degenerate else "ask"
 
@@ -131,12 +172,13 @@ def doubtful(utterance: str, goal: Goal) -> bool:
     """Whether English words deny, ask or suppose something, beyond what the goal itself denies.
 
     They need not be about the goal: too many are found rather than too few. A polite request is no
-    question.
+    question. Words that seem to be of another language might deny anything.
     """
     text = _GIVEN_LEAVE.sub("", evened(unicodedata.normalize("NFKC", utterance)))
     sentences = re.findall(r"[^.!?;]+[.!?;]*", text)
     return bool(
         len(utterance) > LONGEST
+        or _is_foreign(text)
         or _denials(text) - _denials(evened(goal.text))
         or _SUPPOSED.search(text)
         or any(
@@ -150,6 +192,30 @@ def retracts(utterance: str, goal: Goal) -> bool:
     text = evened(unicodedata.normalize("NFKC", utterance))
     own = Counter(each[0] for each in _RETRACTION.finditer(evened(goal.text)))
     return bool(Counter(each[0] for each in _RETRACTION.finditer(text)) - own)
+
+
+def _is_foreign(text: str) -> bool:
+    """Whether no English is to be seen in a sentence; a few words may be of any language."""
+    words = re.findall(r"[^\W\d_]+", text)
+    unread = any(letter > "\u024f" for word in words for letter in word)
+    return unread or (len(words) > 4 and not _ENGLISH.search(text))
+
+
+def _leave(turn: Turn) -> bool | None:
+    """Whether the answer to a question whether to go ahead is a yes; None: no such question."""
+    query = evened(unicodedata.normalize("NFKC", turn.query)[-LONGEST:])
+    sentences = re.findall(r"[^.!?;]+[.!?;]*", query)
+    questions = [each for each in sentences if "?" in each] or sentences
+    asked = _ASKS_LEAVE.search(questions[-1].strip()) if questions else None
+    if not asked:
+        return None
+    said = evened(unicodedata.normalize("NFKC", turn.utterance))
+    verb = next(filter(None, asked.groups()), "yes")
+    done = rf"{verb}(?: (?:it|that|this|them|both|the|my|for|please|now)\b|(?=[ ,.!]*$))"
+    yes = re.match(rf"(?:{_FINE}[ ,.!]+)*(?:{_YES}|{done})(?!\w)", said)
+    if yes:
+        return not _HESITANT.search(said, yes.end())
+    return bool(re.fullmatch(rf"(?!(?:thanks|[ ,.!]|thank you)*$)(?:{_FINE}\b[ ,.!]*)+", said))
 
 
 def _denials(text: str) -> Counter[str]:
@@ -172,6 +238,9 @@ def _is_told(belief: Belief, turns: Sequence[Turn], goal: Goal, made: int) -> bo
         return True
     if not turns:
         return False
+    answers = [_leave(turn) for turn in turns]
+    if answers[-1] is False:
+        return False
     said = [turn.utterance for turn in turns]
     taken_back = max((n for n, each in enumerate(said, 1) if retracts(each, goal)), default=0)
     doubts = [n <= taken_back or doubtful(each, goal) for n, each in enumerate(said, 1)]
@@ -183,7 +252,9 @@ def _is_told(belief: Belief, turns: Sequence[Turn], goal: Goal, made: int) -> bo
     plain = replace(belief, log_likelihood=table, pinned=pinned)
     if doubts[-1] or plain.probability[belief.goals.index(goal)] < SURE:
         return False
-    if not made or goal in {each for _, each in pinned}:
+    left = max((n for n, each in enumerate(answers, 1) if each is False), default=0)
+    made = max(made, 0 if answers[-1] else left)
+    if not made or goal in {each for when, each in pinned if when >= left}:
         return True
     later = plain.evidence[made:]
     against = later[:, [each == UNSPECIFIED for each in belief.goals]].sum()

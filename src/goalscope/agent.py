@@ -10,8 +10,9 @@ from goalscope.asking import COST, informative
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL, Calibration
 from goalscope.dialog import FALLBACK, Human, ask, with_answer
-from goalscope.envs import Environment
+from goalscope.envs import Environment, taken
 from goalscope.envs.remarks import asks_why, is_remark, takes_leave
+from goalscope.envs.speech import agrees
 from goalscope.episode import Round
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
@@ -214,9 +215,10 @@ class Agent:
         history = [result for round in self.rounds for result in round.results]
         try:
             turns = [*self.turns, turn]
-            complete = ends = self.env.is_completion(turn)
+            sure = bool(confirmed and self.rounds and self.rounds[-1].question == CONFIRM)
+            complete = ends = sure or self.env.is_completion(turn)
             asks = self.env.answer(turn.utterance) is not None
-            silent = asks or is_remark(turn.utterance)
+            silent = asks or sure or is_remark(turn.utterance)
             order = not silent and self.env.is_order(turns)
             exact = complete or silent or order
             known = bool(tracker and self._stated(tracker.belief))
@@ -237,7 +239,7 @@ class Agent:
             if final and self.confirm and confirmed != self.env.fingerprint():
                 complete, outcome = False, replace(outcome, question=CONFIRM)
             else:
-                results += tuple(self.env.step(action) for action in final)
+                results += tuple(taken(self.env, action) for action in final)
             round = Round(
                 number=len(self.rounds) + 1,
                 turn=turn,
@@ -381,9 +383,16 @@ def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator
     """
     while len(agent.rounds) < max_rounds and not (agent.rounds and agent.rounds[-1].terminated):
         query = agent.ask()
-        utterance = human.reply(query, agent.turns, agent.env.status())
-        round = agent.step(query, utterance)
-        yield round
+        turn = Turn(query, human.reply(query, agent.turns, agent.env.status()))
+        yield agent.step(query, turn.utterance, confirmed=_confirmed(agent, turn))
+
+
+def _confirmed(agent: Agent, turn: Turn) -> str:
+    """Fingerprint of the state that was shown, where the person agrees to an end in it."""
+    last = agent.rounds[-1] if agent.rounds else None
+    if last is None or last.question != CONFIRM:
+        return ""
+    return last.state if agrees(turn.utterance) or agent.env.is_completion(turn) else ""
 
 
 def _silent(step: str) -> None:

@@ -93,7 +93,7 @@ def chat(
 
     def read(query: str) -> str:
         busy.stop()
-        words = typed(out, query, env, lambda words: correct(out, session, words))
+        words = typed(out, query, lambda words: correct(out, session, words))
         busy.start()
         return words
 
@@ -132,7 +132,14 @@ def chat(
         person = profile_named(settings, profile) if profile else None
         with engine_of(settings) as engine, _environment(settings, person) as env:
             session = Session(
-                episodes, settings, env, engine, profile=profile, read=read, resume=info
+                episodes,
+                settings,
+                env,
+                engine,
+                profile=profile,
+                read=read,
+                resume=info,
+                confirm=settings.human == "you",
             )
             show_header(out, session.info)
             ends = (

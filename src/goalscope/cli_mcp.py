@@ -62,4 +62,6 @@ def mcp(
         def engine() -> OpenModel:
             return later.enter_context(engine_of(settings))
 
+        if any((model, generator, scorer, tokenizer, adapter)):
+            engine()  # a wrong name is told now, and not in the middle of a conversation
         create_server(Trackers(episodes, engine, settings), episodes).run()

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from goalscope.agent import Method, Questions
-from goalscope.envs import Environment
+from goalscope.envs import Environment, missing
 from goalscope.goals import UNEXPLAINED, Trigger
 from goalscope.habits import Habit
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, RolePlay
@@ -171,6 +171,11 @@ def open_environment(settings: Settings, profile: Profile | None = None) -> Envi
         if not hasattr(found, "step"):
             raise InvalidInputError(
                 f"{settings.domain}: open_environment returned {found!r}, and no environment."
+            )
+        for name in missing(found):
+            raise InvalidInputError(
+                f"{settings.domain}: `{name}` is missing in {type(found).__name__}. Add it; "
+                "docs/domain.md says what it must do."
             )
         return found
     if settings.domain == "grocery":

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.envs import SEARCH, Environment
+from goalscope.envs import SEARCH, Environment, taken
 from goalscope.goals import drawn_lines
 from goalscope.models import Model
 from goalscope.models.scoring import logprobs_of
@@ -182,7 +182,7 @@ class Planner:
                 if leave := env.permission(action, turns):
                     question = question or leave
                     continue
-                result = env.step(action)
+                result = taken(env, action)
                 if not result.ok:
                     impossible[action] = result
                     break
@@ -341,7 +341,7 @@ def undo(env: Environment, history: Sequence[StepResult], expected: str | None =
     """
     env.reset()
     for result in history:
-        again = env.step(result.action)
+        again = taken(env, result.action)
         if not again.ok:
             raise GoalscopeError(
                 f"The action {result.action} cannot be done again: {again.observation} "

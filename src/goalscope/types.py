@@ -128,6 +128,11 @@ def goals_of(goals: object) -> list[Goal]:
     Raises:
         InvalidInputError: They are no list, or one is no text, empty or broken.
     """
+    if isinstance(goals, Mapping):
+        raise InvalidInputError(
+            "goals must be a list of texts, and not a dict, whose keys may be no goals. Pass the "
+            "texts, such as goals=list(d.values())."
+        )
     if isinstance(goals, str) or not isinstance(goals, Iterable):
         raise InvalidInputError(f"goals must be a list of texts, not {goals!r}")
     found: list[Goal] = []

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, cast
 
-from goalscope.types import Action, Profile, StepResult, Turn
+from goalscope.types import Action, GoalscopeError, Profile, StepResult, Turn
 
-__all__ = ["MAY_LACK", "SEARCH", "Environment"]
+__all__ = ["MAY_LACK", "SEARCH", "Environment", "missing", "taken"]
 
 SEARCH = "search inventory"
 """Name of the action that only looks something up, in every domain."""
@@ -116,3 +116,31 @@ class Environment(Protocol):
     def checks_met(self, profile: Profile) -> list[bool]:
         """Which of the profile's checks the present state meets, in their order."""
         ...
+
+
+def missing(env: object) -> list[str]:
+    """Names of what agents call, and `env` does not have."""
+    return [
+        name
+        for name, stub in vars(Environment).items()
+        if not name.startswith("_")
+        and (
+            not hasattr(env, name)
+            or (name not in MAY_LACK and getattr(type(env), name, None) is stub)
+        )
+    ]
+
+
+def taken(env: Environment, action: Action) -> StepResult:
+    """Take one action.
+
+    Raises:
+        GoalscopeError: The environment gives something else than a `StepResult`.
+    """
+    result = cast("object", env.step(action))
+    if not isinstance(result, StepResult):
+        raise GoalscopeError(
+            f"`step` of {type(env).__name__} must return a StepResult(action, ok, observation), "
+            f"not {result!r}, for {action}."
+        )
+    return result

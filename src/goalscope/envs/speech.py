@@ -5,13 +5,23 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 
-__all__ = ["LEAD", "LONGEST", "evened", "kept", "lowered", "misspelt"]
+__all__ = ["ASSENT", "LEAD", "LONGEST", "MILD"]
+__all__ += ["agrees", "evened", "kept", "lowered", "misspelt"]
 
 LEAD = (
     r"(?:(?:ok(?:ay)?|hi|hello|hey|so|and|but|well|sorry|excuse me|also|please|(?:can|could) you"
     r" tell me|do you know|tell me)[ ,]+)*"
 )
 """How a question begins that is evened."""
+
+ASSENT = (
+    r"yes|yeah|yep|yup|sure|of course|go ahead|please do|do it|you may|certainly|absolutely"
+    r"|by all means"
+)
+"""A yes."""
+
+MILD = r"ok(?:ay)?|please|fine|that'?s (?:fine|ok(?:ay)?)|thanks|thank you"
+"""What is a yes beside one, and is a doubtful one alone."""
 
 LONGEST = 2000
 """Characters that are read of an utterance."""
@@ -68,6 +78,16 @@ _CALLED_BACK = re.compile(
     re.IGNORECASE,
 )
 """What is taken back as soon as it is said: "remove the milk, no, keep it"."""
+
+_AGREES = re.compile(
+    rf"(?:ok(?:ay)?[ ,.!]+)?(?:{ASSENT}|ok(?:ay)?|y)"
+    rf"(?:[ ,.!]+(?:{ASSENT}|please|thanks|thank you))*[ .!]*"
+)
+
+
+def agrees(text: str) -> bool:
+    """Whether `text` is a yes, and nothing besides."""
+    return bool(_AGREES.fullmatch(evened(text)))
 
 
 def lowered(text: str) -> str:

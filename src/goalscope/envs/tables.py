@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from reprlib import Repr
@@ -12,7 +12,8 @@ from typing import Any, cast
 
 from goalscope.types import InvalidInputError, Profile
 
-__all__ = ["is_list", "nearest", "read_profiles", "read_table", "refuse_unknown", "shown"]
+__all__ = ["is_list", "lists_of", "nearest", "read_profiles", "read_table", "refuse_unknown"]
+__all__ += ["shown"]
 
 _REPR = Repr()
 _REPR.maxstring = _REPR.maxother = 80
@@ -43,6 +44,33 @@ def refuse_unknown(table: Mapping[str, Any], known: Sequence[str], label: str) -
             raise InvalidInputError(
                 f"{label}: the key {shown(key)} is unknown; {nearest(key, known)}"
             )
+
+
+def lists_of(
+    keys: Sequence[str], known: Collection[str]
+) -> Callable[[Mapping[str, Any], str], None]:
+    """What refuses a check but lists of `known` names under `keys`, such as `has = ["roses"]`.
+
+    It is the `examine` of `read_profiles`.
+    """
+
+    def examine(check: Mapping[str, Any], label: str) -> None:
+        refuse_unknown(check, keys, label)
+        if not check:
+            raise InvalidInputError(f"{label}: it checks nothing; {nearest('', keys)}")
+        for key, names in check.items():
+            if not is_list(names, str) or not names:
+                one = next(iter(known), "")
+                raise InvalidInputError(
+                    f"{label}: {key!r} must be a list of texts, such as {[one]}."
+                )
+            for name in names:
+                if name not in known:
+                    raise InvalidInputError(
+                        f"{label}: {shown(name)} is unknown; {nearest(name, known)}"
+                    )
+
+    return examine
 
 
 def is_list(value: object, kind: type) -> bool:
