@@ -68,6 +68,22 @@ def test_what_is_in_the_basket_is_told(question: str, answer: str | None) -> Non
     assert (opened.answer("What's in the basket?") or "").startswith("The basket holds")
 
 
+@pytest.mark.parametrize(
+    ("words", "basket"),
+    [
+        ("no, wait, I still need garlic and a bit of basil", {"Garlic": 1, "Fresh Basil": 1}),
+        ("and a little cream", {"Heavy Whipping Cream": 1}),
+        ("and I'm missing sugar", {"Cane Sugar": 1}),
+    ],
+)
+def test_an_afterthought_is_an_order_and_nothing_is_guessed_for_it(
+    words: str, basket: dict[str, int]
+) -> None:
+    opened, _ = talked({}, words)
+    assert opened.basket == basket
+    assert opened.is_order(said(words))
+
+
 def test_after_guesses_had_to_go_nothing_is_guessed_until_an_aim_is_stated() -> None:
     said_before = ["A party for ten friends", "Please remove everything you guessed."]
     opened, _ = talked({}, *said_before)

@@ -46,7 +46,7 @@ _OLD = r"(?!\d|[$\u20ac\u00a3])(?:(?:the|my|our|that|this|any) )?"
 
 ASKING = re.compile(
     r"\b(?:(?:i|we|you|they|he|she|(?:my|our|the) \w+)"
-    r"(?:(?:'ll| will| also| really| just| definitely)*"
+    r"(?:(?:'ll| will| also| still| really| just| definitely)*"
     r" (?:need|want|take|require|fancy|crave|wish for)s?|(?:'d| would)(?: also| really| just)*"
     r" (?:like|love|prefer|need|want|take|require|fancy))(?: to (?:get|buy|have"
     r"|order|add|include|use))?|(?:i|we|you|he|she)(?:'d| would|'ll| will)(?: also| just)* have"
@@ -84,6 +84,11 @@ _REWORDED = [
             r"(?: worth of|(?<=[a-z]) of) ",
             "some ",
         ),
+        (
+            r"\ban? (?:(?:small )?(?:handful|bit|pinch|touch|splash|knob|dash) of|little) (?!of\b)",
+            "some ",
+        ),
+        (r"\b(?:i|we)(?:'m| am|'re| are)(?: still)? missing\b(?! something)", ". need"),
         (r"\b(?:an? )?half(?: an?)? dozen\b", "6"),
         (rf"\b({WORD}) and a half\b", r"\1 half"),
         (r"\b(\d+) (?:and a half|1/2)\b", r"\1.5"),

@@ -99,6 +99,7 @@ rice: white rice, basmati rice
 flour: all-purpose flour
 pasta: egg pasta
 cheese: cheddar cheese
+cream: heavy whipping cream
 oil: vegetable oil, sunflower oil
 coffee: ground coffee, coffee beans
 tea: breakfast tea bags, black tea bags, tea bags
