@@ -83,12 +83,16 @@ def _sentence_of(parts: Sequence[str], i: int) -> str:
     return "".join(parts[start : next((n for n in ends if n > i), len(parts))])
 
 
-def meant_only(said: str) -> tuple[str, str] | None:
-    """What was not meant by the last order, and what alone was; None if `said`, evened, is else."""
-    found = _MEANT_ONLY.fullmatch(said)
+def meant_only(said: str) -> tuple[str, str, bool] | None:
+    """What was not meant by the last order, what was, and whether that alone.
+
+    None if `said`, evened, is else.
+    """
+    found = _MEANT_ONLY.fullmatch(said.replace(" but ", ", but "))
     if not found or not (found["only"] or found["too"] or found["no"]):
         return None
-    return found["no"] or "", re.sub(r",? (?:please|instead)$", "", found["rest"].strip(" ,"))
+    rest = re.sub(r",? (?:please|instead)$", "", found["rest"].strip(" ,"))
+    return found["no"] or "", rest, bool(found["only"] or found["too"])
 
 
 def inverse(request: Request, start: Mapping[str, Mapping[str, Any]]) -> Request | None:
