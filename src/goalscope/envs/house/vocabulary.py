@@ -339,7 +339,12 @@ _REWORDED = [
             "back",
         ),
         (r"\balso (?=(?:needs?|should|must|ha(?:s|ve)|go(?:es)?|belongs?)\b)", ""),
-        (r"\bi mean(?:t)?\b", "rather"),
+        (r"\b(?:as|like) i said\b,? ?", ""),
+        (
+            r"\bi (?:mean(?:t)?|said(?! (?:nothing|no|stop|so|i|we|it)\b))\b"
+            r"(?: that\b(?= (?:the|my|our|an?)\b))?",
+            "rather",
+        ),
         (r"\bi (?:just |only )?wanted (?=(?:the|an?|my|both|all|two)\b)", "i want "),
         (
             r"\b(?:i|we) (?:never|did(?:n't| not)|have(?:n't| not)) (?:got|get|gotten|received?)"
