@@ -117,3 +117,63 @@ def test_another_thing_takes_the_place_of_one_in_any_of_the_last_orders(
 @pytest.mark.parametrize("later", ["Nothing else, thanks", "No, that's all.", "no more"])
 def test_who_wants_no_more_rules_out_nothing(later: str) -> None:
     assert told("LivingRoom1", "put the remote on the sofa", later) == (ON_SOFA, [], "")
+
+
+@pytest.mark.parametrize(
+    ("later", "changes"),
+    [
+        ("No, I said the tomato belongs on the shelf.", {"tomato: now on the shelf"}),
+        ("I said that the tomato goes on the shelf", {"tomato: now on the shelf"}),
+        ("As I said, put the tomato on the shelf", {"tomato: now on the shelf"}),
+        ("I said nothing", set[str]()),
+        ("I said stop", set[str]()),
+        ("I never said the tomato", set[str]()),
+    ],
+)
+def test_what_was_said_is_said_again(later: str, changes: set[str]) -> None:
+    changes = {*changes, "cup: now on the shelf"}
+    assert told("Kitchen1", "put the cup on the shelf", later)[0] == changes
+
+
+IN_DRAWER = {"phone 1: now in drawer 2", "phone 2: now in drawer 2"}
+
+
+@pytest.mark.parametrize(
+    ("later", "changes"),
+    [
+        ("Oops, only phone 1, leave the other one where it was.", {"phone 1: now in drawer 2"}),
+        ("Only phone 1. Put the other one back.", {"phone 1: now in drawer 2"}),
+        ("just phone 2", {"phone 2: now in drawer 2"}),
+        ("leave phone 2 where it was", {"phone 1: now in drawer 2"}),
+        ("No, keep the phones where they were, please", set[str]()),
+        ("leave the phones where they are", IN_DRAWER),
+        ("leave phone 2 alone", IN_DRAWER),
+        ("leave book 1 where it was", IN_DRAWER),
+    ],
+)
+def test_what_should_have_been_left_where_it_was_goes_back(later: str, changes: set[str]) -> None:
+    said = ["Put both phones in the drawer.", later]
+    assert told("LivingRoom1", *said)[:2] == (changes, [])
+
+
+def test_one_of_several_that_go_back_is_not_moved_twice() -> None:
+    robot = robot_in("LivingRoom1")
+    told("LivingRoom1", "Put both phones in the drawer.")
+    said = [Turn("", "Put both phones in the drawer."), Turn("", "only phone 1")]
+    assert [each.target for each in robot.requests(said)] == ["phone 2"]
+
+
+def test_what_is_left_as_it_was_is_guessed_nowhere() -> None:
+    said = [Turn("", "Tidy up, but leave phone 2 where it was")]
+    robot = robot_in("LivingRoom1")
+    robot.reset()
+    assert "phone 2" not in {action.target for action in robot.actions(["phone"], said)}
+
+
+def test_what_was_not_moved_is_not_told_to_be_where_it_was() -> None:
+    notes = ["I cannot undo that: clean the mug."]
+    assert told("Kitchen1", "Wash the mug and put it on the table", "Could you undo that?") == (
+        {"mug 1: no longer dirty"},
+        notes,
+        "",
+    )

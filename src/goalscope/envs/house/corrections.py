@@ -261,14 +261,20 @@ class Corrections(Standing):
         if named and not found[2] and len(self.steps or self.former) > 1:
             return f"actually {found[1]}, not {found[0]}"
         kept = {k for t in things for k in t.types if not (t.described or t.which)} & asked
+        names = {self.name(t.types, t) for t in things if t.which and {*t.types} & asked} - {""}
         for each in last:
             stay = tuple(kind for kind in each.object_types if kind in kept)
+            ones = [
+                replace(each, object_types=(kind,), name=name, every=False, number=0)
+                for name in sorted(names)
+                if (kind := self.type_of[name]) in each.object_types
+            ]
             if kinds := tuple(kind for kind in each.object_types if kind not in kept):
                 self.drop_leave(kinds)
                 right = [replace(each, object_types=stay)] if stay else []
-                self.wanted = [*(old for old in self.wanted if old != each), *right]
-                self.reverse(replace(each, object_types=kinds))
-        return "" if kept else f"actually {found[1]}"
+                self.wanted = [*(old for old in self.wanted if old != each), *right, *ones]
+                self.reverse(replace(each, object_types=kinds), ones)
+        return "" if kept or names else f"actually {found[1]}"
 
     def correct(self, clause: Clause) -> None:
         """Take back the last requests where a clause takes their place; it names other things."""

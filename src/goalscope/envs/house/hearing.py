@@ -183,6 +183,10 @@ class _Listener(Corrections):
 
     def follow(self, clause: Clause, earlier: int) -> int:
         """Let a clause change what stands that repeats none."""
+        ordered = {kind for old in self.wanted for kind in old.object_types}
+        away = any({*thing.types} & ordered for thing in clause.things)
+        if clause.alone and not (clause.negated or away):
+            clause = replace(clause, verb="any", place=None, negated=True)
         said = clause.things or ((Phrase(word="them"),) if clause.verb in _ELLIPTIC else ())
         if not clause.things and clause.verb == "put" and not clause.place:
             said = ()

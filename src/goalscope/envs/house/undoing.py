@@ -54,6 +54,12 @@ _MEANT_ONLY = re.compile(
     r"(?:(?:meant?|wanted|want|said|asked for) )?+(?P<too>(?:only|just) )?+"
     r"(?P<rest>[a-z0-9, ]++)[ .!]*+"
 )
+_REST = re.compile(
+    r"[.,;]? (?:(?:and|but|so) )?(?:leave|keep|put|take) (?:all )?(?:the )?(?:others?|rest)\b"
+    r"[^.;!?]*"
+)
+"""What is said of the rest, and goes without saying: "leave the other one where it was"."""
+
 _OPPOSITE = {
     **{"open": "close", "close": "open", "turn on": "turn off", "turn off": "turn on"},
     **{"put": "put", "pick up": "put", "fill": "empty"},
@@ -88,7 +94,7 @@ def meant_only(said: str) -> tuple[str, str, bool] | None:
 
     None if `said`, evened, is else.
     """
-    found = _MEANT_ONLY.fullmatch(said.replace(" but ", ", but "))
+    found = _MEANT_ONLY.fullmatch(_REST.sub("", said).replace(" but ", ", but "))
     if not found or not (found["only"] or found["too"] or found["no"]):
         return None
     rest = re.sub(r",? (?:please|instead)$", "", found["rest"].strip(" ,"))
