@@ -26,6 +26,8 @@ ON_DESK = {"remote control: now on the desk"}
         "Not the coffee table. The sofa.",
         "I said the sofa.",
         "Thanks. No, on the sofa, I mean.",
+        "I wanted it on the sofa.",
+        "No, it belongs on the sofa",
     ],
 )
 def test_what_was_put_last_goes_to_the_place_that_is_named_instead(later: str) -> None:
@@ -177,3 +179,39 @@ def test_what_was_not_moved_is_not_told_to_be_where_it_was() -> None:
         notes,
         "",
     )
+
+
+@pytest.mark.parametrize(
+    ("order", "later"),
+    [
+        ("put the remote on the sofa", "on the moon, please"),
+        ("put the remote on the sofa", "no, next to the vase"),
+        ("put the remote on the sofa", "No, the box"),
+        ("put the remote on the sofa", "under the sofa"),
+        ("put the remote on the sofa", "sorry, the other one"),
+        ("turn off the floor lamp", "no, the sofa"),
+        ("turn off the floor lamp", "Not there!"),
+        ("bring me the laptop", "No, on the desk!"),
+    ],
+)
+def test_a_correction_of_which_nothing_comes_is_told(order: str, later: str) -> None:
+    changes = told("LivingRoom1", order)[0]
+    note = f"I did not understand: {later.rstrip('!')}."
+    assert told("LivingRoom1", order, later) == (changes, [note], "")
+    assert robot_in("LivingRoom1").is_order([Turn("", order), Turn("", later)])
+
+
+@pytest.mark.parametrize(
+    "later",
+    [
+        "I'm hungry",
+        "Sorry, my laptop is broken",
+        "No, something light please",
+        "Just a book and some tea",
+        "with a nice book",
+        "No, I like it bright",
+        "In the evening I read a book",
+    ],
+)
+def test_what_tells_of_wishes_is_no_correction(later: str) -> None:
+    assert told("LivingRoom1", "turn off the desk lamp", later)[1] == []

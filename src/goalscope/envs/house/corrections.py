@@ -28,7 +28,8 @@ _OTHER_PLACE = re.compile(
 
 _INTO = rf"(?:{'|'.join(v.INTO)}) "
 _PLACE = re.compile(
-    r"(?P<lead>(?:(?:no+|oops|sorry|wait|actually|ok(?:ay)?|thanks|rather|i meant?|i said)\b"
+    r"(?P<lead>(?:(?:no+|oops|sorry|wait|actually|ok(?:ay)?|thanks|rather|i meant?|i said"
+    r"|i wanted (?:it|that|them)|(?:it|that|they|those) (?:should (?:be|go)|belongs?|goe?s?))\b"
     rf"[ ,.!;:-]*)*)(?P<by>{_INTO})?(?P<place>[a-z0-9 ]+?)"
     rf"(?:,? (?:and |but )?(?:not|instead of|rather than) (?:{_INTO})?(?P<no>[a-z0-9 ]+?))?"
     r"(?P<end>(?:[ ,]+(?:please|instead|i meant?))*)[ .!]*"
@@ -199,6 +200,11 @@ class Corrections(Standing):
         if not found or not thing or (self.queried and asked.isdisjoint(self.queried.types)):
             return None
         steps = self.steps or self.former
+        vessel = {"receptacle", "pickupable"}
+        if vessel <= self.flags_of(thing) and not all(
+            vessel <= self.flags_of(p) for p in self.acted
+        ):
+            return None  # perhaps it is where the last thing should go
         fits = any(self.fitting(order.verb, thing.types) for order, _ in steps)
         return f"actually {said[found.start('thing') :]}" if fits else None
 

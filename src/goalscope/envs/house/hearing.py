@@ -34,6 +34,17 @@ _OTHER = re.compile(
 )
 """What corrects the last order, if anything can be made of it."""
 
+_NEAR = ("next to", "in front of", "close to", "beside", "near", "under", "above", "behind")
+
+_ABOUT_IT = re.compile(
+    r"(?:(?:no+|nope|not|oops|sorry|wait|actually|rather|i meant?|i said)\b[ ,.!]*+)++"
+    r"(?!(?:some|any)\w*|(?:(?!\?).)*\b(?:am|is|are|was|were|has|have|had|i|we|he|she|they|it"
+    r"|want|need|like|love)\b)[^?]*"
+    rf"|(?P<to>{'|'.join((*v.INTO, *_NEAR))}) (?P<place>[a-z0-9 ]+?)(?P<end>,? please)?[ .!]*"
+    r"|you (?:should|forgot|missed|put|took|moved|left)\b[^?]*"
+)
+"""What is said about the last order, as far as its words tell."""
+
 _IT = frozenset(("it", "that", "this", "them", "those"))
 """Words for what was spoken of last."""
 
@@ -111,6 +122,7 @@ class _Listener(Corrections):
             self.permitted.clear()
             self.wanted.clear()
         undoing = len(self.newest)
+        ruled = self.ruled()
         if leave.hesitates(said):
             self.drop_leave(self.spoken_of(text))
         ruled_out = self.keep_whole(said)
@@ -126,13 +138,34 @@ class _Listener(Corrections):
         self.asked += self.newest
         silent = not (self.newest or self.missed or undone)
         aims = self.exact and is_aim(said.rstrip(" .!")) and v.LATER not in v.normal(text)
-        other = self.order.verb and _OTHER.fullmatch(said) and not is_remark(text)
+        other = _OTHER.fullmatch(said) or self.is_lost(evened(text), ruled)
+        other = self.order.verb and other and not is_remark(text)
         if silent and (aims or other):
             self.exact = False
             self.puzzle(Clause("", said=" ".join(text.split()).rstrip(" .!")))
         ordered = self.newest[undoing:]
         if ordered or not (undone or (self.exact and self.wanted == before)):
             self.orders.append((before, ordered))
+
+    def ruled(self) -> object:
+        """What stands besides leave, to be compared."""
+        return [*self.wanted], {*self.refused}, {*self.kept_out}, {*self.staying}
+
+    def is_lost(self, said: str, ruled: object) -> bool:
+        """Whether `said` tells of the last order what nothing was made of.
+
+        Args:
+            said: What was said, evened.
+            ruled: What stood before.
+        """
+        found = _ABOUT_IT.fullmatch(said)
+        if not found or self.exact or ruled != self.ruled():
+            return False
+        if found["to"]:
+            put = self.order.verb == "put" and self.one_thing(found["place"])
+            return not self.elsewhere and bool(found["end"] or put)
+        pointed = re.search(r"\b(?:others?|ones?|there|here)\b", said)
+        return bool(pointed or first_named(said, self.count))
 
     def replied(self, turn: Turn) -> str:
         """Read a plain yes or no to the question for leave; what else is said is left."""
