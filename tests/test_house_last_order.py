@@ -51,7 +51,11 @@ def test_what_was_put_last_goes_to_the_place_that_is_named_instead(later: str) -
         (["put the pen in the box", "rather in drawer 3, please", "and the pencil"],
          {"pen: now in drawer 3", "pencil: now in drawer 3"}),
         (["put the remote on the sofa", "No, the desk", "undo that"], ON_SOFA),
+        (["put the remote on the sofa", "no, under the desk", "undo that"], set[str]()),
         (["put the pillow", "on the desk"], {"pillow 1: now on the desk"}),
+        (["put the remote on the sofa", "No, not the sofa!", "on the desk"], ON_DESK),
+        (["put the pen in the mug", "No, the box", "in the box"], {"pen: now in the box"}),
+        (["put the remote on the sofa", "Wait", "the desk, please"], ON_DESK),
     ],
 )  # fmt: skip
 def test_only_what_was_put_where_it_should_not_be_moves_on(
@@ -107,6 +111,8 @@ def test_what_answers_another_question_corrects_nothing(query: str, later: str) 
         (["Wash the cup and put it in the sink.", "sorry, mug 1, not the cup"],
          {"mug 1: no longer dirty, now in the sink basin"}),
         (["Open the fridge.", "No, the microwave."], {"microwave: open"}),
+        (["Put the cup, the apple and the pan in the sink", "not the pan, the pot"],
+         {f"{each}: now in the sink basin" for each in ("cup", "apple", "pot")}),
         (["Open the fridge.", "No, the apple."], {"fridge: open"}),
     ],
 )  # fmt: skip
@@ -190,6 +196,7 @@ def test_what_was_not_moved_is_not_told_to_be_where_it_was() -> None:
         ("put the remote on the sofa", "under the sofa"),
         ("put the remote on the sofa", "sorry, the other one"),
         ("turn off the floor lamp", "no, the sofa"),
+        ("put book 1 on the sofa", "No, the other book"),
         ("turn off the floor lamp", "Not there!"),
         ("bring me the laptop", "No, on the desk!"),
     ],

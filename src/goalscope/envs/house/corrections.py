@@ -29,7 +29,8 @@ _OTHER_PLACE = re.compile(
 _INTO = rf"(?:{'|'.join(v.INTO)}) "
 _PLACE = re.compile(
     r"(?P<lead>(?:(?:no+|oops|sorry|wait|actually|ok(?:ay)?|thanks|rather|i meant?|i said"
-    r"|i wanted (?:it|that|them)|(?:it|that|they|those) (?:should (?:be|go)|belongs?|goe?s?))\b"
+    r"|wrong (?:place|spot)|i wanted (?:it|that|them)"
+    r"|(?:it|that|they|those) (?:should (?:be|go)|belongs?|goe?s?))\b"
     rf"[ ,.!;:-]*)*)(?P<by>{_INTO})?(?P<place>[a-z0-9 ]+?)"
     rf"(?:,? (?:and |but )?(?:not|instead of|rather than) (?:{_INTO})?(?P<no>[a-z0-9 ]+?))?"
     r"(?P<end>(?:[ ,]+(?:please|instead|i meant?))*)[ .!]*"
@@ -61,6 +62,7 @@ class Corrections(Standing):
         fresh: Its requests.
         steps: The orders of the newest words, each with its requests.
         former: The same of those before that gave orders.
+        latest: What was asked for last; nothing once an aim was named since.
         missed: See `Hearing.missed`.
         exact: See `Hearing.exact`.
         asked: See `Hearing.asked`.
@@ -80,6 +82,7 @@ class Corrections(Standing):
     former: list[tuple[Clause, list[Request]]] = field(
         default_factory=list[tuple[Clause, list[Request]]], init=False
     )
+    latest: list[Request] = field(default_factory=list[Request], init=False)
     missed: list[str] = field(default_factory=list[str], init=False)
     exact: bool = field(default=False, init=False)
     undone: str = field(default="", init=False)
@@ -179,7 +182,7 @@ class Corrections(Standing):
                 return rest
         found = _PLACE.fullmatch(said) if len(said) <= _LONGEST else None
         place = self.one_thing(found["place"]) if found else None
-        if not found or not place:
+        if not found or not place or " of " in found["place"]:
             return None
         if not found["by"] and found["place"].split()[0] in v.BASE:
             return None
@@ -199,6 +202,8 @@ class Corrections(Standing):
         asked = {kind for each in self.acted for kind in each.types}
         if not found or not thing or (self.queried and asked.isdisjoint(self.queried.types)):
             return None
+        if "other" in found["thing"].split():
+            return None
         steps = self.steps or self.former
         vessel = {"receptacle", "pickupable"}
         if vessel <= self.flags_of(thing) and not all(
@@ -210,7 +215,7 @@ class Corrections(Standing):
 
     def _put_last(self, no: str = "", by: str = "") -> list[Request]:
         """What the last orders put to one place: `no`, or the last one if that is not said."""
-        last = self.newest or (self.orders[-1][1] if self.orders else [])
+        last = self.newest or self.latest
         puts = [each for each in last if each.verb == "put"]
         if no and (wrong := self.one_thing(no)):
             return [each for each in puts if {*wrong.types} & {*each.destination_types}]
@@ -264,7 +269,8 @@ class Corrections(Standing):
         if vague or not last:
             self.missed.append(f"I did not understand: {shorten(text, 80, placeholder=' ...')}.")
             return ""
-        if named and not found[2] and len(self.steps or self.former) > 1:
+        several = len(self.steps or self.former) > 1
+        if named and not found[2] and (several or " meant " not in evened(text)):
             return f"actually {found[1]}, not {found[0]}"
         kept = {k for t in things for k in t.types if not (t.described or t.which)} & asked
         names = {self.name(t.types, t) for t in things if t.which and {*t.types} & asked} - {""}

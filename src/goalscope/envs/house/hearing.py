@@ -144,8 +144,10 @@ class _Listener(Corrections):
             self.exact = False
             self.puzzle(Clause("", said=" ".join(text.split()).rstrip(" .!")))
         ordered = self.newest[undoing:]
-        if ordered or not (undone or (self.exact and self.wanted == before)):
+        known = self.exact or self.stuck
+        if ordered or not (undone or (known and self.wanted == before)):
             self.orders.append((before, ordered))
+        self.latest = ordered or (self.latest if known else [])
 
     def ruled(self) -> object:
         """What stands besides leave, to be compared."""
