@@ -93,6 +93,7 @@ def test_what_is_in_pieces_is_left_out_unless_asked_about(question: str, answer:
         ("Did you wash mug 2?", "Mug 2 is clean."),
         ("Have you closed the fridge?", "The fridge is closed."),
         ("Ok, did you open the window?", "No."),
+        ("did you open the microwave?", "Yes, but that is no longer so."),
         ("Did you move anything?", "Yes: apple, bread."),
         ("Did you break the vase?", "I see no such thing here."),
         ("Did you move the guitar?", "I see no such thing here."),
@@ -105,6 +106,12 @@ def test_what_is_in_pieces_is_left_out_unless_asked_about(question: str, answer:
     ],
 )
 def test_what_was_done_is_told_by_the_acts(question: str, answer: str | None) -> None:
-    orders = ("put the apple in the fridge", "wash mug 1", "throw the bread away")
+    orders = (
+        "put the apple in the fridge",
+        "open the microwave",
+        "close the microwave",
+        "wash mug 1",
+        "throw the bread away",
+    )
     told("Kitchen1", *orders, "put the apple back")
     assert robot_in("Kitchen1").answer(question) == answer

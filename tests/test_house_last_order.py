@@ -27,6 +27,10 @@ ON_DESK = {"remote control: now on the desk"}
         "I said the sofa.",
         "Thanks. No, on the sofa, I mean.",
         "I wanted it on the sofa.",
+        "Yes, but I said the sofa",
+        "On second thought, the sofa.",
+        "I changed my mind, the sofa please",
+        "I'd prefer the sofa",
         "No, it belongs on the sofa",
     ],
 )
@@ -122,7 +126,9 @@ def test_another_thing_takes_the_place_of_one_in_any_of_the_last_orders(
     assert told("Kitchen1", *said)[0] == changes
 
 
-@pytest.mark.parametrize("later", ["Nothing else, thanks", "No, that's all.", "no more"])
+@pytest.mark.parametrize(
+    "later", ["Nothing else, thanks", "No, that's all.", "no more", "Sorry, never mind"]
+)
 def test_who_wants_no_more_rules_out_nothing(later: str) -> None:
     assert told("LivingRoom1", "put the remote on the sofa", later) == (ON_SOFA, [], "")
 

@@ -29,6 +29,7 @@ _OTHER_PLACE = re.compile(
 _INTO = rf"(?:{'|'.join(v.INTO)}) "
 _PLACE = re.compile(
     r"(?P<lead>(?:(?:no+|oops|sorry|wait|actually|ok(?:ay)?|thanks|rather|i meant?|i said"
+    r"|(?:yes,? )?but|i(?:'ve| have)? changed my mind|on second thoughts?|i'd prefer(?: it| them)?"
     r"|wrong (?:place|spot)|i wanted (?:it|that|them)"
     r"|(?:it|that|they|those) (?:should (?:be|go)|belongs?|goe?s?))\b"
     rf"[ ,.!;:-]*)*)(?P<by>{_INTO})?(?P<place>[a-z0-9 ]+?)"

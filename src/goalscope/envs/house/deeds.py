@@ -55,7 +55,7 @@ def told_of_deeds(question: str, done: Sequence[Action], view: View) -> str | No
         return f"Yes: {listed}." if names else "No."
     so = " ".join(_so(act, name, view) for name in names[:_NAMED]).strip()
     if names:
-        return f"Yes. {so}".strip()
+        return f"Yes. {so}" if so else "Yes, but that is no longer so."
     here = [name for own, name in view.names.items() if _is_named(act, own, view)]
     if not here:
         return "I see no such thing here."

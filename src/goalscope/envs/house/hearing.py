@@ -127,7 +127,8 @@ class _Listener(Corrections):
             self.drop_leave(self.spoken_of(text))
         ruled_out = self.keep_whole(said)
         earlier = len(self.wanted)
-        for part in re.split(r"(?<=[.!?;])\s+(?=(?:no[ ,]+)?not\b)", text, flags=re.IGNORECASE):
+        parts = re.split(r"(?<=[.!?;])\s+(?=(?:no[ ,]+)?not\b)", text, flags=re.IGNORECASE)
+        for part in [] if leave.takes_back(said) and is_remark(text) else parts:
             left = self.meant_only(self.corrected(part, alone=part == text))
             for clause in parse(left, self.count):
                 ruled_out |= clause.negated
