@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from fakes import LampRoom, RefusesAll, WordModel, said
-from goalscope.agent import Agent, run_episode
+from goalscope.agent import ASKED_FOR, Agent, run_episode
 from goalscope.calibration import LAST_TURN, USUAL
 from goalscope.dialog import FALLBACK, ConsoleHuman, ScriptedHuman, ask, question_of
 from goalscope.policy import Planner, Want
@@ -382,6 +382,19 @@ def test_what_nobody_asked_for_is_told_to_be_a_guess() -> None:
     round = agent.step("What?", "lamp light please")
     assert [str(result.action) for result in round.results] == ["switch on: lamp"]
     assert guess not in round.notes
+
+
+def test_why_is_answered_by_the_goals_only_where_something_was_guessed() -> None:
+    agent = Agent(Obeys(asked="again"), WordModel(REPLIES), planner=Planner(WordModel(REPLIES)))
+    why = "Why did you do that?"
+    assert ASKED_FOR not in agent.step("What?", why).notes
+    agent.step("What?", "just lamp light again please")
+    assert ASKED_FOR in agent.step("What?", why).notes
+    assert ASKED_FOR in agent.step("What?", "Why did you switch on the light?").notes
+    agent.step("What?", "lamp light please")
+    (note,) = [n for n in agent.step("What?", why).notes if "I take you to want" in n]
+    assert "have lamp light" in note
+    assert ASKED_FOR not in agent.step("What?", "Why did you switch on the light?").notes
 
 
 def test_a_failure_is_told_once_and_again_when_it_is_asked_for_again() -> None:

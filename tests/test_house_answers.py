@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from goalscope.envs.house.answers import answered
+from heard import robot_in, told
 
 HOUSE = [
     {
@@ -75,3 +76,42 @@ SLICED = [
 def test_what_is_in_pieces_is_left_out_unless_asked_about(question: str, answer: str) -> None:
     named = {"Bread|1": "bread", "Bread|1|Bread_0": "bread 1", "Vase|1": "vase"}
     assert answered(question, SLICED, named) == answer
+
+
+@pytest.mark.parametrize(
+    ("question", "answer"),
+    [
+        ("Did you move the apple?", "Yes. The apple is on counter 2."),
+        ("Have you put the apple in the fridge yet?", "Yes. The apple is on counter 2."),
+        ("Did you put the apple in the microwave?", "No. The apple is on counter 2."),
+        ("have you moved the tomato", "No. The tomato is on counter 1."),
+        ("What did you throw away?", "Bread."),
+        ("Have you thrown away the bread?", "Yes. The bread is in the garbage can."),
+        ("What did you put in the fridge?", "Apple."),
+        ("What have you sliced?", "Nothing."),
+        ("Did you wash the mug?", "Yes. Mug 1 is clean."),
+        ("Did you wash mug 2?", "Mug 2 is clean."),
+        ("Have you closed the fridge?", "The fridge is closed."),
+        ("Ok, did you open the window?", "No."),
+        ("did you open the microwave?", "Yes, but that is no longer so."),
+        ("Did you move anything?", "Yes: apple, bread."),
+        ("Did you break the vase?", "I see no such thing here."),
+        ("Did you move the guitar?", "I see no such thing here."),
+        ("Did you like it?", None),
+        ("Have you seen the spoon?", None),
+        ("Did you leave the window open?", None),
+        ("What did you mean?", None),
+        ("Did you close the fridge? If not, close it.", None),
+        (f"Did you move {'the apple and ' * 500}it?", None),
+    ],
+)
+def test_what_was_done_is_told_by_the_acts(question: str, answer: str | None) -> None:
+    orders = (
+        "put the apple in the fridge",
+        "open the microwave",
+        "close the microwave",
+        "wash mug 1",
+        "throw the bread away",
+    )
+    told("Kitchen1", *orders, "put the apple back")
+    assert robot_in("Kitchen1").answer(question) == answer

@@ -47,7 +47,7 @@ def test_an_order_leaves_nothing_to_guess(said: list[str]) -> None:
         "put the apple away and turn off the light",
         "Turn the light off. I'm hungry.",
         "clean up",
-        "clear the table",
+        "clear up this mess",
         "I don't like the mess",
         "the tomato too",
         "if you find the time, turn the light off",
@@ -57,6 +57,17 @@ def test_an_order_leaves_nothing_to_guess(said: list[str]) -> None:
 )
 def test_an_aim_leaves_how_to_guess(said: str) -> None:
     assert not robot_in("Kitchen1").is_order([Turn("", said)])
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["clear the table", "Can you clear off the counter?", "tidy the dining table for dinner"],
+)
+def test_nothing_else_is_guessed_for_an_order_to_clear_one_thing(said: str) -> None:
+    for before in ((), ("open the fridge",)):
+        assert robot_in("Kitchen1").is_order([Turn("", each) for each in (*before, said)])
+        (note,) = told("Kitchen1", *before, said)[1]
+        assert note.startswith("I did not understand: ")
 
 
 CRACKED = 'I can cook an egg only once it is cracked: say "crack the egg".'

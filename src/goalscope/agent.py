@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Literal, get_args
@@ -10,7 +11,7 @@ from goalscope.asking import COST, informative
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL, Calibration
 from goalscope.dialog import FALLBACK, Human, ask, with_answer
-from goalscope.envs import Environment, taken
+from goalscope.envs import SEARCH, Environment, taken
 from goalscope.envs.remarks import asks_why, is_remark, takes_leave
 from goalscope.envs.speech import agrees
 from goalscope.episode import Round
@@ -30,7 +31,7 @@ from goalscope.types import (
     checked_text,
 )
 
-__all__ = ["CONFIRM", "NO_GOAL", "Agent", "Method", "Questions", "run_episode"]
+__all__ = ["ASKED_FOR", "CONFIRM", "NO_GOAL", "Agent", "Method", "Questions", "run_episode"]
 
 Method = Literal["good", "no-goals", "no-inference"]
 """The paper's agent and its ablations (Sec. 4.3); see `Agent`."""
@@ -44,6 +45,11 @@ NO_GOAL = "The goals do not explain the newest words, and no better ones were fo
 CONFIRM = "That cannot be undone. Do you confirm exactly what is shown?"
 """A round's question before an end that nobody can undo."""
 
+ASKED_FOR = "I did what you asked for, and guessed nothing."
+"""A round's note where a person asks why, and only what they asked for was done."""
+
+_GUESSED = "Guessed, not asked for: "
+"""How the note begins that tells what was guessed."""
 
 _FAILURES = 3
 """Most failures that a round's notes tell one by one."""
@@ -356,7 +362,9 @@ class Agent:
             yield f"The answer to this question was expected to tell {gain:.2f} nats."
         if self.tracker:
             yield from self.tracker.notes
-            if asks_why(turn.utterance) and (stated := self._stated(self.tracker.belief)):
+            if asks_why(turn.utterance) and self._only_asked(turn.utterance):
+                yield ASKED_FOR
+            elif asks_why(turn.utterance) and (stated := self._stated(self.tracker.belief)):
                 goals = "; ".join(f"{goal.text} ({p:.0%})" for goal, p in stated)
                 yield f"I go by what you ask for, and by what I take you to want: {goals}."
         told = {note for round in self.rounds for note in round.notes}
@@ -371,9 +379,17 @@ class Agent:
         if len(failures) > _FAILURES:
             yield f"And {len(failures) - _FAILURES} more could not be done."
         if outcome.guessed:
-            yield f"Guessed, not asked for: {', '.join(outcome.guessed)}."
+            yield f"{_GUESSED}{', '.join(outcome.guessed)}."
         for held in outcome.held:
             yield f"Held back until it is clear what you want: {held}."
+
+    def _only_asked(self, why: str) -> bool:
+        """Whether nothing was guessed in what a person asks "why" of: the last acts, or all."""
+        acted = [r for r in self.rounds if any(each.action.name != SEARCH for each in r.results)]
+        if re.search(r"\b(?:that|this|it)\b", why.casefold()):
+            acted = acted[-1:]
+        notes = [note for round in acted for note in round.notes]
+        return bool(acted) and not any(note.startswith(_GUESSED) for note in notes)
 
 
 def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator[Round]:

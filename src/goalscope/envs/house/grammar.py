@@ -10,7 +10,7 @@ from functools import lru_cache
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.orders import Clause, OrderReader
 from goalscope.envs.house.phrases import Phrase, first_named
-from goalscope.envs.remarks import is_remark
+from goalscope.envs.remarks import is_remark, takes_leave
 from goalscope.envs.speech import lowered
 
 __all__ = ["is_exact", "parse", "parse_plain", "sentences"]
@@ -57,6 +57,8 @@ def parse(text: str, here: Collection[str] = ()) -> list[Clause]:
 def _parse(text: str, here: frozenset[str]) -> tuple[Clause, ...]:
     found: list[Clause] = []
     for sentence in sentences(text):
+        if is_remark(sentence) and takes_leave(sentence):  # "nothing else" rules nothing out
+            continue
         found += _sentence(v.normal(sentence), here, found[-1] if found else None)
     return tuple(found)
 
@@ -184,7 +186,7 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
             continue
         before = found[-1] if found else before
         if clause.verb == "same" and not _repeats(part, words, before, first=not found):
-            clause = replace(clause, verb="")
+            clause = replace(clause, verb="", excluded=())
         if found and before and before.verb and not before.things and not before.place:
             found[-1] = replace(before, things=clause.things)
             negated = clause.negated or before.negated
@@ -406,7 +408,11 @@ class _Reader(OrderReader):
         )
         if same and self.polite and things[0].liquid and not place:
             return Clause("fill", things, liquid=things[0].liquid)
-        return Clause("same" if same else "", things, place)
+        return (
+            Clause("same", things, place, False, tail.excluded)
+            if same
+            else Clause("", things, place)
+        )
 
     def only_tail(self, i: int) -> bool:
         """Whether nothing but words such as "please" stands from `i` on."""

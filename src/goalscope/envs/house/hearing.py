@@ -12,37 +12,38 @@ from goalscope.envs.house import leave
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.aims import is_aim
 from goalscope.envs.house.completion import completes
+from goalscope.envs.house.corrections import Corrections
 from goalscope.envs.house.grammar import is_exact, parse, parse_plain, sentences
 from goalscope.envs.house.heard import HOME, Hearing, Leave, Request
 from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
 from goalscope.envs.house.meeting import NEEDS
 from goalscope.envs.house.names import are, names, readable, the
 from goalscope.envs.house.orders import Clause
-from goalscope.envs.house.phrases import Phrase, PhraseReader, first_named
+from goalscope.envs.house.phrases import Phrase, first_named
 from goalscope.envs.house.referents import TO_SLICES
-from goalscope.envs.house.standing import Standing, opposed
-from goalscope.envs.house.undoing import NOTHING, UNKNOWN, inverse, meant_only, undoes, was_done
+from goalscope.envs.house.undoing import undoes
 from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import evened, kept, lowered
 from goalscope.types import Turn
 
 __all__ = ["IRREVERSIBLE", "Hearing", "Leave", "Request", "ask_permission", "completes", "hear"]
 
-_OTHER_PLACE = re.compile(
-    r"(?:(?:no|sorry|actually|oh)[ ,]+)*not (?:in |on |into |onto |to )?(?P<no>[a-z0-9 ]+)"
-    r"(?:[,.;!]+ ?(?:(?:but|rather|instead|and|it's|i meant?)[ ,]+)*(?:in |on |into |onto |to )?"
-    r"(?P<rest>.*?)(?: please| instead)?)?[ .!]*"
-)
-"""A place that is wrong, and after it the right one or an order."""
-
-_HOW_MANY = v.NUMBERS.keys() | v.PRONOUNS | {"of"}
-"""Words that tell of how many things alone, and not which."""
-
 _OTHER = re.compile(
     r"(?!i\b|i'd|we\b|let|don't|do not|never)[^?]*(?:\binstead|(?<!not )\bthe other ones?)"
     r"(?: please)?[ .!]*"
 )
 """What corrects the last order, if anything can be made of it."""
+
+_NEAR = ("next to", "in front of", "close to", "beside", "near", "under", "above", "behind")
+
+_ABOUT_IT = re.compile(
+    r"(?:(?:no+|nope|not|oops|sorry|wait|actually|rather|i meant?|i said)\b[ ,.!]*+)++"
+    r"(?!(?:some|any)\w*|(?:(?!\?).)*\b(?:am|is|are|was|were|has|have|had|i|we|he|she|they|it"
+    r"|want|need|like|love)\b)[^?]*"
+    rf"|(?P<to>{'|'.join((*v.INTO, *_NEAR))}) (?P<place>[a-z0-9 ]+?)(?P<end>,? please)?[ .!]*"
+    r"|you (?:should|forgot|missed|put|took|moved|left)\b[^?]*"
+)
+"""What is said about the last order, as far as its words tell."""
 
 _IT = frozenset(("it", "that", "this", "them", "those"))
 """Words for what was spoken of last."""
@@ -84,42 +85,23 @@ def hear(
 
 
 @dataclass
-class _Listener(Standing):
+class _Listener(Corrections):
     """Takes in one turn after the other.
 
     Attributes:
-        order: The last one, for words that repeat it or name another place.
-        fresh: Its requests.
-        missed: See `Hearing.missed`.
-        exact: See `Hearing.exact`.
         staying: See `Hearing.staying`.
-        asked: See `Hearing.asked`.
         stuck: See `Hearing.stuck`.
-        undone: See `Hearing.undone`.
-        queried: What the agent's last question named first.
-        acted: The things of the last order.
-        orders: For each utterance that was no remark, what stood before it, and what it asked for;
-            nothing if that was an aim.
     """
 
-    order: Clause = field(default=Clause(""), init=False)
-    fresh: list[Request] = field(default_factory=list[Request], init=False)
-    missed: list[str] = field(default_factory=list[str], init=False)
-    exact: bool = field(default=False, init=False)
     staying: set[str] = field(default_factory=set[str], init=False)
     stuck: bool = field(default=False, init=False)
-    undone: str = field(default="", init=False)
-    queried: Phrase | None = field(default=None, init=False)
-    acted: list[Phrase] = field(default_factory=list[Phrase], init=False)
-    asked: list[Request] = field(default_factory=list[Request], init=False)
-    orders: list[tuple[list[Request], list[Request]]] = field(
-        default_factory=list[tuple[list[Request], list[Request]]], init=False
-    )
 
     def hear(self, turn: Turn) -> None:
         """Take in one turn."""
         self.wanted = [old for old in self.wanted if not old.passing]
         self.newest, self.missed, self.stuck = [], [], False
+        self.former, self.steps = self.steps or self.former, []
+        self.elsewhere = "where" in lowered(turn.query)
         if asked := first_named(turn.query, self.count):
             self.last = self.recent = [asked]
         self.queried = asked
@@ -140,12 +122,15 @@ class _Listener(Standing):
             self.permitted.clear()
             self.wanted.clear()
         undoing = len(self.newest)
+        ruled = self.ruled()
         if leave.hesitates(said):
             self.drop_leave(self.spoken_of(text))
         ruled_out = self.keep_whole(said)
         earlier = len(self.wanted)
-        for part in re.split(r"(?<=[.!?;])\s+(?=(?:no[ ,]+)?not\b)", text, flags=re.IGNORECASE):
-            for clause in parse(self.meant_only(self.other_place(part)), self.count):
+        parts = re.split(r"(?<=[.!?;])\s+(?=(?:no[ ,]+)?not\b)", text, flags=re.IGNORECASE)
+        for part in [] if leave.takes_back(said) and is_remark(text) else parts:
+            left = self.meant_only(self.corrected(part, alone=part == text))
+            for clause in parse(left, self.count):
                 ruled_out |= clause.negated
                 earlier = min(earlier, self.take(clause, earlier))
         if leave.doubts(said) and not ruled_out:
@@ -154,66 +139,36 @@ class _Listener(Standing):
         self.asked += self.newest
         silent = not (self.newest or self.missed or undone)
         aims = self.exact and is_aim(said.rstrip(" .!")) and v.LATER not in v.normal(text)
-        other = self.order.verb and _OTHER.fullmatch(said) and not is_remark(text)
+        other = _OTHER.fullmatch(said) or self.is_lost(evened(text), ruled)
+        other = self.order.verb and other and not is_remark(text)
         if silent and (aims or other):
             self.exact = False
             self.puzzle(Clause("", said=" ".join(text.split()).rstrip(" .!")))
         ordered = self.newest[undoing:]
-        if ordered or not (undone or (self.exact and self.wanted == before)):
+        known = self.exact or self.stuck
+        if ordered or not (undone or (known and self.wanted == before)):
             self.orders.append((before, ordered))
+        self.latest = ordered or (self.latest if known else [])
 
-    def undo(self, number: int) -> None:
-        """Go back to what stood before the last orders, 0 for all of them.
+    def ruled(self) -> object:
+        """What stands besides leave, to be compared."""
+        return [*self.wanted], {*self.refused}, {*self.kept_out}, {*self.staying}
 
-        What cannot be undone is kept as missed; what was done for an aim the robot must know.
+    def is_lost(self, said: str, ruled: object) -> bool:
+        """Whether `said` tells of the last order what nothing was made of.
+
+        Args:
+            said: What was said, evened.
+            ruled: What stood before.
         """
-        self.exact = True
-        if not number:
-            self.undone, self.wanted = "all", []
-            self.orders.clear()
-            return
-        first = len(self.orders) - number
-        undone = self.orders[max(first, 0) :]
-        if first < 0 and number == 1:
-            self.missed.append(UNKNOWN)
-            return
-        if not all(asked for _, asked in undone):
-            self.undone = "guessed"
-            if number == 1:
-                return
-        del self.orders[max(first, 0) :]
-        stood, displaced, self.wanted = undone[0][0] if undone else [], self.wanted, []
-        requests = [each for _, orders in reversed(undone) for each in reversed(orders)]
-        for request in requests:
-            self.reverse(request, stood)
-        for old in stood:
-            self.add(old, len(self.wanted))
-        self.newest = [self.all_but(stood, part) for part in self.newest]
-        again = [
-            old for old in stood if old not in displaced or any(opposed(old, r) for r in requests)
-        ]
-        self.asked += again
-        if not (self.newest or self.missed or self.undone or again):
-            self.missed.append(NOTHING)
-        self.undone = self.undone or "orders"
-
-    def reverse(self, request: Request, stood: Sequence[Request] = ()) -> None:
-        """Ask for the inverse of a request; where it has none and was met, keep that as missed.
-
-        What requests that `stood` before ask for by name stays as it is.
-        """
-        back = inverse(request, self.start)
-        if back is None:
-            if not was_done(request, self.objects, self.start):
-                return
-            name = the(readable(request.object_types[0]))
-            self.missed.append(f"I cannot undo that: {request.verb} {name}.")
-            return
-        earlier, act = len(self.wanted), (request.verb, request.destination_types)
-        kept = {old.name for old in stood if (old.verb, old.destination_types) == act}
-        for part in self.each_but(kept, back):
-            self.newest.append(part)
-            self.add(part, earlier)
+        found = _ABOUT_IT.fullmatch(said)
+        if not found or self.exact or ruled != self.ruled():
+            return False
+        if found["to"]:
+            put = self.order.verb == "put" and self.one_thing(found["place"])
+            return not self.elsewhere and bool(found["end"] or put)
+        pointed = re.search(r"\b(?:others?|ones?|there|here)\b", said)
+        return bool(pointed or first_named(said, self.count))
 
     def replied(self, turn: Turn) -> str:
         """Read a plain yes or no to the question for leave; what else is said is left."""
@@ -246,58 +201,28 @@ class _Listener(Standing):
             found = found or bool(kinds)
         return found
 
-    def other_place(self, text: str) -> str:
-        """Take in "not the fridge, the bowl" after a put, and turn what is left into an order."""
-        found = _OTHER_PLACE.fullmatch(lowered(text))
-        place = self.order.place if found and self.order.verb == "put" else None
-        if not found or not place:
-            return text
-        no, rest = self.one_thing(found["no"]), found["rest"] or ""
-        if not no or not {*no.types} & {*place.types}:
-            return text
-        self.keep_out([kind for last in self.last for kind in last.types], no.types)
-        yes = self.one_thing(rest)
-        return f"put them in {rest}" if yes and "receptacle" in self.flags_of(yes) else rest
-
-    def meant_only(self, text: str) -> str:
-        """Take in "not those, only the laptop" after an order; what it did besides goes back."""
-        found, last = meant_only(evened(text)), self.orders[-1][1] if self.orders else []
-        if not found:
-            return text
-        no, yes = (PhraseReader(re.findall(r"[a-z0-9]+|,", part), self.count) for part in found)
-        (things, end), (wrong, _) = yes.things(0), no.things(0)
-        asked = {kind for each in last for kind in each.object_types}
-        named = {kind for thing in wrong for kind in thing.types}
-        clear = end == len(yes.words) and all(thing.is_named for thing in things)
-        vague = all(word in _HOW_MANY or word.isdigit() for word in yes.words)
-        if not (clear or vague) or named - asked or not (last or (wrong and not named)):
-            return text
-        self.exact = True
-        if vague or not last:
-            self.missed.append(f"I did not understand: {shorten(text, 80, placeholder=' ...')}.")
-            return ""
-        kept = {k for t in things for k in t.types if not (t.described or t.which)} & asked
-        for each in last:
-            stay = tuple(kind for kind in each.object_types if kind in kept)
-            if kinds := tuple(kind for kind in each.object_types if kind not in kept):
-                self.drop_leave(kinds)
-                right = [replace(each, object_types=stay)] if stay else []
-                self.wanted = [*(old for old in self.wanted if old != each), *right]
-                self.reverse(replace(each, object_types=kinds))
-        return "" if kept else f"actually {found[1]}"
-
     def take(self, clause: Clause, earlier: int) -> int:
         """Let one clause change what stands; `earlier` requests are of earlier utterances."""
-        if clause.verb == "same" and not self.order.verb:
-            clause = replace(clause, verb="put" if clause.place else "")
-        elif clause.verb == "same":
-            again = replace(
-                self.order, things=clause.things, place=clause.place or self.order.place
-            )
-            self.correct(clause)
-            clause = replace(again, excluded=(), liquid=again.liquid if again.things else "")
+        if clause.verb == "same" and self.order.verb:
+            for order, fresh in self.repeated(clause):
+                self.order, self.fresh = order, fresh
+                again = replace(order, things=clause.things, place=clause.place or order.place)
+                self.correct(clause)
+                again = replace(again, excluded=(), liquid=again.liquid if again.things else "")
+                earlier = min(earlier, self.follow(again, earlier))
+            return earlier
+        if clause.verb == "same":
+            clause = replace(clause, verb="put" if clause.place else "", excluded=())
         elif clause.verb == self.order.verb:
             self.correct(clause)
+        return self.follow(clause, earlier)
+
+    def follow(self, clause: Clause, earlier: int) -> int:
+        """Let a clause change what stands that repeats none."""
+        ordered = {kind for old in self.wanted for kind in old.object_types}
+        away = any({*thing.types} & ordered for thing in clause.things)
+        if clause.alone and not (clause.negated or away):
+            clause = replace(clause, verb="any", place=None, negated=True)
         said = clause.things or ((Phrase(word="them"),) if clause.verb in _ELLIPTIC else ())
         if not clause.things and clause.verb == "put" and not clause.place:
             said = ()
@@ -329,6 +254,7 @@ class _Listener(Standing):
         excluded = {k for phrase in clause.excluded if not phrase.states for k in phrase.types}
         if clause.verb:
             self.order, self.fresh = replace(clause, place=place or clause.place), []
+            self.steps.append((self.order, self.fresh))
         for thing in things if clause.verb else ():
             kinds = self.fitting(clause.verb, tuple(k for k in thing.types if k not in excluded))
             kinds = self.lift(clause.verb, kinds, thing.group)
@@ -368,24 +294,6 @@ class _Listener(Standing):
             self.place = place
         self.recent = [*self.recent, *things][-4:] if clause.verb else things or self.recent
         return len(self.wanted)
-
-    def correct(self, clause: Clause) -> None:
-        """Take back the last requests where a clause takes their place; it names other things."""
-        named = {kind for thing in clause.things for kind in thing.types}
-        if not clause.corrects or not named:
-            return
-        alike = [
-            old
-            for old in self.wanted
-            if old.verb == self.order.verb
-            and not named.isdisjoint(old.object_types)
-            and (old in self.fresh or old.destination_types != (HOME,))
-        ]
-        wrong = alike or self.fresh
-        self.wanted = [old for old in self.wanted if old not in wrong]
-        for old in wrong:
-            if old not in self.newest and was_done(old, self.objects, self.start):
-                self.reverse(old)
 
     def miss(self, clause: Clause, things: Sequence[Phrase]) -> None:
         """Keep that nothing could be made of an order, or of a thing in it."""

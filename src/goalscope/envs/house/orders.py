@@ -28,7 +28,8 @@ class Clause:
         later: Whether it is wanted at another time, and so not now.
         said: Its words, if it begins like an order.
         stays: Whether its things are to stay where they are, and not to go back.
-        alone: Whether they are to be left alone: they stay if they are where they were ordered to.
+        alone: Whether they are to be left alone: they stay if they are where they were ordered to,
+            and in a put go back if they were ordered away.
     """
 
     verb: str
@@ -162,12 +163,17 @@ class OrderReader(PhraseReader):
         kept = v.KEPT & {*self.words[start:]} and "the whole" not in " ".join(self.words)
         if said in ("keep", "leave") and kept:
             return None
-        if said in ("keep", "leave") and not into:
-            return Clause("any", things, negated=True, alone=True) if said == "leave" else None
-        if verb == "put" and not into and (said in v.RETURNS or "back" in self.words[start:]):
+        back = "back" in self.words[start:]
+        one = any(thing.which or thing.described for thing in things)
+        if said in ("keep", "leave") and not into and not (back and one):
+            known = said == "leave" or back
+            return Clause("any", things, negated=True, alone=not back) if known else None
+        if verb == "put" and not into and (said in v.RETURNS or back):
             into = Phrase(word="home")
             every = things and things[0].word == "everything"
             things = (replace(things[0], every=True),) if every else things
+            if said in ("keep", "leave"):
+                return Clause("put", things, into, negated, alone=True)
         into = into or tail.lost
         return Clause(verb, things, into if verb == "put" else None, negated, tail.excluded, liquid)
 

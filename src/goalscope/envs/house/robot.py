@@ -13,6 +13,7 @@ from goalscope.envs.house.answers import answered, asks_what_was_done
 from goalscope.envs.house.completion import completes
 from goalscope.envs.house.conditions import conditions_met
 from goalscope.envs.house.controller import Controller
+from goalscope.envs.house.deeds import told_of_deeds
 from goalscope.envs.house.hearing import IRREVERSIBLE, Hearing, Request, ask_permission, hear
 from goalscope.envs.house.meeting import FILLS, brought, meet, serves, settled, spent
 from goalscope.envs.house.names import mentioned, readable, the
@@ -293,7 +294,8 @@ class HomeRobot:
         if asks_what_was_done(question):
             hand, *changes = self.status().replace("\n- ", "; ").splitlines()
             return " ".join([hand, *changes]).replace(":;", ":") + ("." if changes else "")
-        return answered(question, self._view.objects, self._view.names)
+        told = answered(question, self._view.objects, self._view.names)
+        return told_of_deeds(question, self._done, self._view) if told is None else told
 
     def is_completion(self, turn: Turn) -> bool:
         """Whether the person says that the task is complete."""

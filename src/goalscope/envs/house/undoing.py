@@ -54,6 +54,12 @@ _MEANT_ONLY = re.compile(
     r"(?:(?:meant?|wanted|want|said|asked for) )?+(?P<too>(?:only|just) )?+"
     r"(?P<rest>[a-z0-9, ]++)[ .!]*+"
 )
+_REST = re.compile(
+    r"[.,;]? (?:(?:and|but|so) )?(?:leave|keep|put|take) (?:all )?(?:the )?(?:others?|rest)\b"
+    r"[^.;!?]*"
+)
+"""What is said of the rest, and goes without saying: "leave the other one where it was"."""
+
 _OPPOSITE = {
     **{"open": "close", "close": "open", "turn on": "turn off", "turn off": "turn on"},
     **{"put": "put", "pick up": "put", "fill": "empty"},
@@ -83,12 +89,16 @@ def _sentence_of(parts: Sequence[str], i: int) -> str:
     return "".join(parts[start : next((n for n in ends if n > i), len(parts))])
 
 
-def meant_only(said: str) -> tuple[str, str] | None:
-    """What was not meant by the last order, and what alone was; None if `said`, evened, is else."""
-    found = _MEANT_ONLY.fullmatch(said)
+def meant_only(said: str) -> tuple[str, str, bool] | None:
+    """What was not meant by the last order, what was, and whether that alone.
+
+    None if `said`, evened, is else.
+    """
+    found = _MEANT_ONLY.fullmatch(_REST.sub("", said).replace(" but ", ", but "))
     if not found or not (found["only"] or found["too"] or found["no"]):
         return None
-    return found["no"] or "", re.sub(r",? (?:please|instead)$", "", found["rest"].strip(" ,"))
+    rest = re.sub(r",? (?:please|instead)$", "", found["rest"].strip(" ,"))
+    return found["no"] or "", rest, bool(found["only"] or found["too"])
 
 
 def inverse(request: Request, start: Mapping[str, Mapping[str, Any]]) -> Request | None:

@@ -83,8 +83,12 @@ def unmet(
         elif request.verb == "put" and not request.destination_types:
             yield f"I do not know where to put {_listed([request])}."
         elif (so := met(view, request, start)) and touched.isdisjoint(map(view.names.get, so)):
-            back = request.destination_types == (HOME,) and len(so) > 1
-            yield "They are where they were already." if back else view.is_so(request.verb, so)
+            back = request.destination_types == (HOME,)
+            if not (back and hearing.undone):
+                several = back and len(so) > 1
+                yield (
+                    "They are where they were already." if several else view.is_so(request.verb, so)
+                )
 
 
 def _whole(view: View, request: Request) -> str:

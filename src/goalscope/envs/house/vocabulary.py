@@ -47,11 +47,12 @@ _IRREGULAR = {
 }
 
 
-def _forms() -> tuple[dict[str, str], dict[str, str], dict[str, str]]:
-    """Verbs by their base forms, their -ing forms and their participles."""
+def _forms() -> tuple[dict[str, str], dict[str, str], dict[str, str], dict[str, str]]:
+    """Verbs by their base forms, -ing forms and participles; base forms by participles."""
     base: dict[str, str] = {}
     ing: dict[str, str] = {}
     done: dict[str, str] = {}
+    base_of: dict[str, str] = {}
     for verb, listed in _VERBS.items():
         for form in listed.split("|"):
             head, space, rest = form.partition(" ")
@@ -60,11 +61,13 @@ def _forms() -> tuple[dict[str, str], dict[str, str], dict[str, str]]:
             for start in (stem, head + head[-1]):
                 ing[f"{start}ing{space}{rest}"] = verb
                 done[f"{start}ed{space}{rest}"] = verb
+                base_of[f"{start}ed{space}{rest}"] = form
             done[f"{_IRREGULAR.get(head, head)}{space}{rest}"] = verb
-    return base, ing, done
+            base_of[f"{_IRREGULAR.get(head, head)}{space}{rest}"] = form
+    return base, ing, done, base_of
 
 
-BASE, ING, DONE = _forms()
+BASE, ING, DONE, BASE_OF = _forms()
 NEGATIONS = _set(
     "don't not never no without avoid stop shouldn't mustn't can't won't needn't wouldn't nor"
     " didn't doesn't isn't aren't neither nobody"
@@ -339,7 +342,12 @@ _REWORDED = [
             "back",
         ),
         (r"\balso (?=(?:needs?|should|must|ha(?:s|ve)|go(?:es)?|belongs?)\b)", ""),
-        (r"\bi mean(?:t)?\b", "rather"),
+        (r"\b(?:as|like) i said\b,? ?", ""),
+        (
+            r"\bi (?:mean(?:t)?|said(?! (?:nothing|no|stop|so|i|we|it)\b))\b"
+            r"(?: that\b(?= (?:the|my|our|an?)\b))?",
+            "rather",
+        ),
         (r"\bi (?:just |only )?wanted (?=(?:the|an?|my|both|all|two)\b)", "i want "),
         (
             r"\b(?:i|we) (?:never|did(?:n't| not)|have(?:n't| not)) (?:got|get|gotten|received?)"

@@ -1,0 +1,322 @@
+"""What is taken back, and what takes the place of what was asked for last."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from textwrap import shorten
+
+from goalscope.envs.house import vocabulary as v
+from goalscope.envs.house.grammar import is_exact
+from goalscope.envs.house.heard import HOME, Request
+from goalscope.envs.house.names import readable, the
+from goalscope.envs.house.orders import Clause
+from goalscope.envs.house.phrases import Phrase, PhraseReader
+from goalscope.envs.house.standing import Standing, opposed
+from goalscope.envs.house.undoing import NOTHING, UNKNOWN, inverse, meant_only, was_done
+from goalscope.envs.speech import evened
+
+__all__ = ["Corrections"]
+
+_OTHER_PLACE = re.compile(
+    r"(?:(?:no|sorry|actually|oh)[ ,]+)*not (?:in |on |into |onto |to )?(?P<no>[a-z0-9 ]+)"
+    r"(?:[,.;!]+ ?(?:(?:but|rather|instead|and|it's|i meant?)[ ,]+)*(?:in |on |into |onto |to )?"
+    r"(?P<rest>.*?)(?: please| instead)?)?[ .!]*"
+)
+"""A place that is wrong, and after it the right one or an order."""
+
+_INTO = rf"(?:{'|'.join(v.INTO)}) "
+_PLACE = re.compile(
+    r"(?P<lead>(?:(?:no+|oops|sorry|wait|actually|ok(?:ay)?|thanks|rather|i meant?|i said"
+    r"|(?:yes,? )?but|i(?:'ve| have)? changed my mind|on second thoughts?|i'd prefer(?: it| them)?"
+    r"|wrong (?:place|spot)|i wanted (?:it|that|them)"
+    r"|(?:it|that|they|those) (?:should (?:be|go)|belongs?|goe?s?))\b"
+    rf"[ ,.!;:-]*)*)(?P<by>{_INTO})?(?P<place>[a-z0-9 ]+?)"
+    rf"(?:,? (?:and |but )?(?:not|instead of|rather than) (?:{_INTO})?(?P<no>[a-z0-9 ]+?))?"
+    r"(?P<end>(?:[ ,]+(?:please|instead|i meant?))*)[ .!]*"
+)
+"""The right place, and perhaps after it the wrong one."""
+
+_OTHER_THING = re.compile(
+    r"(?:(?:no+|nope)[ ,.!]+)+(?P<thing>(?:(?:the|my|an?) )?[a-z0-9 ]+?)(?:,? not [a-z0-9 ]+)?"
+    r"(?: please)?[ .!]*"
+)
+"""Another thing than that of the last order."""
+
+_THERE = frozenset(("there", "in there", "that", "here"))
+"""Words for the place of the last put."""
+
+_LONGEST = 120
+"""Characters of a correction of a place at most."""
+
+_HOW_MANY = v.NUMBERS.keys() | v.PRONOUNS | {"of"}
+"""Words that tell of how many things alone, and not which."""
+
+
+@dataclass
+class Corrections(Standing):
+    """What stands, where the newest words may correct or undo the last ones.
+
+    Attributes:
+        order: The last one, for words that repeat it or name another place.
+        fresh: Its requests.
+        steps: The orders of the newest words, each with its requests.
+        former: The same of those before that gave orders.
+        latest: What was asked for last; nothing once an aim was named since.
+        missed: See `Hearing.missed`.
+        exact: See `Hearing.exact`.
+        asked: See `Hearing.asked`.
+        undone: See `Hearing.undone`.
+        queried: What the agent's last question named first.
+        elsewhere: Whether it asked where.
+        acted: The things of the last order.
+        orders: For each utterance that was no remark, what stood before it, and what it asked for;
+            nothing if that was an aim.
+    """
+
+    order: Clause = field(default=Clause(""), init=False)
+    fresh: list[Request] = field(default_factory=list[Request], init=False)
+    steps: list[tuple[Clause, list[Request]]] = field(
+        default_factory=list[tuple[Clause, list[Request]]], init=False
+    )
+    former: list[tuple[Clause, list[Request]]] = field(
+        default_factory=list[tuple[Clause, list[Request]]], init=False
+    )
+    latest: list[Request] = field(default_factory=list[Request], init=False)
+    missed: list[str] = field(default_factory=list[str], init=False)
+    exact: bool = field(default=False, init=False)
+    undone: str = field(default="", init=False)
+    queried: Phrase | None = field(default=None, init=False)
+    elsewhere: bool = field(default=False, init=False)
+    acted: list[Phrase] = field(default_factory=list[Phrase], init=False)
+    asked: list[Request] = field(default_factory=list[Request], init=False)
+    orders: list[tuple[list[Request], list[Request]]] = field(
+        default_factory=list[tuple[list[Request], list[Request]]], init=False
+    )
+
+    def undo(self, number: int) -> None:
+        """Go back to what stood before the last orders, 0 for all of them.
+
+        What cannot be undone is kept as missed; what was done for an aim the robot must know.
+        """
+        self.exact = True
+        if not number:
+            self.undone, self.wanted = "all", []
+            self.orders.clear()
+            return
+        first = len(self.orders) - number
+        undone = self.orders[max(first, 0) :]
+        if first < 0 and number == 1:
+            self.missed.append(UNKNOWN)
+            return
+        if not all(asked for _, asked in undone):
+            self.undone = "guessed"
+            if number == 1:
+                return
+        del self.orders[max(first, 0) :]
+        stood, displaced, self.wanted = undone[0][0] if undone else [], self.wanted, []
+        requests = [each for _, orders in reversed(undone) for each in reversed(orders)]
+        for request in requests:
+            self.reverse(request, stood)
+        for old in stood:
+            self.add(old, len(self.wanted))
+        self.newest = [self.all_but(stood, part) for part in self.newest]
+        again = [
+            old for old in stood if old not in displaced or any(opposed(old, r) for r in requests)
+        ]
+        self.asked += again
+        if not (self.newest or self.missed or self.undone or again):
+            self.missed.append(NOTHING)
+        self.undone = self.undone or "orders"
+
+    def reverse(self, request: Request, stood: Sequence[Request] = ()) -> None:
+        """Ask for the inverse of a request; where it has none and was met, keep that as missed.
+
+        What requests that `stood` before ask for by name stays as it is.
+        """
+        back = inverse(request, self.start)
+        if back is None:
+            if not was_done(request, self.objects, self.start):
+                return
+            name = the(readable(request.object_types[0]))
+            self.missed.append(f"I cannot undo that: {request.verb} {name}.")
+            return
+        earlier, act = len(self.wanted), (request.verb, request.destination_types)
+        kept = {old.name for old in stood if (old.verb, old.destination_types) == act}
+        for part in self.each_but(kept, back):
+            self.newest.append(part)
+            self.add(part, earlier)
+
+    def corrected(self, text: str, *, alone: bool) -> str:
+        """Take in another place for what was put last; what is left to be read is given back.
+
+        "No, on the sofa", "I meant the shelf, not the desk", "not the fridge, the bowl". A plain
+        "no, the plate" is given back as the correction that it is.
+
+        Args:
+            text: What was said.
+            alone: Whether that is all.
+        """
+        head, _, tail = text.partition(". ")
+        for part, rest in ((text, ""), (head, tail)):
+            said = evened(part)
+            more = self._moved_on(said)
+            more = self._other_thing(said) if more is None else more
+            if more is not None:
+                rest = f"{more.rstrip('. ')}. {rest}" if more else rest
+                if alone:
+                    self.exact = not rest or is_exact(rest, self.count, repeats=True)
+                return rest
+        return text
+
+    def _moved_on(self, said: str) -> str | None:
+        """Take in another place; what else is `said` behind it, None if it names none."""
+        found = _OTHER_PLACE.fullmatch(said)
+        if found and (last := self._put_last(found["no"])):
+            rest = found["rest"] or ""
+            yes, no = self.one_thing(rest), self.one_thing(found["no"])
+            if yes and "receptacle" in self.flags_of(yes) and self._move(last, yes, no):
+                return ""
+            if no:
+                self.keep_out([kind for old in last for kind in old.object_types], no.types)
+                return rest
+        found = _PLACE.fullmatch(said) if len(said) <= _LONGEST else None
+        place = self.one_thing(found["place"]) if found else None
+        if not found or not place or " of " in found["place"]:
+            return None
+        if not found["by"] and found["place"].split()[0] in v.BASE:
+            return None
+        last = self._put_last(found["no"] or "", found["by"] or "")
+        kinds = {kind for old in last for kind in (*old.object_types, *old.destination_types)}
+        other = self.queried and kinds.isdisjoint(self.queried.types)
+        marked = found["lead"] or found["end"] or not (other or self.elsewhere)
+        whole = found["by"] or found["no"] or "pickupable" not in self.flags_of(place)
+        if not (found["no"] or (marked and not other)) or not whole:
+            return None
+        return "" if self._move(last, place, self.one_thing(found["no"] or "")) else None
+
+    def _other_thing(self, said: str) -> str | None:
+        """The correction for which a plain "no, the plate" stands; None if `said` is none."""
+        found = _OTHER_THING.fullmatch(said) if len(said) <= _LONGEST else None
+        thing = self.one_thing(found["thing"]) if found else None
+        asked = {kind for each in self.acted for kind in each.types}
+        if not found or not thing or (self.queried and asked.isdisjoint(self.queried.types)):
+            return None
+        if "other" in found["thing"].split():
+            return None
+        steps = self.steps or self.former
+        vessel = {"receptacle", "pickupable"}
+        if vessel <= self.flags_of(thing) and not all(
+            vessel <= self.flags_of(p) for p in self.acted
+        ):
+            return None  # perhaps it is where the last thing should go
+        fits = any(self.fitting(order.verb, thing.types) for order, _ in steps)
+        return f"actually {said[found.start('thing') :]}" if fits else None
+
+    def _put_last(self, no: str = "", by: str = "") -> list[Request]:
+        """What the last orders put to one place: `no`, or the last one if that is not said."""
+        last = self.newest or self.latest
+        puts = [each for each in last if each.verb == "put"]
+        if no and (wrong := self.one_thing(no)):
+            return [each for each in puts if {*wrong.types} & {*each.destination_types}]
+        if not puts or (no and no not in _THERE) or not (no or by or last[-1].verb == "put"):
+            return []
+        return [each for each in puts if each.destination_types == puts[-1].destination_types]
+
+    def _move(self, last: Sequence[Request], place: Phrase, no: Phrase | None) -> bool:
+        """Ask for another place for what was put; whether there is anything to put there."""
+        places = self.lift("put in", self.fitting("", place.types), place.group)
+        if not last or not places:
+            return False
+        self.order, self.fresh = Clause("put", place=place), []
+        things: list[Phrase] = []
+        for old in last:
+            kinds = self.lift("put", old.object_types, group=False)
+            if no:
+                self.keep_out(kinds, [kind for kind in no.types if kind not in places])
+            self.kept_out -= {(kind, where) for kind in kinds for where in places}
+            number = old.number if old.number > 1 else 0
+            new = replace(
+                old,
+                **{"destination_types": places, "destination_name": self.name(places, place)},
+                **{"number": number, "passing": False},
+            )
+            self.add(new, len(self.wanted))
+            self.fresh.append(new)
+            which = int(old.name.rpartition(" ")[2]) if old.name else 0
+            things.append(
+                Phrase(kinds, "", old.every, number, which=which, states=old.states, at=old.at)
+            )
+        self.newest += self.fresh
+        self.steps.append((self.order, self.fresh))
+        self.place, self.last, self.acted, self.recent = place, things, things, [place, *things]
+        return True
+
+    def meant_only(self, text: str) -> str:
+        """Take in "not those, only the laptop" after an order; what it did besides goes back."""
+        found, last = meant_only(evened(text)), self.orders[-1][1] if self.orders else []
+        if not found:
+            return text
+        no, yes = (PhraseReader(re.findall(r"[a-z0-9]+|,", part), self.count) for part in found[:2])
+        (things, end), (wrong, _) = yes.things(0), no.things(0)
+        asked = {kind for each in last for kind in each.object_types}
+        named = {kind for thing in wrong for kind in thing.types}
+        clear = end == len(yes.words) and all(thing.is_named for thing in things)
+        vague = all(word in _HOW_MANY or word.isdigit() for word in yes.words)
+        if not (clear or vague) or named - asked or not (last or (wrong and not named)):
+            return text
+        self.exact = True
+        if vague or not last:
+            self.missed.append(f"I did not understand: {shorten(text, 80, placeholder=' ...')}.")
+            return ""
+        several = len(self.steps or self.former) > 1
+        if named and not found[2] and (several or " meant " not in evened(text)):
+            return f"actually {found[1]}, not {found[0]}"
+        kept = {k for t in things for k in t.types if not (t.described or t.which)} & asked
+        names = {self.name(t.types, t) for t in things if t.which and {*t.types} & asked} - {""}
+        for each in last:
+            stay = tuple(kind for kind in each.object_types if kind in kept)
+            ones = [
+                replace(each, object_types=(kind,), name=name, every=False, number=0)
+                for name in sorted(names)
+                if (kind := self.type_of[name]) in each.object_types
+            ]
+            if kinds := tuple(kind for kind in each.object_types if kind not in kept):
+                self.drop_leave(kinds)
+                right = [replace(each, object_types=stay)] if stay else []
+                self.wanted = [*(old for old in self.wanted if old != each), *right, *ones]
+                self.reverse(replace(each, object_types=kinds), ones)
+        return "" if kept or names else f"actually {found[1]}"
+
+    def correct(self, clause: Clause) -> None:
+        """Take back the last requests where a clause takes their place; it names other things."""
+        named = {kind for thing in clause.things for kind in thing.types}
+        if not clause.corrects or not named:
+            return
+        no = {kind for thing in clause.excluded for kind in thing.types}
+        alike = [
+            old
+            for old in self.wanted
+            if old.verb == self.order.verb
+            and not named.isdisjoint(old.object_types)
+            and (old in self.fresh or old.destination_types != (HOME,))
+        ]
+        about = [old for old in self.fresh if not no.isdisjoint(old.object_types)]
+        wrong = about or alike or self.fresh
+        self.wanted = [old for old in self.wanted if old not in wrong]
+        for old in wrong:
+            if old not in self.newest and was_done(old, self.objects, self.start):
+                self.reverse(old)
+
+    def repeated(self, clause: Clause) -> list[tuple[Clause, list[Request]]]:
+        """The orders that a thing alone repeats, each with its requests.
+
+        Those about what it takes the place of; else the last one that suits it.
+        """
+        steps = self.steps or self.former
+        no = {kind for thing in clause.excluded for kind in thing.types}
+        about = [each for each in steps if any(no & {*old.object_types} for old in each[1])]
+        kinds = [kind for thing in clause.things for kind in thing.types]
+        fit = [each for each in steps if self.fitting(each[0].verb, kinds)]
+        return (about if clause.corrects else []) or fit[-1:] or [(self.order, self.fresh)]
