@@ -133,6 +133,13 @@ class Choice:
         offers = ([i for i in offers if hearing.diets <= i.tags] or offers)[:_PER_TERM]
         return [] if any(item.name in decided for item in offers) else offers
 
+    def sells(self, phrase: str) -> bool:
+        """Whether an item is what `phrase` names, by its head noun: no "rye" is rye bread."""
+        _, kind = _labelled(phrase, self._tags)
+        last = singulars(kind)[-1:]
+        named = [] if is_vague(kind) else self._search.named(kind)
+        return any(last[0] in map(singular, head_nouns(item.name)) for item in named)
+
     def _usual(self, phrase: str, hearing: Hearing, among: Sequence[Item]) -> list[Item]:
         """What people mean by a bare word, as far as it is `among` these; what fits diets first."""
         named = (self._search.named(name) for name in usual(phrase))

@@ -31,6 +31,7 @@ from goalscope.envs.grocery.phrases import SAME, SAME_ALL
 from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.requests import amount, refuses, unrefused
 from goalscope.envs.grocery.search import Search
+from goalscope.envs.grocery.swapping import swapped
 from goalscope.envs.grocery.telling import listed, not_met, not_there, unlabelled
 from goalscope.envs.grocery.undoing import (
     Starts,
@@ -346,6 +347,10 @@ class GroceryShop:
         stands, _ = self._starts.standing(tuple(turn.utterance for turn in turns))
         said = [self._translated(each) for each in stands]
         for i, turn in enumerate(turns):
+            before = map(self._search.mentioned, reversed(said[:i]))
+            said[i] = swapped(
+                said[i], lambda them=before: next(filter(None, them), []), self._choice.sells
+            )
             many = so_many(stands[i])
             if many or adds_it(stands[i]):
                 asked = takewhile(lambda text: text.rstrip().endswith("?"), reversed(said[:i]))
@@ -353,6 +358,9 @@ class GroceryShop:
                 thing = next(
                     (_labelled(each[0], about) for each, about in things if len(each) == 1), ""
                 )
+                if many and thing.startswith("the cheapest"):
+                    thing += f". Make it {many.split()[0]}"
+                    many = ""
                 said[i] = f"Add {many}{thing}" if thing else said[i]
         return said
 
@@ -427,5 +435,7 @@ class GroceryShop:
 
 def _labelled(thing: str, question: str) -> str:
     """A thing that was asked about, with what it was to be labelled for, or that it was cheap."""
-    cheapest = ["the cheapest"] if re.search(r"\bcheapest\b", question.casefold()) else []
-    return " ".join([*cheapest, *sorted(hinted(question) | diet(question)), thing])
+    asked = question.casefold()
+    cheapest = ["the cheapest"] if re.search(r"\bcheapest\b", asked) else []
+    organic = ["organic"] if re.search(r"\borganic\b", asked) else []
+    return " ".join([*cheapest, *organic, *sorted(hinted(question) | diet(question)), thing])
