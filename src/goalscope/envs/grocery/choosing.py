@@ -136,9 +136,7 @@ class Choice:
     def sells(self, phrase: str) -> bool:
         """Whether an item is what `phrase` names, by its head noun: no "rye" is rye bread."""
         _, kind = _labelled(phrase, self._tags)
-        last = singulars(kind)[-1:]
-        named = [] if is_vague(kind) else self._search.named(kind)
-        return any(last[0] in map(singular, head_nouns(item.name)) for item in named)
+        return not is_vague(kind) and bool(_headed(kind, self._search.named(kind)))
 
     def _usual(self, phrase: str, hearing: Hearing, among: Sequence[Item]) -> list[Item]:
         """What people mean by a bare word, as far as it is `among` these; what fits diets first."""
@@ -177,12 +175,21 @@ def called(phrase: str, items: Sequence[Item]) -> list[Item]:
         item for item in items if singulars(item.name) == singulars(phrase)
     ]
     named = [item for item in items if _is_a(item, phrase)]
-    last = singulars(phrase)[-1:]
-    heads = [i for i in named if last and last[0] in map(singular, head_nouns(i.name))]
-    if exact or heads:
+    if exact or (heads := _headed(phrase, named)):
         return exact or heads
-    label, kind = _labelled(phrase, {tag for item in items for tag in item.tags})
-    return (called(kind, [item for item in items if label in item.tags]) if label else []) or named
+    tags = {tag for item in items for tag in item.tags}
+    label, kind = _labelled(phrase, tags)
+    fit = items
+    while label:
+        fit = [item for item in fit if label in item.tags]
+        label, kind = _labelled(kind, tags)
+    return _headed(kind, [item for item in fit if _is_a(item, kind)]) or named
+
+
+def _headed(phrase: str, items: Iterable[Item]) -> list[Item]:
+    """Those of `items` that are what the last word of `phrase` says."""
+    last = singulars(phrase)[-1:]
+    return [i for i in items if last and last[0] in map(singular, head_nouns(i.name))]
 
 
 def _labelled(phrase: str, tags: Iterable[str]) -> tuple[str, str]:

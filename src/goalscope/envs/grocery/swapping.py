@@ -39,6 +39,7 @@ _INSTEAD = re.compile(
 )
 """What takes the place of the thing spoken of last: "coffee instead"."""
 _AMOUNT = re.compile(rf"^(?:(?:{NUMBER}|an?|some|the) )?(?:{CONTAINER} of )?")
+_LONGEST = 160
 
 
 def swapped(text: str, spoken: Callable[[], Sequence[str]], sells: Callable[[str], bool]) -> str:
@@ -51,7 +52,7 @@ def swapped(text: str, spoken: Callable[[], Sequence[str]], sells: Callable[[str
         spoken: Gives the things that were spoken of last.
         sells: Whether there are things of a name.
     """
-    said = kept(evened(text))
+    said = kept(evened(text)) if len(text) <= _LONGEST else ""
     if SUCH.fullmatch(said):
         return text
     if found := _INSTEAD.fullmatch(said):
