@@ -175,8 +175,9 @@ def called(phrase: str, items: Sequence[Item]) -> list[Item]:
         item for item in items if singulars(item.name) == singulars(phrase)
     ]
     named = [item for item in items if _is_a(item, phrase)]
-    if exact or (heads := _headed(phrase, named)):
-        return exact or heads
+    heads = exact or _headed(phrase, named)
+    if heads:
+        return heads
     tags = {tag for item in items for tag in item.tags}
     label, kind = _labelled(phrase, tags)
     fit = items

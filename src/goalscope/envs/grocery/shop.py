@@ -361,7 +361,8 @@ class GroceryShop:
         return said
 
     def _named_last(self, said: Sequence[str]) -> list[str]:
-        return next(filter(None, map(self._search.mentioned, reversed(said))), [])
+        things = (self._search.mentioned(each) for each in reversed(said))
+        return next((each for each in things if each), list[str]())
 
     def _named(self, thing: str, question: str, hearing: Hearing) -> str:
         """A thing that was asked about, with what it was to be labelled for; or the cheapest."""

@@ -40,6 +40,7 @@ _INSTEAD = re.compile(
 """What takes the place of the thing spoken of last: "coffee instead"."""
 _AMOUNT = re.compile(rf"^(?:(?:{NUMBER}|an?|some|the) )?(?:{CONTAINER} of )?")
 _LONGEST = 160
+"""Characters of a text that says no more than a swap, at most."""
 
 
 def swapped(text: str, spoken: Callable[[], Sequence[str]], sells: Callable[[str], bool]) -> str:
