@@ -115,3 +115,47 @@ def test_what_comes_instead_of_one_of_several_things_is_asked() -> None:
     opened, told = talked({}, "milk, tea", "coffee instead")
     assert list(opened.basket)[:2] == ["Whole Milk", "English Breakfast Tea Bags"]
     assert told == ["It is not clear which thing you mean. Please name it."]
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["make it tomorrow", "tomorrow instead", "let's do tacos instead", "make it extra special",
+     "make it enough for six", "make it worth it", "yes, not cheese", "thanks, not today",
+     "perhaps not milk", "people could not drink milk", "not only milk", "make sure not to buy it",
+     "milk, not sure which"],
+)  # fmt: skip
+def test_words_that_swap_no_things_take_nothing_out(said: str) -> None:
+    assert "Whole Milk" in talked({}, "milk", said)[0].basket
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["He must not eat peanuts.", "Our daughter must not have nuts", "toddlers must not eat nuts"],
+)
+def test_what_must_not_be_eaten_is_no_swap(said: str) -> None:
+    opened, told = talked({}, said, "add peanuts")
+    assert "Salted Peanuts" not in opened.basket
+    assert told == ["Not added, since it has to be nut-free: peanuts."]
+
+
+@pytest.mark.parametrize(
+    ("utterances", "basket"),
+    [
+        (["bread", "make it rye"], {"Rye Bread": 1}),
+        (["bread", "whole wheat instead"], {"Whole Wheat Bread": 1}),
+        (["milk", "thanks", "make it skim"], {"Skim Milk": 1}),
+        (["a cake", "make it chocolate"], {"Chocolate Fudge Cake": 1}),
+        (["bread", "make it gluten-free"], {"Gluten-Free White Bread": 1}),
+        (["chicken breasts, rice", "make it turkey"],
+         {"Chicken Breasts": 1, "Long Grain White Rice": 1}),
+        (["milk", "oat milk instead of whole milk", "thanks"], {"Oat Milk": 1}),
+        (["milk", "not only milk but also eggs"], {"Whole Milk": 1, "Large Eggs": 1}),
+        (["red wine, white wine", "no red"], {"Sauvignon Blanc White Wine": 1}),
+        (["apples, granny smith apples", "remove everything I did not ask for"],
+         {"Gala Apples": 1, "Granny Smith Apples": 1}),
+    ],
+)  # fmt: skip
+def test_a_swap_takes_out_only_what_it_is_for(
+    utterances: list[str], basket: dict[str, int]
+) -> None:
+    assert talked({}, *utterances)[0].basket == basket

@@ -39,6 +39,10 @@ from shops import talked
         (["eggs, milk", "I'm vegan", "ok"], {"Egg Replacer Powder": 1, "Barista Soy Milk": 1}),
         (["do you have gluten free pasta?", "add two of them"], {"Chickpea Pasta": 2}),
         (["milk", "another one, please"], {"Whole Milk": 2}),
+        (["What's the cheapest cheese?", "add three"], {"Ricotta Cheese": 3}),
+        (["Is there organic milk?", "I'll take two"], {"Organic Whole Milk": 2}),
+        (["organic vegan milk"], {"Organic Oat Milk": 1}),
+        (["I'm coeliac", "vegan bread"], {}),
         (["two bottles of apple juice",
           "I don't need the things that you guessed, please take them out."], {"Apple Juice": 2}),
     ],
@@ -58,6 +62,7 @@ def test_lists_amounts_and_what_was_spoken_of(
         ("How many eggs do I have now?", "No, the basket holds nothing of that name."),
         ("Do I have everything for a cake?", None),
         ("Do I have to pay now?", None),
+        ("Did I get everything?", None),
     ],
 )
 def test_what_is_in_the_basket_is_told(question: str, answer: str | None) -> None:
@@ -98,3 +103,16 @@ def test_of_several_things_of_one_name_the_first_was_asked_for() -> None:
     turns = said("milk", "What did you guess?", "Please remove everything you guessed.")
     assert opened.unmet(turns[:2], []) == ["Guessed, not asked for: Oat Milk, Walnuts."]
     assert [action.target for action in opened.requests(turns)] == ["Oat Milk", "Walnuts"]
+
+
+@pytest.mark.parametrize(
+    ("said", "basket"),
+    [
+        ("take out the stuff I never asked for", {"Whole Milk": 1}),
+        ("remove what I did not ask for", {"Whole Milk": 1}),
+        ("I don't want things nobody asked for", {"Whole Milk": 1}),
+        ("I don't need everything I asked for", {"Walnuts": 1, "Whole Milk": 1}),
+    ],
+)
+def test_what_nobody_asked_for_goes_and_nothing_else(said: str, basket: dict[str, int]) -> None:
+    assert talked({"Walnuts": 1}, "milk", said)[0].basket == basket

@@ -10,7 +10,7 @@ from typing import Protocol
 
 from goalscope.envs.grocery.amounts import CONTAINER
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.choosing import called
+from goalscope.envs.grocery.choosing import called, is_vague
 from goalscope.envs.grocery.diets import diet, hinted, implied, undieted
 from goalscope.envs.grocery.requests import Refusal
 from goalscope.envs.grocery.restrictions import violates
@@ -267,7 +267,7 @@ def _suits(text: str, shop: Stock) -> str | None:
 def _got(match: re.Match[str], shop: Stock) -> str | None:
     """What of a thing the basket holds; None where the shop has nothing of that name."""
     term = match["one"] or match["many"]
-    if not called(term, shop.search(term, _DEPTH)):
+    if is_vague(term) or not called(term, shop.search(term, _DEPTH)):
         return None
     told = _held(term, shop)
     return told.replace("Yes: ", "The basket holds ") if match["many"] else told

@@ -133,6 +133,11 @@ class Choice:
         offers = ([i for i in offers if hearing.diets <= i.tags] or offers)[:_PER_TERM]
         return [] if any(item.name in decided for item in offers) else offers
 
+    def sells(self, phrase: str) -> bool:
+        """Whether an item is what `phrase` names, by its head noun: no "rye" is rye bread."""
+        _, kind = _labelled(phrase, self._tags)
+        return not is_vague(kind) and bool(_headed(kind, self._search.named(kind)))
+
     def _usual(self, phrase: str, hearing: Hearing, among: Sequence[Item]) -> list[Item]:
         """What people mean by a bare word, as far as it is `among` these; what fits diets first."""
         named = (self._search.named(name) for name in usual(phrase))
@@ -170,12 +175,22 @@ def called(phrase: str, items: Sequence[Item]) -> list[Item]:
         item for item in items if singulars(item.name) == singulars(phrase)
     ]
     named = [item for item in items if _is_a(item, phrase)]
+    heads = exact or _headed(phrase, named)
+    if heads:
+        return heads
+    tags = {tag for item in items for tag in item.tags}
+    label, kind = _labelled(phrase, tags)
+    fit = items
+    while label:
+        fit = [item for item in fit if label in item.tags]
+        label, kind = _labelled(kind, tags)
+    return _headed(kind, [item for item in fit if _is_a(item, kind)]) or named
+
+
+def _headed(phrase: str, items: Iterable[Item]) -> list[Item]:
+    """Those of `items` that are what the last word of `phrase` says."""
     last = singulars(phrase)[-1:]
-    heads = [i for i in named if last and last[0] in map(singular, head_nouns(i.name))]
-    if exact or heads:
-        return exact or heads
-    label, kind = _labelled(phrase, {tag for item in items for tag in item.tags})
-    return (called(kind, [item for item in items if label in item.tags]) if label else []) or named
+    return [i for i in items if last and last[0] in map(singular, head_nouns(i.name))]
 
 
 def _labelled(phrase: str, tags: Iterable[str]) -> tuple[str, str]:

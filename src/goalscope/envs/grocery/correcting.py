@@ -7,7 +7,7 @@ import re
 from goalscope.envs.grocery.phrases import END, IT, NUMBER, SAME_ONE
 from goalscope.envs.speech import kept
 
-__all__ = ["CORRECTION", "corrected", "instead"]
+__all__ = ["CORRECTION", "NAMED", "QUALITY", "SUCH", "corrected", "instead"]
 
 CORRECTION = re.compile(
     r"(?:[\s,.;!?\u2013\u2014-]*\b(?:no,? wait|wait,? no|no,? sorry|wait|sorry|oops"
@@ -19,29 +19,17 @@ _SAID_ANEW = re.compile(
     r"|take|get|buy|put|drop|delete|swap|replace|change|there|is|are|what|how|do|did)\b)\w"
 )
 _RESTRICTS = re.compile(r"allerg|intoleran|\b(?:no|not|cannot|without|avoid|never|\w+n't)\b")
-_NAMED = r"(?!(?:is|are|was|were|can|do|does|should|that)\b)[\w'%-]+"
+NAMED = r"(?!(?:is|are|was|were|can|do|does|should|that)\b)[\w'%-]+"
 _NOT_BUT = re.compile(
     r"^(?:(?:no|sorry|wait|oops|hey|but|please|ok|okay)[ ,.!]+)*"
     r"(?:(?:i|we)(?: had)? (?:clearly |actually |only )?(?:meant?|said|want(?:ed)?|asked for) "
     r"|(?:add|buy|get|use|give me|get me) )"
     rf"(?!(?:{IT}|i|i'm|we|we're|he|she|they|you|there|but|not|maybe|remove|delete|drop|take|put"
     r"|leave|keep|swap|replace|change|cancel|make)\b)"
-    rf"({_NAMED}(?: {_NAMED}){{0,4}}?),? (?:and )?not (?!{NUMBER}{END})"
-    rf"(?:the |any |an? |some )?({_NAMED}(?: {_NAMED}){{0,3}}?)(?: please)?[.!]*$"
+    rf"({NAMED}(?: {NAMED}){{0,4}}?),? (?:and )?not (?!{NUMBER}{END})"
+    rf"(?:the |any |an? |some )?({NAMED}(?: {NAMED}){{0,3}}?)(?: please)?[.!]*$"
 )
 """One thing and not another: "I said almond milk, not yogurt"."""
-_ONE_NOT_OTHER = re.compile(
-    rf"^(?!(?:{IT}|the|for|on|in|at|by|to|with|i|we|you|no|and|but|if|my|our)\b)"
-    rf"({_NAMED}(?: {_NAMED}){{1,3}}|\w+s|\u01c1\d+)(?:,? please)?,? (?:and )?not (?:the |any )?"
-    rf"(?![^.]*\bones?\b)({_NAMED}(?: {_NAMED}){{0,3}}?)(?: please)?[.!]*$"
-)
-"""The same without a verb, as people correct a list: "oat milk, not whole milk"."""
-_NOT_THIS = re.compile(
-    rf"^(?:no[ ,]+)?not (?:the |any )?({_NAMED}(?: {_NAMED}){{0,3}}?),? (?:but|(?:i|we)"
-    r" (?:said|meant?|want(?:ed)?|asked for)) (?!to\b)"
-    rf"({_NAMED}(?: {_NAMED}){{0,4}}?)(?: please)?[.!]*$"
-)
-"""The same the other way round: "not chips, I said bars"."""
 _WANTED = re.compile(
     r"^(?:(?:no|but|hey|sorry|oops)[ ,]+)*(?:i|we) (?:wanted|asked for) "
     rf"(?!to\b|(?!(?:an?|of|and|half)\b){NUMBER}\b|"
@@ -57,28 +45,16 @@ _NO_I_MEANT = re.compile(
 _MAKE_IT = re.compile(
     rf"\bmake {IT} (?=(?!{NUMBER} )[^.,;!?]{{1,60}}? (?:instead of|rather than) (?!{NUMBER}{END}))"
 )
-_QUALITY = (
+QUALITY = (
     "(?:white|brown|red|green|black|yellow|small|large|big|fresh|frozen|dried|canned|tinned|ground"
     "|instant|plain|salted|unsalted|smoked|sliced|shredded|dark|light|sweet|spicy|mild)"
 )
-_SUCH = re.compile(
-    r"^(?:(?:no|nope|sorry|actually|oh|ok|okay|hmm|please)[ ,.!]+)*"
-    rf"(?:(?:i (?:want|meant|said|prefer)|i'd (?:like|prefer)|make (?:it|that)) )?({_QUALITY})"
-    rf"(?:,? (?:and )?not {_QUALITY})?(?: instead)?(?:,? please)?[.!]*$"
+SUCH = re.compile(
+    r"^(?:(?:no(?:pe)?[,.!]|(?:sorry|actually|oh|ok|okay|hmm|please)[ ,.!])[ ,.!]*)*+"
+    rf"(?:(?:i (?:want|meant|said|prefer)|i'd (?:like|prefer)|make (?:it|that)) )?({QUALITY})"
+    rf"(?:,? (?:and )?not {QUALITY})?(?: instead)?(?:,? please)?[.!]*$"
 )
 """Which of the things spoken of last is meant: "brown, not white"."""
-_INSTEAD = re.compile(
-    r"^(?:(?:no|nope|sorry|actually|oh|ok|okay|hmm|please|then)[ ,.!]+)*"
-    r"(?:(?:(?:i|we)(?:'d| would|'ll| will) (?:like|have|take|prefer)|(?:i|we) (?:want|need)"
-    r"|let's (?:have|take|do)|(?:can|could) (?:i|we|you) (?:have|get|take|add)|add|get|take|give me"
-    rf"|make (?:it|that)) )?(?!(?:{IT}|i|we|no|not|nothing|do|use|swap|change|replace|remove)\b)"
-    rf"({_NAMED}(?: {_NAMED}){{0,4}}) instead(?:,? please)?[.!?]*$"
-    r"|^(?:(?:no|nope|sorry|actually|oh|ok|okay|hmm|please|then|wait)[ ,.!]+)*make (?:it|that) "
-    rf"(?!(?:{IT}|an?|the|organic|vegan|double|cheaper|more|less|fewer|just|only|up|so|for|with"
-    r"|without|all|about|exactly|sure|quick|easy|simple|nice|good|better|snappy|fast|work)\b"
-    rf"|{NUMBER}\b)({_NAMED}(?: {_NAMED}){{0,3}})(?:,? please)?[.!?]*$"
-)
-"""What takes the place of the thing spoken of last: "coffee instead"."""
 _MEANT = re.compile(r",\s*([^,.;!?]+?),? i mean(?:t)?(?=[.;!?]|$)")
 _BEFORE_LAST = re.compile(
     r"[,;.!?]|\b(?:and|or|plus|add|get|buy|want|need|like|have|take|remove|order|delete)\b"
@@ -89,16 +65,9 @@ def instead(text: str) -> str:
     """`text`, evened, where it says no more than what is to take the place of what."""
     text = _MAKE_IT.sub("add ", text)
     text = _NOT_BUT.sub(r"add \1 instead of \2", text)
-    text = _SUCH.sub(r"the \1 one", text)
-    text = _NOT_THIS.sub(r"add \2 instead of \1", kept(text))
-    text = _WANTED.sub(r"i want \1", _ONE_NOT_OTHER.sub(_one_not_other, text))
-    text = _INSTEAD.sub(lambda it: f"{it[1] or it[2]} instead of {SAME_ONE}", text)
+    text = SUCH.sub(r"the \1 one", text)
+    text = _WANTED.sub(r"i want \1", kept(text))
     return _NO_I_MEANT.sub(rf"add \1 instead of {SAME_ONE}", text)
-
-
-def _one_not_other(match: re.Match[str]) -> str:
-    one, other = match.groups()
-    return f"{one} instead of {SAME_ONE if re.fullmatch(_QUALITY, other) else other}"
 
 
 def corrected(text: str) -> str:

@@ -294,6 +294,9 @@ class _Listener:
                     new = replace(new, replaces=kinds)
                 elif said == (SAME_ONE,) and not replaces:
                     self.unclear = bool(self.spoken_of(every=True))
+                for old in replaces:  # oat milk for whole milk, which came for "milk"
+                    for each in [p for p in self.asked if _kind_of(old, [p])]:
+                        del self.asked[each]
                 for kind in {*kinds} - {each.phrase for each in self.removed}:
                     self.take_out(Request(kind, change="none"))
                 if which and not (replaces or _BESIDES.search(clause.text)):

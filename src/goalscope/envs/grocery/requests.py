@@ -196,7 +196,8 @@ _UNASKED = re.compile(
     r"(?:it|this|that|these|those|them)(?: things?| stuff| items?)?(?=[.,;!?]|$)"
     r"|\b(?:i|we) (?:only|just) (?:asked for|ordered|requested)\b"
     rf"|\b{_TAKES} {_GUESSES}|\b(?:take|throw|put) {_GUESSES} (?:out|away|back)\b"
-    rf"|\b(?:{_TAKES}|(?:don't|do not|didn't|did not) (?:want|need)(?: any of)?)"
+    rf"|\b(?:{_TAKES}|(?:don't|do not|didn't|did not) (?:want|need)(?: any of)?"
+    r"(?![^.;!?]*\b(?:i|we) (?:asked for|wanted)\b))"
     r" (?:everything|anything|whatever|what|all|things|stuff"
     rf"|(?:all )?(?:the|those|these) (?:things|items|stuff|rest)){_UNASKED_FOR}"
 )

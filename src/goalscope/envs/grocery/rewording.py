@@ -287,7 +287,7 @@ _CHANGES = [
             rf". add exactly \1 dozen {SAME}",
         ),
         (
-            r"\b((?:remove|delete|drop|take out|get rid of) (?:(?:the|all|those|these|that) )*"
+            r"\b((?:remove|delete|drop|take out|get rid of) (?:(?:the|all|those|these|that) )*+"
             r"(?!(?:things?|stuff|items?|products|everything|anything|whatever|what|all|rest|extras?)\b)"
             r"[^.;!?,]{1,60}?) (?:that |which )?(?:i|we|nobody|no one)(?: have)?"
             r" (?:didn't|did not|never|don't|haven't|ever)"

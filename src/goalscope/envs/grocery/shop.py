@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from decimal import Decimal
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import takewhile
 
 from goalscope import envs
@@ -31,6 +31,7 @@ from goalscope.envs.grocery.phrases import SAME, SAME_ALL
 from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.requests import amount, refuses, unrefused
 from goalscope.envs.grocery.search import Search
+from goalscope.envs.grocery.swapping import swapped
 from goalscope.envs.grocery.telling import listed, not_met, not_there, unlabelled
 from goalscope.envs.grocery.undoing import (
     Starts,
@@ -346,15 +347,31 @@ class GroceryShop:
         stands, _ = self._starts.standing(tuple(turn.utterance for turn in turns))
         said = [self._translated(each) for each in stands]
         for i, turn in enumerate(turns):
+            said[i] = swapped(said[i], partial(self._named_last, said[:i]), self._choice.sells)
             many = so_many(stands[i])
             if many or adds_it(stands[i]):
                 asked = takewhile(lambda text: text.rstrip().endswith("?"), reversed(said[:i]))
                 things = ((self._search.mentioned(text), text) for text in (*asked, turn.query))
-                thing = next(
-                    (_labelled(each[0], about) for each, about in things if len(each) == 1), ""
+                heard = hear(said[:i], self._names)
+                found = (
+                    self._named(each[0], text, heard) for each, text in things if len(each) == 1
                 )
+                thing = next(found, "")
                 said[i] = f"Add {many}{thing}" if thing else said[i]
         return said
+
+    def _named_last(self, said: Sequence[str]) -> list[str]:
+        things = (self._search.mentioned(each) for each in reversed(said))
+        return next((each for each in things if each), list[str]())
+
+    def _named(self, thing: str, question: str, hearing: Hearing) -> str:
+        """A thing that was asked about, with what it was to be labelled for; or the cheapest."""
+        said = question.casefold()
+        organic = ["organic"] if re.search(r"\borganic\b", said) else []
+        name = " ".join([*organic, *sorted(hinted(question) | diet(question)), thing])
+        wants_cheapest = re.search(r"\bcheapest\b", said)
+        item = self._choice.cheaper(None, name, hearing) if wants_cheapest else None
+        return item.name if item else name
 
     def _after(self, turns: Sequence[Turn]) -> Decimal:
         """Price of the basket once it is as the person asks for outright."""
@@ -423,9 +440,3 @@ class GroceryShop:
         total = self.catalogue.money(self.total)
         told = f"The basket is now purchased for {total}.\n{self.status()}"
         return StepResult(action, True, told, terminated=True, irreversible=True)
-
-
-def _labelled(thing: str, question: str) -> str:
-    """A thing that was asked about, with what it was to be labelled for, or that it was cheap."""
-    cheapest = ["the cheapest"] if re.search(r"\bcheapest\b", question.casefold()) else []
-    return " ".join([*cheapest, *sorted(hinted(question) | diet(question)), thing])

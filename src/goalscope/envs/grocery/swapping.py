@@ -1,0 +1,76 @@
+"""What a person says to have one thing in the place of another, said more plainly."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+
+from goalscope.envs.grocery.amounts import CONTAINER
+from goalscope.envs.grocery.correcting import NAMED, QUALITY, SUCH
+from goalscope.envs.grocery.diets import is_diet
+from goalscope.envs.grocery.phrases import IT, NUMBER, SAME_ONE
+from goalscope.envs.grocery.words import singulars
+from goalscope.envs.speech import evened, kept
+
+__all__ = ["swapped"]
+
+_ONE_NOT_OTHER = re.compile(
+    rf"^(?!(?:{IT}|the|for|on|in|at|by|to|with|i|we|you|no|and|but|if|my|our)\b)"
+    rf"({NAMED}(?: {NAMED}){{0,3}}?)(?:,? please)?,? (?:and )?not (?:the |any )?"
+    rf"(?![^.]*\bones?\b)({NAMED}(?: {NAMED}){{0,3}}?)(?: please)?[.!]*$"
+)
+"""The same without a verb, as people correct a list: "oat milk, not whole milk"."""
+_NOT_THIS = re.compile(
+    rf"^(?:no[ ,]+)?not (?:the |any )?({NAMED}(?: {NAMED}){{0,3}}?),? (?:but|(?:i|we)"
+    r" (?:said|meant?|want(?:ed)?|asked for)) (?!to\b)"
+    rf"({NAMED}(?: {NAMED}){{0,4}}?)(?: please)?[.!]*$"
+)
+"""The same the other way round: "not chips, I said bars"."""
+_INSTEAD = re.compile(
+    r"^(?:(?:no|nope|sorry|actually|oh|ok|okay|hmm|please|then)[ ,.!]+)*"
+    r"(?:(?:(?:i|we)(?:'d| would|'ll| will) (?:like|have|take|prefer)|(?:i|we) (?:want|need)"
+    r"|let's (?:have|take|do)|(?:can|could) (?:i|we|you) (?:have|get|take|add)|add|get|take|give me"
+    rf"|make (?:it|that)) )?(?!(?:{IT}|i|we|no|not|nothing|do|use|swap|change|replace|remove)\b)"
+    rf"({NAMED}(?: {NAMED}){{0,4}}) instead(?:,? please)?[.!?]*$"
+    r"|^(?:(?:no|nope|sorry|actually|oh|ok|okay|hmm|please|then|wait)[ ,.!]+)*make (?:it|that) "
+    rf"(?!(?:{IT}|an?|the|organic|vegan|double|cheaper|more|less|fewer|just|only|up|so|for|with"
+    r"|without|all|about|exactly|sure|quick|easy|simple|nice|good|better|snappy|fast|work)\b"
+    rf"|{NUMBER}\b)({NAMED}(?: {NAMED}){{0,3}})(?:,? please)?[.!?]*$"
+)
+"""What takes the place of the thing spoken of last: "coffee instead"."""
+_AMOUNT = re.compile(rf"^(?:(?:{NUMBER}|an?|some|the) )?(?:{CONTAINER} of )?")
+_LONGEST = 160
+"""Characters of a text that says no more than a swap, at most."""
+
+
+def swapped(text: str, spoken: Callable[[], Sequence[str]], sells: Callable[[str], bool]) -> str:
+    """`text`, said more plainly where one thing that is sold is to take the place of another.
+
+    Anything else stays as it is: "thanks, not today" and "make it tomorrow" swap no things.
+
+    Args:
+        text: What was said.
+        spoken: Gives the things that were spoken of last.
+        sells: Whether there are things of a name.
+    """
+    said = kept(evened(text)) if len(text) <= _LONGEST else ""
+    if SUCH.fullmatch(said):
+        return text
+    if found := _INSTEAD.fullmatch(said):
+        one = found[1] or found[2]
+        name = _AMOUNT.sub("", one)
+        last, kind = spoken(), singulars(name)[-1:]
+        alike = any(singulars(old)[-1:] == kind for old in last)
+        if is_diet(name) or (found[2] and len(last) != 1 and not alike):
+            return text
+        such = len(last) == 1 and name == one and not alike and sells(f"{name} {last[0]}")
+        if such and (found[2] or not sells(name)):
+            return f"the {name} one"
+        return f"{one} instead of {SAME_ONE}" if sells(name) else text
+    if (found := _ONE_NOT_OTHER.fullmatch(said)) or (found := _NOT_THIS.fullmatch(said)):
+        one, other = found.groups() if found.re is _ONE_NOT_OTHER else found.groups()[::-1]
+        name = _AMOUNT.sub("", one)
+        which = re.fullmatch(QUALITY, other)
+        if sells(name) and (which or sells(other) or sells(f"{other} {name.split()[-1]}")):
+            return f"add {one} instead of {SAME_ONE if which else other}"
+    return text
