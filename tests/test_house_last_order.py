@@ -228,3 +228,8 @@ def test_a_correction_of_which_nothing_comes_is_told(order: str, later: str) -> 
 )
 def test_what_tells_of_wishes_is_no_correction(later: str) -> None:
     assert told("LivingRoom1", "turn off the desk lamp", later)[1] == []
+
+
+def test_a_no_about_a_thing_that_is_named_first_is_not_about_the_last_order() -> None:
+    said = ["put the egg in the fridge", "The apple? No, not in the fridge, I want it in the bowl."]
+    assert told("Kitchen1", *said)[0] == {"egg 3: now in the fridge", "apple: now in the bowl"}

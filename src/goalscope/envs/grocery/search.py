@@ -145,8 +145,7 @@ class Search:
 
     def mentioned(self, text: str) -> list[str]:
         """Generic names that `text` mentions, in its order; "tomato sauce" rather than "sauce"."""
-        known = {" ".join(singulars(name)): name for name in self._kinds[0]}
-        said = singulars(text)
+        known, said = self._known, singulars(text)
         found: dict[str, None] = {}
         i = 0
         while i < len(said):
@@ -219,6 +218,11 @@ class Search:
         usual = [categories[kind].most_common(1)[0][0] or "groceries" for kind in kept]
         drawn = embedded(names) + _CATEGORY_NEARNESS * embedded(usual)
         return names, drawn.astype(np.float32)
+
+    @cached_property
+    def _known(self) -> dict[str, str]:
+        """The generic names by their words in the singular."""
+        return {" ".join(singulars(name)): name for name in self._kinds[0]}
 
     @cached_property
     def _index(self) -> sqlite3.Connection:

@@ -19,7 +19,7 @@ _ONE_NOT_OTHER = re.compile(
     rf"({NAMED}(?: {NAMED}){{0,3}}?)(?:,? please)?,? (?:and )?not (?:the |any )?"
     rf"(?![^.]*\bones?\b)({NAMED}(?: {NAMED}){{0,3}}?)(?: please)?[.!]*$"
 )
-"""The same without a verb, as people correct a list: "oat milk, not whole milk"."""
+"""One thing and not another, without a verb: "oat milk, not whole milk"."""
 _NOT_THIS = re.compile(
     rf"^(?:no[ ,]+)?not (?:the |any )?({NAMED}(?: {NAMED}){{0,3}}?),? (?:but|(?:i|we)"
     r" (?:said|meant?|want(?:ed)?|asked for)) (?!to\b)"

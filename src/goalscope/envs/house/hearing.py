@@ -128,8 +128,12 @@ class _Listener(Corrections):
         ruled_out = self.keep_whole(said)
         earlier = len(self.wanted)
         parts = re.split(r"(?<=[.!?;])\s+(?=(?:no[ ,]+)?not\b)", text, flags=re.IGNORECASE)
-        for part in [] if leave.takes_back(said) and is_remark(text) else parts:
-            left = self.meant_only(self.corrected(part, alone=part == text))
+        parts = [] if leave.takes_back(said) and is_remark(text) else parts
+        for number, part in enumerate(parts):
+            named = self.spoken_of(" ".join(parts[:number])) != {*self.type_of.values()}
+            if self.newest or not named:  # not for "The apple? No, not in the fridge"
+                part = self.corrected(part, alone=part == text)
+            left = self.meant_only(part)
             for clause in parse(left, self.count):
                 ruled_out |= clause.negated
                 earlier = min(earlier, self.take(clause, earlier))
