@@ -71,7 +71,8 @@ _KINDS = (
         (
             f"{PAPERS}: the paper's belief. {GOALSCOPE}: its own. {AGENT}: the one of an agent "
             "that proposes its goals itself.",
-            "Top-1, log-loss (nats) and expected calibration error after the last turn. AUROC: "
+            "Top-1, log-loss (nats) and expected calibration error after the last turn, among the "
+            "goals alone: Unspecified may lead all the same. AUROC: "
             "does it tell that the true goal is not among the goals? It should propose others "
             "then, and only then.",
         ),

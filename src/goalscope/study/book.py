@@ -90,7 +90,7 @@ class Book:
             if row is not None:
                 return _study(row)
             known = session.scalars(select(StudyRow.name)).all()
-        hint = nearest(name, known) if known else "`goalscope study new` makes one."
+        hint = nearest(name, known) if known else "`goalscope study new` makes one in this store."
         raise InvalidInputError(f'There is no study "{name}"; {hint}')
 
     def close(self, study: Study) -> None:
