@@ -62,11 +62,13 @@ def test_what_was_asked_and_answered_is_stored_and_found_and_shown_again(chat) -
     assert no in shown
 
 
-@pytest.mark.parametrize("answer", ["yes, but no milk", "yes?", "Fine."])
-def test_nothing_but_a_yes_buys(chat, answer: str) -> None:
+@pytest.mark.parametrize("answer", ["yes, but no milk", "yes?", "Fine.", "Well, I suppose so."])
+def test_nothing_but_a_yes_buys_and_nothing_is_guessed_for_it(chat, answer: str) -> None:
     _, rounds = chat(COCOA, "Buy it.", answer)
     assert said(rounds) == [COCOA, "Buy it.", answer]
     assert not rounds[-1].terminated
+    assert not [each for each in rounds[-1].results if each.action.name == "add item"]
+    assert 'Not done. If it shall be, say "Buy the basket", then "Yes".' in rounds[-1].notes
 
 
 def test_who_leaves_when_asked_is_asked_again(chat) -> None:
@@ -104,6 +106,11 @@ def test_one_can_leave_when_asked(chat, leaving: str) -> None:
         ("ok, go ahead", True),
         ("Yes please, thank you.", True),
         ("of course, do it", True),
+        ("Alright.", True),
+        ("Fine by me.", True),
+        ("Yes, that's fine dear, thank you.", True),
+        ("Well, I suppose so.", False),
+        ("It is good to wait", False),
         ("please", False),
         ("thanks", False),
         ("yes?", False),

@@ -12,6 +12,17 @@ from shops import talked
 @pytest.mark.parametrize(
     ("utterances", "basket"),
     [
+        (["rice, noodles, milk"],
+         {"Long Grain White Rice": 1, "Udon Noodles": 1, "Whole Milk": 1}),
+        (["rice", "Instead of the rice, noodles."], {"Udon Noodles": 1}),
+        (["3 milk", "Only one milk will do."], {"Whole Milk": 1}),
+        (["Two packs of butter, one salted and one unsalted, please."],
+         {"Salted Butter": 1, "Unsalted Butter": 1}),
+        (["potatoes, 6 eggs and some cheese, whichever is cheapest"],
+         {"White Potatoes": 1, "Large Eggs": 1, "Cheddar Cheese": 1}),
+        (["chicken", "I changed my mind, rice instead of the chicken."],
+         {"Long Grain White Rice": 1}),
+        (["Good morning. It's for the weekly shopping. I need eggs"], {"Large Eggs": 1}),
         (["rice 2kg"], {"Long Grain White Rice": 2}),
         (["add rice (2 kg), please"], {"Long Grain White Rice": 2}),
         (["milk 2 litres, eggs, flour 500 g and sugar (1kg)"],
@@ -79,6 +90,9 @@ def test_what_is_in_the_basket_is_told(question: str, answer: str | None) -> Non
         ("no, wait, I still need garlic and a bit of basil", {"Garlic": 1, "Fresh Basil": 1}),
         ("and a little cream", {"Heavy Whipping Cream": 1}),
         ("and I'm missing sugar", {"Cane Sugar": 1}),
+        ("Don't buy it yet, I have to ask my husband.", {}),
+        ("Anything cheaper than the milk?", {}),
+        ("Take everything out that I didn't ask for.", {}),
     ],
 )
 def test_an_afterthought_is_an_order_and_nothing_is_guessed_for_it(

@@ -221,12 +221,13 @@ class Agent:
         history = [result for round in self.rounds for result in round.results]
         try:
             turns = [*self.turns, turn]
-            sure = bool(confirmed and self.rounds and self.rounds[-1].question == CONFIRM)
+            answers = bool(self.rounds and self.rounds[-1].question == CONFIRM)
+            sure = answers and bool(confirmed)
             complete = ends = sure or self.env.is_completion(turn)
             asks = self.env.answer(turn.utterance) is not None
             silent = asks or sure or is_remark(turn.utterance)
             order = not silent and self.env.is_order(turns)
-            exact = complete or silent or order
+            exact = complete or silent or order or answers
             known = bool(tracker and self._stated(tracker.belief))
             changes, missing = (
                 self._update(tracker, turn, propose=not (silent or (order and known)))
@@ -241,6 +242,7 @@ class Agent:
                 outcome = self.planner.act(self.env, wants, turns, history)
             results = outcome.results
             how_to_end = f'If that is all, say "{self.env.completion_phrase}".'
+            not_done = f'Not done. If it shall be, say "{self.env.completion_phrase}", then "Yes".'
             final = self.env.completion_actions() if complete else []
             if final and self.confirm and confirmed != self.env.fingerprint():
                 complete, outcome = False, replace(outcome, question=CONFIRM)
@@ -259,6 +261,7 @@ class Agent:
                     *self._notes(turns, outcome),
                     *([] if asks else self.env.unmet(turns, outcome.results)),
                     *([how_to_end] if takes_leave(turn.utterance) and not ends else []),
+                    *([not_done] if answers and not ends else []),
                 ),
                 terminated=complete or any(result.terminated for result in results),
                 question=outcome.question,

@@ -65,6 +65,12 @@ _EVENED = [
         ),
         (r"\b(?:as well as|along with|together with)\b", "and"),
         (r"\b(?:evry|evrey|evey|evrything|every|eveyr|ever)[ -]?(?:th?ing|thign)\b", "everything"),
+        (
+            r"\b(hello|hi|good (?:morning|afternoon|evening)|please|thanks|thank you|yes|no|fine|ok"
+            r"|okay|right),? (?:my )?(?:dear|love|darling)\b",
+            r"\1",
+        ),
+        (r"^(?:good (?:morning|afternoon|evening|day)|hello|hi)(?: there)?[.!]+ (?=\w)", ""),
         (r"[ ,]+(?=[.;!?]|$)", ""),
     )
 ]
@@ -79,9 +85,12 @@ _CALLED_BACK = re.compile(
 )
 """What is taken back as soon as it is said: "remove the milk, no, keep it"."""
 
+_PLAIN_YES = (
+    rf"(?:{ASSENT}|ok(?:ay)?|al(?:l )?right|y|(?:that|it)(?:'s| is) (?:fine|right|ok(?:ay)?"
+    r"|correct|good)|fine by me|i (?:do|confirm|agree)|confirmed|agreed|correct)"
+)
 _AGREES = re.compile(
-    rf"(?:ok(?:ay)?[ ,.!]+)?(?:{ASSENT}|ok(?:ay)?|y)"
-    rf"(?:[ ,.!]+(?:{ASSENT}|please|thanks|thank you))*[ .!]*"
+    rf"(?:well[ ,]+)?{_PLAIN_YES}(?:[ ,.!]+(?:{_PLAIN_YES}|please|thanks|thank you))*[ .!]*"
 )
 
 

@@ -61,9 +61,21 @@ _BEFORE_LAST = re.compile(
 )
 
 
+_CHANGED = re.compile(
+    r"^(?:(?:no|actually|sorry|ok|oh)[ ,.!]+)*i(?:'ve| have)? changed my mind[,.:;]? (?:and )?"
+    r"(?=[^.;!?]* instead\b)"
+)
+_FIRST = re.compile(
+    rf"^instead of ({NAMED}(?: {NAMED}){{0,3}}), "
+    rf"({NAMED}(?: {NAMED}){{0,4}})(?=[ .!]*$)"
+)
+"""What is to go before what takes its place."""
+
+
 def instead(text: str) -> str:
     """`text`, evened, where it says no more than what is to take the place of what."""
     text = _MAKE_IT.sub("add ", text)
+    text = _FIRST.sub(r"\2 instead of \1", _CHANGED.sub("", text))
     text = _NOT_BUT.sub(r"add \1 instead of \2", text)
     text = SUCH.sub(r"the \1 one", text)
     text = _WANTED.sub(r"i want \1", kept(text))

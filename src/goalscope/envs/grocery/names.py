@@ -10,6 +10,7 @@ from goalscope.envs.grocery.words import head_words, spans, words
 __all__ = ["Names"]
 
 _SIGN = "\u01c1"  # a letter to a regular expression, and nothing that people type
+_LIST = re.compile(r"[,;:!?\n]|\.\s")
 _HIDDEN = re.compile(rf"{_SIGN}(\d+)")
 
 
@@ -43,6 +44,8 @@ class Names:
                 if places := self._places.get(told):
                     begin, end = found[i][1], found[i + length - 1][2]
                     exact = [p for p in places if text.startswith(self._names[p], begin)]
+                    if not exact and _LIST.search(text, begin, end):
+                        continue  # "rice, noodles" are two things
                     place = max(exact, key=lambda p: len(self._names[p]), default=places[0])
                     if exact:
                         end = max(end, begin + len(self._names[place]))

@@ -44,11 +44,11 @@ _AIM = re.compile(
     r"|\b(?:friends|guests|people|family) (?:over|round|coming)\b"
 )
 _OCCASION = re.compile(
-    rf"\b(?:something|anything|snacks?|treats?|ingredients|birthdays?|parties|{MEAL}s?|guests?"
-    r"|friends|visitors?|celebrat\w+|holidays?|occasion|hungry|craving|in the mood"
-    r"|(?:want|like|love|need|have|going|plan(?:ning)?) to (?!(?:add|be|buy|cancel|change|check"
-    r"|delete|drop|get|go|have|keep|know|leave|order|pay|purchase|put|remove|return|see|stop|take"
-    r"|undo)\b)\w+"
+    rf"\b(?:(?:some|any)thing(?! cheaper)|snacks?|treats?|ingredients|birthdays?|parties|{MEAL}s?"
+    r"|guests?|friends|visitors?|celebrat\w+|holidays?|occasion|hungry|craving|in the mood"
+    r"|(?:want|like|love|need|have|going|plan(?:ning)?) to (?!(?:add|ask|be|buy|call|cancel|change"
+    r"|check|delete|drop|get|go|have|keep|know|leave|order|pay|purchase|put|remove|return|see|speak"
+    r"|stop|take|talk|think|undo|wait)\b)\w+"
     r"|(?:i|we|they|you|he|she|everyone|everybody|nobody|[a-z]+s?) (?:(?:really|all|both|also) )?"
     r"(?:love|like|enjoy|prefer|fancy|crave)s?)\b"
 )
@@ -56,8 +56,9 @@ _CALLS_OFF = re.compile(
     r"\b(?:cancel(?:led|ling|ing|s)?|undo(?:ne|ing)?|revert|abort|never ?mind|scrap|no need"
     r"|forget (?:it|that|this|about)|(?:take|took|put) (?:it|that|this|them|those) back|go back"
     r"|chang(?:ed?|ing) (?:my|our) minds?|not (?:yet|now|ready|done)|\w+n't (?:ready|done)"
-    r"|hold (?:on|off)|wait)\b"
+    r"|hold (?:on|off)|wait|anything cheaper)\b"
 )
+_PUTS_OFF = re.compile(r"(?:n't|\bnot) (?:buy|order|pay|purchase|check ?out)\b")
 _HOLDS_BACK = re.compile(
     r"\b(?:buy|buying|purchas(?:e|ing)|order|ordering|pay|paying)(?: for)? (?:(?:the|my|our|this"
     r"|that|whole) ){1,2}(?:basket|cart|order|bill)\b"
@@ -173,7 +174,7 @@ def leaves_open(utterance: str) -> bool:
     if wants_ideas(utterance):
         return True
     rest = besides_buying(unreasoned(utterance))
-    holds = rest != utterance
+    holds = rest != utterance or bool(_PUTS_OFF.search(evened(utterance)))
     for said in heard(rest):
         if said.mood is Mood.QUESTION:
             holds = True

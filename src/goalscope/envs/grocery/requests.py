@@ -195,6 +195,8 @@ _UNASKED = re.compile(
     rf"\b(?:i|we|nobody|no one) {_ASKED_NOT} (?:any of |most of |half of |all |all of )?"
     r"(?:it|this|that|these|those|them)(?: things?| stuff| items?)?(?=[.,;!?]|$)"
     r"|\b(?:i|we) (?:only|just) (?:asked for|ordered|requested)\b"
+    rf"|\b(?:take|throw|put) (?:everything|anything|whatever|what|all|(?:all )?(?:the|those|these)"
+    rf" (?:things|items|stuff|rest)) (?:out|away|back|off){_UNASKED_FOR}"
     rf"|\b{_TAKES} {_GUESSES}|\b(?:take|throw|put) {_GUESSES} (?:out|away|back)\b"
     rf"|\b(?:{_TAKES}|(?:don't|do not|didn't|did not) (?:want|need)(?: any of)?"
     r"(?![^.;!?]*\b(?:i|we) (?:asked for|wanted)\b))"

@@ -88,6 +88,12 @@ _REWORDED = [
             r"\ban? (?:(?:small )?(?:handful|bit|pinch|touch|splash|knob|dash) of|little) (?!of\b)",
             "some ",
         ),
+        (r",? whichever (?:one )?(?:is|are) (?:the )?cheape(?:st|r)\b", ""),
+        (
+            rf"\b(?:two|2) (?:{PACKS} of )?([a-z]+)[,:]? (?:one|1) ([a-z]+) and (?:one|1) ([a-z]+)"
+            rf"{END}",
+            r"1 \2 \1 and 1 \3 \1",
+        ),
         (r"\b(?:i|we)(?:'m| am|'re| are)(?: still)? missing\b(?! something)", ". need"),
         (r"\b(?:an? )?half(?: an?)? dozen\b", "6"),
         (rf"\b({WORD}) and a half\b", r"\1 half"),
@@ -222,7 +228,8 @@ _CHANGES = [
         (rf"\b({NUMBER}) of each{END}", rf"exactly \1 packs of {SAME_ALL}"),
         (rf"(?:^|, )({NUMBER}) of (?:it|them|those){END}", rf". add exactly \1 packs of {SAME}"),
         (
-            rf"\b({NUMBER}) {_THING} (?:is|are|will be|would be|'s) (?:enough|plenty){END}",
+            rf"\b(?:only |just )?({NUMBER}) {_THING}"
+            rf" (?:(?:is|are|will be|would be|'s) (?:enough|plenty)|(?:will|would|'ll) do){END}",
             r". add exactly \1 packs of \2",
         ),
         (
