@@ -50,6 +50,7 @@ QUICK = (
 READERS: dict[str, Callable[[Path], Any]] = {
     "dialogues.jsonl": read_dialogues,
     "experiment.toml": read_experiment,
+    "mine.toml": read_experiment,
     "own.jsonl": read_cases,
     "people.toml": grocery.load_profiles,
     "questions.jsonl": lambda file: import_module("goalscope.benchmarks.mcq").read_questions(file),
