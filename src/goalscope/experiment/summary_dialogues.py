@@ -257,7 +257,7 @@ OPEN_NOTES = (
 )
 NOTES = (
     "n is the number of dialogues that have the turn; at the turn called last, each has its own. "
-    "All is among the goals alone: how often Unspecified leads stands with the open set.",
+    "All is among the goals, without Unspecified: how often that leads stands with the open set.",
     "Intervals are 95 %, by a bootstrap that resamples whole groups of dialogues that share "
     "people. Goals that tie share the top, or have their mean rank. Log-loss is in nats. "
     f"{NO_INTERVAL}",
