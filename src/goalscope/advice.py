@@ -83,18 +83,21 @@ _ASKS_LEAVE = re.compile(
     r"|(?:is|are|would) [^?]*\b(?:ok(?:ay)?|all? ?right|fine|happy|ready|sure)\b"
     r"|(?:does|do|would) [^?]{1,80} (?:work|suit|sound)\b)"
     r"|\b(?:ok(?:ay)?|all? ?right|right|agreed|deal|correct|go ahead|proceed)\?$"
+    r"|\bok(?:ay)? (?:for|with) you\?|\bmind\b"
     r"|^(?!(?:is|was|does|did|what|why|how)\b)(\w+) (?:it|this|that|them)(?: now| then)?\?$"
 )
 """A yes/no question whether to go ahead, with what is to be done."""
 
 _YES = (
-    rf"(?:{ASSENT}|y|yea|definitely|(?:i|we) (?:do|confirm|agree|accept)|confirmed|correct|exactly"
-    r"|go for it|let's do it|\U0001f44d|\u2705)"
+    rf"(?:{ASSENT}|y|yea|mm?-?hm+|uh-?huh|definitely|i'd love (?:that|to|it)"
+    r"|(?:that|it)(?:'d| would) be (?:great|lovely|nice|good|perfect|wonderful|fine)"
+    r"|(?:i|we) (?:do|confirm|agree|accept)|confirmed|correct|exactly|go for it|let's do it|\U0001f44d|\u2705)"
 )
 _FINE = (
     rf"(?:{MILD}|all? ?right|right|then|now|good|great|perfect|lovely|excellent|cool|agreed|deal"
     r"|(?:(?:that|it) )?(?:(?:works|suits)(?: for)?(?: me| us)?|sounds (?:good|great|perfect)))"
 )
+_OTHERWISE = re.compile(r"\b(?:instead|or|mind)\b")
 _HESITANT = re.compile(r"\b(?:but|later|rather|instead|first|another time|think about)\b")
 
 _ENGLISH = re.compile(
@@ -201,14 +204,20 @@ def _is_foreign(text: str) -> bool:
     return unread or (len(words) > 4 and not _ENGLISH.search(text))
 
 
-def _leave(turn: Turn) -> bool | None:
-    """Whether the answer to a question whether to go ahead is a yes; None: no such question."""
+def _leave(turn: Turn, goal: Goal) -> bool | None:
+    """Whether the answer to a question whether to go ahead is a yes; None: no such question.
+
+    A question whether not to, or what else to do, gives no leave, whatever the answer is.
+    """
     query = evened(unicodedata.normalize("NFKC", turn.query)[-LONGEST:])
     sentences = re.findall(r"[^.!?;]+[.!?;]*", query)
     questions = [each for each in sentences if "?" in each] or sentences
     asked = _ASKS_LEAVE.search(questions[-1].strip()) if questions else None
-    if not asked:
+    if not asked or re.search(r"\b(?:sure|certain)\b", asked.string):
         return None
+    opposed = _denials(asked.string) - _denials(evened(goal.text))
+    if opposed or _OTHERWISE.search(asked.string):
+        return False
     said = evened(unicodedata.normalize("NFKC", turn.utterance))
     verb = next(filter(None, asked.groups()), "yes")
     done = rf"{verb}(?: (?:it|that|this|them|both|the|my|for|please|now)\b|(?=[ ,.!]*$))"
@@ -238,7 +247,7 @@ def _is_told(belief: Belief, turns: Sequence[Turn], goal: Goal, made: int) -> bo
         return True
     if not turns:
         return False
-    answers = [_leave(turn) for turn in turns]
+    answers = [_leave(turn, goal) for turn in turns]
     if answers[-1] is False:
         return False
     said = [turn.utterance for turn in turns]

@@ -13,7 +13,7 @@ from goalscope.calibration import USUAL, Calibration
 from goalscope.dialog import FALLBACK, Human, ask, with_answer
 from goalscope.envs import SEARCH, Environment, taken
 from goalscope.envs.remarks import asks_why, is_remark, takes_leave
-from goalscope.envs.speech import agrees
+from goalscope.envs.speech import agrees, declines
 from goalscope.episode import Round
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
@@ -204,7 +204,8 @@ class Agent:
             query: What the agent asked.
             utterance: What the person answered.
             confirmed: Fingerprint of the state in which they confirm what nobody can undo; "" where
-                they do not. Without it the agent with `confirm` asks before it ends the task.
+                they do not. Without it, or a yes to that question, the agent with `confirm` asks
+                before it ends the task.
             keep: Stores the round; where it fails, there was no such round.
 
         Raises:
@@ -216,6 +217,7 @@ class Agent:
             raise ConflictError(
                 "Things are no longer as they were shown, so nothing was done. Look again."
             )
+        confirmed = confirmed or self._agreed(turn)
         tracker = self.tracker
         before = (tracker.belief, tracker.turns) if tracker else None
         history = [result for round in self.rounds for result in round.results]
@@ -227,7 +229,8 @@ class Agent:
             asks = self.env.answer(turn.utterance) is not None
             silent = asks or sure or is_remark(turn.utterance)
             order = not silent and self.env.is_order(turns)
-            exact = complete or silent or order or answers
+            declined = bool(self.rounds and self.rounds[-1].question and declines(utterance))
+            exact = complete or silent or order or answers or declined
             known = bool(tracker and self._stated(tracker.belief))
             changes, missing = (
                 self._update(tracker, turn, propose=not (silent or (order and known)))
@@ -386,6 +389,14 @@ class Agent:
         for held in outcome.held:
             yield f"Held back until it is clear what you want: {held}."
 
+    def _agreed(self, turn: Turn) -> str:
+        """Fingerprint of the present state, where the person agrees to an end in it."""
+        last = self.rounds[-1] if self.rounds else None
+        if last is None or last.question != CONFIRM or last.state != self.env.fingerprint():
+            return ""
+        agreed = agrees(turn.utterance) or self.env.is_completion(turn)
+        return last.state if agreed else ""
+
     def _only_asked(self, why: str) -> bool:
         """Whether nothing was guessed in what a person asks "why" of: the last acts, or all."""
         acted = [r for r in self.rounds if any(each.action.name != SEARCH for each in r.results)]
@@ -402,16 +413,8 @@ def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator
     """
     while len(agent.rounds) < max_rounds and not (agent.rounds and agent.rounds[-1].terminated):
         query = agent.ask()
-        turn = Turn(query, human.reply(query, agent.turns, agent.env.status()))
-        yield agent.step(query, turn.utterance, confirmed=_confirmed(agent, turn))
-
-
-def _confirmed(agent: Agent, turn: Turn) -> str:
-    """Fingerprint of the state that was shown, where the person agrees to an end in it."""
-    last = agent.rounds[-1] if agent.rounds else None
-    if last is None or last.question != CONFIRM:
-        return ""
-    return last.state if agrees(turn.utterance) or agent.env.is_completion(turn) else ""
+        utterance = human.reply(query, agent.turns, agent.env.status())
+        yield agent.step(query, utterance)
 
 
 def _silent(step: str) -> None:

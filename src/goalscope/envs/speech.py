@@ -6,7 +6,7 @@ import re
 from functools import lru_cache
 
 __all__ = ["ASSENT", "LEAD", "LONGEST", "MILD"]
-__all__ += ["agrees", "evened", "kept", "lowered", "misspelt"]
+__all__ += ["agrees", "declines", "evened", "kept", "lowered", "misspelt"]
 
 LEAD = (
     r"(?:(?:ok(?:ay)?|hi|hello|hey|so|and|but|well|sorry|excuse me|also|please|(?:can|could) you"
@@ -97,6 +97,11 @@ _AGREES = re.compile(
 def agrees(text: str) -> bool:
     """Whether `text` is a yes, and nothing besides."""
     return bool(_AGREES.fullmatch(evened(text)))
+
+
+def declines(text: str) -> bool:
+    """Whether `text` begins as a no does."""
+    return bool(re.match(r"\W*(?:no|nope|nah|not|don't|do not|leave|never)\b", evened(text)))
 
 
 def lowered(text: str) -> str:

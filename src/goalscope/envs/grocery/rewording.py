@@ -315,6 +315,11 @@ _CHANGES = [
         ),
         (rf"\b(?:take )?{_ALL}(?: else)? out {_EXCEPT} ", ". keep only "),
         (
+            rf"^\W*(?:(?:yes|ok|okay|sure|please|fine)[ ,.!]+)*{_ALL}(?: of (?:it|them))? {_EXCEPT}"
+            rf" (?:the )?{_THING}{END}",
+            r". remove \1",
+        ),
+        (
             r"^\W*(?:(?:please|ok|okay|so|no|now|actually|and|then|let's"
             r"|(?:can|could) (?:you|we)) )*(?:only|just) keep ",
             ". keep only ",
