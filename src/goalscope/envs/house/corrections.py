@@ -203,7 +203,7 @@ class Corrections(Standing):
         asked = {kind for each in self.acted for kind in each.types}
         if not found or not thing or (self.queried and asked.isdisjoint(self.queried.types)):
             return None
-        if "other" in found["thing"].split():
+        if "other" in found["thing"].split() or not (self.newest or self.latest):
             return None
         steps = self.steps or self.former
         vessel = {"receptacle", "pickupable"}
@@ -270,16 +270,19 @@ class Corrections(Standing):
         if vague or not last:
             self.missed.append(f"I did not understand: {shorten(text, 80, placeholder=' ...')}.")
             return ""
-        several = len(self.steps or self.former) > 1
-        if named and not found[2] and (several or " meant " not in evened(text)):
+        double = len(self.steps or self.former) > 1
+        if named and not found[2] and (double or " meant " not in evened(text)):
             return f"actually {found[1]}, not {found[0]}"
         kept = {k for t in things for k in t.types if not (t.described or t.which)} & asked
-        names = {self.name(t.types, t) for t in things if t.which and {*t.types} & asked} - {""}
-        for each in last:
+        several = [old for old in last if old.name or old.every or old.number > 1]
+        known = [(old, self.fitting(old.verb, t.types), t) for old in several for t in things]
+        names = {self.name(kinds, t) for old, kinds, t in known if {*kinds} & {*old.object_types}}
+        more = [old for old in last if not old.name or old.name not in names]
+        for each in more:
             stay = tuple(kind for kind in each.object_types if kind in kept)
             ones = [
                 replace(each, object_types=(kind,), name=name, every=False, number=0)
-                for name in sorted(names)
+                for name in sorted(names - {""})
                 if (kind := self.type_of[name]) in each.object_types
             ]
             if kinds := tuple(kind for kind in each.object_types if kind not in kept):
@@ -287,7 +290,7 @@ class Corrections(Standing):
                 right = [replace(each, object_types=stay)] if stay else []
                 self.wanted = [*(old for old in self.wanted if old != each), *right, *ones]
                 self.reverse(replace(each, object_types=kinds), ones)
-        return "" if kept or names else f"actually {found[1]}"
+        return "" if kept or (more and names - {""}) else f"actually {found[1]}"
 
     def correct(self, clause: Clause) -> None:
         """Take back the last requests where a clause takes their place; it names other things."""

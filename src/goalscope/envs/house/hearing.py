@@ -152,7 +152,9 @@ class _Listener(Corrections):
         known = self.exact or self.stuck
         if ordered or not (undone or (known and self.wanted == before)):
             self.orders.append((before, ordered))
-        self.latest = ordered or (self.latest if known else [])
+        about, latest = self.spoken_of(text), self.latest
+        same = any(about & {*old.object_types, *old.destination_types} for old in latest)
+        self.latest = ordered or (latest if self.stuck or (known and same) else [])
 
     def ruled(self) -> object:
         """What stands besides leave, to be compared."""
