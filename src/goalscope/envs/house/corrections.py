@@ -63,7 +63,8 @@ class Corrections(Standing):
         fresh: Its requests.
         steps: The orders of the newest words, each with its requests.
         former: The same of those before that gave orders.
-        latest: What was asked for last; nothing once an aim was named since.
+        latest: What was asked for last; nothing once something else was spoken of.
+        apart: Whether something else was spoken of since the last order, such as an aim.
         missed: See `Hearing.missed`.
         exact: See `Hearing.exact`.
         asked: See `Hearing.asked`.
@@ -84,6 +85,7 @@ class Corrections(Standing):
         default_factory=list[tuple[Clause, list[Request]]], init=False
     )
     latest: list[Request] = field(default_factory=list[Request], init=False)
+    apart: bool = field(default=False, init=False)
     missed: list[str] = field(default_factory=list[str], init=False)
     exact: bool = field(default=False, init=False)
     undone: str = field(default="", init=False)
@@ -203,7 +205,7 @@ class Corrections(Standing):
         asked = {kind for each in self.acted for kind in each.types}
         if not found or not thing or (self.queried and asked.isdisjoint(self.queried.types)):
             return None
-        if "other" in found["thing"].split() or not (self.newest or self.latest):
+        if "other" in found["thing"].split() or (self.apart and not self.newest):
             return None
         steps = self.steps or self.former
         vessel = {"receptacle", "pickupable"}
