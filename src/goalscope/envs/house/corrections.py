@@ -198,6 +198,16 @@ class Corrections(Standing):
             return None
         return "" if self._move(last, place, self.one_thing(found["no"] or "")) else None
 
+    def elsewhere_than(self, text: str) -> str:
+        """The order in "not on the chair, on the bed", said of a thing that was just named."""
+        found = _OTHER_PLACE.fullmatch(evened(text))
+        rest = (found["rest"] or "") if found else ""
+        no, yes = self.one_thing(found["no"] if found else ""), self.one_thing(rest)
+        if not no or not yes or "receptacle" not in self.flags_of(yes):
+            return text
+        self.keep_out([kind for thing in self.last for kind in thing.types], no.types)
+        return f"put them in {rest}"
+
     def _other_thing(self, said: str) -> str | None:
         """The correction for which a plain "no, the plate" stands; None if `said` is none."""
         found = _OTHER_THING.fullmatch(said) if len(said) <= _LONGEST else None
@@ -205,7 +215,7 @@ class Corrections(Standing):
         asked = {kind for each in self.acted for kind in each.types}
         if not found or not thing or (self.queried and asked.isdisjoint(self.queried.types)):
             return None
-        if "other" in found["thing"].split() or (self.apart and not self.newest):
+        if {"other", *v.LIQUIDS} & {*found["thing"].split()} or (self.apart and not self.newest):
             return None
         steps = self.steps or self.former
         vessel = {"receptacle", "pickupable"}
@@ -310,18 +320,25 @@ class Corrections(Standing):
         about = [old for old in self.fresh if not no.isdisjoint(old.object_types)]
         wrong = about or alike or self.fresh
         self.wanted = [old for old in self.wanted if old not in wrong]
+        every = {k for thing in clause.things if not thing.which for k in thing.types}
+        names = {self.name(thing.types, thing) for thing in clause.things} - {""}
         for old in wrong:
+            again = old.name in names or every.issuperset(old.object_types)
+            if again and inverse(old, self.start) is None:
+                continue
             if old not in self.newest and was_done(old, self.objects, self.start):
                 self.reverse(old)
 
     def repeated(self, clause: Clause) -> list[tuple[Clause, list[Request]]]:
         """The orders that a thing alone repeats, each with its requests.
 
-        Those about what it takes the place of; else the last one that suits it.
+        Those about what it takes the place of; else the last one of it, or that suits it.
         """
         steps = self.steps or self.former
         no = {kind for thing in clause.excluded for kind in thing.types}
         about = [each for each in steps if any(no & {*old.object_types} for old in each[1])]
         kinds = [kind for thing in clause.things for kind in thing.types]
         fit = [each for each in steps if self.fitting(each[0].verb, kinds)]
-        return (about if clause.corrects else []) or fit[-1:] or [(self.order, self.fresh)]
+        own = [each for each in fit if any({*kinds} & {*old.object_types} for old in each[1])]
+        one = own[-1:] or fit[-1:] or [(self.order, self.fresh)]
+        return (about if clause.corrects else []) or one

@@ -140,6 +140,8 @@ class _Listener(Corrections):
             named = self.spoken_of(" ".join(parts[:number])) != {*self.type_of.values()}
             if self.newest or not named:  # not for "The apple? No, not in the fridge"
                 part = self.corrected(part, alone=part == text)
+            else:
+                part = self.elsewhere_than(part)
             left = self.meant_only(part)
             for clause in parse(left, self.count):
                 ruled_out |= clause.negated
