@@ -286,7 +286,7 @@ class Corrections(Standing):
         if named and not found[2] and (double or " meant " not in evened(text)):
             return f"actually {found[1]}, not {found[0]}"
         kept = {k for t in things for k in t.types if not (t.described or t.which)} & asked
-        several = [old for old in last if old.name or old.every or old.number > 1]
+        several = [old for old in last if old.verb == "put" or old.name or old.every or old.number]
         known = [(old, self.fitting(old.verb, t.types), t) for old in several for t in things]
         names = {self.name(kinds, t) for old, kinds, t in known if {*kinds} & {*old.object_types}}
         more = [old for old in last if not old.name or old.name not in names]

@@ -23,7 +23,7 @@ from goalscope.envs.house.phrases import Phrase, first_named
 from goalscope.envs.house.referents import TO_SLICES
 from goalscope.envs.house.undoing import undoes
 from goalscope.envs.remarks import is_remark
-from goalscope.envs.speech import evened, kept, lowered
+from goalscope.envs.speech import agrees, evened, kept, lowered
 from goalscope.types import Turn
 
 __all__ = ["IRREVERSIBLE", "Hearing", "Leave", "Request", "ask_permission", "completes", "hear"]
@@ -45,11 +45,11 @@ _ABOUT_IT = re.compile(
 )
 """What is said about the last order, as far as its words tell."""
 
-_POINTING = {
-    *" ".join((*v.INTO, *_NEAR, *v.NUMBERS)).split(),
-    *"the a an my our your this that these those one ones other others another wrong".split(),
-    *"and or not of there here all both please instead".split(),
-}
+_WHICH = (
+    "the a an my our your this that these those one ones other others another wrong both all",
+    "and or not of there here please instead",
+)
+_POINTING = {*" ".join((*v.INTO, *_NEAR, *v.NUMBERS, *_WHICH)).split()}
 """Words that tell, beside names, which thing or place is meant."""
 
 _IT = frozenset(("it", "that", "this", "them", "those"))
@@ -164,7 +164,7 @@ class _Listener(Corrections):
         put = {k for old in self.latest for k in (*old.object_types, *old.destination_types)}
         if ordered or self.stuck:
             self.apart = False
-        elif not self.exact or (put and put.isdisjoint(self.spoken_of(text))):
+        elif not (self.exact or agrees(text)) or (put and put.isdisjoint(self.spoken_of(text))):
             self.apart = True
         self.latest = ordered or ([] if self.apart else self.latest)
 
