@@ -233,3 +233,63 @@ def test_what_tells_of_wishes_is_no_correction(later: str) -> None:
 def test_a_no_about_a_thing_that_is_named_first_is_not_about_the_last_order() -> None:
     said = ["put the egg in the fridge", "The apple? No, not in the fridge, I want it in the bowl."]
     assert told("Kitchen1", *said)[0] == {"egg 3: now in the fridge", "apple: now in the bowl"}
+
+
+@pytest.mark.parametrize(
+    ("said", "changes"),
+    [
+        (["put egg 1 on the table", "only egg 1"], {"egg 1: now on the dining table"}),
+        (["put egg 1 and the tomato on the table", "only egg 1"],
+         {"egg 1: now on the dining table"}),
+        (["put egg 1 on the table", "put egg 2 there too", "only egg 2"],
+         {"egg 2: now on the dining table"}),
+        (["open drawer 1", "only drawer 1"], {"drawer 1: open"}),
+        (["turn on the stove", "only burner 1"], {"stove burner 1: on", "stove knob 1: on"}),
+        (["put mug 1 on the counter", "leave the other mug where it was"],
+         {"mug 1: now on counter 1"}),
+        (["put two eggs on the table", "leave one egg where it was"],
+         {f"egg {each}: now on the dining table" for each in (1, 2)}),
+    ],
+)  # fmt: skip
+def test_what_alone_was_asked_for_is_not_taken_back(said: list[str], changes: set[str]) -> None:
+    assert told("Kitchen1", *said)[0] == changes
+
+
+@pytest.mark.parametrize(
+    "later",
+    [
+        ["is the fridge open?", "no, the microwave"],
+        ["Where is the apple?", "on the counter, please"],
+        ["don't touch the apple", "in the bowl"],
+        ["don't slice the apple", "no, the bread"],
+        ["I want breakfast", "no, bread"],
+        ["I want breakfast", "in the pan please"],
+        ["actually a salad with tomato and lettuce"],
+        ["no, bread with tomato"],
+        ["Not too much bread"],
+        ["Sorry for the mess on the table"],
+        ["You should be able to find a mug on the table"],
+    ],
+)
+def test_what_is_said_of_something_else_corrects_nothing(later: list[str]) -> None:
+    said = ["put plate 1 on the table", *later]
+    assert told("Kitchen1", *said)[:2] == ({"plate 1: now on the dining table"}, [])
+    assert not robot_in("Kitchen1").is_order([Turn("", each) for each in said])
+
+
+@pytest.mark.parametrize(
+    ("said", "notes"),
+    [
+        (["slice the apple", "I said the apple"], ["The apple is sliced already."]),
+        (["put the apple on the table and slice the bread", "I said the apple"],
+         ["The apple is on the dining table already."]),
+        (["fill the mug with water", "no, wine"], ["I did not understand: no, wine."]),
+    ],
+)  # fmt: skip
+def test_what_is_said_again_is_of_its_own_order(said: list[str], notes: list[str]) -> None:
+    assert told("Kitchen1", *said) == (told("Kitchen1", *said[:1])[0], notes, "")
+
+
+def test_a_thing_that_is_named_first_goes_where_it_should_and_nothing_else_does() -> None:
+    said = ["Put the pillow on the chair", "The laptop? Not on the chair, on the bed"]
+    assert told("Bedroom1", *said)[0] == {"pillow 1: now on the chair", "laptop: now on the bed"}

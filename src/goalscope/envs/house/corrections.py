@@ -63,7 +63,8 @@ class Corrections(Standing):
         fresh: Its requests.
         steps: The orders of the newest words, each with its requests.
         former: The same of those before that gave orders.
-        latest: What was asked for last; nothing once an aim was named since.
+        latest: What was asked for last; nothing once something else was spoken of.
+        apart: Whether something else was spoken of since the last order, such as an aim.
         missed: See `Hearing.missed`.
         exact: See `Hearing.exact`.
         asked: See `Hearing.asked`.
@@ -84,6 +85,7 @@ class Corrections(Standing):
         default_factory=list[tuple[Clause, list[Request]]], init=False
     )
     latest: list[Request] = field(default_factory=list[Request], init=False)
+    apart: bool = field(default=False, init=False)
     missed: list[str] = field(default_factory=list[str], init=False)
     exact: bool = field(default=False, init=False)
     undone: str = field(default="", init=False)
@@ -196,6 +198,16 @@ class Corrections(Standing):
             return None
         return "" if self._move(last, place, self.one_thing(found["no"] or "")) else None
 
+    def elsewhere_than(self, text: str) -> str:
+        """The order in "not on the chair, on the bed", said of a thing that was just named."""
+        found = _OTHER_PLACE.fullmatch(evened(text))
+        rest = (found["rest"] or "") if found else ""
+        no, yes = self.one_thing(found["no"] if found else ""), self.one_thing(rest)
+        if not no or not yes or "receptacle" not in self.flags_of(yes):
+            return text
+        self.keep_out([kind for thing in self.last for kind in thing.types], no.types)
+        return f"put them in {rest}"
+
     def _other_thing(self, said: str) -> str | None:
         """The correction for which a plain "no, the plate" stands; None if `said` is none."""
         found = _OTHER_THING.fullmatch(said) if len(said) <= _LONGEST else None
@@ -203,7 +215,7 @@ class Corrections(Standing):
         asked = {kind for each in self.acted for kind in each.types}
         if not found or not thing or (self.queried and asked.isdisjoint(self.queried.types)):
             return None
-        if "other" in found["thing"].split():
+        if {"other", *v.LIQUIDS} & {*found["thing"].split()} or (self.apart and not self.newest):
             return None
         steps = self.steps or self.former
         vessel = {"receptacle", "pickupable"}
@@ -270,16 +282,19 @@ class Corrections(Standing):
         if vague or not last:
             self.missed.append(f"I did not understand: {shorten(text, 80, placeholder=' ...')}.")
             return ""
-        several = len(self.steps or self.former) > 1
-        if named and not found[2] and (several or " meant " not in evened(text)):
+        double = len(self.steps or self.former) > 1
+        if named and not found[2] and (double or " meant " not in evened(text)):
             return f"actually {found[1]}, not {found[0]}"
         kept = {k for t in things for k in t.types if not (t.described or t.which)} & asked
-        names = {self.name(t.types, t) for t in things if t.which and {*t.types} & asked} - {""}
-        for each in last:
+        several = [old for old in last if old.verb == "put" or old.name or old.every or old.number]
+        known = [(old, self.fitting(old.verb, t.types), t) for old in several for t in things]
+        names = {self.name(kinds, t) for old, kinds, t in known if {*kinds} & {*old.object_types}}
+        more = [old for old in last if not old.name or old.name not in names]
+        for each in more:
             stay = tuple(kind for kind in each.object_types if kind in kept)
             ones = [
                 replace(each, object_types=(kind,), name=name, every=False, number=0)
-                for name in sorted(names)
+                for name in sorted(names - {""})
                 if (kind := self.type_of[name]) in each.object_types
             ]
             if kinds := tuple(kind for kind in each.object_types if kind not in kept):
@@ -287,7 +302,7 @@ class Corrections(Standing):
                 right = [replace(each, object_types=stay)] if stay else []
                 self.wanted = [*(old for old in self.wanted if old != each), *right, *ones]
                 self.reverse(replace(each, object_types=kinds), ones)
-        return "" if kept or names else f"actually {found[1]}"
+        return "" if kept or (more and names - {""}) else f"actually {found[1]}"
 
     def correct(self, clause: Clause) -> None:
         """Take back the last requests where a clause takes their place; it names other things."""
@@ -305,18 +320,25 @@ class Corrections(Standing):
         about = [old for old in self.fresh if not no.isdisjoint(old.object_types)]
         wrong = about or alike or self.fresh
         self.wanted = [old for old in self.wanted if old not in wrong]
+        every = {k for thing in clause.things if not thing.which for k in thing.types}
+        names = {self.name(thing.types, thing) for thing in clause.things} - {""}
         for old in wrong:
+            again = old.name in names or every.issuperset(old.object_types)
+            if again and inverse(old, self.start) is None:
+                continue
             if old not in self.newest and was_done(old, self.objects, self.start):
                 self.reverse(old)
 
     def repeated(self, clause: Clause) -> list[tuple[Clause, list[Request]]]:
         """The orders that a thing alone repeats, each with its requests.
 
-        Those about what it takes the place of; else the last one that suits it.
+        Those about what it takes the place of; else the last one of it, or that suits it.
         """
         steps = self.steps or self.former
         no = {kind for thing in clause.excluded for kind in thing.types}
         about = [each for each in steps if any(no & {*old.object_types} for old in each[1])]
         kinds = [kind for thing in clause.things for kind in thing.types]
         fit = [each for each in steps if self.fitting(each[0].verb, kinds)]
-        return (about if clause.corrects else []) or fit[-1:] or [(self.order, self.fresh)]
+        own = [each for each in fit if any({*kinds} & {*old.object_types} for old in each[1])]
+        one = own[-1:] or fit[-1:] or [(self.order, self.fresh)]
+        return (about if clause.corrects else []) or one

@@ -17,13 +17,13 @@ from goalscope.envs.house.grammar import is_exact, parse, parse_plain, sentences
 from goalscope.envs.house.heard import HOME, Hearing, Leave, Request
 from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
 from goalscope.envs.house.meeting import NEEDS
-from goalscope.envs.house.names import are, names, readable, the
+from goalscope.envs.house.names import are, names, naming, readable, the
 from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase, first_named
 from goalscope.envs.house.referents import TO_SLICES
 from goalscope.envs.house.undoing import undoes
 from goalscope.envs.remarks import is_remark
-from goalscope.envs.speech import evened, kept, lowered
+from goalscope.envs.speech import agrees, evened, kept, lowered
 from goalscope.types import Turn
 
 __all__ = ["IRREVERSIBLE", "Hearing", "Leave", "Request", "ask_permission", "completes", "hear"]
@@ -37,13 +37,20 @@ _OTHER = re.compile(
 _NEAR = ("next to", "in front of", "close to", "beside", "near", "under", "above", "behind")
 
 _ABOUT_IT = re.compile(
-    r"(?:(?:no+|nope|not|oops|sorry|wait|actually|rather|i meant?|i said)\b[ ,.!]*+)++"
+    r"(?P<lead>(?:(?:no+|nope|not|oops|sorry|wait|actually|rather|i meant?|i said)\b[ ,.!]*+)++)"
     r"(?!(?:some|any)\w*|(?:(?!\?).)*\b(?:am|is|are|was|were|has|have|had|i|we|he|she|they|it"
     r"|want|need|like|love)\b)[^?]*"
     rf"|(?P<to>{'|'.join((*v.INTO, *_NEAR))}) (?P<place>[a-z0-9 ]+?)(?P<end>,? please)?[ .!]*"
-    r"|you (?:should|forgot|missed|put|took|moved|left)\b[^?]*"
+    r"|you (?:should(?! be able| find| see)|forgot|missed|put|took|moved|left)\b[^?]*"
 )
 """What is said about the last order, as far as its words tell."""
+
+_WHICH = (
+    "the a an my our your this that these those one ones other others another wrong both all",
+    "and or not of there here please instead",
+)
+_POINTING = {*" ".join((*v.INTO, *_NEAR, *v.NUMBERS, *_WHICH)).split()}
+"""Words that tell, beside names, which thing or place is meant."""
 
 _IT = frozenset(("it", "that", "this", "them", "those"))
 """Words for what was spoken of last."""
@@ -133,6 +140,8 @@ class _Listener(Corrections):
             named = self.spoken_of(" ".join(parts[:number])) != {*self.type_of.values()}
             if self.newest or not named:  # not for "The apple? No, not in the fridge"
                 part = self.corrected(part, alone=part == text)
+            else:
+                part = self.elsewhere_than(part)
             left = self.meant_only(part)
             for clause in parse(left, self.count):
                 ruled_out |= clause.negated
@@ -152,7 +161,12 @@ class _Listener(Corrections):
         known = self.exact or self.stuck
         if ordered or not (undone or (known and self.wanted == before)):
             self.orders.append((before, ordered))
-        self.latest = ordered or (self.latest if known else [])
+        put = {k for old in self.latest for k in (*old.object_types, *old.destination_types)}
+        if ordered or self.stuck:
+            self.apart = False
+        elif not (self.exact or agrees(text)) or (put and put.isdisjoint(self.spoken_of(text))):
+            self.apart = True
+        self.latest = ordered or ([] if self.apart else self.latest)
 
     def ruled(self) -> object:
         """What stands besides leave, to be compared."""
@@ -166,13 +180,26 @@ class _Listener(Corrections):
             ruled: What stood before.
         """
         found = _ABOUT_IT.fullmatch(said)
-        if not found or self.exact or ruled != self.ruled():
+        if not found or self.exact or self.apart or ruled != self.ruled():
             return False
         if found["to"]:
             put = self.order.verb == "put" and self.one_thing(found["place"])
             return not self.elsewhere and bool(found["end"] or put)
+        lead = found["lead"] or ""
+        if lead and "meant" not in lead and not self.is_pointing(said[len(lead) :]):
+            return False
         pointed = re.search(r"\b(?:others?|ones?|there|here)\b", said)
         return bool(pointed or first_named(said, self.count))
+
+    def is_pointing(self, said: str) -> bool:
+        """Whether all of `said` tells which things and places are meant."""
+        words, i = re.findall(r"[a-z0-9']+", said), 0
+        while i < len(words):
+            named = naming(words, i, self.count)
+            if not named and words[i] not in _POINTING and not words[i].isdigit():
+                return False
+            i = named.end if named else i + 1
+        return True
 
     def replied(self, turn: Turn) -> str:
         """Read a plain yes or no to the question for leave; what else is said is left."""

@@ -165,9 +165,10 @@ class OrderReader(PhraseReader):
             return None
         back = "back" in self.words[start:]
         one = any(thing.which or thing.described for thing in things)
-        if said in ("keep", "leave") and not into and not (back and one):
+        some = "other" in self.words[start:] or any(thing.number for thing in things)
+        if said in ("keep", "leave") and not into and (some or not (back and one)):
             known = said == "leave" or back
-            return Clause("any", things, negated=True, alone=not back) if known else None
+            return Clause("any", things, negated=True, alone=some or not back) if known else None
         if verb == "put" and not into and (said in v.RETURNS or back):
             into = Phrase(word="home")
             every = things and things[0].word == "everything"
