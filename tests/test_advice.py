@@ -352,6 +352,33 @@ def test_other_questions_need_no_yes(query: str, leave: bool) -> None:
     assert answered(query, "Too expensive.") == ("ask" if leave else "act")
 
 
+@pytest.mark.parametrize(
+    ("query", "words"),
+    [
+        ("Shall I cancel the reservation?", "Yes."),
+        ("Shall I leave it then?", "Yes."),
+        ("Shall I order coffee instead?", "Yes."),
+        ("Shall I book it, or would you rather wait?", "Yes."),
+        ("Do you mind if I book it now?", "Yes."),
+        ("Would you mind waiting?", "Of course."),
+        ("That is 1.50 euros, to be paid now. Okay for you?", "That's a lot."),
+    ],
+)
+def test_a_yes_to_a_question_whether_not_to_gives_no_leave(query: str, words: str) -> None:
+    assert answered(query, words) == "ask"
+
+
+def test_a_yes_to_are_you_sure_takes_no_refusal_back() -> None:
+    stand = BARE.observe([-9.0, 0.0])
+    turns = [Turn("", "Tea!"), Turn("Shall I book it?", "No."), Turn("Are you sure?", "Yes.")]
+    assert advice(Stand(stand.observe([0.0, 0.0]).observe([0.0, 0.0]), turns)) == "ask"
+
+
+@pytest.mark.parametrize("words", ["That would be great.", "I'd love that!", "Mhm."])
+def test_more_ways_to_say_yes(words: str) -> None:
+    assert answered("Shall I book it?", words) == "act"
+
+
 def test_who_takes_something_back_is_offered_nothing_else() -> None:
     lost = BARE.observe([0.0, -9.0])
     words = "Never mind, we'll take the bus."

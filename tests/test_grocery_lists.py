@@ -12,6 +12,7 @@ from shops import talked
 @pytest.mark.parametrize(
     ("utterances", "basket"),
     [
+        (["strawberries and milk", "yes, all but the strawberries"], {"Whole Milk": 1}),
         (["rice, noodles, milk"],
          {"Long Grain White Rice": 1, "Udon Noodles": 1, "Whole Milk": 1}),
         (["rice", "Instead of the rice, noodles."], {"Udon Noodles": 1}),

@@ -83,7 +83,7 @@ _ASKS_LEAVE = re.compile(
     r"|(?:is|are|would) [^?]*\b(?:ok(?:ay)?|all? ?right|fine|happy|ready|sure)\b"
     r"|(?:does|do|would) [^?]{1,80} (?:work|suit|sound)\b)"
     r"|\b(?:ok(?:ay)?|all? ?right|right|agreed|deal|correct|go ahead|proceed)\?$"
-    r"|\bok(?:ay)? (?:for|with) you\?|\bmind\b"
+    r"|\bok(?:ay)? (?:for|with) you\?|\b(?:do|would) you mind\b"
     r"|^(?!(?:is|was|does|did|what|why|how)\b)(\w+) (?:it|this|that|them)(?: now| then)?\?$"
 )
 """A yes/no question whether to go ahead, with what is to be done."""
@@ -91,13 +91,14 @@ _ASKS_LEAVE = re.compile(
 _YES = (
     rf"(?:{ASSENT}|y|yea|mm?-?hm+|uh-?huh|definitely|i'd love (?:that|to|it)"
     r"|(?:that|it)(?:'d| would) be (?:great|lovely|nice|good|perfect|wonderful|fine)"
-    r"|(?:i|we) (?:do|confirm|agree|accept)|confirmed|correct|exactly|go for it|let's do it|\U0001f44d|\u2705)"
+    r"|(?:i|we) (?:do|confirm|agree|accept)|confirmed|correct|exactly"
+    r"|go for it|let's do it|\U0001f44d|\u2705)"
 )
 _FINE = (
     rf"(?:{MILD}|all? ?right|right|then|now|good|great|perfect|lovely|excellent|cool|agreed|deal"
     r"|(?:(?:that|it) )?(?:(?:works|suits)(?: for)?(?: me| us)?|sounds (?:good|great|perfect)))"
 )
-_OTHERWISE = re.compile(r"\b(?:instead|or|mind)\b")
+_OTHERWISE = re.compile(r"\b(?:instead|or|you mind)\b")
 _HESITANT = re.compile(r"\b(?:but|later|rather|instead|first|another time|think about)\b")
 
 _ENGLISH = re.compile(
