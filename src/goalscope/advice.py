@@ -98,7 +98,9 @@ _FINE = (
     rf"(?:{MILD}|all? ?right|right|then|now|good|great|perfect|lovely|excellent|cool|agreed|deal"
     r"|(?:(?:that|it) )?(?:(?:works|suits)(?: for)?(?: me| us)?|sounds (?:good|great|perfect)))"
 )
-_OTHERWISE = re.compile(r"\b(?:instead|or|you mind)\b")
+_OTHERWISE = re.compile(
+    r"\b(?:instead|you mind|or (?:would|should|shall|do|rather|wait|else|not))\b"
+)
 _HESITANT = re.compile(r"\b(?:but|later|rather|instead|first|another time|think about)\b")
 
 _ENGLISH = re.compile(
