@@ -44,6 +44,20 @@ def test_a_purchase_waits_for_the_confirmation_of_the_basket_as_shown(address: s
     assert not any(each["irreversible"] for r in ended["rounds"][:-1] for each in r["actions"])
 
 
+def test_a_yes_that_is_typed_is_a_yes_and_other_words_are_none(address: str, visit) -> None:
+    ann = visit(address)
+    mine = ann.begin()
+    ann.say(mine, CAKE)
+    assert ann.say(mine, "Buy the basket")["confirm"]
+    ann.say(mine, "Well, I suppose so.")
+    unsure = ann.get(mine)["rounds"][-1]
+    assert (unsure["actions"], ann.get(mine)["episode"]["ended"]) == ([], None)
+    assert any(note.startswith("Not done.") for note in unsure["notes"])
+    assert ann.say(mine, "Buy the basket")["confirm"]
+    assert ann.say(mine, "yes") is None
+    assert ann.get(mine)["episode"]["ended"] == "terminated"
+
+
 def test_listeners_hear_each_step_the_round_and_the_end(address: str, visit) -> None:
     ann = visit(address)
     mine = ann.begin()
