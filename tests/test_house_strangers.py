@@ -377,3 +377,47 @@ DARK = "light switch: no longer on"
 )
 def test_things_go_back_to_where_they_were(said: list[str], changes: set[str]) -> None:
     assert told("Kitchen1", *said)[:2] == (changes, [])
+
+
+LAMP = "desk lamp: no longer on"
+
+
+@pytest.mark.parametrize(
+    ("said", "changes"),
+    [
+        (["Switch the lamp on the desk off."], {LAMP}),
+        (["Turn the lamp on the desk off and the TV on, please."], {LAMP, "TV: on"}),
+        (["Turn the lamp by the sofa off."], {LAMP}),
+        (["Turn the lamp on the desk off", "Turn the lamp on the desk on"], set()),
+        (["Don't switch the lamp on the desk off"], set()),
+    ],
+)
+def test_a_particle_at_the_end_decides(said: list[str], changes: set[str]) -> None:
+    assert told("LivingRoom1", *said)[:2] == (changes, [])
+
+
+BINNED = "tissue box: now in the garbage can"
+
+
+@pytest.mark.parametrize(
+    ("said", "changes"),
+    [
+        (["Throw away the newspaper. No, wait, not the newspaper, the tissue box."], {BINNED}),
+        (["Throw away the newspaper. Not the newspaper, the tissue box."], {BINNED}),
+        (["Throw away the newspaper. Actually, not the newspaper."], set()),
+        (
+            [
+                "Put the newspaper on the sofa.",
+                "Throw away the newspaper. No, wait, not the newspaper, the tissue box.",
+            ],
+            {"newspaper: now on the sofa", BINNED},
+        ),
+        (
+            ["Toss out the tissue box and the newspaper. Not the newspaper, only the tissue box."],
+            {BINNED},
+        ),
+        (["Throw away the newspaper.", "No, wait, not the newspaper, the tissue box."], {BINNED}),
+    ],
+)
+def test_one_thing_takes_the_place_of_another(said: list[str], changes: set[str]) -> None:
+    assert told("LivingRoom1", *said)[:2] == (changes, [])

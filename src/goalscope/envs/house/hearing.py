@@ -45,6 +45,11 @@ _ABOUT_IT = re.compile(
 )
 """What is said about the last order, as far as its words tell."""
 
+_NOT_THAT = re.compile(
+    r"(?<=[.!?;])\s+(?=(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)*not\b)", re.IGNORECASE
+)
+"""Where words begin that may correct those before them."""
+
 _IT = frozenset(("it", "that", "this", "them", "those"))
 """Words for what was spoken of last."""
 
@@ -127,7 +132,7 @@ class _Listener(Corrections):
             self.drop_leave(self.spoken_of(text))
         ruled_out = self.keep_whole(said)
         earlier = len(self.wanted)
-        parts = re.split(r"(?<=[.!?;])\s+(?=(?:no[ ,]+)?not\b)", text, flags=re.IGNORECASE)
+        parts = _NOT_THAT.split(text)
         parts = [] if leave.takes_back(said) and is_remark(text) else parts
         for number, part in enumerate(parts):
             named = self.spoken_of(" ".join(parts[:number])) != {*self.type_of.values()}
