@@ -212,19 +212,28 @@ class _Listener(Corrections):
 
     def take(self, clause: Clause, earlier: int) -> int:
         """Let one clause change what stands; `earlier` requests are of earlier utterances."""
-        if clause.verb == "same" and self.order.verb:
+        named = clause.aside.types if clause.aside else ()
+        there = not named or any({*named} & {*thing.types} for thing in self.acted)
+        if clause.verb == "same" and self.order.verb and not self.moves(clause):
             for order, fresh in self.repeated(clause):
                 self.order, self.fresh = order, fresh
-                again = replace(order, things=clause.things, place=clause.place or order.place)
+                place = clause.place or (order.place if there else None)
+                again = replace(order, things=clause.things, place=place)
                 self.correct(clause)
                 again = replace(again, excluded=(), liquid=again.liquid if again.things else "")
                 earlier = min(earlier, self.follow(again, earlier))
             return earlier
         if clause.verb == "same":
-            clause = replace(clause, verb="put" if clause.place else "", excluded=())
+            clause = replace(clause, verb="put" if clause.place or named else "", excluded=())
         elif clause.verb == self.order.verb:
             self.correct(clause)
         return self.follow(clause, earlier)
+
+    def moves(self, clause: Clause) -> bool:
+        """Whether a thing with a place repeats no order, but is to be put there."""
+        kinds = [kind for thing in clause.things for kind in thing.types]
+        orders = self.repeated(clause) if kinds and (clause.place or clause.aside) else []
+        return bool(orders) and not any(self.fitting(each.verb, kinds) for each, _ in orders)
 
     def follow(self, clause: Clause, earlier: int) -> int:
         """Let a clause change what stands that repeats none."""

@@ -30,6 +30,7 @@ class Clause:
         stays: Whether its things are to stay where they are, and not to go back.
         alone: Whether they are to be left alone: they stay if they are where they were ordered to,
             and in a put go back if they were ordered away.
+        aside: Beside what a thing alone is said to be.
     """
 
     verb: str
@@ -44,6 +45,7 @@ class Clause:
     said: str = ""
     stays: bool = False
     alone: bool = False
+    aside: Phrase | None = None
 
 
 @dataclass
