@@ -93,3 +93,55 @@ def test_a_thing_and_a_place_with_please_leave_nothing_to_guess() -> None:
     said = "Both pillows on the armchair, and the remote control next to the TV, please."
     assert robot_in("LivingRoom1").is_order([Turn("", said)])
     assert not robot_in("LivingRoom1").is_order([Turn("", "The pillow on the armchair is nice.")])
+
+
+EGG = "egg 1: now in the robot's hand"
+ONE = "I can hold one thing at a time."
+
+
+@pytest.mark.parametrize(
+    ("said", "changes", "notes"),
+    [
+        (["Take two eggs out of the fridge."], {EGG}, [ONE]),
+        (
+            ["Take two eggs out of the fridge and put them on the plate."],
+            {"egg 1: now on plate 1", "egg 2: now on plate 1"},
+            [],
+        ),
+        (["Get the egg."], {EGG}, []),
+    ],
+)
+def test_what_one_hand_cannot_hold_is_told(
+    said: list[str], changes: set[str], notes: list[str]
+) -> None:
+    assert told("Kitchen1", *said)[:2] == (changes, notes)
+
+
+SLICE = "BreadSliced"
+
+
+@pytest.mark.parametrize(
+    ("order", "number"),
+    [
+        ("Put the slices on the dining table.", 6),
+        ("Put two slices on the dining table.", 2),
+        ("Put a slice on the dining table.", 1),
+    ],
+)
+def test_slices_are_as_many_as_are_said(order: str, number: int) -> None:
+    assert told("Kitchen1", "Slice the bread.", order)[1:] == ([], "")
+    slices = [o for o in robot_in("Kitchen1").metadata["objects"] if o["objectType"] == SLICE]
+    assert sum("DiningTable" in str(each["parentReceptacles"]) for each in slices) == number
+
+
+@pytest.mark.parametrize(
+    ("question", "answer"),
+    [
+        ("Where did you put the knife?", "The knife is in drawer 2."),
+        ("Have you seen my keys?", "I see no such thing here."),
+        ("Have you seen the knife?", "The knife is in drawer 2."),
+    ],
+)
+def test_where_things_are_is_told_however_it_is_asked(question: str, answer: str) -> None:
+    assert told("Kitchen1") == (set(), [], "")
+    assert robot_in("Kitchen1").answer(question) == answer

@@ -303,7 +303,7 @@ class PhraseReader:
         if word in v.SLICES:
             whole, end = self.thing(i + 2) if self.at(i + 1) == "of" else (None, i + 1)
             if not whole or not whole.types:
-                return Phrase(word="slice"), max(end, i + 1)
+                return Phrase(word="slice", every=word.endswith("s")), max(end, i + 1)
             sliced = (f"{kind.removesuffix('Sliced')}Sliced" for kind in whole.types)
             return Phrase(tuple(t for t in sliced if t in object_types()) or whole.types), end
         if word in v.LIDS:
