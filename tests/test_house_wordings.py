@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from goalscope.types import Turn
+from goalscope.types import Action, Turn
 from heard import robot_in, told
 
 LAMP = "desk lamp: no longer on"
@@ -145,3 +145,27 @@ def test_slices_are_as_many_as_are_said(order: str, number: int) -> None:
 def test_where_things_are_is_told_however_it_is_asked(question: str, answer: str) -> None:
     assert told("Kitchen1") == (set(), [], "")
     assert robot_in("Kitchen1").answer(question) == answer
+
+
+@pytest.mark.parametrize(
+    ("said", "changes"),
+    [
+        ("Put everything back.", {"TV: on"}),
+        ("Put it all back where it was, please.", {"TV: on"}),
+        ("Put the newspaper back.", {"TV: on", "desk lamp: no longer on"}),
+        ("Undo everything.", set()),
+    ],
+)
+def test_what_was_guessed_is_switched_back_with_everything(said: str, changes: set[str]) -> None:
+    assert told("LivingRoom1", "Turn on the TV.")[0] == {"TV: on"}
+    robot = robot_in("LivingRoom1")
+    guesses = (
+        Action("turn off", "desk lamp"),
+        Action("put", "newspaper", destination="sofa"),
+    )
+    assert all(robot.step(each).ok for each in guesses)
+    turns = [Turn("", "Turn on the TV."), Turn("", said)]
+    results = [robot.step(each) for each in robot.requests(turns)]
+    assert robot.unmet(turns, results) == []
+    lines = robot.status().splitlines()
+    assert {line.removeprefix("- ") for line in lines if line.startswith("- ")} == changes

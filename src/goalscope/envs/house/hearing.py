@@ -258,6 +258,9 @@ class _Listener(Corrections):
         ):
             things = self.acted or things
         self.miss(clause, things)
+        if home and not (clause.later or clause.negated):
+            every = any(each.word == "everything" for each in said)
+            self.undone = self.undone or ("besides" if every else "")
         if clause.place and clause.place.word == "there" and not self.place:
             clause = replace(clause, place=None)
         place = next(iter(self.meant(clause.place, "")), None) if clause.place else None
