@@ -169,3 +169,29 @@ def test_what_was_guessed_is_switched_back_with_everything(said: str, changes: s
     assert robot.unmet(turns, results) == []
     lines = robot.status().splitlines()
     assert {line.removeprefix("- ") for line in lines if line.startswith("- ")} == changes
+
+
+@pytest.mark.parametrize(
+    ("orders", "question", "answer"),
+    [
+        (["Wash mug 1."], "Did you wash it?", "Yes. Mug 1 is clean."),
+        (["Wash mug 1."], "Did you slice it?", "No."),
+        (["Slice the apple."], "Have you sliced it yet?", "Yes. The apple is sliced."),
+        (
+            ["Slice the apple.", "Put egg 3 in the fridge."],
+            "Did you put it in the fridge?",
+            "Yes. Egg 3 is in the fridge.",
+        ),
+        (["Wash the apple."], "Did you wash it?", "No."),
+        (["Wash mug 1."], "Did you like it?", None),
+    ],
+)
+def test_it_is_what_something_was_done_to_last(
+    orders: list[str], question: str, answer: str | None
+) -> None:
+    robot = robot_in("Kitchen1")
+    robot.reset()
+    for end in range(len(orders)):
+        for action in robot.requests([Turn("", each) for each in orders[: end + 1]]):
+            robot.step(action)
+    assert robot.answer(question) == answer
