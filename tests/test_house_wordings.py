@@ -195,3 +195,28 @@ def test_it_is_what_something_was_done_to_last(
         for action in robot.requests([Turn("", each) for each in orders[: end + 1]]):
             robot.step(action)
     assert robot.answer(question) == answer
+
+
+WHERE = "I can hold one thing at a time: where should the cup and the mug go?"
+BREAKFAST = {"bread: now on the dining table", "egg 1: now on the dining table"}
+
+
+@pytest.mark.parametrize(
+    ("said", "changes", "notes"),
+    [
+        (
+            "Could you bring me the bread and an egg? I'll make it at the dining table.",
+            BREAKFAST,
+            [],
+        ),
+        ("Bring me the bread and an egg, I'm sitting at the dining table.", BREAKFAST, []),
+        ("Bring me the bread. I'm at the dining table.", {"bread: now in the robot's hand"}, []),
+        ("Bring me the cup and the mug. I'm not at the dining table.", set(), [WHERE]),
+        ("Bring me the cup and the mug. I'll be on the phone.", set(), [WHERE]),
+        ("Bring me the cup and the mug. I'll put the fork on the dining table.", set(), [WHERE]),
+    ],
+)
+def test_several_things_are_brought_to_where_the_person_is(
+    said: str, changes: set[str], notes: list[str]
+) -> None:
+    assert told("Kitchen1", said)[:2] == (changes, notes)

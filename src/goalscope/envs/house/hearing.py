@@ -50,6 +50,14 @@ _NOT_THAT = re.compile(
 )
 """Where words begin that may correct those before them."""
 
+_AT_PLACE = re.compile(
+    r"\b(?:i|we)(?:'ll|'m|'re| will| am| are)(?: (?:be|sit|make|eat|use|have|drink|read|work|wait"
+    r"|sitting|making|eating|using|having|drinking|reading|working|waiting))?"
+    r"(?: (?:it|them|that|dinner|lunch|breakfast|waiting|sitting|down|over|there))*"
+    r" (?:at|on) (?P<place>(?:the|my|our) [a-z0-9 ]+?)(?=[.;!?,]|$)"
+)
+"""Where a person says that they are, or will use what they ask for."""
+
 _IT = frozenset(("it", "that", "this", "them", "those"))
 """Words for what was spoken of last."""
 
@@ -142,6 +150,7 @@ class _Listener(Corrections):
             for clause in parse(left, self.count):
                 ruled_out |= clause.negated
                 earlier = min(earlier, self.take(clause, earlier))
+        self.serve_at(evened(text))
         if leave.doubts(said) and not ruled_out:
             self.permitted.clear()
         self.permit(parse_plain(text, self.count))
@@ -158,6 +167,23 @@ class _Listener(Corrections):
         if ordered or not (undone or (known and self.wanted == before)):
             self.orders.append((before, ordered))
         self.latest = ordered or (self.latest if known else [])
+
+    def serve_at(self, said: str) -> None:
+        """Put what is to be brought, if it is several things, where the person will use it."""
+        found = _AT_PLACE.search(said)
+        place = self.one_thing(found["place"]) if found else None
+        brought = [each for each in self.newest if each.verb == "pick up"]
+        if (
+            not place
+            or sum(max(each.number, 1) for each in brought) < 2
+            or "pickupable" in self.flags_of(place)
+        ):
+            return
+        places = self.lift("put in", self.fitting("", place.types), place.group)
+        for each in brought if places else ():
+            put = replace(each, verb="put", destination_types=places)
+            self.newest[self.newest.index(each)] = put
+            self.wanted = [put if old == each else old for old in self.wanted]
 
     def ruled(self) -> object:
         """What stands besides leave, to be compared."""
