@@ -98,7 +98,7 @@ def test_what_is_in_pieces_is_left_out_unless_asked_about(question: str, answer:
         ("Did you break the vase?", "I see no such thing here."),
         ("Did you move the guitar?", "I see no such thing here."),
         ("Did you like it?", None),
-        ("Have you seen the spoon?", None),
+        ("Have you seen the spoon?", "The spoon is in drawer 2."),
         ("Did you leave the window open?", None),
         ("What did you mean?", None),
         ("Did you close the fridge? If not, close it.", None),

@@ -27,7 +27,8 @@ _ENDS = frozenset(("isSliced", "isBroken"))
 
 _STATE = re.compile(rf"{LEAD}(?:is|are) (.+?) (?:already |still |now )?({'|'.join(_STATES)})")
 _WHERE = re.compile(
-    rf"{LEAD}where(?: (?:can|do|could) (?:i|we|you) (?:find|see|keep)|'s|'re| is| are)? (.+?)"
+    rf"{LEAD}where(?: (?:can|do|could) (?:i|we|you) (?:find|see|keep)|'s|'re| is| are"
+    r"| (?:did|have) you (?:just )?(?:put|leave|left|placed?|moved?|set|stowed?|take|taken))? (.+?)"
     r"(?: (?:is|are|now))?"
 )
 _HOLDING = re.compile(
@@ -45,8 +46,8 @@ _COUNT = re.compile(
     rf"{LEAD}how many (.+?)(?: (?:are|do) (?:there|you see|you have|we have))?(?: here)?"
 )
 _HAVE = re.compile(
-    rf"{LEAD}(?:(?:do|can) (?:you|we) (?:have|see|find)|have (?:you|we) got|is there|are there)"
-    r" (.+?)(?: (?:here|there|anywhere|in the (?:house|home|room|kitchen)))?"
+    rf"{LEAD}(?:(?:do|can) (?:you|we) (?:have|see|find)|have (?:you|we) (?:got|seen|found)"
+    r"|is there|are there) (.+?)(?: (?:here|there|anywhere|in the (?:house|home|room|kitchen)))?"
 )
 _ABLE = re.compile(
     rf"{LEAD}(?:what (?:else )?(?:can|could) you (?:do|help with)"

@@ -267,7 +267,9 @@ class Corrections(Standing):
 
     def meant_only(self, text: str) -> str:
         """Take in "not those, only the laptop" after an order; what it did besides goes back."""
-        found, last = meant_only(evened(text)), self.orders[-1][1] if self.orders else []
+        found = meant_only(evened(text))
+        untried = [*self.newest]
+        last = untried or (self.orders[-1][1] if self.orders else [])
         if not found:
             return text
         no, yes = (PhraseReader(re.findall(r"[a-z0-9]+|,", part), self.count) for part in found[:2])
@@ -283,7 +285,7 @@ class Corrections(Standing):
             self.missed.append(f"I did not understand: {shorten(text, 80, placeholder=' ...')}.")
             return ""
         double = len(self.steps or self.former) > 1
-        if named and not found[2] and (double or " meant " not in evened(text)):
+        if named and not found[2] and (untried or double or " meant " not in evened(text)):
             return f"actually {found[1]}, not {found[0]}"
         kept = {k for t in things for k in t.types if not (t.described or t.which)} & asked
         several = [old for old in last if old.verb == "put" or old.name or old.every or old.number]
@@ -301,7 +303,10 @@ class Corrections(Standing):
                 self.drop_leave(kinds)
                 right = [replace(each, object_types=stay)] if stay else []
                 self.wanted = [*(old for old in self.wanted if old != each), *right, *ones]
-                self.reverse(replace(each, object_types=kinds), ones)
+                if untried:
+                    self.newest += [*right, *ones]
+                else:
+                    self.reverse(replace(each, object_types=kinds), ones)
         return "" if kept or (more and names - {""}) else f"actually {found[1]}"
 
     def correct(self, clause: Clause) -> None:

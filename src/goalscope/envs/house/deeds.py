@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 
 from goalscope.envs.house import vocabulary as v
+from goalscope.envs.house.names import the
 from goalscope.envs.house.orders import Clause, OrderReader
 from goalscope.envs.house.properties import ACTS
 from goalscope.envs.house.view import View
@@ -22,6 +23,7 @@ _WHAT = re.compile(
     rf"{LEAD}what(?: all| else)? (?:did|have) you(?: (?:already|just))* (?P<act>[a-z0-9' ]+?)"
     r"(?: (?:already|yet|now|so far|just now))*"
 )
+_IT = re.compile(r"\bit\b|\bthat$")
 _LONGEST = 300
 """Characters of a question at most."""
 
@@ -40,7 +42,8 @@ def told_of_deeds(question: str, done: Sequence[Action], view: View) -> str | No
     text = evened(question).rstrip(" ?!.") if len(question) <= _LONGEST else ""
     what = _WHAT.fullmatch(text)
     found = what or _DID.fullmatch(text)
-    act = _act(found["act"], view) if found else None
+    last = done[-1].target if done else ""
+    act = _act(found["act"], view, last) if found else None
     if act is None or (not what and not act.things):
         return None
     if any(thing.word == "unknown" for thing in act.things):
@@ -63,8 +66,15 @@ def told_of_deeds(question: str, done: Sequence[Action], view: View) -> str | No
     return so if so and act.verb in ACTS else f"No. {so}".strip()
 
 
-def _act(said: str, view: View) -> Clause | None:
-    """What was done, in words such as "close the fridge" or "closed the fridge"."""
+def _act(said: str, view: View, last: str) -> Clause | None:
+    """What was done, in words such as "close the fridge" or "closed it".
+
+    Args:
+        said: The words.
+        view: The house now.
+        last: The name of what something was done to last, for "it"; empty if nothing was done.
+    """
+    said = _IT.sub(the(last) if last else "anything", said)
     reader = OrderReader(said.split(), {each["objectType"] for each in view.objects})
     verb = reader.verb(0, v.BASE) or reader.verb(0, v.DONE)
     if not verb:

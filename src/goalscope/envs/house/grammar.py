@@ -102,7 +102,9 @@ def _is_exact(order: Clause, *, repeats: bool) -> bool:
         return True
     if not order.verb or not order.things:
         return False
-    return bool(order.place or order.verb != "put") and (order.verb != "same" or repeats)
+    if order.verb == "same":
+        return repeats or bool(order.place or order.aside)
+    return bool(order.place or order.verb != "put")
 
 
 def sentences(text: str) -> list[str]:
@@ -185,7 +187,9 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
                 found.append(Clause("", said=said))
             continue
         before = found[-1] if found else before
-        if clause.verb == "same" and not _repeats(part, words, before, first=not found):
+        puts = polite and bool(clause.place or clause.aside)
+        again = puts or _repeats(part, words, before, first=not found)
+        if clause.verb == "same" and not again:
             clause = replace(clause, verb="", excluded=())
         if found and before and before.verb and not before.things and not before.place:
             found[-1] = replace(before, things=clause.things)
@@ -409,7 +413,7 @@ class _Reader(OrderReader):
         if same and self.polite and things[0].liquid and not place:
             return Clause("fill", things, liquid=things[0].liquid)
         return (
-            Clause("same", things, place, False, tail.excluded)
+            Clause("same", things, place, False, tail.excluded, aside=tail.aside)
             if same
             else Clause("", things, place)
         )

@@ -52,6 +52,19 @@ _WHICH = (
 _POINTING = {*" ".join((*v.INTO, *_NEAR, *v.NUMBERS, *_WHICH)).split()}
 """Words that tell, beside names, which thing or place is meant."""
 
+_NOT_THAT = re.compile(
+    r"(?<=[.!?;])\s+(?=(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)*not\b)", re.IGNORECASE
+)
+"""Where words begin that may correct those before them."""
+
+_AT_PLACE = re.compile(
+    r"\b(?:i|we)(?:'ll|'m|'re| will| am| are)(?: (?:be|sit|make|eat|use|have|drink|read|work|wait"
+    r"|sitting|making|eating|using|having|drinking|reading|working|waiting))?"
+    r"(?: (?:it|them|that|dinner|lunch|breakfast|waiting|sitting|down|over|there))*"
+    r" (?:at|on) (?P<place>(?:the|my|our) [a-z0-9 ]+?)(?=[.;!?,]|$)"
+)
+"""Where a person says that they are, or will use what they ask for."""
+
 _IT = frozenset(("it", "that", "this", "them", "those"))
 """Words for what was spoken of last."""
 
@@ -134,7 +147,7 @@ class _Listener(Corrections):
             self.drop_leave(self.spoken_of(text))
         ruled_out = self.keep_whole(said)
         earlier = len(self.wanted)
-        parts = re.split(r"(?<=[.!?;])\s+(?=(?:no[ ,]+)?not\b)", text, flags=re.IGNORECASE)
+        parts = _NOT_THAT.split(text)
         parts = [] if leave.takes_back(said) and is_remark(text) else parts
         for number, part in enumerate(parts):
             named = self.spoken_of(" ".join(parts[:number])) != {*self.type_of.values()}
@@ -146,6 +159,7 @@ class _Listener(Corrections):
             for clause in parse(left, self.count):
                 ruled_out |= clause.negated
                 earlier = min(earlier, self.take(clause, earlier))
+        self.serve_at(evened(text))
         if leave.doubts(said) and not ruled_out:
             self.permitted.clear()
         self.permit(parse_plain(text, self.count))
@@ -167,6 +181,23 @@ class _Listener(Corrections):
         elif not (self.exact or agrees(text)) or (put and put.isdisjoint(self.spoken_of(text))):
             self.apart = True
         self.latest = ordered or ([] if self.apart else self.latest)
+
+    def serve_at(self, said: str) -> None:
+        """Put what is to be brought, if it is several things, where the person will use it."""
+        found = _AT_PLACE.search(said)
+        place = self.one_thing(found["place"]) if found else None
+        brought = [each for each in self.newest if each.verb == "pick up"]
+        if (
+            not place
+            or sum(max(each.number, 1) for each in brought) < 2
+            or "pickupable" in self.flags_of(place)
+        ):
+            return
+        places = self.lift("put in", self.fitting("", place.types), place.group)
+        for each in brought if places else ():
+            put = replace(each, verb="put", destination_types=places)
+            self.newest[self.newest.index(each)] = put
+            self.wanted = [put if old == each else old for old in self.wanted]
 
     def ruled(self) -> object:
         """What stands besides leave, to be compared."""
@@ -234,19 +265,28 @@ class _Listener(Corrections):
 
     def take(self, clause: Clause, earlier: int) -> int:
         """Let one clause change what stands; `earlier` requests are of earlier utterances."""
-        if clause.verb == "same" and self.order.verb:
+        named = clause.aside.types if clause.aside else ()
+        there = not named or any({*named} & {*thing.types} for thing in self.acted)
+        if clause.verb == "same" and self.order.verb and not self.moves(clause):
             for order, fresh in self.repeated(clause):
                 self.order, self.fresh = order, fresh
-                again = replace(order, things=clause.things, place=clause.place or order.place)
+                place = clause.place or (order.place if there else None)
+                again = replace(order, things=clause.things, place=place)
                 self.correct(clause)
                 again = replace(again, excluded=(), liquid=again.liquid if again.things else "")
                 earlier = min(earlier, self.follow(again, earlier))
             return earlier
         if clause.verb == "same":
-            clause = replace(clause, verb="put" if clause.place else "", excluded=())
+            clause = replace(clause, verb="put" if clause.place or named else "", excluded=())
         elif clause.verb == self.order.verb:
             self.correct(clause)
         return self.follow(clause, earlier)
+
+    def moves(self, clause: Clause) -> bool:
+        """Whether a thing with a place repeats no order, but is to be put there."""
+        kinds = [kind for thing in clause.things for kind in thing.types]
+        orders = self.repeated(clause) if kinds and (clause.place or clause.aside) else []
+        return bool(orders) and not any(self.fitting(each.verb, kinds) for each, _ in orders)
 
     def follow(self, clause: Clause, earlier: int) -> int:
         """Let a clause change what stands that repeats none."""
@@ -271,6 +311,9 @@ class _Listener(Corrections):
         ):
             things = self.acted or things
         self.miss(clause, things)
+        if home and not (clause.later or clause.negated):
+            every = any(each.word == "everything" for each in said)
+            self.undone = self.undone or ("besides" if every else "")
         if clause.place and clause.place.word == "there" and not self.place:
             clause = replace(clause, place=None)
         place = next(iter(self.meant(clause.place, "")), None) if clause.place else None

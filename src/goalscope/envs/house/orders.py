@@ -30,6 +30,7 @@ class Clause:
         stays: Whether its things are to stay where they are, and not to go back.
         alone: Whether they are to be left alone: they stay if they are where they were ordered to,
             and in a put go back if they were ordered away.
+        aside: Beside what a thing alone is said to be.
     """
 
     verb: str
@@ -44,6 +45,7 @@ class Clause:
     said: str = ""
     stays: bool = False
     alone: bool = False
+    aside: Phrase | None = None
 
 
 @dataclass
@@ -85,6 +87,8 @@ class OrderReader(PhraseReader):
         i += to_me
         start = i
         things, i = self.things(i, refused=negated)
+        if verb == "turn" and (apart := self.apart(said, i)):
+            verb, said = v.BASE[apart], apart
         state = self.at(i)
         poured = next((word for word in self.words[start:i] if word in v.LIQUIDS), "")
         i += i > start and self.at(i) == "back" and f"{said} {self.at(i + 1)}" in v.SWITCHED
@@ -177,6 +181,19 @@ class OrderReader(PhraseReader):
                 return Clause("put", things, into, negated, alone=True)
         into = into or tail.lost
         return Clause(verb, things, into if verb == "put" else None, negated, tail.excluded, liquid)
+
+    def apart(self, said: str, i: int) -> str:
+        """The verb whose particle stands behind a place at `i`: "switch the lamp on the desk off".
+
+        The particle is taken out of the words.
+        """
+        start = self.said_at(i, (*v.INTO, *v.ASIDE))[1]
+        end = self.thing(start)[1] if start > i else i
+        apart = f"{said} {self.at(end)}"
+        if end == start or apart not in v.SWITCHED:
+            return ""
+        self.reread([*self.words[:end], ",", *self.words[end + 1 :]])
+        return apart
 
     def state(
         self, things: tuple[Phrase, ...], i: int, otherwise: str, negated: bool

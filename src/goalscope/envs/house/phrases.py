@@ -63,7 +63,7 @@ class Tail:
 
     Of two places the first may be where it is: "the mug on the table in the sink".
 
-    `aside` tells whether there is one more place: "next to the sink"; `lost` is a place that the
+    `aside` is what it is said to be beside: "next to the sink"; `lost` is a place that the
     grammar does not know.
     """
 
@@ -74,7 +74,7 @@ class Tail:
     excluded: tuple[Phrase, ...] = ()
     liquid: str = ""
     listed: tuple[Phrase, ...] = ()
-    aside: bool = False
+    aside: Phrase | None = None
     lost: Phrase | None = None
 
 
@@ -171,7 +171,7 @@ class PhraseReader:
                 elif said == "with":
                     tail.using = aside
                 elif not away and said not in ("of", "using"):
-                    tail.aside = True
+                    tail.aside = next(iter(aside), Phrase(word="unknown"))
                 self.leftover |= not aside or aside[0].word == "unknown"
                 i = max(end, start)
             else:
@@ -303,7 +303,7 @@ class PhraseReader:
         if word in v.SLICES:
             whole, end = self.thing(i + 2) if self.at(i + 1) == "of" else (None, i + 1)
             if not whole or not whole.types:
-                return Phrase(word="slice"), max(end, i + 1)
+                return Phrase(word="slice", every=word.endswith("s")), max(end, i + 1)
             sliced = (f"{kind.removesuffix('Sliced')}Sliced" for kind in whole.types)
             return Phrase(tuple(t for t in sliced if t in object_types()) or whole.types), end
         if word in v.LIDS:

@@ -329,13 +329,18 @@ class HomeRobot:
 
     def _undone(self, hearing: Hearing) -> list[Action]:
         """What brings back what was done besides the orders that are undone, too."""
-        if hearing.undone != "guessed":
+        if hearing.undone not in ("guessed", "besides"):
             return restoring(self._view, self._start) if hearing.undone == "all" else []
-        unasked = takewhile(
-            lambda act: not any(serves(self._view, act, each) for each in hearing.asked),
-            reversed(self._done),
-        )
-        return restoring(self._view, self._start, {action.target for action in unasked})
+
+        def unasked(act: Action) -> bool:
+            return not any(serves(self._view, act, each) for each in hearing.asked)
+
+        if hearing.undone == "guessed":
+            last = takewhile(unasked, reversed(self._done))
+            return restoring(self._view, self._start, {action.target for action in last})
+        guessed = {action.target for action in self._done if unasked(action)}
+        back = restoring(self._view, self._start, guessed)
+        return [action for action in back if action.name != "put"]
 
     def _over(self, hearing: Hearing) -> list[Request]:
         """Requests of earlier words that were met once."""

@@ -55,6 +55,10 @@ def unmet(
         yield f"My hand is full: it holds {the(view.names[view.held])}."
     elif hands and held:
         yield f"I hold {the(view.names[view.held])} already."
+    elif not hands and any(
+        _is_several(view, each, start) for each in carried if each in hearing.newest
+    ):
+        yield "I can hold one thing at a time."
     for request in left:
         if request.passing or request in hands or request.verb == "pick up":
             continue
@@ -84,11 +88,16 @@ def unmet(
             yield f"I do not know where to put {_listed([request])}."
         elif (so := met(view, request, start)) and touched.isdisjoint(map(view.names.get, so)):
             back = request.destination_types == (HOME,)
-            if not (back and hearing.undone):
+            if not (back and hearing.undone and (done or hearing.undone != "besides")):
                 several = back and len(so) > 1
                 yield (
                     "They are where they were already." if several else view.is_so(request.verb, so)
                 )
+
+
+def _is_several(view: View, request: Request, start: Mapping[str, Mapping[str, Any]]) -> bool:
+    """Whether several things are to be brought."""
+    return (request.every or request.number > 1) and len(meant(view, request, start)) > 1
 
 
 def _whole(view: View, request: Request) -> str:
