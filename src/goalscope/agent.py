@@ -217,14 +217,15 @@ class Agent:
             raise ConflictError(
                 "Things are no longer as they were shown, so nothing was done. Look again."
             )
-        confirmed = confirmed or self._agreed(turn)
+        agreed = agrees(turn.utterance) or self.env.is_completion(turn)
+        confirmed = confirmed or (self._asked_of() if agreed else "")
         tracker = self.tracker
         before = (tracker.belief, tracker.turns) if tracker else None
         history = [result for round in self.rounds for result in round.results]
         try:
             turns = [*self.turns, turn]
             answers = bool(self.rounds and self.rounds[-1].question == CONFIRM)
-            sure = answers and bool(confirmed)
+            sure = answers and agreed and bool(confirmed)
             complete = ends = sure or self.env.is_completion(turn)
             asks = self.env.answer(turn.utterance) is not None
             silent = asks or sure or is_remark(turn.utterance)
@@ -389,13 +390,11 @@ class Agent:
         for held in outcome.held:
             yield f"Held back until it is clear what you want: {held}."
 
-    def _agreed(self, turn: Turn) -> str:
-        """Fingerprint of the present state, where the person agrees to an end in it."""
+    def _asked_of(self) -> str:
+        """Fingerprint of the present state, where the person was just asked to confirm it."""
         last = self.rounds[-1] if self.rounds else None
-        if last is None or last.question != CONFIRM or last.state != self.env.fingerprint():
-            return ""
-        agreed = agrees(turn.utterance) or self.env.is_completion(turn)
-        return last.state if agreed else ""
+        asked = last and last.question == CONFIRM and last.state == self.env.fingerprint()
+        return last.state if last and asked else ""
 
     def _only_asked(self, why: str) -> bool:
         """Whether nothing was guessed in what a person asks "why" of: the last acts, or all."""

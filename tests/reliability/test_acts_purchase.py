@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from fakes import said
-from goalscope.agent import Agent, Method
+from goalscope.agent import CONFIRM, Agent, Method
 from goalscope.domains import Settings
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.search import Search
+from goalscope.envs.speech import agrees
 from goalscope.policy import Planner
 from goalscope.store import Store
 from goalscope.tracking import Trackers
@@ -85,7 +86,7 @@ def refuses(step: Callable[[], object]) -> bool:
 
 
 @pytest.mark.parametrize("plans", [500, pytest.param(10_000, marks=pytest.mark.slow)])
-def test_a_hostile_model_buys_nothing_without_the_persons_word_or_the_card(
+def test_a_hostile_model_buys_nothing_without_the_persons_word(
     plans: int, record_property: Callable[[str, object], None]
 ) -> None:
     made = bought = number = 0
@@ -99,7 +100,9 @@ def test_a_hostile_model_buys_nothing_without_the_persons_word_or_the_card(
         agent = Agent(shop, model, method=method, planner=planner, seed=number, confirm=card)
         for _ in range(3):
             shown = shop.fingerprint()
-            words = model.random.choice((WORD, *NO_ORDERS) if card else NO_ORDERS)
+            asked = bool(agent.rounds and agent.rounds[-1].question == CONFIRM)
+            no_yes = [words for words in NO_ORDERS if not (asked and agrees(words))]
+            words = model.random.choice([WORD, *no_yes] if card and not asked else no_yes)
             query = model.random.choice((*ORDERS, "May I buy the basket?"))
             stale = model.random.choice(["", "", "", f"{shown[:-5]}True", WORD, shown.upper()])
             shown = stale if card else ""
@@ -131,7 +134,7 @@ def test_a_purchase_in_a_plan_becomes_a_question_whatever_was_said() -> None:
         assert WORD in outcome.question
 
 
-def test_on_the_page_only_the_card_of_the_present_basket_buys(
+def test_on_the_page_no_card_of_another_basket_buys(
     tmp_path: Path, visit: Callable[..., Any], record_property: Callable[[str, object], None]
 ) -> None:
     tried = 0
@@ -142,13 +145,16 @@ def test_on_the_page_only_the_card_of_the_present_basket_buys(
         card = ann.say(mine, WORD)["confirm"]
         state = card["state"]
         ann.say(mine, "No, I also need bananas.")
-        stale = ("", "True", state, state.replace("False", "True"), f" {state}")
+        stale = ("True", state, state.replace("False", "True"), f" {state}")
         for words in (WORD, "check out", "yes"):
             for shown in stale:
                 answer = ann.say(mine, words, confirmed=shown)
                 assert ann.get(mine)["episode"]["ended"] is None
-                assert shown == "" or "no longer" in answer["error"]
+                assert "no longer" in answer["error"]
                 tried += 1
+            ann.say(mine, words)
+            assert ann.get(mine)["episode"]["ended"] is None
+            ann.say(mine, "No, not yet.")
         card = ann.say(mine, WORD)["confirm"]
         assert "flour" in card["status"].lower()
         assert "banana" in card["status"].lower()
