@@ -293,3 +293,26 @@ def test_what_is_said_again_is_of_its_own_order(said: list[str], notes: list[str
 def test_a_thing_that_is_named_first_goes_where_it_should_and_nothing_else_does() -> None:
     said = ["Put the pillow on the chair", "The laptop? Not on the chair, on the bed"]
     assert told("Bedroom1", *said)[0] == {"pillow 1: now on the chair", "laptop: now on the bed"}
+
+
+@pytest.mark.parametrize(
+    ("between", "changes", "notes"),
+    [
+        ("turn on the coffee machine", {"coffee machine: on"}, []),
+        ("put the tomato in the fridge", {"tomato: now in the fridge"}, []),
+        ("open drawer 2", {"drawer 2: open"}, []),
+    ],
+)
+def test_a_place_that_is_named_wrong_is_that_of_the_order_that_named_it(
+    between: str, changes: set[str], notes: list[str]
+) -> None:
+    said = ["put the bread on the dining table", between, "I meant the shelf, not the table."]
+    found = told("Kitchen1", *said)
+    assert found[0] == changes | {"bread: now on the shelf"}
+    assert found[1] == notes
+
+
+def test_a_wrong_place_that_no_order_named_undoes_nothing() -> None:
+    found = told("Kitchen1", "turn on the coffee machine", "I meant the counter, not the table.")
+    assert found[0] == told("Kitchen1", "turn on the coffee machine")[0]
+    assert found[1] == ["I did not understand: i meant the counter, not the table."]

@@ -197,6 +197,7 @@ _UNASKED = re.compile(
     r"|\b(?:i|we) (?:only|just) (?:asked for|ordered|requested)\b"
     rf"|\b(?:take|throw|put) (?:everything|anything|whatever|what|all|(?:all )?(?:the|those|these)"
     rf" (?:things|items|stuff|rest)) (?:out|away|back|off){_UNASKED_FOR}"
+    rf"|\b(?:i|we) {_ASKED_NOT} {_GUESSES}"
     rf"|\b{_TAKES} {_GUESSES}|\b(?:take|throw|put) {_GUESSES} (?:out|away|back)\b"
     rf"|\b(?:{_TAKES}|(?:don't|do not|didn't|did not) (?:want|need)(?: any of)?"
     r"(?![^.;!?]*\b(?:i|we) (?:asked for|wanted)\b))"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sqlite3
 import tempfile
 from collections import Counter, defaultdict
@@ -62,6 +63,11 @@ _LABELS = frozenset({"vegan", "free", "organic", "diet", "decaf", "plant", "hala
 """Words of labels, for people who ask for them: "gluten-free", "plant-based"."""
 
 
+_IN_CANS = re.compile(
+    r"\b(?:can|tin)(?P<s>s?) of (?!canned\b)(?P<thing>[\w'-]+(?: [\w'-]+){0,2})", re.IGNORECASE
+)
+
+
 class Search:
     """Finds items of one catalogue by what is meant; deterministic and offline.
 
@@ -99,8 +105,15 @@ class Search:
         return float(_nearness(self._vectors, embedded([text])[0]).max())
 
     def translated(self, text: str) -> str:
-        """`text` in the words of the catalogue: "crisps" as "potato chips"."""
-        return self._translate(text)
+        """`text` in the words of the catalogue: "crisps" as "potato chips", what is in cans so."""
+        return _IN_CANS.sub(self._canned, self._translate(text))
+
+    def _canned(self, match: re.Match[str]) -> str:
+        """A "can" as a "tin", which is no verb, and what is in it as canned where there is such."""
+        said = match["thing"].split()
+        ends = range(len(said), 0, -1)
+        canned = any(self.named(f"canned {' '.join(said[:end])}") for end in ends)
+        return f"tin{match['s']} of {'canned ' if canned else ''}{match['thing']}"
 
     def mended(self, phrase: str) -> str:
         """`phrase` with slips of the pen mended, as far as they are slips of the items' words."""

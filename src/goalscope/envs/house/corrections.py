@@ -190,13 +190,20 @@ class Corrections(Standing):
         if not found["by"] and found["place"].split()[0] in v.BASE:
             return None
         last = self._put_last(found["no"] or "", found["by"] or "")
+        wrong = self.one_thing(found["no"] or "")
+        asked = self.newest or self.latest
+        touched = {k for old in asked for k in (*old.object_types, *old.destination_types)}
+        if wrong and not last and touched and touched.isdisjoint(wrong.types):
+            told = shorten(said.rstrip(" .!"), 80, placeholder=" ...")
+            self.missed.append(f"I did not understand: {told}.")
+            return ""
         kinds = {kind for old in last for kind in (*old.object_types, *old.destination_types)}
         other = self.queried and kinds.isdisjoint(self.queried.types)
         marked = found["lead"] or found["end"] or not (other or self.elsewhere)
         whole = found["by"] or found["no"] or "pickupable" not in self.flags_of(place)
         if not (found["no"] or (marked and not other)) or not whole:
             return None
-        return "" if self._move(last, place, self.one_thing(found["no"] or "")) else None
+        return "" if self._move(last, place, wrong) else None
 
     def elsewhere_than(self, text: str) -> str:
         """The order in "not on the chair, on the bed", said of a thing that was just named."""
@@ -231,7 +238,11 @@ class Corrections(Standing):
         last = self.newest or self.latest
         puts = [each for each in last if each.verb == "put"]
         if no and (wrong := self.one_thing(no)):
-            return [each for each in puts if {*wrong.types} & {*each.destination_types}]
+            for group in (last, *(asked for _, asked in reversed(self.orders))):
+                put = [each for each in group if each.verb == "put"]
+                if there := [r for r in put if {*wrong.types} & {*r.destination_types}]:
+                    return there
+            return []
         if not puts or (no and no not in _THERE) or not (no or by or last[-1].verb == "put"):
             return []
         return [each for each in puts if each.destination_types == puts[-1].destination_types]
