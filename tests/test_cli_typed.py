@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import pytest
+import typer
+from typer.testing import CliRunner
 
 from goalscope.agent import CONFIRM
+from goalscope.cli import _Commands
 from goalscope.envs.speech import agrees
 from goalscope.episode import Round
 from goalscope.store import Store
@@ -121,3 +124,21 @@ def test_one_can_leave_when_asked(chat, leaving: str) -> None:
 )
 def test_a_yes_is_nothing_besides(text: str, yes: bool) -> None:
     assert agrees(text) == yes
+
+
+def test_ctrl_c_within_a_library_that_then_fails_is_ctrl_c() -> None:
+    commands = typer.Typer(cls=_Commands)
+
+    @commands.command()
+    def stop() -> None:
+        try:
+            raise KeyboardInterrupt
+        finally:
+            raise AssertionError("a commit that was cut short")
+
+    @commands.command()
+    def fail() -> None:
+        raise AssertionError("nobody has stopped it")
+
+    assert CliRunner().invoke(commands, ["stop"]).exit_code == 130
+    assert isinstance(CliRunner().invoke(commands, ["fail"]).exception, AssertionError)

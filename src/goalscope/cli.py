@@ -39,6 +39,13 @@ from goalscope.terminal import console, model_names, opened_model, progress
 from goalscope.types import GoalscopeError, InvalidInputError, counted
 
 
+def _interrupted(error: BaseException | None) -> bool:
+    """Whether Ctrl-C is behind it: what a library does of it may fail in turn."""
+    while error and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
+    return error is not None
+
+
 class _Commands(TyperGroup):
     """Says errors in one line: exit code 2 for what a person gave, 1 for all else."""
 
@@ -50,8 +57,12 @@ class _Commands(TyperGroup):
 
             typer.echo(plain("Error: " + " ".join(str(error).split())).plain, err=True)
             raise typer.Exit(2 if isinstance(error, InvalidInputError) else 1) from None
-        except KeyboardInterrupt:
-            raise typer.Exit(130) from None
+        except (typer.Exit, typer.Abort):
+            raise
+        except (Exception, KeyboardInterrupt) as error:
+            if _interrupted(error):
+                raise typer.Exit(130) from None
+            raise
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Find the command; of those that there are, only near names are suggested."""
