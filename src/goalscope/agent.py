@@ -11,7 +11,7 @@ from goalscope.asking import COST, informative
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL, Calibration
 from goalscope.dialog import FALLBACK, Human, ask, with_answer
-from goalscope.envs import SEARCH, Environment, taken
+from goalscope.envs import GUESSED, SEARCH, Environment, taken
 from goalscope.envs.remarks import asks_why, is_remark, takes_leave
 from goalscope.envs.speech import agrees, declines
 from goalscope.episode import Round
@@ -47,9 +47,6 @@ CONFIRM = "That cannot be undone. Do you confirm exactly what is shown?"
 
 ASKED_FOR = "I did what you asked for, and guessed nothing."
 """A round's note where a person asks why, and only what they asked for was done."""
-
-_GUESSED = "Guessed, not asked for: "
-"""How the note begins that tells what was guessed."""
 
 _FAILURES = 3
 """Most failures that a round's notes tell one by one."""
@@ -224,13 +221,14 @@ class Agent:
         history = [result for round in self.rounds for result in round.results]
         try:
             turns = [*self.turns, turn]
-            answers = bool(self.rounds and self.rounds[-1].question == CONFIRM)
+            asked = self.rounds[-1].question if self.rounds else ""
+            answers = asked == CONFIRM
             sure = answers and agreed and bool(confirmed)
             complete = ends = sure or self.env.is_completion(turn)
             asks = self.env.answer(turn.utterance) is not None
             silent = asks or sure or is_remark(turn.utterance)
             order = not silent and self.env.is_order(turns)
-            declined = bool(self.rounds and self.rounds[-1].question and declines(utterance))
+            declined = bool(asked) and declines(utterance)
             exact = complete or silent or order or answers or declined
             known = bool(tracker and self._stated(tracker.belief))
             changes, missing = (
@@ -239,8 +237,7 @@ class Agent:
                 else ([], False)
             )
             wants = [] if exact else self._wants(turns)
-            pending = self.rounds[-1].question if asks and self.rounds else ""
-            outcome = Outcome((), 0, pending)
+            outcome = Outcome((), 0, asked if asks else "")
             if not asks:
                 self._progress("planning")
                 outcome = self.planner.act(self.env, wants, turns, history)
@@ -386,7 +383,7 @@ class Agent:
         if len(failures) > _FAILURES:
             yield f"And {len(failures) - _FAILURES} more could not be done."
         if outcome.guessed:
-            yield f"{_GUESSED}{', '.join(outcome.guessed)}."
+            yield f"{GUESSED}{', '.join(outcome.guessed)}."
         for held in outcome.held:
             yield f"Held back until it is clear what you want: {held}."
 
@@ -402,7 +399,7 @@ class Agent:
         if re.search(r"\b(?:that|this|it)\b", why.casefold()):
             acted = acted[-1:]
         notes = [note for round in acted for note in round.notes]
-        return bool(acted) and not any(note.startswith(_GUESSED) for note in notes)
+        return bool(acted) and not any(note.startswith(GUESSED) for note in notes)
 
 
 def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator[Round]:

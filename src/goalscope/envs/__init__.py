@@ -7,7 +7,10 @@ from typing import Protocol, cast
 
 from goalscope.types import Action, GoalscopeError, Profile, StepResult, Turn
 
-__all__ = ["MAY_LACK", "SEARCH", "Environment", "missing", "taken"]
+__all__ = ["GUESSED", "MAY_LACK", "SEARCH", "Environment", "missing", "taken"]
+
+GUESSED = "Guessed, not asked for: "
+"""How a note begins that tells what was guessed."""
 
 SEARCH = "search inventory"
 """Name of the action that only looks something up, in every domain."""

@@ -55,12 +55,6 @@ SUCH = re.compile(
     rf"(?:,? (?:and )?not {QUALITY})?(?: instead)?(?:,? please)?[.!]*$"
 )
 """Which of the things spoken of last is meant: "brown, not white"."""
-_MEANT = re.compile(r",\s*([^,.;!?]+?),? i mean(?:t)?(?=[.;!?]|$)")
-_BEFORE_LAST = re.compile(
-    r"[,;.!?]|\b(?:and|or|plus|add|get|buy|want|need|like|have|take|remove|order|delete)\b"
-)
-
-
 _CHANGED = re.compile(
     r"^(?:(?:no|actually|sorry|ok|oh)[ ,.!]+)*i(?:'ve| have)? changed my mind[,.:;]? (?:and )?"
     r"(?=[^.;!?]* instead\b)"
@@ -70,6 +64,10 @@ _FIRST = re.compile(
     rf"({NAMED}(?: {NAMED}){{0,4}})(?=[ .!]*$)"
 )
 """What is to go before what takes its place."""
+_MEANT = re.compile(r",\s*([^,.;!?]+?),? i mean(?:t)?(?=[.;!?]|$)")
+_BEFORE_LAST = re.compile(
+    r"[,;.!?]|\b(?:and|or|plus|add|get|buy|want|need|like|have|take|remove|order|delete)\b"
+)
 
 
 def instead(text: str) -> str:

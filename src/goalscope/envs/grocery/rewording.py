@@ -23,7 +23,9 @@ _ACT = "(?:i|we|take|put|leave|throw|find|run)"
 _ALL = "(?:everything|all(?: the)?(?: items| things)?)"
 _EXCEPT = "(?:but|except(?: for)?|apart from|other than)"
 _ALONE = r"(?=\s*(?:[.,;!?]|$|out|back|off|away|again|please|from))"
-_MEASURE = r"(?:k?g|kilos?|grams?|m?l|lit(?:re|er)s?|lbs?|oz)\b"
+_UNIT = r"(?:k?g|kilos?|grams?|m?l|lit(?:re|er)s?|lbs?|oz)\b"
+"""A measure behind a number, but for pounds, which are money, too."""
+
 _PACKS = rf"(?!(?:{'|'.join([*GRAMS, *MILLILITRES])}|dozen)\b)"
 _THINGS = r"((?:(?!\b(?:add|remove|get|take|for|with|by|to)\b)[^.;!?]){1,80}?)"
 _PLAIN = (
@@ -241,8 +243,8 @@ _CHANGES = [
             r". add exactly \1 packs of ",
         ),
         (
-            rf"\bmake {IT} (?:just |only |exactly )?({NUMBER} ?{_MEASURE})"
-            rf"(?: (?:instead of|rather than) {NUMBER}(?: ?{_MEASURE})?)?{END}",
+            rf"\bmake {IT} (?:just |only |exactly )?({NUMBER} ?{_UNIT})"
+            rf"(?: (?:instead of|rather than) {NUMBER}(?: ?{_UNIT})?)?{END}",
             rf". add exactly \1 {SAME}",
         ),
         (rf"\bmake {IT} (?:just |only |exactly )?(?={NUMBER} )", ". add exactly "),
@@ -359,7 +361,7 @@ _CHANGES = [
         ),
         (
             rf"(?<![\w'-])({_PLAIN}(?: {_PLAIN}){{0,2}}),? ?\(?"
-            rf"(\d{{1,4}}(?:\.\d{{1,3}})?) ?({_MEASURE})\)?{END}",
+            rf"(\d{{1,4}}(?:\.\d{{1,3}})?) ?({_UNIT})\)?{END}",
             r"\2 \3 \1",
         ),
         (r"\badd exactly 0 packs of ", "remove "),

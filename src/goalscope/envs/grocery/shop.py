@@ -245,7 +245,7 @@ class GroceryShop:
         key = tuple(turn.utterance for turn in turns)
         told += undoing_notes(key[-1], results, unasked, taken_back=self._starts.takes_back(key))
         if buys and unasked:
-            told.append(f"Guessed, not asked for: {', '.join(unasked)}.")
+            told.append(f"{envs.GUESSED}{', '.join(unasked)}.")
         if undoing := besides_undoing(key[-1]):
             told += filter(None, [answered(self._translated(undoing[1]), self)])
         stated = hearing.diets - self._heard(turns[:-1]).diets

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
+from goalscope.envs import GUESSED
 from goalscope.envs.grocery.diets import diet
 from goalscope.envs.grocery.moods import Mood
 from goalscope.envs.grocery.orders import besides_buying
@@ -113,7 +114,7 @@ def undoing_notes(
     if _CALLS_OFF.fullmatch(evened(utterance)):
         told.append('For the last change say "Undo that", and for all of it "Empty the basket".')
     if asks_for_guesses(utterance):
-        told.append(f"Guessed, not asked for: {', '.join(guessed) or 'nothing'}.")
+        told.append(f"{GUESSED}{', '.join(guessed) or 'nothing'}.")
     return told
 
 
