@@ -74,6 +74,13 @@ def test_any_belief_has_its_advice() -> None:
         "Skip that plan.",
         "Anything but that.",
         "I cancelled it.",
+        "On second thought, keep the booking.",
+        "Sorry, I meant the flight.",
+        "Let me quickly ask my husband.",
+        "My husband wants to go after all.",
+        "Ignore that, it was my kid typing.",
+        "Later, I'm driving.",
+        "I'll do it myself online.",
         "I'd hate to block the card.",
         "I would rather die than block the card.",
         "Blocking the card is out of the question.",
@@ -259,6 +266,13 @@ NO_YES = [
     "Yes, I'd rather take the bus.",
     "Book something cheaper.",
     "Yes?",
+    "Yes, to Porto.",
+    "Yes, 90.",
+    "Yes. The cheaper one, please.",
+    "Yes, tomorrow.",
+    "Yes, once my salary is in.",
+    "Sure you want to charge me for that",
+    "Yeah, right.",
 ]
 
 
@@ -314,6 +328,11 @@ def test_what_was_given_no_leave_waits_for_words_that_speak_for_it(words: str) -
         "Works for me.",
         "Let's do it!",
         "\u2705",
+        "Yes, please do that.",
+        "Yes, 120 euros.",
+        "Yes, thank you so much!",
+        "Sure, go ahead and book it for me.",
+        "Yep, that's right. Thanks a lot",
     ],
 )
 def test_a_yes_gives_leave(words: str) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from fakes import LampRoom, RefusesAll, WordModel, said
-from goalscope.agent import ASKED_FOR, Agent, run_episode
+from goalscope.agent import ASKED_FOR, NOTHING_DONE, Agent, run_episode
 from goalscope.calibration import LAST_TURN, USUAL
 from goalscope.dialog import FALLBACK, ConsoleHuman, ScriptedHuman, ask, question_of
 from goalscope.policy import Planner, Want
@@ -373,6 +373,35 @@ def test_what_was_asked_for_and_not_done_is_told() -> None:
     assert told not in agent.step("What?", "lamp light: is the nightlamp on?").notes
     assert told in agent.step("What?", "lamp light, and the nightlamp please").notes
     assert told not in agent.step("What?", "Good night").notes
+
+
+def test_where_nothing_was_done_and_nothing_is_told_that_is_told() -> None:
+    assert NOTHING_DONE not in Agent(LampRoom(), WordModel(REPLIES)).step("", "lamp light").notes
+    agent = Agent(LampRoom([]), WordModel(REPLIES))
+    round = agent.step("What?", "more light please")
+    assert (round.results, round.notes) == ((), (NOTHING_DONE,))
+    for words in ("Thanks!", "just that", "Which is on?"):
+        assert agent.step("What?", words).notes == ()
+
+
+@pytest.mark.parametrize(
+    ("answer", "guessed"), [("yes", []), ("No, leave it.", []), ("lamp light!", ["lamp"])]
+)
+def test_nothing_is_guessed_for_a_yes_or_no_to_the_own_question(
+    answer: str, guessed: list[str]
+) -> None:
+    class Breaks(LampRoom):
+        def requests(self, turns):
+            asked = "vase" in turns[0].utterance and "vase" not in self.smashed
+            return [Action("smash", "vase")] if asked else []
+
+    env = Breaks()
+    agent = Agent(env, WordModel(REPLIES))
+    first = agent.step("What now?", "just break the vase by the lamp light")
+    assert (first.question, env.on) == ("May I smash the vase?", [])
+    agent.step(agent.ask(), answer)
+    assert env.on == guessed
+    assert env.smashed == (["vase"] if answer == "yes" else [])
 
 
 def test_what_nobody_asked_for_is_told_to_be_a_guess() -> None:

@@ -35,7 +35,11 @@ _DENIAL = re.compile(
     r"|hat(?:e|ed|es|ing)|dislik\w+|loath\w+|detest\w*|dread\w*|regret\w*|mistaken?|mistakes"
     r"|(?:keep|leave|count) (?:me|us|it|that|this|them) out|stay out|out of the question"
     r"|far from|already|yesterday|pointless|scrap|last thing|doubt\w*|skip|drop|hardly|scarcely"
-    r"|barely|anything but|(?:done|finished|through) with|enough of|quit|leave|remove)\b"
+    r"|barely|anything but|(?:done|finished|through) with|enough of|quit|leave|remove"
+    r"|keep|ignore|disregard|meant|second thoughts?|after all"
+    r"|let (?:me|us) (?:\w+ )?(?:ask|think|check|talk|sleep|see|consider)"
+    r"|(?:do|does|did|doing|handle|manage|sort) (?:it|that|this) (?:my|our)sel(?:f|ves)"
+    r"|later(?=[.,;!]|$))\b"
 )
 _OVER = r"(?=[ ,]*(?:[.,;!?]|$)|(?: please| now| yet| after all| any ?more))"
 _RETRACTION = re.compile(
@@ -98,10 +102,24 @@ _FINE = (
     rf"(?:{MILD}|all? ?right|right|then|now|good|great|perfect|lovely|excellent|cool|agreed|deal"
     r"|(?:(?:that|it) )?(?:(?:works|suits)(?: for)?(?: me| us)?|sounds (?:good|great|perfect)))"
 )
+_IRONY = re.compile(r"(?:yeah|yes|sure|oh),? (?:right|sure)\b(?! away)[ .!]*")
+_ADDED = re.compile(
+    rf"[ ,.;!]*(?:(?:and|so|just|{_YES}|{_FINE})\b[ ,.;!]*)*"
+    r"(?:(?:i|we|it|that|this|there)(?:'\w+)?\b[^.,;!?]*|(?P<new>[^.,;!?]*))"
+)
+"""A clause behind a yes: a statement, or what may take the place of something in the question."""
+
 _OTHERWISE = re.compile(
     r"\b(?:instead|you mind|or (?:would|should|shall|do|rather|wait|else|not))\b"
 )
 _HESITANT = re.compile(r"\b(?:but|later|rather|instead|first|another time|think about)\b")
+
+_LINKS = frozenset({
+    "a", "an", "the", "to", "of", "for", "and", "on", "in", "my", "our", "your", "me", "us", "him",
+    "her", "them", "it", "is", "be", "so", "very", "much", "lot", "all", "good", "as", "well",
+    "right", "away", "here", "thing",
+})  # fmt: skip
+"""Words that add nothing to a yes."""
 
 _ENGLISH = re.compile(
     r"\b(?:the|th(?:is|at|ese|ose|ere|ey|eir|em|anks|ank you)|you|your|us|my|and|but|with|if|from"
@@ -141,7 +159,8 @@ def advice(
     are `doubtful`, nor where the goal would not be as likely without all those that were, and
     without all that a person said, and confirmed, before they took something back ("Stop!", "don't
     do that", "I changed my mind"); nor where the newest query asks whether to go ahead ("Shall I
-    book it?") and the answer is no yes, and after it until words speak for the goal again; nor on a
+    book it?") and the answer is no yes, or one with other words behind it that are no statement
+    ("Yes, to Porto."), and after it until words speak for the goal again; nor on a
     goal that a model made from the person's words before later ones speak for it more than for
     none. What the person has confirmed since their newest words is acted on. Who takes something
     back is asked, and offered nothing else.
@@ -224,10 +243,19 @@ def _leave(turn: Turn, goal: Goal) -> bool | None:
     said = evened(unicodedata.normalize("NFKC", turn.utterance))
     verb = next(filter(None, asked.groups()), "yes")
     done = rf"{verb}(?: (?:it|that|this|them|both|the|my|for|please|now)\b|(?=[ ,.!]*$))"
-    yes = re.match(rf"(?:{_FINE}[ ,.!]+)*(?:{_YES}|{done})(?!\w)", said)
+    yes = re.match(rf"(?:{_FINE}[ ,.!]+)*(?:(?P<yes>{_YES})|{done})(?!\w)", said)
+    if yes and yes["yes"]:
+        known = {*_words(query), *_words(evened(goal.text)), *_LINKS}
+        added = (clause["new"] or "" for clause in _ADDED.finditer(said, yes.end()))
+        if _IRONY.fullmatch(said) or any(not known.issuperset(_words(each)) for each in added):
+            return False
     if yes:
         return not _HESITANT.search(said, yes.end())
     return bool(re.fullmatch(rf"(?!(?:thanks|[ ,.!]|thank you)*$)(?:{_FINE}\b[ ,.!]*)+", said))
+
+
+def _words(text: str) -> list[str]:
+    return re.findall(r"[^\W_]+(?:'[^\W_]+)?", text)
 
 
 def _denials(text: str) -> Counter[str]:

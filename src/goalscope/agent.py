@@ -31,7 +31,8 @@ from goalscope.types import (
     checked_text,
 )
 
-__all__ = ["ASKED_FOR", "CONFIRM", "NO_GOAL", "Agent", "Method", "Questions", "run_episode"]
+__all__ = ["ASKED_FOR", "CONFIRM", "NOTHING_DONE", "NO_GOAL"]
+__all__ += ["Agent", "Method", "Questions", "run_episode"]
 
 Method = Literal["good", "no-goals", "no-inference"]
 """The paper's agent and its ablations (Sec. 4.3); see `Agent`."""
@@ -47,6 +48,9 @@ CONFIRM = "That cannot be undone. Do you confirm exactly what is shown?"
 
 ASKED_FOR = "I did what you asked for, and guessed nothing."
 """A round's note where a person asks why, and only what they asked for was done."""
+
+NOTHING_DONE = "I did nothing for that."
+"""A round's note where nothing was done for words that are no remark, and nothing told of them."""
 
 _FAILURES = 3
 """Most failures that a round's notes tell one by one."""
@@ -193,9 +197,9 @@ class Agent:
 
         Words that only ask what the environment can answer give no new goal, and nothing is done
         for them; remarks give none either, and orders that are understood only where there is no
-        other. Nothing is guessed for remarks, nor for such orders. Once the person says that the
-        task is complete, only what they ask for in the same breath is done before it ends: they
-        could not see, and refuse, anything else.
+        other. Nothing is guessed for remarks, nor for such orders, nor for a yes or no to the last
+        round's question. Once the person says that the task is complete, only what they ask for in
+        the same breath is done before it ends: they could not see, and refuse, anything else.
 
         Args:
             query: What the agent asked.
@@ -228,8 +232,8 @@ class Agent:
             asks = self.env.answer(turn.utterance) is not None
             silent = asks or sure or is_remark(turn.utterance)
             order = not silent and self.env.is_order(turns)
-            declined = bool(asked) and declines(utterance)
-            exact = complete or silent or order or answers or declined
+            answered = bool(asked) and (agreed or declines(utterance))
+            exact = complete or silent or order or answers or answered
             known = bool(tracker and self._stated(tracker.belief))
             changes, missing = (
                 self._update(tracker, turn, propose=not (silent or (order and known)))
@@ -249,6 +253,15 @@ class Agent:
                 complete, outcome = False, replace(outcome, question=CONFIRM)
             else:
                 results += tuple(taken(self.env, action) for action in final)
+            told = (
+                *([NO_GOAL] if missing and not exact else []),
+                *self._notes(turns, outcome),
+                *([] if asks else self.env.unmet(turns, outcome.results)),
+                *([how_to_end] if takes_leave(turn.utterance) and not ends else []),
+                *([not_done] if answers and not ends else []),
+            )
+            if not (exact or results or outcome.question or told):
+                told = (NOTHING_DONE,)
             round = Round(
                 number=len(self.rounds) + 1,
                 turn=turn,
@@ -257,13 +270,7 @@ class Agent:
                 results=results,
                 replans=outcome.replans,
                 status=self.env.status(),
-                notes=(
-                    *([NO_GOAL] if missing and not exact else []),
-                    *self._notes(turns, outcome),
-                    *([] if asks else self.env.unmet(turns, outcome.results)),
-                    *([how_to_end] if takes_leave(turn.utterance) and not ends else []),
-                    *([not_done] if answers and not ends else []),
-                ),
+                notes=told,
                 terminated=complete or any(result.terminated for result in results),
                 question=outcome.question,
                 state=self.env.fingerprint(),

@@ -25,7 +25,8 @@ Keeps a belief over what your user wants. Open a session for a conversation, wit
 they may have, and observe each of their messages. The answer's `advice` is what to do next: \
 "act" on the likeliest goal; "ask" what tells the likely ones apart; or "propose": none of the \
 goals explains the words, so think of some that do, and add them. When the user says outright what \
-they want or do not want, correct."""
+they want or do not want, correct. Act once: the belief does not know what you did, so close the \
+session then, and open another for what comes next."""
 
 Session = Annotated[str, Field(description="Id that open_session gave.")]
 Goal = Annotated[str, Field(description="The goal's text.")]

@@ -68,6 +68,11 @@ _REWORDED = [
     for pattern, plainer in (
         (r"\ballerg(?:y|ies|ens?)\s?:", "allergic to"),
         (r"(?<=\d),(?=\d{3}\b)", ""),
+        (
+            rf"\b(i|we|you|they|he|she|my \w+) (?:can |will |do )?(?:eat|like|love|enjoy)s?"
+            rf" (?:nearly |almost )?(?:everything|anything|all (?:food|things)) {_EXCEPT} ",
+            r"\1 can't eat ",
+        ),
         (r"\b(?:there(?:'s| is) )?no need (?:for|of) (?=\w)", "don't need "),
         (r",? ?\bif (?:you have|there(?:'s| is| are)) (?:any|some|it|them|one)\b,?", ""),
         (

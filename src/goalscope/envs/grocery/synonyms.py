@@ -120,6 +120,7 @@ potato: white potatoes, russet potatoes
 tomato: roma tomatoes
 peppers: bell peppers
 pepper: ground black pepper
+fish: cod fillets
 salmon: salmon fillets
 roll: dinner rolls
 bun: hamburger buns
@@ -129,7 +130,7 @@ olive: green olives
 plate: paper plates
 napkin: paper napkins
 """
-"""What people mean who name no kind, the likeliest first; each name holds the bare word."""
+"""What people mean who name no kind, the likeliest first; each is found by the bare word."""
 
 _KINDS: dict[str, Sequence[str]] = {
     word: names.split(", ")

@@ -335,7 +335,8 @@ class _Listener(Corrections):
             places = place.types if place else ()
             if place and places != (HOME,):
                 places = self.lift("put in", self.fitting("", places), place.group)
-            if not kinds or (clause.place and not places):
+            spared = bool(excluded) and excluded.issuperset(thing.types)
+            if not spared and (not kinds or (clause.place and not places)):
                 self.lacking(clause, said, place if kinds else thing)
             if not kinds or (clause.place and not places) or kinds == places:
                 continue
@@ -357,6 +358,7 @@ class _Listener(Corrections):
             self.newest.append(request)
             self.limit(request)
         self.refused |= {(clause.verb, kind) for kind in excluded}
+        self.staying |= excluded
         for thing in (each for each in clause.excluded if each.states):
             for other in self.meant(thing, clause.verb) if thing.types else things:
                 self.narrow(replace(other, states=thing.states))

@@ -358,6 +358,10 @@ _REWORDED = [
         (r"\b(?:(?:and|the|do) )*same (?:thing |goes )?(?:for|with)\b", "also"),
         (r"\b(can|could|may) (i|we) (?:please )?get\b", r"\1 \2 have"),
         (r"\b(?:don't|do not|never) (?:forget|hesitate)(?: about)?(?: to)?\b", "please"),
+        (
+            r"\b(everything|both|(?:it|them)(?: all)?)( back)?,? but (?=(?:the|my|our)\b)",
+            r"\1\2 except ",
+        ),
         (r"\bdo not\b", "don't"),
         (r"\b(?:there(?:'s| is) )?no need (?:to|for)\b", "don't"),
         (r"^(?:no|nope|nah)(?:,| (?=please\b))", ""),
