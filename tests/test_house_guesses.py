@@ -371,3 +371,27 @@ def test_several_things_go_where_the_goals_tell_if_there_was_talk_of_a_place() -
 )
 def test_a_reason_after_an_order_changes_nothing(said: list[str], changes: set[str]) -> None:
     assert told("Kitchen1", *said)[:2] == (changes, [])
+
+
+def test_what_was_guessed_is_told_and_taken_back_on_ones_word() -> None:
+    robot = robot_in("Kitchen1")
+    robot.reset()
+    none, ask = "Guessed, not asked for: nothing.", [Turn("", "What did you guess?")]
+    assert robot.is_order(ask)
+    assert robot.unmet(ask, ()) == [none]
+    for action in robot.requests([Turn("", "open the fridge")]):
+        assert robot.step(action).ok
+    for guess in (
+        Action("put", "potato 1", destination="mug 2"),
+        Action("turn on", "coffee machine"),
+    ):
+        assert robot.step(guess).ok
+    said = [Turn("", "open the fridge"), Turn("", "I'm hungry")]
+    (note,) = robot.unmet([*said, *ask], ())
+    assert note == "Guessed, not asked for: coffee machine: on, potato 1: now in mug 2."
+    back = [*said, *ask, Turn("", "Undo what you guessed.")]
+    assert robot.is_order(back)
+    assert {action.target for action in robot.requests(back)} == {"potato 1", "coffee machine"}
+    assert all(robot.step(action).ok for action in robot.requests(back))
+    assert robot.status().splitlines()[2:] == ["- fridge: open"]
+    assert robot.unmet([*back, *ask], ()) == [none]

@@ -6,7 +6,7 @@ import re
 
 from goalscope.envs.speech import evened
 
-__all__ = ["asks_why", "changes_mind", "is_remark", "takes_leave"]
+__all__ = ["asks_for_guesses", "asks_why", "changes_mind", "is_remark", "takes_leave"]
 
 _LEAD = (
     r"(?:(?:ok(?:ay)?|and|but|so|well|hey|hi|hello|hm+|wait|oops|sorry|please|now|then|actually"
@@ -68,7 +68,9 @@ _PATTERNS = (
     rf"(?:{_THAT} (?:isn't|aren't|wasn't|weren't)|you aren't)(?: \w+)? (?:{_BAD}|{_GOOD}){_REST}",
     r"you (?:didn't|did not|don't|do not|never|are not|aren't) (?:understand|listen(?:ing)?"
     r"|hear|get it|answer|ask|know)(?: .*)?",
+    r"(?:please )?(?:be )?(?:very |really )?careful(?: (?:with|of|about) .*)?",
     r"you (?:got|have) (?:it|that|me|this) (?:all )?wrong",
+    rf"{_THAT}(?:'s| is| was|'re| are| were) (?:not the right|the wrong) \w+",
     r"you (?:misunderstood|misheard|already (?:said|asked|told))(?: .*)?",
     r"(?:not|never) what (?:i|we) .*",
     rf"(?:this|that|it) (?:makes|made) no sense{_REST}",
@@ -100,6 +102,15 @@ _CHANGES_MIND = re.compile(
 )
 _TAKES_LEAVE = re.compile(_LEAD + _LEAVE)
 _ASKS_WHY = re.compile(_LEAD + _WHY)
+_ASKS_FOR_GUESSES = re.compile(
+    rf"{_LEAD}(?:(?:what|which(?: \w+)?) (?:(?:all )?(?:did|have) you(?: just)? guess(?:ed)?"
+    r"|(?:was|were|is|are) guessed|(?:are|were) (?:your|the) guesses|(?:did|have) you (?:add(?:ed)?"
+    r"|do|done|move[d]?|put in|buy|bought) (?:that|which|what)"
+    r" (?:i|we|nobody|no one) (?:(?:did not|didn't|never|haven't|have not) )?"
+    r"(?:ask|order|mention|want|say|said)(?:ed)?(?: you)?(?: for)?)"
+    rf"|did you guess (?:anything|something)|(?:show|tell|list)(?: me)? (?:your|the) guesses)"
+    rf"(?: so far)?{_REST}"
+)
 _FILLER = re.compile(r"(?:ok(?:ay)?|and|but|so|well|hm+|oops|sorry|please|now|then|actually)")
 _CLAUSE = re.compile(
     r"[,.;:!?\n()\u2013\u2014]+|\s-\s|\s(?:but|and)\s(?=(?:i|you|that|this|it|why)\b)"
@@ -115,6 +126,11 @@ def is_remark(text: str) -> bool:
     """
     clauses = _clauses(text)
     return bool(clauses) and all(map(_REMARK.fullmatch, clauses))
+
+
+def asks_for_guesses(text: str) -> bool:
+    """Whether a person asks what was done that nobody had asked for."""
+    return any(map(_ASKS_FOR_GUESSES.fullmatch, _clauses(text)))
 
 
 def asks_why(text: str) -> bool:

@@ -98,11 +98,14 @@ class Corrections(Standing):
     )
 
     def undo(self, number: int) -> None:
-        """Go back to what stood before the last orders, 0 for all of them.
+        """Go back to what stood before the last orders, 0 for all of them, -1 for none.
 
         What cannot be undone is kept as missed; what was done for an aim the robot must know.
         """
         self.exact = True
+        if number < 0:
+            self.undone = "guesses"
+            return
         if not number:
             self.undone, self.wanted = "all", []
             self.orders.clear()

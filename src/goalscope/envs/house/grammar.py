@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
@@ -107,10 +107,18 @@ def _is_exact(order: Clause, *, repeats: bool) -> bool:
     return bool(order.place or order.verb != "put")
 
 
+_ENDS = re.compile(
+    r"(?<=[.!?;:])\s+|\n|(?<!\bbe)(?<!\bvery),? (?:(?:and|but) )?"
+    r"(?=(?:be )?(?:very )?careful (?:with|of|about)\b)",
+    re.IGNORECASE,
+)
+"""What stands between sentences; a warning is one of its own."""
+
+
 def sentences(text: str) -> list[str]:
     """The sentences of a text, without what it quotes."""
     text = re.sub(r"[\"\u201c][^\"\u201d]*[\"\u201d]", " , ", text.strip('"\u201c\u201d '))
-    return re.split(r"(?<=[.!?;:])\s+|\n", text)
+    return _ENDS.split(text)
 
 
 def _asks(text: str) -> bool:
@@ -160,6 +168,7 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         if word in v.BREAKS and i and reader.begins(i + 1, cuts[-1]):
             cuts.append(i)
     parts = [words[i:j] for i, j in zip(cuts, [*cuts[1:], len(words)], strict=True)]
+    parts[:] = _denied(parts)
     found: list[Clause] = []
     mine = loose = listed = False
     put_off = bool(_LATER_FIRST.match(text))
@@ -211,6 +220,20 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         if reader.serves and not (later or clause.negated):
             found.append(Clause("put", (Phrase(word="it"),), Phrase(v.SURFACES)))
     return found
+
+
+def _denied(parts: Sequence[list[str]]) -> Iterator[list[str]]:
+    """The parts of a sentence; one behind "or" is denied where the one before it is.
+
+    So is one between the two: "don't wash, slice or cook it".
+    """
+    denied = False
+    for i, part in enumerate(parts):
+        joints = [each[0] for each in parts[i:] if each and each[0] != ","]
+        own = not v.NEGATIONS.isdisjoint(part)
+        goes_on = joints[:1] in (["or"], ["nor"]) and part[0] in (",", "or", "nor")
+        denied = own or (denied and goes_on)
+        yield [part[0], "don't", *part[1:]] if denied and not own else part
 
 
 def _repeats(

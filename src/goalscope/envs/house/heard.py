@@ -69,8 +69,8 @@ class Hearing:
         stuck: Whether an order of the newest words cannot be followed, or was not understood and
             is no aim such as "tidy up".
         undone: What the newest words undo: "all" that is not as it was, what was "guessed" last
-            besides orders, "orders" alone, or ""; "besides" where everything is put back, and what
-            was guessed is to be switched back, too.
+            besides orders, all "guesses", "orders" alone, or ""; "besides" where everything is put
+            back, and what was guessed is to be switched back, too.
     """
 
     wanted: tuple[Request, ...] = ()

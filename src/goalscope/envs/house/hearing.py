@@ -310,6 +310,8 @@ class _Listener(Corrections):
             and any(each.word in _IT for each in said)
         ):
             things = self.acted or things
+        if home and all(each.word in _IT for each in said):
+            things = [replace(t, every=t.every or t.number > 1, number=0) for t in things]
         self.miss(clause, things)
         if home and not (clause.later or clause.negated):
             every = any(each.word == "everything" for each in said)

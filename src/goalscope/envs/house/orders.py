@@ -54,7 +54,7 @@ class OrderReader(PhraseReader):
 
     Attributes:
         loose: Whether "get X on Y" may tell where X is.
-        also: Further verbs of a passive: "washed and sliced".
+        also: Further verbs: of "washed and sliced", of "crack the egg into the pan".
         serves: Whether what is made is to stand ready: "make me a coffee".
     """
 
@@ -111,6 +111,9 @@ class OrderReader(PhraseReader):
             liquid = things[0].liquid
         if said == "crack" and any(t.types != ("Egg",) for t in things):
             verb = "open"
+        elif said == "crack" and into and v.CRACKED_INTO & {*into.types}:
+            verb = "put"
+            self.also.append("break")
         if said in ("set", "lay", "load") and things and not into and _is_furniture(things[0]):
             into, things = things[0], tail.using or (Phrase(word="unknown"),)
         if verb == "turn" or (verb == "use" and not negated) or (verb == "ignore" and not things):
@@ -124,6 +127,8 @@ class OrderReader(PhraseReader):
             verb, liquid = self.made(things)
             if not verb:
                 return None
+            if verb == "fill" and into and (into.word == "it" or v.VESSELS & {*into.types}):
+                things, into = (into,), None
             self.serves = verb == "fill" and to_me
         if verb == "pour" or (watery and verb in ("put", "pick up", "empty")):
             if verb == "pick up" and not tail.source:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from itertools import takewhile
 from typing import Any
 
+from goalscope import envs
 from goalscope.envs.house.answers import answered, asks_what_was_done
 from goalscope.envs.house.completion import completes
 from goalscope.envs.house.conditions import conditions_met
@@ -24,6 +25,7 @@ from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.undoing import NOTHING, UNKNOWN, lasting, restoring
 from goalscope.envs.house.unmet import unmet
 from goalscope.envs.house.view import View
+from goalscope.envs.remarks import asks_for_guesses
 from goalscope.types import Action, GoalscopeError, Profile, StepResult, Turn
 
 __all__ = ["HomeRobot"]
@@ -228,11 +230,16 @@ class HomeRobot:
         if hearing.undone == "all":
             told = (*lasting(self._view, self._start), *told)
         all_told = list(dict.fromkeys((*missed, *told)))
+        if asks_for_guesses(turns[-1].utterance):
+            names = {action.target for action in self._unasked(hearing)}
+            changes = self._view.changes(self._start)
+            guesses = [each for each in changes if each.partition(":")[0] in names]
+            all_told.append(f"{envs.GUESSED}{', '.join(guesses) or 'nothing'}.")
         if hearing.undone == "guessed" and not (results or hearing.newest or all_told):
             all_told = [UNKNOWN]
         if hearing.undone == "all" and not (results or any(self._view.changes(self._start))):
             all_told = [NOTHING]
-        if hearing.undone == "orders" and not (results or all_told):
+        if hearing.undone in ("orders", "guesses") and not (results or all_told):
             all_told = [NOTHING]
         more = len(all_told) - _TOLD
         return all_told if more <= 0 else [*all_told[:_TOLD], f"And {more} more of that kind."]
@@ -329,18 +336,26 @@ class HomeRobot:
 
     def _undone(self, hearing: Hearing) -> list[Action]:
         """What brings back what was done besides the orders that are undone, too."""
-        if hearing.undone not in ("guessed", "besides"):
+        if hearing.undone not in ("guessed", "guesses", "besides"):
             return restoring(self._view, self._start) if hearing.undone == "all" else []
-
-        def unasked(act: Action) -> bool:
-            return not any(serves(self._view, act, each) for each in hearing.asked)
-
         if hearing.undone == "guessed":
-            last = takewhile(unasked, reversed(self._done))
+            last = takewhile(lambda act: not self._asked(act, hearing), reversed(self._done))
             return restoring(self._view, self._start, {action.target for action in last})
-        guessed = {action.target for action in self._done if unasked(action)}
+        if hearing.undone == "guesses":
+            return self._unasked(hearing)
+        guessed = {each.target for each in self._done if not self._asked(each, hearing)}
         back = restoring(self._view, self._start, guessed)
         return [action for action in back if action.name != "put"]
+
+    def _unasked(self, hearing: Hearing) -> list[Action]:
+        """What brings back the things with which nothing was done that was asked for."""
+        asked = {each.target for each in self._done if self._asked(each, hearing)}
+        names = {each.target for each in self._done} - asked
+        return restoring(self._view, self._start, names)
+
+    def _asked(self, action: Action, hearing: Hearing) -> bool:
+        """Whether the person ever asked for this action."""
+        return any(serves(self._view, action, each) for each in hearing.asked)
 
     def _over(self, hearing: Hearing) -> list[Request]:
         """Requests of earlier words that were met once."""

@@ -41,8 +41,13 @@ _LAST = (
 )
 _THAT = rf"(?:that|it|this|{_LAST}|what you(?: just|'ve)? d(?:id|one))"
 _ALL = r"(?:everything|(?:all (?:of )?)(?:that|it|this))(?: you(?: just|'ve)? d(?:id|one))?"
+_GUESSES = (
+    r"(?:(?:what(?:ever)?|everything|all(?: that)?) you(?:'ve| have)?(?: just)? guessed"
+    r"|(?:all )?(?:of )?(?:your|the) (?:guess(?:es|work)?|guessed (?:things?|ones?|moves?)))"
+)
 _UNDOES = re.compile(
-    rf"{_LEAD}(?:(?:undo|revert|reverse) (?:(?P<all>{_ALL})|{_THAT})|undo|revert|take that back"
+    rf"{_LEAD}(?:(?:undo|revert|reverse|take back|put back) (?P<guesses>{_GUESSES})"
+    rf"|(?:undo|revert|reverse) (?:(?P<all>{_ALL})|{_THAT})|undo|revert|take that back"
     r"|(?P<back>put) (?:everything|it all|them all|all) back (?:to )?(?:how|(?:in )?the way|as)"
     rf" (?:it|everything|they|things) (?:was|were)(?: before)?){_END}"
 )
@@ -70,7 +75,7 @@ _LASTING = (*IRREVERSIBLE, "clean")
 def undoes(said: str) -> tuple[int, str] | None:
     """How many orders a part of `said`, evened, asks to undo, 0 for all; and what else it says.
 
-    None if no part does.
+    -1 stands for what nobody ordered. None if no part asks to undo anything.
     """
     parts = _PARTS.split(said)
     for i in range(0, len(parts), 2):
@@ -78,6 +83,7 @@ def undoes(said: str) -> tuple[int, str] | None:
         if found and not _WHEN.search(_sentence_of(parts, i)):
             number = (found["number"] or "one").strip()
             most = 0 if found["all"] or found["back"] else NUMBERS.get(number) or int(number)
+            most = -1 if found["guesses"] else most
             return most, "".join([*parts[:i], *parts[i + 2 :]]).strip(" ,")
     return None
 

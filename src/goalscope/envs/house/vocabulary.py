@@ -77,6 +77,7 @@ LEAD = _set(
     " you we i i'd i'm i'll we'll you'll need needs want like love to now then and so ok okay yes"
     " yeah sure hi hello hey first next also just let's let us me try have should must shall go"
     " ahead finally lastly again good great nice perfect job work thanks thank alright there"
+    " carefully gently slowly quietly"
     " start by be do help remember make today your task is the going it says that all after"
     " this would've got but or well mind awesome more one robot had better either only rather"
     " meanwhile"
@@ -172,6 +173,7 @@ KEPT = _set("whole intact raw uncooked uncut unsliced unbroken undamaged unharme
 """States that a thing is left in."""
 LIQUIDS = frozenset(("water", "coffee", "wine"))
 VESSELS = frozenset(("Mug", "Cup", "Bowl", "Pot", "Bottle", "Kettle", "WateringCan"))
+CRACKED_INTO = frozenset(("Pan", "Pot", "Bowl", "Mug", "Cup"))
 SLICES = frozenset(("slice", "slices", "piece", "pieces"))
 NOUNS = _set("toast plate water light hand empty open dirty add set")
 """Verbs that are as often something else; alone, or before "and", they are no orders."""
@@ -362,6 +364,25 @@ _REWORDED = [
             r"\b(everything|both|(?:it|them)(?: all)?)( back)?,? but (?=(?:the|my|our)\b)",
             r"\1\2 except ",
         ),
+        (
+            r"\b((?:put|place|bring|move|set|store|stick|lay|stow)\b(?:(?!\bnot )[^,;]){1,60}?"
+            r" (?:in|on|into|onto|at) (?:(?!\bnot )[^,;]){1,40}?),? (?:but |and )?not"
+            r" (?=(?:in|on|into|onto|at) )",
+            r"\1, don't put it ",
+        ),
+        (
+            r"\b(?:be )?(?:very |really |extra )?careful (?:with|of|about) ([^,.;:!?]{1,60}), "
+            r"(don't|do not|never) (\w+) (?:it|them)\b",
+            r"\2 \3 \1",
+        ),
+        (
+            r"\b(?:(?:please )?be )?(?:very |really |extra )?careful (?:with|of|about)"
+            r" (?=(?:the|my|our|your|that|this|those|these|his|her|it|them)\b)",
+            "there is ",
+        ),
+        (r" a (?:little )?bit(?! of\b)(?= |$|[,.!])", ""),
+        (r"\band (?:then )?(?:be|get) (wash|clean|open|cook|fill|heat|toast)ed\b", r"and \1 it"),
+        (r"\band (?:then )?(?:be|get) (rinse|close|slice)d\b", r"and \1 it"),
         (r"\bdo not\b", "don't"),
         (r"\b(?:there(?:'s| is) )?no need (?:to|for)\b", "don't"),
         (r"^(?:no|nope|nah)(?:,| (?=please\b))", ""),

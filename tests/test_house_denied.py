@@ -1,0 +1,107 @@
+"""What the robot is told not to do, what it is told to spare, and where it is told not to put."""
+
+from __future__ import annotations
+
+import pytest
+
+from heard import heard, told
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "that apple is for tomorrow, don't eat or throw it away",
+        "the egg on the counter is for my cake, don't cook it or throw it away",
+        "don't slice the apple or cook it",
+        "don't wash, slice or cook the potato",
+        "don't close the fridge or open it",
+        "Please don't wash the mug or fill it",
+        "never slice the bread, or open the fridge",
+    ],
+)
+def test_what_stands_behind_or_is_denied_with_what_stands_before_it(said: str) -> None:
+    assert told("Kitchen1", said) == (set(), [], "")
+
+
+@pytest.mark.parametrize(
+    ("said", "changes"),
+    [
+        ("turn the light off or open the fridge", {"light switch: no longer on", "fridge: open"}),
+        ("don't open the fridge, put the apple in the sink", {"apple: now in the sink basin"}),
+        ("don't open the fridge, and wash the mug", {"mug 1: no longer dirty"}),
+        ("don't forget to wash the mug or the cup", {"mug 1: no longer dirty"}),
+    ],
+)
+def test_an_order_that_is_not_denied_is_followed(said: str, changes: set[str]) -> None:
+    assert told("Kitchen1", said)[0] == changes
+
+
+@pytest.mark.parametrize(
+    ("said", "place"),
+    [
+        ("Put the apple in the fridge, not in the sink", "in the fridge"),
+        ("Put the apple in the fridge, but not in the sink or on the table", "in the fridge"),
+        ("put the apple on the table not on the counter please", "on the dining table"),
+        ("put the apple that is not in the fridge in the sink", "in the sink basin"),
+        ("carefully put the apple in the sink", "in the sink basin"),
+    ],
+)
+def test_a_place_behind_not_is_none(said: str, place: str) -> None:
+    assert told("Kitchen1", said) == ({f"apple: now {place}"}, [], "")
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "put the bread in the fridge. careful with the wine bottle, don't touch it, it's a gift",
+        "put the bread in the fridge, and be careful with the wine bottle: don't move it",
+    ],
+)
+def test_care_is_taken_of_what_is_named_with_it(said: str) -> None:
+    hearing = heard(said)
+    assert hearing.refuses("put", "WineBottle")
+    assert not hearing.refuses("put", "Bread")
+    assert told("Kitchen1", said) == ({"bread: now in the fridge"}, [], "")
+
+
+@pytest.mark.parametrize(
+    ("second", "changes"),
+    [
+        ("put everything back except the apple", {"apple"}),
+        ("Put everything back but the apple.", {"apple"}),
+        ("put both back except the apple", {"apple"}),
+        ("put them back, but not the apple", {"apple"}),
+        ("put everything but the apple in the sink", {"apple", "potato 1"}),
+        ("put everything back", set[str]()),
+    ],
+)
+def test_what_is_excepted_stays_where_it_is(second: str, changes: set[str]) -> None:
+    found, notes, _ = told("Kitchen1", "put the apple and a potato in the fridge", second)
+    assert found == {f"{name}: now in the fridge" for name in changes}
+    assert bool(notes) == ("in the sink" in second)
+
+
+def test_what_is_excepted_may_be_ordered_later() -> None:
+    said = ["put the apple and the egg in the fridge", "put everything back but the apple"]
+    assert told("Kitchen1", *said, "put the apple in the sink")[0] == {
+        "apple: now in the sink basin"
+    }
+    assert told("Kitchen1", *said, "no, the apple too") == (set(), [], "")
+
+
+@pytest.mark.parametrize(
+    ("said", "changes", "question"),
+    [
+        ("crack an egg into the pan and fry it", {"egg 1: now on the pan"}, "May I break egg 1?"),
+        ("crack the egg in the fridge", set[str](), "May I break egg 1?"),
+        ("make me a coffee in mug 1", {"mug 1: filled with coffee"}, ""),
+        (
+            "The dirty mug should go in the sink and be washed.",
+            {"mug 1: no longer dirty, now in the sink basin"},
+            "",
+        ),
+        ("put the apple in the fridge and close it a bit", {"apple: now in the fridge"}, ""),
+    ],
+)
+def test_what_is_to_be_done_where_it_is_put(said: str, changes: set[str], question: str) -> None:
+    assert told("Kitchen1", said) == (changes, [], question)
