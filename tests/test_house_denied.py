@@ -81,6 +81,23 @@ def test_what_is_excepted_stays_where_it_is(second: str, changes: set[str]) -> N
     assert bool(notes) == ("in the sink" in second)
 
 
+@pytest.mark.parametrize(
+    ("said", "changes"),
+    [
+        ("the apple is old, could you throw it away?", {"apple: now in the garbage can"}),
+        ("The mug is dirty so can you wash it", {"mug 1: no longer dirty"}),
+        ("how would you clean the mug?", set[str]()),
+        ("if the fridge is closed, can you open it?", set[str]()),
+        (
+            "the apple belongs in the sink, and so does the fork",
+            {"apple: now in the sink basin", "fork: now in the sink basin"},
+        ),
+    ],
+)
+def test_an_order_may_stand_behind_what_it_is_about(said: str, changes: set[str]) -> None:
+    assert told("Kitchen1", said)[0] == changes
+
+
 def test_what_is_excepted_may_be_ordered_later() -> None:
     said = ["put the apple and the egg in the fridge", "put everything back but the apple"]
     assert told("Kitchen1", *said, "put the apple in the sink")[0] == {

@@ -10,6 +10,7 @@ from functools import lru_cache
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.orders import Clause, OrderReader
 from goalscope.envs.house.phrases import Phrase, first_named
+from goalscope.envs.house.sentences import CONDITION, sentences
 from goalscope.envs.remarks import is_remark, takes_leave
 from goalscope.envs.speech import lowered
 
@@ -40,7 +41,6 @@ _HEDGED = re.compile(
     r"n't\b|\b(?:not|no|never|nor|or|but|if|unless|until|without|except|instead|after|before"
     r"|once|when|while|as soon as|can't|dont|cant|wont)\b"
 )
-_CONDITION = re.compile(r"\b(?:if|unless|until|whether|in case|suppos\w+|imagine|pretend)\b")
 
 
 _LATER_FIRST = re.compile(
@@ -107,20 +107,6 @@ def _is_exact(order: Clause, *, repeats: bool) -> bool:
     return bool(order.place or order.verb != "put")
 
 
-_ENDS = re.compile(
-    r"(?<=[.!?;:])\s+|\n|(?<!\bbe)(?<!\bvery),? (?:(?:and|but) )?"
-    r"(?=(?:be )?(?:very )?careful (?:with|of|about)\b)",
-    re.IGNORECASE,
-)
-"""What stands between sentences; a warning is one of its own."""
-
-
-def sentences(text: str) -> list[str]:
-    """The sentences of a text, without what it quotes."""
-    text = re.sub(r"[\"\u201c][^\"\u201d]*[\"\u201d]", " , ", text.strip('"\u201c\u201d '))
-    return _ENDS.split(text)
-
-
 def _asks(text: str) -> bool:
     """Whether `text`, which `normal` made, is a question and no order."""
     marked = text.rstrip(" .!)'").endswith("?")
@@ -158,7 +144,7 @@ def parse_plain(text: str, here: Collection[str] = ()) -> list[Clause]:
 
 def _sentence(text: str, here: Collection[str], before: Clause | None = None) -> list[Clause]:
     words = re.findall(r"[a-z0-9]+(?:'[a-z]+)?|,", text)
-    if _asks(text) or _CONDITION.search(text):
+    if _asks(text) or CONDITION.search(text):
         asked = first_named(text, here) if text.rstrip(" .!)'").endswith("?") else None
         return [Clause("", (asked,))] if asked else []
     polite = bool(re.search(r"\bplease\b|\bfor me\b", text))

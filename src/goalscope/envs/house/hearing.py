@@ -13,7 +13,7 @@ from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.aims import is_aim
 from goalscope.envs.house.completion import completes
 from goalscope.envs.house.corrections import Corrections
-from goalscope.envs.house.grammar import is_exact, parse, parse_plain, sentences
+from goalscope.envs.house.grammar import is_exact, parse, parse_plain
 from goalscope.envs.house.heard import HOME, Hearing, Leave, Request
 from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
 from goalscope.envs.house.meeting import NEEDS
@@ -21,6 +21,7 @@ from goalscope.envs.house.names import are, names, naming, readable, the
 from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase, first_named
 from goalscope.envs.house.referents import TO_SLICES
+from goalscope.envs.house.sentences import sentences
 from goalscope.envs.house.undoing import undoes
 from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import agrees, evened, kept, lowered

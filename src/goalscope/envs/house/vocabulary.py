@@ -383,6 +383,7 @@ _REWORDED = [
         (r" a (?:little )?bit(?! of\b)(?= |$|[,.!])", ""),
         (r"\band (?:then )?(?:be|get) (wash|clean|open|cook|fill|heat|toast)ed\b", r"and \1 it"),
         (r"\band (?:then )?(?:be|get) (rinse|close|slice)d\b", r"and \1 it"),
+        (r",? (?:and )?so (?:do|does|should|must|goes?) (?=(?:the|my|our)\b)", ", and also "),
         (r"\bdo not\b", "don't"),
         (r"\b(?:there(?:'s| is) )?no need (?:to|for)\b", "don't"),
         (r"^(?:no|nope|nah)(?:,| (?=please\b))", ""),
