@@ -122,3 +122,15 @@ def test_what_is_excepted_may_be_ordered_later() -> None:
 )
 def test_what_is_to_be_done_where_it_is_put(said: str, changes: set[str], question: str) -> None:
     assert told("Kitchen1", said) == (changes, [], question)
+
+
+@pytest.mark.parametrize(
+    ("said", "note"),
+    [
+        ("take the plates off the table", "There is no plate at the dining table."),
+        ("bring me the dirty plate", "There is no dirty plate here."),
+        ("bring me the sliced bread", "There is no slice of bread here."),
+    ],
+)
+def test_what_cannot_be_fetched_is_told(said: str, note: str) -> None:
+    assert told("Kitchen1", said) == (set(), [note], "")

@@ -60,10 +60,11 @@ def unmet(
     ):
         yield "I can hold one thing at a time."
     for request in left:
-        if request.passing or request in hands or request.verb == "pick up":
-            continue
         things = meant(view, request, start)
         alike = [each for each in view.objects if each["objectType"] in request.object_types]
+        lacks = not things and (request.at or request.states or not alike)
+        if request.passing or (not lacks and (request in hands or request.verb == "pick up")):
+            continue
         name = readable(request.object_types[0])
         waits = any(
             other.verb in v.CUTTING and pieces(kind) in request.object_types
