@@ -384,14 +384,19 @@ def test_what_was_guessed_is_told_and_taken_back_on_ones_word() -> None:
     for guess in (
         Action("put", "potato 1", destination="mug 2"),
         Action("turn on", "coffee machine"),
+        Action("clean", "mug 1"),
     ):
         assert robot.step(guess).ok
     said = [Turn("", "open the fridge"), Turn("", "I'm hungry")]
     (note,) = robot.unmet([*said, *ask], ())
-    assert note == "Guessed, not asked for: coffee machine: on, potato 1: now in mug 2."
+    assert note == (
+        "Guessed, not asked for: put the potato in the mug, turn on the coffee machine, "
+        "clean the mug."
+    )
     back = [*said, *ask, Turn("", "Undo what you guessed.")]
     assert robot.is_order(back)
     assert {action.target for action in robot.requests(back)} == {"potato 1", "coffee machine"}
     assert all(robot.step(action).ok for action in robot.requests(back))
-    assert robot.status().splitlines()[2:] == ["- fridge: open"]
-    assert robot.unmet([*back, *ask], ()) == [none]
+    assert robot.status().splitlines()[2:] == ["- fridge: open", "- mug 1: no longer dirty"]
+    assert robot.unmet(back, ()) == ["I cannot undo that: clean the mug."]
+    assert robot.unmet([*back, *ask], ()) == ["Guessed, not asked for: clean the mug."]

@@ -41,6 +41,15 @@ _LEAVE = (
     r"|(?:i'm|i am|we're|we are)(?: all)? (?:done|finished|leaving)"
     rf"|nothing(?: (?:else|more|really))?|no more){_REST}"
 )
+_GUESSES = (
+    r"(?:(?:what|which(?: \w+)?) (?:(?:all )?(?:did|have) you(?: just)? guess(?:ed)?"
+    r"|(?:was|were|is|are) guessed|(?:are|were) (?:your|the) guesses|(?:did|have) you (?:add(?:ed)?"
+    r"|do|done|move[d]?|put in|buy|bought) (?:that|which|what)"
+    r" (?:i|we|nobody|no one) (?:(?:did not|didn't|never|haven't|have not) )?"
+    r"(?:ask|order|mention|want|say|said)(?:ed)?(?: you)?(?: for)?)"
+    rf"|did you guess (?:anything|something)|(?:show|tell|list)(?: me)? (?:your|the) guesses)"
+    rf"(?: so far)?{_REST}"
+)
 _PATTERNS = (
     _WHY,
     r"(?:what|who|huh|pardon|excuse me|come again|say that again|seriously|really|come on)",
@@ -68,7 +77,9 @@ _PATTERNS = (
     rf"(?:{_THAT} (?:isn't|aren't|wasn't|weren't)|you aren't)(?: \w+)? (?:{_BAD}|{_GOOD}){_REST}",
     r"you (?:didn't|did not|don't|do not|never|are not|aren't) (?:understand|listen(?:ing)?"
     r"|hear|get it|answer|ask|know)(?: .*)?",
-    r"(?:please )?(?:be )?(?:very |really )?careful(?: (?:with|of|about) .*)?",
+    r"(?:please )?(?:be )?(?:very |really )?careful"
+    r"(?: (?:with|of|about)(?: (?!and\b|then\b)[\w'-]+){1,6})?",
+    _GUESSES,
     r"you (?:got|have) (?:it|that|me|this) (?:all )?wrong",
     rf"{_THAT}(?:'s| is| was|'re| are| were) (?:not the right|the wrong) \w+",
     r"you (?:misunderstood|misheard|already (?:said|asked|told))(?: .*)?",
@@ -102,15 +113,7 @@ _CHANGES_MIND = re.compile(
 )
 _TAKES_LEAVE = re.compile(_LEAD + _LEAVE)
 _ASKS_WHY = re.compile(_LEAD + _WHY)
-_ASKS_FOR_GUESSES = re.compile(
-    rf"{_LEAD}(?:(?:what|which(?: \w+)?) (?:(?:all )?(?:did|have) you(?: just)? guess(?:ed)?"
-    r"|(?:was|were|is|are) guessed|(?:are|were) (?:your|the) guesses|(?:did|have) you (?:add(?:ed)?"
-    r"|do|done|move[d]?|put in|buy|bought) (?:that|which|what)"
-    r" (?:i|we|nobody|no one) (?:(?:did not|didn't|never|haven't|have not) )?"
-    r"(?:ask|order|mention|want|say|said)(?:ed)?(?: you)?(?: for)?)"
-    rf"|did you guess (?:anything|something)|(?:show|tell|list)(?: me)? (?:your|the) guesses)"
-    rf"(?: so far)?{_REST}"
-)
+_ASKS_FOR_GUESSES = re.compile(_LEAD + _GUESSES)
 _FILLER = re.compile(r"(?:ok(?:ay)?|and|but|so|well|hm+|oops|sorry|please|now|then|actually)")
 _CLAUSE = re.compile(
     r"[,.;:!?\n()\u2013\u2014]+|\s-\s|\s(?:but|and)\s(?=(?:i|you|that|this|it|why)\b)"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
@@ -42,6 +42,11 @@ _HEDGED = re.compile(
     r"|once|when|while|as soon as|can't|dont|cant|wont)\b"
 )
 
+
+_DENIES = re.compile(
+    r"\b(?:don't|never) (?!(?:worry|wait|bother|mind|panic|hurry|rush|stress)\b)[^,]+$"
+)
+"""What denies an act that nobody here can do: "don't eat ..."."""
 
 _LATER_FIRST = re.compile(
     rf"\s*(?:(?:and|then|but|ok|okay|so|please|no|yes|sure|maybe|perhaps)[ ,]+)*{v.LATER}\b"
@@ -154,17 +159,23 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         if word in v.BREAKS and i and reader.begins(i + 1, cuts[-1]):
             cuts.append(i)
     parts = [words[i:j] for i, j in zip(cuts, [*cuts[1:], len(words)], strict=True)]
-    parts[:] = _denied(parts)
     found: list[Clause] = []
     mine = loose = listed = False
     put_off = bool(_LATER_FIRST.match(text))
     headed = text.rstrip().endswith(":")
+    denied = elliptic = False
     while parts:
         part = parts.pop(0)
+        if denied and _stands_behind_or(part, parts, listed=elliptic):
+            part = [part[0], "don't", *part[1:]]
         later = put_off or v.LATER in part
         part = [word for word in part if word != v.LATER]
         reader = _Reader(part, here, polite, mine)
         clause = reader.clause()
+        if not v.BREAKS.issuperset(part):
+            denies = bool(_DENIES.search(" ".join(part)))
+            denied = clause.negated if clause and clause.verb else denies
+            elliptic = not (clause and clause.things)
         mine = reader.mine and not reader.did
         mine = mine and not (reader.feels and parts and parts[0][0] != "and")
         said = "" if later or mine or headed else reader.order_said()
@@ -208,18 +219,11 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
     return found
 
 
-def _denied(parts: Sequence[list[str]]) -> Iterator[list[str]]:
-    """The parts of a sentence; one behind "or" is denied where the one before it is.
-
-    So is one between the two: "don't wash, slice or cook it".
-    """
-    denied = False
-    for i, part in enumerate(parts):
-        joints = [each[0] for each in parts[i:] if each and each[0] != ","]
-        own = not v.NEGATIONS.isdisjoint(part)
-        goes_on = joints[:1] in (["or"], ["nor"]) and part[0] in (",", "or", "nor")
-        denied = own or (denied and goes_on)
-        yield [part[0], "don't", *part[1:]] if denied and not own else part
+def _stands_behind_or(part: Sequence[str], rest: Sequence[Sequence[str]], *, listed: bool) -> bool:
+    """Whether "or" leads to a part, or to one behind it where they are `listed`."""
+    if part[:1] == [","] and len(part) > 1:
+        return listed and next((each[:1] for each in rest if each[:1] != [","]), [""]) == ["or"]
+    return len(part) > 1 and part[0] in ("or", "nor")
 
 
 def _repeats(

@@ -312,7 +312,8 @@ class _Listener(Corrections):
         ):
             things = self.acted or things
         if home and all(each.word in _IT for each in said):
-            things = [replace(t, every=t.every or t.number > 1, number=0) for t in things]
+            several = [(each, each.every or each.number > 1) for each in things]
+            things = [replace(each, every=e, number=0, at=(), states=()) for each, e in several]
         self.miss(clause, things)
         if home and not (clause.later or clause.negated):
             every = any(each.word == "everything" for each in said)
@@ -327,6 +328,9 @@ class _Listener(Corrections):
         if clause.negated or clause.verb == "put in":
             self.rule_out(clause, said, things, place)
             self.last = things if clause.things and things else self.last
+            return len(self.wanted)
+        if any(phrase.which for phrase in clause.excluded):
+            self.puzzle(clause)
             return len(self.wanted)
         excluded = {k for phrase in clause.excluded if not phrase.states for k in phrase.types}
         if clause.verb:
@@ -360,8 +364,10 @@ class _Listener(Corrections):
             self.fresh.append(request)
             self.newest.append(request)
             self.limit(request)
-        self.refused |= {(clause.verb, kind) for kind in excluded}
-        self.staying |= excluded
+        if not home:
+            self.refused |= {(clause.verb, kind) for kind in excluded}
+            self.staying |= excluded if clause.verb == "put" else set()
+        self.staying -= {kind for new in self.fresh for kind in new.object_types}
         for thing in (each for each in clause.excluded if each.states):
             for other in self.meant(thing, clause.verb) if thing.types else things:
                 self.narrow(replace(other, states=thing.states))

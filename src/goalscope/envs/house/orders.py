@@ -127,7 +127,7 @@ class OrderReader(PhraseReader):
             verb, liquid = self.made(things)
             if not verb:
                 return None
-            if verb == "fill" and into and (into.word == "it" or v.VESSELS & {*into.types}):
+            if verb == "fill" and into and (into.word == "it" or {"Mug", "Cup"} & {*into.types}):
                 things, into = (into,), None
             self.serves = verb == "fill" and to_me
         if verb == "pour" or (watery and verb in ("put", "pick up", "empty")):

@@ -157,7 +157,9 @@ class PhraseReader:
             said, start = self.said_at(i, (*v.EXCEPT, *v.ASIDE))
             if i != (there := self.said_at(i, v.THERE)[1]) and self.at(there - 1) != "there":
                 said = ""
-            if said in v.EXCEPT:
+            if said in v.EXCEPT and self.preposition(start):
+                i = self.beyond_places(start)
+            elif said in v.EXCEPT:
                 more, end = self.things(start, refused=True)
                 tail.excluded += more
                 i = max(end, start)
@@ -191,6 +193,16 @@ class PhraseReader:
                     self.leftover = True
                 i += 1
         return tail
+
+    def beyond_places(self, i: int) -> int:
+        """Where places at `i` end, whatever they are: "in the freezer or on the table"."""
+        while True:
+            i = self.said_at(i, (*v.ASIDE, *v.INTO))[1]
+            while self.at(i) and self.at(i) not in v.BREAKS and not self.preposition(i):
+                i += 1
+            if self.at(i) not in ("or", "nor") or not self.preposition(i + 1):
+                return i
+            i += 1
 
     def preposition(self, i: int) -> bool:
         """Whether a preposition stands at `i`."""

@@ -22,7 +22,7 @@ from goalscope.envs.house.offers import NAMES, cooks, is_refused, possible, retu
 from goalscope.envs.house.primitives import Primitives, Refusal
 from goalscope.envs.house.properties import ACTS, LASTING, PREDICATES
 from goalscope.envs.house.state import is_whole
-from goalscope.envs.house.undoing import NOTHING, UNKNOWN, lasting, restoring
+from goalscope.envs.house.undoing import NOTHING, UNKNOWN, lasting, restoring, takes_back
 from goalscope.envs.house.unmet import unmet
 from goalscope.envs.house.view import View
 from goalscope.envs.remarks import asks_for_guesses
@@ -231,10 +231,11 @@ class HomeRobot:
             told = (*lasting(self._view, self._start), *told)
         all_told = list(dict.fromkeys((*missed, *told)))
         if asks_for_guesses(turns[-1].utterance):
-            names = {action.target for action in self._unasked(hearing)}
-            changes = self._view.changes(self._start)
-            guesses = [each for each in changes if each.partition(":")[0] in names]
-            all_told.append(f"{envs.GUESSED}{', '.join(guesses) or 'nothing'}.")
+            guesses = dict.fromkeys(map(self.phrase, self._guesses(hearing)))
+            all_told = [f"{envs.GUESSED}{', '.join(guesses) or 'nothing'}."]
+        if hearing.undone == "guesses":
+            left = map(self.phrase, self._guesses(hearing))
+            all_told += [f"I cannot undo that: {each}." for each in left]
         if hearing.undone == "guessed" and not (results or hearing.newest or all_told):
             all_told = [UNKNOWN]
         if hearing.undone == "all" and not (results or any(self._view.changes(self._start))):
@@ -342,16 +343,17 @@ class HomeRobot:
             last = takewhile(lambda act: not self._asked(act, hearing), reversed(self._done))
             return restoring(self._view, self._start, {action.target for action in last})
         if hearing.undone == "guesses":
-            return self._unasked(hearing)
+            guesses = self._guesses(hearing)
+            back = restoring(self._view, self._start, {action.target for action in guesses})
+            return [act for act in back if any(takes_back(act, each) for each in guesses)]
         guessed = {each.target for each in self._done if not self._asked(each, hearing)}
         back = restoring(self._view, self._start, guessed)
         return [action for action in back if action.name != "put"]
 
-    def _unasked(self, hearing: Hearing) -> list[Action]:
-        """What brings back the things with which nothing was done that was asked for."""
-        asked = {each.target for each in self._done if self._asked(each, hearing)}
-        names = {each.target for each in self._done} - asked
-        return restoring(self._view, self._start, names)
+    def _guesses(self, hearing: Hearing) -> list[Action]:
+        """What was done that the person never asked for, as far as it is so still."""
+        done = (each for each in self._done if not self._asked(each, hearing))
+        return [each for each in dict.fromkeys(done) if self._view.holds(each, self._start)]
 
     def _asked(self, action: Action, hearing: Hearing) -> bool:
         """Whether the person ever asked for this action."""

@@ -9,12 +9,20 @@ __all__ = ["CONDITION", "sentences"]
 CONDITION = re.compile(r"\b(?:if|unless|until|whether|in case|suppos\w+|imagine|pretend)\b")
 """Words of which nothing is known to be so."""
 
-_ENDS = re.compile(
-    r"(?<=[.!?;:])\s+|\n|(?<!\bbe)(?<!\bvery),? (?:(?:and|but) )?"
-    r"(?=(?:be )?(?:very )?careful (?:with|of|about)\b)",
+_CARE = r"\b(?:please )?(?:be )?(?:very |really )?careful (?:with|of|about)"
+_CARE_NOT_TO = re.compile(
+    rf"{_CARE} (?P<what>[^,.;:!?]{{1,60}})[,.;:!]+ (?:so )?(?P<not>don't|do not|never) (?P<act>\w+)"
+    r" (?:it|them)\b",
     re.IGNORECASE,
 )
-"""What stands between sentences; a warning is one of its own."""
+_WARNING = re.compile(
+    rf"(?:, ?|\b(?:and|but) )*{_CARE}(?: (?!(?:and|then)\b)[\w'-]+)+"
+    r"(?:, (?:or |it |it'll |it's |they |they're |you |you'll |you might )[^,.;:!?]*)?",
+    re.IGNORECASE,
+)
+"""What names a thing, and asks for nothing: "careful with the knife, it's sharp"."""
+
+_ENDS = re.compile(r"(?<=[.!?;:])\s+|\n")
 
 _BEFORE_ASKING = re.compile(
     r"(?:,(?: (?:so|and|but))?| (?:so|and|but)) (?=(?:can|could|would|will) you\b)", re.IGNORECASE
@@ -26,8 +34,9 @@ _WHEN = re.compile(rf"{CONDITION.pattern}|\b(?:after|before|once|when|while|as s
 
 
 def sentences(text: str) -> list[str]:
-    """The sentences of a text, without what it quotes."""
+    """The sentences of a text, without what it quotes, or only warns of."""
     text = re.sub(r"[\"\u201c][^\"\u201d]*[\"\u201d]", " , ", text.strip('"\u201c\u201d '))
+    text = _WARNING.sub("", _CARE_NOT_TO.sub(r"\g<not> \g<act> \g<what>", text))
     return [
         each
         for part in _ENDS.split(text)

@@ -24,6 +24,7 @@ __all__ = [
     "lasting",
     "meant_only",
     "restoring",
+    "takes_back",
     "undoes",
     "was_done",
 ]
@@ -172,6 +173,15 @@ def restoring(
     return sorted(
         plan, key=lambda act: (act.name != "turn off", act.target != held, act.name != "put")
     )
+
+
+def takes_back(action: Action, done: Action) -> bool:
+    """Whether an action that restores a thing is about what another one did to it."""
+    states = [
+        ACTS.get(each.name.partition(" with ")[0], ("", "parentReceptacles"))[1]
+        for each in (action, done)
+    ]
+    return action.target == done.target and states[0] == states[1]
 
 
 def lasting(view: View, start: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:

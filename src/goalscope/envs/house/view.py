@@ -106,6 +106,18 @@ class View:
         text = f"{', '.join(told)}{more} {verb} {state} already."
         return f"{text[0].upper()}{text[1:]}"
 
+    def holds(self, action: Action, start: Mapping[str, Mapping[str, Any]]) -> bool:
+        """Whether what the action led to is so still, and was not at the start."""
+        own = self.id(action.target)
+        thing, was = self.table.get(own), start.get(own)
+        if thing is None or was is None or action.name == "pick up":
+            return bool(thing and thing["isPickedUp"])
+        if action.name == "put":
+            there = self.id(action.destination) in (thing["parentReceptacles"] or ())
+            return there and self.place(thing) != self.place(was)
+        _, state, value = ACTS.get(action.name.partition(" with ")[0], ("", "visible", None))
+        return value is None or thing[state] == value != was[state]
+
     def changes(self, start: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
         """What is not as it was at the start, one object a text; what is new if it was cooked."""
         for own, thing in self.table.items():

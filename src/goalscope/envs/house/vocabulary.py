@@ -360,29 +360,16 @@ _REWORDED = [
         (r"\b(?:(?:and|the|do) )*same (?:thing |goes )?(?:for|with)\b", "also"),
         (r"\b(can|could|may) (i|we) (?:please )?get\b", r"\1 \2 have"),
         (r"\b(?:don't|do not|never) (?:forget|hesitate)(?: about)?(?: to)?\b", "please"),
+        (r"\bput (?:it|them) all back\b", "put everything back"),
         (
-            r"\b(everything|both|(?:it|them)(?: all)?)( back)?,? but (?=(?:the|my|our)\b)",
-            r"\1\2 except ",
-        ),
-        (
-            r"\b((?:put|place|bring|move|set|store|stick|lay|stow)\b(?:(?!\bnot )[^,;]){1,60}?"
-            r" (?:in|on|into|onto|at) (?:(?!\bnot )[^,;]){1,40}?),? (?:but |and )?not"
-            r" (?=(?:in|on|into|onto|at) )",
-            r"\1, don't put it ",
-        ),
-        (
-            r"\b(?:be )?(?:very |really |extra )?careful (?:with|of|about) ([^,.;:!?]{1,60}), "
-            r"(don't|do not|never) (\w+) (?:it|them)\b",
-            r"\2 \3 \1",
-        ),
-        (
-            r"\b(?:(?:please )?be )?(?:very |really |extra )?careful (?:with|of|about)"
-            r" (?=(?:the|my|our|your|that|this|those|these|his|her|it|them)\b)",
-            "there is ",
+            r"\b(everything(?: (?:back|off|on|out|away))?|(?:both|it|them)(?: all)? back),? but"
+            r" (?=(?:the|my|our)(?: (?!(?:needs?|should|must|is|are|goes?|belongs?|has|have|can"
+            r"|will|in|on|into|to)\b)[a-z0-9']+){1,4}(?: please)?[.,;!]*$)",
+            r"\1 except ",
         ),
         (r" a (?:little )?bit(?! of\b)(?= |$|[,.!])", ""),
-        (r"\band (?:then )?(?:be|get) (wash|clean|open|cook|fill|heat|toast)ed\b", r"and \1 it"),
-        (r"\band (?:then )?(?:be|get) (rinse|close|slice)d\b", r"and \1 it"),
+        (r"\band (?:then )?be (wash|clean|open|cook|fill|heat|toast)ed\b", r"and \1 it"),
+        (r"\band (?:then )?be (rinse|close|slice)d\b", r"and \1 it"),
         (r",? (?:and )?so (?:do|does|should|must|goes?) (?=(?:the|my|our)\b)", ", and also "),
         (r"\bdo not\b", "don't"),
         (r"\b(?:there(?:'s| is) )?no need (?:to|for)\b", "don't"),
