@@ -137,6 +137,19 @@ def test_no_figure_of_a_table_is_broken_and_no_line_too_long(width, rows, capsys
     assert len(heads) == (1 if rows == 2 or width == 200 else 2 if width == 80 else 3)
 
 
+@pytest.mark.parametrize(("turns", "shown"), [("1 2 last", "last"), ("1", "1"), ("1 2", "1 2")])
+def test_of_turns_the_last_is_printed(capsys, monkeypatch, turns, shown):
+    monkeypatch.setenv("COLUMNS", "80")
+    table = Table("t", "A title", ("way", "turn", "n"), tuple(("x", t, 1) for t in turns.split()))
+    show_tables([table], False)
+    text = capsys.readouterr().out
+    lines = [line.split() for line in text.splitlines() if line.startswith(" x")]
+    assert [turn for _, turn, _ in lines] == shown.split()
+    assert ("goalscope report" in text) == (shown == "last")
+    show_tables([table], True)
+    assert len(json.loads(capsys.readouterr().out)[0]["rows"]) == len(turns.split())
+
+
 def test_a_note_stands_once_beneath_the_first_table_that_it_is_of(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     notes = [("of both", "of one"), ("of both",), ("of both", "of three")]

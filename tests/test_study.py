@@ -27,7 +27,7 @@ from goalscope.study.agreement import krippendorff_alpha
 from goalscope.study.assignment import assigned
 from goalscope.study.book import Book
 from goalscope.study.export import as_csv
-from goalscope.study.items import chosen_episodes
+from goalscope.study.items import DID, LEFT, chosen_episodes, item_of
 from goalscope.study.people import Answer, Participant, excluded
 from goalscope.study.plan import Check, Exclusion, Plan, Selection, read_plan
 from goalscope.study.summary import study_tables
@@ -144,9 +144,25 @@ def test_a_robot_is_judged_by_what_it_did(store):
     book = Book(store)
     person = book.join(book.add(replace(PLAN, transcript=True)), "v", None)
     item, _ = book.open(person, 1)
-    assert item.outcome == "- open: safe"
+    done, _, left = item.outcome.partition(LEFT)
+    assert done == f"{DID}\n- open: safe\n"
+    assert {"- safe: open", "- watch 2: in drawer 3", "- laptop: closed, off, on the desk"} <= {
+        *left.splitlines()
+    }
+    assert "slice" not in item.outcome
     assert item.transcript == (Turn("What?", "Hide it."),)
     assert "slice" in " ".join(item.possible).lower()
+
+
+@pytest.mark.parametrize("lost", [{"simulator": "thor"}, {"scene": "gone.json"}, {}])
+def test_a_room_that_cannot_be_entered_again_has_its_last_status(store, lost):
+    settings = asdict(Settings(domain="house", human="scripted", **lost))
+    id = store.begin(domain="house", method="good", model="m", task="You help.", settings=settings)
+    opened = StepResult(Action("open", "nothing that is here"), True, "Open.")
+    status = "The robot's hand is empty.\nChanged so far:\n- safe: open"
+    store.append(id, Round(1, Turn("", "Hi."), None, (), (opened,), 0, status, (), True))
+    shown = item_of(store, store.episode(id), replace(PLAN, transcript=True)).outcome
+    assert shown.endswith(f"{LEFT}\n{status}")
 
 
 def test_a_real_persons_episode_needs_the_conversation(store):

@@ -16,7 +16,7 @@ from goalscope.database.tables import AnswerRow
 from goalscope.store import Store
 from goalscope.study.book import Book
 from goalscope.study.people import excluded
-from goalscope.study.plan import Check, Exclusion
+from goalscope.study.plan import Check, Exclusion, Selection
 from sites import site
 from test_study import fill
 from test_study_web import WEB
@@ -176,6 +176,26 @@ def test_each_rating_has_words(address: str, enter) -> None:
     page.get_by_role("link", name="Go to the questions").click()
     for rating, words in enumerate(("least", "less", "more", "most")):
         expect(page.get_by_role("radio", name=f"{rating} {words} reasonable")).to_be_visible()
+
+
+def test_each_list_stands_below_its_own_line(tmp_path: Path, enter) -> None:
+    told = "It did this:\n- open: safe\nIn the end:\n- safe: open"
+    with Store.open(tmp_path / "listed.db") as store:
+        fill(store)
+        Book(store).add(replace(PLAN, episodes=Selection(), checks=(replace(CHECK, outcome=told),)))
+    with site(tmp_path / "listed.db") as running:
+        page = enter(f"{running}/study/shop?PROLIFIC_PID=ann")
+        page.get_by_role("checkbox").check()
+        page.get_by_role("button", name="Take part").click()
+        number = 1
+        page.get_by_role("link", name="Go to the questions").click()
+        question(page, number)
+        while not page.get_by_text(CHECK.profile).is_visible():
+            number += 1
+            page.goto(f"{running}/study/shop?PROLIFIC_PID=ann#/{number}")
+            question(page, number)
+        lines = page.locator(".outcome :is(p, li)").all_inner_texts()
+    assert lines == ["It did this:", "open: safe", "In the end:", "safe: open"]
 
 
 def test_an_address_without_a_study_is_answered_in_a_sentence(address: str, browser) -> None:

@@ -57,6 +57,14 @@ def test_csv_has_numbers_and_no_formulas() -> None:
     assert rows[3][-1] == "-2.0"
 
 
+def test_an_interval_alone_is_a_span() -> None:
+    table = Table("t", "Title", ("a", "span"), (("x", Interval(0.0001, 0.25)), ("y", None)))
+    assert [row[1] for row in table.text_rows()] == ["<0.001 to 0.250", "-"]
+    assert table.to_dict()["rows"] == [["x", {"low": 0.0001, "high": 0.25}], ["y", None]]
+    rows = list(csv.reader(io.StringIO(table.to_csv())))
+    assert rows == [["a", "span, low", "span, high"], ["x", "0.0001", "0.25"], ["y", "", ""]]
+
+
 @given(st.text())
 def test_no_text_becomes_a_formula_or_breaks_a_row(text: str) -> None:
     table = Table("t", text, ("who", text), ((text, 1),), (text,), text)

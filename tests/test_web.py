@@ -3,15 +3,19 @@
 import json
 import threading
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
 from fakes import WordModel
+from goalscope.domains import Settings
+from goalscope.episode import Round
 from goalscope.store import Store
-from goalscope.types import GoalscopeError, ModelError
+from goalscope.types import Action, GoalscopeError, ModelError, StepResult, Turn
 from goalscope.web import conversations
+from goalscope.web.exports import room_picture
 from sites import KEY, WRITES, site
 
 CAKE = "I want to bake a cake. Please add flour."
@@ -222,6 +226,19 @@ def test_the_room_is_drawn_as_it_was_after_a_round(address: str, visit) -> None:
     assert ElementTree.fromstring(after).tag.endswith("svg")
     done = ann.get(mine)["rounds"][0]["actions"]
     assert (start != after) == any(each["ok"] for each in done)
+
+
+def test_the_room_of_a_simulated_person_is_their_own(tmp_path: Path) -> None:
+    settings = asdict(Settings(domain="house", human="scripted"))
+    opened = StepResult(Action("open", "safe"), True, "The safe is open.")
+    rounds = [Round(1, Turn("", "Hi."), None, (), (opened,), 0, "", (), True)]
+    with Store.open(tmp_path / "episodes.db") as store:
+        id = store.begin(
+            domain="house", method="good", model="m", task="t", profile="valuables-in-safe",
+            settings=settings,
+        )  # fmt: skip
+        pictures = [room_picture(store.episode(id), each) for each in ([], rounds)]
+    assert pictures[0] != pictures[1]
 
 
 def test_only_known_scenes_can_be_entered(address: str, visit) -> None:

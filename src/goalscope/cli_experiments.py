@@ -8,6 +8,7 @@ import re
 import shlex
 import sys
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -40,6 +41,8 @@ bench = typer.Typer(
     no_args_is_help=True, help="Infer goals that are known, and compare with simpler ways."
 )
 experiment = typer.Typer(no_args_is_help=True, help="Run experiments that TOML files describe.")
+
+EARLIER = "The turns before the last stand in the tables of `goalscope report`, and in --json."
 
 Data = Annotated[
     Path | None,
@@ -291,8 +294,8 @@ def results_folder(given: Path | None) -> Path:
 def show_tables(tables: Sequence[Table], as_json: bool) -> None:
     """Print tables, and below each what one must know to read it and was not yet said.
 
-    Of those that are too wide for the terminal, one of few rows is turned on its side, and others
-    come in parts, each with the columns that name the rows.
+    Of turns the last is shown. Of tables that are too wide for the terminal, one of few rows is
+    turned on its side, and others come in parts, each with the columns that name the rows.
     """
     from rich.padding import Padding
 
@@ -302,7 +305,8 @@ def show_tables(tables: Sequence[Table], as_json: bool) -> None:
         print(json.dumps([table.to_dict() for table in tables], allow_nan=False))
         return
     out, said = console(), set[str]()
-    for table in tables:
+    for full in tables:
+        table = _last(full)
         columns = [*zip(table.columns, *table.text_rows(), strict=True)]
         kinds = zip(*table.rows, strict=True)
         names = len([*takewhile(lambda entries: str in map(type, entries), kinds)])
@@ -318,6 +322,15 @@ def show_tables(tables: Sequence[Table], as_json: bool) -> None:
             out.print(Padding.indent(plain(note, "dim"), 2))
         if new:
             out.print()
+
+
+def _last(table: Table) -> Table:
+    """Of each dialogue the last turn alone, where the table has that."""
+    at = table.columns.index("turn") if "turn" in table.columns else 0
+    rows = tuple(row for row in table.rows if row[at] == "last")
+    if not 0 < len(rows) < len(table.rows):
+        return table
+    return replace(table, rows=rows, notes=(EARLIER, *table.notes))
 
 
 def _grids(columns: Sequence[Sequence[str]], names: int, room: int) -> Iterator[Grid]:

@@ -58,7 +58,9 @@ def why(
     """Say why a goal is likely: what each utterance says for it, and what if it had not been said.
 
     Evidence is in nats against the mean of the other goals, as it counts after calibration. Words
-    that speak for a goal can still make it less likely, as another goal gains more.
+    that speak for a goal can still make it less likely, as another goal gains more. The belief
+    "then" is over the goals of now: where goals came or went since, the round itself showed
+    another, which --round explains.
     """
     from goalscope.display import show_reasons
     from goalscope.plain import plain

@@ -242,8 +242,9 @@ def show_reasons(
         console.print(plain(f"You confirmed {named} {_when(turns)}."))
     console.print(
         "Evidence is against the mean of the other goals: words that speak for a goal can "
-        "still make it less likely, as another goal gains more. Then: among the goals of now, "
-        "without those that are gone since. Without it: the belief now, had it not been said.",
+        "still make it less likely, as another goal gains more. Then: the belief after "
+        "these words, over the goals of now; where goals came or went since, the round itself "
+        "showed another. Without it: the belief now, had it not been said.",
         style="dim",
     )
 

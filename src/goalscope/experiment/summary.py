@@ -74,8 +74,8 @@ class Estimate:
         return f"{text} [{shown(self.interval.low)}, {shown(self.interval.high)}]"
 
 
-Entry = str | float | int | Estimate | None
-"""One cell of a table; None where there are no data."""
+Entry = str | float | int | Estimate | Interval | None
+"""One cell of a table; None where there are no data. An interval alone is a span of its own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +113,10 @@ class Table:
         return tuple(tuple(_shown(each) for each in row) for row in self.rows)
 
     def to_dict(self) -> dict[str, Any]:
-        """For JSON: numbers as numbers; an estimate has `value`, `low`, `high` and `form`."""
+        """For JSON: numbers as numbers.
+
+        An interval has `low` and `high`, and an estimate also `value` and `form`.
+        """
         return {
             "name": self.name,
             "title": self.title,
@@ -128,20 +131,18 @@ class Table:
 
         Text that a spreadsheet would take for a formula gets an apostrophe before it.
         """
-        wide = [
-            any(isinstance(row[i], Estimate) for row in self.rows) for i in range(len(self.columns))
-        ]
+        parts = [_parts([row[i] for row in self.rows]) for i in range(len(self.columns))]
         file = io.StringIO()
         writer = csv.writer(file, lineterminator="\n")
         heads: list[str] = []
-        for heading, is_wide in zip(self.columns, wide, strict=True):
-            heads += [inert(_line(heading))]
-            heads += [inert(_line(f"{heading}, {end}")) for end in ("low", "high") if is_wide]
+        for heading, part in zip(self.columns, parts, strict=True):
+            names = (heading, f"{heading}, low", f"{heading}, high")
+            heads += [inert(_line(name)) for name in names[part]]
         writer.writerow(heads)
         for row in self.rows:
             line: list[str | float] = []
-            for entry, is_wide in zip(row, wide, strict=True):
-                line += _spread(entry) if is_wide else _spread(entry)[:1]
+            for entry, part in zip(row, parts, strict=True):
+                line += _spread(entry)[part]
             writer.writerow(line)
         return file.getvalue()
 
@@ -273,18 +274,31 @@ def _shown(entry: Entry) -> str:
         return MISSING
     if isinstance(entry, float):
         return _number(entry)
+    if isinstance(entry, Interval):
+        return f"{_number(entry.low)} to {_number(entry.high)}"
     return _line(entry) if isinstance(entry, str) else str(entry)
 
 
 def _json(entry: Entry) -> Any:
+    if isinstance(entry, Interval):
+        return {"low": entry.low, "high": entry.high}
     if not isinstance(entry, Estimate):
         return entry
     low, high = (entry.interval.low, entry.interval.high) if entry.interval else (None, None)
     return {"value": entry.value, "low": low, "high": high, "form": entry.form}
 
 
+def _parts(entries: Sequence[Entry]) -> slice:
+    """Which of the parts of `_spread` a column has: the value, the ends of its interval, or all."""
+    if any(isinstance(each, Estimate) for each in entries):
+        return slice(None)
+    return slice(1, None) if any(isinstance(each, Interval) for each in entries) else slice(1)
+
+
 def _spread(entry: Entry) -> list[str | float]:
     """The value and, of an estimate, its ends; "" for what there is not."""
+    if isinstance(entry, Interval):
+        return ["", entry.low, entry.high]
     if isinstance(entry, Estimate):
         ends = (entry.interval.low, entry.interval.high) if entry.interval else ("", "")
         return [entry.value, *ends]

@@ -169,7 +169,8 @@ class Dialogues:
                     "last" if turn is None else str(turn),
                     len(found),
                     *(_estimate(found, each) for each in FIELDS),
-                    Estimate(made.ece, made.band),
+                    made.ece,
+                    made.band,
                 )
             )
         title = f"Goals inferred from dialogues: {self.title}, {counted(self.n, 'dialogue')}"
@@ -231,7 +232,8 @@ COLUMNS = (
     "MRR",
     "log-loss",
     "Brier",
-    "ECE [if calibrated]",
+    "ECE",
+    "ECE if calibrated",
 )
 EPS = 0.1
 """Share of misses of the conformal sets that tables show."""
@@ -263,9 +265,9 @@ NOTES = (
     f"{NO_INTERVAL}",
     f"{GOALSCOPE}: with the calibration known when it was measured; {AS_IN_PAPER}: Bayes' rule as "
     "it stands in the paper.",
-    "ECE: expected calibration error; in brackets, where that of a perfectly calibrated forecaster "
-    "with the same confidences lies in 95 % of samples of this size. Only above it is a predictor "
-    "too sure, or not sure enough.",
+    "ECE: expected calibration error. If calibrated: where that of a perfectly calibrated "
+    "forecaster with the same confidences lies in 95 % of samples of this size, which is no "
+    "interval of the ECE. Only above it is a predictor too sure, or not sure enough.",
     "TF-IDF, BM25 and embedding compare each goal with all of the person's words so far. Their "
     f"similarities become probabilities by a temperature that has the least log-loss on the "
     f"other folds of {FOLDS} (groups stay together), which favours them: goalscope's is fixed. Of "

@@ -8,6 +8,7 @@ from typing import Any
 
 from goalscope.experiment.summary import Labels
 from goalscope.judge import JUDGE_TEMPERATURE
+from goalscope.types import counted
 
 __all__ = ["JUDGE_NOTES", "Reading", "evaluator_of", "how_asked", "reading_of"]
 
@@ -60,9 +61,9 @@ def how_asked(
     told: dict[str, None] = {}
     for spec in specs:
         often = (
-            f"{spec['comparisons']} times in each order of two runs"
+            f"{counted(spec['comparisons'], 'time')} in each order of two runs"
             if spec["kind"] == "compare"
-            else f"{spec['trials']} times about each run"
+            else f"{counted(spec['trials'], 'time')} about each run"
         )
         also = (
             " It is the model that also acted." if _writer(spec["model"]) == _writer(acting) else ""

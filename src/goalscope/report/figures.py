@@ -170,14 +170,15 @@ def calibration_figure(name: str, dialogues: Dialogues) -> Figure | None:
         axes[0].set_ylabel("share correct")
 
     errors = "; ".join(
-        f"{predictor}: ECE {made.ece:.3f} [{made.band.low:.3f}, {made.band.high:.3f}], n = {made.n}"
+        f"{predictor}: ECE {made.ece:.3f} ({made.band.low:.3f} to {made.band.high:.3f}), "
+        f"n = {made.n}"
         for predictor, made in found.items()
     )
     caption = (
         f"Reliability after each dialogue's last turn: {dialogues.title}. A point is a bin of "
         "confidence in the first choice, its area the number of dialogues; bars: Wilson's 95 % "
-        "interval, as if dialogues were independent; dotted: calibrated. In brackets, where 95 % "
-        f"of a calibrated forecaster's errors lie. {errors}."
+        "interval, as if dialogues were independent; dotted: calibrated. In parentheses, where "
+        f"95 % of a calibrated forecaster's errors lie. {errors}."
     )
     size = (0.6 + 2.3 * len(found), 2.9)
     drawing = draw(name, f"Reliability diagrams: {dialogues.title}", size, paint)

@@ -77,7 +77,7 @@ def _markdown(table: Table) -> str:
 INTRODUCTION = (
     "What agents that infer people's goals believed, did and achieved. Made by `goalscope report`: "
     "every figure is computed from cells that were each measured once. Brackets hold 95 % "
-    "intervals, unless a note says what else. Each part has a page with all of its tables, the "
+    "intervals. Each part has a page with all of its tables, the "
     "command that makes them again, and hashes of the code, the prompts and the model weights."
 )
 

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import get_args
 
-from goalscope.domains import Domain, profile_named, settings_of
+from goalscope.domains import Domain, Settings, profile_named, settings_of
+from goalscope.episode import Round
 from goalscope.judge import possible_actions
 from goalscope.store import EpisodeInfo, Store
 from goalscope.study.plan import Check, Plan
-from goalscope.types import InvalidInputError, Turn, counted
+from goalscope.types import InvalidInputError, Profile, Turn, counted
 
 __all__ = ["Item", "chosen_episodes", "item_of", "item_of_check"]
 
 NOTHING = "The assistant has done nothing."
+DID, LEFT = "It did this, in this order:", "This is how things are in the end:"
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +27,7 @@ class Item:
         task: The assistant and its task.
         possible: What it can do.
         profile: The person, in words; empty for a real one.
-        outcome: The basket in the end, or every action that stands.
+        outcome: The basket in the end, or every action that stands and how it left the room.
         transcript: The conversation, where the study shows it.
     """
 
@@ -86,19 +89,32 @@ def item_of(store: Store, info: EpisodeInfo, plan: Plan) -> Item:
     """The item of a stored episode."""
     rounds = store.rounds(info.id)
     settings = settings_of(info.settings)
-    profile = profile_named(settings, info.profile).description if info.profile else ""
+    person = profile_named(settings, info.profile) if info.profile else None
+    profile = " ".join(person.description.split()) if person else ""
     if info.domain == "grocery":
         outcome = rounds[-1].status if rounds else ""
     else:
-        done = [result for round in rounds for result in round.results if result.ok]
-        outcome = "\n".join(f"- {result.action}" for result in done if not result.terminated)
+        outcome = _house(settings, person, rounds)
     return Item(
         info.task,
         tuple(dict.fromkeys(possible_actions(info.domain))),
-        " ".join(profile.split()),
+        profile,
         outcome or NOTHING,
         tuple(round.turn for round in rounds) if plan.transcript else (),
     )
+
+
+def _house(settings: Settings, person: Profile | None, rounds: Sequence[Round]) -> str:
+    """What the robot did, and how it left what it touched or the person speaks of."""
+    from goalscope.study.room import room_left
+
+    results = [result for round in rounds for result in round.results if result.ok]
+    done = "\n".join(f"- {result.action}" for result in results if not result.terminated)
+    if not done:
+        return ""
+    said = " ".join(round.turn.utterance for round in rounds)
+    left = room_left(settings, person, rounds, person.description if person else said)
+    return f"{DID}\n{done}\n{LEFT}\n{left}" if left else done
 
 
 def item_of_check(check: Check, like: Item) -> Item:

@@ -12,7 +12,7 @@ from typing import get_args
 from jinja2 import Environment as Templates
 from jinja2 import PackageLoader, StrictUndefined
 
-from goalscope.domains import TRACKING, Domain, open_environment, settings_of
+from goalscope.domains import TRACKING, Domain, open_environment, profile_named, settings_of
 from goalscope.episode import Round
 from goalscope.plain import model_shown
 from goalscope.policy import undo
@@ -122,7 +122,10 @@ def room_picture(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
     settings = settings_of(info.settings)
     if info.domain != "house" or settings.simulator != "house":
         raise InvalidInputError("There is no room to be drawn in this episode.")
-    env = open_environment(settings)
+    person = None
+    if info.profile and not settings.scene:
+        person = profile_named(settings, info.profile)
+    env = open_environment(settings, person)
     try:
         assert isinstance(env, HomeRobot)
         undo(env, [result for round in rounds[:-1] for result in round.results])

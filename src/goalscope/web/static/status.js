@@ -105,14 +105,14 @@ function basket(lines, known, hands) {
 }
 
 function listed(lines) {
-  const items = lines.filter((line) => line.startsWith("- "));
-  const rest = lines.filter((line) => !line.startsWith("- "));
-  return h(
-    "div",
-    { class: "status-text" },
-    ...rest.map((line) => h("p", {}, line)),
-    items.length ? h("ul", {}, ...items.map((line) => h("li", {}, line.slice(2)))) : null,
-  );
+  const view = h("div", { class: "status-text" });
+  for (const line of lines) {
+    const item = line.startsWith("- ");
+    if (!item) view.append(h("p", {}, line));
+    else if (view.lastChild?.localName !== "ul") view.append(h("ul", {}));
+    if (item) view.lastChild.append(h("li", {}, line.slice(2)));
+  }
+  return view;
 }
 
 function isBought(lines) {

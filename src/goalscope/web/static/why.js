@@ -6,7 +6,7 @@ import { h, percent, signed } from "./dom.js";
 const SLIGHT = 0.1;
 const COLUMNS = [
   ["Evidence", "how much these words speak for the goal (+) or against it (\u2212), beside the mean of the others, in nats. Words that speak for it can still make it less likely: another goal then gains more."],
-  ["After it", "how likely the goal was then, among the goals of now: the ribbons also show those that are gone since."],
+  ["After it", "how likely the goal was then, among the goals of now: where goals came or went since, that round showed otherwise, as the ribbons do."],
   ["If unsaid", "how likely it would be now without these words."],
 ];
 
