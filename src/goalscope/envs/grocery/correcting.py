@@ -31,7 +31,7 @@ _NOT_BUT = re.compile(
 )
 """One thing and not another: "I said almond milk, not yogurt"."""
 _WANTED = re.compile(
-    r"^(?:(?:no|but|hey|sorry|oops)[ ,]+)*(?:i|we) (?:wanted|asked for) "
+    r"^(?:(?:no|but|hey|sorry|oops)[ ,]+)*(?:i|we) (?:wanted|asked for|did (?:want|ask for|order)) "
     rf"(?!to\b|(?!(?:an?|of|and|half)\b){NUMBER}\b|"
     r".*\b(?:yesterday|last|before|earlier)\b)([^.,;!?]{1,60})[.!]*$"
 )

@@ -241,7 +241,7 @@ class GroceryShop:
         if above and (results or budget(turns[-1].utterance) is not None):
             total, named = map(self.catalogue.money, (self.total, hearing.budget))
             told.append(f"The basket comes to {total}, above the {named} that you named.")
-        unasked = [item.name for item in guessed(hearing, held)]
+        unasked = [item.name for item in guessed(hearing, held, self._choice)]
         key = tuple(turn.utterance for turn in turns)
         told += undoing_notes(key[-1], results, unasked, taken_back=self._starts.takes_back(key))
         if buys and unasked:
