@@ -52,7 +52,8 @@ QUALITY = (
 SUCH = re.compile(
     r"^(?:(?:no(?:pe)?[,.!]|(?:sorry|actually|oh|ok|okay|hmm|please)[ ,.!])[ ,.!]*)*+"
     rf"(?:(?:i (?:want|meant|said|prefer)|i'd (?:like|prefer)|make (?:it|that)) )?({QUALITY})"
-    rf"(?:,? (?:and )?not {QUALITY})?(?: instead)?(?:,? please)?[.!]*$"
+    rf"(?:,? (?:and )?not {QUALITY}|,? (?:instead of|rather than)(?: the)? {QUALITY}(?: ones?)?)?"
+    r"(?: instead)?(?:,? please)?[.!]*$"
 )
 """Which of the things spoken of last is meant: "brown, not white"."""
 _CHANGED = re.compile(

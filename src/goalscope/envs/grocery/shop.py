@@ -254,6 +254,7 @@ class GroceryShop:
             told.append("It is not clear which thing you mean. Please name it.")
         lessened = any(result.action.name == "remove item" for result in results)
         told += not_there(hearing.removed, held, lessened=lessened)
+        told += self._not_replaced(hearing, held)
         meant = [self._choice.meant(r.phrase, hearing, self._basket) for r in hearing.newest]
         for request, item in zip(hearing.newest, meant, strict=True):
             if request.change == "cheaper":
@@ -372,6 +373,20 @@ class GroceryShop:
         wants_cheapest = re.search(r"\bcheapest\b", said)
         item = self._choice.cheaper(None, name, hearing) if wants_cheapest else None
         return item.name if item else name
+
+    def _not_replaced(self, hearing: Hearing, held: Sequence[Item]) -> list[str]:
+        """What was to make way for a thing of the shop, and was not in a basket with others."""
+        removed = {each.phrase for each in hearing.removed}
+        olds = dict.fromkeys(
+            old
+            for request in hearing.newest
+            for old in request.replaces
+            if request.change != "cheaper" and self._choice.meant(request.phrase, hearing, ())
+        )
+        missing = (
+            Request(o) for o in olds if o not in removed and not self._choice.called(o, held)
+        )
+        return [*not_there([*missing], held, lessened=False)] if held else []
 
     def _after(self, turns: Sequence[Turn]) -> Decimal:
         """Price of the basket once it is as the person asks for outright."""
