@@ -31,7 +31,7 @@ _NO_PRODUCT = _VAGUE | {
     "meals", "breakfast", "ingredients", "groceries", "shopping", "basket", "cart", "order", "list",
     "fruit", "fruits", "vegetables", "vegetable", "veggies", "dessert", "desserts", "snack", "to",
     "going", "us", "me", "them", "her", "him", "ready", "back", "help", "idea", "ideas", "recipe",
-    "correct", "right", "yup", "yep", "nope", "total",
+    "correct", "right", "yup", "yep", "nope", "total", "weekly", "monthly", "shop",
 }  # fmt: skip
 """Words that name no product, at least alone or together."""
 
@@ -54,7 +54,9 @@ _PRODUCT = 0.45
 _DEPTH = 10
 """Best items of a search that count."""
 
-_IN_UNITS = re.compile(rf" {CONTAINER}$")
+_IN_UNITS = re.compile(
+    rf" (?!rolls?$){CONTAINER}$|(?:(?<=paper)|(?<=towel)|(?<=foil)|(?<=wrap)) rolls?$"
+)
 """What a thing is counted in, behind it: "fennel bulbs"."""
 
 

@@ -61,8 +61,9 @@ _CHANGED = re.compile(
     r"(?=[^.;!?]* instead\b)"
 )
 _FIRST = re.compile(
-    rf"^instead of ({NAMED}(?: {NAMED}){{0,3}}), "
-    rf"({NAMED}(?: {NAMED}){{0,4}})(?=[ .!]*$)"
+    rf"^instead of (?:(?:the|my|our) )?({NAMED}(?: {NAMED}){{0,3}}?)"
+    r"(?:, | (?=(?:an?|some|take|get|add|give me|use) ))(?!(?:i|we|can|could|let's)\b)"
+    r"([^.,;!?]{1,60})(?=[ .!]*$)"
 )
 """What is to go before what takes its place."""
 _MEANT = re.compile(r",\s*([^,.;!?]+?),? i mean(?:t)?(?=[.;!?]|$)")

@@ -94,7 +94,7 @@ _BUT = re.compile(r"[\s,]*(?:except|apart|other than|besides|but(?! (?:\w+ ){1,2
 _ANY_MORE = re.compile(r"\s+(?:any ?more|any longer)\b")
 _WHOLE = re.compile(
     rf"\W*+(?>(?:{_CHAIN}|{_SUBJECT}|make|please|yes|thanks|ok|okay|well|oh|then|so|too|if"
-    r"|possible|instead)(?!\w)\W*+)++"
+    r"|possible|instead|obviously|naturally|clearly)(?!\w)\W*+)++"
 )
 _ONLY = re.compile(
     r"\bnothing (?:but |non-?|not |(?:that|which)(?:'s| is)? not |(?:that|which) isn't )"
@@ -103,7 +103,8 @@ _NOUN = re.compile(
     r"(?:[\s-]+(?!(?:last|please|and|or|but|for|because|as|too|if|so|only|when|where|now|this|today"
     r"|tonight|at|in|on|with|to|any|since|though|also|instead|here|by|is|are|was|has|have|would"
     r"|will|can|must|should|need|needs|want|wants|like|likes|who|that|which|not|isn't|i|we|then"
-    r"|thanks|except|than|from|again|anymore|yet|all|myself|ourselves|doesn't|does|of)\b)"
+    r"|thanks|except|than|from|again|anymore|yet|all|myself|ourselves|doesn't|does|of"
+    r"|obviously|naturally|clearly)\b)"
     r"[\w'&-]+){1,5}"
 )
 _NOT = re.compile(

@@ -60,7 +60,8 @@ _SMALL = re.compile(
 _TAIL = re.compile(
     r"(?:^|\s+)(?:please|too|as well|thanks|thank you|also|for\b.*|if (?:you|possible)\b.*"
     r"|to \w+\b.*|in (?:the|my) (?:basket|cart)|on top|would be \w+|tonight|tomorrow|today|now"
-    r"|asap|of course|maybe|perhaps|or so|etc|instead|rather|so that\b.*|because\b.*|since\b.*"
+    r"|asap|of course|obviously|naturally|clearly|maybe|perhaps|or so|etc|instead|rather"
+    r"|so that\b.*|because\b.*|since\b.*"
     r"|which\b.*"
     r"|that (?:is|are|can|will)\b.*|left|at home|on hand|in the (?:house|fridge|pantry|cupboard)"
     r"|in stock|available|there|though|at all|after all|in total|altogether|again|anymore"
@@ -125,7 +126,28 @@ _REFUSAL = re.compile(
     rf"\s+(?:out|back|off|away)\b(?:\s+(?:of|from|in|into) (?:the|my|our|this) {CART}\b)?"
 )
 _SEPARATOR = re.compile(r",|\band\b|\bplus\b|\bor\b|&|\bwith\b|\balong\b")
-_NO_THING = {*NUMBERS, "to", "the", "for", "with", "me", "'s", "s", "if", "at", "in", "on", "it"}
+_NO_THING = {
+    *NUMBERS,
+    "g",
+    "kg",
+    "l",
+    "ml",
+    "lb",
+    "lbs",
+    "oz",
+    "to",
+    "the",
+    "for",
+    "with",
+    "me",
+    "'s",
+    "s",
+    "if",
+    "at",
+    "in",
+    "on",
+    "it",
+}
 _KEEP = re.compile(
     r"\s*(?:(?:please|you can|do|no|ok|okay|actually|but|and|wait|well|just|then|let's|i'd like to"
     r"|i want to|we can)[ ,]+)*(?:keep|leave)\b"

@@ -166,6 +166,24 @@ _ASKED_OF = re.compile(
     r"[^.;!?]{0,40}\b(?:allergic|intolerant)\b(?! (?:to|of|against)\b)"
 )
 """An allergy to what was asked about: "does it contain nuts? My son is allergic"."""
+_TIMES = re.compile(
+    r"(?<![\w.])(?:(?P<so>\d{1,2}) ?[x\u00d7] ?"
+    rf"(?P<one>\d{{1,4}}(?:\.\d{{1,3}})?) ?(?P<of>{_UNIT})"
+    rf"|(?P<each>\d{{1,4}}(?:\.\d{{1,3}})?) ?(?P<in>{_UNIT}) ?[x\u00d7] ?(?P<many>\d{{1,2}})(?!\w))"
+)
+"""So many times a measure: "2 x 500g"."""
+_ABBREVIATED = re.compile(
+    rf"(?:(?:^|(?<=[.,;!?] )|(?<=\band ))(?P<first>\d{{1,4}}(?:\.\d{{1,3}})? ?{_UNIT})\.(?= \w)"
+    rf"|(?<=\d)(?P<unit> ?{_UNIT})\.(?= of\b))"
+)
+"""A measure with a point behind it that ends no sentence: "500g. of mince"."""
+_HEADING = re.compile(
+    r"^(?:(?:hi|hello|ok|so|here(?:'s| is)|this is|my|our|the|a|weekly|monthly|daily|big|quick|next"
+    r"|(?:this |next )?week's|today's)[ ,]+)*+"
+    r"(?:shop|shopping(?: list)?|grocery list|groceries|list)"
+    r"(?: for (?:the |this )?(?:week(?:end)?|month|today|tomorrow))? ?[:\u2013-] ?(?=\w)"
+)
+"""What a list is, before it: "weekly shop: milk and eggs"."""
 _BULLET = re.compile(r"\n[ \t]*[-*\u2022][ \t]+")
 _VERBS = {
     "adding": "add",
@@ -362,6 +380,18 @@ _CHANGES = [
             rf" (?:(?:in|into|to|on) (?:the|my|our|this) {CART}|in there)\b",
             r"add \1",
         ),
+        (
+            r"\b(?:put|toss|throw|stick|chuck|pop) (?!(?:it|that|this|them|those|these|in|back)\b)"
+            r"([^.,;!?]{1,60}?) in(?=\s*(?:[.,;!?]|$| (?:and|please|too|then|as well|for me)\b))",
+            r"add \1",
+        ),
+        (
+            r"\b(?:want|like|have|get|bring|add|need) "
+            r"(?!(?:it|that|this|them|those|these|to|you|me|us|my money|your)\b)"
+            rf"([^.,;!?]{{1,60}}?) back(?: in(?:to)?(?: (?:the|my) {CART})?)?{END}",
+            r"add \1",
+        ),
+        (r"\b(?:add|bring|get) back (?=(?:the|my|our|some)\b)", "add "),
         (rf"\bout of (?:the|my|our|this) {CART}\b", "out"),
         (rf" (?:from|off) (?:the|my|our|this) {CART}\b", ""),
         (
@@ -391,7 +421,8 @@ class Said:
 def heard(utterance: str) -> tuple[Said, ...]:
     """The clauses of `utterance` in lower case, reworded; changes only where they are ordered."""
     text = re.sub(r"\s*\n\s*", ". ", _BULLET.sub(", ", utterance[:2000]).strip())
-    text = instead(unreasoned(evened(text)))
+    text = _TIMES.sub(_in_all, _ABBREVIATED.sub(r"\g<first>\g<unit>", evened(text)))
+    text = instead(unreasoned(_HEADING.sub("", text)))
     text = unlimited(_ALONE_WANTED.sub(r". keep only \1. only \1\2", text))
     text = re.sub(
         r"\b((?:remove|delete|drop|take out)\b[^.;!?,]*?) first(?=[.;!?,]|$)", r"\1", text
@@ -414,6 +445,11 @@ def heard(utterance: str) -> tuple[Said, ...]:
             clause = pattern.sub(plainer, clause)
         found.append(Said(clause, mood))
     return tuple(found)
+
+
+def _in_all(found: re.Match[str]) -> str:
+    number = float(found["one"] or found["each"]) * int(found["so"] or found["many"])
+    return f"{number:.3f}".rstrip("0").rstrip(".") + f" {found['of'] or found['in']}"
 
 
 def unreasoned(text: str) -> str:

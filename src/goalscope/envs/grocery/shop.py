@@ -18,7 +18,7 @@ from goalscope.envs.grocery.choosing import Choice, called, is_vague
 from goalscope.envs.grocery.consent import consents
 from goalscope.envs.grocery.diets import diet, hinted
 from goalscope.envs.grocery.hearing import Hearing, hear
-from goalscope.envs.grocery.limits import budget
+from goalscope.envs.grocery.limits import budget, limits_of_things
 from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.orders import (
     adds_it,
@@ -32,7 +32,7 @@ from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.requests import amount, refuses, unrefused
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.swapping import swapped
-from goalscope.envs.grocery.telling import listed, not_met, not_there, unlabelled
+from goalscope.envs.grocery.telling import above_limit, listed, not_met, not_there, unlabelled
 from goalscope.envs.grocery.undoing import (
     Starts,
     asks_for_guesses,
@@ -256,6 +256,9 @@ class GroceryShop:
         told += not_there(hearing.removed, held, lessened=lessened)
         told += self._not_replaced(hearing, held)
         meant = [self._choice.meant(r.phrase, hearing, self._basket) for r in hearing.newest]
+        things = {r.phrase: item for r, item in zip(hearing.newest, meant, strict=True) if item}
+        for piece, most in limits_of_things(self._translated(turns[-1].utterance)):
+            told.append(above_limit(piece, things, most, self.catalogue.money))
         for request, item in zip(hearing.newest, meant, strict=True):
             if request.change == "cheaper":
                 item = dearer(request, self._contents()) or item
@@ -264,7 +267,7 @@ class GroceryShop:
                 continue
             price = self.catalogue.money(item.price)
             told += filter(None, [not_met(request, item, before, self._basket, price)])
-        return told
+        return [each for each in told if each]
 
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
         """None for a purchase in a plan: it follows from the person's order alone."""
