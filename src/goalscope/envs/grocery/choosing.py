@@ -96,9 +96,9 @@ class Choice:
 
     def called(self, phrase: str, items: Sequence[Item]) -> list[Item]:
         """Those of `items` that `phrase` names, or would if it were a name here: "juice boxes"."""
-        if (found := called(phrase, items)) or self._search.named(phrase):
-            return found
-        return called(self._nearly(phrase), items)
+        names = usual(phrase) if self._search.named(phrase) else [self._nearly(phrase)]
+        found = (called(each, items) for each in (phrase, *names))
+        return next(filter(None, found), [])
 
     def cheaper(self, old: Item | None, kind: str, hearing: Hearing) -> Item | None:
         """The cheapest permitted item of a kind; None where none is cheaper than `old`."""

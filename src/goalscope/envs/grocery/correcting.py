@@ -63,9 +63,11 @@ _CHANGED = re.compile(
 _FIRST = re.compile(
     rf"^instead of (?:(?:the|my|our) )?({NAMED}(?: {NAMED}){{0,3}}?)"
     r"(?:, | (?=(?:an?|some|take|get|add|give me|use) ))(?!(?:i|we|can|could|let's)\b)"
-    r"([^.,;!?]{1,60})(?=[ .!]*$)"
+    r"((?:(?!\band\b)[^.,;!?]){1,60})(?=[ .!]*$)"
 )
 """What is to go before what takes its place."""
+_SEVERAL = re.compile(r"(?<= instead of )([^.,;!?]{1,40}?),? and (?=[^.,;!?]{1,40}? instead of )")
+"""Between two swaps."""
 _MEANT = re.compile(r",\s*([^,.;!?]+?),? i mean(?:t)?(?=[.;!?]|$)")
 _BEFORE_LAST = re.compile(
     r"[,;.!?]|\b(?:and|or|plus|add|get|buy|want|need|like|have|take|remove|order|delete)\b"
@@ -76,6 +78,7 @@ def instead(text: str) -> str:
     """`text`, evened, where it says no more than what is to take the place of what."""
     text = _MAKE_IT.sub("add ", text)
     text = _FIRST.sub(r"\2 instead of \1", _CHANGED.sub("", text))
+    text = _SEVERAL.sub(r"\1. ", text)
     text = _NOT_BUT.sub(r"add \1 instead of \2", text)
     text = SUCH.sub(r"the \1 one", text)
     text = _WANTED.sub(r"i want \1", kept(text))

@@ -281,11 +281,14 @@ class _Listener:
     def ask(self, clause: Said, *, newest: bool) -> None:
         """Take in what is asked for."""
         requests = wanted(clause)
-        said = requests[0].replaces if requests else ()
+        said = next((each.replaces for each in requests if each.replaces), ())
         ousted = self.ousted(clause) if said == (SAME_ONE,) else []
         found = (old for phrase in said for old in self.that(phrase) or self.meant(phrase))
-        replaces = tuple(ousted if said == (SAME_ONE,) else found)
-        for request in requests if replaces or said in ((), (SAME_ONE,)) else ():
+        olds = tuple(ousted if said == (SAME_ONE,) else found)
+        for request in requests:
+            if not olds and request.replaces not in ((), (SAME_ONE,)):
+                continue
+            replaces = olds if request.replaces else ()
             request = replace(request, replaces=replaces)
             which = _WHICH.fullmatch(request.phrase)
             for phrase in self.meant(request.phrase):
@@ -295,7 +298,7 @@ class _Listener:
                 kinds = tuple(old for old in replaces if _kind_of(phrase, [old]))
                 if said == (SAME_ONE,) and replaces and _alike(phrase, replaces):
                     kinds = replaces
-                elif said == (SAME_ONE,) and not replaces:
+                elif said == (SAME_ONE,) and not olds:
                     self.unclear = bool(self.spoken_of(every=True))
                 for old in replaces:  # oat milk for whole milk, which came for "milk"
                     for each in [p for p in self.asked if _kind_of(old, [p])]:
@@ -404,7 +407,7 @@ class _Listener:
         before; where nothing is, it is what was spoken of last.
         """
         last = self.spoken_of(every=True)
-        for request in wanted(clause)[:1]:
+        for request in [each for each in wanted(clause) if each.replaces][:1]:
             phrase = self.names.shown(request.phrase)
             others = [old for old in self.earlier if not _kind_of(old, [phrase])]
             last = _alike(phrase, last) or _alike(phrase, others) or last

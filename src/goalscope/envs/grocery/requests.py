@@ -252,10 +252,11 @@ def wanted(said: Said) -> tuple[Request, ...]:
         return ()
     found: dict[str, Request] = {}
     replaces = replaced(said)
+    new = _new(said) if replaces else []
     for _, request, asked in pieces(said):
         if request is None:
             continue
-        if replaces:
+        if replaces and (not new or request.phrase in new):
             many = not request.outright and request.change == "at least"
             change = "as many" if many else request.change
             request = replace(request, replaces=replaces, change=change)
@@ -264,6 +265,13 @@ def wanted(said: Said) -> tuple[Request, ...]:
         if request.phrase not in found or request.change == "exactly":
             found[request.phrase] = request
     return tuple(found.values())
+
+
+def _new(said: Said) -> list[str]:
+    """What takes the place of another: "tea" in "tea instead of coffee, and eggs"."""
+    beside = (m.start() for m in _refusals(said) if m["beside"])
+    before = replace(said, text=said.text[: next(beside, 0)])
+    return [request.phrase for _, request, _ in pieces(before) if request]
 
 
 def pieces(said: Said) -> Iterator[tuple[str, Request | None, bool]]:
