@@ -98,7 +98,7 @@ class Choice:
         """Those of `items` that `phrase` names, or would if it were a name here: "juice boxes"."""
         names = usual(phrase) if self._search.named(phrase) else [self._nearly(phrase)]
         found = (called(each, items) for each in (phrase, *names))
-        return next(filter(None, found), [])
+        return next(filter(None, found), list[Item]())
 
     def cheaper(self, old: Item | None, kind: str, hearing: Hearing) -> Item | None:
         """The cheapest permitted item of a kind; None where none is cheaper than `old`."""

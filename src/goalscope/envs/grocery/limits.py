@@ -125,6 +125,9 @@ _OCCASION = re.compile(
     r"|groceries|shopping|food|stuff|things|bits|week|weekend|basket|ingredients|guests|friends"
     r"|people|everything|all)\b"
 )
+_NO_THING = re.compile(
+    rf"{_OCCASION.pattern}|\b(?:if|it|this|that|they|is|are|be|was|costs?|stays?|keep|price|total)\b"
+)
 _NO_BUDGET = re.compile(
     r"\b(?:never mind|forget(?: about)?|ignore|drop|lift|remove|scrap|no|without|there is no"
     r"|(?:do not|don't) (?:care about|mind))(?: (?:the|my|our|that|any|a))*"
@@ -165,7 +168,7 @@ def limits_of_things(utterance: str) -> list[tuple[str, Decimal]]:
     found = [each for each in _BUDGET.finditer(text) if _is_of_one(text, each)]
     found += _OF_ONE.finditer(_BUDGET.sub(lambda match: " " * len(match[0]), text))
     pieces = [(_piece(text, each), _sum(each)) for each in found]
-    return [(piece, most) for piece, most in pieces if piece and not _OCCASION.search(piece)]
+    return [(piece, most) for piece, most in pieces if piece and not _NO_THING.search(piece)]
 
 
 def unlimited(text: str) -> str:

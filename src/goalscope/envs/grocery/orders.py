@@ -21,6 +21,7 @@ from goalscope.envs.grocery.requests import (
     unasked,
     unwanted,
 )
+from goalscope.envs.grocery.restrictions import DIETS
 from goalscope.envs.grocery.rewording import heard, unreasoned
 from goalscope.envs.grocery.words import made
 from goalscope.envs.remarks import is_remark
@@ -192,7 +193,9 @@ def leaves_open(utterance: str) -> bool:
 
 
 def _restricts(piece: str) -> bool:
-    return bool(diet(piece)) and not _WISH.search(piece)
+    """Whether a piece states a diet, or takes one back."""
+    every = frozenset(DIETS)
+    return bool(diet(piece) or diet(piece, every) != every) and not _WISH.search(piece)
 
 
 def adds_it(utterance: str) -> bool:

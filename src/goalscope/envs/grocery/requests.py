@@ -43,6 +43,7 @@ __all__ = [
     "replaced",
     "spared",
     "unasked",
+    "uncontained",
     "unrefused",
     "unwanted",
     "wanted",
@@ -363,8 +364,13 @@ def refuses(utterance: str) -> bool:
 
 
 def unrefused(utterance: str) -> str:
-    """`utterance` without what it refuses, and without containers: "a bag of" says no thing."""
-    return _CONTAINED.sub(" ", " ".join(map(besides_refused, heard(utterance))))
+    """`utterance` without what it refuses, and without containers."""
+    return uncontained(" ".join(map(besides_refused, heard(utterance))))
+
+
+def uncontained(text: str) -> str:
+    """`text` without containers: "a bag of" says no thing."""
+    return _CONTAINED.sub(" ", text)
 
 
 def clears(said: Said) -> bool:

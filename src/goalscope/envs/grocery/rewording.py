@@ -9,6 +9,7 @@ from functools import lru_cache
 from goalscope.envs.grocery.amounts import GRAMS, MILLILITRES, PACKS, WORD
 from goalscope.envs.grocery.correcting import corrected, instead
 from goalscope.envs.grocery.limits import unlimited
+from goalscope.envs.grocery.listing import UNIT, unlisted
 from goalscope.envs.grocery.moods import Mood, clauses
 from goalscope.envs.grocery.phrases import END, IN_PLACE, IT, NUMBER, SAME, SAME_ALL
 from goalscope.envs.speech import evened
@@ -23,9 +24,6 @@ _ACT = "(?:i|we|take|put|leave|throw|find|run)"
 _ALL = "(?:everything|all(?: the)?(?: items| things)?)"
 _EXCEPT = "(?:but|except(?: for)?|apart from|other than)"
 _ALONE = r"(?=\s*(?:[.,;!?]|$|out|back|off|away|again|please|from))"
-_UNIT = r"(?:k?g|kilos?|grams?|m?l|lit(?:re|er)s?|lbs?|oz)\b"
-"""A measure behind a number, but for pounds, which are money, too."""
-
 _PACKS = rf"(?!(?:{'|'.join([*GRAMS, *MILLILITRES])}|dozen)\b)"
 _THINGS = r"((?:(?!\b(?:add|remove|get|take|for|with|by|to)\b)[^.;!?]){1,80}?)"
 _PLAIN = (
@@ -166,24 +164,6 @@ _ASKED_OF = re.compile(
     r"[^.;!?]{0,40}\b(?:allergic|intolerant)\b(?! (?:to|of|against)\b)"
 )
 """An allergy to what was asked about: "does it contain nuts? My son is allergic"."""
-_TIMES = re.compile(
-    r"(?<![\w.])(?:(?P<so>\d{1,2}) ?[x\u00d7] ?"
-    rf"(?P<one>\d{{1,4}}(?:\.\d{{1,3}})?) ?(?P<of>{_UNIT})"
-    rf"|(?P<each>\d{{1,4}}(?:\.\d{{1,3}})?) ?(?P<in>{_UNIT}) ?[x\u00d7] ?(?P<many>\d{{1,2}})(?!\w))"
-)
-"""So many times a measure: "2 x 500g"."""
-_ABBREVIATED = re.compile(
-    rf"(?:(?:^|(?<=[.,;!?] )|(?<=\band ))(?P<first>\d{{1,4}}(?:\.\d{{1,3}})? ?{_UNIT})\.(?= \w)"
-    rf"|(?<=\d)(?P<unit> ?{_UNIT})\.(?= of\b))"
-)
-"""A measure with a point behind it that ends no sentence: "500g. of mince"."""
-_HEADING = re.compile(
-    r"^(?:(?:hi|hello|ok|so|here(?:'s| is)|this is|my|our|the|a|weekly|monthly|daily|big|quick|next"
-    r"|(?:this |next )?week's|today's)[ ,]+)*+"
-    r"(?:shop|shopping(?: list)?|grocery list|groceries|list)"
-    r"(?: for (?:the |this )?(?:week(?:end)?|month|today|tomorrow))? ?[:\u2013-] ?(?=\w)"
-)
-"""What a list is, before it: "weekly shop: milk and eggs"."""
 _BULLET = re.compile(r"\n[ \t]*[-*\u2022][ \t]+")
 _VERBS = {
     "adding": "add",
@@ -270,8 +250,12 @@ _CHANGES = [
             r". add exactly \1 packs of ",
         ),
         (
-            rf"\bmake {IT} (?:just |only |exactly )?({NUMBER} ?{_UNIT})"
-            rf"(?: (?:instead of|rather than) {NUMBER}(?: ?{_UNIT})?)?{END}",
+            rf"\bmake {IT} (?:just |only |exactly )?({NUMBER} ?{UNIT})"
+            rf"(?: (?:instead of|rather than) {NUMBER}(?: ?{UNIT})?)?{END}",
+            rf". add exactly \1 {SAME}",
+        ),
+        (
+            rf"^(\d{{1,4}}(?:\.\d{{1,3}})? ?{UNIT})(?: please)?(?=[.!]*$)",
             rf". add exactly \1 {SAME}",
         ),
         (rf"\bmake {IT} (?:just |only |exactly )?(?={NUMBER} )", ". add exactly "),
@@ -400,7 +384,7 @@ _CHANGES = [
         ),
         (
             rf"(?<![\w'-])({_PLAIN}(?: {_PLAIN}){{0,2}}),? ?\(?"
-            rf"(\d{{1,4}}(?:\.\d{{1,3}})?) ?({_UNIT})\)?{END}",
+            rf"(\d{{1,4}}(?:\.\d{{1,3}})?) ?({UNIT})\)?{END}",
             r"\2 \3 \1",
         ),
         (r"\badd exactly 0 packs of ", "remove "),
@@ -421,8 +405,7 @@ class Said:
 def heard(utterance: str) -> tuple[Said, ...]:
     """The clauses of `utterance` in lower case, reworded; changes only where they are ordered."""
     text = re.sub(r"\s*\n\s*", ". ", _BULLET.sub(", ", utterance[:2000]).strip())
-    text = _TIMES.sub(_in_all, _ABBREVIATED.sub(r"\g<first>\g<unit>", evened(text)))
-    text = instead(unreasoned(_HEADING.sub("", text)))
+    text = instead(unreasoned(unlisted(evened(text))))
     text = unlimited(_ALONE_WANTED.sub(r". keep only \1. only \1\2", text))
     text = re.sub(
         r"\b((?:remove|delete|drop|take out)\b[^.;!?,]*?) first(?=[.;!?,]|$)", r"\1", text
@@ -445,11 +428,6 @@ def heard(utterance: str) -> tuple[Said, ...]:
             clause = pattern.sub(plainer, clause)
         found.append(Said(clause, mood))
     return tuple(found)
-
-
-def _in_all(found: re.Match[str]) -> str:
-    number = float(found["one"] or found["each"]) * int(found["so"] or found["many"])
-    return f"{number:.3f}".rstrip("0").rstrip(".") + f" {found['of'] or found['in']}"
 
 
 def unreasoned(text: str) -> str:

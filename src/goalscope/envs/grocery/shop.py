@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from decimal import Decimal
 from functools import lru_cache, partial
@@ -22,6 +22,7 @@ from goalscope.envs.grocery.limits import budget, limits_of_things
 from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.orders import (
     adds_it,
+    besides_buying,
     is_order,
     leaves_open,
     so_many,
@@ -30,9 +31,10 @@ from goalscope.envs.grocery.orders import (
 from goalscope.envs.grocery.phrases import SAME, SAME_ALL
 from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.requests import amount, refuses, unrefused
+from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.swapping import swapped
-from goalscope.envs.grocery.telling import above_limit, listed, not_met, not_there, unlabelled
+from goalscope.envs.grocery.telling import listed, not_met, not_there, unlabelled
 from goalscope.envs.grocery.undoing import (
     Starts,
     asks_for_guesses,
@@ -40,6 +42,7 @@ from goalscope.envs.grocery.undoing import (
     steps,
     undoing_notes,
 )
+from goalscope.envs.grocery.unheard import above_limit, not_replaced, undone
 from goalscope.envs.grocery.words import singulars
 from goalscope.types import Action, Profile, StepResult, Turn
 
@@ -254,7 +257,7 @@ class GroceryShop:
             told.append("It is not clear which thing you mean. Please name it.")
         lessened = any(result.action.name == "remove item" for result in results)
         told += not_there(hearing.removed, held, lessened=lessened)
-        told += self._not_replaced(hearing, held)
+        told += not_replaced(hearing, held, self._choice)
         meant = [self._choice.meant(r.phrase, hearing, self._basket) for r in hearing.newest]
         things = {r.phrase: item for r, item in zip(hearing.newest, meant, strict=True) if item}
         for piece, most in limits_of_things(self._translated(turns[-1].utterance)):
@@ -267,7 +270,26 @@ class GroceryShop:
                 continue
             price = self.catalogue.money(item.price)
             told += filter(None, [not_met(request, item, before, self._basket, price)])
-        return [each for each in told if each]
+        told = [each for each in told if each]
+        return [*told, *self._undone(hearing, turns, results, told)]
+
+    def _undone(
+        self,
+        hearing: Hearing,
+        turns: Sequence[Turn],
+        results: Sequence[StepResult],
+        told: Sequence[str],
+    ) -> Iterator[str]:
+        """That nothing was heard of things which the newest words order."""
+        undoing = besides_undoing(turns[-1].utterance)
+        newest = self._spoken(turns)[-1] if undoing is None and not hearing.unclear else ""
+        clauses = heard(besides_buying(self._names.brief(self._names.hidden(newest))))
+        asked = (*hearing.newest, *hearing.removed)
+        phrases = (phrase for each in asked for phrase in (each.phrase, *each.replaces))
+        others = (*hearing.refused, *hearing.dropped, *hearing.lessened, *hearing.spared)
+        targets = (result.action.target for result in results)
+        done = (*phrases, *others, *targets, *told, *hearing.diets)
+        return undone(clauses, self._search.mentioned, done, self._basket)
 
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
         """None for a purchase in a plan: it follows from the person's order alone."""
@@ -356,9 +378,9 @@ class GroceryShop:
             if many or adds_it(stands[i]):
                 asked = takewhile(lambda text: text.rstrip().endswith("?"), reversed(said[:i]))
                 things = ((self._search.mentioned(text), text) for text in (*asked, turn.query))
-                heard = hear(said[:i], self._names)
+                before = hear(said[:i], self._names)
                 found = (
-                    self._named(each[0], text, heard) for each, text in things if len(each) == 1
+                    self._named(each[0], text, before) for each, text in things if len(each) == 1
                 )
                 thing = next(found, "")
                 said[i] = f"Add {many}{thing}" if thing else said[i]
@@ -376,20 +398,6 @@ class GroceryShop:
         wants_cheapest = re.search(r"\bcheapest\b", said)
         item = self._choice.cheaper(None, name, hearing) if wants_cheapest else None
         return item.name if item else name
-
-    def _not_replaced(self, hearing: Hearing, held: Sequence[Item]) -> list[str]:
-        """What was to make way for a thing of the shop, and was not in a basket with others."""
-        removed = {each.phrase for each in hearing.removed}
-        olds = dict.fromkeys(
-            old
-            for request in hearing.newest
-            for old in request.replaces
-            if request.change != "cheaper" and self._choice.meant(request.phrase, hearing, ())
-        )
-        missing = (
-            Request(o) for o in olds if o not in removed and not self._choice.called(o, held)
-        )
-        return [*not_there([*missing], held, lessened=False)] if held else []
 
     def _after(self, turns: Sequence[Turn]) -> Decimal:
         """Price of the basket once it is as the person asks for outright."""

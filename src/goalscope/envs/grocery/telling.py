@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from decimal import Decimal
 
 from goalscope.envs.grocery.amounts import MOST, Request, by_weight, units
 from goalscope.envs.grocery.catalogue import Item
@@ -13,28 +12,9 @@ from goalscope.envs.grocery.diets import implied, is_diet
 from goalscope.envs.grocery.orders import states_aim
 from goalscope.envs.grocery.requests import Refusal
 from goalscope.envs.grocery.restrictions import DIETS
-from goalscope.envs.grocery.words import contains, singulars, words
+from goalscope.envs.grocery.words import singulars, words
 
-__all__ = ["above_limit", "listed", "not_met", "not_there", "unlabelled"]
-
-
-def above_limit(
-    piece: str, things: Mapping[str, Item], most: Decimal, money: Callable[[Decimal], str]
-) -> str:
-    """That a thing costs more than it may, or that nothing watches a limit; "" if neither.
-
-    Args:
-        piece: What was said of the thing.
-        things: Items by the phrases that asked for them.
-        most: What the thing may cost.
-        money: How a price is told.
-    """
-    said = singulars(piece)
-    named = [item for phrase, item in things.items() if contains(said, singulars(phrase))]
-    if not named:
-        return f"No limit for one thing is watched, so please look at the price: {money(most)}."
-    dear = [f"{i.name}, {money(i.price)}" for i in named if i.price is not None and i.price > most]
-    return f"Above the {money(most)} that you named: {'; '.join(dear)}." if dear else ""
+__all__ = ["listed", "not_met", "not_there", "unlabelled"]
 
 
 def not_there(removed: Sequence[Request], held: Sequence[Item], *, lessened: bool) -> Iterator[str]:
