@@ -118,6 +118,7 @@ def test_a_diet_of_some_is_neither_stated_nor_taken_back_by_a_denial(words: str)
         ("nobody is vegan but my wife is vegetarian", {"vegetarian"}),
         ("not vegan, vegetarian", {"vegetarian"}),
         ("one of us is vegan", {"vegan"}),
+        ("pasta, they have to be vegan", {"vegan"}),
         ("my son is not vegan any more", set[str]()),
     ],
 )

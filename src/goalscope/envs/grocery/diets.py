@@ -66,7 +66,7 @@ MEAL = (
 _SUBJECT = (
     r"(?:i|we|he|she|it|that|this|everything(?: (?:i|we|you) \w+)?|every\w+|all|nothing|who"
     r"|nobody|no ?one"
-    r"|there|of (?:us|them)|they(?=(?:'re| are)\b)|(?<=^)\w+(?= is\b)"
+    r"|there|of (?:us|them)|they(?=(?:'re| are| have to| must| need to)\b)|(?<=^)\w+(?= is\b)"
     rf"|{_PERSON}s?|{MEAL}s?|{_ALL})"
 )
 _CHAIN = (
