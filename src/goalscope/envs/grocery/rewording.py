@@ -137,7 +137,7 @@ _REWORDED = [
             r"|, (?=(?:i|we|i'm|we're|i'd|i'll|we'd|we'll|can you|could you|please|that's"
             r"|that is|that will|that'll)\b)"
             r"|, (?=(?:because |since |as )?(?:nobody|no ?one|(?:none|one|some|both) of us|he|she"
-            r"|they|everyone|everybody|(?:my|our|his|her) (?:[\w-]+ ){0,2}[\w-]+?)"
+            r"|it|they|everyone|everybody|(?:my|our|his|her) (?:[\w-]+ ){0,2}[\w-]+?)"
             r"(?:'s|'re| is| are| has| have| can't| cannot| doesn't| don't| won't| isn't| aren't)"
             r"(?![\w']))",
             ". ",
