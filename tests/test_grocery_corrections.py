@@ -151,6 +151,38 @@ def test_what_must_not_be_eaten_is_no_swap(said: str) -> None:
         (["milk", "oat milk instead of whole milk", "thanks"], {"Oat Milk": 1}),
         (["milk", "not only milk but also eggs"], {"Whole Milk": 1, "Large Eggs": 1}),
         (["red wine, white wine", "no red"], {"Sauvignon Blanc White Wine": 1}),
+        (["white rice, white bread and 3 packs of hot dogs", "brown rice instead of white"],
+         {"White Sandwich Bread": 1, "Beef Hot Dogs": 3, "Brown Rice": 1}),
+        (["white rice, white bread", "swap the white for brown rice"],
+         {"White Sandwich Bread": 1, "Brown Rice": 1}),
+        (["white rice, white bread", "swap white rice for brown"],
+         {"White Sandwich Bread": 1, "Brown Rice": 1}),
+        (["milk, diapers, bread and white rice",
+          "make it semi skimmed milk, 3 of them, and brown rice instead of white"],
+         {"Newborn Diapers": 1, "White Sandwich Bread": 1, "2% Reduced-Fat Milk": 3,
+          "Brown Rice": 1}),
+        (["lactose free milk", "beef hot dogs", "semi skimmed milk instead"],
+         {"Beef Hot Dogs": 1, "2% Reduced-Fat Milk": 1}),
+        (["green tea", "coffee", "tea instead"],
+         {"Green Tea Bags": 1, "English Breakfast Tea Bags": 1}),
+        (["red wine, red onions", "white wine instead of the red"],
+         {"Red Onions": 1, "Sauvignon Blanc White Wine": 1}),
+        (["whole milk, whole chicken", "oat milk instead of whole"],
+         {"Whole Chicken": 1, "Oat Milk": 1}),
+        (["tomatoes, basil", "canned tomatoes instead of fresh"],
+         {"Fresh Basil": 1, "Diced Tomatoes": 1}),
+        (["2 white bread", "brown instead of white"], {"Whole Wheat Bread": 2}),
+        (["milk", "make it semi skimmed milk and add eggs"],
+         {"2% Reduced-Fat Milk": 1, "Large Eggs": 1}),
+        (["2 white bread", "pita bread instead of the white bread then, and eggs"],
+         {"Pita Bread": 2, "Large Eggs": 1}),
+        (["white bread", "pita bread instead of the white bread, and two unicorns for my husband"],
+         {"Pita Bread": 1}),
+        (["coffee, milk", "tea instead of coffee, and oat milk instead of milk"],
+         {"English Breakfast Tea Bags": 1, "Oat Milk": 1}),
+        (["fish", "remove the cod", "eggs"], {"Large Eggs": 1}),
+        (["bananas", "switch bananas for organic"], {"Organic Bananas": 1}),
+        (["cola", "diet cola instead of regular"], {"Diet Cola": 1}),
         (["apples, granny smith apples", "remove everything I did not ask for"],
          {"Gala Apples": 1, "Granny Smith Apples": 1}),
     ],
@@ -159,3 +191,28 @@ def test_a_swap_takes_out_only_what_it_is_for(
     utterances: list[str], basket: dict[str, int]
 ) -> None:
     assert talked({}, *utterances)[0].basket == basket
+
+
+@pytest.mark.parametrize(
+    ("utterances", "basket", "told"),
+    [
+        (["white rice", "wine instead of white"],
+         {"Long Grain White Rice": 1, "Chianti Red Wine": 1},
+         ["There was no white wine in the basket."]),
+        (["milk", "rye bread, not white"],
+         {"Whole Milk": 1, "Rye Bread": 1}, ["There was no white bread in the basket."]),
+        (["eggs", "oat milk instead of milk"],
+         {"Large Eggs": 1, "Oat Milk": 1}, ["There was no milk in the basket."]),
+        (["milk, lactose free milk", "hot dogs", "oat milk instead"],
+         {"Whole Milk": 1, "Lactose-Free Milk": 1, "Beef Hot Dogs": 1, "Oat Milk": 1},
+         ["It is not clear which thing you mean. Please name it."]),
+        (["white rice, green beans", "pears instead of green"],
+         {"Long Grain White Rice": 1, "Green Beans": 1, "Pears": 1},
+         ["It is not clear which thing you mean. Please name it."]),
+    ],
+)  # fmt: skip
+def test_nothing_leaves_that_is_of_another_kind_and_that_is_told(
+    utterances: list[str], basket: dict[str, int], told: list[str]
+) -> None:
+    opened, notes = talked({}, *utterances)
+    assert (opened.basket, notes) == (basket, told)

@@ -6,6 +6,7 @@ import pytest
 
 from fakes import said
 from goalscope.envs.grocery.catalogue import Item
+from goalscope.envs.grocery.diets import diet
 from goalscope.envs.grocery.restrictions import violates
 from shops import CATALOGUE, shop, talked
 
@@ -73,3 +74,53 @@ def test_what_is_not_labelled_for_an_allergy_is_told_of_once() -> None:
     assert talked(held, "my kid is allergic to nuts")[1] == [told]
     assert talked(held, "my kid is allergic to nuts", "ok")[1] == []
     assert talked({"Gala Apples": 1}, "my kid is allergic to nuts")[1] == []
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "nobody is vegetarian",
+        "Nobody's vegetarian.",
+        "none of us is vegetarian",
+        "None of my guests are vegetarian",
+        "noone is vegetarian here, so add chicken",
+        "nobody in my family is vegetarian",
+        "nobody at the party is vegetarian",
+        "neither my husband nor i are vegetarian",
+        "we aren't vegetarian",
+        "not vegetarian",
+    ],
+)
+def test_a_diet_that_nobody_follows_is_none_and_is_taken_back(words: str) -> None:
+    assert not diet(words)
+    assert not diet(words, frozenset({"vegetarian"}))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "none of these are vegan",
+        "none of the dishes is vegan",
+        "nobody else is vegan",
+        "none of us is vegan except my daughter",
+        "he's not vegan",
+    ],
+)
+def test_a_diet_of_some_is_neither_stated_nor_taken_back_by_a_denial(words: str) -> None:
+    assert not diet(words)
+    assert diet(words, frozenset({"vegan"})) == {"vegan"}
+
+
+@pytest.mark.parametrize(
+    ("words", "diets"),
+    [
+        ("nobody told you i'm vegan", {"vegan"}),
+        ("nobody is vegan but my wife is vegetarian", {"vegetarian"}),
+        ("not vegan, vegetarian", {"vegetarian"}),
+        ("one of us is vegan", {"vegan"}),
+        ("pasta, they have to be vegan", {"vegan"}),
+        ("my son is not vegan any more", set[str]()),
+    ],
+)
+def test_who_denies_a_diet_of_one_may_state_it_of_another(words: str, diets: set[str]) -> None:
+    assert diet(words, frozenset({"vegan"}) - diets) == diets

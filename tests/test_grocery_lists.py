@@ -63,6 +63,29 @@ from shops import talked
         (["I'm coeliac", "vegan bread"], {}),
         (["two bottles of apple juice",
           "I don't need the things that you guessed, please take them out."], {"Apple Juice": 2}),
+        (["milk 2l and eggs, my daughter is allergic to nuts"],
+         {"Whole Milk": 2, "Large Eggs": 1}),
+        (["eggs and bacon, nobody is vegetarian"], {"Large Eggs": 1, "Smoked Bacon": 1}),
+        (["bananas, my kids are 3 and 5"], {"Bananas": 1}),
+        (["milk, he is vegan"], {"Barista Soy Milk": 1}),
+        (["remove the milk, my son can't have it"], {}),
+        (["12 normal hot dog rolls and 2 gluten free ones"], {"Hot Dog Buns": 2}),
+        (["sausage rolls"], {}),
+        (["2 bread rolls and paper towel rolls"], {"Dinner Rolls": 1, "Paper Towels": 1}),
+        (["rice 500g x2, pasta 2x500g, milk 1l x 3"],
+         {"Long Grain White Rice": 1, "Fettuccine Egg Pasta": 4, "Whole Milk": 3}),
+        (["500g. of beef mince and 1kg. potatoes"], {"Ground Beef": 1, "White Potatoes": 1}),
+        (["eggs, nut free obviously"], {"Large Eggs": 1}),
+        (["weekly shop: milk, eggs"], {"Whole Milk": 1, "Large Eggs": 1}),
+        (["put 3 packs of burger buns in, normal ones"], {"Hamburger Buns": 3}),
+        (["can you put some milk in?"], {"Whole Milk": 1}),
+        (["put the milk in the fridge"], {}),
+        (["breakfast sausages", "remove the breakfast sausages",
+          "I want the breakfast sausages back"], {"Breakfast Sausages": 1}),
+        (["milk", "i want to put the milk back"], {}),
+        (["cream cheese", "instead of the cream cheese a soy yogurt or something for the sauce"],
+         {"Soy Yogurt": 1}),
+        (["juice boxes for the kids", "remove the orange juice", "eggs"], {"Large Eggs": 1}),
     ],
 )  # fmt: skip
 def test_lists_amounts_and_what_was_spoken_of(
@@ -116,6 +139,22 @@ def test_after_guesses_had_to_go_nothing_is_guessed_until_an_aim_is_stated() -> 
     opened, _ = talked({}, *said_before)
     assert opened.actions(["salsa"], said(*said_before, "I still need garlic")) == []
     assert opened.actions(["salsa"], said(*said_before, "I'd like to make a Mexican dinner")) != []
+
+
+@pytest.mark.parametrize(
+    "asked",
+    ["milk 2l and eggs, my daughter is allergic to nuts", "juice boxes for the kids", "brocoli"],
+)
+def test_what_was_asked_for_in_other_words_is_not_guessed(asked: str) -> None:
+    opened, told = talked({}, asked, "what did you guess?")
+    assert opened.basket
+    assert told == ["Guessed, not asked for: nothing."]
+
+
+def test_what_was_asked_for_is_not_asked_for_anew() -> None:
+    opened, told = talked({}, "milk 2l", "i did ask for milk")
+    assert opened.basket == {"Whole Milk": 2}
+    assert told == ["The basket holds 2 x Whole Milk already."]
 
 
 def test_of_several_things_of_one_name_the_first_was_asked_for() -> None:

@@ -286,3 +286,37 @@ def test_unclear_removal_is_told_and_takes_nothing() -> None:
     (told,) = heard(shop, "Remove it")
     assert "not clear" in told
     assert shop.basket == FRUIT
+
+
+@pytest.mark.parametrize(
+    ("sentence", "told"),
+    [
+        ("bring me the nicest tomatoes that you have", ["Nothing was done about: tomatoes."]),
+        ("can you put the cheese next to it?", ["Nothing was done about: cheese."]),
+        ("put cheese on my shopping list please", ["Nothing was done about: cheese."]),
+    ],
+)  # fmt: skip
+def test_what_is_ordered_and_not_heard_is_told(sentence: str, told: list[str]) -> None:
+    assert heard(opened({}), sentence) == told
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        "I'd like to make pancakes with milk and eggs",
+        "we're making tacos tonight",
+        "my kids love strawberries",
+        "i need wine to go with the steak",
+        "no need to add bread, we have bread",
+        "get me ingredients for tomato soup",
+        "we have milk at home",
+        "do you have honey?",
+        "The pears need not be organic",
+        "two loaves of bread and a dozen eggs please, also a bag of apples",
+        "remove the milk because we have oat milk at home",
+        "get some ketchup, no wait, mayonnaise",
+        "i want cheese but not the blue one",
+    ],
+)
+def test_talk_that_is_no_order_or_was_heard_tells_of_nothing_undone(sentence: str) -> None:
+    assert not any("Nothing was done" in told for told in heard(opened({}), sentence))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Iterable, Sequence
 from decimal import Decimal
 from itertools import takewhile
 from typing import Protocol
@@ -22,6 +23,9 @@ __all__ = ["Stock", "answered"]
 
 _NAMED = 5
 """Items that an answer names at most."""
+
+_LISTED = 8
+"""Items of one kind that an answer about labels names at most."""
 
 _NEAR = 0.52
 """Cosine from which on what is found is told to be near."""
@@ -94,6 +98,23 @@ _FREE = re.compile(
 _HAS = re.compile(
     rf"{LEAD}(?:is|are) there (?:any |some )?(.+?) in {_THE}(?!basket|cart|shop|store)(.+)"
 )
+_IN_THIS = r"(?:in |of )?(?:the|my|our|this|that|there|here|it)(?: (?:basket|cart|order))?"
+_ANY_WITH = re.compile(
+    rf"{LEAD}(?:is|are) there (?:anything|something|any (?:things|items|products))"
+    rf" (?:with|containing|(?:that|which) (?:contains?|has|have)) (?:any |some )?(.+?) {_IN_THIS}"
+)
+_WHICH = re.compile(
+    rf"{LEAD}(?:which|what)(?: of)? {_THE}(?P<term>(?:one|thing|item|product)?s?\b.*?)"
+    r"(?: do you (?:have|sell) that)? (?:(?:is|are|would be)"
+    r"(?: (?:suitable|safe|ok(?:ay)?|good) for| free (?:of|from))? "
+    r"|(?:(?:does|do)(?:n't| not) )?(?:contains?|has|have) )(?:any |some |no )?(?P<what>.+)"
+)
+_HELD_ALL = re.compile(
+    r"(?:(?:any|every)(?:thing)?|all|it all|which|these|those|them|ones?|things?|items?|products?"
+    r"|basket|cart)?"
+    rf"(?: ?(?:of )?(?:it|this|that|these|those|them)\b)?(?: ?{_IN_THIS})?"
+)
+"""Stands for all that the basket holds."""
 _SUITS = re.compile(rf"{LEAD}(?:is|are)(?! there\b) {_THE}(.+)")
 _CHEAPEST = re.compile(
     rf"{LEAD}(?:(?:which|what)(?: one| of (?:them|those|these))?(?:'s| is| are) (?:the|your)"
@@ -236,32 +257,57 @@ def _suits(text: str, shop: Stock) -> str | None:
     """Whether a thing suits a diet, as far as names and tags tell; None where nobody asks it."""
     if re.search(r"[.?!;] ", text):  # more is said than that
         return None
+    several = bool(re.match(rf"{LEAD}(?:(?:is|are|do|does) (?:there )?any|which|what)", text))
     if (match := _SAFE.fullmatch(text)) and hinted(text) | diet(text):
         term, what = match.groups()
     elif match := _FREE.fullmatch(text):
         term, what = (each for each in match.groups() if each)
+    elif match := _ANY_WITH.fullmatch(text):
+        term, what = "anything", match[1]
     elif match := _HAS.fullmatch(text):
         what, term = match.groups()
+        if _HELD_ALL.fullmatch(term) and not implied(what, Refusal.DROPPED):
+            return None
+    elif match := _WHICH.fullmatch(text):
+        term, what = match["term"], match["what"]
     elif (match := _SUITS.fullmatch(text)) and hinted(text):
         term, what = undieted(match[1]), match[1]
     else:
         return None
     diets = sorted(hinted(what) | diet(what) | implied(what, Refusal.HARMED))
     held = [item for name in shop.basket if (item := shop.catalogue.get(name))]
-    if term in ("everything", "it all", "all", "all of it", "basket", "cart", "all of this"):
-        items = held
+    term = re.sub(r"^of (?:the |your |my )?", "", term)
+    if _HELD_ALL.fullmatch(term):
+        items, several = held, True
     else:
-        items = (called(term, held) or called(term, shop.search(term, _DEPTH)))[:1]
-    if not items:
-        return None
+        near = shop.search(term, _DEPTH)
+        items = called(term, near) if several else (called(term, held) or called(term, near))[:1]
+    return _labelled(items, diets, every=several) if items and (diets or not several) else None
+
+
+def _labelled(items: Sequence[Item], diets: Iterable[str], *, every: bool) -> str:
+    """Which of the items are labelled for diets; of one alone, or where not of `every`, the worst.
+
+    Nothing is said to be safe: names and labels do not tell it.
+    """
     told: list[str] = []
     for name in diets:
         against = [item for item in items if violates(item, name)]
-        unsure = [item for item in items if name not in item.tags]
-        how = "Not" if against else "I cannot tell whether this is" if unsure else "Listed as"
-        listed = ", ".join(item.name for item in against or unsure or items)
-        told.append(f"{how} {name}: {listed}.")
+        unsure = [item for item in items if name not in item.tags and item not in against]
+        listed = [item for item in items if name in item.tags]
+        groups = {
+            f"Listed as {name}": listed,
+            f"I cannot tell whether {'these are' if unsure[1:] else 'this is'} {name}": unsure,
+            f"Not {name}": against,
+        }
+        found = [(how, group) for how, group in groups.items() if group]
+        told += [f"{how}: {_names(group)}." for how, group in (found if every else found[-1:])]
     return " ".join([*told, "I know only names and categories, so please read the label."])
+
+
+def _names(items: Sequence[Item]) -> str:
+    more = f", and {len(items) - _LISTED} more" if len(items) > _LISTED else ""
+    return f"{', '.join(item.name for item in items[:_LISTED])}{more}"
 
 
 def _got(match: re.Match[str], shop: Stock) -> str | None:

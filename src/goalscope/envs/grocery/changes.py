@@ -29,7 +29,8 @@ def changes(
         left: What was in the basket before, and is not now.
     """
     basket = {item.name: number for item, number in contents}
-    unasked = guessed(hearing, [item for item, _ in contents]) if hearing.unasked else []
+    held = [item for item, _ in contents]
+    unasked = guessed(hearing, held, choice) if hearing.unasked else []
     plan = {
         item.name: -number
         for item, number in contents
@@ -53,7 +54,7 @@ def changes(
     out = [*left, *(item for item, number in gone.items() if number == basket[item.name])]
     dropped = [item for item in out if any(called(each, [item]) for each in hearing.dropped)]
     for request in hearing.wanted:
-        if request not in hearing.newest and called(request.phrase, [*stays, *dropped]):
+        if request not in hearing.newest and choice.called(request.phrase, [*stays, *dropped]):
             continue
         if request.change == "cheaper":
             old = dearer(request, contents)
@@ -85,14 +86,16 @@ def dearer(request: Request, contents: Sequence[tuple[Item, int]]) -> Item | Non
     return next((i for p in (*request.replaces, request.phrase) for i in called(p, held)), None)
 
 
-def guessed(hearing: Hearing, held: Sequence[Item]) -> list[Item]:
+def guessed(hearing: Hearing, held: Sequence[Item], choice: Choice) -> list[Item]:
     """What of the basket nobody asked for; of several things of one name the first was asked for.
 
     Args:
         hearing: What was said.
         held: What the basket holds, in the order of adding.
+        choice: Which items are meant.
     """
-    asked = {item for request in hearing.wanted for item in called(request.phrase, held)[:1]}
+    named = (choice.called(request.phrase, held)[:1] for request in hearing.wanted)
+    asked = {item for items in named for item in items}
     return [item for item in held if item not in asked]
 
 

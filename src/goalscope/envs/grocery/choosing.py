@@ -31,7 +31,7 @@ _NO_PRODUCT = _VAGUE | {
     "meals", "breakfast", "ingredients", "groceries", "shopping", "basket", "cart", "order", "list",
     "fruit", "fruits", "vegetables", "vegetable", "veggies", "dessert", "desserts", "snack", "to",
     "going", "us", "me", "them", "her", "him", "ready", "back", "help", "idea", "ideas", "recipe",
-    "correct", "right", "yup", "yep", "nope", "total",
+    "correct", "right", "yup", "yep", "nope", "total", "weekly", "monthly", "shop",
 }  # fmt: skip
 """Words that name no product, at least alone or together."""
 
@@ -44,7 +44,7 @@ _NO_BEGINNING = frozenset({
 _TALK = frozenset({
     "i", "we", "you", "he", "she", "they", "it", "them", "us", "me", "him", "who", "eat", "eats",
     "need", "needs", "want", "wants", "like", "likes", "love", "loves", "come", "comes", "is",
-    "are", "was", "have", "has", "friends", "guests", "people", "family",
+    "are", "was", "have", "has", "friends", "guests", "people", "family", "nobody", "nobodys",
 })  # fmt: skip
 """Words of a sentence, which no product's name holds."""
 
@@ -54,7 +54,9 @@ _PRODUCT = 0.45
 _DEPTH = 10
 """Best items of a search that count."""
 
-_IN_UNITS = re.compile(rf" {CONTAINER}$")
+_IN_UNITS = re.compile(
+    rf" (?!rolls?$){CONTAINER}$|(?:(?<=paper)|(?<=towel)|(?<=foil)|(?<=wrap)) rolls?$"
+)
 """What a thing is counted in, behind it: "fennel bulbs"."""
 
 
@@ -88,9 +90,15 @@ class Choice:
 
         if meant:
             return min(meant, key=unfit)
-        nearly = self._search.translated(_IN_UNITS.sub("", self._search.mended(phrase)))
+        nearly = self._nearly(phrase)
         same = singulars(nearly) == singulars(phrase)
         return None if same else self.meant(nearly, hearing, basket)
+
+    def called(self, phrase: str, items: Sequence[Item]) -> list[Item]:
+        """Those of `items` that `phrase` names, or would if it were a name here: "juice boxes"."""
+        names = usual(phrase) if self._search.named(phrase) else [self._nearly(phrase)]
+        found = (called(each, items) for each in (phrase, *names))
+        return next(filter(None, found), list[Item]())
 
     def cheaper(self, old: Item | None, kind: str, hearing: Hearing) -> Item | None:
         """The cheapest permitted item of a kind; None where none is cheaper than `old`."""
@@ -137,6 +145,10 @@ class Choice:
         """Whether an item is what `phrase` names, by its head noun: no "rye" is rye bread."""
         _, kind = _labelled(phrase, self._tags)
         return not is_vague(kind) and bool(_headed(kind, self._search.named(kind)))
+
+    def _nearly(self, phrase: str) -> str:
+        """`phrase` without slips of the pen, and without what it is counted in."""
+        return self._search.translated(_IN_UNITS.sub("", self._search.mended(phrase)))
 
     def _usual(self, phrase: str, hearing: Hearing, among: Sequence[Item]) -> list[Item]:
         """What people mean by a bare word, as far as it is `among` these; what fits diets first."""

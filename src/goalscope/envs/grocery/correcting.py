@@ -31,7 +31,7 @@ _NOT_BUT = re.compile(
 )
 """One thing and not another: "I said almond milk, not yogurt"."""
 _WANTED = re.compile(
-    r"^(?:(?:no|but|hey|sorry|oops)[ ,]+)*(?:i|we) (?:wanted|asked for) "
+    r"^(?:(?:no|but|hey|sorry|oops)[ ,]+)*(?:i|we) (?:wanted|asked for|did (?:want|ask for|order)) "
     rf"(?!to\b|(?!(?:an?|of|and|half)\b){NUMBER}\b|"
     r".*\b(?:yesterday|last|before|earlier)\b)([^.,;!?]{1,60})[.!]*$"
 )
@@ -52,7 +52,8 @@ QUALITY = (
 SUCH = re.compile(
     r"^(?:(?:no(?:pe)?[,.!]|(?:sorry|actually|oh|ok|okay|hmm|please)[ ,.!])[ ,.!]*)*+"
     rf"(?:(?:i (?:want|meant|said|prefer)|i'd (?:like|prefer)|make (?:it|that)) )?({QUALITY})"
-    rf"(?:,? (?:and )?not {QUALITY})?(?: instead)?(?:,? please)?[.!]*$"
+    rf"(?:,? (?:and )?not {QUALITY}|,? (?:instead of|rather than)(?: the)? {QUALITY}(?: ones?)?)?"
+    r"(?: instead)?(?:,? please)?[.!]*$"
 )
 """Which of the things spoken of last is meant: "brown, not white"."""
 _CHANGED = re.compile(
@@ -60,10 +61,13 @@ _CHANGED = re.compile(
     r"(?=[^.;!?]* instead\b)"
 )
 _FIRST = re.compile(
-    rf"^instead of ({NAMED}(?: {NAMED}){{0,3}}), "
-    rf"({NAMED}(?: {NAMED}){{0,4}})(?=[ .!]*$)"
+    rf"^instead of (?:(?:the|my|our) )?({NAMED}(?: {NAMED}){{0,3}}?)"
+    r"(?:, | (?=(?:an?|some|take|get|add|give me|use) ))(?!(?:i|we|can|could|let's)\b)"
+    r"((?:(?!\band\b)[^.,;!?]){1,60})(?=[ .!]*$)"
 )
 """What is to go before what takes its place."""
+_SEVERAL = re.compile(r"(?<= instead of )([^.,;!?]{1,40}?),? and (?=[^.,;!?]{1,40}? instead of )")
+"""Between two swaps."""
 _MEANT = re.compile(r",\s*([^,.;!?]+?),? i mean(?:t)?(?=[.;!?]|$)")
 _BEFORE_LAST = re.compile(
     r"[,;.!?]|\b(?:and|or|plus|add|get|buy|want|need|like|have|take|remove|order|delete)\b"
@@ -74,6 +78,7 @@ def instead(text: str) -> str:
     """`text`, evened, where it says no more than what is to take the place of what."""
     text = _MAKE_IT.sub("add ", text)
     text = _FIRST.sub(r"\2 instead of \1", _CHANGED.sub("", text))
+    text = _SEVERAL.sub(r"\1. ", text)
     text = _NOT_BUT.sub(r"add \1 instead of \2", text)
     text = SUCH.sub(r"the \1 one", text)
     text = _WANTED.sub(r"i want \1", kept(text))

@@ -65,7 +65,8 @@ MEAL = (
 """What people eat, or eat at: an occasion."""
 _SUBJECT = (
     r"(?:i|we|he|she|it|that|this|everything(?: (?:i|we|you) \w+)?|every\w+|all|nothing|who"
-    r"|there|of (?:us|them)|they(?=(?:'re| are)\b)|(?<=^)\w+(?= is\b)"
+    r"|nobody|no ?one"
+    r"|there|of (?:us|them)|they(?=(?:'re| are| have to| must| need to)\b)|(?<=^)\w+(?= is\b)"
     rf"|{_PERSON}s?|{MEAL}s?|{_ALL})"
 )
 _CHAIN = (
@@ -82,9 +83,18 @@ _STATED = re.compile(
     rf"(?:\bnot |n't (?:need|want|expect) )?\b(?P<subject>{_SUBJECT})(?:'\w+)?"
     rf"(?>[\s,]+{_CHAIN}(?!\w))*+[\s,]+$"
 )
+_NONE = re.compile(
+    r"\b(?:nobody|no ?one|(?:none|neither|not one)(?: of)?|neither (?:[\w-]+ ){1,3}nor)"
+    r"(?: (?:here|in|at|of|from|my|our|the|this))*\s*$"
+)
+"""Before people of whom a restriction is denied: "none of" us, "nobody in my" family."""
+_NOBODY = re.compile(r"\b(?:nobody|no ?one)")
+_PEOPLE = re.compile(rf"of us|i|we|(?:{_PERSON})s?")
+_BUT = re.compile(r"[\s,]*(?:except|apart|other than|besides|but(?! (?:\w+ ){1,2}(?:is|are)\b))\b")
+_ANY_MORE = re.compile(r"\s+(?:any ?more|any longer)\b")
 _WHOLE = re.compile(
     rf"\W*+(?>(?:{_CHAIN}|{_SUBJECT}|make|please|yes|thanks|ok|okay|well|oh|then|so|too|if"
-    r"|possible|instead)(?!\w)\W*+)++"
+    r"|possible|instead|obviously|naturally|clearly)(?!\w)\W*+)++"
 )
 _ONLY = re.compile(
     r"\bnothing (?:but |non-?|not |(?:that|which)(?:'s| is)? not |(?:that|which) isn't )"
@@ -93,10 +103,14 @@ _NOUN = re.compile(
     r"(?:[\s-]+(?!(?:last|please|and|or|but|for|because|as|too|if|so|only|when|where|now|this|today"
     r"|tonight|at|in|on|with|to|any|since|though|also|instead|here|by|is|are|was|has|have|would"
     r"|will|can|must|should|need|needs|want|wants|like|likes|who|that|which|not|isn't|i|we|then"
-    r"|thanks|except|than|from|again|anymore|yet|all|myself|ourselves|doesn't|does|of)\b)"
+    r"|thanks|except|than|from|again|anymore|yet|all|myself|ourselves|doesn't|does|of"
+    r"|obviously|naturally|clearly)\b)"
     r"[\w'&-]+){1,5}"
 )
-_NOT = re.compile(r"\b(?:not?|\w+n't|no longer|nobody|no one|none|without)(?:\s[\w-]+){0,4}\s*$")
+_NOT = re.compile(
+    r"\b(?:not?|\w+n't|no longer|(?:nobody|no ?one)(?:'?s)?|none|neither|without)"
+    r"(?:\s[\w-]+){0,4}\s*$"
+)
 _DROPPED = re.compile(
     r"\b(?:forget|never mind|drop|skip|scratch)(?: about)?(?: the| it being| being)? $"
     r"|(?:n't|not) (?:matter|care|mind)\b.*$"
@@ -237,8 +251,19 @@ def _stated(sentence: str, match: re.Match[str]) -> bool | None:
         return True if whole and not _NOT.search(_clause(sentence, match.start())) else None
     stated = _STATED.search(before)
     if not stated:
-        return True if len(sentence) < 100 and _WHOLE.fullmatch(sentence) else None
+        whole = len(sentence) < 100 and _WHOLE.fullmatch(sentence)
+        denied = re.search(
+            r"\bnot\b(?! only| just)|\bno longer\b", _clause(sentence, match.start())
+        )
+        return not denied if whole else None
+    none = _NONE.search(before, 0, stated.start("subject"))
+    if none or _NOBODY.match(stated["subject"]):
+        people = _NOBODY.search((none or stated)[0]) or _PEOPLE.fullmatch(stated["subject"])
+        plain = people and not re.search(r"\bnot\b|n't\b", stated[0])
+        return False if plain and not _BUT.match(after) else None
     if not re.search(r"\bnot\b|n't\b|\bno longer\b|\bnothing\b", stated[0]):
         return True
+    if _ANY_MORE.match(after):
+        return False
     waiving = re.search(r"\bhave to|need|necessarily|no longer|not (?:every|all)", stated[0])
     return False if waiving or stated["subject"] in ("i", "we", "it", "everything") else None

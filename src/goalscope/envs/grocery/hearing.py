@@ -10,6 +10,7 @@ from functools import lru_cache
 
 from goalscope.envs.grocery.amounts import Request
 from goalscope.envs.grocery.catalogue import Item
+from goalscope.envs.grocery.correcting import QUALITY
 from goalscope.envs.grocery.diets import diet, hinted, implied, is_diet, label
 from goalscope.envs.grocery.limits import budget, guesses, wants_ideas
 from goalscope.envs.grocery.names import Names
@@ -262,7 +263,7 @@ class _Listener:
         out = {self.names.shown(removal.phrase) for removal in removed(clause)}
         for said, how in unwanted(clause).items():
             those = self.that(said) or [self.names.shown(said)]
-            found = self.meant(said) if said == SAME_ONE else those
+            found = self.ousted(clause) if said == SAME_ONE else those
             thing = next(iter(found), "")
             if not thing or is_diet(thing):
                 shunned = how is Refusal.SHUNNED or label(thing) != thing
@@ -280,9 +281,14 @@ class _Listener:
     def ask(self, clause: Said, *, newest: bool) -> None:
         """Take in what is asked for."""
         requests = wanted(clause)
-        said = requests[0].replaces if requests else ()
-        replaces = tuple(old for phrase in said for old in self.that(phrase) or self.meant(phrase))
-        for request in requests if replaces or said in ((), (SAME_ONE,)) else ():
+        said = next((each.replaces for each in requests if each.replaces), ())
+        ousted = self.ousted(clause) if said == (SAME_ONE,) else []
+        found = (old for phrase in said for old in self.that(phrase) or self.meant(phrase))
+        olds = tuple(ousted if said == (SAME_ONE,) else found)
+        for request in requests:
+            if not olds and request.replaces not in ((), (SAME_ONE,)):
+                continue
+            replaces = olds if request.replaces else ()
             request = replace(request, replaces=replaces)
             which = _WHICH.fullmatch(request.phrase)
             for phrase in self.meant(request.phrase):
@@ -290,9 +296,9 @@ class _Listener:
                     continue
                 new = replace(request, phrase=phrase)
                 kinds = tuple(old for old in replaces if _kind_of(phrase, [old]))
-                if said == (SAME_ONE,) and (kinds := self.alike(phrase)):
-                    new = replace(new, replaces=kinds)
-                elif said == (SAME_ONE,) and not replaces:
+                if said == (SAME_ONE,) and replaces and _alike(phrase, replaces):
+                    kinds = replaces
+                elif said == (SAME_ONE,) and not olds:
                     self.unclear = bool(self.spoken_of(every=True))
                 for old in replaces:  # oat milk for whole milk, which came for "milk"
                     for each in [p for p in self.asked if _kind_of(old, [p])]:
@@ -390,19 +396,33 @@ class _Listener:
         kind = self.kinds.get(found[0], found[0])
         if contains(singulars(kind), singulars(which[1])):
             return [kind]
-        self.kinds[f"{which[1]} {kind}"] = kind
-        return [f"{which[1]} {kind}"]
+        bare = re.sub(rf"^{QUALITY} ", "", kind) if re.fullmatch(QUALITY, which[1]) else kind
+        self.kinds[f"{which[1]} {bare}"] = kind
+        return [f"{which[1]} {bare}"]
 
-    def alike(self, phrase: str) -> tuple[str, ...]:
-        """What was spoken of last and is of the same kind: "orange juice" of "apple juice"."""
-        last = singulars(phrase)[-1:]
-        found = [old for old in self.spoken_of(every=True) if singulars(old)[-1:] == last]
-        return tuple(found) if len(found) == 1 else ()
+    def ousted(self, clause: Said) -> list[str]:
+        """The one thing that makes way for what a clause asks for; none where it is not one.
+
+        That is what is of its kind among what was spoken of last, or else among what was asked for
+        before; where nothing is, it is what was spoken of last.
+        """
+        last = self.spoken_of(every=True)
+        for request in [each for each in wanted(clause) if each.replaces][:1]:
+            phrase = self.names.shown(request.phrase)
+            others = [old for old in self.earlier if not _kind_of(old, [phrase])]
+            last = _alike(phrase, last) or _alike(phrase, others) or last
+        return last if len(last) == 1 else []
 
     def spoken_of(self, *, every: bool = False) -> list[str]:
         """The thing named last, or every thing named in this utterance; else those before."""
         found = self.named if every else self.named[-1:]
         return [*dict.fromkeys(found or self.before)]
+
+
+def _alike(phrase: str, things: Sequence[str]) -> list[str]:
+    """Those of `things` that are what the last word of `phrase` says."""
+    last = singulars(phrase)[-1:]
+    return [each for each in things if singulars(each)[-1:] == last]
 
 
 def _kind_of(thing: str, words: Sequence[str]) -> bool:

@@ -8,7 +8,7 @@ from decimal import Decimal
 from goalscope.envs.grocery.amounts import WORD, number
 from goalscope.envs.speech import evened
 
-__all__ = ["budget", "guesses", "unlimited", "wants_ideas"]
+__all__ = ["budget", "guesses", "limits_of_things", "unlimited", "wants_ideas"]
 
 _CLOSE = r"(?=\s*(?:[.,;!?]|$|\b(?:and|but|please|thanks|thank you|for now|today|at all|then)\b))"
 _NEGATED = re.compile(
@@ -89,10 +89,11 @@ _STARTS = "|".join(
     for word in (
         *("and", "but", "so", "bbq", "barbecue", "dinner", "lunch", "breakfast", "party"),
         *("picnic", "meal", "brunch", "groceries", "shopping", "food", "everything", "people"),
-        *("guests", "kids", "week", "weekend", "please", "stuff", "things", "snacks", "all"),
+        *("guests", "kids", "week", "weekend", "please", "stuff", "things", "all"),
     )
 )
 _START = rf"(?:^|(?<=[.,;!?] )|{_STARTS})"
+_LIMIT = rf"(?:{_MOST} {_PRICED}|{_PRICED}(?: |, )(?:max|maximum|tops|at (?:the )?most|or less)\b)"
 _BUDGET = re.compile(
     rf"\b{_SMALL}(?:(?:on|with|within|for|at) )?(?:(?:an?|my|our|the) )?(?:spending |price )?"
     r"(?:budget|limit)(?:'s)?(?: (?:for \w+ )?(?:is|of|was|will be|would be|should be|stays?|at|to"
@@ -109,10 +110,23 @@ _BUDGET = re.compile(
     r"|(?:n't|\b(?:not|never))(?: want)?(?: it| us)?(?: to)?"
     rf" (?:exceed|(?:go|get|be|come) (?:over|above|beyond)) {_SUM}"
     rf"|\b(?:limit|cap) (?:it|this|everything|{_WHOLE}) (?:to|at) {_SUM}"
-    rf"|{_START}(?:for )?{_MOST} {_PRICED}"
-    rf"|{_START}(?:for )?{_PRICED}(?: |, )(?:max|maximum|tops|at (?:the )?most|or less)\b"
+    rf"|{_START}(?:for )?{_LIMIT}"
     rf"|{_START}(?:i|we)(?:'ve(?: got)?|(?: only| just)? (?:have|got))"
     rf"(?: (?:only|just|about|around|got))* {_PRICED}(?: (?:to spend|left|on me|with me|only))*"
+)
+_OF_ONE = re.compile(rf"(?<=\w) (?:for )?{_MOST} {_PRICED}")
+_BARE = re.compile(rf"(?:for )?{_LIMIT}")
+_ONE_THING = re.compile(
+    r"(?:^|\b(?:want|need|add|get|buy|like|have|me|us) )(?:an?|some|one|another) "
+)
+"""Names one thing: a limit that follows is that of the thing."""
+_OCCASION = re.compile(
+    r"\b(?:part(?:y|ies)|bbq|barbecue|dinner|lunch|breakfast|brunch|supper|meals?|picnic|feast|buffet"
+    r"|groceries|shopping|food|stuff|things|bits|week|weekend|basket|ingredients|guests|friends"
+    r"|people|everything|all)\b"
+)
+_NO_THING = re.compile(
+    rf"{_OCCASION.pattern}|\b(?:if|it|this|that|they|is|are|be|was|costs?|stays?|keep|price|total)\b"
 )
 _NO_BUDGET = re.compile(
     r"\b(?:never mind|forget(?: about)?|ignore|drop|lift|remove|scrap|no|without|there is no"
@@ -141,16 +155,39 @@ def guesses(utterance: str, before: bool = True) -> bool:
 def budget(utterance: str, before: Decimal | None = None) -> Decimal | None:
     """What all may cost after `utterance`, in the shop's currency, given what it might `before`."""
     text = evened(utterance)
-    found = [(each.start(), _sum(each)) for each in _BUDGET.finditer(text)]
+    told = [each for each in _BUDGET.finditer(text) if not _is_of_one(text, each)]
+    told += [each for each in _OF_ONE.finditer(text) if _OCCASION.search(_piece(text, each))]
+    found = [(each.start(), _sum(each)) for each in told]
     lifted = [(each.start(), None) for each in _NO_BUDGET.finditer(text)]
     return max([*found, *lifted], key=lambda each: each[0])[1] if found or lifted else before
+
+
+def limits_of_things(utterance: str) -> list[tuple[str, Decimal]]:
+    """What single things may cost by `utterance`: words that name each, and the most for it."""
+    text = evened(utterance)
+    found = [each for each in _BUDGET.finditer(text) if _is_of_one(text, each)]
+    found += _OF_ONE.finditer(_BUDGET.sub(lambda match: " " * len(match[0]), text))
+    pieces = [(_piece(text, each), _sum(each)) for each in found]
+    return [(piece, most) for piece, most in pieces if piece and not _NO_THING.search(piece)]
 
 
 def unlimited(text: str) -> str:
     """`text`, evened, without what it says of a budget and of guesses."""
     for pattern in (_BUDGET, _NO_BUDGET, _STOPS):
         text = pattern.sub(" . ", text)
-    return text
+    return _OF_ONE.sub("", text)
+
+
+def _is_of_one(text: str, limit: re.Match[str]) -> bool:
+    piece = _piece(text, limit)
+    named = _ONE_THING.search(piece) and not _OCCASION.search(piece)
+    return bool(named and _BARE.fullmatch(limit[0]))
+
+
+def _piece(text: str, limit: re.Match[str]) -> str:
+    """What a limit stands behind, of what is listed."""
+    before = re.split(r"[.;!?]", text[max(0, limit.start() - 100) : limit.start()])[-1]
+    return re.split(r",|\band\b|\bplus\b|\bor\b", before.rstrip(" ,"))[-1].strip()
 
 
 def _sum(match: re.Match[str]) -> Decimal:

@@ -21,6 +21,7 @@ from goalscope.envs.grocery.requests import (
     unasked,
     unwanted,
 )
+from goalscope.envs.grocery.restrictions import DIETS
 from goalscope.envs.grocery.rewording import heard, unreasoned
 from goalscope.envs.grocery.words import made
 from goalscope.envs.remarks import is_remark
@@ -71,11 +72,11 @@ _MADE = re.compile(r"(?!(?:it|that|this|them|those|these)\b)")
 _EMPTY = re.compile(
     r"(?:[\W_]*\b(?:and|but|or|so|please|yes|yeah|yep|ok|okay|no|not|nope|now|then|actually|also"
     r"|too|instead|just|only|maybe|well|oh|hi|hello|hey|sorry|wait|thanks|thank you|again|all"
-    r"|at all|else|any ?more|either|as well|after all|the|a|an|my|our|some|of|in total|today|i|we"
+    r"|at all|else|any ?more|either|after all|the|a|an|my|our|some|of|in total|today|i|we"
     r"|you|he|she|they|it|still|hold on|hang on|do|does|am|is|are|be|i'm|we're|he's|she's|they're"
     r"|i've|we've|have|has|got|can|could|would|will|really|very|severely|who|one|someone|somebody"
     r"|because|since|as|must|should|to|me|us|in|that|this|there|with|let's|what|which|go|ahead"
-    r"|there is|ditto|dittos|inplace|said|asked|told|changed|mind"
+    r"|ditto|dittos|inplace|said|asked|told|changed|mind"
     r"|for (?:me|us|it|that|him|her|them|now|today))(?![\w']))*[\W_]*"
 )
 _PERSON = re.compile(
@@ -192,7 +193,9 @@ def leaves_open(utterance: str) -> bool:
 
 
 def _restricts(piece: str) -> bool:
-    return bool(diet(piece)) and not _WISH.search(piece)
+    """Whether a piece states a diet, or takes one back."""
+    every = frozenset(DIETS)
+    return bool(diet(piece) or diet(piece, every) != every) and not _WISH.search(piece)
 
 
 def adds_it(utterance: str) -> bool:

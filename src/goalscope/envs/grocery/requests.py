@@ -43,6 +43,7 @@ __all__ = [
     "replaced",
     "spared",
     "unasked",
+    "uncontained",
     "unrefused",
     "unwanted",
     "wanted",
@@ -60,7 +61,8 @@ _SMALL = re.compile(
 _TAIL = re.compile(
     r"(?:^|\s+)(?:please|too|as well|thanks|thank you|also|for\b.*|if (?:you|possible)\b.*"
     r"|to \w+\b.*|in (?:the|my) (?:basket|cart)|on top|would be \w+|tonight|tomorrow|today|now"
-    r"|asap|of course|maybe|perhaps|or so|etc|instead|rather|so that\b.*|because\b.*|since\b.*"
+    r"|asap|of course|obviously|naturally|clearly|maybe|perhaps|or so|etc|instead|rather"
+    r"|so that\b.*|because\b.*|since\b.*"
     r"|which\b.*"
     r"|that (?:is|are|can|will)\b.*|left|at home|on hand|in the (?:house|fridge|pantry|cupboard)"
     r"|in stock|available|there|though|at all|after all|in total|altogether|again|anymore"
@@ -125,7 +127,28 @@ _REFUSAL = re.compile(
     rf"\s+(?:out|back|off|away)\b(?:\s+(?:of|from|in|into) (?:the|my|our|this) {CART}\b)?"
 )
 _SEPARATOR = re.compile(r",|\band\b|\bplus\b|\bor\b|&|\bwith\b|\balong\b")
-_NO_THING = {*NUMBERS, "to", "the", "for", "with", "me", "'s", "s", "if", "at", "in", "on", "it"}
+_NO_THING = {
+    *NUMBERS,
+    "g",
+    "kg",
+    "l",
+    "ml",
+    "lb",
+    "lbs",
+    "oz",
+    "to",
+    "the",
+    "for",
+    "with",
+    "me",
+    "'s",
+    "s",
+    "if",
+    "at",
+    "in",
+    "on",
+    "it",
+}
 _KEEP = re.compile(
     r"\s*(?:(?:please|you can|do|no|ok|okay|actually|but|and|wait|well|just|then|let's|i'd like to"
     r"|i want to|we can)[ ,]+)*(?:keep|leave)\b"
@@ -230,10 +253,11 @@ def wanted(said: Said) -> tuple[Request, ...]:
         return ()
     found: dict[str, Request] = {}
     replaces = replaced(said)
+    new = _new(said) if replaces else []
     for _, request, asked in pieces(said):
         if request is None:
             continue
-        if replaces:
+        if replaces and (not new or request.phrase in new):
             many = not request.outright and request.change == "at least"
             change = "as many" if many else request.change
             request = replace(request, replaces=replaces, change=change)
@@ -242,6 +266,13 @@ def wanted(said: Said) -> tuple[Request, ...]:
         if request.phrase not in found or request.change == "exactly":
             found[request.phrase] = request
     return tuple(found.values())
+
+
+def _new(said: Said) -> list[str]:
+    """What takes the place of another: "tea" in "tea instead of coffee, and eggs"."""
+    beside = (m.start() for m in _refusals(said) if m["beside"])
+    before = replace(said, text=said.text[: next(beside, 0)])
+    return [request.phrase for _, request, _ in pieces(before) if request]
 
 
 def pieces(said: Said) -> Iterator[tuple[str, Request | None, bool]]:
@@ -333,8 +364,13 @@ def refuses(utterance: str) -> bool:
 
 
 def unrefused(utterance: str) -> str:
-    """`utterance` without what it refuses, and without containers: "a bag of" says no thing."""
-    return _CONTAINED.sub(" ", " ".join(map(besides_refused, heard(utterance))))
+    """`utterance` without what it refuses, and without containers."""
+    return uncontained(" ".join(map(besides_refused, heard(utterance))))
+
+
+def uncontained(text: str) -> str:
+    """`text` without containers: "a bag of" says no thing."""
+    return _CONTAINED.sub(" ", text)
 
 
 def clears(said: Said) -> bool:

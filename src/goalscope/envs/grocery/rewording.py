@@ -9,6 +9,7 @@ from functools import lru_cache
 from goalscope.envs.grocery.amounts import GRAMS, MILLILITRES, PACKS, WORD
 from goalscope.envs.grocery.correcting import corrected, instead
 from goalscope.envs.grocery.limits import unlimited
+from goalscope.envs.grocery.listing import UNIT, unlisted
 from goalscope.envs.grocery.moods import Mood, clauses
 from goalscope.envs.grocery.phrases import END, IN_PLACE, IT, NUMBER, SAME, SAME_ALL
 from goalscope.envs.speech import evened
@@ -23,9 +24,6 @@ _ACT = "(?:i|we|take|put|leave|throw|find|run)"
 _ALL = "(?:everything|all(?: the)?(?: items| things)?)"
 _EXCEPT = "(?:but|except(?: for)?|apart from|other than)"
 _ALONE = r"(?=\s*(?:[.,;!?]|$|out|back|off|away|again|please|from))"
-_UNIT = r"(?:k?g|kilos?|grams?|m?l|lit(?:re|er)s?|lbs?|oz)\b"
-"""A measure behind a number, but for pounds, which are money, too."""
-
 _PACKS = rf"(?!(?:{'|'.join([*GRAMS, *MILLILITRES])}|dozen)\b)"
 _THINGS = r"((?:(?!\b(?:add|remove|get|take|for|with|by|to)\b)[^.;!?]){1,80}?)"
 _PLAIN = (
@@ -137,7 +135,11 @@ _REWORDED = [
         (
             r", so |,? (?:so|but|and|also) (?=(?:no|without|don't|nothing|i|we|let's|i'm|we're)\b)"
             r"|, (?=(?:i|we|i'm|we're|i'd|i'll|we'd|we'll|can you|could you|please|that's"
-            r"|that is|that will|that'll)\b)",
+            r"|that is|that will|that'll)\b)"
+            r"|, (?=(?:because |since |as )?(?:nobody|no ?one|(?:none|one|some|both) of us|he|she"
+            r"|it|they|everyone|everybody|(?:my|our|his|her) (?:[\w-]+ ){0,2}[\w-]+?)"
+            r"(?:'s|'re| is| are| has| have| can't| cannot| doesn't| don't| won't| isn't| aren't)"
+            r"(?![\w']))",
             ". ",
         ),
     )
@@ -248,8 +250,12 @@ _CHANGES = [
             r". add exactly \1 packs of ",
         ),
         (
-            rf"\bmake {IT} (?:just |only |exactly )?({NUMBER} ?{_UNIT})"
-            rf"(?: (?:instead of|rather than) {NUMBER}(?: ?{_UNIT})?)?{END}",
+            rf"\bmake {IT} (?:just |only |exactly )?({NUMBER} ?{UNIT})"
+            rf"(?: (?:instead of|rather than) {NUMBER}(?: ?{UNIT})?)?{END}",
+            rf". add exactly \1 {SAME}",
+        ),
+        (
+            rf"^(\d{{1,4}}(?:\.\d{{1,3}})? ?{UNIT})(?: please)?(?=[.!]*$)",
             rf". add exactly \1 {SAME}",
         ),
         (rf"\bmake {IT} (?:just |only |exactly )?(?={NUMBER} )", ". add exactly "),
@@ -358,6 +364,18 @@ _CHANGES = [
             rf" (?:(?:in|into|to|on) (?:the|my|our|this) {CART}|in there)\b",
             r"add \1",
         ),
+        (
+            r"\b(?:put|toss|throw|stick|chuck|pop) (?!(?:it|that|this|them|those|these|in|back)\b)"
+            r"([^.,;!?]{1,60}?) in(?=\s*(?:[.,;!?]|$| (?:and|please|too|then|as well|for me)\b))",
+            r"add \1",
+        ),
+        (
+            r"\b(?:want|like|have|get|bring|add|need) "
+            r"(?!(?:it|that|this|them|those|these|to|you|me|us|my money|your)\b)"
+            rf"([^.,;!?]{{1,60}}?) back(?: in(?:to)?(?: (?:the|my) {CART})?)?{END}",
+            r"add \1",
+        ),
+        (r"\b(?:add|bring|get) back (?=(?:the|my|our|some)\b)", "add "),
         (rf"\bout of (?:the|my|our|this) {CART}\b", "out"),
         (rf" (?:from|off) (?:the|my|our|this) {CART}\b", ""),
         (
@@ -366,7 +384,7 @@ _CHANGES = [
         ),
         (
             rf"(?<![\w'-])({_PLAIN}(?: {_PLAIN}){{0,2}}),? ?\(?"
-            rf"(\d{{1,4}}(?:\.\d{{1,3}})?) ?({_UNIT})\)?{END}",
+            rf"(\d{{1,4}}(?:\.\d{{1,3}})?) ?({UNIT})\)?{END}",
             r"\2 \3 \1",
         ),
         (r"\badd exactly 0 packs of ", "remove "),
@@ -387,7 +405,7 @@ class Said:
 def heard(utterance: str) -> tuple[Said, ...]:
     """The clauses of `utterance` in lower case, reworded; changes only where they are ordered."""
     text = re.sub(r"\s*\n\s*", ". ", _BULLET.sub(", ", utterance[:2000]).strip())
-    text = instead(unreasoned(evened(text)))
+    text = instead(unreasoned(unlisted(evened(text))))
     text = unlimited(_ALONE_WANTED.sub(r". keep only \1. only \1\2", text))
     text = re.sub(
         r"\b((?:remove|delete|drop|take out)\b[^.;!?,]*?) first(?=[.;!?,]|$)", r"\1", text

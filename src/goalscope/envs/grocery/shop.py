@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from decimal import Decimal
 from functools import lru_cache, partial
@@ -18,10 +18,11 @@ from goalscope.envs.grocery.choosing import Choice, called, is_vague
 from goalscope.envs.grocery.consent import consents
 from goalscope.envs.grocery.diets import diet, hinted
 from goalscope.envs.grocery.hearing import Hearing, hear
-from goalscope.envs.grocery.limits import budget
+from goalscope.envs.grocery.limits import budget, limits_of_things
 from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.orders import (
     adds_it,
+    besides_buying,
     is_order,
     leaves_open,
     so_many,
@@ -30,6 +31,7 @@ from goalscope.envs.grocery.orders import (
 from goalscope.envs.grocery.phrases import SAME, SAME_ALL
 from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.requests import amount, refuses, unrefused
+from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.swapping import swapped
 from goalscope.envs.grocery.telling import listed, not_met, not_there, unlabelled
@@ -40,6 +42,7 @@ from goalscope.envs.grocery.undoing import (
     steps,
     undoing_notes,
 )
+from goalscope.envs.grocery.unheard import above_limit, not_replaced, undone
 from goalscope.envs.grocery.words import singulars
 from goalscope.types import Action, Profile, StepResult, Turn
 
@@ -241,7 +244,7 @@ class GroceryShop:
         if above and (results or budget(turns[-1].utterance) is not None):
             total, named = map(self.catalogue.money, (self.total, hearing.budget))
             told.append(f"The basket comes to {total}, above the {named} that you named.")
-        unasked = [item.name for item in guessed(hearing, held)]
+        unasked = [item.name for item in guessed(hearing, held, self._choice)]
         key = tuple(turn.utterance for turn in turns)
         told += undoing_notes(key[-1], results, unasked, taken_back=self._starts.takes_back(key))
         if buys and unasked:
@@ -254,7 +257,11 @@ class GroceryShop:
             told.append("It is not clear which thing you mean. Please name it.")
         lessened = any(result.action.name == "remove item" for result in results)
         told += not_there(hearing.removed, held, lessened=lessened)
+        told += not_replaced(hearing, held, self._choice)
         meant = [self._choice.meant(r.phrase, hearing, self._basket) for r in hearing.newest]
+        things = {r.phrase: item for r, item in zip(hearing.newest, meant, strict=True) if item}
+        for piece, most in limits_of_things(self._translated(turns[-1].utterance)):
+            told.append(above_limit(piece, things, most, self.catalogue.money))
         for request, item in zip(hearing.newest, meant, strict=True):
             if request.change == "cheaper":
                 item = dearer(request, self._contents()) or item
@@ -263,7 +270,26 @@ class GroceryShop:
                 continue
             price = self.catalogue.money(item.price)
             told += filter(None, [not_met(request, item, before, self._basket, price)])
-        return told
+        told = [each for each in told if each]
+        return [*told, *self._undone(hearing, turns, results, told)]
+
+    def _undone(
+        self,
+        hearing: Hearing,
+        turns: Sequence[Turn],
+        results: Sequence[StepResult],
+        told: Sequence[str],
+    ) -> Iterator[str]:
+        """That nothing was heard of things which the newest words order."""
+        undoing = besides_undoing(turns[-1].utterance)
+        newest = self._spoken(turns)[-1] if undoing is None and not hearing.unclear else ""
+        clauses = heard(besides_buying(self._names.brief(self._names.hidden(newest))))
+        asked = (*hearing.newest, *hearing.removed)
+        phrases = (phrase for each in asked for phrase in (each.phrase, *each.replaces))
+        others = (*hearing.refused, *hearing.dropped, *hearing.lessened, *hearing.spared)
+        targets = (result.action.target for result in results)
+        done = (*phrases, *others, *targets, *told, *hearing.diets)
+        return undone(clauses, self._search.mentioned, done, self._basket)
 
     def permission(self, action: Action, turns: Sequence[Turn]) -> str:
         """None for a purchase in a plan: it follows from the person's order alone."""
@@ -352,9 +378,9 @@ class GroceryShop:
             if many or adds_it(stands[i]):
                 asked = takewhile(lambda text: text.rstrip().endswith("?"), reversed(said[:i]))
                 things = ((self._search.mentioned(text), text) for text in (*asked, turn.query))
-                heard = hear(said[:i], self._names)
+                before = hear(said[:i], self._names)
                 found = (
-                    self._named(each[0], text, heard) for each, text in things if len(each) == 1
+                    self._named(each[0], text, before) for each, text in things if len(each) == 1
                 )
                 thing = next(found, "")
                 said[i] = f"Add {many}{thing}" if thing else said[i]

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from goalscope.envs.grocery.amounts import CONTAINER
 from goalscope.envs.grocery.correcting import NAMED, QUALITY, SUCH
 from goalscope.envs.grocery.diets import is_diet
-from goalscope.envs.grocery.phrases import IT, NUMBER, SAME_ONE
+from goalscope.envs.grocery.phrases import END, IT, NUMBER, SAME_ONE
 from goalscope.envs.grocery.words import singulars
 from goalscope.envs.speech import evened, kept
 
@@ -38,6 +38,25 @@ _INSTEAD = re.compile(
     rf"|{NUMBER}\b)({NAMED}(?: {NAMED}){{0,3}})(?:,? please)?[.!?]*$"
 )
 """What takes the place of the thing spoken of last: "coffee instead"."""
+_FOR_OTHER = re.compile(
+    rf"(?P<new>{NAMED})(?P<how> (?:instead of|rather than|in place of) (?:(?:the|my|our) )?)"
+    rf"(?P<old>{NAMED}(?: {NAMED})??){END}",
+    re.IGNORECASE,
+)
+_OTHER_FOR = re.compile(
+    r"(?P<verb>\b(?:swap|exchange|switch|replace|substitute)(?: out)? (?:(?:the|my|our) )?)"
+    rf"(?P<old>{NAMED}(?: {NAMED})??)(?P<how> (?:for|with|by|to) (?:(?:the|an?|some) )?)"
+    rf"(?P<more>(?:{NAMED} ){{0,2}}?)(?P<new>{NAMED}){END}",
+    re.IGNORECASE,
+)
+_USUAL = re.compile(rf"{QUALITY}|normal|regular|ordinary|standard|usual")
+_PART = re.compile(
+    r"^(?:(?:no|nope|sorry|actually|oh|ok|okay|hmm|please|then|wait)[ ,.!]+)*make (?:it|that) "
+    rf"(?!{NUMBER} )(?P<one>{NAMED}(?: {NAMED}){{0,3}}?)"
+    rf"(?:, ?(?P<many>{NUMBER}) of (?:them|it|those))?(?=[.,;]| and )(?:,? and |[.,;] ?)",
+    re.IGNORECASE,
+)
+"""One thing in the place of another, with more to follow: "make it oat milk, 2 of them, and"."""
 _AMOUNT = re.compile(rf"^(?:(?:{NUMBER}|an?|some|the) )?(?:{CONTAINER} of )?")
 _LONGEST = 160
 """Characters of a text that says no more than a swap, at most."""
@@ -53,6 +72,13 @@ def swapped(text: str, spoken: Callable[[], Sequence[str]], sells: Callable[[str
         spoken: Gives the things that were spoken of last.
         sells: Whether there are things of a name.
     """
+    text = _of_one_kind(text, sells)
+    if (found := _PART.match(text)) and sells(found["one"]) and not is_diet(found["one"]):
+        kind = singulars(found["one"])[-1:]
+        if any(singulars(old)[-1:] == kind for old in spoken()):
+            many = f"{found['many']} packs of " if found["many"] else ""
+            rest = _of_one_kind(text[found.end() :], sells)
+            return f"add {many}{found['one']} instead of {SAME_ONE}. {rest}"
     said = kept(evened(text)) if len(text) <= _LONGEST else ""
     if SUCH.fullmatch(said):
         return text
@@ -72,5 +98,30 @@ def swapped(text: str, spoken: Callable[[], Sequence[str]], sells: Callable[[str
         name = _AMOUNT.sub("", one)
         which = re.fullmatch(QUALITY, other)
         if sells(name) and (which or sells(other) or sells(f"{other} {name.split()[-1]}")):
-            return f"add {one} instead of {SAME_ONE if which else other}"
+            kind = f"{other} {name.split()[-1]}"
+            old = (kind if sells(kind) else SAME_ONE) if which else other
+            return f"add {one} instead of {old}"
     return text
+
+
+def _of_one_kind(text: str, sells: Callable[[str], bool]) -> str:
+    """`text` where what is named by a quality alone is of the kind of what it is swapped with.
+
+    "Brown rice instead of white" is so in the place of white rice, and of no other white thing.
+    """
+
+    def whole(found: re.Match[str]) -> str:
+        said = found.groupdict("")
+        old, new = said["old"].lower(), said["new"].lower()
+        bare = [bool(re.fullmatch(QUALITY, each)) or not sells(each) for each in (old, new)]
+        if bare == [True, False] and sells(f"{old} {new}"):
+            said["old"] += f" {said['new']}"
+        elif bare == [True, False] and found.re is _FOR_OTHER and _USUAL.fullmatch(old):
+            said |= {"how": " instead of ", "old": SAME_ONE}
+        elif bare == [False, True] and sells(f"{new} {old.split()[-1]}"):
+            said["new"] += f" {said['old'].split()[-1]}"
+        if "verb" in said:
+            return f"{said['verb']}{said['old']}{said['how']}{said['more']}{said['new']}"
+        return f"{said['new']}{said['how']}{said['old']}"
+
+    return _OTHER_FOR.sub(whole, _FOR_OTHER.sub(whole, text))

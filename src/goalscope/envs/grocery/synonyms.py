@@ -44,7 +44,9 @@ margarine, spreadable butter
 brown bread, wholemeal bread, wholewheat bread, whole meal bread, whole wheat bread
 white bread, white loaf, white sandwich bread
 brown loaf, whole wheat bread
-burger bun, hamburger bun
+burger bun, burger roll, hamburger roll, hamburger bun
+hot dog roll, hotdog roll, hotdog bun, hot dog bun
+bread roll, dinner roll
 plain flour, all-purpose flour
 wholemeal flour, wholewheat flour, whole wheat flour
 strong flour, bread flour

@@ -68,7 +68,8 @@ _QUESTION = re.compile(
     r"|is(?! it possible to\b)|are|was|were|has|have"
     rf"|(?:should|shall)(?! \w+ {_ADD}\b)|would(?! \w+ {_CHANGE}\b| it be possible to\b)"
     rf"|(?:can|could|may|might)(?= (?:i|we) (?!{_CHANGE}\b)))"
-    r" (?:you|i|we|they|there|he|she|it|the|these|those|this|that|any|everything|all)\b"
+    r" (?:you|i|we|they|there|he|she|it|the|these|those|this|that|any(?:thing|one)?|everything"
+    r"|all)\b"
     r"|(?:what|how)(?! about\b)\b.*\?|(?:which|where|who|when|why)\b.*\?)"
 )
 

@@ -1,0 +1,40 @@
+"""How lists are written: what stands above them, and their measures."""
+
+from __future__ import annotations
+
+import re
+
+__all__ = ["UNIT", "unlisted"]
+
+UNIT = r"(?:k?g|kilos?|grams?|m?l|lit(?:re|er)s?|lbs?|oz)\b"
+"""A measure behind a number, but for pounds, which are money, too."""
+
+_TIMES = re.compile(
+    r"(?<![\w.])(?:(?P<so>\d{1,2}) ?[x\u00d7] ?"
+    rf"(?P<one>\d{{1,4}}(?:\.\d{{1,3}})?) ?(?P<of>{UNIT})"
+    rf"|(?P<each>\d{{1,4}}(?:\.\d{{1,3}})?) ?(?P<in>{UNIT}) ?[x\u00d7] ?(?P<many>\d{{1,2}})(?!\w))"
+)
+"""So many times a measure: "2 x 500g"."""
+_ABBREVIATED = re.compile(
+    rf"(?:(?:^|(?<=[.,;!?] )|(?<=\band ))(?P<first>\d{{1,4}}(?:\.\d{{1,3}})? ?{UNIT})\.(?= \w)"
+    rf"|(?<=\d)(?P<unit> ?{UNIT})\.(?= of\b))"
+)
+"""A measure with a point behind it that ends no sentence: "500g. of mince"."""
+_HEADING = re.compile(
+    r"^(?:(?:hi|hello|ok|so|here(?:'s| is)|this is|my|our|the|a|weekly|monthly|daily|big|quick|next"
+    r"|(?:this |next )?week's|today's)[ ,]+)*+"
+    r"(?:shop|shopping(?: list)?|grocery list|groceries|list)"
+    r"(?: for (?:the |this )?(?:week(?:end)?|month|today|tomorrow))? ?[:\u2013-] ?(?=\w)"
+)
+"""What a list is, before it: "weekly shop: milk and eggs"."""
+
+
+def unlisted(text: str) -> str:
+    """`text`, evened, without a heading, and with each measure in one: "2 x 500g" as "1000 g"."""
+    text = _ABBREVIATED.sub(r"\g<first>\g<unit>", _HEADING.sub("", text))
+    return _TIMES.sub(_in_all, text)
+
+
+def _in_all(found: re.Match[str]) -> str:
+    number = float(found["one"] or found["each"]) * int(found["so"] or found["many"])
+    return f"{number:.3f}".rstrip("0").rstrip(".") + f" {found['of'] or found['in']}"
