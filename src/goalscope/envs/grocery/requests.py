@@ -128,27 +128,9 @@ _REFUSAL = re.compile(
 )
 _SEPARATOR = re.compile(r",|\band\b|\bplus\b|\bor\b|&|\bwith\b|\balong\b")
 _NO_THING = {
-    *NUMBERS,
-    "g",
-    "kg",
-    "l",
-    "ml",
-    "lb",
-    "lbs",
-    "oz",
-    "to",
-    "the",
-    "for",
-    "with",
-    "me",
-    "'s",
-    "s",
-    "if",
-    "at",
-    "in",
-    "on",
-    "it",
-}
+    *NUMBERS, "g", "kg", "l", "ml", "lb", "lbs", "oz", "to", "the", "for", "with", "me", "'s", "s",
+    "if", "at", "in", "on", "it",
+}  # fmt: skip
 _KEEP = re.compile(
     r"\s*(?:(?:please|you can|do|no|ok|okay|actually|but|and|wait|well|just|then|let's|i'd like to"
     r"|i want to|we can)[ ,]+)*(?:keep|leave)\b"
