@@ -122,9 +122,37 @@ def test_a_warning_orders_nothing(said: str) -> None:
     assert told("Kitchen1", said) == ({"mug 1: no longer dirty, now in the sink basin"}, [], "")
 
 
-def test_one_of_several_cannot_be_excepted() -> None:
-    said = "put all mugs except mug 2 in the sink"
-    assert told("Kitchen1", said) == (set(), [f"I did not understand: {said}."], "")
+@pytest.mark.parametrize(
+    ("said", "changes", "lost"),
+    [
+        ("put all mugs except mug 2 in the sink", set[str](), ""),
+        (
+            "put the apple in the fridge and everything else in the sink",
+            {"apple: now in the fridge"},
+            "everything else in the sink",
+        ),
+    ],
+)
+def test_what_is_said_of_the_rest_and_not_understood_is_told(
+    said: str, changes: set[str], lost: str
+) -> None:
+    assert told("Kitchen1", said) == (changes, [f"I did not understand: {lost or said}."], "")
+
+
+@pytest.mark.parametrize(
+    ("said", "changes"),
+    [
+        ("put all fruit but the apple in the fridge", {"tomato: now in the fridge"}),
+        ("put the bread anywhere but on the floor", set[str]()),
+        ("throw away the bread, but be careful with the knife and the fork",
+         {"bread: now in the garbage can"}),
+        ("don't cry, wash the mug or open the fridge", {"mug 1: no longer dirty", "fridge: open"}),
+    ],
+)  # fmt: skip
+def test_what_is_spared_warned_of_or_soothed_changes_nothing_else(
+    said: str, changes: set[str]
+) -> None:
+    assert told("Kitchen1", said)[0] == changes
 
 
 def test_what_is_excepted_may_be_ordered_later() -> None:

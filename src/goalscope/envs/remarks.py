@@ -78,7 +78,7 @@ _PATTERNS = (
     r"you (?:didn't|did not|don't|do not|never|are not|aren't) (?:understand|listen(?:ing)?"
     r"|hear|get it|answer|ask|know)(?: .*)?",
     r"(?:please )?(?:be )?(?:very |really )?careful"
-    r"(?: (?:with|of|about)(?: (?!and\b|then\b)[\w'-]+){1,6})?",
+    r"(?: (?:with|of|about)(?: (?!(?:and|then|but|so)\b)[\w'-]+){1,6})?",
     _GUESSES,
     r"you (?:got|have) (?:it|that|me|this) (?:all )?wrong",
     rf"{_THAT}(?:'s| is| was|'re| are| were) (?:not the right|the wrong) \w+",

@@ -48,6 +48,9 @@ _DENIES = re.compile(
 )
 """What denies an act that nobody here can do: "don't eat ..."."""
 
+_BARE = 3
+"""Words of a part that names a verb alone, with the comma before it: ", throw away"."""
+
 _LATER_FIRST = re.compile(
     rf"\s*(?:(?:and|then|but|ok|okay|so|please|no|yes|sure|maybe|perhaps)[ ,]+)*{v.LATER}\b"
 )
@@ -179,6 +182,9 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         mine = reader.mine and not reader.did
         mine = mine and not (reader.feels and parts and parts[0][0] != "and")
         said = "" if later or mine or headed else reader.order_said()
+        vague = clause and not clause.verb and clause.place
+        if listed and clause and vague and clause.things[:1] == (Phrase(word="everything"),):
+            clause = replace(clause, things=(Phrase(word="unknown"),))
         if listed and clause and any(thing.word == "unknown" for thing in clause.things):
             said = " ".join(part).strip(" ,").removeprefix("and ")
         listed = bool(reader.rest) and bool(said)
@@ -221,7 +227,7 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
 
 def _stands_behind_or(part: Sequence[str], rest: Sequence[Sequence[str]], *, listed: bool) -> bool:
     """Whether "or" leads to a part, or to one behind it where they are `listed`."""
-    if part[:1] == [","] and len(part) > 1:
+    if part[:1] == [","] and 1 < len(part) <= _BARE and (v.ARTICLES | v.PRONOUNS).isdisjoint(part):
         return listed and next((each[:1] for each in rest if each[:1] != [","]), [""]) == ["or"]
     return len(part) > 1 and part[0] in ("or", "nor")
 

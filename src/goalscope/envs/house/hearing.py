@@ -312,8 +312,12 @@ class _Listener(Corrections):
         ):
             things = self.acted or things
         if home and all(each.word in _IT for each in said):
-            several = [(each, each.every or each.number > 1) for each in things]
-            things = [replace(each, every=e, number=0, at=(), states=()) for each, e in several]
+            several = any(each.word in ("them", "those") for each in said)
+            every = [several or each.every or each.number > 1 for each in things]
+            things = [
+                replace(each, every=all_of, number=0, at=(), states=())
+                for each, all_of in zip(things, every, strict=True)
+            ]
         self.miss(clause, things)
         if home and not (clause.later or clause.negated):
             every = any(each.word == "everything" for each in said)
@@ -342,7 +346,7 @@ class _Listener(Corrections):
             places = place.types if place else ()
             if place and places != (HOME,):
                 places = self.lift("put in", self.fitting("", places), place.group)
-            spared = bool(excluded) and excluded.issuperset(thing.types)
+            spared = home and bool(excluded) and excluded.issuperset(thing.types)
             if not spared and (not kinds or (clause.place and not places)):
                 self.lacking(clause, said, place if kinds else thing)
             if not kinds or (clause.place and not places) or kinds == places:

@@ -145,6 +145,9 @@ class PhraseReader:
         while i < len(self.words):
             before = i
             after = self.joints(i)
+            if tail.into and after > i and self.at(after) == "everything":
+                self.rest = i
+                break
             if (after > i or (listed and not tail.listed)) and not self.preposition(after):
                 things, end = self.things(after)
                 new = after > i and any(thing.word == "unknown" for thing in things)

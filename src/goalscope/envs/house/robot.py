@@ -234,8 +234,10 @@ class HomeRobot:
             guesses = dict.fromkeys(map(self.phrase, self._guesses(hearing)))
             all_told = [f"{envs.GUESSED}{', '.join(guesses) or 'nothing'}."]
         if hearing.undone == "guesses":
-            left = map(self.phrase, self._guesses(hearing))
-            all_told += [f"I cannot undo that: {each}." for each in left]
+            guesses = self._guesses(hearing)
+            back = self._restoring(guesses)
+            left = [each for each in guesses if not any(takes_back(act, each) for act in back)]
+            all_told += [f"I cannot undo that: {self.phrase(each)}." for each in left]
         if hearing.undone == "guessed" and not (results or hearing.newest or all_told):
             all_told = [UNKNOWN]
         if hearing.undone == "all" and not (results or any(self._view.changes(self._start))):
@@ -343,12 +345,16 @@ class HomeRobot:
             last = takewhile(lambda act: not self._asked(act, hearing), reversed(self._done))
             return restoring(self._view, self._start, {action.target for action in last})
         if hearing.undone == "guesses":
-            guesses = self._guesses(hearing)
-            back = restoring(self._view, self._start, {action.target for action in guesses})
-            return [act for act in back if any(takes_back(act, each) for each in guesses)]
+            back = self._restoring(self._guesses(hearing))
+            return [act for act in back if not is_refused(self._view, act, hearing)]
         guessed = {each.target for each in self._done if not self._asked(each, hearing)}
         back = restoring(self._view, self._start, guessed)
         return [action for action in back if action.name != "put"]
+
+    def _restoring(self, guesses: Sequence[Action]) -> list[Action]:
+        """What takes back these acts, as far as anything can."""
+        back = restoring(self._view, self._start, {action.target for action in guesses})
+        return [act for act in back if any(takes_back(act, each) for each in guesses)]
 
     def _guesses(self, hearing: Hearing) -> list[Action]:
         """What was done that the person never asked for, as far as it is so still."""
@@ -357,7 +363,10 @@ class HomeRobot:
 
     def _asked(self, action: Action, hearing: Hearing) -> bool:
         """Whether the person ever asked for this action."""
-        return any(serves(self._view, action, each) for each in hearing.asked)
+        return any(
+            serves(self._view, action, each) and each.name in ("", action.target)
+            for each in hearing.asked
+        )
 
     def _over(self, hearing: Hearing) -> list[Request]:
         """Requests of earlier words that were met once."""

@@ -9,6 +9,7 @@ __all__ = ["CONDITION", "sentences"]
 CONDITION = re.compile(r"\b(?:if|unless|until|whether|in case|suppos\w+|imagine|pretend)\b")
 """Words of which nothing is known to be so."""
 
+_NAMED = r"(?:the|my|our|your|his|her)(?: [\w'-]+){1,2}"
 _CARE = r"\b(?:please )?(?:be )?(?:very |really )?careful (?:with|of|about)"
 _CARE_NOT_TO = re.compile(
     rf"{_CARE} (?P<what>[^,.;:!?]{{1,60}})[,.;:!]+ (?:so )?(?P<not>don't|do not|never) (?P<act>\w+)"
@@ -16,7 +17,8 @@ _CARE_NOT_TO = re.compile(
     re.IGNORECASE,
 )
 _WARNING = re.compile(
-    rf"(?:, ?|\b(?:and|but) )*{_CARE}(?: (?!(?:and|then)\b)[\w'-]+)+"
+    rf"(?:, ?|\b(?:and|but) )*{_CARE}(?: (?!(?:and|then|but|so)\b)[\w'-]+)+"
+    rf"(?:(?:, {_NAMED}){{0,5}},? and {_NAMED}(?=[.,;:!?]|$))?"
     r"(?:, (?:or |it |it'll |it's |they |they're |you |you'll |you might )[^,.;:!?]*)?",
     re.IGNORECASE,
 )
@@ -25,7 +27,8 @@ _WARNING = re.compile(
 _ENDS = re.compile(r"(?<=[.!?;:])\s+|\n")
 
 _BEFORE_ASKING = re.compile(
-    r"(?:,(?: (?:so|and|but))?| (?:so|and|but)) (?=(?:can|could|would|will) you\b)", re.IGNORECASE
+    r"(?:,(?: (?:so|and|but))?| (?:so|and|but)) (?=(?:can|could|would|will) you (?!please\W*$)\w)",
+    re.IGNORECASE,
 )
 """Where an order begins that is asked for behind a statement: "it is old, could you toss it?"."""
 

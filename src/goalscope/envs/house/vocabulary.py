@@ -362,9 +362,16 @@ _REWORDED = [
         (r"\b(?:don't|do not|never) (?:forget|hesitate)(?: about)?(?: to)?\b", "please"),
         (r"\bput (?:it|them) all back\b", "put everything back"),
         (
-            r"\b(everything(?: (?:back|off|on|out|away))?|(?:both|it|them)(?: all)? back),? but"
+            r"\b(?:anywhere|any place|everywhere|somewhere) (?:but|except|other than)(?: not)?"
+            r" (?=(?:in|on|at|into|onto|near|under)\b)",
+            "not ",
+        ),
+        (
+            r"\b((?:everything|all(?: (?:of )?(?:the|my|our|these|those))? [a-z]+)"
+            r"(?: (?:back|off|on|out|away))?|(?:both|it|them)(?: all)? back),? but"
             r" (?=(?:the|my|our)(?: (?!(?:needs?|should|must|is|are|goes?|belongs?|has|have|can"
-            r"|will|in|on|into|to)\b)[a-z0-9']+){1,4}(?: please)?[.,;!]*$)",
+            r"|will|in|on|into|onto|to)\b)[a-z0-9']+){1,4}"
+            r"(?: (?:in|on|into|onto|to) [^.,;!]{1,60})?(?: please)?[.,;!]*$)",
             r"\1 except ",
         ),
         (r" a (?:little )?bit(?! of\b)(?= |$|[,.!])", ""),
