@@ -102,8 +102,8 @@ def test_a_diet_that_nobody_follows_is_none_and_is_taken_back(words: str) -> Non
         "none of these are vegan",
         "none of the dishes is vegan",
         "nobody else is vegan",
-        "none of us is vegan except my daughter",
         "he's not vegan",
+        "my son is not vegan any more",
     ],
 )
 def test_a_diet_of_some_is_neither_stated_nor_taken_back_by_a_denial(words: str) -> None:
@@ -119,8 +119,34 @@ def test_a_diet_of_some_is_neither_stated_nor_taken_back_by_a_denial(words: str)
         ("not vegan, vegetarian", {"vegetarian"}),
         ("one of us is vegan", {"vegan"}),
         ("pasta, they have to be vegan", {"vegan"}),
-        ("my son is not vegan any more", set[str]()),
+        ("none of us is vegan except my daughter", {"vegan"}),
+        ("nobody is vegan but me", {"vegan"}),
+        ("nobody is vegan, only my husband", {"vegan"}),
     ],
 )
 def test_who_denies_a_diet_of_one_may_state_it_of_another(words: str, diets: set[str]) -> None:
     assert diet(words, frozenset({"vegan"}) - diets) == diets
+
+
+@pytest.mark.parametrize(
+    ("words", "basket"),
+    [
+        (["i eat everything but i'm allergic to nuts", "granola"], []),
+        (["careful with the nuts, my son is allergic", "granola"], []),
+        (["peanuts, my son is allergic", "granola"], []),
+        (["be careful with nuts", "granola"], []),
+        (["nobody is allergic to nuts except my son", "granola"], []),
+        (["i like everything but please no nuts"], []),
+        (["i eat everything but my daughter can't have gluten", "bread"],
+         ["Gluten-Free White Bread"]),
+        (["bread, gluten free please"], ["Gluten-Free White Bread"]),
+        (["milk and bread, gluten free obviously"], ["Gluten-Free White Bread", "Whole Milk"]),
+        (["my wife eats everything except fish", "tuna and rice"], ["Long Grain White Rice"]),
+        (["i like everything except mushrooms, pizza please"], ["Frozen Margherita Pizza"]),
+        (["milk and eggs", "i like everything but the milk"], ["Large Eggs", "Whole Milk"]),
+        (["careful with the eggs, they break", "add milk"], ["Whole Milk"]),
+        (["the eggs, they are broken"], []),
+    ],
+)  # fmt: skip
+def test_what_harms_somebody_is_heard_in_many_words(words: list[str], basket: list[str]) -> None:
+    assert sorted(talked({}, *words)[0].basket) == basket

@@ -78,7 +78,8 @@ _PATTERNS = (
     r"you (?:didn't|did not|don't|do not|never|are not|aren't) (?:understand|listen(?:ing)?"
     r"|hear|get it|answer|ask|know)(?: .*)?",
     r"(?:please )?(?:be )?(?:very |really )?careful"
-    r"(?: (?:with|of|about)(?: (?!(?:and|then|but|so)\b)[\w'-]+){1,6})?",
+    r"(?: (?:with|of|about) (?:the|my|our|your|that|it|them|this|these|those)"
+    r"(?: (?!(?:and|then|but|so)\b)[\w'-]+){0,5})?",
     _GUESSES,
     r"you (?:got|have) (?:it|that|me|this) (?:all )?wrong",
     rf"{_THAT}(?:'s| is| was|'re| are| were) (?:not the right|the wrong) \w+",

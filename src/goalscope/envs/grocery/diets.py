@@ -91,7 +91,12 @@ _NONE = re.compile(
 _NOBODY = re.compile(r"\b(?:nobody|no ?one)")
 _PEOPLE = re.compile(rf"of us|i|we|(?:{_PERSON})s?")
 _BUT = re.compile(r"[\s,]*(?:except|apart|other than|besides|but(?! (?:\w+ ){1,2}(?:is|are)\b))\b")
-_ANY_MORE = re.compile(r"\s+(?:any ?more|any longer)\b")
+_BUT_ONE = re.compile(
+    r"[\s,]*(?:(?:but|except|apart from|other than|besides)(?: for)?|only|just)"
+    r" (?:me|him|her|them|us"
+    rf"|(?:(?:my|our|one|two|some|the)(?: of)?(?: my| our| the)? )?{_PERSON}s?)\s*(?:[.,;!?]|$)"
+)
+"""Behind what nobody follows, somebody who does."""
 _WHOLE = re.compile(
     rf"\W*+(?>(?:{_CHAIN}|{_SUBJECT}|make|please|yes|thanks|ok|okay|well|oh|then|so|too|if"
     r"|possible|instead|obviously|naturally|clearly)(?!\w)\W*+)++"
@@ -251,7 +256,8 @@ def _stated(sentence: str, match: re.Match[str]) -> bool | None:
         return True if whole and not _NOT.search(_clause(sentence, match.start())) else None
     stated = _STATED.search(before)
     if not stated:
-        whole = len(sentence) < 100 and _WHOLE.fullmatch(sentence)
+        last = sentence.rsplit(",", 1)[-1] if match[0].endswith("free") else sentence
+        whole = len(sentence) < 100 and _WHOLE.fullmatch(last)
         denied = re.search(
             r"\bnot\b(?! only| just)|\bno longer\b", _clause(sentence, match.start())
         )
@@ -260,10 +266,10 @@ def _stated(sentence: str, match: re.Match[str]) -> bool | None:
     if none or _NOBODY.match(stated["subject"]):
         people = _NOBODY.search((none or stated)[0]) or _PEOPLE.fullmatch(stated["subject"])
         plain = people and not re.search(r"\bnot\b|n't\b", stated[0])
+        if plain and _BUT_ONE.match(after):
+            return True
         return False if plain and not _BUT.match(after) else None
     if not re.search(r"\bnot\b|n't\b|\bno longer\b|\bnothing\b", stated[0]):
         return True
-    if _ANY_MORE.match(after):
-        return False
     waiving = re.search(r"\bhave to|need|necessarily|no longer|not (?:every|all)", stated[0])
     return False if waiving or stated["subject"] in ("i", "we", "it", "everything") else None

@@ -67,8 +67,16 @@ _REWORDED = [
         (r"\ballerg(?:y|ies|ens?)\s?:", "allergic to"),
         (r"(?<=\d),(?=\d{3}\b)", ""),
         (
+            r"\b(?:be )?(?:very |really )?careful (?:with|of|about)"
+            r" (?!(?:the|my|our|that|it|them|this|these|those)\b)",
+            "avoid ",
+        ),
+        (r"\b(?:be )?(?:very |really )?careful (?:with|of|about) [^.,;!?]{1,60}", ""),
+        (
             rf"\b(i|we|you|they|he|she|my \w+) (?:can |will |do )?(?:eat|like|love|enjoy)s?"
-            rf" (?:nearly |almost )?(?:everything|anything|all (?:food|things)) {_EXCEPT} ",
+            rf" (?:nearly |almost )?(?:everything|anything|all (?:food|things)) {_EXCEPT}"
+            r" (?=(?!(?:the|my|our|that|this|these|those|please|no|i|i'm|we|he|she|they|it|for)\b)"
+            r"[\w'-]+(?: [\w'-]+)?(?:,? (?:and|or) [\w'-]+(?: [\w'-]+)?)?(?:[.!;]|$))",
             r"\1 can't eat ",
         ),
         (r"\b(?:there(?:'s| is) )?no need (?:for|of) (?=\w)", "don't need "),
@@ -103,6 +111,12 @@ _REWORDED = [
         (r"\b(?:an? )?half(?: an?)? dozen\b", "6"),
         (rf"\b({WORD}) and a half\b", r"\1 half"),
         (r"\b(\d+) (?:and a half|1/2)\b", r"\1.5"),
+        (
+            r"\b(?:nobody|no ?one|none of us)(?: here)? (?:is|are) (allergic|intolerant)"
+            r" ((?:to|of|against) [^.;!?,]{1,40}?),? (?:but|except|apart from|other than)(?: for)?"
+            r" (?!(?:the|we|i|it|that|this)\b)(?=[^.;!?,]{1,30}(?:[.;!?,]|$))",
+            r"someone is \1 \2, ",
+        ),
         (r"\b(?:nobody|no one|none)\b[^.;!?,]{0,40} allergic\b[^.;!?]*", ""),
         (r"\b(?:don't|do not|doesn't|does not) (?:need|want)(?: any)? more [^.;!?,]+", ""),
         (
@@ -137,9 +151,10 @@ _REWORDED = [
             r"|, (?=(?:i|we|i'm|we're|i'd|i'll|we'd|we'll|can you|could you|please|that's"
             r"|that is|that will|that'll)\b)"
             r"|, (?=(?:because |since |as )?(?:nobody|no ?one|(?:none|one|some|both) of us|he|she"
-            r"|it|they|everyone|everybody|(?:my|our|his|her) (?:[\w-]+ ){0,2}[\w-]+?)"
+            r"|everyone|everybody|(?:my|our|his|her) (?:[\w-]+ ){0,2}[\w-]+?)"
             r"(?:'s|'re| is| are| has| have| can't| cannot| doesn't| don't| won't| isn't| aren't)"
-            r"(?![\w']))",
+            r"(?![\w'])(?! (?:\w+ )?(?:allergic|intolerant)\b(?! (?:to|of|against)\b)))"
+            r"|, (?=(?:it|they) (?:ha(?:s|ve) to|must|needs? to) be\b)",
             ". ",
         ),
     )
@@ -164,6 +179,13 @@ _ASKED_OF = re.compile(
     r"[^.;!?]{0,40}\b(?:allergic|intolerant)\b(?! (?:to|of|against)\b)"
 )
 """An allergy to what was asked about: "does it contain nuts? My son is allergic"."""
+_HARMED_BY = re.compile(
+    r"^(?:(?:please )?(?:be )?(?:very )?careful (?:with|of|about) )?(?:the |any )?"
+    r"(?P<thing>[\w-]+(?: [\w-]+)?),? (?:because |since |as )?"
+    r"(?P<who>(?:(?:my|our|his|her) (?:[\w-]+ )?[\w-]+|he|she|i|we) (?:is|are|am))(?: \w+)?"
+    r" (?P<ill>allergic|intolerant)(?=[.!]*$)"
+)
+"""An allergy to what is named before: "careful with the nuts, my son is allergic"."""
 _BULLET = re.compile(r"\n[ \t]*[-*\u2022][ \t]+")
 _VERBS = {
     "adding": "add",
@@ -420,6 +442,7 @@ def heard(utterance: str) -> tuple[Said, ...]:
         r". need \1.",
         text,
     )
+    text = _HARMED_BY.sub(r"\g<who> \g<ill> to \g<thing>", text)
     text = _ASKED_OF.sub(r"\g<0> to \g<thing>", text)
     text = _MINDING.sub(lambda match: f"{match[1]} {_VERBS[match[2]]}", corrected(text))
     found: list[Said] = []
