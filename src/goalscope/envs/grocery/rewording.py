@@ -61,6 +61,15 @@ ASKING = re.compile(
     r"|make sure (?:there is|there are|(?:we|i) have|to (?:get|add))|use)\b"
     r"(?: (?:is|are)\b)?(?! to (?!get|buy|have|order|add))"
 )
+_EATS_ALL_BUT = (
+    r"\b(i|we|you|they|he|she|my \w+) (?:can |will |do )?(?:eat|like|love|enjoy)s?"
+    rf" (?:nearly |almost )?(?:everything|anything|all (?:food|things)) {_EXCEPT}"
+)
+_EATEN = (
+    r"(?!(?:the|my|our|that|this|these|those|please|no|i|i'm|i'd|we|he|she|they|it|for|so|get|add"
+    r"|can|could|because|since|as)\b)[\w'-]+"
+    r"(?: (?!(?:and|or|so|because|since|as|please|but|is|are)\b)[\w'-]+)?"
+)
 _REWORDED = [
     (re.compile(pattern), plainer)
     for pattern, plainer in (
@@ -72,12 +81,17 @@ _REWORDED = [
             "avoid ",
         ),
         (r"\b(?:be )?(?:very |really )?careful (?:with|of|about) [^.,;!?]{1,60}", ""),
-        (
-            rf"\b(i|we|you|they|he|she|my \w+) (?:can |will |do )?(?:eat|like|love|enjoy)s?"
-            rf" (?:nearly |almost )?(?:everything|anything|all (?:food|things)) {_EXCEPT}"
-            r" (?=(?!(?:the|my|our|that|this|these|those|please|no|i|i'm|we|he|she|they|it|for)\b)"
-            r"[\w'-]+(?: [\w'-]+)?(?:,? (?:and|or) [\w'-]+(?: [\w'-]+)?)?(?:[.!;]|$))",
-            r"\1 can't eat ",
+        *(
+            (rf"{_EATS_ALL_BUT} ({what}){end}", r"\1 can't eat \2. ")
+            for what, end in (
+                (
+                    rf"{_EATEN}(?:, {_EATEN})*(?:,? (?:and|or) {_EATEN})?",
+                    r"(?=\s*(?:[.!;]|$)|,? (?:so|because|since|as|but)\b"
+                    r"|,? and (?:i|we|he|she|please|get|add|can|could|buy|some)\b"
+                    r"|, (?:i|we|get|add|buy|can|could|please|thanks|swap|make)\b)",
+                ),
+                (rf"{_EATEN}(?: (?:and|or) {_EATEN})?", r", (?=[^.;!]*\bplease\b)"),
+            )
         ),
         (r"\b(?:there(?:'s| is) )?no need (?:for|of) (?=\w)", "don't need "),
         (r",? ?\bif (?:you have|there(?:'s| is| are)) (?:any|some|it|them|one)\b,?", ""),
