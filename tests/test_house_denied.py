@@ -155,6 +155,23 @@ def test_what_is_spared_warned_of_or_soothed_changes_nothing_else(
     assert told("Kitchen1", said)[0] == changes
 
 
+@pytest.mark.parametrize(
+    ("said", "left"),
+    [
+        (["put two eggs in the sink", "put one of them back"], {"egg 2: now in the sink basin"}),
+        (["put two eggs in the sink", "put them back"], set[str]()),
+        (["put one egg on the table and one egg in the sink", "put them back"], set[str]()),
+    ],
+)
+def test_of_what_was_counted_as_many_go_back_as_are_meant(said: list[str], left: set[str]) -> None:
+    assert told("Kitchen1", *said)[0] == left
+
+
+def test_what_is_ordered_by_name_is_not_excepted_by_its_kind() -> None:
+    said = "turn off the desk lamp but not the light"
+    assert told("LivingRoom1", said)[0] == {"desk lamp: no longer on"}
+
+
 def test_what_is_excepted_may_be_ordered_later() -> None:
     said = ["put the apple and the egg in the fridge", "put everything back but the apple"]
     assert told("Kitchen1", *said, "put the apple in the sink")[0] == {

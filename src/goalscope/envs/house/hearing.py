@@ -311,8 +311,8 @@ class _Listener(Corrections):
             and any(each.word in _IT for each in said)
         ):
             things = self.acted or things
-        if home and all(each.word in _IT for each in said):
-            several = any(each.word in ("them", "those") for each in said)
+        if home and all(each.word in _IT and each.number < 2 for each in said):
+            several = any(each.word in ("them", "those") and not each.number for each in said)
             every = [several or each.every or each.number > 1 for each in things]
             things = [
                 replace(each, every=all_of, number=0, at=(), states=())
@@ -337,6 +337,8 @@ class _Listener(Corrections):
             self.puzzle(clause)
             return len(self.wanted)
         excluded = {k for phrase in clause.excluded if not phrase.states for k in phrase.types}
+        named = {k for each in said if not (each.every or each.group) for k in each.types}
+        excluded -= named if excluded > named else set()
         if clause.verb:
             self.order, self.fresh = replace(clause, place=place or clause.place), []
             self.steps.append((self.order, self.fresh))
