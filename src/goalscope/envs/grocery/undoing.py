@@ -13,7 +13,7 @@ from goalscope.envs.grocery.orders import besides_buying
 from goalscope.envs.grocery.requests import wanted
 from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.words import sentences
-from goalscope.envs.remarks import is_remark
+from goalscope.envs.remarks import asks_for_guesses, is_remark
 from goalscope.envs.speech import evened
 from goalscope.types import Action, StepResult
 
@@ -35,13 +35,6 @@ _UNDOES = re.compile(
     rf" (?:was|were)(?: before)?){_END}"
 )
 _CALLS_OFF = re.compile(rf"{_LEAD}(?:cancel|stop shopping|undo (?:everything|all)){_END}")
-_GUESSED = re.compile(
-    rf"{_LEAD}(?:(?:what|which(?: \w+)?) (?:did you(?: just)? guess|(?:have you|was|were|is|are)"
-    r" guessed|(?:are|were) (?:your|the) guesses|(?:did you|have you) (?:add|added|put in|buy)"
-    r" (?:that|which|what) (?:i|we) (?:did not|didn't|never|haven't)"
-    r" (?:(?:ask|order|mention|want)(?:ed)?|say|said)(?: you)?(?: for)?)"
-    rf"|(?:show|tell|list)(?: me)? (?:your|the) guesses){_END}"
-)
 _SEVERAL = re.compile(
     rf"{_LEAD}(?:undo|revert|reverse|cancel|take back) (?:(?:{_LAST} )?(?:twice|\d+ times)"
     r"|(?:both|(?:all )?(?:the|my|your) (?:last|previous) (?:\d+|two|three|four|five|few))"
@@ -80,11 +73,6 @@ def besides_undoing(utterance: str) -> tuple[bool, str] | None:
         return True, "".join(after)
     kept = (parts[i : i + 2] for i in range(0, len(parts), 2) if i not in places)
     return False, "".join(each for pair in kept for each in pair)
-
-
-def asks_for_guesses(utterance: str) -> bool:
-    """Whether a person asks what was guessed."""
-    return bool(_GUESSED.fullmatch(evened(utterance)))
 
 
 def undoing_notes(
