@@ -50,6 +50,11 @@ _OTHER_FOR = re.compile(
     re.IGNORECASE,
 )
 _USUAL = re.compile(rf"{QUALITY}|normal|regular|ordinary|standard|usual")
+_OTHER_SUCH = re.compile(
+    rf"^(?!{QUALITY} )({NAMED}(?: {NAMED})?) (?:instead of|rather than)(?: the)?"
+    rf" (?:{_USUAL.pattern})(?: ones?)?(?:,? please)?[.!]*$"
+)
+"""Another kind of the thing spoken of last: "whole wheat instead of white"."""
 _PART = re.compile(
     r"^(?:(?:no|nope|sorry|actually|oh|ok|okay|hmm|please|then|wait)[ ,.!]+)*make (?:it|that) "
     rf"(?!{NUMBER} )(?P<one>{NAMED}(?: {NAMED}){{0,3}}?)"
@@ -72,6 +77,11 @@ def swapped(text: str, spoken: Callable[[], Sequence[str]], sells: Callable[[str
         spoken: Gives the things that were spoken of last.
         sells: Whether there are things of a name.
     """
+    if (found := _OTHER_SUCH.fullmatch(evened(text).strip())) and len(last := spoken()) == 1:
+        one, kind = found[1], last[0]
+        same = singulars(one)[-1:] == singulars(kind)[-1:]
+        if not same and not is_diet(one) and sells(f"{one} {kind}"):
+            return f"{one} {kind} instead of {SAME_ONE}"
     text = _of_one_kind(text, sells)
     if (found := _PART.match(text)) and sells(found["one"]) and not is_diet(found["one"]):
         kind = singulars(found["one"])[-1:]
