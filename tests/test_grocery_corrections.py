@@ -188,6 +188,7 @@ def test_what_must_not_be_eaten_is_no_swap(said: str) -> None:
          {"Salmon Fillets": 1, "Cod Fillets": 1, "Large Eggs": 1}),
         (["flour", "whole wheat instead of white"], {"Whole Wheat Flour": 1}),
         (["coffee", "decaf instead of regular"], {"Decaf Ground Coffee": 1}),
+        (["milk", "almond instead of regular"], {"Whole Milk": 1, "Sliced Almonds": 1}),
         (["white bread and whole milk",
           "skim instead of whole milk and brown instead of white"],
          {"White Sandwich Bread": 1, "Skim Milk": 1}),

@@ -315,6 +315,7 @@ def test_what_is_ordered_and_not_heard_is_told(sentence: str, told: list[str]) -
         "two loaves of bread and a dozen eggs please, also a bag of apples",
         "remove the milk because we have oat milk at home",
         "put chicken in the oven tonight, need potatoes",
+        "put some cheese on the pizza",
         "i need milk, not eggs",
         "i need flour but have eggs",
         "get some ketchup, no wait, mayonnaise",

@@ -128,7 +128,8 @@ _OCCASION = re.compile(
 _DISH = re.compile(
     r"\b(?:curr(?:y|ies)|lasagn[ae]|chilli?|stews?|casseroles?|stir[ -]?fry|risotto|paella|roast"
     r"|soup|goulash|ratatouille|moussaka|bolognese|carbonara|fajitas?|enchiladas?|burritos?|tacos?"
-    r"|salad|ramen|biryani|fondue|stroganoff|gumbo|jambalaya|quiche|tagine|lunches|shop|tonight|tomorrow)\b"
+    r"|salad|ramen|biryani|fondue|stroganoff|gumbo|jambalaya|quiche|tagine|lunches|snacks|drinks|shop|tonight|tomorrow)\b"
+    r"(?! (?:powder|paste|sauce|leaves|shells?|mix|dressing|spice|seasoning)\b)"
 )
 """What is cooked of several things, or a time to eat: a limit that follows is a budget."""
 _NO_THING = re.compile(

@@ -82,12 +82,12 @@ def swapped(text: str, spoken: Callable[[], Sequence[str]], sells: Callable[[str
         same = singulars(one)[-1:] == singulars(kind)[-1:]
         if not same and not is_diet(one) and sells(f"{one} {kind}"):
             return f"{one} {kind} instead of {SAME_ONE}"
-    text = _of_one_kind(text, sells)
+    text = _of_one_kind(text, spoken, sells)
     if (found := _PART.match(text)) and sells(found["one"]) and not is_diet(found["one"]):
         kind = singulars(found["one"])[-1:]
         if any(singulars(old)[-1:] == kind for old in spoken()):
             many = f"{found['many']} packs of " if found["many"] else ""
-            rest = _of_one_kind(text[found.end() :], sells)
+            rest = _of_one_kind(text[found.end() :], spoken, sells)
             return f"add {many}{found['one']} instead of {SAME_ONE}. {rest}"
     said = kept(evened(text)) if len(text) <= _LONGEST else ""
     if SUCH.fullmatch(said):
@@ -114,7 +114,9 @@ def swapped(text: str, spoken: Callable[[], Sequence[str]], sells: Callable[[str
     return text
 
 
-def _of_one_kind(text: str, sells: Callable[[str], bool]) -> str:
+def _of_one_kind(
+    text: str, spoken: Callable[[], Sequence[str]], sells: Callable[[str], bool]
+) -> str:
     """`text` where what is named by a quality alone is of the kind of what it is swapped with.
 
     "Brown rice instead of white" is so in the place of white rice, and of no other white thing.
@@ -127,7 +129,10 @@ def _of_one_kind(text: str, sells: Callable[[str], bool]) -> str:
         if bare == [True, False] and sells(f"{old} {new}"):
             said["old"] += f" {said['new']}"
         elif bare == [True, False] and found.re is _FOR_OTHER and _USUAL.fullmatch(old):
-            said |= {"how": " instead of ", "old": SAME_ONE}
+            last = spoken()
+            alike = any(singulars(each)[-1:] == singulars(new)[-1:] for each in last)
+            if alike or (len(last) > 1 and re.fullmatch(QUALITY, old)):
+                said |= {"how": " instead of ", "old": SAME_ONE}
         elif bare == [False, True] and sells(f"{new} {old.split()[-1]}"):
             said["new"] += f" {said['old'].split()[-1]}"
         if "verb" in said:

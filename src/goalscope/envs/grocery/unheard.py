@@ -31,14 +31,14 @@ _TAKES_OUT = re.compile(
 _ASIDE = re.compile(
     r"\b(?:for|with|because|since|so|like|as|if|when|while|from|in|on|at|that|which|who|than|about"
     r"|into|to|not|but|there is"
-    r"|(?:i|we|they|he|she|you|it) (?:have|had|has|like|love|eat|drink|am|are|is|was|were|do|did|can|make|bake|cook))\b[^,;.!?]*"
+    r"|(?:i|we|they|he|she|you|it) (?:have|had|has|like|love|eat|drink|am|are|is|was|were|do|did"
+    r"|can|make|bake|cook))\b[^,;.!?]*"
 )
 """What is said besides an order: what it is for, and what they have or like."""
 _PUT_AWAY = re.compile(
     r"\b(?:put|toss|throw|pop|bring) (?:(?!\b(?:in|into|on|to)\b)[^,;.!?]){1,60}"
     r" (?:in|into|on|to) (?:the|my|our|a) "
-    r"(?:oven|fridge|freezer|pan|pot|pantry|cupboard|microwave|grill|bbq|barbecue|table|kitchen"
-    r"|sink|bin|trash|bowl)\b"
+    r"(?!(?:(?:shopping|grocery) )?(?:basket|cart|order|list)\b)\w+"
 )
 """What is done with a thing at home."""
 
