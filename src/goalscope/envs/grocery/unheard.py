@@ -9,6 +9,7 @@ from decimal import Decimal
 from goalscope.envs.grocery.amounts import Request
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.choosing import Choice
+from goalscope.envs.grocery.correcting import QUALITY
 from goalscope.envs.grocery.hearing import Hearing
 from goalscope.envs.grocery.moods import Mood
 from goalscope.envs.grocery.orders import states_aim
@@ -78,7 +79,8 @@ def not_replaced(hearing: Hearing, held: Sequence[Item], choice: Choice) -> list
         for old in request.replaces
         if request.change != "cheaper" and choice.meant(request.phrase, hearing, ())
     )
-    sold = [each for each in olds if each not in removed and choice.sells(each)]
+    named = (each for each in olds if each not in removed and not re.fullmatch(QUALITY, each))
+    sold = [each for each in named if choice.sells(each)]
     missing = [Request(each) for each in sold if not choice.called(each, held)]
     return [*not_there(missing, held, lessened=False)] if held else []
 
