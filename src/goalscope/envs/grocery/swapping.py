@@ -131,7 +131,7 @@ def _of_one_kind(
         elif bare == [True, False] and found.re is _FOR_OTHER and _USUAL.fullmatch(old):
             last = spoken()
             alike = any(singulars(each)[-1:] == singulars(new)[-1:] for each in last)
-            if alike or (len(last) > 1 and re.fullmatch(QUALITY, old)):
+            if alike or re.fullmatch(QUALITY, old):
                 said |= {"how": " instead of ", "old": SAME_ONE}
         elif bare == [False, True] and sells(f"{new} {old.split()[-1]}"):
             said["new"] += f" {said['old'].split()[-1]}"
