@@ -15,6 +15,7 @@ from goalscope.envs.grocery.choosing import called, is_vague
 from goalscope.envs.grocery.diets import diet, hinted, implied, undieted
 from goalscope.envs.grocery.requests import Refusal
 from goalscope.envs.grocery.restrictions import violates
+from goalscope.envs.grocery.synonyms import usual
 from goalscope.envs.grocery.words import contains, singulars
 from goalscope.envs.speech import LEAD, evened
 from goalscope.types import counted
@@ -26,6 +27,9 @@ _NAMED = 5
 
 _LISTED = 8
 """Items of one kind that an answer about labels names at most."""
+
+_BY_LABEL = ("halal", "organic")
+"""What only a label tells: without one, a thing may be so or not."""
 
 _NEAR = 0.52
 """Cosine from which on what is found is told to be near."""
@@ -106,7 +110,7 @@ _ANY_WITH = re.compile(
 _WHICH = re.compile(
     rf"{LEAD}(?:which|what)(?: of)? {_THE}(?P<term>(?:one|thing|item|product)?s?\b.*?)"
     r"(?: do you (?:have|sell) that)? (?:(?:is|are|would be)"
-    r"(?: (?:suitable|safe|ok(?:ay)?|good) for| free (?:of|from))? "
+    r"(?P<how> (?:suitable|safe|ok(?:ay)?|good) for| free (?:of|from))? "
     r"|(?:(?:does|do)(?:n't| not) )?(?:contains?|has|have) )(?:any |some |no )?(?P<what>.+)"
 )
 _HELD_ALL = re.compile(
@@ -270,6 +274,8 @@ def _suits(text: str, shop: Stock) -> str | None:
             return None
     elif match := _WHICH.fullmatch(text):
         term, what = match["term"], match["what"]
+        if (match["how"] or "").endswith("for") and not hinted(text) | diet(text):
+            return None
     elif (match := _SUITS.fullmatch(text)) and hinted(text):
         term, what = undieted(match[1]), match[1]
     else:
@@ -281,8 +287,17 @@ def _suits(text: str, shop: Stock) -> str | None:
         items, several = held, True
     else:
         near = shop.search(term, _DEPTH)
-        items = called(term, near) if several else (called(term, held) or called(term, near))[:1]
+        items = (
+            _all_called(term, near) if several else (called(term, held) or called(term, near))[:1]
+        )
     return _labelled(items, diets, every=several) if items and (diets or not several) else None
+
+
+def _all_called(term: str, items: Sequence[Item]) -> list[Item]:
+    """What of `items` a term names; none where it may mean others, too, as chocolate does bars."""
+    found = called(term, items)
+    others = (item for name in usual(term) for item in called(name, items))
+    return found if set(found).issuperset(others) else []
 
 
 def _labelled(items: Sequence[Item], diets: Iterable[str], *, every: bool) -> str:
@@ -298,7 +313,7 @@ def _labelled(items: Sequence[Item], diets: Iterable[str], *, every: bool) -> st
         groups = {
             f"Listed as {name}": listed,
             f"I cannot tell whether {'these are' if unsure[1:] else 'this is'} {name}": unsure,
-            f"Not {name}": against,
+            f"Not {'labelled as ' if every and name in _BY_LABEL else ''}{name}": against,
         }
         found = [(how, group) for how, group in groups.items() if group]
         told += [f"{how}: {_names(group)}." for how, group in (found if every else found[-1:])]

@@ -29,8 +29,8 @@ def changes(
         left: What was in the basket before, and is not now.
     """
     basket = {item.name: number for item, number in contents}
-    held = [item for item, _ in contents]
-    unasked = guessed(hearing, held, choice) if hearing.unasked else []
+    held_items = [item for item, _ in contents]
+    unasked = guessed(hearing, held_items, choice) if hearing.unasked else []
     plan = {
         item.name: -number
         for item, number in contents
@@ -40,7 +40,7 @@ def changes(
         or item in unasked
     }
     for removal in hearing.removed:
-        for item in taken(removal, [item for item, _ in contents]):
+        for item in taken(removal, held_items):
             held = basket[item.name]
             shown = removal.quantity <= held  # what a person counts is what the basket shows
             number = removal.quantity if shown else min(packages(removal, item), held)
@@ -49,6 +49,7 @@ def changes(
             plan[item.name] = max(plan.get(item.name, 0) - number, -held)
             if removal.change == "fewer":
                 break
+    plan |= {item.name: -basket[item.name] for item in _went_by(hearing, held_items, choice)}
     gone = {item: -plan[item.name] for item, _ in contents if plan.get(item.name)}
     stays = [item for item, number in contents if number + plan.get(item.name, 0) > 0]
     out = [*left, *(item for item, number in gone.items() if number == basket[item.name])]
@@ -69,7 +70,7 @@ def changes(
             if request.change in ("double", "half") and held:
                 number = held if request.change == "double" else -(held // 2)
             if request.change == "as many" and not held:
-                instead = {each for old in request.replaces for each in called(old, [*gone])}
+                instead = {each for old in request.replaces for each in choice.called(old, [*gone])}
                 number = max(number, gone[instead.pop()] if len(instead) == 1 else 0)
             if number > 0 or request.change in ("exactly", "half"):
                 plan[item.name] = plan.get(item.name, 0) + min(number, MOST - held)
@@ -97,6 +98,16 @@ def guessed(hearing: Hearing, held: Sequence[Item], choice: Choice) -> list[Item
     named = (choice.called(request.phrase, held)[:1] for request in hearing.wanted)
     asked = {item for items in named for item in items}
     return [item for item in held if item not in asked]
+
+
+def _went_by(hearing: Hearing, held: Sequence[Item], choice: Choice) -> list[Item]:
+    """What of the basket is usual for a word that was refused, and is asked for by no other."""
+    refused = {item for each in hearing.refused for item in choice.usually(each, held)}
+    return [
+        item
+        for item in held
+        if item in refused and not any(choice.called(r.phrase, [item]) for r in hearing.wanted)
+    ]
 
 
 def _stays(item: Item, hearing: Hearing) -> bool:

@@ -54,10 +54,11 @@ _PRODUCT = 0.45
 _DEPTH = 10
 """Best items of a search that count."""
 
-_IN_UNITS = re.compile(
-    rf" (?!rolls?$){CONTAINER}$|(?:(?<=paper)|(?<=towel)|(?<=foil)|(?<=wrap)) rolls?$"
-)
+_IN_UNITS = re.compile(rf" {CONTAINER}$")
 """What a thing is counted in, behind it: "fennel bulbs"."""
+
+_ROLLS = re.compile(r"(?<!paper)(?<!towel)(?<!foil)(?<!wrap) rolls?$")
+"""What bread may be baked as, behind it: no other thing is counted so."""
 
 
 class Choice:
@@ -92,13 +93,19 @@ class Choice:
             return min(meant, key=unfit)
         nearly = self._nearly(phrase)
         same = singulars(nearly) == singulars(phrase)
-        return None if same else self.meant(nearly, hearing, basket)
+        item = None if same else self.meant(nearly, hearing, basket)
+        return item if item and self._is_one(item, phrase) else None
 
     def called(self, phrase: str, items: Sequence[Item]) -> list[Item]:
         """Those of `items` that `phrase` names, or would if it were a name here: "juice boxes"."""
-        names = usual(phrase) if self._search.named(phrase) else [self._nearly(phrase)]
-        found = (called(each, items) for each in (phrase, *names))
-        return next(filter(None, found), list[Item]())
+        if found := called(phrase, items) or self.usually(phrase, items):
+            return found
+        nearly = "" if self._search.named(phrase) else self._nearly(phrase)
+        return [item for item in called(nearly, items) if self._is_one(item, phrase)]
+
+    def usually(self, phrase: str, items: Sequence[Item]) -> list[Item]:
+        """Those of `items` that people mean by a bare word: cod, by "fish"."""
+        return next(filter(None, (called(each, items) for each in usual(phrase))), list[Item]())
 
     def cheaper(self, old: Item | None, kind: str, hearing: Hearing) -> Item | None:
         """The cheapest permitted item of a kind; None where none is cheaper than `old`."""
@@ -149,6 +156,11 @@ class Choice:
     def _nearly(self, phrase: str) -> str:
         """`phrase` without slips of the pen, and without what it is counted in."""
         return self._search.translated(_IN_UNITS.sub("", self._search.mended(phrase)))
+
+    def _is_one(self, item: Item, phrase: str) -> bool:
+        """Whether the item may be what `phrase` ends with: "pita rolls" are, "egg rolls" not."""
+        breads = {each.category for each in self._search.named("dinner rolls")}
+        return not _ROLLS.search(phrase) or item.category in breads
 
     def _usual(self, phrase: str, hearing: Hearing, among: Sequence[Item]) -> list[Item]:
         """What people mean by a bare word, as far as it is `among` these; what fits diets first."""

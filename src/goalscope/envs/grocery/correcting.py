@@ -66,8 +66,11 @@ _FIRST = re.compile(
     r"((?:(?!\band\b)[^.,;!?]){1,60})(?=[ .!]*$)"
 )
 """What is to go before what takes its place."""
-_SEVERAL = re.compile(r"(?<= instead of )([^.,;!?]{1,40}?),? and (?=[^.,;!?]{1,40}? instead of )")
-"""Between two swaps."""
+_SEVERAL = re.compile(
+    r"(?<= instead of )([^.,;!?]{1,40}?),? and "
+    rf"(?=(?!{QUALITY} instead)[^.,;!?]{{1,40}}? instead of )"
+)
+"""Between two swaps, the second of which names a thing."""
 _MEANT = re.compile(r",\s*([^,.;!?]+?),? i mean(?:t)?(?=[.;!?]|$)")
 _BEFORE_LAST = re.compile(
     r"[,;.!?]|\b(?:and|or|plus|add|get|buy|want|need|like|have|take|remove|order|delete)\b"

@@ -110,11 +110,11 @@ _BUDGET = re.compile(
     r"|(?:n't|\b(?:not|never))(?: want)?(?: it| us)?(?: to)?"
     rf" (?:exceed|(?:go|get|be|come) (?:over|above|beyond)) {_SUM}"
     rf"|\b(?:limit|cap) (?:it|this|everything|{_WHOLE}) (?:to|at) {_SUM}"
-    rf"|{_START}(?:for )?{_LIMIT}"
+    rf"|(?:{_START}(?:for )?|(?<=\bsnacks )){_LIMIT}"
     rf"|{_START}(?:i|we)(?:'ve(?: got)?|(?: only| just)? (?:have|got))"
     rf"(?: (?:only|just|about|around|got))* {_PRICED}(?: (?:to spend|left|on me|with me|only))*"
 )
-_OF_ONE = re.compile(rf"(?<=\w) (?:for )?{_MOST} {_PRICED}")
+_OF_ONE = re.compile(rf"(?<=\w) (?:for )?{_LIMIT}")
 _BARE = re.compile(rf"(?:for )?{_LIMIT}")
 _ONE_THING = re.compile(
     r"(?:^|\b(?:want|need|add|get|buy|like|have|me|us) )(?:an?|some|one|another) "
@@ -125,8 +125,15 @@ _OCCASION = re.compile(
     r"|groceries|shopping|food|stuff|things|bits|week|weekend|basket|ingredients|guests|friends"
     r"|people|everything|all)\b"
 )
+_DISH = re.compile(
+    r"\b(?:curr(?:y|ies)|lasagn[ae]|chilli?|stews?|casseroles?|stir[ -]?fry|risotto|paella|roast"
+    r"|soup|goulash|ratatouille|moussaka|bolognese|carbonara|fajitas?|enchiladas?|burritos?|tacos?"
+    r"|salad|ramen|biryani|fondue|stroganoff|gumbo|jambalaya|quiche|tagine|lunches|snacks|drinks|shop|tonight|tomorrow)\b"
+    r"(?! (?:powder|paste|sauce|leaves|shells?|mix|dressing|spice|seasoning)\b)"
+)
+"""What is cooked of several things, or a time to eat: a limit that follows is a budget."""
 _NO_THING = re.compile(
-    rf"{_OCCASION.pattern}|\b(?:if|it|this|that|they|is|are|be|was|costs?|stays?|keep|price|total)\b"
+    rf"{_OCCASION.pattern}|{_DISH.pattern}|\b(?:if|it|this|that|they|is|are|be|was|costs?|stays?|keep|price|total)\b"
 )
 _NO_BUDGET = re.compile(
     r"\b(?:never mind|forget(?: about)?|ignore|drop|lift|remove|scrap|no|without|there is no"
@@ -180,7 +187,7 @@ def unlimited(text: str) -> str:
 
 def _is_of_one(text: str, limit: re.Match[str]) -> bool:
     piece = _piece(text, limit)
-    named = _ONE_THING.search(piece) and not _OCCASION.search(piece)
+    named = _ONE_THING.search(piece) and not (_OCCASION.search(piece) or _DISH.search(piece))
     return bool(named and _BARE.fullmatch(limit[0]))
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from goalscope.envs.grocery.phrases import END
+
 __all__ = ["UNIT", "unlisted"]
 
 UNIT = r"(?:k?g|kilos?|grams?|m?l|lit(?:re|er)s?|lbs?|oz)\b"
@@ -15,6 +17,8 @@ _TIMES = re.compile(
     rf"|(?P<each>\d{{1,4}}(?:\.\d{{1,3}})?) ?(?P<in>{UNIT}) ?[x\u00d7] ?(?P<many>\d{{1,2}})(?!\w))"
 )
 """So many times a measure: "2 x 500g"."""
+_BEFORE_TIMES = re.compile(rf"(?<=\w) [-\u2013\u2014] (?=(?:{_TIMES.pattern}){END})")
+"""Between a thing and so many times its measure: "milk - 1l x4"."""
 _ABBREVIATED = re.compile(
     rf"(?:(?:^|(?<=[.,;!?] )|(?<=\band ))(?P<first>\d{{1,4}}(?:\.\d{{1,3}})? ?{UNIT})\.(?= \w)"
     rf"|(?<=\d)(?P<unit> ?{UNIT})\.(?= of\b))"
@@ -32,7 +36,7 @@ _HEADING = re.compile(
 def unlisted(text: str) -> str:
     """`text`, evened, without a heading, and with each measure in one: "2 x 500g" as "1000 g"."""
     text = _ABBREVIATED.sub(r"\g<first>\g<unit>", _HEADING.sub("", text))
-    return _TIMES.sub(_in_all, text)
+    return _TIMES.sub(_in_all, _BEFORE_TIMES.sub(" ", text))
 
 
 def _in_all(found: re.Match[str]) -> str:

@@ -50,6 +50,11 @@ _OTHER_FOR = re.compile(
     re.IGNORECASE,
 )
 _USUAL = re.compile(rf"{QUALITY}|normal|regular|ordinary|standard|usual")
+_OTHER_SUCH = re.compile(
+    rf"^(?!{QUALITY} )({NAMED}(?: {NAMED})?) (?:instead of|rather than)(?: the)?"
+    rf" (?:{_USUAL.pattern})(?: ones?)?(?:,? please)?[.!]*$"
+)
+"""Another kind of the thing spoken of last: "whole wheat instead of white"."""
 _PART = re.compile(
     r"^(?:(?:no|nope|sorry|actually|oh|ok|okay|hmm|please|then|wait)[ ,.!]+)*make (?:it|that) "
     rf"(?!{NUMBER} )(?P<one>{NAMED}(?: {NAMED}){{0,3}}?)"
@@ -72,12 +77,17 @@ def swapped(text: str, spoken: Callable[[], Sequence[str]], sells: Callable[[str
         spoken: Gives the things that were spoken of last.
         sells: Whether there are things of a name.
     """
-    text = _of_one_kind(text, sells)
+    if (found := _OTHER_SUCH.fullmatch(evened(text).strip())) and len(last := spoken()) == 1:
+        one, kind = found[1], last[0]
+        same = singulars(one)[-1:] == singulars(kind)[-1:]
+        if not same and not is_diet(one) and sells(f"{one} {kind}"):
+            return f"{one} {kind} instead of {SAME_ONE}"
+    text = _of_one_kind(text, spoken, sells)
     if (found := _PART.match(text)) and sells(found["one"]) and not is_diet(found["one"]):
         kind = singulars(found["one"])[-1:]
         if any(singulars(old)[-1:] == kind for old in spoken()):
             many = f"{found['many']} packs of " if found["many"] else ""
-            rest = _of_one_kind(text[found.end() :], sells)
+            rest = _of_one_kind(text[found.end() :], spoken, sells)
             return f"add {many}{found['one']} instead of {SAME_ONE}. {rest}"
     said = kept(evened(text)) if len(text) <= _LONGEST else ""
     if SUCH.fullmatch(said):
@@ -104,7 +114,9 @@ def swapped(text: str, spoken: Callable[[], Sequence[str]], sells: Callable[[str
     return text
 
 
-def _of_one_kind(text: str, sells: Callable[[str], bool]) -> str:
+def _of_one_kind(
+    text: str, spoken: Callable[[], Sequence[str]], sells: Callable[[str], bool]
+) -> str:
     """`text` where what is named by a quality alone is of the kind of what it is swapped with.
 
     "Brown rice instead of white" is so in the place of white rice, and of no other white thing.
@@ -117,7 +129,10 @@ def _of_one_kind(text: str, sells: Callable[[str], bool]) -> str:
         if bare == [True, False] and sells(f"{old} {new}"):
             said["old"] += f" {said['new']}"
         elif bare == [True, False] and found.re is _FOR_OTHER and _USUAL.fullmatch(old):
-            said |= {"how": " instead of ", "old": SAME_ONE}
+            last = spoken()
+            alike = any(singulars(each)[-1:] == singulars(new)[-1:] for each in last)
+            if alike or re.fullmatch(QUALITY, old):
+                said |= {"how": " instead of ", "old": SAME_ONE}
         elif bare == [False, True] and sells(f"{new} {old.split()[-1]}"):
             said["new"] += f" {said['old'].split()[-1]}"
         if "verb" in said:

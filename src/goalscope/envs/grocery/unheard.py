@@ -9,6 +9,7 @@ from decimal import Decimal
 from goalscope.envs.grocery.amounts import Request
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.choosing import Choice
+from goalscope.envs.grocery.correcting import QUALITY
 from goalscope.envs.grocery.hearing import Hearing
 from goalscope.envs.grocery.moods import Mood
 from goalscope.envs.grocery.orders import states_aim
@@ -30,14 +31,25 @@ _TAKES_OUT = re.compile(
 )
 _ASIDE = re.compile(
     r"\b(?:for|with|because|since|so|like|as|if|when|while|from|in|on|at|that|which|who|than|about"
-    r"|into|to|there is|(?:i|we|they|he|she|you|it) (?:have|had|has|like|love|eat|drink|am|are|is"
-    r"|was|were|do|did|can|make|bake|cook))\b[^,;.!?]*"
+    r"|into|to|not|but|there is"
+    r"|(?:i|we|they|he|she|you|it) (?:have|had|has|like|love|eat|drink|am|are|is|was|were|do|did"
+    r"|can|make|bake|cook))\b[^,;.!?]*"
 )
 """What is said besides an order: what it is for, and what they have or like."""
+_PUT_AWAY = re.compile(
+    r"\b(?:put|toss|throw|pop|bring) (?:(?!\b(?:in|into|on|to)\b)[^,;.!?]){1,60}"
+    r" (?:in|into|on|to) (?:the|my|our|a) "
+    r"(?!(?:(?:shopping|grocery) )?(?:basket|cart|order|list)\b)\w+"
+)
+"""What is done with a thing at home."""
 
 
 def above_limit(
-    piece: str, things: Mapping[str, Item], most: Decimal, money: Callable[[Decimal], str]
+    piece: str,
+    things: Mapping[str, Item],
+    most: Decimal,
+    money: Callable[[Decimal], str],
+    lacked: Iterable[str] = (),
 ) -> str:
     """That a thing costs more than it may, or that nothing watches a limit; "" if neither.
 
@@ -46,8 +58,11 @@ def above_limit(
         things: Items by the phrases that asked for them.
         most: What the thing may cost.
         money: How a price is told.
+        lacked: What is told to be none of the shop's things, so that a limit matters nothing.
     """
     said = singulars(piece)
+    if any(contains(said, singulars(phrase)) for phrase in lacked):
+        return ""
     named = [item for phrase, item in things.items() if contains(said, singulars(phrase))]
     if not named:
         return f"No limit for one thing is watched, so please look at the price: {money(most)}."
@@ -64,7 +79,9 @@ def not_replaced(hearing: Hearing, held: Sequence[Item], choice: Choice) -> list
         for old in request.replaces
         if request.change != "cheaper" and choice.meant(request.phrase, hearing, ())
     )
-    missing = [Request(o) for o in olds if o not in removed and not choice.called(o, held)]
+    named = (each for each in olds if each not in removed and not re.fullmatch(QUALITY, each))
+    sold = [each for each in named if choice.sells(each)]
+    missing = [Request(each) for each in sold if not choice.called(each, held)]
     return [*not_there(missing, held, lessened=False)] if held else []
 
 
@@ -90,7 +107,7 @@ def undone(
         if not orders or states_aim(clause.text) or is_remark(text) or "need not" in text:
             continue
         heard = known if _TAKES_OUT.search(text) else known | there
-        names = mentioned(_ASIDE.sub(" . ", uncontained(text)))
+        names = mentioned(_ASIDE.sub(" . ", _PUT_AWAY.sub(" . ", uncontained(text))))
         left |= dict.fromkeys(each for each in names if heard.isdisjoint(singulars(each)))
     if left:
         yield f"Nothing was done about: {', '.join(left)}."
