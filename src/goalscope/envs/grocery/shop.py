@@ -37,13 +37,13 @@ from goalscope.envs.grocery.swapping import swapped
 from goalscope.envs.grocery.telling import listed, not_met, not_there, unlabelled
 from goalscope.envs.grocery.undoing import (
     Starts,
-    asks_for_guesses,
     besides_undoing,
     steps,
     undoing_notes,
 )
 from goalscope.envs.grocery.unheard import above_limit, not_replaced, undone
 from goalscope.envs.grocery.words import singulars
+from goalscope.envs.remarks import asks_for_guesses
 from goalscope.types import Action, Profile, StepResult, Turn
 
 __all__ = ["NAMES", "GroceryShop"]

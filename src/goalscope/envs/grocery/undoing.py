@@ -17,7 +17,7 @@ from goalscope.envs.remarks import asks_for_guesses, is_remark
 from goalscope.envs.speech import evened
 from goalscope.types import Action, StepResult
 
-__all__ = ["Starts", "asks_for_guesses", "besides_undoing", "standing", "steps", "undoing_notes"]
+__all__ = ["Starts", "besides_undoing", "standing", "steps", "undoing_notes"]
 
 _LEAD = (
     r"(?:(?:no|oh|oops|ok(?:ay)?|wait|sorry|actually|now|please|and|then|can you|could you|can we"
