@@ -233,3 +233,16 @@ def test_nothing_leaves_that_is_of_another_kind_and_that_is_told(
 ) -> None:
     opened, notes = talked({}, *utterances)
     assert (opened.basket, notes) == (basket, told)
+
+
+@pytest.mark.parametrize(
+    ("words", "basket"),
+    [
+        ("Make it half the chicken.", {"Chicken Breasts": 1}),
+        ("half the chicken", {"Chicken Breasts": 1}),
+        ("double the chicken, please", {"Chicken Breasts": 4}),
+        ("half the turkey", {"Chicken Breasts": 2}),
+    ],
+)
+def test_half_of_what_is_there_is_meant(words: str, basket: dict[str, int]) -> None:
+    assert talked({"Chicken Breasts": 2}, words)[0].basket == basket

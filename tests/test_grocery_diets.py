@@ -153,3 +153,10 @@ def test_who_denies_a_diet_of_one_may_state_it_of_another(words: str, diets: set
 )  # fmt: skip
 def test_what_harms_somebody_is_heard_in_many_words(words: list[str], basket: list[str]) -> None:
     assert sorted(talked({}, *words)[0].basket) == basket
+
+
+def test_what_is_not_labelled_is_told_of_all_that_comes_later_and_before_the_purchase() -> None:
+    said = ["One of my guests is allergic to nuts.", "2 packs of flour tortillas", "milk"]
+    note = "Not labelled as nut-free: Soft Flour Tortillas. Please read what is in it."
+    assert [talked({}, *said[:number])[1] for number in (1, 2, 3)] == [[], [note], []]
+    assert talked({}, *said, "Buy the basket")[1] == [note]

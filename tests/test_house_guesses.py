@@ -389,14 +389,24 @@ def test_what_was_guessed_is_told_and_taken_back_on_ones_word() -> None:
         assert robot.step(guess).ok
     said = [Turn("", "open the fridge"), Turn("", "I'm hungry")]
     (note,) = robot.unmet([*said, *ask], ())
-    assert note == (
-        "Guessed, not asked for: put the potato in the mug, turn on the coffee machine, "
-        "clean the mug."
-    )
+    assert note == "Guessed, not asked for: potato 1, coffee machine, mug 1."
     back = [*said, *ask, Turn("", "Undo what you guessed.")]
     assert robot.is_order(back)
     assert {action.target for action in robot.requests(back)} == {"potato 1", "coffee machine"}
     assert all(robot.step(action).ok for action in robot.requests(back))
     assert robot.status().splitlines()[2:] == ["- fridge: open", "- mug 1: no longer dirty"]
     assert robot.unmet(back, ()) == ["I cannot undo that: clean the mug."]
-    assert robot.unmet([*back, *ask], ()) == ["Guessed, not asked for: clean the mug."]
+    assert robot.unmet([*back, *ask], ()) == ["Guessed, not asked for: mug 1."]
+
+
+def test_a_guess_about_a_thing_that_was_asked_for_before_is_a_guess() -> None:
+    robot = robot_in("Kitchen1")
+    robot.reset()
+    said = [Turn("", "bring me the spoon"), Turn("", "put the butter knife back")]
+    assert all(robot.step(action).ok for action in robot.requests(said[:1]))
+    for name in ("spoon", "butter knife"):
+        assert robot.step(Action("put", name, destination="sink basin")).ok
+    asks = [*said, Turn("", "I'm hungry"), Turn("", "what did you guess?")]
+    assert robot.unmet(asks, ()) == ["Guessed, not asked for: spoon, butter knife."]
+    undo = [*said, Turn("", "I'm hungry"), Turn("", "undo that")]
+    assert {action.target for action in robot.requests(undo)} == {"spoon", "butter knife"}

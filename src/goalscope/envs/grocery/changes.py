@@ -9,6 +9,7 @@ from goalscope.envs.grocery.amounts import MOST, Request, packages
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.choosing import Choice, called, taken
 from goalscope.envs.grocery.hearing import Hearing
+from goalscope.envs.grocery.words import contains, singulars
 from goalscope.types import Action
 
 __all__ = ["changes", "dearer", "guessed"]
@@ -64,6 +65,12 @@ def changes(
             plan |= {old.name: -number} if old and item else {}
             plan |= {item.name: plan.get(item.name, 0) + number} if item else {}
         elif item := choice.meant(request.phrase, hearing, basket):
+            if request.change in ("double", "half") and item.name not in basket:
+                said = singulars(request.phrase)
+                alike = [each for each, _ in contents if contains(singulars(each.name), said)]
+                item = alike[0] if len(alike) == 1 else item
+                if request.change == "half" and item.name not in basket:
+                    continue
             held = basket.get(item.name, 0) + plan.get(item.name, 0)
             number = _packages(request, item, hearing, choice)
             number -= 0 if request.change == "more" else held

@@ -251,8 +251,12 @@ class GroceryShop:
             told.append(f"{envs.GUESSED}{', '.join(unasked)}.")
         if undoing := besides_undoing(key[-1]):
             told += filter(None, [answered(self._translated(undoing[1]), self)])
-        stated = hearing.diets - self._heard(turns[:-1]).diets
+        stated = hearing.diets if buys else hearing.diets - self._heard(turns[:-1]).diets
         told += unlabelled(stated, [item for item, _ in self._contents()])
+        fresh = {each.action.target for each in results if each.action.name == "add item"}
+        told += unlabelled(
+            hearing.diets - stated, [i for i, _ in self._contents() if i.name in fresh]
+        )
         if hearing.unclear:
             told.append("It is not clear which thing you mean. Please name it.")
         lessened = any(result.action.name == "remove item" for result in results)

@@ -62,6 +62,10 @@ _PART = re.compile(
     re.IGNORECASE,
 )
 """One thing in the place of another, with more to follow: "make it oat milk, 2 of them, and"."""
+_SO_MUCH = re.compile(
+    r"\bmake (?:it|that) (?=(?:half|double|twice) (?:of )?(?:the|my|our)\b)", re.IGNORECASE
+)
+"""Before how much of a thing is to be left, which swaps nothing: "make it half the chicken"."""
 _AMOUNT = re.compile(rf"^(?:(?:{NUMBER}|an?|some|the) )?(?:{CONTAINER} of )?")
 _LONGEST = 160
 """Characters of a text that says no more than a swap, at most."""

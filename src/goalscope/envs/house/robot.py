@@ -15,6 +15,7 @@ from goalscope.envs.house.completion import completes
 from goalscope.envs.house.conditions import conditions_met
 from goalscope.envs.house.controller import Controller
 from goalscope.envs.house.deeds import told_of_deeds
+from goalscope.envs.house.heard import HOME
 from goalscope.envs.house.hearing import IRREVERSIBLE, Hearing, Request, ask_permission, hear
 from goalscope.envs.house.meeting import FILLS, brought, meet, serves, settled, spent
 from goalscope.envs.house.names import mentioned, readable, the
@@ -231,7 +232,7 @@ class HomeRobot:
             told = (*lasting(self._view, self._start), *told)
         all_told = list(dict.fromkeys((*missed, *told)))
         if asks_for_guesses(turns[-1].utterance):
-            guesses = dict.fromkeys(map(self.phrase, self._guesses(hearing)))
+            guesses = dict.fromkeys(action.target for action in self._guesses(hearing))
             all_told = [f"{envs.GUESSED}{', '.join(guesses) or 'nothing'}."]
         if hearing.undone == "guesses":
             guesses = self._guesses(hearing)
@@ -363,10 +364,15 @@ class HomeRobot:
 
     def _asked(self, action: Action, hearing: Hearing) -> bool:
         """Whether the person ever asked for this action."""
-        return any(
-            serves(self._view, action, each) and each.name in ("", action.target)
-            for each in hearing.asked
-        )
+        own = self._view.id(action.target)
+        home = self._view.place(self._start[own]) if own in self._start else ""
+        for each in hearing.asked:
+            if each.name not in ("", action.target) or not serves(self._view, action, each):
+                continue
+            to = each.destination_types != (HOME,) or action.destination == home
+            if action.name != "put" or (each.verb == "put" and to):
+                return True
+        return False
 
     def _over(self, hearing: Hearing) -> list[Request]:
         """Requests of earlier words that were met once."""
