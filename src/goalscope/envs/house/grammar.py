@@ -182,8 +182,8 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         mine = reader.mine and not reader.did
         mine = mine and not (reader.feels and parts and parts[0][0] != "and")
         said = "" if later or mine or headed else reader.order_said()
-        vague = clause and not clause.verb and clause.place
-        if listed and clause and vague and clause.things[:1] == (Phrase(word="everything"),):
+        loose_things = clause and not clause.verb and clause.place and clause.things
+        if listed and clause and loose_things == (Phrase(word="everything"),):
             clause = replace(clause, things=(Phrase(word="unknown"),))
         if listed and clause and any(thing.word == "unknown" for thing in clause.things):
             said = " ".join(part).strip(" ,").removeprefix("and ")
