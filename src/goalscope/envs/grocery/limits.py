@@ -121,19 +121,21 @@ _ONE_THING = re.compile(
 )
 """Names one thing: a limit that follows is that of the thing."""
 _OCCASION = re.compile(
-    r"\b(?:part(?:y|ies)|bbq|barbecue|dinner|lunch|breakfast|brunch|supper|meals?|picnic|feast|buffet"
-    r"|groceries|shopping|food|stuff|things|bits|week|weekend|basket|ingredients|guests|friends"
+    r"\b(?:part(?:y|ies)|bbq|barbecue|dinner|lunch|breakfast|brunch|supper|meals?|picnic|feast"
+    r"|buffet|groceries|shopping|food|stuff|things|bits|week|weekend|basket|ingredients|guests|friends"
     r"|people|everything|all)\b"
 )
 _DISH = re.compile(
     r"\b(?:curr(?:y|ies)|lasagn[ae]|chilli?|stews?|casseroles?|stir[ -]?fry|risotto|paella|roast"
     r"|soup|goulash|ratatouille|moussaka|bolognese|carbonara|fajitas?|enchiladas?|burritos?|tacos?"
-    r"|salad|ramen|biryani|fondue|stroganoff|gumbo|jambalaya|quiche|tagine|lunches|snacks|drinks|shop|tonight|tomorrow)\b"
+    r"|salad|ramen|biryani|fondue|stroganoff|gumbo|jambalaya|quiche|tagine"
+    r"|lunches|snacks|drinks|shop|tonight|tomorrow)\b"
     r"(?! (?:powder|paste|sauce|leaves|shells?|mix|dressing|spice|seasoning)\b)"
 )
 """What is cooked of several things, or a time to eat: a limit that follows is a budget."""
 _NO_THING = re.compile(
-    rf"{_OCCASION.pattern}|{_DISH.pattern}|\b(?:if|it|this|that|they|is|are|be|was|costs?|stays?|keep|price|total)\b"
+    rf"{_OCCASION.pattern}|{_DISH.pattern}"
+    r"|\b(?:if|it|this|that|they|is|are|be|was|costs?|stays?|keep|price|total)\b"
 )
 _NO_BUDGET = re.compile(
     r"\b(?:never mind|forget(?: about)?|ignore|drop|lift|remove|scrap|no|without|there is no"

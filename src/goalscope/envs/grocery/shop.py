@@ -265,8 +265,8 @@ class GroceryShop:
         meant = [self._choice.meant(r.phrase, hearing, self._basket) for r in hearing.newest]
         things = {r.phrase: item for r, item in zip(hearing.newest, meant, strict=True) if item}
         lacks = [r for r, item in zip(hearing.newest, meant, strict=True) if item is None]
-        lacked = {r.phrase for r in lacks if self._choice.lacking(r, hearing)}
         for piece, most in limits_of_things(self._translated(turns[-1].utterance)):
+            lacked = {r.phrase for r in lacks if self._choice.lacking(r, hearing)}
             told.append(above_limit(piece, things, most, self.catalogue.money, lacked))
         for request, item in zip(hearing.newest, meant, strict=True):
             if request.change == "cheaper":

@@ -14,7 +14,7 @@ from goalscope.envs.house.names import readable, the
 from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase, PhraseReader
 from goalscope.envs.house.standing import Standing, opposed
-from goalscope.envs.house.undoing import NOTHING, UNKNOWN, inverse, meant_only, was_done
+from goalscope.envs.house.undoing import GUESSES, NOTHING, UNKNOWN, inverse, meant_only, was_done
 from goalscope.envs.speech import evened
 
 __all__ = ["Corrections"]
@@ -98,12 +98,12 @@ class Corrections(Standing):
     )
 
     def undo(self, number: int) -> None:
-        """Go back to what stood before the last orders, 0 for all of them, -1 for none.
+        """Go back to what stood before the last orders, 0 for all of them, or take `GUESSES` back.
 
         What cannot be undone is kept as missed; what was done for an aim the robot must know.
         """
         self.exact = True
-        if number < 0:
+        if number == GUESSES:
             self.undone = "guesses"
             return
         if not number:

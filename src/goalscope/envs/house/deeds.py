@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.names import the
 from goalscope.envs.house.orders import Clause, OrderReader
-from goalscope.envs.house.properties import ACTS
+from goalscope.envs.house.properties import ACTS, act_of
 from goalscope.envs.house.view import View
 from goalscope.envs.speech import LEAD, evened
 from goalscope.types import Action
@@ -89,7 +89,7 @@ def _act(said: str, view: View, last: str) -> Clause | None:
 
 def _is_of(act: Clause, action: Action, view: View) -> bool:
     """Whether the action is one that is asked about."""
-    name = "fill" if action.name.startswith("fill") else action.name
+    name = act_of(action.name)
     moved = act.verb == "put" and not act.place and name == "pick up"
     places = act.place.types if act.place else ()
     if not (name == act.verb or moved) or (

@@ -48,6 +48,8 @@ _DENIES = re.compile(
 )
 """What denies an act that nobody here can do: "don't eat ..."."""
 
+_ALL = (Phrase(word="everything"),)
+
 _BARE = 3
 """Words of a part that names a verb alone, with the comma before it: ", throw away"."""
 
@@ -182,8 +184,7 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         mine = reader.mine and not reader.did
         mine = mine and not (reader.feels and parts and parts[0][0] != "and")
         said = "" if later or mine or headed else reader.order_said()
-        loose_things = clause and not clause.verb and clause.place and clause.things
-        if listed and clause and loose_things == (Phrase(word="everything"),):
+        if listed and clause and clause.place and not clause.verb and clause.things == _ALL:
             clause = replace(clause, things=(Phrase(word="unknown"),))
         if listed and clause and any(thing.word == "unknown" for thing in clause.things):
             said = " ".join(part).strip(" ,").removeprefix("and ")

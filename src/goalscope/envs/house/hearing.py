@@ -313,10 +313,11 @@ class _Listener(Corrections):
             things = self.acted or things
         if home and all(each.word in _IT and each.number < 2 for each in said):
             several = any(each.word in ("them", "those") and not each.number for each in said)
-            every = [several or each.every or each.number > 1 for each in things]
             things = [
-                replace(each, every=all_of, number=0, at=(), states=())
-                for each, all_of in zip(things, every, strict=True)
+                replace(
+                    each, every=several or each.every or each.number > 1, number=0, at=(), states=()
+                )
+                for each in things
             ]
         self.miss(clause, things)
         if home and not (clause.later or clause.negated):

@@ -9,7 +9,7 @@ from typing import Any
 
 from goalscope.envs.house.heard import HOME, Hearing, Request
 from goalscope.envs.house.object_types import SINGLE
-from goalscope.envs.house.properties import ACTS, PREDICATES
+from goalscope.envs.house.properties import ACTS, PREDICATES, act_of
 from goalscope.envs.house.state import innermost, is_whole
 from goalscope.envs.house.view import View
 from goalscope.types import Action
@@ -88,7 +88,7 @@ def spent(first: View, view: View, hearing: Hearing, done: Sequence[Action]) -> 
 def serves(view: View, action: Action, request: Request) -> bool:
     """Whether the action is one that the request asks for, or more."""
     asked = ("put", "pick up") if request.verb == "pick up" else (request.verb,)
-    name = "fill" if action.name.startswith("fill") else action.name
+    name = act_of(action.name)
     places = request.destination_types if request.verb == "put" else ()
     there = not places or places == (HOME,) or view.type_of(action.destination) in places
     return name in asked and view.type_of(action.target) in request.object_types and there

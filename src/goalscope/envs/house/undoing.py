@@ -11,13 +11,14 @@ from goalscope.envs.house.heard import HOME, Request
 from goalscope.envs.house.leave import IRREVERSIBLE
 from goalscope.envs.house.meeting import FILLS
 from goalscope.envs.house.names import the
-from goalscope.envs.house.properties import ACTS
+from goalscope.envs.house.properties import ACTS, act_of
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.view import View
 from goalscope.envs.house.vocabulary import NUMBERS
 from goalscope.types import Action
 
 __all__ = [
+    "GUESSES",
     "NOTHING",
     "UNKNOWN",
     "inverse",
@@ -30,6 +31,9 @@ __all__ = [
 ]
 
 NOTHING = "There is nothing to undo."
+GUESSES = -1
+"""In place of a number of orders: what nobody ordered."""
+
 UNKNOWN = "I do not know what to undo: tell me what should be as it was."
 
 _LEAD = (
@@ -76,7 +80,7 @@ _LASTING = (*IRREVERSIBLE, "clean")
 def undoes(said: str) -> tuple[int, str] | None:
     """How many orders a part of `said`, evened, asks to undo, 0 for all; and what else it says.
 
-    -1 stands for what nobody ordered. None if no part asks to undo anything.
+    `GUESSES` stands for what nobody ordered. None if no part asks to undo anything.
     """
     parts = _PARTS.split(said)
     for i in range(0, len(parts), 2):
@@ -84,7 +88,7 @@ def undoes(said: str) -> tuple[int, str] | None:
         if found and not _WHEN.search(_sentence_of(parts, i)):
             number = (found["number"] or "one").strip()
             most = 0 if found["all"] or found["back"] else NUMBERS.get(number) or int(number)
-            most = -1 if found["guesses"] else most
+            most = GUESSES if found["guesses"] else most
             return most, "".join([*parts[:i], *parts[i + 2 :]]).strip(" ,")
     return None
 
@@ -177,11 +181,9 @@ def restoring(
 
 def takes_back(action: Action, done: Action) -> bool:
     """Whether an action that restores a thing is about what another one did to it."""
-    states = [
-        ACTS.get(each.name.partition(" with ")[0], ("", "parentReceptacles"))[1]
-        for each in (action, done)
-    ]
-    return action.target == done.target and states[0] == states[1]
+    place = ("", "parentReceptacles", None)
+    states = {ACTS.get(act_of(each.name), place)[1] for each in (action, done)}
+    return action.target == done.target and len(states) == 1
 
 
 def lasting(view: View, start: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:

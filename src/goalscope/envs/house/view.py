@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from goalscope.envs.house.names import are, names, readable, the
-from goalscope.envs.house.properties import ACTS
+from goalscope.envs.house.properties import ACTS, act_of
 from goalscope.envs.house.state import innermost, is_whole
 from goalscope.types import Action
 
@@ -115,8 +115,8 @@ class View:
         if action.name == "put":
             there = self.id(action.destination) in (thing["parentReceptacles"] or ())
             return there and self.place(thing) != self.place(was)
-        _, state, value = ACTS.get(action.name.partition(" with ")[0], ("", "visible", None))
-        return value is None or thing[state] == value != was[state]
+        act = ACTS.get(act_of(action.name))
+        return act is None or thing[act[1]] == act[2] != was[act[1]]
 
     def changes(self, start: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
         """What is not as it was at the start, one object a text; what is new if it was cooked."""
