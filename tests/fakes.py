@@ -109,6 +109,11 @@ class LampRoom:
             return ""
         return f"May I smash the {action.target}?"
 
+    def reversal(
+        self, results: Sequence[StepResult], before: Sequence[StepResult], turns: Sequence[Turn]
+    ) -> None:
+        """Nothing is undone in this room."""
+
     def close(self) -> None:
         pass
 

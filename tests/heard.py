@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from functools import cache
 
-from fakes import WordModel
-from goalscope.acting import ActionPlanner
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.house.hearing import Hearing, hear
-from goalscope.types import StepResult, Turn
+from goalscope.types import Turn
+from talks import Talk
 
 TYPES = [
     "Bread",
@@ -67,15 +66,11 @@ def robot_in(scene: str) -> HomeRobot:
 
 def told(scene: str, *said: str) -> tuple[set[str], list[str], str]:
     """What has changed in the end, what was told of the newest words, and what was asked."""
-    robot, turns = robot_in(scene), list[Turn]()
+    robot = robot_in(scene)
     robot.reset()
-    history: list[StepResult] = []
-    notes, question = list[str](), ""
+    talk = Talk(robot, "What would you like me to do?")
     for each in said:
-        turns.append(Turn("What would you like me to do?", each))
-        outcome = ActionPlanner(WordModel()).act(robot, [], turns, history)
-        history += outcome.results
-        notes, question = robot.unmet(turns, outcome.results), outcome.question
+        talk.say(each)
     status = robot.status().splitlines()
     changes = {line.removeprefix("- ") for line in status if line.startswith("- ")}
-    return changes, notes, question
+    return changes, talk.told, talk.rounds[-1].question

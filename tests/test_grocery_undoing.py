@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from fakes import said
-from goalscope.envs.grocery.undoing import besides_undoing, standing
+from fakes import WordModel
+from goalscope.agent import Agent
+from goalscope.envs.grocery.undoing import harm
+from goalscope.envs.undoing import undoes
+from goalscope.taking_back import IDLE, NOT_PLAIN, NOTHING
 from goalscope.types import Action
 from shops import shop, talked
+from talks import Talk
 
 EGGS = {"Large Eggs": 1}
-BY_ITSELF = 'Nothing is taken back. Say "Undo that" by itself.'
 
 
 @pytest.mark.parametrize(
@@ -29,7 +32,10 @@ BY_ITSELF = 'Nothing is taken back. Say "Undo that" by itself.'
         (["Add eggs", "undo that, add eggs"], EGGS),
         (["Add eggs", "undo that. Buy the basket."], {}),
         (["Add eggs", "undo that. Do you have kale?"], {}),
-        (["Add eggs", "undo the last two"], EGGS),
+        (["Add eggs", "undo the last two"], {}),
+        (["Add eggs", "add kale", "add leeks", "undo the last two"], EGGS),
+        (["Add eggs", "add kale", "undo that twice"], {}),
+        (["Add eggs", "add kale", "thanks", "undo everything"], {}),
         (["Add eggs", "add kale, then undo that"], {**EGGS, "Kale": 1}),
         (["Add eggs", "undo that, but only if we have some"], EGGS),
     ],
@@ -43,27 +49,26 @@ def test_what_was_taken_back_stays_away_and_the_rest_is_done(
 @pytest.mark.parametrize(
     ("utterances", "told"),
     [
-        (["Add eggs", "undo the last two"], [BY_ITSELF]),
-        (["Add eggs", "cancel that twice"], [BY_ITSELF]),
-        (["Add eggs", "add kale, then undo that"], [BY_ITSELF]),
+        (["Add eggs", "cancel that twice"], []),
+        (["Add eggs", "add kale, then undo that"], [NOT_PLAIN]),
         (["Add eggs", "undo that, add oat milk"], []),
-        (["My budget is $5", "undo that"], ["That is taken back, and the basket stays as it is."]),
-        (["I'm vegan", "undo that"], ["That is taken back, and the basket stays as it is."]),
+        (["My budget is $5", "undo that"], [IDLE]),
+        (["I'm vegan", "undo that"], [IDLE]),
         (["hello", "undo that"],
-         ["There is nothing that I can take back. Please say what is to change."]),
-        (["Add eggs", "add kale", "undo that. Buy the basket."],
-         ['To have the basket bought, say "Buy the basket".']),
+         [NOTHING]),
     ],
 )  # fmt: skip
 def test_what_is_told(utterances: list[str], told: list[str]) -> None:
-    opened, notes = talked({}, *utterances)
-    assert notes == told
-    assert not opened.is_completion(said(*utterances)[-1])
+    assert talked({}, *utterances)[1] == told
 
 
 def test_a_question_that_comes_with_it_is_answered() -> None:
-    _, (answer,) = talked({}, "Add eggs", "undo that. Do you have kale?")
-    assert answer == shop().answer("Do you have kale?")
+    agent = Agent(shop(), WordModel(), method="no-goals")
+    agent.step("What would you like?", "Add eggs")
+    assert agent.step("What else?", "undo that. Do you have kale?").notes == (
+        'Taken back: "Add eggs".',
+    )
+    assert agent.ask() == f"{shop().answer('Do you have kale?')}\nWhat else would you like?"
 
 
 @pytest.mark.parametrize(
@@ -77,36 +82,30 @@ def test_a_question_that_comes_with_it_is_answered() -> None:
     ],
 )
 def test_an_allergy_stays(utterance: str, stays: str) -> None:
-    assert standing((utterance, "undo that")) == ((stays, ""), 0)
+    assert harm(utterance) == stays
 
 
 @pytest.mark.parametrize("utterance", ["don't undo that", "undo the kale", "add eggs and milk", ""])
 def test_other_words_take_nothing_back(utterance: str) -> None:
-    assert besides_undoing(utterance) is None
+    assert undoes(utterance) is None
 
 
-def test_after_a_restart_the_words_stand() -> None:
-    opened = shop({**EGGS, "Whole Milk": 1})
-    turns = said("Add eggs", "add whole milk", "undo that")
-    assert opened.requests(turns) == []
-    (told,) = opened.unmet(turns, [])
-    assert "What the basket held before is not known." in told
-    turns = said("Add eggs", "add whole milk", "undo that", "remove the guesses")
-    assert opened.requests(turns) == []
-    turns = said("Add eggs", "add whole milk", "undo that", "add kale", "undo that")
-    assert opened.requests(turns[:4]) == [Action("add item", "Kale")]
-    assert opened.step(Action("add item", "Kale")).ok
-    assert opened.requests(turns) == [Action("remove item", "Kale")]
+def test_a_guess_goes_with_the_words_that_led_to_it() -> None:
+    talk = Talk(shop())
+    talk.say("Add eggs", guesses=[Action("add item", "Walnuts")])
+    talk.say("I'm baking a cake", guesses=[Action("add item", "Kale"), Action("add item", "Leeks")])
+    talk.say("thanks")
+    assert talk.say("undo that").takes_back == (2,)
+    assert talk.env.basket == {**EGGS, "Walnuts": 1}
+    assert talk.say("undo that").takes_back == (1,)
+    assert talk.env.basket == {}
 
 
-def test_another_episode_of_the_same_words_has_its_own_baskets() -> None:
-    opened = shop()
-    turns = said("Add eggs", "add kale", "undo that")
-    for guess in ("Walnuts", "Whole Milk"):
-        opened.reset()
-        for number in (1, 2, 3):
-            for action in opened.requests(turns[:number]):
-                assert opened.step(action).ok
-            if number == 1:
-                assert opened.step(Action("add item", guess)).ok
-        assert opened.basket == {**EGGS, guess: 1}
+def test_what_is_ruled_out_stays_out() -> None:
+    talk = Talk(shop())
+    for each in ("Add whole milk", "I'm allergic to milk, take it out"):
+        talk.say(each)
+    assert talk.env.basket == {}
+    back = talk.say("undo that")
+    assert talk.env.basket == {}
+    assert back.notes[-1] == "You ruled that out: Whole Milk."

@@ -6,12 +6,13 @@ import pytest
 
 from goalscope.envs.house.aims import is_aim
 from goalscope.envs.house.scenes import load_scene
+from goalscope.taking_back import IDLE, NOTHING
 from goalscope.types import Action, InvalidInputError, Turn
 from heard import robot_in, told
+from talks import Talk
 
 LAPTOP = {"laptop: now on the sofa"}
 PAPER = {"newspaper: now in the robot's hand"}
-UNKNOWN = "I do not know what to undo: tell me what should be as it was."
 
 
 def turns(*said: str) -> list[Turn]:
@@ -130,41 +131,41 @@ def test_what_undoes_nothing(said: str) -> None:
 def test_everything_is_undone_also_what_nobody_asked_for() -> None:
     robot = robot_in("LivingRoom1")
     robot.reset()
-    for action in (
+    talk = Talk(robot)
+    guesses = (
         Action("put", "newspaper", destination="sofa"),
         Action("turn off", "desk lamp"),
         Action("open", "drawer 1"),
         Action("put", "vase", destination="box"),
         Action("pick up", "remote control"),
-    ):
-        assert robot.step(action).ok
-    said = turns("tidy up", "undo everything")
-    for action in robot.requests(said):
-        assert robot.step(action).ok
+    )
+    talk.say("tidy up", guesses=guesses)
+    talk.say("Open drawer 2")
+    assert talk.say("undo everything").takes_back == (2, 1)
     assert "Nothing has been changed" in robot.status()
-    assert robot.requests(said) == []
+    assert not talk.say("thanks").results
 
 
 def test_what_nobody_can_undo_is_told() -> None:
     said = ["slice the bread", "wash mug 1 and fill it with coffee", "undo everything"]
     changes, notes, _ = told("Kitchen1", *said)
     assert changes == {"bread: sliced", "mug 1: no longer dirty"}
-    assert notes == ["I cannot undo that: slice the bread.", "I cannot undo that: clean mug 1."]
-    assert told("Kitchen1", "undo everything")[1] == ["There is nothing to undo."]
+    assert notes == ["I cannot undo that: clean mug 1.", "I cannot undo that: slice the bread."]
+    assert told("Kitchen1", "undo everything")[1] == [NOTHING]
     assert told("Kitchen1", *said, "open the fridge")[0] == {*changes, "fridge: open"}
 
 
 def test_a_guess_is_undone_and_then_nothing_is_told() -> None:
     robot = robot_in("Bedroom1")
     robot.reset()
-    order, guess = turns("open drawer 1"), Action("put", "book 1", destination="bed")
-    assert all(robot.step(action).ok for action in (*robot.requests(order), guess))
-    said = [*order, *turns("tidy up the room", "undo that")]
-    done = [robot.step(action) for action in robot.requests(said)]
-    assert [(each.action.name, each.action.target) for each in done] == [("put", "book 1")]
-    assert robot.unmet(said, done) == []
+    talk = Talk(robot)
+    talk.say("open drawer 1")
+    talk.say("tidy up the room", guesses=[Action("put", "book 1", destination="bed")])
+    back = talk.say("undo that")
+    done = [each.action for each in back.results]
+    assert [(each.name, each.target) for each in done] == [("put", "book 1")]
+    assert back.notes == ('Taken back: "tidy up the room".',)
     assert robot.status().splitlines()[2:] == ["- drawer 1: open"]
-    assert robot.unmet([*said, *turns("undo that")], []) == [UNKNOWN]
 
 
 def test_what_was_met_once_is_not_met_anew() -> None:
@@ -376,7 +377,7 @@ SINK = "now in the sink basin"
         (["put a mug in the sink", "fill it with water", "fill it with coffee"],
          {f"mug 2: filled with water, {SINK}"}, ["Mug 2 is filled already."]),
         (["fill the mug with coffee", "fill the mug with water", "undo that"],
-         {"mug 2: filled with coffee"}, ["There is nothing to undo."]),
+         {"mug 2: filled with coffee"}, [IDLE]),
         (["open cabinet 1", "open cabinet 2", "close everything", "undo that"],
          {"cabinet 1: open", "cabinet 2: open"}, []),
         (["turn on the light", "turn everything off", "undo that"], set(), []),

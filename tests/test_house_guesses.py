@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from goalscope.envs.house.answers import ABLE
+from goalscope.taking_back import IDLE, NOT_PLAIN, NOTHING
 from goalscope.types import Action, Turn
 from heard import heard, robot_in, told
 
@@ -72,7 +73,6 @@ def test_nothing_else_is_guessed_for_an_order_to_clear_one_thing(said: str) -> N
 
 CRACKED = 'I can cook an egg only once it is cracked: say "crack the egg".'
 SLICED = 'I can cook the bread only once it is sliced: say "slice the bread".'
-NOTHING = "I do not know what to undo: tell me what should be as it was."
 
 
 @pytest.mark.parametrize(
@@ -114,6 +114,8 @@ def test_a_cracked_egg_is_cooked_and_carried() -> None:
 
 DARK = "light switch: no longer on"
 APPLE = "apple: now in the fridge"
+HELD = "apple: now in the robot's hand"
+TABLE = "apple: now on the dining table"
 
 
 @pytest.mark.parametrize(
@@ -148,11 +150,11 @@ APPLE = "apple: now in the fridge"
         (["put everything back"], set(), ["They are where they were already."]),
         (["open the fridge", "undo that", "open the fridge"], {"fridge: open"}, []),
         (["open the fridge", "don't undo that"], {"fridge: open"}, []),
-        (["turn on the light", "undo that"], set(), ["There is nothing to undo."]),
+        (["turn on the light", "undo that"], set(), [IDLE]),
         (
             ["clean mug 1", "undo that"],
             {"mug 1: no longer dirty"},
-            ["I cannot undo that: clean the mug."],
+            ["I cannot undo that: clean mug 1."],
         ),
         (["undo that"], set(), [NOTHING]),
         (["open the fridge", "I didn't want that. Undo it."], set(), []),
@@ -160,22 +162,21 @@ APPLE = "apple: now in the fridge"
         (["take the apple back to the fridge"], {APPLE}, []),
         (["open the fridge", "undo that and turn the light off"], {DARK}, []),
         (["open the fridge", "undo that and turn the light off", "undo that"], set(), []),
-        (["open the fridge", "if it is empty, undo that"], {"fridge: open"}, []),
+        (["open the fridge", "if it is empty, undo that"], {"fridge: open"}, [NOT_PLAIN]),
         (
             ["open the fridge", "turn the light off", "don't touch the apple", "undo that"],
-            {"fridge: open"},
-            [],
+            {"fridge: open", DARK},
+            [IDLE],
         ),
         (
             ["put the apple in the fridge", "put the apple in the fridge later", "undo that"],
             {APPLE},
-            [NOTHING],
+            [IDLE],
         ),
-        (
-            ["put the apple in the fridge", "I'm hungry", "undo that", "undo that"],
-            {APPLE},
-            [NOTHING],
-        ),
+        (["put the apple in the fridge", "I'm hungry", "undo that"], {APPLE}, [IDLE]),
+        (["put the apple in the fridge", "I'm hungry", "undo that", "undo that"], set(), []),
+        (["bring me the apple", "put it in the fridge", "undo that"], {HELD}, []),
+        (["put the apple in the fridge", "undo that. Put it on the table"], {TABLE}, []),
     ],
 )
 def test_what_was_ordered_is_undone_or_told(
@@ -237,7 +238,7 @@ def test_only_what_was_meant_stays(correction: str, changes: set[str]) -> None:
             ["I cannot undo that: slice the apple."],
         ),
         (["cook the potato and open the fridge", "I only meant the fridge"], {"fridge: open"}, []),
-        (["cook the potato", "undo that"], set(), ["There is nothing to undo."]),
+        (["cook the potato", "undo that"], set(), [IDLE]),
         (["put the apple in the fridge", "leave it there"], {APPLE}, []),
         (["put the apple in the fridge", "leave the apple where it is"], {APPLE}, []),
         (["put the apple in the fridge", "leave it there", "don't touch it"], set(), []),
@@ -408,5 +409,3 @@ def test_a_guess_about_a_thing_that_was_asked_for_before_is_a_guess() -> None:
         assert robot.step(Action("put", name, destination="sink basin")).ok
     asks = [*said, Turn("", "I'm hungry"), Turn("", "what did you guess?")]
     assert robot.unmet(asks, ()) == ["Guessed, not asked for: spoon, butter knife."]
-    undo = [*said, Turn("", "I'm hungry"), Turn("", "undo that")]
-    assert {action.target for action in robot.requests(undo)} == {"spoon", "butter knife"}

@@ -8,7 +8,7 @@ from typing import Protocol, cast
 
 from goalscope.envs import Environment
 from goalscope.models import Model
-from goalscope.policy import Array, Planner, Want, Wordings, choose, weigh
+from goalscope.policy import Array, Planner, Want, Wordings, choose, spoken, weigh
 from goalscope.types import Action, StepResult, Turn
 
 __all__ = ["ActionPlanner", "SpokenEnvironment"]
@@ -109,7 +109,7 @@ class ActionPlanner(Planner):
         served: set[str] = set()
         before = {result.action.target for result in history}
         before |= {result.action.destination for result in history}
-        utterances = [turn.utterance for turn in turns]
+        utterances = spoken(turns)
         named, newest = set(env.mentioned(utterances)), set(env.mentioned(utterances[-1:]))
         speaker = cast(SpokenEnvironment, env)
         for term in terms:
@@ -143,7 +143,7 @@ class ActionPlanner(Planner):
         self, thing: str, phrases: Sequence[str], wants: Sequence[Want], turns: Sequence[Turn]
     ) -> tuple[Array, Array]:
         """[G + 1] probabilities, and [G + 1, len(phrases)] gains in nats; see `weigh`."""
-        words = self.newest([turn.utterance for turn in turns])
+        words = self.newest(spoken(turns))
         probability, gains, _ = weigh(
             wants, words, lambda goal: self.log_probability(phrases, goal, ACT, thing=thing)
         )

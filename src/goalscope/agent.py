@@ -18,7 +18,8 @@ from goalscope.episode import Round
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
 from goalscope.models import Heard, Model
-from goalscope.policy import Outcome, Planner, Want, undo
+from goalscope.policy import Outcome, Planner, Want, spoken, undo
+from goalscope.taking_back import TakingBack, heard, take_back
 from goalscope.tracker import UNCORRECTABLE, Correction, GoalTracker
 from goalscope.types import (
     UNSPECIFIED,
@@ -27,6 +28,7 @@ from goalscope.types import (
     GoalChange,
     GoalscopeError,
     InvalidInputError,
+    TakenBack,
     Turn,
     checked_text,
 )
@@ -160,10 +162,11 @@ class Agent:
         but what else they would like; an informative question is asked after orders, too.
         """
         self._progress("asking")
-        if self.rounds and (question := self.rounds[-1].question):
-            return with_answer(self.env, self.turns[-1], question)
-        if self.rounds and is_remark(self.rounds[-1].turn.utterance):
-            return with_answer(self.env, self.turns[-1], FALLBACK)
+        turns = heard(self.env, self.rounds)
+        if turns and (question := self.rounds[-1].question):
+            return with_answer(self.env, turns[-1], question)
+        if turns and (isinstance(turns[-1], TakenBack) or is_remark(turns[-1].utterance)):
+            return with_answer(self.env, turns[-1], FALLBACK)
         seed = self.seed + len(self.rounds)
         tracker = self.tracker
         if self.questions == "informative" and tracker and isinstance(tracker.likelihood, RolePlay):
@@ -178,8 +181,8 @@ class Agent:
                 heard=self._draft,
             )
             return self._asked[0]
-        if self.rounds and self.rounds[-1].results and self.env.is_order(self.turns):
-            return with_answer(self.env, self.turns[-1], FALLBACK)
+        if turns and self.rounds[-1].results and self.env.is_order(turns):
+            return with_answer(self.env, turns[-1], FALLBACK)
         return ask(self.model, self.env, self.turns, seed=seed, heard=self._draft)
 
     def step(
@@ -224,13 +227,16 @@ class Agent:
         before = (tracker.belief, tracker.turns) if tracker else None
         history = [result for round in self.rounds for result in round.results]
         try:
-            turns = [*self.turns, turn]
+            back = take_back(self.env, self.rounds, turn)
+            turns = heard(self.env, self.rounds, turn, gone=back.rounds if back else ())
+            undone, said = back or TakingBack(), turns[-1].utterance
             asked = self.rounds[-1].question if self.rounds else ""
             answers = asked == CONFIRM
             sure = answers and agreed and bool(confirmed)
-            complete = ends = sure or self.env.is_completion(turn)
-            asks = self.env.answer(turn.utterance) is not None
-            silent = asks or sure or is_remark(turn.utterance)
+            only_undoes = isinstance(turns[-1], TakenBack)
+            complete = ends = sure or (not only_undoes and self.env.is_completion(turns[-1]))
+            asks = not only_undoes and self.env.answer(said) is not None
+            silent = only_undoes or asks or sure or is_remark(said)
             order = not silent and self.env.is_order(turns)
             answered = bool(asked) and (agreed or declines(utterance))
             exact = complete or silent or order or answers or answered
@@ -242,10 +248,12 @@ class Agent:
             )
             wants = [] if exact else self._wants(turns)
             outcome = Outcome((), 0, asked if asks else "")
-            if not asks:
+            if not (asks or only_undoes):
                 self._progress("planning")
-                outcome = self.planner.act(self.env, wants, turns, history)
-            results = outcome.results
+                past = [*history, *undone.results]
+                outcome = self.planner.act(self.env, wants, turns, past)
+            outcome = replace(outcome, failed=(*undone.failed, *outcome.failed))
+            results = (*undone.results, *outcome.results)
             how_to_end = f'If that is all, say "{self.env.completion_phrase}".'
             not_done = f'Not done. If it shall be, say "{self.env.completion_phrase}", then "Yes".'
             final = self.env.completion_actions() if complete else []
@@ -255,8 +263,9 @@ class Agent:
                 results += tuple(taken(self.env, action) for action in final)
             told = (
                 *([NO_GOAL] if missing and not exact else []),
+                *undone.notes,
                 *self._notes(turns, outcome),
-                *([] if asks else self.env.unmet(turns, outcome.results)),
+                *([] if asks or only_undoes else self.env.unmet(turns, outcome.results)),
                 *([how_to_end] if takes_leave(turn.utterance) and not ends else []),
                 *([not_done] if answers and not ends else []),
             )
@@ -274,6 +283,8 @@ class Agent:
                 terminated=complete or any(result.terminated for result in results),
                 question=outcome.question,
                 state=self.env.fingerprint(),
+                takes_back=undone.rounds,
+                reversals=len(undone.results),
             )
             if keep:
                 keep(round)
@@ -355,7 +366,7 @@ class Agent:
     def _wants(self, turns: Sequence[Turn]) -> list[Want]:
         """What to act for: the top k goals; the planner weighs what remains by the words alone."""
         if self.tracker is None:
-            return [Want(self.planner.newest([turn.utterance for turn in turns]), 1.0)]
+            return [Want(self.planner.newest(spoken(turns)), 1.0)]
         return [Want(goal.text, p) for goal, p in self._stated(self.tracker.belief)]
 
     def _stated(self, belief: Belief) -> list[tuple[Goal, float]]:

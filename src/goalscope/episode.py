@@ -29,6 +29,8 @@ class Round:
         question: What the agent has to ask next: leave for an act that cannot be undone.
         state: Fingerprint of the environment after the actions.
         terminated: Whether the task is complete.
+        takes_back: Numbers of earlier rounds, the newest first, that this one takes back.
+        reversals: How many of the results, the first ones, brought back what those had changed.
     """
 
     number: int
@@ -42,3 +44,5 @@ class Round:
     terminated: bool
     question: str = ""
     state: str = ""
+    takes_back: tuple[int, ...] = ()
+    reversals: int = 0

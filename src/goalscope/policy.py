@@ -14,9 +14,9 @@ from goalscope.goals import drawn_lines
 from goalscope.models import Model
 from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import recent, render
-from goalscope.types import Action, GoalscopeError, StepResult, Turn
+from goalscope.types import Action, GoalscopeError, StepResult, TakenBack, Turn
 
-__all__ = ["Choice", "Outcome", "Planner", "Want", "choose", "undo", "weigh"]
+__all__ = ["Choice", "Outcome", "Planner", "Want", "choose", "spoken", "undo", "weigh"]
 
 OTHER_GOALS = ("get through the week", "clean the bathroom", "have breakfast")
 """Everyday goals that stand for having no particular one."""
@@ -166,7 +166,7 @@ class Planner:
         """
         impossible: dict[Action, StepResult] = {}
         standing: list[StepResult] = []
-        terms, held = self.search_terms(env, wants, [turn.utterance for turn in turns])
+        terms, held = self.search_terms(env, wants, spoken(turns))
         held = [term for term in held if env.actions([term], turns)]
         question = ""
         asked: set[Action] = set()
@@ -326,6 +326,11 @@ def weigh(
     given = np.array([*(score(want.text) for want in wants), without])
     probability = np.append(known, max(0.0, 1.0 - known.sum()))
     return probability / probability.sum(), (given + score(words)) / 2 - without, without
+
+
+def spoken(turns: Sequence[Turn]) -> list[str]:
+    """What a person said, and did not take back."""
+    return [turn.utterance for turn in turns if not isinstance(turn, TakenBack)]
 
 
 def undo(env: Environment, history: Sequence[StepResult], expected: str | None = None) -> None:

@@ -45,6 +45,8 @@ def round_to_json(round: Round) -> str:
             "terminated": round.terminated,
             "question": round.question,
             "state": round.state,
+            "takes_back": list(round.takes_back),
+            "reversals": round.reversals,
         }
     )
 
@@ -114,6 +116,8 @@ def round_from_json(text: str) -> Round:
         terminated=data["terminated"],
         question=data.get("question", ""),
         state=data.get("state", ""),
+        takes_back=tuple(data.get("takes_back", ())),
+        reversals=data.get("reversals", 0),
     )
 
 

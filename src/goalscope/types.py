@@ -19,6 +19,7 @@ __all__ = [
     "ModelError",
     "Profile",
     "StepResult",
+    "TakenBack",
     "Turn",
     "UnreadableAnswerError",
     "checked_text",
@@ -148,6 +149,14 @@ class Turn:
 
     query: str
     utterance: str
+
+
+@dataclass(frozen=True, slots=True)
+class TakenBack(Turn):
+    """A turn whose words count no more: they were taken back, or took others back.
+
+    What they speak of may still be meant by an "it" that follows.
+    """
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from typing import Protocol, cast
 
 from goalscope.types import Action, GoalscopeError, Profile, StepResult, Turn
 
-__all__ = ["GUESSED", "MAY_LACK", "SEARCH", "Environment", "missing", "taken"]
+__all__ = ["GUESSED", "MAY_LACK", "SEARCH", "Environment", "Reversal", "missing", "taken"]
 
 GUESSED = "Guessed, not asked for: "
 """How a note begins that tells what was guessed."""
@@ -16,8 +16,12 @@ SEARCH = "search inventory"
 """Name of the action that only looks something up, in every domain."""
 
 
+Reversal = tuple[list[Action], list[str]]
+"""What brings back what was changed, and a sentence for each change that nothing brings back."""
+
 MAY_LACK = frozenset(
-    {"notes", "close", "is_order", "unmet", "permission", "answer", "completion_actions"}
+    {"notes", "close", "is_order", "unmet", "permission", "reversal", "answer"}
+    | {"completion_actions"}
 )
 """What a class that inherits from `Environment` may leave out."""
 
@@ -99,6 +103,20 @@ class Environment(Protocol):
         An act that nobody can undo needs the person's word in `turns`.
         """
         return ""
+
+    def reversal(
+        self, results: Sequence[StepResult], before: Sequence[StepResult], turns: Sequence[Turn]
+    ) -> Reversal | None:
+        """What brings back what a person wants undone; None where nothing is undone here.
+
+        Args:
+            results: What is to be undone.
+            before: Everything that was done before `results`, in order. What was done after them
+                has been undone, or changed nothing that they changed.
+            turns: What the person said, where what is taken back is a `TakenBack`; what they rule
+                out stays so.
+        """
+        return None
 
     def step(self, action: Action) -> StepResult:
         """Take one action. An impossible one changes nothing and says why."""

@@ -35,21 +35,19 @@ from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.swapping import swapped
 from goalscope.envs.grocery.telling import listed, not_met, not_there, unlabelled
-from goalscope.envs.grocery.undoing import (
-    Starts,
-    besides_undoing,
-    steps,
-    undoing_notes,
-)
+from goalscope.envs.grocery.undoing import calling_notes, harm, steps
 from goalscope.envs.grocery.unheard import above_limit, not_replaced, undone
 from goalscope.envs.grocery.words import singulars
 from goalscope.envs.remarks import asks_for_guesses
-from goalscope.types import Action, Profile, StepResult, Turn
+from goalscope.types import Action, Profile, StepResult, TakenBack, Turn
 
 __all__ = ["NAMES", "GroceryShop"]
 
 NAMES = (envs.SEARCH, "add item", "remove item", "buy basket")
 """What can be done here."""
+
+_MOVES = {"add item": 1, "remove item": -1}
+"""What moves an item, and whether into the basket or out of it."""
 
 _AT_ONCE = 8
 """Things that are guessed at once at most: what is left of a budget must do for all of them."""
@@ -74,7 +72,6 @@ class GroceryShop:
         self._basket: dict[str, int] = {}
         self._taken_out: set[str] = set()
         self._translated = lru_cache(maxsize=1024)(self._search.translated)
-        self._starts = Starts()
         self._bought = False
 
     @property
@@ -111,7 +108,7 @@ class GroceryShop:
         return sum((i.price * n for i, n in self._contents() if i.price is not None), Decimal(0))
 
     def reset(self) -> None:
-        """Empty the basket, not bought; what it held before each round is kept for undoing."""
+        """Empty the basket, not bought."""
         self._basket.clear()
         self._taken_out.clear()
         self._bought = False
@@ -192,31 +189,30 @@ class GroceryShop:
         """
         if self._bought:
             return []
-        key = tuple(turn.utterance for turn in turns)
-        self._starts.note(key, self.basket, first=not (self._basket or self._taken_out))
-        hearing, now = self._heard(turns), self.basket
-        undoing = besides_undoing(key[-1]) if key else None
-        rest = undoing is None or bool(undoing[1])
-        before = self._starts.before(key)
-        if before is None:
-            return self._changes(hearing) if rest else []
-        kept = {n: k if self._permits(n, hearing) else now.get(n, 0) for n, k in before.items()}
-        target = {name: min(kept[name], number) for name, number in before.items() if kept[name]}
-        if rest:
-            self._starts.correct(key, target)
-            self._basket = dict(target)
-            asked = self._changes(hearing)
-            self._basket = now
-            for each in asked:
-                sign = 1 if each.name == "add item" else -1
-                target[each.target] = target.get(each.target, 0) + sign * each.quantity
-        return steps(now, target)
+        return self._changes(self._heard(turns))
+
+    def reversal(
+        self, results: Sequence[StepResult], before: Sequence[StepResult], turns: Sequence[Turn]
+    ) -> envs.Reversal:
+        """What takes out what `results` put in, and puts back what they took out.
+
+        What is ruled out stays out.
+        """
+        now, hearing = self.basket, self._heard(turns)
+        then = {name: max(now.get(name, 0) - number, 0) for name, number in _net(results).items()}
+        back = steps({name: now.get(name, 0) for name in then}, then)
+        kept = [
+            each
+            for each in back
+            if each.name == "add item" and not self._permits(each.target, hearing)
+        ]
+        left = [f"You ruled that out: {each.target}." for each in kept]
+        return [each for each in back if each not in kept], left
 
     def is_order(self, turns: Sequence[Turn]) -> bool:
         """Whether the newest words say exactly what is to be done, or leave nothing to guess."""
         newest = turns[-1].utterance if turns else ""
-        undoing = besides_undoing(newest)
-        if not turns or (undoing and not undoing[1]) or asks_for_guesses(newest):
+        if not turns or asks_for_guesses(newest):
             return bool(turns)
         hearing = self._heard(turns)
         said = self._names.hidden(self._spoken(turns)[-1])
@@ -229,10 +225,8 @@ class GroceryShop:
         """What the newest turn asks for outright and did not get, one sentence each."""
         hearing = self._heard(turns)
         before = self.basket
-        for result in results:
-            sign = {"add item": -1, "remove item": 1}.get(result.action.name, 0)
-            name = result.action.target
-            before[name] = before.get(name, 0) + sign * result.action.quantity
+        for name, number in _net(results).items():
+            before[name] = before.get(name, 0) - number
         held = [item for name, n in before.items() if n > 0 and (item := self.catalogue.get(name))]
         told: list[str] = []
         buys, tries = self.is_completion(turns[-1]), tries_to_buy(turns[-1].utterance)
@@ -245,12 +239,9 @@ class GroceryShop:
             total, named = map(self.catalogue.money, (self.total, hearing.budget))
             told.append(f"The basket comes to {total}, above the {named} that you named.")
         unasked = [item.name for item in guessed(hearing, held, self._choice)]
-        key = tuple(turn.utterance for turn in turns)
-        told += undoing_notes(key[-1], results, unasked, taken_back=self._starts.takes_back(key))
+        told += calling_notes(turns[-1].utterance, unasked)
         if buys and unasked:
             told.append(f"{envs.GUESSED}{', '.join(unasked)}.")
-        if undoing := besides_undoing(key[-1]):
-            told += filter(None, [answered(self._translated(undoing[1]), self)])
         stated = hearing.diets if buys else hearing.diets - self._heard(turns[:-1]).diets
         told += unlabelled(stated, [item for item, _ in self._contents()])
         fresh = {each.action.target for each in results if each.action.name == "add item"}
@@ -287,8 +278,7 @@ class GroceryShop:
         told: Sequence[str],
     ) -> Iterator[str]:
         """That nothing was heard of things which the newest words order."""
-        undoing = besides_undoing(turns[-1].utterance)
-        newest = self._spoken(turns)[-1] if undoing is None and not hearing.unclear else ""
+        newest = "" if hearing.unclear else self._spoken(turns)[-1]
         clauses = heard(besides_buying(self._names.brief(self._names.hidden(newest))))
         asked = (*hearing.newest, *hearing.removed)
         phrases = (phrase for each in asked for phrase in (each.phrase, *each.replaces))
@@ -329,11 +319,8 @@ class GroceryShop:
                 )
 
     def answer(self, question: str) -> str | None:
-        """Answer a question about stock, prices or the basket; None for anything else.
-
-        What is asked with an order to undo is answered once that is done: see `unmet`.
-        """
-        return None if besides_undoing(question) else answered(self._translated(question), self)
+        """Answer a question about stock, prices or the basket; None for anything else."""
+        return answered(self._translated(question), self)
 
     def is_completion(self, turn: Turn) -> bool:
         """Whether the person orders the purchase of the basket here and now.
@@ -376,7 +363,10 @@ class GroceryShop:
 
     def _spoken(self, turns: Sequence[Turn]) -> list[str]:
         """What the person said and let stand; "add it" names what a question before was about."""
-        stands, _ = self._starts.standing(tuple(turn.utterance for turn in turns))
+        stands = [
+            harm(turn.utterance) if isinstance(turn, TakenBack) else turn.utterance
+            for turn in turns
+        ]
         said = [self._translated(each) for each in stands]
         for i, turn in enumerate(turns):
             said[i] = swapped(said[i], partial(self._named_last, said[:i]), self._choice.sells)
@@ -472,3 +462,12 @@ class GroceryShop:
         total = self.catalogue.money(self.total)
         told = f"The basket is now purchased for {total}.\n{self.status()}"
         return StepResult(action, True, told, terminated=True, irreversible=True)
+
+
+def _net(results: Sequence[StepResult]) -> dict[str, int]:
+    """How many of each item these results put in, less what they took out."""
+    found: dict[str, int] = {}
+    for action in (result.action for result in results if result.action.name in _MOVES):
+        number = found.get(action.target, 0) + _MOVES[action.name] * action.quantity
+        found[action.target] = number
+    return found

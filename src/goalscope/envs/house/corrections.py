@@ -13,8 +13,8 @@ from goalscope.envs.house.heard import HOME, Request
 from goalscope.envs.house.names import readable, the
 from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase, PhraseReader
-from goalscope.envs.house.standing import Standing, opposed
-from goalscope.envs.house.undoing import GUESSES, NOTHING, UNKNOWN, inverse, meant_only, was_done
+from goalscope.envs.house.standing import Standing
+from goalscope.envs.house.undoing import inverse, meant_only, was_done
 from goalscope.envs.speech import evened
 
 __all__ = ["Corrections"]
@@ -96,44 +96,6 @@ class Corrections(Standing):
     orders: list[tuple[list[Request], list[Request]]] = field(
         default_factory=list[tuple[list[Request], list[Request]]], init=False
     )
-
-    def undo(self, number: int) -> None:
-        """Go back to what stood before the last orders, 0 for all of them, or take `GUESSES` back.
-
-        What cannot be undone is kept as missed; what was done for an aim the robot must know.
-        """
-        self.exact = True
-        if number == GUESSES:
-            self.undone = "guesses"
-            return
-        if not number:
-            self.undone, self.wanted = "all", []
-            self.orders.clear()
-            return
-        first = len(self.orders) - number
-        undone = self.orders[max(first, 0) :]
-        if first < 0 and number == 1:
-            self.missed.append(UNKNOWN)
-            return
-        if not all(asked for _, asked in undone):
-            self.undone = "guessed"
-            if number == 1:
-                return
-        del self.orders[max(first, 0) :]
-        stood, displaced, self.wanted = undone[0][0] if undone else [], self.wanted, []
-        requests = [each for _, orders in reversed(undone) for each in reversed(orders)]
-        for request in requests:
-            self.reverse(request, stood)
-        for old in stood:
-            self.add(old, len(self.wanted))
-        self.newest = [self.all_but(stood, part) for part in self.newest]
-        again = [
-            old for old in stood if old not in displaced or any(opposed(old, r) for r in requests)
-        ]
-        self.asked += again
-        if not (self.newest or self.missed or self.undone or again):
-            self.missed.append(NOTHING)
-        self.undone = self.undone or "orders"
 
     def reverse(self, request: Request, stood: Sequence[Request] = ()) -> None:
         """Ask for the inverse of a request; where it has none and was met, keep that as missed.

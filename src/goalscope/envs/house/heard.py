@@ -68,9 +68,8 @@ class Hearing:
         asked: All that was ever asked for, as often as it was.
         stuck: Whether an order of the newest words cannot be followed, or was not understood and
             is no aim such as "tidy up".
-        undone: What the newest words undo: "all" that is not as it was, what was "guessed" last
-            besides orders, all "guesses", "orders" alone, or ""; "besides" where everything is put
-            back, and what was guessed is to be switched back, too.
+        undone: "guesses" where the newest words undo all of them; "besides" where everything is
+            put back, and what was guessed is to be switched back, too; else "".
     """
 
     wanted: tuple[Request, ...] = ()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from textwrap import shorten
 from typing import Any
@@ -22,10 +23,10 @@ from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase, first_named
 from goalscope.envs.house.referents import TO_SLICES
 from goalscope.envs.house.sentences import sentences
-from goalscope.envs.house.undoing import undoes
+from goalscope.envs.house.undoing import besides_guesses
 from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import agrees, evened, kept, lowered
-from goalscope.types import Turn
+from goalscope.types import TakenBack, Turn
 
 __all__ = ["IRREVERSIBLE", "Hearing", "Leave", "Request", "ask_permission", "completes", "hear"]
 
@@ -66,6 +67,9 @@ _AT_PLACE = re.compile(
 )
 """Where a person says that they are, or will use what they ask for."""
 
+_STANDS = ("wanted", "refused", "kept_out", "staying", "permitted", "asked", "orders")
+"""What words change that are not taken back."""
+
 _IT = frozenset(("it", "that", "this", "them", "those"))
 """Words for what was spoken of last."""
 
@@ -89,7 +93,10 @@ def hear(
     """
     listener = _Listener(objects, names(objects) if named is None else named, start or {})
     for turn in turns:
+        stood = listener.stands()
         listener.hear(turn)
+        if isinstance(turn, TakenBack):
+            listener.go_back(stood)
     return Hearing(
         tuple(listener.wanted),
         frozenset(listener.refused),
@@ -131,18 +138,15 @@ class _Listener(Corrections):
         text = kept(text.replace("\u2019", "'"))
         called_back = bool(said) and not text
         self.exact = called_back or is_exact(text, self.count, repeats=bool(self.order.verb))
-        undone, before = undoes(evened(text)), [*self.wanted]
-        self.undone = ""
-        if undone:
+        rest, before = besides_guesses(evened(text)), [*self.wanted]
+        self.undone = "" if rest is None else "guesses"
+        if rest is not None:
+            self.exact = True
             self.permitted.clear()
-            number, rest = undone
-            self.undo(number)
             text = " ".join(each for each in sentences(rest) if not is_remark(each))
-            before = [*self.wanted]
         elif leave.takes_back(said):
             self.permitted.clear()
             self.wanted.clear()
-        undoing = len(self.newest)
         ruled = self.ruled()
         if leave.hesitates(said):
             self.drop_leave(self.spoken_of(text))
@@ -165,16 +169,16 @@ class _Listener(Corrections):
             self.permitted.clear()
         self.permit(parse_plain(text, self.count))
         self.asked += self.newest
-        silent = not (self.newest or self.missed or undone)
+        silent = not (self.newest or self.missed or self.undone)
         aims = self.exact and is_aim(said.rstrip(" .!")) and v.LATER not in v.normal(text)
         other = _OTHER.fullmatch(said) or self.is_lost(evened(text), ruled)
         other = self.order.verb and other and not is_remark(text)
         if silent and (aims or other):
             self.exact = False
             self.puzzle(Clause("", said=" ".join(text.split()).rstrip(" .!")))
-        ordered = self.newest[undoing:]
+        ordered = [*self.newest]
         known = self.exact or self.stuck
-        if ordered or not (undone or (known and self.wanted == before)):
+        if ordered or not (rest is not None or (known and self.wanted == before)):
             self.orders.append((before, ordered))
         put = {k for old in self.latest for k in (*old.object_types, *old.destination_types)}
         if ordered or self.stuck:
@@ -182,6 +186,15 @@ class _Listener(Corrections):
         elif not (self.exact or agrees(text)) or (put and put.isdisjoint(self.spoken_of(text))):
             self.apart = True
         self.latest = ordered or ([] if self.apart else self.latest)
+
+    def stands(self) -> dict[str, Any]:
+        """A copy of what stands."""
+        return {name: copy(getattr(self, name)) for name in _STANDS}
+
+    def go_back(self, stood: Mapping[str, Any]) -> None:
+        """Have stand again what stood before; leave that was given is taken back, too."""
+        vars(self).update(stood)
+        self.permitted.clear()
 
     def serve_at(self, said: str) -> None:
         """Put what is to be brought, if it is several things, where the person will use it."""

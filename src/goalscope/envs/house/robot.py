@@ -6,7 +6,6 @@ import hashlib
 import json
 import math
 from collections.abc import Sequence
-from itertools import takewhile
 from typing import Any
 
 from goalscope import envs
@@ -23,7 +22,7 @@ from goalscope.envs.house.offers import NAMES, cooks, is_refused, possible, retu
 from goalscope.envs.house.primitives import Primitives, Refusal
 from goalscope.envs.house.properties import ACTS, LASTING, PREDICATES
 from goalscope.envs.house.state import is_whole
-from goalscope.envs.house.undoing import NOTHING, UNKNOWN, lasting, restoring, takes_back
+from goalscope.envs.house.undoing import NOTHING, lasting, restoring, takes_back
 from goalscope.envs.house.unmet import unmet
 from goalscope.envs.house.view import View
 from goalscope.envs.remarks import asks_for_guesses
@@ -61,6 +60,7 @@ class HomeRobot:
         self._view = View(self.metadata)
         self._first, self._start = self._view, self._view.table
         self._done: list[Action] = []
+        self._before: list[View] = []
         self._spots: dict[str, list[tuple[list[float], str]]] = {}
         self.fingerprint()
 
@@ -87,6 +87,7 @@ class HomeRobot:
         self._primitives.reset()
         self._view = View(self.metadata)
         self._done.clear()
+        self._before.clear()
 
     @property
     def names(self) -> dict[str, str]:
@@ -228,8 +229,6 @@ class HomeRobot:
         hearing = self._hear(turns)
         missed = () if results and not (hearing.stuck or hearing.newest) else hearing.missed
         told = unmet(self._view, hearing, results, self._start, self._over(hearing))
-        if hearing.undone == "all":
-            told = (*lasting(self._view, self._start), *told)
         all_told = list(dict.fromkeys((*missed, *told)))
         if asks_for_guesses(turns[-1].utterance):
             guesses = dict.fromkeys(action.target for action in self._guesses(hearing))
@@ -239,12 +238,8 @@ class HomeRobot:
             back = self._restoring(guesses)
             left = [each for each in guesses if not any(takes_back(act, each) for act in back)]
             all_told += [f"I cannot undo that: {self.phrase(each)}." for each in left]
-        if hearing.undone == "guessed" and not (results or hearing.newest or all_told):
-            all_told = [UNKNOWN]
-        if hearing.undone == "all" and not (results or any(self._view.changes(self._start))):
-            all_told = [NOTHING]
-        if hearing.undone in ("orders", "guesses") and not (results or all_told):
-            all_told = [NOTHING]
+            if not (results or all_told):
+                all_told = [NOTHING]
         more = len(all_told) - _TOLD
         return all_told if more <= 0 else [*all_told[:_TOLD], f"And {more} more of that kind."]
 
@@ -266,6 +261,32 @@ class HomeRobot:
             if hearing and not hearing.permits(verb, kind, view.names[own], done):
                 return ask_permission(verb, view.names[own])
         return ""
+
+    def reversal(
+        self, results: Sequence[StepResult], before: Sequence[StepResult], turns: Sequence[Turn]
+    ) -> envs.Reversal:
+        """What brings things back to how they were before `results`.
+
+        What is ruled out stays as it is; so does what nobody can undo.
+        """
+        if not results:
+            return [], []
+        first, end = len(before), len(before) + len(results)
+        states = [view.table for view in (*self._before, self._view)]
+        was, then = states[first], states[end]
+        changed = {
+            self._view.names[own]
+            for own, thing in then.items()
+            if own in self._view.names
+            and own in was
+            and any(thing[key] != was[own][key] for key in (*PREDICATES, "fillLiquid"))
+        }
+        hearing = self._hear(turns)
+        back = restoring(self._view, was, changed)
+        kept = [action for action in back if is_refused(self._view, action, hearing)]
+        left = [f"You ruled that out: {self.phrase(action)}." for action in kept]
+        left += lasting(self._view, was, changed)
+        return [action for action in back if action not in kept], left
 
     def step(self, action: Action) -> StepResult:
         """Take one action, with all that belongs to it. One that fails changes nothing.
@@ -289,6 +310,7 @@ class HomeRobot:
                 ) from None
             return StepResult(action, False, self._named(str(refusal)))
         self._done.append(action)
+        self._before.append(self._view)
         old, self._view = self._view, View(self.metadata, self._view.names)
         besides = map(self._named, self._primitives.told())
         told = "; ".join([self._view.told(own, old.table[own]), *besides])
@@ -339,12 +361,9 @@ class HomeRobot:
         return hear(turns, self._view.objects, self._view.names, self._start)
 
     def _undone(self, hearing: Hearing) -> list[Action]:
-        """What brings back what was done besides the orders that are undone, too."""
-        if hearing.undone not in ("guessed", "guesses", "besides"):
-            return restoring(self._view, self._start) if hearing.undone == "all" else []
-        if hearing.undone == "guessed":
-            last = takewhile(lambda act: not self._asked(act, hearing), reversed(self._done))
-            return restoring(self._view, self._start, {action.target for action in last})
+        """What brings back what nobody asked for."""
+        if not hearing.undone:
+            return []
         if hearing.undone == "guesses":
             back = self._restoring(self._guesses(hearing))
             return [act for act in back if not is_refused(self._view, act, hearing)]

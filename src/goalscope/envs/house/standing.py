@@ -13,7 +13,7 @@ from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase
 from goalscope.envs.house.referents import Referents
 
-__all__ = ["Standing", "opposed"]
+__all__ = ["Standing"]
 
 _RIVALS = {
     **dict.fromkeys(("put", "pick up"), "place"),
@@ -125,19 +125,6 @@ class Standing(Referents):
             if kind in back.object_types and name not in kept
         ]
 
-    def all_but(self, stood: Sequence[Request], part: Request) -> Request:
-        """Narrow an inverse for every thing, which `stood` displaced, to as many as it leaves."""
-        if not part.every or part in self.wanted or len(part.object_types) != 1:
-            return part
-        kept = [old for old in stood if old.object_types == part.object_types]
-        count = self.count[part.object_types[0]]
-        left = count - sum(count if old.every else max(old.number, 1) for old in kept)
-        if not kept or left < 1:
-            return part
-        part = replace(part, every=False, number=left)
-        self.wanted.append(part)
-        return part
-
     def refuse(self, verb: str, kinds: Sequence[str]) -> None:
         """Rule out a verb, or with "" any, for these types."""
         self.refused |= {(verb, kind) for kind in kinds}
@@ -183,13 +170,6 @@ class Standing(Referents):
                 self.permitted[verb, name] = 1
         elif few or (not thing.described and (thing.every or thing.number)):
             self.permitted[verb, kinds[0]] = thing.number or (0 if thing.every else 1)
-
-
-def opposed(one: Request, other: Request) -> bool:
-    """Whether what one request asks for may be what the other has ended."""
-    rivals = _RIVALS.get(one.verb, one.verb) == _RIVALS.get(other.verb, other.verb)
-    same = (one.verb, one.destination_types) == (other.verb, other.destination_types)
-    return rivals and not same and not {*one.object_types}.isdisjoint(other.object_types)
 
 
 def _moves_on(old: Request, new: Request) -> bool:

@@ -1,4 +1,4 @@
-"""What a person wants undone: the last order, or all of them."""
+"""What a person wants undone, and what brings it back."""
 
 from __future__ import annotations
 
@@ -14,47 +14,30 @@ from goalscope.envs.house.names import the
 from goalscope.envs.house.properties import ACTS, act_of
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.view import View
-from goalscope.envs.house.vocabulary import NUMBERS
 from goalscope.types import Action
 
 __all__ = [
-    "GUESSES",
     "NOTHING",
-    "UNKNOWN",
+    "besides_guesses",
     "inverse",
     "lasting",
     "meant_only",
     "restoring",
     "takes_back",
-    "undoes",
     "was_done",
 ]
 
 NOTHING = "There is nothing to undo."
-GUESSES = -1
-"""In place of a number of orders: what nobody ordered."""
-
-UNKNOWN = "I do not know what to undo: tell me what should be as it was."
+"""Told where nothing that was guessed can be undone."""
 
 _LEAD = (
     r"(?:(?:no|oh|oops|ok(?:ay)?|wait|sorry|actually|now|please|and|then|(?:can|could) you)[ ,]+)*+"
 )
 _END = r"(?:[ ,]+(?:please|now|again|for me))*+[ .!?]*+"
-_LAST = (
-    r"(?:the|my|your) (?:very )?last (?P<number>two |three |four |five |\d{1,2} )?"
-    r"(?:ones?|things?|steps?|orders?|actions?|acts?|moves?|changes?|commands?|requests?)"
-)
-_THAT = rf"(?:that|it|this|{_LAST}|what you(?: just|'ve)? d(?:id|one))"
-_ALL = r"(?:everything|(?:all (?:of )?)(?:that|it|this))(?: you(?: just|'ve)? d(?:id|one))?"
-_GUESSES = (
-    r"(?:(?:what(?:ever)?|everything|all(?: that)?) you(?:'ve| have)?(?: just)? guessed"
-    r"|(?:all )?(?:of )?(?:your|the) (?:guess(?:es|work)?|guessed (?:things?|ones?|moves?)))"
-)
-_UNDOES = re.compile(
-    rf"{_LEAD}(?:(?:undo|revert|reverse|take back|put back) (?P<guesses>{_GUESSES})"
-    rf"|(?:undo|revert|reverse) (?:(?P<all>{_ALL})|{_THAT})|undo|revert|take that back"
-    r"|(?P<back>put) (?:everything|it all|them all|all) back (?:to )?(?:how|(?:in )?the way|as)"
-    rf" (?:it|everything|they|things) (?:was|were)(?: before)?){_END}"
+_GUESSES = re.compile(
+    rf"{_LEAD}(?:undo|revert|reverse|take back|put back) (?:"
+    r"(?:what(?:ever)?|everything|all(?: that)?) you(?:'ve| have)?(?: just)? guessed"
+    rf"|(?:all )?(?:of )?(?:your|the) (?:guess(?:es|work)?|guessed (?:things?|ones?|moves?))){_END}"
 )
 _PARTS = re.compile(r"([.;:!?]+ *|,+ *| (?:and|then) )")
 _WHEN = re.compile(r"\b(?:if|unless|until|when|once|before|after|should|not|never)\b|n't\b")
@@ -77,19 +60,12 @@ _OPPOSITE = {
 _LASTING = (*IRREVERSIBLE, "clean")
 
 
-def undoes(said: str) -> tuple[int, str] | None:
-    """How many orders a part of `said`, evened, asks to undo, 0 for all; and what else it says.
-
-    `GUESSES` stands for what nobody ordered. None if no part asks to undo anything.
-    """
+def besides_guesses(said: str) -> str | None:
+    """What `said`, evened, says besides asking to undo what was guessed; None if it does not."""
     parts = _PARTS.split(said)
     for i in range(0, len(parts), 2):
-        found = _UNDOES.fullmatch(parts[i])
-        if found and not _WHEN.search(_sentence_of(parts, i)):
-            number = (found["number"] or "one").strip()
-            most = 0 if found["all"] or found["back"] else NUMBERS.get(number) or int(number)
-            most = GUESSES if found["guesses"] else most
-            return most, "".join([*parts[:i], *parts[i + 2 :]]).strip(" ,")
+        if _GUESSES.fullmatch(parts[i]) and not _WHEN.search(_sentence_of(parts, i)):
+            return "".join([*parts[:i], *parts[i + 2 :]]).strip(" ,")
     return None
 
 
@@ -173,9 +149,17 @@ def restoring(
         home = view.place(was)
         if thing["pickupable"] and home and (thing["isPickedUp"] or view.place(thing) != home):
             plan.append(Action("put", name, destination=home))
+        if was["isPickedUp"] and not thing["isPickedUp"]:
+            plan.append(Action("pick up", name))
     held = view.names.get(view.held, "")
     return sorted(
-        plan, key=lambda act: (act.name != "turn off", act.target != held, act.name != "put")
+        plan,
+        key=lambda act: (
+            act.name == "pick up",
+            act.name != "turn off",
+            act.target != held,
+            act.name != "put",
+        ),
     )
 
 
@@ -186,11 +170,19 @@ def takes_back(action: Action, done: Action) -> bool:
     return action.target == done.target and len(states) == 1
 
 
-def lasting(view: View, start: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
-    """Sentences that tell what is not as it was at the start, and cannot be so again."""
+def lasting(
+    view: View, start: Mapping[str, Mapping[str, Any]], only: Collection[str]
+) -> Iterator[str]:
+    """Sentences that tell what of things is not as it was, and cannot be so again.
+
+    Args:
+        view: The house now.
+        start: Metadata by id, of then.
+        only: Names of the things.
+    """
     for own, thing in view.table.items():
         was = start.get(own, thing)
-        for verb in _LASTING:
+        for verb in _LASTING if view.names[own] in only else ():
             _, state, value = ACTS[verb]
             if thing[state] != was[state] and thing[state] == value:
                 yield f"I cannot undo that: {verb} {the(view.names[own])}."

@@ -89,7 +89,7 @@ def unmet(
             yield f"I do not know where to put {_listed([request])}."
         elif (so := met(view, request, start)) and touched.isdisjoint(map(view.names.get, so)):
             back = request.destination_types == (HOME,)
-            if not (back and hearing.undone and (done or hearing.undone != "besides")):
+            if not (back and hearing.undone and done):
                 several = back and len(so) > 1
                 yield (
                     "They are where they were already." if several else view.is_so(request.verb, so)

@@ -1,0 +1,137 @@
+"""Undoing what a person takes back, from the record of what was said and done."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from textwrap import shorten
+
+from goalscope.envs import Environment, taken
+from goalscope.envs.remarks import is_remark
+from goalscope.envs.speech import agrees
+from goalscope.envs.undoing import ALL, undoes
+from goalscope.episode import Round
+from goalscope.types import StepResult, TakenBack, Turn
+
+__all__ = ["IDLE", "NOTHING", "NOT_PLAIN", "TakingBack", "heard", "take_back"]
+
+NOT_PLAIN = 'Nothing is taken back. Say "Undo that" by itself.'
+"""A round's note where it is not plain what is to be taken back."""
+
+NOTHING = "There is nothing that I can take back. Please say what is to change."
+"""A round's note where nothing was said that could be taken back."""
+
+IDLE = "That had changed nothing. Say it again for what came before."
+"""A round's note where what is taken back had led to nothing."""
+
+_LASTING = "That cannot be undone."
+_QUOTED = 3
+"""Most utterances that a note quotes."""
+_LONGEST = 60
+"""Characters of one."""
+
+
+@dataclass(frozen=True, slots=True)
+class TakingBack:
+    """What came of words that take others back.
+
+    Attributes:
+        rounds: Numbers of the rounds that are taken back, the newest first.
+        results: What was done for that, in order.
+        failed: What was tried and could not be done.
+        notes: What the person should be told.
+    """
+
+    rounds: tuple[int, ...] = ()
+    results: tuple[StepResult, ...] = ()
+    failed: tuple[StepResult, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def heard(
+    env: Environment, rounds: Sequence[Round], *newest: Turn, gone: Sequence[int] = ()
+) -> list[Turn]:
+    """What an environment hears of a conversation: what is taken back as `TakenBack`.
+
+    Words that only took others back are left out, but for the newest ones.
+
+    Args:
+        env: The environment. Where it undoes nothing, it hears every word.
+        rounds: The rounds so far.
+        *newest: The turn after them, if there is one.
+        gone: Numbers of the rounds that it takes back.
+    """
+    turns = [*(round.turn for round in rounds), *newest]
+    if env.reversal([], [], []) is None:
+        return turns
+    away = {number - 1 for round in rounds for number in round.takes_back}
+    away |= {number - 1 for number in gone}
+    found: list[Turn] = []
+    for i, each in enumerate(turns):
+        undoing = undoes(each.utterance)
+        said = undoing.rest if undoing else each.utterance
+        if i in away or not said:
+            found += [TakenBack(each.query, said)] if said or i == len(turns) - 1 else []
+        else:
+            found.append(Turn(each.query, said))
+    return found
+
+
+def take_back(env: Environment, rounds: Sequence[Round], turn: Turn) -> TakingBack | None:
+    """Undo what the newest words take back: what the last rounds did, guesses among it.
+
+    Rounds that only asked, remarked or tried to end the task changed nothing, and are passed over.
+
+    Returns:
+        What came of it; None where the words take nothing back, or `env` undoes nothing.
+    """
+    undoing = undoes(turn.utterance)
+    if undoing is None or env.reversal([], [], []) is None:
+        return None
+    if undoing.number is None:
+        return TakingBack(notes=(NOT_PLAIN,))
+    standing = _standing(env, rounds)
+    last = standing if undoing.number == ALL else standing[-undoing.number :]
+    if not last:
+        return TakingBack(notes=(NOTHING,))
+    numbers = tuple(round.number for round in reversed(last))
+    turns = heard(env, rounds, turn, gone=numbers)
+    results, failed, left = list[StepResult](), list[StepResult](), list[str]()
+    for round in reversed(last):
+        before = [each for earlier in rounds[: round.number - 1] for each in earlier.results]
+        before += round.results[: round.reversals]
+        back = env.reversal(round.results[round.reversals :], before, turns)
+        actions, sentences = back or ([], [])
+        left += sentences
+        for action in actions:
+            if env.permission(action, turns):
+                failed.append(StepResult(action, False, _LASTING))
+                continue
+            result = taken(env, action)
+            (results if result.ok else failed).append(result)
+    told = [_quoted([round.turn.utterance for round in last]), *dict.fromkeys(left)]
+    told += [IDLE] if not (results or failed or left) else []
+    return TakingBack(numbers, tuple(results), tuple(failed), tuple(told))
+
+
+def _standing(env: Environment, rounds: Sequence[Round]) -> list[Round]:
+    """The rounds that can be taken back."""
+    gone = {number for round in rounds for number in round.takes_back}
+    found: list[Round] = []
+    for round in rounds:
+        undoing = undoes(round.turn.utterance)
+        said = undoing.rest if undoing else round.turn.utterance
+        acted = len(round.results) > round.reversals
+        idle = not said or is_remark(said) or agrees(said) or said.rstrip().endswith("?")
+        idle = idle or env.is_completion(Turn(round.turn.query, said))
+        if round.number not in gone and (acted or not idle):
+            found.append(round)
+    return found
+
+
+def _quoted(utterances: Sequence[str]) -> str:
+    """That these words are taken back."""
+    said = [shorten(each, _LONGEST, placeholder=" ...") for each in utterances[-_QUOTED:]]
+    more = len(utterances) - len(said)
+    quoted = "; ".join(f'"{each}"' for each in said)
+    return f"Taken back: {quoted}{f', and {more} more' if more else ''}."
