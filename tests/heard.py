@@ -73,4 +73,4 @@ def told(scene: str, *said: str) -> tuple[set[str], list[str], str]:
         talk.say(each)
     status = robot.status().splitlines()
     changes = {line.removeprefix("- ") for line in status if line.startswith("- ")}
-    return changes, talk.told, talk.rounds[-1].question
+    return changes, talk.told, "".join(round.question for round in talk.rounds[-1:])

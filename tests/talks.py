@@ -29,7 +29,8 @@ class Talk:
     @property
     def told(self) -> list[str]:
         """The newest notes, but for the words that were taken back."""
-        return [note for note in self.rounds[-1].notes if not note.startswith("Taken back: ")]
+        newest = (note for round in self.rounds[-1:] for note in round.notes)
+        return [note for note in newest if not note.startswith("Taken back: ")]
 
     @property
     def history(self) -> list[StepResult]:

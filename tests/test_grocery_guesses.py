@@ -103,7 +103,7 @@ def test_aims_tastes_and_a_bare_yes_do_not(utterance: str) -> None:
 )
 def test_guessing_stops_until_the_person_asks_for_ideas(utterance: str) -> None:
     opened = shop()
-    assert opened.actions(TERMS, said("Two milks"))
+    assert opened.actions(TERMS, said("I want to bake a cake"))
     assert not opened.actions(TERMS, said(utterance))
     assert not opened.actions(TERMS, said(utterance, "I want to bake a cake"))
     assert opened.actions(TERMS, said(utterance, "Any ideas for a cake?"))

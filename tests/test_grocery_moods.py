@@ -262,5 +262,5 @@ def test_an_amount_is_sought_in_few_words_at_a_time(
 def test_a_term_that_many_items_serve_is_counted_once() -> None:
     shop = GroceryShop(CATALOGUE, search=SEARCH)
     with patch("goalscope.envs.grocery.shop.amount", wraps=amount) as counting:
-        assert len(shop.actions(["milk"], said("3 bottles of milk"))) > 1
+        assert len(shop.actions(["milk"], said("A party for 8, with 3 bottles of milk"))) > 1
     assert counting.call_count == 1

@@ -409,3 +409,38 @@ def test_a_guess_about_a_thing_that_was_asked_for_before_is_a_guess() -> None:
         assert robot.step(Action("put", name, destination="sink basin")).ok
     asks = [*said, Turn("", "I'm hungry"), Turn("", "what did you guess?")]
     assert robot.unmet(asks, ()) == ["Guessed, not asked for: spoon, butter knife."]
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "get the milk out of the fridge",
+        "no, the other plate",
+        "that's the wrong mug, I meant mug 2",
+        "I don't drink coffee, wash the mug or put it away",
+        "careful with the knife and the fork",
+        "don't open the fridge, the microwave or the cabinet",
+        "open drawer 1 and do the zorb with the plate",
+    ],
+)
+def test_nothing_is_guessed_for_what_orders_corrects_refuses_or_warns(said: str) -> None:
+    robot = robot_in("Kitchen1")
+    robot.reset()
+    kinds = ("mug", "plate", "knife", "apple")
+    assert not robot.actions(kinds, [Turn("", said)])
+    assert robot.actions(kinds, [Turn("", said), Turn("", "I'm hungry")])
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "I'd like to make breakfast, but don't use the microwave",
+        "No, I want to cook dinner",
+        "get everything ready for dinner",
+        "put the apple away",
+    ],
+)
+def test_an_aim_or_an_open_place_leaves_something_to_guess(said: str) -> None:
+    robot = robot_in("Kitchen1")
+    robot.reset()
+    assert robot.actions(("apple",), [Turn("", said)])

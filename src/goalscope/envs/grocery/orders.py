@@ -30,6 +30,7 @@ from goalscope.envs.speech import evened
 __all__ = [
     "adds_it",
     "besides_buying",
+    "has_aim",
     "is_order",
     "leaves_open",
     "so_many",
@@ -164,6 +165,11 @@ def is_order(utterance: str, meant: Callable[[Request], bool]) -> bool:
 def states_aim(text: str) -> bool:
     """Whether `text`, evened, speaks of an aim, an occasion or a taste."""
     return bool(_AIM.search(text) or _OCCASION.search(text) or any(map(_MADE.match, made(text))))
+
+
+def has_aim(utterance: str) -> bool:
+    """Whether words speak of an aim, an occasion or a taste, or ask for ideas."""
+    return wants_ideas(utterance) or states_aim(evened(utterance))
 
 
 def leaves_open(utterance: str) -> bool:

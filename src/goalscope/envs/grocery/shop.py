@@ -23,6 +23,7 @@ from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.orders import (
     adds_it,
     besides_buying,
+    has_aim,
     is_order,
     leaves_open,
     so_many,
@@ -162,13 +163,16 @@ class GroceryShop:
 
         What the person ruled out in `turns` is not offered, nor what once left the basket, what a
         diet that they hinted at speaks against, or what goes beyond their budget; nor anything
-        where they want no guesses, or the newest words only take things out. Removals and the
+        where they want no guesses, or the newest words take things out, or ask for things, and
+        state no aim besides. Removals and the
         purchase follow from the person's words alone: see `requests` and `completion_actions`.
         """
         hearing = self._heard(turns)
         hearing = replace(hearing, diets=hearing.diets | hearing.hinted)
+        newest = self._spoken(turns)[-1] if turns else ""
         lessens = hearing.empties or hearing.unasked or hearing.removed or hearing.spared
-        if self._bought or not hearing.guesses or (lessens and not hearing.newest):
+        orders = bool(hearing.newest) and not has_aim(newest)
+        if self._bought or not hearing.guesses or orders or (lessens and not hearing.newest):
             return []
         most = None if hearing.budget is None else (hearing.budget - self._after(turns)) / _AT_ONCE
         found: dict[str, int] = {}

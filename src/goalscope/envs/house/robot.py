@@ -21,6 +21,7 @@ from goalscope.envs.house.names import mentioned, readable, the
 from goalscope.envs.house.offers import NAMES, cooks, is_refused, possible, returns
 from goalscope.envs.house.primitives import Primitives, Refusal
 from goalscope.envs.house.properties import ACTS, LASTING, PREDICATES
+from goalscope.envs.house.restraint import holds_back
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.undoing import NOTHING, lasting, restoring, takes_back
 from goalscope.envs.house.unmet import unmet
@@ -158,10 +159,13 @@ class HomeRobot:
 
         For each object: a put into or onto each kind of receptacle that is viable for it, or that
         the person spoke of, and what its affordances allow. What the person ruled out is not
-        offered, nor what only a person asks for, nor to move what is where they asked for it.
+        offered, nor what only a person asks for, nor to move what is where they asked for it; nor
+        anything where the newest words order something.
         """
         view, wanted = self._view, set(relevant)
         hearing = self._hear(turns)
+        if turns and self._leaves_nothing(hearing, turns):
+            return []
         spoken = set(mentioned(". ".join(turn.utterance for turn in turns), view.objects))
         stays = {view.names[own] for own in settled(view, hearing.wanted)}
         return [
@@ -216,8 +220,7 @@ class HomeRobot:
         followed, or was not understood, and what was meant by it must be said.
         """
         hearing = self._hear(turns)
-        carried = brought(hearing.wanted, self._over(hearing), self._view.held_type)
-        if len(carried) > 1 and self._speaks_of_furniture(turns):
+        if len(self._carried(hearing)) > 1 and self._speaks_of_furniture(turns):
             return False  # things go where the goals tell
         return hearing.exact or hearing.stuck
 
@@ -348,6 +351,18 @@ class HomeRobot:
         for own, name in sorted(self.names.items(), reverse=True):
             text = text.replace(own, the(name))
         return text
+
+    def _leaves_nothing(self, hearing: Hearing, turns: Sequence[Turn]) -> bool:
+        """Whether the newest words order, correct, refuse or warn, so that nothing is guessed."""
+        nowhere = any(each.verb == "put" and not each.destination_types for each in hearing.newest)
+        if nowhere or len(self._carried(hearing)) > 1:
+            return False
+        here = {each["objectType"] for each in self._view.objects}
+        return bool(hearing.newest) or holds_back(turns[-1].utterance, here)
+
+    def _carried(self, hearing: Hearing) -> list[Request]:
+        """What is to be brought: of several things the goals tell where to."""
+        return brought(hearing.wanted, self._over(hearing), self._view.held_type)
 
     def _speaks_of_furniture(self, turns: Sequence[Turn]) -> bool:
         named = {*mentioned(". ".join(turn.utterance for turn in turns), self._view.objects)}

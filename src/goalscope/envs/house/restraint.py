@@ -1,0 +1,56 @@
+"""Words for which nothing is guessed: orders, corrections, refusals and warnings."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+
+from goalscope.envs.house import vocabulary as v
+from goalscope.envs.house.aims import is_aim
+from goalscope.envs.house.phrases import first_named
+from goalscope.envs.speech import evened
+
+__all__ = ["holds_back"]
+
+_CLAUSE = re.compile(r"[,.;:!?\n]+|\b(?:and|but|or|so|then|because|since)\b")
+_LEAD = re.compile(
+    r"(?:(?:no|oh|oops|ok(?:ay)?|yes|wait|sorry|actually|now|please|just|well|hey|hi|first|next"
+    r"|also|try to|rather|instead|(?:can|could|would|will|should|may|must|might) (?:you|we)"
+    r"|you (?:can|could|should|may|must|might)|why don't you|why not|let's|i said|i meant?)\b ?)+"
+)
+_REFUSES = re.compile(
+    r"(?:do not|don't|never|not|nor|neither|stop|avoid|without)\b"
+    r"|(?:be )?(?:\w+ )?careful\b|(?:mind|watch|beware)(?: out)? (?:the|my|our|of|for)\b|watch out"
+)
+_CORRECTS = re.compile(
+    r"(?:(?:the )?(?:other|another|wrong) \w+(?: please)?$"
+    r"|(?:that|this|it)(?:'s| is| was) (?:the )?wrong"
+    r"|you (?:put|took|moved|left|forgot|missed|misunderstood)|i (?:meant?|said))\b"
+)
+_WISHES = re.compile(
+    r"\b(?:i|we)(?:'d|'m|'re|'ll| would| am| are| will| want| need| like| love| have| feel"
+    r"| fancy)\b(?! not\b)"
+)
+_VERB = re.compile(rf"(?:{'|'.join(sorted(map(re.escape, v.BASE), key=len, reverse=True))})\b(?!')")
+
+
+_OF_IT = re.compile(r"(?!make\b)\w+ (?:\w+ )?(?:it|them|that|this|these|those|one)\b")
+
+
+def holds_back(text: str, here: Collection[str]) -> bool:
+    """Whether `text` orders something of a thing, or corrects, refuses or warns, without an aim.
+
+    Args:
+        text: What a person said.
+        here: Object types that are in the scene.
+    """
+    refuses = wishes = False
+    for part in _CLAUSE.split(evened(text)):
+        said = part.strip()
+        bare = _LEAD.sub("", said, count=1) if _LEAD.match(said) else said
+        named = _OF_IT.match(bare) or first_named(bare, here)
+        if _VERB.match(bare) and named and not is_aim(bare):
+            return True
+        refuses |= bool(_REFUSES.match(bare) or _CORRECTS.match(said) or _CORRECTS.match(bare))
+        wishes |= bool(_WISHES.search(said) and not _REFUSES.search(said)) or is_aim(bare)
+    return refuses and not wishes
