@@ -129,7 +129,9 @@ def test_what_left_the_basket_comes_back_only_if_it_is_asked_for() -> None:
         ("I'd like to bake.", True),
     ],
 )
-def test_nothing_is_offered_where_the_words_order_something_and_state_no_aim(words: str, offered: bool) -> None:
+def test_nothing_is_offered_where_the_words_order_something_and_state_no_aim(
+    words: str, offered: bool
+) -> None:
     opened = shop()
     assert bool(opened.actions(["sugar"], said(words))) == offered
 

@@ -162,7 +162,7 @@ class Agent:
         but what else they would like; an informative question is asked after orders, too.
         """
         self._progress("asking")
-        turns = heard(self.env, self.rounds)
+        turns = heard(self.rounds)
         if turns and (question := self.rounds[-1].question):
             return with_answer(self.env, turns[-1], question)
         if turns and (isinstance(turns[-1], TakenBack) or is_remark(turns[-1].utterance)):
@@ -228,7 +228,7 @@ class Agent:
         history = [result for round in self.rounds for result in round.results]
         try:
             back = take_back(self.env, self.rounds, turn)
-            turns = heard(self.env, self.rounds, turn, gone=back.rounds if back else ())
+            turns = heard(self.rounds, turn, gone=back.rounds if back else ())
             undone, said = back or TakingBack(), turns[-1].utterance
             asked = self.rounds[-1].question if self.rounds else ""
             answers = asked == CONFIRM

@@ -13,7 +13,10 @@ from goalscope.envs.undoing import ALL, undoes
 from goalscope.episode import Round
 from goalscope.types import StepResult, TakenBack, Turn
 
-__all__ = ["IDLE", "NOTHING", "NOT_PLAIN", "TakingBack", "heard", "take_back"]
+__all__ = ["IDLE", "NOTHING", "NOT_HERE", "NOT_PLAIN", "TakingBack", "heard", "take_back"]
+
+NOT_HERE = "I cannot take anything back here. Please say what is to change."
+"""A round's note where the environment undoes nothing."""
 
 NOT_PLAIN = 'Nothing is taken back. Say "Undo that" by itself.'
 """A round's note where it is not plain what is to be taken back."""
@@ -48,22 +51,17 @@ class TakingBack:
     notes: tuple[str, ...] = ()
 
 
-def heard(
-    env: Environment, rounds: Sequence[Round], *newest: Turn, gone: Sequence[int] = ()
-) -> list[Turn]:
+def heard(rounds: Sequence[Round], *newest: Turn, gone: Sequence[int] = ()) -> list[Turn]:
     """What an environment hears of a conversation: what is taken back as `TakenBack`.
 
     Words that only took others back are left out, but for the newest ones.
 
     Args:
-        env: The environment. Where it undoes nothing, it hears every word.
         rounds: The rounds so far.
         *newest: The turn after them, if there is one.
         gone: Numbers of the rounds that it takes back.
     """
     turns = [*(round.turn for round in rounds), *newest]
-    if env.reversal([], [], []) is None:
-        return turns
     away = {number - 1 for round in rounds for number in round.takes_back}
     away |= {number - 1 for number in gone}
     found: list[Turn] = []
@@ -83,11 +81,13 @@ def take_back(env: Environment, rounds: Sequence[Round], turn: Turn) -> TakingBa
     Rounds that only asked, remarked or tried to end the task changed nothing, and are passed over.
 
     Returns:
-        What came of it; None where the words take nothing back, or `env` undoes nothing.
+        What came of it; None where the words ask for nothing of that.
     """
     undoing = undoes(turn.utterance)
-    if undoing is None or env.reversal([], [], []) is None:
+    if undoing is None:
         return None
+    if env.reversal([], [], []) is None:
+        return TakingBack(notes=(NOT_HERE,))
     if undoing.number is None:
         return TakingBack(notes=(NOT_PLAIN,))
     standing = _standing(env, rounds)
@@ -95,7 +95,7 @@ def take_back(env: Environment, rounds: Sequence[Round], turn: Turn) -> TakingBa
     if not last:
         return TakingBack(notes=(NOTHING,))
     numbers = tuple(round.number for round in reversed(last))
-    turns = heard(env, rounds, turn, gone=numbers)
+    turns = heard(rounds, turn, gone=numbers)
     results, failed, left = list[StepResult](), list[StepResult](), list[str]()
     for round in reversed(last):
         before = [each for earlier in rounds[: round.number - 1] for each in earlier.results]

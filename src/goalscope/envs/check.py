@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any, cast
 
 from goalscope.envs import Environment, missing, taken
-from goalscope.types import Action, GoalscopeError, StepResult, Turn
+from goalscope.types import Action, GoalscopeError, StepResult, TakenBack, Turn
 
 __all__ = ["check_env"]
 
@@ -42,6 +42,7 @@ def check_env(env: Environment, *, most: int = 40) -> None:
         _hold(not result.ok, f"an action that does not exist must fail: {odd!r}")
         _hold(bool(result.observation), f"a failure must say why: {odd!r}")
         _hold(env.fingerprint() == start, f"a failure must change nothing: {odd!r}")
+    _try_reversal(env)
     done = _try_all(env, most)
     end = env.fingerprint()
     env.reset()
@@ -86,6 +87,27 @@ def _try_words(env: Environment) -> None:
             what = getattr(kind, "__name__", "text or None")
             what = f"a list of {what}" if many else f"a {what}"
             _hold(right, f"`{name}` must give {what}, not {found!r}, after {text!r}")
+
+
+def _try_reversal(env: Environment) -> None:
+    """Undo each kind of action once, where the environment says that it can."""
+    start = env.status()
+    if env.reversal([], [], []) is None:
+        return
+    tried: set[str] = set()
+    turns = [TakenBack("", "Do something."), TakenBack("", "")]
+    for kind in env.kinds("", 1000):
+        for action in env.actions([kind]):
+            result = None if action.name in tried else taken(env, action)
+            if result is None or not result.ok:
+                continue
+            tried.add(action.name)
+            back = env.reversal([result], [], turns)
+            undone = [taken(env, each) for each in back[0]] if back else []
+            _hold(all(each.ok for each in undone), f"what `reversal` gives must succeed: {action}")
+            told = back is not None and (bool(back[1]) or env.status() == start)
+            _hold(told, f"`reversal` must bring the state back, or say what it cannot: {action}")
+            env.reset()
 
 
 def _try_all(env: Environment, most: int) -> list[StepResult]:

@@ -1,0 +1,138 @@
+"""What a person takes back is undone from the record, also after a restart, guesses among it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from fakes import LampRoom, WordModel
+from goalscope.agent import Agent
+from goalscope.envs.undoing import ALL, undoes
+from goalscope.rounds_json import round_from_json, round_to_json
+from goalscope.taking_back import IDLE, NOT_HERE, NOTHING, heard
+from goalscope.types import Action, TakenBack, Turn
+from heard import robot_in
+from shops import shop
+from talks import Talk
+
+CAKE = [Action("add item", "Walnuts"), Action("add item", "Leeks")]
+
+
+@pytest.mark.parametrize(
+    ("said", "number", "rest"),
+    [
+        ("Undo that.", 1, ""),
+        ("No, that's wrong. Undo it please!", 1, ""),
+        ("can you take that back", 1, ""),
+        ("scratch that, add kale", 1, "add kale"),
+        ("undo the last two things", 2, ""),
+        ("undo the last 3", 3, ""),
+        ("undo that twice", 2, ""),
+        ("undo both", 2, ""),
+        ("undo everything", ALL, ""),
+        ("put everything back how it was", ALL, ""),
+        ("Undo that, thanks!", 1, ""),
+        ("undo that if it is dear", None, "undo that if it is dear"),
+        ("add milk, then undo that", None, "add milk"),
+    ],
+)
+def test_what_asks_to_take_back(said: str, number: int | None, rest: str) -> None:
+    undoing = undoes(said)
+    if number is None and rest.startswith("undo"):
+        assert undoing is None
+    else:
+        assert undoing is not None
+        assert (undoing.number, undoing.rest.rstrip(", ")) == (number, rest)
+
+
+@pytest.mark.parametrize(
+    "said", ["", "don't undo that", "undo the knot", "take it back", "put it back", "never mind"]
+)
+def test_what_does_not(said: str) -> None:
+    assert undoes(said) is None
+
+
+def test_a_restart_forgets_nothing() -> None:
+    talk = Talk(shop())
+    talk.say("Add eggs")
+    talk.say("I'm baking a cake", guesses=CAKE)
+    stored = [round_from_json(round_to_json(replace(r, state=""))) for r in talk.rounds]
+    again = Agent(shop(), WordModel(), method="no-goals")
+    again.resume(stored)
+    back = again.step("Anything else?", "Undo that.")
+    assert back.takes_back == (2,)
+    assert back.reversals == len(back.results) == len(CAKE)
+    assert round_from_json(round_to_json(back)).takes_back == (2,)
+    assert "Walnuts" not in again.env.status()
+    assert again.step("Anything else?", "Undo that, add kale").takes_back == (1,)
+    assert again.step("Anything else?", "undo that").takes_back == (4,)
+    assert again.env.status() == "The basket is empty."
+    assert again.step("Anything else?", "undo that").notes == (NOTHING,)
+
+
+def test_remarks_questions_answers_and_attempts_to_buy_are_passed_over() -> None:
+    talk = Talk(shop())
+    talk.say("Add eggs")
+    for said in ("thanks", "do you have milk?", "Why eggs?", "yes", "Buy the basket", "no, wait"):
+        talk.say(said)
+    assert talk.say("undo that").takes_back == (1,)
+
+
+def test_what_had_led_to_nothing_is_told() -> None:
+    talk = Talk(robot_in("Kitchen1"))
+    talk.env.reset()
+    talk.say("I'm hungry")
+    assert talk.say("undo that").notes == ('Taken back: "I\'m hungry".', IDLE)
+
+
+def test_what_is_taken_back_is_heard_no_more_but_known() -> None:
+    talk = Talk(robot_in("Kitchen1"))
+    talk.env.reset()
+    for said in ("Put the apple in the fridge", "undo that", "open the fridge"):
+        talk.say(said)
+    turns = heard(talk.rounds)
+    assert [isinstance(turn, TakenBack) for turn in turns] == [True, False]
+    assert talk.env.status().splitlines()[2:] == ["- fridge: open"]
+
+
+def test_it_may_mean_what_was_just_taken_back() -> None:
+    talk = Talk(robot_in("Kitchen1"))
+    talk.env.reset()
+    talk.say("Put the apple in the fridge")
+    talk.say("undo that. Put it in the sink")
+    assert talk.env.status().splitlines()[2:] == ["- apple: now in the sink basin"]
+
+
+def test_a_failed_round_takes_nothing_back() -> None:
+    agent = Agent(shop(), WordModel(), method="no-goals")
+    agent.step("What would you like?", "Add eggs")
+    held = agent.env.fingerprint()
+
+    def full(_: object) -> None:
+        raise OSError("The disk is full.")
+
+    with pytest.raises(OSError, match="full"):
+        agent.step("What else?", "undo that", keep=full)
+    assert agent.env.fingerprint() == held
+    assert agent.step("What else?", "undo that").takes_back == (1,)
+
+
+def test_a_domain_that_undoes_nothing_says_so_and_guesses_nothing() -> None:
+    agent = Agent(LampRoom(), WordModel(), method="no-goals")
+    agent.step("What would you like?", "the red lamp")
+    before = agent.env.fingerprint()
+    back = agent.step("What else?", "undo that")
+    assert back.notes == (NOT_HERE,)
+    assert agent.env.fingerprint() == before
+
+
+def test_no_model_is_asked_what_to_ask_after_it() -> None:
+    model = WordModel()
+    agent = Agent(shop(), model, method="no-goals")
+    agent.step("What would you like?", "Add eggs")
+    agent.step("What else?", "undo that")
+    calls = model.calls
+    assert agent.ask() == "What else would you like?"
+    assert model.calls == calls
+    assert agent.turns[-1] == Turn("What else?", "undo that")
