@@ -14,6 +14,7 @@ from shops import shop, talked
 from talks import Talk
 
 EGGS = {"Large Eggs": 1}
+THIGHS = {"Chicken Thighs": 1}
 
 
 @pytest.mark.parametrize(
@@ -109,3 +110,23 @@ def test_what_is_ruled_out_stays_out() -> None:
     back = talk.say("undo that")
     assert talk.env.basket == {}
     assert back.notes[-1] == "You ruled that out: Whole Milk."
+
+
+@pytest.mark.parametrize(
+    ("utterances", "basket"),
+    [
+        (["Add chicken thighs", "remove the chicken", "put the chicken back", "ok"], THIGHS),
+        (["Add chicken thighs", "take out the chicken", "put it back"], THIGHS),
+        (["Add chicken thighs", "remove the chicken", "add the chicken back"], THIGHS),
+        (["Add chicken thighs", "remove the chicken thighs", "put the chicken back in"], THIGHS),
+        (["Add chicken thighs", "remove the chicken", "Add chicken"], {"Whole Chicken": 1}),
+        (["Add chicken thighs and kale", "remove both", "put them back"], {**THIGHS, "Kale": 1}),
+        (["Add chicken thighs", "put the chicken back", "thanks"], {}),
+        (["Add chicken thighs", "put it back", "put it back"], THIGHS),
+        (["Add eggs", "three cans in total"], {"Large Eggs": 3}),
+    ],
+)
+def test_what_was_taken_out_is_put_back_and_what_is_there_goes(
+    utterances: list[str], basket: dict[str, int]
+) -> None:
+    assert talked({}, *utterances)[0].basket == basket

@@ -64,7 +64,10 @@ def changes(
             number = basket[old.name] if old else packages(request, item) if item else 0
             plan |= {old.name: -number} if old and item else {}
             plan |= {item.name: plan.get(item.name, 0) + number} if item else {}
-        elif item := choice.meant(request.phrase, hearing, basket):
+            continue
+        again = [*filter(hearing.permits, taken(request, left))] if hearing.again else []
+        item = again[0] if len(again) == 1 else choice.meant(request.phrase, hearing, basket)
+        if item:
             if request.change in ("double", "half") and item.name not in basket:
                 said = singulars(request.phrase)
                 alike = [each for each, _ in contents if contains(singulars(each.name), said)]

@@ -34,6 +34,8 @@ from goalscope.envs.speech import evened
 __all__ = ["Hearing", "hear"]
 
 _NO_NAMES = Names(())
+_AGAIN = re.compile(r"\b(?:back|again)\b")
+_PUT_BACK = re.compile(r"\b(?:put|place|stick|pop|bring)\b.*\bback\b")
 _WHICH = re.compile(r"(.+) ones?")
 """Says which of the things spoken of last is meant: "the frozen ones"."""
 _ANY = frozenset({
@@ -71,6 +73,7 @@ class Hearing:
         hinted: Restrictions that any words spoke of; they bind what is guessed.
         guesses: Whether anything may be guessed.
         budget: What all may cost, in the shop's currency; None for any sum.
+        again: Whether the newest words ask for something back, or again.
     """
 
     wanted: tuple[Request, ...]
@@ -88,6 +91,7 @@ class Hearing:
     hinted: frozenset[str]
     guesses: bool
     budget: Decimal | None
+    again: bool
 
     def makes(self, thing: str) -> bool:
         """Whether the person wants to make `thing` themselves, so that it is not to be bought.
@@ -160,6 +164,7 @@ def _hear(utterances: tuple[str, ...], names: Names) -> Hearing:
         hinted=listener.hinted,
         guesses=listener.guesses and not listener.tidied,
         budget=listener.budget,
+        again=bool(utterances) and bool(_AGAIN.search(utterances[-1].casefold())),
     )
 
 
@@ -216,6 +221,8 @@ class _Listener:
             if self.unasked and _THOSE.fullmatch(clause.text):
                 continue
             self.clear(clause)
+            if self.put_back(clause, newest=newest):
+                continue
             self.remove(clause)
             self.refuse(clause, earlier)
             self.ask(clause, newest=newest)
@@ -231,6 +238,17 @@ class _Listener:
         self.empties = self.empties or not spared_here
         self.asked = {p: r for p, r in self.asked.items() if _kind_of(p, spared_here)}
 
+    def put_back(self, clause: Said, *, newest: bool) -> bool:
+        """Take in that what has left the basket is put back there; whether that is all."""
+        said = [phrase for each in removed(clause) for phrase in self.meant(each.phrase)]
+        gone = [self.gone(phrase) for phrase in said] if _PUT_BACK.search(clause.text) else []
+        if not gone or not all(gone):
+            return False
+        for phrase in gone:
+            self.ask_for(Request(phrase), newest=newest)
+            self.named.append(phrase)
+        return True
+
     def remove(self, clause: Said) -> None:
         """Take in what is to leave the basket."""
         for removal in removed(clause):
@@ -241,6 +259,13 @@ class _Listener:
                 self.take_out(replace(removal, phrase=phrase))
                 self.asked |= fresh
                 self.named.append(phrase)
+
+    def gone(self, phrase: str) -> str:
+        """What a phrase names of what was taken out last; "" where it was asked for since."""
+        said = singulars(phrase)
+        kept = any(contains(singulars(each), said) for each in self.asked)
+        out = (each for each in reversed(self.dropped) if contains(singulars(each), said))
+        return "" if kept else next(out, "")
 
     def take_out(self, removal: Request) -> None:
         """Ask for less of what a removal takes out: rye bread may be what came for "bread"."""

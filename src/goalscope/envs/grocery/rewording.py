@@ -258,10 +258,12 @@ _CHANGES = [
                     rf". add exactly \1 packs of {same}",
                 ),
                 (rf"\b(remove|delete|drop(?! \w+ off\b)|take) {it}{_ALONE}", rf"\1 {same}"),
+                (rf"\bput {it}(?= back\b(?! (?:how|where|the way|as)\b))", f"put {same}"),
             )
         ),
         (
-            rf"(?<!\w)(?!(?:of|and|half)\b)({NUMBER}) {PACKS}(?: of {IT})?{END}",
+            rf"(?<!\w)(?!(?:of|and|half)\b)({NUMBER}) {PACKS}(?: of {IT})?"
+            rf"(?: in total| in all| altogether)?{END}",
             rf". add exactly \1 packs of {SAME}",
         ),
         (rf"\bmake {IT} organic{END}", ". add the organic one"),
