@@ -293,6 +293,10 @@ def test_unclear_removal_is_told_and_takes_nothing() -> None:
     [
         ("bring me the nicest tomatoes that you have", ["Nothing was done about: tomatoes."]),
         ("can you put the cheese next to it?", ["Nothing was done about: cheese."]),
+        ("add kale and deliver it by noon", ["Nothing was done about: deliver it by noon."]),
+        ("add kale, wrap it as a gift", ["Nothing was done about: wrap it as a gift."]),
+        ("deliver it", ["Nothing was done about: deliver it."]),
+        ("add pork chops and call it a day", []),
         ("put cheese on my shopping list please", ["Nothing was done about: cheese."]),
     ],
 )  # fmt: skip

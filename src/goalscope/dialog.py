@@ -29,6 +29,8 @@ FALLBACK = "What else would you like?"
 """Asked where there is nothing better to ask."""
 
 _QUESTION = re.compile(r"[^.!?\n]+(?:\?|$)")  # a sentence with its mark, or without any at the end
+_TELL_ME = re.compile(r"\b(?:and|then|also|,) ((?:tell me|let me know) [^.!?\n]+)", re.IGNORECASE)
+"""A question behind an order: "add milk and tell me the total"."""
 _ABOUT_THEM = re.compile(r"\bthe (?:human|user|person|customer|agent)\b", re.IGNORECASE)
 """Of whom the prompts speak, who is asked here."""
 _ECHO = 0.8
@@ -122,7 +124,7 @@ def written(
 
 def with_answer(env: Environment, turn: Turn, question: str) -> str:
     """The question, after the answer to what the person asked in the turn, if anything."""
-    asked_back = _QUESTION.findall(turn.utterance)
+    asked_back = [*_QUESTION.findall(turn.utterance), *_TELL_ME.findall(turn.utterance)]
     answer = next(filter(None, map(env.answer, asked_back)), None)
     return f"{answer}\n{question}" if answer else question
 

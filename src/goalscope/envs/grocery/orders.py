@@ -28,6 +28,7 @@ from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import evened
 
 __all__ = [
+    "BEYOND",
     "adds_it",
     "besides_buying",
     "has_aim",
@@ -60,6 +61,12 @@ _CALLS_OFF = re.compile(
     r"|chang(?:ed?|ing) (?:my|our) minds?|not (?:yet|now|ready|done)|\w+n't (?:ready|done)"
     r"|hold (?:on|off)|wait|anything cheaper)\b"
 )
+BEYOND = re.compile(
+    r"(?:^|(?<=[.,;!?] )|(?<=\band )|(?<=\bthen ))(?:please )?"
+    r"((?:deliver|ship|wrap (?:it|them|that|everything)|(?:call|text|email) (?:me|us)|charge|redeem"
+    r"|apply|use (?:my|the|a|this) (?:card|coupon|voucher|points|code|discount))\b[^.,;!?]*)"
+)
+"""What this shop does for nobody, as in "add milk, and deliver it by noon"."""
 _PUTS_OFF = re.compile(r"(?:n't|\bnot) (?:buy|order|pay|purchase|check ?out)\b")
 _HOLDS_BACK = re.compile(
     r"\b(?:buy|buying|purchas(?:e|ing)|order|ordering|pay|paying)(?: for)? (?:(?:the|my|our|this"
@@ -194,7 +201,7 @@ def leaves_open(utterance: str) -> bool:
                 holds = True
             elif states_aim(part):
                 return True
-            holds = holds or bool(_HOLDS_BACK.search(part))
+            holds = holds or bool(_HOLDS_BACK.search(part) or BEYOND.search(part.strip()))
     return not holds
 
 

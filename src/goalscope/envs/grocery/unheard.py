@@ -12,7 +12,7 @@ from goalscope.envs.grocery.choosing import Choice
 from goalscope.envs.grocery.correcting import QUALITY
 from goalscope.envs.grocery.hearing import Hearing
 from goalscope.envs.grocery.moods import Mood
-from goalscope.envs.grocery.orders import states_aim
+from goalscope.envs.grocery.orders import BEYOND, states_aim
 from goalscope.envs.grocery.requests import besides_refused, uncontained
 from goalscope.envs.grocery.rewording import ASKING, Said
 from goalscope.envs.grocery.telling import not_there
@@ -36,6 +36,7 @@ _ASIDE = re.compile(
     r"|can|make|bake|cook))\b[^,;.!?]*"
 )
 """What is said besides an order: what it is for, and what they have or like."""
+_LACKS = re.compile(r"nothing called '([^']+)'")
 _PUT_AWAY = re.compile(
     r"\b(?:put|toss|throw|pop|bring) (?:(?!\b(?:in|into|on|to)\b)[^,;.!?]){1,60}"
     r" (?:in|into|on|to) (?:the|my|our|a) "
@@ -88,7 +89,7 @@ def not_replaced(hearing: Hearing, held: Sequence[Item], choice: Choice) -> list
 def undone(
     clauses: Iterable[Said],
     mentioned: Callable[[str], Sequence[str]],
-    done: Iterable[str],
+    done: Sequence[str],
     held: Iterable[str],
 ) -> Iterator[str]:
     """Which things the newest words order, as far as anything in them was done or told.
@@ -101,8 +102,12 @@ def undone(
     """
     known, there = set(singulars(" ".join(done))), set(singulars(" ".join(held)))
     left: dict[str, None] = {}
+    lacks = _LACKS.findall(" ".join(done))
     for clause in clauses:
         text = besides_refused(clause)
+        if beyond := [each.strip() for each in BEYOND.findall(text)]:
+            left |= dict.fromkeys(e for e in beyond if not any(name in e for name in lacks))
+            continue
         orders = clause.mood is Mood.ORDER and _ORDERS.search(text)
         if not orders or states_aim(clause.text) or is_remark(text) or "need not" in text:
             continue
