@@ -8,7 +8,7 @@ from fakes import WordModel
 from goalscope.acting import ActionPlanner
 from goalscope.envs import Environment
 from goalscope.episode import Round
-from goalscope.taking_back import TakingBack, heard, take_back
+from goalscope.taking_back import heard, take_back
 from goalscope.types import Action, StepResult, TakenBack, Turn
 
 __all__ = ["Talk"]
@@ -39,7 +39,7 @@ class Talk:
     def say(self, utterance: str, guesses: Sequence[Action] = ()) -> Round:
         """One round: what is asked for outright is done, and then `guesses`."""
         turn = Turn(self.query, utterance)
-        back = take_back(self.env, self.rounds, turn) or TakingBack()
+        back = take_back(self.env, self.rounds, turn)
         turns = heard(self.rounds, turn, gone=back.rounds)
         results, notes, question = [*back.results], [*back.notes], ""
         quiet = isinstance(turns[-1], TakenBack) or self.env.answer(turns[-1].utterance) is not None

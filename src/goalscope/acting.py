@@ -8,8 +8,8 @@ from typing import Protocol, cast
 
 from goalscope.envs import Environment
 from goalscope.models import Model
-from goalscope.policy import Array, Planner, Want, Wordings, choose, spoken, weigh
-from goalscope.types import Action, StepResult, Turn
+from goalscope.policy import Array, Planner, Want, Wordings, choose, weigh
+from goalscope.types import Action, StepResult, Turn, spoken
 
 __all__ = ["ActionPlanner", "SpokenEnvironment"]
 

@@ -18,8 +18,8 @@ from goalscope.episode import Round
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
 from goalscope.models import Heard, Model
-from goalscope.policy import Outcome, Planner, Want, spoken, undo
-from goalscope.taking_back import TakingBack, heard, take_back
+from goalscope.policy import Outcome, Planner, Want, undo
+from goalscope.taking_back import heard, take_back
 from goalscope.tracker import UNCORRECTABLE, Correction, GoalTracker
 from goalscope.types import (
     UNSPECIFIED,
@@ -31,6 +31,7 @@ from goalscope.types import (
     TakenBack,
     Turn,
     checked_text,
+    spoken,
 )
 
 __all__ = ["ASKED_FOR", "CONFIRM", "NOTHING_DONE", "NO_GOAL"]
@@ -181,7 +182,8 @@ class Agent:
                 heard=self._draft,
             )
             return self._asked[0]
-        if turns and self.rounds[-1].results and self.env.is_order(turns):
+        acted = turns and len(self.rounds[-1].results) > self.rounds[-1].reversals
+        if acted and self.env.is_order(turns):
             return with_answer(self.env, turns[-1], FALLBACK)
         return ask(self.model, self.env, self.turns, seed=seed, heard=self._draft)
 
@@ -227,9 +229,9 @@ class Agent:
         before = (tracker.belief, tracker.turns) if tracker else None
         history = [result for round in self.rounds for result in round.results]
         try:
-            back = take_back(self.env, self.rounds, turn)
-            turns = heard(self.rounds, turn, gone=back.rounds if back else ())
-            undone, said = back or TakingBack(), turns[-1].utterance
+            undone = take_back(self.env, self.rounds, turn)
+            turns = heard(self.rounds, turn, gone=undone.rounds)
+            said = turns[-1].utterance
             asked = self.rounds[-1].question if self.rounds else ""
             answers = asked == CONFIRM
             sure = answers and agreed and bool(confirmed)
@@ -413,7 +415,9 @@ class Agent:
 
     def _only_asked(self, why: str) -> bool:
         """Whether nothing was guessed in what a person asks "why" of: the last acts, or all."""
-        acted = [r for r in self.rounds if any(each.action.name != SEARCH for each in r.results)]
+        gone = {number for round in self.rounds for number in round.takes_back}
+        standing = (r for r in self.rounds if r.number not in gone)
+        acted = [r for r in standing if any(each.action.name != SEARCH for each in r.results)]
         if re.search(r"\b(?:that|this|it)\b", why.casefold()):
             acted = acted[-1:]
         notes = [note for round in acted for note in round.notes]

@@ -14,9 +14,9 @@ from goalscope.goals import drawn_lines
 from goalscope.models import Model
 from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import recent, render
-from goalscope.types import Action, GoalscopeError, StepResult, TakenBack, Turn
+from goalscope.types import Action, GoalscopeError, StepResult, Turn, spoken
 
-__all__ = ["Choice", "Outcome", "Planner", "Want", "choose", "spoken", "undo", "weigh"]
+__all__ = ["Choice", "Outcome", "Planner", "Want", "choose", "undo", "weigh"]
 
 OTHER_GOALS = ("get through the week", "clean the bathroom", "have breakfast")
 """Everyday goals that stand for having no particular one."""
@@ -326,11 +326,6 @@ def weigh(
     given = np.array([*(score(want.text) for want in wants), without])
     probability = np.append(known, max(0.0, 1.0 - known.sum()))
     return probability / probability.sum(), (given + score(words)) / 2 - without, without
-
-
-def spoken(turns: Sequence[Turn]) -> list[str]:
-    """What a person said, and did not take back."""
-    return [turn.utterance for turn in turns if not isinstance(turn, TakenBack)]
 
 
 def undo(env: Environment, history: Sequence[StepResult], expected: str | None = None) -> None:

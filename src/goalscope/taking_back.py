@@ -75,17 +75,14 @@ def heard(rounds: Sequence[Round], *newest: Turn, gone: Sequence[int] = ()) -> l
     return found
 
 
-def take_back(env: Environment, rounds: Sequence[Round], turn: Turn) -> TakingBack | None:
+def take_back(env: Environment, rounds: Sequence[Round], turn: Turn) -> TakingBack:
     """Undo what the newest words take back: what the last rounds did, guesses among it.
 
-    Rounds that only asked, remarked or tried to end the task changed nothing, and are passed over.
-
-    Returns:
-        What came of it; None where the words ask for nothing of that.
+    Rounds that did nothing for a question, a remark or an attempt to end the task are passed over.
     """
     undoing = undoes(turn.utterance)
     if undoing is None:
-        return None
+        return TakingBack()
     if env.reversal([], [], []) is None:
         return TakingBack(notes=(NOT_HERE,))
     if undoing.number is None:
@@ -95,7 +92,7 @@ def take_back(env: Environment, rounds: Sequence[Round], turn: Turn) -> TakingBa
     if not last:
         return TakingBack(notes=(NOTHING,))
     numbers = tuple(round.number for round in reversed(last))
-    turns = heard(rounds, turn, gone=numbers)
+    turns = heard(rounds, gone=numbers)
     results, failed, left = list[StepResult](), list[StepResult](), list[str]()
     for round in reversed(last):
         before = [each for earlier in rounds[: round.number - 1] for each in earlier.results]
@@ -122,8 +119,13 @@ def _standing(env: Environment, rounds: Sequence[Round]) -> list[Round]:
         undoing = undoes(round.turn.utterance)
         said = undoing.rest if undoing else round.turn.utterance
         acted = len(round.results) > round.reversals
-        idle = not said or is_remark(said) or agrees(said) or said.rstrip().endswith("?")
-        idle = idle or env.is_completion(Turn(round.turn.query, said))
+        idle = (
+            not said
+            or is_remark(said)
+            or agrees(said)
+            or env.answer(said) is not None
+            or env.is_completion(Turn(round.turn.query, said))
+        )
         if round.number not in gone and (acted or not idle):
             found.append(round)
     return found

@@ -28,6 +28,7 @@ __all__ = [
     "goals_of",
     "meaning",
     "readable",
+    "spoken",
 ]
 
 
@@ -157,6 +158,11 @@ class TakenBack(Turn):
 
     What they speak of may still be meant by an "it" that follows.
     """
+
+
+def spoken(turns: Iterable[Turn]) -> list[str]:
+    """What a person said, and did not take back."""
+    return [turn.utterance for turn in turns if not isinstance(turn, TakenBack)]
 
 
 @dataclass(frozen=True, slots=True)

@@ -109,12 +109,14 @@ class Environment(Protocol):
     ) -> Reversal | None:
         """What brings back what a person wants undone; None where nothing is undone here.
 
+        Without any results it only tells whether anything is.
+
         Args:
             results: What is to be undone.
             before: Everything that was done before `results`, in order. What was done after them
                 has been undone, or changed nothing that they changed.
-            turns: What the person said, where what is taken back is a `TakenBack`; what they rule
-                out stays so.
+            turns: What the person said before they asked to undo, where what is taken back is a
+                `TakenBack`; what they rule out stays so. There may be none.
         """
         return None
 

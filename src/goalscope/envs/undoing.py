@@ -9,17 +9,21 @@ from functools import lru_cache
 from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import evened
 
-__all__ = ["ALL", "Undoing", "undoes"]
+__all__ = ["ALL", "END", "LEAD", "Undoing", "undoes"]
 
 ALL = 0
 """In place of a number of rounds: every one."""
 
 _NUMBERS = {"two": 2, "three": 3, "four": 4, "five": 5, "both": 2, "twice": 2}
-_LEAD = (
+LEAD = (
     r"(?:(?:no|oh|oops|ok(?:ay)?|wait|sorry|actually|now|please|and|then|can you|could you|can we"
     r"|can i|let's|i want to|i'd like to|i want you to|i need to)[ ,.!]+)*+"
 )
-_END = r"(?:[ ,]+(?:please|now|again|for me|thanks))*+[ .!?]*+"
+"""What leads to an order."""
+
+END = r"(?:[ ,]+(?:please|now|again|for me|thanks))*+[ .!?]*+"
+"""What ends it."""
+
 _KIND = (
     r"(?:ones?|things?|steps?|orders?|actions?|acts?|moves?|changes?|commands?|requests?|bit"
     r"|messages?)"
@@ -29,9 +33,9 @@ _LAST = (
     r"|what you(?: just|'ve)? d(?:id|one)|what i(?: just|'ve)? said)"
 )
 _SEVERAL = (
-    rf"(?:(?:{_LAST} )?(?P<times>twice|\d{{1,3}} times)|(?P<both>both)(?: of (?:them|those))?"
+    rf"(?:(?:{_LAST} )?(?P<times>twice|[1-9]\d{{0,2}} times)|(?P<both>both)(?: of (?:them|those))?"
     rf"|(?:all )?(?:of )?(?:the|my|your) (?:very )?(?:last|previous)"
-    rf" (?P<number>\d{{1,3}}|two|three|four|five)(?: {_KIND})?)"
+    rf" (?P<number>[1-9]\d{{0,2}}|two|three|four|five)(?: {_KIND})?)"
 )
 _ALL = (
     r"(?:(?:undo|revert|reverse) (?:everything|all (?:of )?(?:that|it|this)|all)"
@@ -40,12 +44,12 @@ _ALL = (
     r" (?:it|everything|they|things) (?:was|were)(?: before)?)"
 )
 _UNDOES = re.compile(
-    rf"{_LEAD}(?:(?:undo|revert|reverse)(?: {_LAST})?|(?:cancel|scratch|scrap) {_LAST}"
+    rf"{LEAD}(?:(?:undo|revert|reverse)(?: {_LAST})?|(?:cancel|scratch|scrap) {_LAST}"
     rf"|(?:undo|revert|reverse|cancel|take back) {_SEVERAL}|(?P<all>{_ALL})"
     r"|take that back|take back (?:that|the last (?:one|thing|step|order|change|request))"
     r"|go back (?:one|a|one step|a step)"
     r"|put (?:it|things) back (?:to )?(?:how|the way|as) (?:it|they|things) (?:was|were)"
-    rf"(?: before)?){_END}"
+    rf"(?: before)?){END}"
 )
 _PARTS = re.compile(r"([.;:!?]+(?: +|$)|,+ *| (?:and|then|but) )")
 _WHEN = re.compile(r"(?:but|if|unless|until|when|once|before|after|except|only)\b")
@@ -75,7 +79,7 @@ def undoes(utterance: str) -> Undoing | None:
     (first, match), *more = found.items()
     before, joint, after = parts[:first], "".join(parts[first + 1 : first + 2]), parts[first + 2 :]
     told = all(
-        not each or is_remark(each) or re.fullmatch(_LEAD, f"{each} ") for each in before[::2]
+        not each or is_remark(each) or re.fullmatch(LEAD, f"{each} ") for each in before[::2]
     )
     condition = _WHEN.match("".join(after) if joint.strip() != "but" else "but")
     if told and not more and not condition:

@@ -211,6 +211,8 @@ class GroceryShop:
             if each.name == "add item" and not self._permits(each.target, hearing)
         ]
         left = [f"You ruled that out: {each.target}." for each in kept]
+        left += ["The purchase cannot be undone."] if self._bought and results else []
+        back = [] if self._bought else back
         return [each for each in back if each not in kept], left
 
     def is_order(self, turns: Sequence[Turn]) -> bool:

@@ -13,15 +13,12 @@ from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.words import sentences
 from goalscope.envs.remarks import asks_for_guesses
 from goalscope.envs.speech import evened
+from goalscope.envs.undoing import END, LEAD
 from goalscope.types import Action
 
 __all__ = ["calling_notes", "harm", "steps"]
 
-_CALLS_OFF = re.compile(
-    r"(?:(?:no|oh|oops|ok(?:ay)?|wait|sorry|actually|now|please|and|then|can you|could you|can we"
-    r"|can i|let's|i want to|i'd like to|i want you to|i need to)[ ,.!]+)*+"
-    r"(?:cancel|stop shopping)(?:[ ,]+(?:please|now|again|for me|thanks))*+[ .!?]*+"
-)
+_CALLS_OFF = re.compile(rf"{LEAD}(?:cancel|stop shopping){END}")
 _HARM = re.compile(r"allerg|intoleran|c(?:o)?eliac|\b(?:ill|sick)\b")
 _CLAUSE = re.compile(r"([,;]|\b(?:and|because|but|so|since|as|for)\b)")
 

@@ -72,8 +72,8 @@ class Corrections(Standing):
         queried: What the agent's last question named first.
         elsewhere: Whether it asked where.
         acted: The things of the last order.
-        orders: For each utterance that was no remark, what stood before it, and what it asked for;
-            nothing if that was an aim.
+        orders: For each utterance that was no remark, what it asked for; nothing if that was an
+            aim.
     """
 
     order: Clause = field(default=Clause(""), init=False)
@@ -93,9 +93,7 @@ class Corrections(Standing):
     elsewhere: bool = field(default=False, init=False)
     acted: list[Phrase] = field(default_factory=list[Phrase], init=False)
     asked: list[Request] = field(default_factory=list[Request], init=False)
-    orders: list[tuple[list[Request], list[Request]]] = field(
-        default_factory=list[tuple[list[Request], list[Request]]], init=False
-    )
+    orders: list[list[Request]] = field(default_factory=list[list[Request]], init=False)
 
     def reverse(self, request: Request, stood: Sequence[Request] = ()) -> None:
         """Ask for the inverse of a request; where it has none and was met, keep that as missed.
@@ -203,7 +201,7 @@ class Corrections(Standing):
         last = self.newest or self.latest
         puts = [each for each in last if each.verb == "put"]
         if no and (wrong := self.one_thing(no)):
-            for group in (last, *(asked for _, asked in reversed(self.orders))):
+            for group in (last, *reversed(self.orders)):
                 put = [each for each in group if each.verb == "put"]
                 if there := [r for r in put if {*wrong.types} & {*r.destination_types}]:
                     return there
@@ -245,7 +243,7 @@ class Corrections(Standing):
         """Take in "not those, only the laptop" after an order; what it did besides goes back."""
         found = meant_only(evened(text))
         untried = [*self.newest]
-        last = untried or (self.orders[-1][1] if self.orders else [])
+        last = untried or (self.orders[-1] if self.orders else [])
         if not found:
             return text
         no, yes = (PhraseReader(re.findall(r"[a-z0-9]+|,", part), self.count) for part in found[:2])

@@ -67,7 +67,7 @@ _AT_PLACE = re.compile(
 )
 """Where a person says that they are, or will use what they ask for."""
 
-_STANDS = ("wanted", "refused", "kept_out", "staying", "permitted", "asked", "orders")
+_STANDS = ("wanted", "refused", "kept_out", "staying", "orders")
 """What words change that are not taken back."""
 
 _IT = frozenset(("it", "that", "this", "them", "those"))
@@ -179,7 +179,7 @@ class _Listener(Corrections):
         ordered = [*self.newest]
         known = self.exact or self.stuck
         if ordered or not (rest is not None or (known and self.wanted == before)):
-            self.orders.append((before, ordered))
+            self.orders.append(ordered)
         put = {k for old in self.latest for k in (*old.object_types, *old.destination_types)}
         if ordered or self.stuck:
             self.apart = False

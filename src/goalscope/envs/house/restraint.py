@@ -19,7 +19,8 @@ _LEAD = re.compile(
     r"|you (?:can|could|should|may|must|might)|why don't you|why not|let's|i said|i meant?)\b ?)+"
 )
 _REFUSES = re.compile(
-    r"(?:do not|don't|never|not|nor|neither|stop|avoid|without)\b"
+    r"(?:(?:do not|don't|never)\b(?! (?:worry|mind|bother|hesitate|forget))"
+    r"|not (?:that|this|the|those|these|in|on|there|here)\b|nor\b|neither\b|stop\b|avoid\b)"
     r"|(?:be )?(?:\w+ )?careful\b|(?:mind|watch|beware)(?: out)? (?:the|my|our|of|for)\b|watch out"
 )
 _CORRECTS = re.compile(

@@ -23,11 +23,11 @@ from goalscope.envs.house.primitives import Primitives, Refusal
 from goalscope.envs.house.properties import ACTS, LASTING, PREDICATES
 from goalscope.envs.house.restraint import holds_back
 from goalscope.envs.house.state import is_whole
-from goalscope.envs.house.undoing import NOTHING, lasting, restoring, takes_back
+from goalscope.envs.house.undoing import NOTHING, lasting, restoring, reverses
 from goalscope.envs.house.unmet import unmet
 from goalscope.envs.house.view import View
 from goalscope.envs.remarks import asks_for_guesses
-from goalscope.types import Action, GoalscopeError, Profile, StepResult, Turn
+from goalscope.types import Action, GoalscopeError, Profile, StepResult, Turn, spoken
 
 __all__ = ["HomeRobot"]
 
@@ -160,19 +160,19 @@ class HomeRobot:
         For each object: a put into or onto each kind of receptacle that is viable for it, or that
         the person spoke of, and what its affordances allow. What the person ruled out is not
         offered, nor what only a person asks for, nor to move what is where they asked for it; nor
-        anything where the newest words order something.
+        anything where the newest words order, correct, refuse or warn.
         """
         view, wanted = self._view, set(relevant)
         hearing = self._hear(turns)
         if turns and self._leaves_nothing(hearing, turns):
             return []
-        spoken = set(mentioned(". ".join(turn.utterance for turn in turns), view.objects))
+        named = set(mentioned(". ".join(spoken(turns)), view.objects))
         stays = {view.names[own] for own in settled(view, hearing.wanted)}
         return [
             action
             for own, thing in view.table.items()
             if {view.names[own], readable(thing["objectType"])} & wanted and is_whole(thing)
-            for action in possible(view, own, spoken)
+            for action in possible(view, own, named)
             if not is_refused(view, action, hearing)
             and not (action.name == "put" and action.target in stays)
         ]
@@ -239,7 +239,7 @@ class HomeRobot:
         if hearing.undone == "guesses":
             guesses = self._guesses(hearing)
             back = self._restoring(guesses)
-            left = [each for each in guesses if not any(takes_back(act, each) for act in back)]
+            left = [each for each in guesses if not any(reverses(act, each) for act in back)]
             all_told += [f"I cannot undo that: {self.phrase(each)}." for each in left]
             if not (results or all_told):
                 all_told = [NOTHING]
@@ -288,6 +288,8 @@ class HomeRobot:
         back = restoring(self._view, was, changed)
         kept = [action for action in back if is_refused(self._view, action, hearing)]
         left = [f"You ruled that out: {self.phrase(action)}." for action in kept]
+        moved = [each.action for each in results if each.action.name in ("push", "pull")]
+        left += [f"I cannot undo that: {self.phrase(action)}." for action in moved]
         left += lasting(self._view, was, changed)
         return [action for action in back if action not in kept], left
 
@@ -365,7 +367,7 @@ class HomeRobot:
         return brought(hearing.wanted, self._over(hearing), self._view.held_type)
 
     def _speaks_of_furniture(self, turns: Sequence[Turn]) -> bool:
-        named = {*mentioned(". ".join(turn.utterance for turn in turns), self._view.objects)}
+        named = {*mentioned(". ".join(spoken(turns)), self._view.objects)}
         return any(
             thing["receptacle"] and not thing["pickupable"]
             for thing in self._view.objects
@@ -389,7 +391,7 @@ class HomeRobot:
     def _restoring(self, guesses: Sequence[Action]) -> list[Action]:
         """What takes back these acts, as far as anything can."""
         back = restoring(self._view, self._start, {action.target for action in guesses})
-        return [act for act in back if any(takes_back(act, each) for each in guesses)]
+        return [act for act in back if any(reverses(act, each) for each in guesses)]
 
     def _guesses(self, hearing: Hearing) -> list[Action]:
         """What was done that the person never asked for, as far as it is so still."""

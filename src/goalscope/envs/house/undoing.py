@@ -14,6 +14,7 @@ from goalscope.envs.house.names import the
 from goalscope.envs.house.properties import ACTS, act_of
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.view import View
+from goalscope.envs.undoing import END, LEAD
 from goalscope.types import Action
 
 __all__ = [
@@ -23,21 +24,17 @@ __all__ = [
     "lasting",
     "meant_only",
     "restoring",
-    "takes_back",
+    "reverses",
     "was_done",
 ]
 
 NOTHING = "There is nothing to undo."
 """Told where nothing that was guessed can be undone."""
 
-_LEAD = (
-    r"(?:(?:no|oh|oops|ok(?:ay)?|wait|sorry|actually|now|please|and|then|(?:can|could) you)[ ,]+)*+"
-)
-_END = r"(?:[ ,]+(?:please|now|again|for me))*+[ .!?]*+"
 _GUESSES = re.compile(
-    rf"{_LEAD}(?:undo|revert|reverse|take back|put back) (?:"
+    rf"{LEAD}(?:undo|revert|reverse|take back|put back) (?:"
     r"(?:what(?:ever)?|everything|all(?: that)?) you(?:'ve| have)?(?: just)? guessed"
-    rf"|(?:all )?(?:of )?(?:your|the) (?:guess(?:es|work)?|guessed (?:things?|ones?|moves?))){_END}"
+    rf"|(?:all )?(?:of )?(?:your|the) (?:guess(?:es|work)?|guessed (?:things?|ones?|moves?))){END}"
 )
 _PARTS = re.compile(r"([.;:!?]+ *|,+ *| (?:and|then) )")
 _WHEN = re.compile(r"\b(?:if|unless|until|when|once|before|after|should|not|never)\b|n't\b")
@@ -126,21 +123,21 @@ def _was(verb: str, kind: str, start: Mapping[str, Mapping[str, Any]]) -> bool:
 
 
 def restoring(
-    view: View, start: Mapping[str, Mapping[str, Any]], only: Collection[str] | None = None
+    view: View, start: Mapping[str, Mapping[str, Any]], only: Collection[str]
 ) -> list[Action]:
-    """What brings things back to how they were at the start, as far as anything can.
+    """What brings things back to how they were once, as far as anything can.
 
     Args:
         view: The house now.
-        start: Metadata by id, of the start.
-        only: Names of the things; None for all.
+        start: Metadata by id, of then.
+        only: Names of the things.
     """
     plan: list[Action] = []
     for own, thing in view.table.items():
         was, name = start.get(own), view.names[own]
-        if was is None or not is_whole(thing) or (only is not None and name not in only):
+        if was is None or not is_whole(thing) or name not in only:
             continue
-        for verb in ("turn off", "turn on", "open", "close", "empty", "fill"):
+        for verb in ("turn off", "turn on", "open", "close", "empty", "fill", "clean"):
             needs, state, value = ACTS[verb]
             able = thing[needs] and thing["objectType"] != "StoveBurner"
             if able and thing[state] != was[state] == value:
@@ -163,7 +160,7 @@ def restoring(
     )
 
 
-def takes_back(action: Action, done: Action) -> bool:
+def reverses(action: Action, done: Action) -> bool:
     """Whether an action that restores a thing is about what another one did to it."""
     place = ("", "parentReceptacles", None)
     states = {ACTS.get(act_of(each.name), place)[1] for each in (action, done)}
