@@ -242,7 +242,8 @@ def test_only_what_was_meant_stays(correction: str, changes: set[str]) -> None:
         (["put the apple in the fridge", "leave it there"], {APPLE}, []),
         (["put the apple in the fridge", "leave the apple where it is"], {APPLE}, []),
         (["put the apple in the fridge", "leave it there", "don't touch it"], set(), []),
-        (["put the apple in the fridge", "leave it alone"], set(), []),
+        (["put the apple in the fridge", "leave it alone"], {APPLE}, []),
+        (["put the apple in the fridge", "leave the apple", "I'm hungry"], {APPLE}, []),
     ],
 )
 def test_what_is_unclear_moves_nothing(

@@ -30,11 +30,23 @@ CAKE = [Action("add item", "Walnuts"), Action("add item", "Leeks")]
         ("undo the last two things", 2, ""),
         ("undo the last 3", 3, ""),
         ("undo that twice", 2, ""),
-        ("undo both", 2, ""),
+        ("undo last two", 2, ""),
+        ("undo two steps", 2, ""),
+        ("undo that and then undo that", 2, ""),
+        ("I changed my mind, undo that", 1, ""),
+        ("my bad, undo that because it looks odd", 1, ""),
+        ("I don't like it. Just undo them right now", 1, ""),
+        ("take my last order back", 1, ""),
+        ("undo that & add milk", 1, "add milk"),
+        ("undo that but leave the mug", 1, "leave the mug"),
+        ("is the mug in the sink? undo that", 1, "is the mug in the sink?"),
+        ("undo that, yes", 1, ""),
+        ("undo that, but only if it is dear", None, "but only if it is dear"),
         ("undo everything", ALL, ""),
         ("put everything back how it was", ALL, ""),
         ("Undo that, thanks!", 1, ""),
-        ("add milk, then undo that", None, "add milk"),
+        ("add milk, then undo that", 0, ""),
+        ("two kale, scratch that, one kale", 0, "one kale"),
     ],
 )
 def test_what_asks_to_take_back(said: str, number: int | None, rest: str) -> None:
@@ -171,6 +183,26 @@ def test_what_was_ordered_is_no_guess_once_it_is_taken_back() -> None:
 def test_what_is_ruled_out_along_with_it_is_brought_back_before() -> None:
     talk = in_kitchen("put the apple in the fridge", "undo that, and never touch the apple")
     assert talk.told == []
+    assert "Nothing has been changed" in talk.env.status()
+
+
+def test_what_is_spared_stays_also_later() -> None:
+    said = ("put the apple in the fridge, the mug in the sink", "undo that and leave the mug")
+    talk = in_kitchen(*said, "thanks", "I'm hungry")
+    assert talk.env.status().splitlines()[2:] == ["- mug 2: now in the sink basin"]
+    shopping = Talk(shop())
+    shopping.say("Add milk and eggs")
+    shopping.say("undo that but keep the milk")
+    assert shopping.env.basket == {"Whole Milk": 1}
+
+
+def test_what_makes_room_for_another_thing_is_brought_back_after_it() -> None:
+    talk = in_kitchen("put the pan on the counter, put the pot on stove burner 1", "undo that")
+    assert "Nothing has been changed" in talk.env.status()
+
+
+def test_undoing_brings_back_what_was_once_refused() -> None:
+    talk = in_kitchen("don't move the apple", "put the apple in the fridge", "undo that")
     assert "Nothing has been changed" in talk.env.status()
 
 

@@ -11,26 +11,38 @@ from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import agrees
 from goalscope.envs.undoing import ALL, undoes
 from goalscope.episode import Round
-from goalscope.types import StepResult, TakenBack, Turn
+from goalscope.types import Action, StepResult, TakenBack, Turn
 
-__all__ = ["IDLE", "NOTHING", "NOT_HERE", "NOT_PLAIN", "TakingBack", "heard", "take_back"]
+__all__ = [
+    "AT_ONCE",
+    "IDLE",
+    "NOTHING",
+    "NOT_HERE",
+    "NOT_PLAIN",
+    "TakingBack",
+    "heard",
+    "take_back",
+]
 
 NOT_HERE = "I cannot take anything back here. Please say what is to change."
 """A round's note where the environment undoes nothing."""
 
-NOT_PLAIN = 'Nothing is taken back. Say "Undo that" by itself.'
+NOT_PLAIN = 'I did nothing for that. To take something back, say "Undo that" by itself.'
 """A round's note where it is not plain what is to be taken back."""
+
+AT_ONCE = "You took that back at once, so I did nothing."
+"""A round's note where words take back themselves."""
 
 NOTHING = "There is nothing that I can take back. Please say what is to change."
 """A round's note where nothing was said that could be taken back."""
 
-IDLE = "That had changed nothing. Say it again for what came before."
+IDLE = "Nothing had been done for it. Say it again for what came before."
 """A round's note where what is taken back had led to nothing."""
 
 _LASTING = "That cannot be undone."
-_QUOTED = 3
+_QUOTED = 8
 """Most utterances that a note quotes."""
-_LONGEST = 60
+_LONGEST = 100
 """Characters of one."""
 
 
@@ -54,7 +66,8 @@ class TakingBack:
 def heard(rounds: Sequence[Round], *newest: Turn, gone: Sequence[int] = ()) -> list[Turn]:
     """What an environment hears of a conversation: what is taken back as `TakenBack`.
 
-    Words that only took others back are left out, but for the newest ones.
+    So is what is said along with words of which it is not plain what they take back. Words that
+    only took others back are left out, but for the newest ones.
 
     Args:
         rounds: The rounds so far.
@@ -68,7 +81,10 @@ def heard(rounds: Sequence[Round], *newest: Turn, gone: Sequence[int] = ()) -> l
     for i, each in enumerate(turns):
         undoing = undoes(each.utterance)
         said = undoing.rest if undoing else each.utterance
-        if i in away or not said:
+        unclear = undoing is not None and undoing.number is None
+        if undoing and undoing.own:
+            found.append(TakenBack(each.query, undoing.own))
+        if i in away or unclear or not said:
             found += [TakenBack(each.query, said)] if said or i == len(turns) - 1 else []
         else:
             found.append(Turn(each.query, said))
@@ -83,6 +99,8 @@ def take_back(env: Environment, rounds: Sequence[Round], turn: Turn) -> TakingBa
     undoing = undoes(turn.utterance)
     if undoing is None:
         return TakingBack()
+    if undoing.number == 0:
+        return TakingBack(notes=() if undoing.rest else (AT_ONCE,))
     if env.reversal([], [], []) is None:
         return TakingBack(notes=(NOT_HERE,))
     if undoing.number is None:
@@ -92,7 +110,7 @@ def take_back(env: Environment, rounds: Sequence[Round], turn: Turn) -> TakingBa
     if not last:
         return TakingBack(notes=(NOTHING,))
     numbers = tuple(round.number for round in reversed(last))
-    turns = heard(rounds, gone=numbers)
+    turns = heard(rounds, turn, gone=numbers)
     results, failed, left = list[StepResult](), list[StepResult](), list[str]()
     for round in reversed(last):
         before = [each for earlier in rounds[: round.number - 1] for each in earlier.results]
@@ -100,15 +118,31 @@ def take_back(env: Environment, rounds: Sequence[Round], turn: Turn) -> TakingBa
         back = env.reversal(round.results[round.reversals :], before, turns)
         actions, sentences = back or ([], [])
         left += sentences
+        done, missed = _tried(env, actions, turns)
+        results += done
+        failed += missed
+    told = [_quoted([round.turn.utterance for round in last]), *dict.fromkeys(left)]
+    idle = all(len(round.results) == round.reversals for round in last)
+    told += [IDLE] if idle and not left else []
+    return TakingBack(numbers, tuple(results), tuple(failed), tuple(told))
+
+
+def _tried(
+    env: Environment, actions: Sequence[Action], turns: Sequence[Turn]
+) -> tuple[list[StepResult], list[StepResult]]:
+    """What was done and what could not be; one action may make room for another."""
+    done: list[StepResult] = []
+    while True:
+        failed: list[StepResult] = []
         for action in actions:
             if env.permission(action, turns):
                 failed.append(StepResult(action, False, _LASTING))
                 continue
             result = taken(env, action)
-            (results if result.ok else failed).append(result)
-    told = [_quoted([round.turn.utterance for round in last]), *dict.fromkeys(left)]
-    told += [IDLE] if not (results or failed or left) else []
-    return TakingBack(numbers, tuple(results), tuple(failed), tuple(told))
+            (done if result.ok else failed).append(result)
+        if not failed or len(failed) == len(actions):
+            return done, failed
+        actions = [each.action for each in failed]
 
 
 def _standing(env: Environment, rounds: Sequence[Round]) -> list[Round]:

@@ -115,8 +115,8 @@ class Environment(Protocol):
             results: What is to be undone.
             before: Everything that was done before `results`, in order. What was done after them
                 has been undone, or changed nothing that they changed.
-            turns: What the person said before they asked to undo, where what is taken back is a
-                `TakenBack`; what they rule out stays so. There may be none.
+            turns: What the person said, where what is taken back is a `TakenBack`; the newest is
+                what they said besides asking to undo. There may be none.
         """
         return None
 

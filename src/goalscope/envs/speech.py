@@ -42,6 +42,8 @@ _EVENED = [
         (r"\b(?:u|ya)\b", "you"),
         (r"\b(c|w|sh)ld\b", r"\1ould"),
         (r"\bteh\b", "the"),
+        (r"\b(?:taht|thta|tath|thath)\b", "that"),
+        (r"\b(?:unod|udno|undu)\b", "undo"),
         (r"\bgimme\b", "give me"),
         (r"\blemme\b", "let me"),
         (r"\bwanna\b", "want to"),

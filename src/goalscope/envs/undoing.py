@@ -3,56 +3,70 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 from goalscope.envs.remarks import is_remark
-from goalscope.envs.speech import evened
+from goalscope.envs.speech import agrees, evened, kept
 
 __all__ = ["ALL", "END", "LEAD", "Undoing", "undoes"]
 
-ALL = 0
+ALL = -1
 """In place of a number of rounds: every one."""
 
-_NUMBERS = {"two": 2, "three": 3, "four": 4, "five": 5, "both": 2, "twice": 2}
+_NUMBERS = {"two": 2, "three": 3, "four": 4, "five": 5, "twice": 2}
 LEAD = (
-    r"(?:(?:no|oh|oops|ok(?:ay)?|wait|sorry|actually|now|please|and|then|can you|could you|can we"
-    r"|can i|let's|i want to|i'd like to|i want you to|i need to)[ ,.!]+)*+"
+    r"(?:(?:no|oh|oops|ok(?:ay)?|wait|sorry|actually|now|please|and|then|just|yes|hey|argh?|ah+|damn"
+    r"|can you|could you|would you|will you|can we|can i|let's|i want to|i'd like to"
+    r"|i want you to|i need to|you can)[ ,.!]+)*+"
 )
 """What leads to an order."""
 
-END = r"(?:[ ,]+(?:please|now|again|for me|thanks))*+[ .!?]*+"
+END = r"(?:[ ,]+(?:please|right now|now|for now|again|for me|thanks|sorry))*+[ .!?]*+"
 """What ends it."""
 
 _KIND = (
     r"(?:ones?|things?|steps?|orders?|actions?|acts?|moves?|changes?|commands?|requests?|bit"
     r"|messages?)"
 )
+_SAID = rf"(?:(?:the|my|your|that) )?(?:very )?(?:last|previous) {_KIND}"
 _LAST = (
-    rf"(?:that|it|this|(?:the|my|your) (?:very )?(?:last|previous) {_KIND}"
+    rf"(?:that(?: one)?|it|this|them|these|those|{_SAID}"
     r"|what you(?: just|'ve)? d(?:id|one)|what i(?: just|'ve)? said)"
 )
+_NUMBER = r"[1-9]\d{0,2}|two|three|four|five"
 _SEVERAL = (
-    rf"(?:(?:{_LAST} )?(?P<times>twice|[1-9]\d{{0,2}} times)|(?P<both>both)(?: of (?:them|those))?"
-    rf"|(?:all )?(?:of )?(?:the|my|your) (?:very )?(?:last|previous)"
-    rf" (?P<number>[1-9]\d{{0,2}}|two|three|four|five)(?: {_KIND})?)"
+    rf"(?:(?:{_LAST} )?(?P<times>twice|[1-9]\d{{0,2}} times)"
+    rf"|(?:all )?(?:of )?(?:(?:the|my|your) )?(?:very )?(?:last|previous)"
+    rf" (?P<number>{_NUMBER})(?: {_KIND})?|(?P<steps>{_NUMBER}) {_KIND})"
 )
 _ALL = (
-    r"(?:(?:undo|revert|reverse) (?:everything|all (?:of )?(?:that|it|this)|all)"
-    r"(?: you(?: just|'ve)? d(?:id|one))?"
+    r"(?:(?:undo|revert|reverse) (?:everything|it all|all (?:the |my )?changes"
+    r"|all (?:of )?(?:that|it|this)|all)(?: you(?: just|'ve)? d(?:id|one))?"
     r"|put (?:everything|it all|them all|all) back (?:to )?(?:how|(?:in )?the way|as)"
     r" (?:it|everything|they|things) (?:was|were)(?: before)?)"
 )
 _UNDOES = re.compile(
     rf"{LEAD}(?:(?:undo|revert|reverse)(?: {_LAST})?|(?:cancel|scratch|scrap) {_LAST}"
     rf"|(?:undo|revert|reverse|cancel|take back) {_SEVERAL}|(?P<all>{_ALL})"
-    r"|take that back|take back (?:that|the last (?:one|thing|step|order|change|request))"
+    rf"|take that back|take back (?:that|what i(?: just)? said|{_SAID})|take {_SAID} back"
     r"|go back (?:one|a|one step|a step)"
     r"|put (?:it|things) back (?:to )?(?:how|the way|as) (?:it|they|things) (?:was|were)"
-    rf"(?: before)?){END}"
+    rf"(?: before)?|(?P<few>(?:undo|revert|reverse|cancel|take back) (?:the|my|your) last few"
+    rf"(?: {_KIND})?)){END}"
 )
-_PARTS = re.compile(r"([.;:!?]+(?: +|$)|,+ *| (?:and|then|but) )")
+_PARTS = re.compile(r"([.;:!?]+(?: +|$)|,+ *| (?:and|then|but|&) | (?=because\b))")
 _WHEN = re.compile(r"(?:but|if|unless|until|when|once|before|after|except|only)\b")
+_SPARES = re.compile(
+    r"but (?:please )?(?:leave|keep|not|don't|do not)\b(?! (?:if|when|unless|until))"
+)
+_WHY = re.compile(
+    r"(?:i|we)(?:'ve| have)? changed (?:my|our) minds?|(?:that(?:'s| is| was) )?my (?:bad|mistake"
+    r"|fault|error)|(?:i|we) (?:do not|don't|did not|didn't) (?:really )?(?:like|want|mean)\b.*"
+    r"|(?:it|that|this) (?:looks?|is|was|does|did|feels?)\b.*|because\b.*"
+)
+"""Why something is taken back."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,37 +74,61 @@ class Undoing:
     """What is asked for by words such as "No, undo that. Add oat milk".
 
     Attributes:
-        number: How many rounds are to be taken back, `ALL` for every one; None where it is not
-            plain, as in "Add milk. No, undo that" or "undo that if it is too dear".
+        number: How many rounds are to be taken back, `ALL` for every one; 0 where the words take
+            back themselves, as in "add milk, scratch that, add eggs"; None where it is not plain,
+            as in "undo that if it is too dear".
         rest: What the words say besides, evened; "" for nothing.
+        own: What of themselves the words take back.
     """
 
     number: int | None
     rest: str = ""
+    own: str = ""
 
 
 @lru_cache(maxsize=1024)
 def undoes(utterance: str) -> Undoing | None:
     """What is to be taken back; None where nothing asks for it."""
-    parts = _PARTS.split(evened(re.sub(r"\s*\n\s*", ". ", utterance.strip())))
+    text = evened(kept(re.sub(r"\s*\n\s*", ". ", utterance.strip())))
+    parts = _PARTS.split(text)
     found = {i: each for i in range(0, len(parts), 2) if (each := _UNDOES.fullmatch(parts[i]))}
     if not found:
         return None
-    (first, match), *more = found.items()
-    before, joint, after = parts[:first], "".join(parts[first + 1 : first + 2]), parts[first + 2 :]
-    told = all(
-        not each or is_remark(each) or re.fullmatch(LEAD, f"{each} ") for each in before[::2]
-    )
-    condition = _WHEN.match("".join(after) if joint.strip() != "but" else "but")
-    if told and not more and not condition:
-        rest = "".join(after).strip()
-        return Undoing(_number(match), "" if is_remark(rest) else rest)
-    kept = (parts[i : i + 2] for i in range(0, len(parts), 2) if i not in found)
-    return Undoing(None, "".join(each for pair in kept for each in pair).strip())
+    first, last = next(iter(found)), [*found][-1]
+    rest = _joined(parts, (i for i in range(0, len(parts), 2) if i not in found))
+    before, after = parts[:first], parts[first + 1 :]
+    if any(map(_WHEN.match, before)):
+        return Undoing(None, rest)
+    if any(not (_is_aside(each) or mark[:1] == "?") for each, mark in _pairs(before)):
+        own = _joined(parts, (i for i in range(0, last, 2) if i not in found))
+        return Undoing(0, _joined(parts, range(last + 2, len(parts), 2)), own)
+    then = "".join(after).strip(" ,")
+    condition = _WHEN.match(then) and not _SPARES.match(then)
+    several = len(found) > 1 and (rest or any(_number(each) != 1 for each in found.values()))
+    if condition or several or found[first]["few"]:
+        return Undoing(None, rest)
+    return Undoing(len(found) if len(found) > 1 else _number(found[first]), rest)
+
+
+def _joined(parts: Sequence[str], places: Iterable[int]) -> str:
+    """What is said at these places that tells what is wanted."""
+    said = ("".join(parts[i : i + 2]) for i in places if not _is_aside(parts[i]))
+    return "".join(said).strip(" ,")
+
+
+def _pairs(parts: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """What is said, and the mark behind it."""
+    return zip(parts[::2], parts[1::2], strict=True)
+
+
+def _is_aside(said: str) -> bool:
+    """Whether a part says nothing of what is wanted."""
+    lead = re.fullmatch(LEAD, f"{said} ")
+    return not said or bool(lead or _WHY.fullmatch(said)) or is_remark(said) or agrees(said)
 
 
 def _number(match: re.Match[str]) -> int:
     if match["all"]:
         return ALL
-    said = (match["times"] or match["both"] or match["number"] or "1").split()[0]
+    said = (match["times"] or match["number"] or match["steps"] or "1").split()[0]
     return _NUMBERS.get(said) or int(said)

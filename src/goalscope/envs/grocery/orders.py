@@ -67,6 +67,10 @@ BEYOND = re.compile(
     r"|apply|use (?:my|the|a|this) (?:card|coupon|voucher|points|code|discount))\b[^.,;!?]*)"
 )
 """What this shop does for nobody, as in "add milk, and deliver it by noon"."""
+_OPEN = re.compile(
+    r"\b(?:stuff|everything|whatever|groceries|bits|things)(?: \w+){0,2} (?:for|with|under|we need"
+    r"|i need|goes?)\b|\bweekly (?:shop|groceries)\b|\bfor \d{1,2}(?=[.,;!?]|$)"
+)
 _PUTS_OFF = re.compile(r"(?:n't|\bnot) (?:buy|order|pay|purchase|check ?out)\b")
 _HOLDS_BACK = re.compile(
     r"\b(?:buy|buying|purchas(?:e|ing)|order|ordering|pay|paying)(?: for)? (?:(?:the|my|our|this"
@@ -74,7 +78,7 @@ _HOLDS_BACK = re.compile(
     r"|\bcheck(?:ing)? ?out\b(?! (?:the|our|my|some|what))"
     r"|\b(?:i|we)(?:'ve| have)? (?:only |just |already |never )?(?:said|meant|wanted|asked"
     r"|ordered|told)\b"
-    r"|\b(?:keep|leave) (?:the|my|our|those|these|them)\b"
+    r"|\b(?:keep|leave) (?:the|my|our|those|these|them)\b|\b(?:swap|exchange|replace)\b|\bback$"
 )
 _MADE = re.compile(r"(?!(?:it|that|this|them|those|these)\b)")
 _EMPTY = re.compile(
@@ -175,8 +179,9 @@ def states_aim(text: str) -> bool:
 
 
 def has_aim(utterance: str) -> bool:
-    """Whether words speak of an aim, an occasion or a taste, or ask for ideas."""
-    return wants_ideas(utterance) or states_aim(evened(utterance))
+    """Whether words speak of an aim, an occasion or a taste, name no thing, or ask for ideas."""
+    said = evened(utterance)
+    return wants_ideas(utterance) or states_aim(said) or bool(_OPEN.search(said))
 
 
 def leaves_open(utterance: str) -> bool:

@@ -366,6 +366,11 @@ _CHANGES = [
         ),
         (rf"\b(?:take )?{_ALL}(?: else)? out {_EXCEPT} ", ". keep only "),
         (
+            rf"\b(?:i|we|they|he|she) (?:like|love|want)s? (?:{_ALL}|it all) {_EXCEPT}"
+            rf" the {_THING}{END}",
+            ". ",
+        ),
+        (
             rf"^\W*(?:(?:yes|ok|okay|sure|please|fine)[ ,.!]+)*{_ALL}(?: of (?:it|them))? {_EXCEPT}"
             rf" (?:the )?{_THING}{END}",
             r". remove \1",

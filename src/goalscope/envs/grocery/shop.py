@@ -36,17 +36,18 @@ from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.swapping import swapped
 from goalscope.envs.grocery.telling import listed, not_met, not_there, unlabelled
-from goalscope.envs.grocery.undoing import calling_notes, harm, steps
+from goalscope.envs.grocery.undoing import ALLERGY, calling_notes, harm, steps
 from goalscope.envs.grocery.unheard import above_limit, not_replaced, undone
 from goalscope.envs.grocery.words import singulars
 from goalscope.envs.remarks import asks_for_guesses
-from goalscope.types import Action, Profile, StepResult, TakenBack, Turn
+from goalscope.types import Action, Profile, StepResult, TakenBack, Turn, spoken
 
 __all__ = ["NAMES", "GroceryShop"]
 
 NAMES = (envs.SEARCH, "add item", "remove item", "buy basket")
 """What can be done here."""
 
+_SPARES = re.compile(r"(?:but |and )?(?:please )?(?:leave|keep|not|don't|do not)\b")
 _MOVES = {"add item": 1, "remove item": -1}
 """What moves an item, and whether into the basket or out of it."""
 
@@ -171,7 +172,8 @@ class GroceryShop:
         hearing = replace(hearing, diets=hearing.diets | hearing.hinted)
         newest = self._spoken(turns)[-1] if turns else ""
         lessens = hearing.empties or hearing.unasked or hearing.removed or hearing.spared
-        orders = bool(hearing.newest) and not has_aim(newest)
+        asked = any(self._choice.meant(each.phrase, hearing, ()) for each in hearing.newest)
+        orders = asked and not has_aim(newest)
         if self._bought or not hearing.guesses or orders or (lessens and not hearing.newest):
             return []
         most = None if hearing.budget is None else (hearing.budget - self._after(turns)) / _AT_ONCE
@@ -200,10 +202,14 @@ class GroceryShop:
     ) -> envs.Reversal:
         """What takes out what `results` put in, and puts back what they took out.
 
-        What is ruled out stays out.
+        What is ruled out stays out; what the newest words spare, as in "undo that, but keep the
+        milk", stays as it is; and so does an allergy.
         """
         now, hearing = self.basket, self._heard(turns)
         then = {name: max(now.get(name, 0) - number, 0) for name, number in _net(results).items()}
+        for phrase in self._spared(turns):
+            items = (item for name in then if (item := self.catalogue.get(name)))
+            then |= {item.name: now.get(item.name, 0) for item in called(phrase, [*items])}
         back = steps({name: now.get(name, 0) for name in then}, then)
         kept = [
             each
@@ -213,7 +219,15 @@ class GroceryShop:
         left = [f"You ruled that out: {each.target}." for each in kept]
         left += ["The purchase cannot be undone."] if self._bought and results else []
         back = [] if self._bought else back
+        gone = (turn.utterance for turn in turns if isinstance(turn, TakenBack))
+        left += [ALLERGY] if any(map(harm, gone)) else []
         return [each for each in back if each not in kept], left
+
+    def _spared(self, turns: Sequence[Turn]) -> list[str]:
+        """What is to stay as it is, though the rest is undone."""
+        newest = spoken(turns[-1:])
+        spares = [each for each in newest if _SPARES.match(each)]
+        return self._search.mentioned(". ".join(spares)) if spares else []
 
     def is_order(self, turns: Sequence[Turn]) -> bool:
         """Whether the newest words say exactly what is to be done, or leave nothing to guess."""

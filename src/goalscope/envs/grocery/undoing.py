@@ -16,10 +16,16 @@ from goalscope.envs.speech import evened
 from goalscope.envs.undoing import END, LEAD
 from goalscope.types import Action
 
-__all__ = ["calling_notes", "harm", "steps"]
+__all__ = ["ALLERGY", "calling_notes", "harm", "steps"]
 
-_CALLS_OFF = re.compile(rf"{LEAD}(?:cancel|stop shopping){END}")
-_HARM = re.compile(r"allerg|intoleran|c(?:o)?eliac|\b(?:ill|sick)\b")
+ALLERGY = "What you said of what somebody must not eat still counts."
+"""Told where words are taken back that name an allergy."""
+
+_CALLS_OFF = re.compile(rf"{LEAD}(?:cancel|stop shopping|go back){END}")
+_HARM = re.compile(
+    r"allerg|intoleran|c(?:o)?eliac|anaphyla|epi-?pen|\b(?:ill|sick|shock|hospital|react(?:s|ions?)?)\b"
+    r"|\b(?:can't|cannot|can not|must not|mustn't|may not) (?:have|eat|tolerate)\b"
+)
 _CLAUSE = re.compile(r"([,;]|\b(?:and|because|but|so|since|as|for)\b)")
 
 _NEAR = 8

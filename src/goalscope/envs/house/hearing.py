@@ -387,7 +387,8 @@ class _Listener(Corrections):
         if not home:
             self.refused |= {(clause.verb, kind) for kind in excluded}
             self.staying |= excluded if clause.verb == "put" else set()
-        self.staying -= {kind for new in self.fresh for kind in new.object_types}
+        if clause.verb:
+            self.staying -= {kind for new in self.fresh for kind in new.object_types}
         for thing in (each for each in clause.excluded if each.states):
             for other in self.meant(thing, clause.verb) if thing.types else things:
                 self.narrow(replace(other, states=thing.states))
@@ -470,7 +471,7 @@ class _Listener(Corrections):
             self.refuse("put in", place.types if place else ())
             return
         verb = "" if clause.verb == "any" else clause.verb
-        ordered = {kind for old in self.wanted for kind in old.object_types}
+        ordered = {kind for old in (*self.wanted, *self.latest) for kind in old.object_types}
         stays = clause.stays or (clause.alone and not ordered.isdisjoint(kinds))
         self.staying = {*self.staying, *kinds} if stays else self.staying - {*kinds}
         for thing in things:

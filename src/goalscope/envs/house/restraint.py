@@ -10,7 +10,7 @@ from goalscope.envs.house.aims import is_aim
 from goalscope.envs.house.phrases import first_named
 from goalscope.envs.speech import evened
 
-__all__ = ["holds_back"]
+__all__ = ["holds_back", "names_a_spot"]
 
 _CLAUSE = re.compile(r"[,.;:!?\n]+|\b(?:and|but|or|so|then|because|since)\b")
 _LEAD = re.compile(
@@ -21,21 +21,37 @@ _LEAD = re.compile(
 _REFUSES = re.compile(
     r"(?:(?:do not|don't|never)\b(?! (?:worry|mind|bother|hesitate|forget))"
     r"|not (?:that|this|the|those|these|in|on|there|here)\b|nor\b|neither\b|stop\b|avoid\b)"
-    r"|(?:be )?(?:\w+ )?careful\b|(?:mind|watch|beware)(?: out)? (?:the|my|our|of|for)\b|watch out"
+    r"|.*\b(?:careful|gentle|refrain|under no circumstances)\b|no \w+ing\b|nobody \w+"
+    r"|(?:mind|watch|beware)(?: out)? (?:the|my|our|of|for)\b|watch out"
 )
 _CORRECTS = re.compile(
-    r"(?:(?:the )?(?:other|another|wrong) \w+(?: please)?$"
-    r"|(?:that|this|it)(?:'s| is| was) (?:the )?wrong"
-    r"|you (?:put|took|moved|left|forgot|missed|misunderstood)|i (?:meant?|said))\b"
+    r"(?:(?:the )?(?:other|another|wrong) \w+(?: please)?$|the \w+ ones?(?: please)?$"
+    r"|only (?:the|my|our|this|that|these|those) [\w ]+$"
+    r"|(?:that|this|it)(?:'s| is| was)(?:n't| not)? (?:the )?(?:wrong|right|one)"
+    r"|(?:that|this|it)(?:'s| is| was)(?:n't| not) the\b"
+    r"|you (?:put|took|moved|left|forgot|missed|misunderstood)|i (?:meant?|said))\b(?! to\b)"
 )
 _WISHES = re.compile(
-    r"\b(?:i|we)(?:'d|'m|'re|'ll| would| am| are| will| want| need| like| love| have| feel"
-    r"| fancy)\b(?! not\b)"
+    r"\b(?:i|we)\b(?!'(?:ve|d have)\b)(?! (?:said|meant?|told|do not|don't|did not|didn't|never"
+    r"|can't|cannot)\b)|\bshould be\b"
 )
-_VERB = re.compile(rf"(?:{'|'.join(sorted(map(re.escape, v.BASE), key=len, reverse=True))})\b(?!')")
+_AS_NOUN = frozenset(("light", "water", "plate", "run", "start", "use", "find", "hold", "keep"))
+_VERB = re.compile(
+    r"(?!(?:take (?:a look|care)|make (?:room|space|sure))\b)"
+    rf"(?:{'|'.join(sorted(v.BASE.keys() - _AS_NOUN, key=len, reverse=True))})\b"
+)
+"""What orders; not what is often a noun, or leaves open what to do."""
 
-
+_SPOT = re.compile(
+    r"\b(?:beside|next to|near|behind|under(?:neath)?|in front of|on top of|above|inside|between"
+    r"|around|against|by the)\b"
+)
 _OF_IT = re.compile(r"(?!make\b)\w+ (?:\w+ )?(?:it|them|that|this|these|those|one)\b")
+
+
+def names_a_spot(text: str) -> bool:
+    """Whether `text` says where beside other things something is to be."""
+    return bool(_SPOT.search(evened(text)))
 
 
 def holds_back(text: str, here: Collection[str]) -> bool:

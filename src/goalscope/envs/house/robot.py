@@ -21,7 +21,7 @@ from goalscope.envs.house.names import mentioned, readable, the
 from goalscope.envs.house.offers import NAMES, cooks, is_refused, possible, returns
 from goalscope.envs.house.primitives import Primitives, Refusal
 from goalscope.envs.house.properties import ACTS, LASTING, PREDICATES
-from goalscope.envs.house.restraint import holds_back
+from goalscope.envs.house.restraint import holds_back, names_a_spot
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.house.undoing import NOTHING, lasting, restoring, reverses
 from goalscope.envs.house.unmet import unmet
@@ -270,7 +270,8 @@ class HomeRobot:
     ) -> envs.Reversal:
         """What brings things back to how they were before `results`.
 
-        What is ruled out stays as it is; so does what nobody can undo.
+        What the newest words rule out, as in "undo that, but leave the mug", stays; so does what
+        nobody can undo.
         """
         if not results:
             return [], []
@@ -284,14 +285,16 @@ class HomeRobot:
             and own in was
             and any(thing[key] != was[own][key] for key in (*PREDICATES, "fillLiquid"))
         }
-        hearing = self._hear(turns)
-        back = restoring(self._view, was, changed)
-        kept = [action for action in back if is_refused(self._view, action, hearing)]
-        left = [f"You ruled that out: {self.phrase(action)}." for action in kept]
+        ruled, before_that = self._hear(turns), self._hear(turns[:-1])
+        back = [
+            action
+            for action in restoring(self._view, was, changed)
+            if not is_refused(self._view, action, ruled)
+            or is_refused(self._view, action, before_that)
+        ]
         moved = [each.action for each in results if each.action.name in ("push", "pull")]
-        left += [f"I cannot undo that: {self.phrase(action)}." for action in moved]
-        left += lasting(self._view, was, changed)
-        return [action for action in back if action not in kept], left
+        left = [f"I cannot undo that: {self.phrase(action)}." for action in moved]
+        return back, [*left, *lasting(self._view, was, changed)]
 
     def step(self, action: Action) -> StepResult:
         """Take one action, with all that belongs to it. One that fails changes nothing.
@@ -357,6 +360,7 @@ class HomeRobot:
     def _leaves_nothing(self, hearing: Hearing, turns: Sequence[Turn]) -> bool:
         """Whether the newest words order, correct, refuse or warn, so that nothing is guessed."""
         nowhere = any(each.verb == "put" and not each.destination_types for each in hearing.newest)
+        nowhere = nowhere and not names_a_spot(turns[-1].utterance)
         if nowhere or len(self._carried(hearing)) > 1:
             return False
         here = {each["objectType"] for each in self._view.objects}
