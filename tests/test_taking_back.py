@@ -41,6 +41,8 @@ CAKE = [Action("add item", "Walnuts"), Action("add item", "Leeks")]
         ("undo that but leave the mug", 1, "leave the mug"),
         ("is the mug in the sink? undo that", 1, "is the mug in the sink?"),
         ("undo that, yes", 1, ""),
+        ("undo that. I don't want nuts", 1, "i don't want nuts"),
+        ("undo that because he is allergic to nuts", 1, "because he is allergic to nuts"),
         ("undo that, but only if it is dear", None, "but only if it is dear"),
         ("undo everything", ALL, ""),
         ("put everything back how it was", ALL, ""),

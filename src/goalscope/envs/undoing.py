@@ -62,9 +62,11 @@ _SPARES = re.compile(
     r"but (?:please )?(?:leave|keep|not|don't|do not)\b(?! (?:if|when|unless|until))"
 )
 _WHY = re.compile(
-    r"(?:i|we)(?:'ve| have)? changed (?:my|our) minds?|(?:that(?:'s| is| was) )?my (?:bad|mistake"
-    r"|fault|error)|(?:i|we) (?:do not|don't|did not|didn't) (?:really )?(?:like|want|mean)\b.*"
-    r"|(?:it|that|this) (?:looks?|is|was|does|did|feels?)\b.*|because\b.*"
+    r"(?!.*(?:allerg|intoleran|coeliac|celiac|can't|cannot|\b(?:ill|sick)\b))"
+    r"(?:(?:i|we)(?:'ve| have)? changed (?:my|our) minds?|(?:that(?:'s| is| was) )?my (?:bad|mistake"
+    r"|fault|error)|(?:i|we) (?:do not|don't|did not|didn't) (?:really )?(?:like|want|mean)"
+    r"(?: (?:it|that|this|them|to))?(?: there| like that| any ?more)?"
+    r"|(?:it|that|this) (?:looks?|is|was|feels?)(?: [\w']+){1,4}|because\b.*)"
 )
 """Why something is taken back."""
 
