@@ -126,6 +126,9 @@ def test_what_left_the_basket_comes_back_only_if_it_is_asked_for() -> None:
         ("Remove the butter, and add some flour.", False),
         ("I need flour and eggs, thanks a bunch.", False),
         ("I need flour and eggs for a cake.", True),
+        ("sushi rolls", False),
+        ("get stuff for tacos", True),
+        ("weekly shop please", True),
         ("I'd like to bake.", True),
     ],
 )

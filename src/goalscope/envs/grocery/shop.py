@@ -172,8 +172,10 @@ class GroceryShop:
         hearing = replace(hearing, diets=hearing.diets | hearing.hinted)
         newest = self._spoken(turns)[-1] if turns else ""
         lessens = hearing.empties or hearing.unasked or hearing.removed or hearing.spared
-        asked = any(self._choice.meant(each.phrase, hearing, ()) for each in hearing.newest)
-        orders = asked and not has_aim(newest)
+        orders = not has_aim(newest) and any(
+            self._choice.meant(each.phrase, hearing, ()) or self._choice.lacking(each, hearing)
+            for each in hearing.newest
+        )
         if self._bought or not hearing.guesses or orders or (lessens and not hearing.newest):
             return []
         most = None if hearing.budget is None else (hearing.budget - self._after(turns)) / _AT_ONCE
