@@ -63,8 +63,9 @@ _SPARES = re.compile(
 )
 _WHY = re.compile(
     r"(?!.*(?:allerg|intoleran|coeliac|celiac|can't|cannot|\b(?:ill|sick)\b))"
-    r"(?:(?:i|we)(?:'ve| have)? changed (?:my|our) minds?|(?:that(?:'s| is| was) )?my (?:bad|mistake"
-    r"|fault|error)|(?:i|we) (?:do not|don't|did not|didn't) (?:really )?(?:like|want|mean)"
+    r"(?:(?:i|we)(?:'ve| have)? changed (?:my|our) minds?"
+    r"|(?:that(?:'s| is| was) )?my (?:bad|mistake|fault|error)"
+    r"|(?:i|we) (?:do not|don't|did not|didn't) (?:really )?(?:like|want|mean)"
     r"(?: (?:it|that|this|them|to))?(?: there| like that| any ?more)?"
     r"|(?:it|that|this) (?:looks?|is|was|feels?)(?: [\w']+){1,4}|because\b.*)"
 )

@@ -36,7 +36,7 @@ from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.swapping import swapped
 from goalscope.envs.grocery.telling import listed, not_met, not_there, unlabelled
-from goalscope.envs.grocery.undoing import ALLERGY, calling_notes, harm, steps
+from goalscope.envs.grocery.undoing import ALLERGY, calling_notes, harm, net, spares, steps
 from goalscope.envs.grocery.unheard import above_limit, not_replaced, undone
 from goalscope.envs.grocery.words import singulars
 from goalscope.envs.remarks import asks_for_guesses
@@ -46,10 +46,6 @@ __all__ = ["NAMES", "GroceryShop"]
 
 NAMES = (envs.SEARCH, "add item", "remove item", "buy basket")
 """What can be done here."""
-
-_SPARES = re.compile(r"(?:but |and )?(?:please )?(?:leave|keep|not|don't|do not)\b")
-_MOVES = {"add item": 1, "remove item": -1}
-"""What moves an item, and whether into the basket or out of it."""
 
 _AT_ONCE = 8
 """Things that are guessed at once at most: what is left of a budget must do for all of them."""
@@ -207,29 +203,19 @@ class GroceryShop:
         What is ruled out stays out; what the newest words spare, as in "undo that, but keep the
         milk", stays as it is; and so does an allergy.
         """
-        now, hearing = self.basket, self._heard(turns)
-        then = {name: max(now.get(name, 0) - number, 0) for name, number in _net(results).items()}
-        for phrase in self._spared(turns):
-            items = (item for name in then if (item := self.catalogue.get(name)))
-            then |= {item.name: now.get(item.name, 0) for item in called(phrase, [*items])}
-        back = steps({name: now.get(name, 0) for name in then}, then)
-        kept = [
-            each
-            for each in back
-            if each.name == "add item" and not self._permits(each.target, hearing)
-        ]
-        left = [f"You ruled that out: {each.target}." for each in kept]
-        left += ["The purchase cannot be undone."] if self._bought and results else []
-        back = [] if self._bought else back
+        if self._bought:
+            return [], ["The purchase cannot be undone."] if results else []
+        hearing, moved = self._heard(turns), net(results)
+        items = [item for name in moved if (item := self.catalogue.get(name))]
+        for said in filter(spares, spoken(turns[-1:])):
+            for phrase in self._search.mentioned(said):
+                for item in called(phrase, items):
+                    moved[item.name] = 0
+        out = [n for n in moved if moved[n] < 0 and not self._permits(n, hearing)]
+        told = [f"You ruled that out: {name}." for name in out]
         gone = (turn.utterance for turn in turns if isinstance(turn, TakenBack))
-        left += [ALLERGY] if any(map(harm, gone)) else []
-        return [each for each in back if each not in kept], left
-
-    def _spared(self, turns: Sequence[Turn]) -> list[str]:
-        """What is to stay as it is, though the rest is undone."""
-        newest = spoken(turns[-1:])
-        spares = [each for each in newest if _SPARES.match(each)]
-        return self._search.mentioned(". ".join(spares)) if spares else []
+        told += [ALLERGY] if any(map(harm, gone)) else []
+        return steps({**moved, **dict.fromkeys(out, 0)}, self.basket), told
 
     def is_order(self, turns: Sequence[Turn]) -> bool:
         """Whether the newest words say exactly what is to be done, or leave nothing to guess."""
@@ -247,7 +233,7 @@ class GroceryShop:
         """What the newest turn asks for outright and did not get, one sentence each."""
         hearing = self._heard(turns)
         before = self.basket
-        for name, number in _net(results).items():
+        for name, number in net(results).items():
             before[name] = before.get(name, 0) - number
         held = [item for name, n in before.items() if n > 0 and (item := self.catalogue.get(name))]
         told: list[str] = []
@@ -484,12 +470,3 @@ class GroceryShop:
         total = self.catalogue.money(self.total)
         told = f"The basket is now purchased for {total}.\n{self.status()}"
         return StepResult(action, True, told, terminated=True, irreversible=True)
-
-
-def _net(results: Sequence[StepResult]) -> dict[str, int]:
-    """How many of each item these results put in, less what they took out."""
-    found: dict[str, int] = {}
-    for action in (result.action for result in results if result.action.name in _MOVES):
-        number = found.get(action.target, 0) + _MOVES[action.name] * action.quantity
-        found[action.target] = number
-    return found

@@ -14,13 +14,17 @@ from goalscope.envs.grocery.words import sentences
 from goalscope.envs.remarks import asks_for_guesses
 from goalscope.envs.speech import evened
 from goalscope.envs.undoing import END, LEAD
-from goalscope.types import Action
+from goalscope.types import Action, StepResult
 
-__all__ = ["ALLERGY", "calling_notes", "harm", "steps"]
+__all__ = ["ALLERGY", "calling_notes", "harm", "net", "spares", "steps"]
 
 ALLERGY = "What you said of what somebody must not eat still counts."
 """Told where words are taken back that name an allergy."""
 
+_MOVES = {"add item": 1, "remove item": -1}
+"""What moves an item, and whether into the basket or out of it."""
+
+_SPARES = re.compile(r"(?:but |and )?(?:please )?(?:leave|keep|not|don't|do not)\b")
 _CALLS_OFF = re.compile(rf"{LEAD}(?:cancel|stop shopping|go back){END}")
 _HARM = re.compile(
     r"allerg|intoleran|c(?:o)?eliac|anaphyla|epi-?pen|\b(?:ill|sick|shock|hospital|react(?:s|ions?)?)\b"
@@ -47,13 +51,27 @@ def calling_notes(utterance: str, guessed: Sequence[str]) -> list[str]:
     return told
 
 
-def steps(now: Mapping[str, int], before: Mapping[str, int]) -> list[Action]:
-    """What makes a basket what it was, item name to quantity: removals, then additions."""
-    more = {name: before.get(name, 0) - now.get(name, 0) for name in {**now, **before}}
+def net(results: Sequence[StepResult]) -> dict[str, int]:
+    """How many of each item these results put in, less what they took out."""
+    found: dict[str, int] = {}
+    for action in (result.action for result in results if result.action.name in _MOVES):
+        number = found.get(action.target, 0) + _MOVES[action.name] * action.quantity
+        found[action.target] = number
+    return found
+
+
+def steps(moved: Mapping[str, int], basket: Mapping[str, int]) -> list[Action]:
+    """What takes out again what was put in, as far as it is there, and puts back the rest."""
+    out = {name: min(number, basket.get(name, 0)) for name, number in moved.items()}
     return [
-        *(Action("remove item", name, -number) for name, number in more.items() if number < 0),
-        *(Action("add item", name, number) for name, number in more.items() if number > 0),
+        *(Action("remove item", name, number) for name, number in out.items() if number > 0),
+        *(Action("add item", name, -number) for name, number in moved.items() if number < 0),
     ]
+
+
+def spares(said: str) -> bool:
+    """Whether words leave things as they are, though the rest is undone."""
+    return bool(_SPARES.match(said))
 
 
 @lru_cache(maxsize=256)
