@@ -39,6 +39,7 @@ CAKE = [Action("add item", "Walnuts"), Action("add item", "Leeks")]
         ("take my last order back", 1, ""),
         ("undo that & add milk", 1, "add milk"),
         ("undo that but leave the mug", 1, "leave the mug"),
+        ("undo that, but not the mug", 1, "leave the mug"),
         ("is the mug in the sink? undo that", 1, "is the mug in the sink?"),
         ("undo that, yes", 1, ""),
         ("undo that. I don't want nuts", 1, "i don't want nuts"),
@@ -192,6 +193,8 @@ def test_what_is_spared_stays_also_later() -> None:
     said = ("put the apple in the fridge, the mug in the sink", "undo that and leave the mug")
     talk = in_kitchen(*said, "thanks", "I'm hungry")
     assert talk.env.status().splitlines()[2:] == ["- mug 2: now in the sink basin"]
+    other = in_kitchen(said[0], "undo that but not the mug", "I'm hungry")
+    assert other.env.status().splitlines()[2:] == ["- mug 2: now in the sink basin"]
     shopping = Talk(shop())
     shopping.say("Add milk and eggs")
     shopping.say("undo that but keep the milk")

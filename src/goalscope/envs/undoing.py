@@ -106,7 +106,9 @@ def undoes(utterance: str) -> Undoing | None:
         own = _joined(parts, (i for i in range(0, last, 2) if i not in found))
         return Undoing(0, _joined(parts, range(last + 2, len(parts), 2)), own)
     then = "".join(after).strip(" ,")
-    condition = _WHEN.match(then) and not _SPARES.match(then)
+    spares = _SPARES.match(then)
+    condition = _WHEN.match(then) and not spares
+    rest = re.sub(r"^not\b", "leave", rest) if spares else rest
     several = len(found) > 1 and (rest or any(_number(each) != 1 for each in found.values()))
     if condition or several or found[first]["few"]:
         return Undoing(None, rest)
