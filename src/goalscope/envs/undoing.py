@@ -108,7 +108,8 @@ def undoes(utterance: str) -> Undoing | None:
     then = "".join(after).strip(" ,")
     spares = _SPARES.match(then)
     condition = _WHEN.match(then) and not spares
-    rest = re.sub(r"^not\b", "leave", rest) if spares else rest
+    if spares:
+        rest = re.sub(r"^(?:please )?not\b", "leave", rest.removeprefix("but "))
     several = len(found) > 1 and (rest or any(_number(each) != 1 for each in found.values()))
     if condition or several or found[first]["few"]:
         return Undoing(None, rest)
