@@ -15,6 +15,7 @@ from talks import Talk
 
 EGGS = {"Large Eggs": 1}
 THIGHS = {"Chicken Thighs": 1}
+CAKE = [Action("add item", "Walnuts"), Action("add item", "Kale")]
 
 
 @pytest.mark.parametrize(
@@ -129,9 +130,44 @@ def test_what_is_ruled_out_stays_out() -> None:
         (["Add chicken thighs", "put the chicken back", "thanks"], {}),
         (["Add chicken thighs", "put it back", "put it back"], THIGHS),
         (["Add eggs", "three cans in total"], {"Large Eggs": 3}),
+        (
+            ["Add eggs and leeks", "no eggs, kale instead", "put the eggs back"],
+            {**EGGS, "Leeks": 1, "Kale": 1},
+        ),
+        (["Add eggs, kale and leeks", "undo everything except the eggs"], EGGS),
+        (["Add eggs", "I'm vegan", "take that back, I'm not vegan"], EGGS),
+        (["I'm vegan", "never mind, I'm not vegan any more, take that back", "add eggs"], EGGS),
+        (["Add eggs and kale", "forget everything except the eggs"], EGGS),
     ],
 )
 def test_what_was_taken_out_is_put_back_and_what_is_there_goes(
     utterances: list[str], basket: dict[str, int]
 ) -> None:
     assert talked({}, *utterances)[0].basket == basket
+
+
+def test_what_was_to_be_kept_is_no_guess() -> None:
+    talk = Talk(shop())
+    talk.say("I want to make lasagne", guesses=CAKE)
+    talk.say("remove whatever you guessed, but leave the walnuts")
+    assert talk.env.basket == {"Walnuts": 1}
+    assert talk.say("what did you guess?").notes == ("Guessed, not asked for: nothing.",)
+    talk.say("remove the walnuts")
+    assert talk.env.basket == {}
+
+
+def test_nothing_is_guessed_where_something_is_taken_back() -> None:
+    agent = Agent(shop(), WordModel(), method="no-goals")
+    agent.step("What would you like?", "Add sliced ham")
+    agent.step("What else?", "my son is vegetarian")
+    back = agent.step("What else?", "take that back, he isn't vegetarian")
+    assert [str(each.action) for each in back.results] == ["add item: Sliced Ham"]
+
+
+@pytest.mark.parametrize(
+    "question", ["and how much is the kale?", "and tell me what is in the basket"]
+)
+def test_a_question_behind_an_order_is_answered(question: str) -> None:
+    agent = Agent(shop(), WordModel(), method="no-goals")
+    agent.step("What would you like?", f"Add kale, {question}")
+    assert "$" in agent.ask()

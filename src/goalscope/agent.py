@@ -14,6 +14,7 @@ from goalscope.dialog import FALLBACK, Human, ask, with_answer
 from goalscope.envs import GUESSED, SEARCH, Environment, taken
 from goalscope.envs.remarks import asks_why, is_remark, takes_leave
 from goalscope.envs.speech import agrees, declines
+from goalscope.envs.undoing import undoes
 from goalscope.episode import Round
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
@@ -241,7 +242,14 @@ class Agent:
             silent = only_undoes or asks or sure or is_remark(said)
             order = not silent and self.env.is_order(turns)
             answered = bool(asked) and (agreed or declines(utterance))
-            exact = complete or silent or order or answers or answered
+            exact = (
+                complete
+                or silent
+                or order
+                or answers
+                or answered
+                or undoes(turn.utterance) is not None
+            )
             known = bool(tracker and self._stated(tracker.belief))
             changes, missing = (
                 self._update(tracker, turn, propose=not (silent or (order and known)))

@@ -29,8 +29,12 @@ FALLBACK = "What else would you like?"
 """Asked where there is nothing better to ask."""
 
 _QUESTION = re.compile(r"[^.!?\n]+(?:\?|$)")  # a sentence with its mark, or without any at the end
-_TELL_ME = re.compile(r"\b(?:and|then|also|,) ((?:tell me|let me know) [^.!?\n]+)", re.IGNORECASE)
-"""A question behind an order: "add milk and tell me the total"."""
+_TELL_ME = re.compile(
+    r"(?:\band|\bthen|\balso|[,;]) ((?:tell me|let me know) [^.!?\n]+|(?:how (?:much|many)|do you"
+    r"|can you|is there|are there|what|which|where)\b[^.!?\n]+\?)",
+    re.IGNORECASE,
+)
+"""A question behind an order: "add milk, and how much is it?"."""
 _ABOUT_THEM = re.compile(r"\bthe (?:human|user|person|customer|agent)\b", re.IGNORECASE)
 """Of whom the prompts speak, who is asked here."""
 _ECHO = 0.8

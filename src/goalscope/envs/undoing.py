@@ -58,6 +58,11 @@ _UNDOES = re.compile(
 )
 _PARTS = re.compile(r"([.;:!?]+(?: +|$)|,+ *| (?:and|then|but|&) | (?=because\b))")
 _WHEN = re.compile(r"(?:but|if|unless|until|when|once|before|after|except|only)\b")
+_EXCEPT = re.compile(
+    r"\b((?:undo|revert|reverse) (?:everything|it all|all(?: of (?:it|that))?|that|it)),?"
+    r" (?:except(?: for)?|apart from|other than|but(?: not)?)"
+    r" (?=(?:the|my|our|that|those|these|this) (?!is\b))"
+)
 _SPARES = re.compile(
     r"but (?:please )?(?:leave|keep|not|don't|do not)\b(?! (?:if|when|unless|until))"
 )
@@ -70,6 +75,13 @@ _WHY = re.compile(
     r"|(?:it|that|this) (?:looks?|is|was|feels?)(?: [\w']+){1,4}|because\b.*)"
 )
 """Why something is taken back."""
+
+
+_STATES = re.compile(
+    r"(?:i|we|you|he|she|it|they|that|this|nobody|(?:my|our|the) \w+)"
+    r"(?:'s|'re|'m| is| are| was| were| am| has| have| had| do| does| did)(?:n't)?\b"
+)
+"""What is told, and orders nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +105,7 @@ class Undoing:
 def undoes(utterance: str) -> Undoing | None:
     """What is to be taken back; None where nothing asks for it."""
     text = evened(kept(re.sub(r"\s*\n\s*", ". ", utterance.strip())))
+    text = _EXCEPT.sub(r"\1, but leave ", text)
     parts = _PARTS.split(text)
     found = {i: each for i in range(0, len(parts), 2) if (each := _UNDOES.fullmatch(parts[i]))}
     if not found:
@@ -102,7 +115,8 @@ def undoes(utterance: str) -> Undoing | None:
     before, after = parts[:first], parts[first + 1 :]
     if any(map(_WHEN.match, before)):
         return Undoing(None, rest)
-    if any(not (_is_aside(each) or mark[:1] == "?") for each, mark in _pairs(before)):
+    told = (_is_aside(s) or _STATES.match(s) or mark[:1] == "?" for s, mark in _pairs(before))
+    if not all(told):
         own = _joined(parts, (i for i in range(0, last, 2) if i not in found))
         return Undoing(0, _joined(parts, range(last + 2, len(parts), 2)), own)
     then = "".join(after).strip(" ,")

@@ -107,6 +107,7 @@ def guessed(hearing: Hearing, held: Sequence[Item], choice: Choice) -> list[Item
     """
     named = (choice.called(request.phrase, held)[:1] for request in hearing.wanted)
     asked = {item for items in named for item in items}
+    asked |= {item for phrase in hearing.kept for item in choice.called(phrase, held)}
     return [item for item in held if item not in asked]
 
 

@@ -19,6 +19,7 @@ from goalscope.envs.grocery.phrases import SAME, SAME_ALL, SAME_ONE
 from goalscope.envs.grocery.requests import (
     Refusal,
     clears,
+    kept,
     removed,
     spared,
     unasked,
@@ -73,6 +74,7 @@ class Hearing:
         hinted: Restrictions that any words spoke of; they bind what is guessed.
         guesses: Whether anything may be guessed.
         budget: What all may cost, in the shop's currency; None for any sum.
+        kept: Things that are to stay, whoever asked for them.
         again: Whether the newest words ask for something back, or again.
     """
 
@@ -91,6 +93,7 @@ class Hearing:
     hinted: frozenset[str]
     guesses: bool
     budget: Decimal | None
+    kept: tuple[str, ...]
     again: bool
 
     def makes(self, thing: str) -> bool:
@@ -164,6 +167,7 @@ def _hear(utterances: tuple[str, ...], names: Names) -> Hearing:
         hinted=listener.hinted,
         guesses=listener.guesses and not listener.tidied,
         budget=listener.budget,
+        kept=tuple(listener.kept),
         again=bool(utterances) and bool(_AGAIN.search(utterances[-1].casefold())),
     )
 
@@ -201,6 +205,7 @@ class _Listener:
         self.kinds: dict[str, str] = {}
         self.removed: list[Request] = []
         self.spared: list[str] = []
+        self.kept: dict[str, None] = {}
         self.empties = self.unasked = self.unclear = False
 
     def hear(self, utterance: str, *, newest: bool) -> None:
@@ -215,6 +220,7 @@ class _Listener:
         self.budget = budget(utterance, self.budget)
         why = asks_why(utterance)
         for clause in heard(besides_buying(utterance)):
+            self.kept |= dict.fromkeys(map(self.names.shown, kept(clause)))
             if unasked(clause) or (why and _UNWANTED.search(clause.text)):
                 self.unasked = True
                 continue
@@ -264,7 +270,8 @@ class _Listener:
         """What a phrase names of what was taken out last; "" where it was asked for since."""
         said = singulars(phrase)
         kept = any(contains(singulars(each), said) for each in self.asked)
-        out = (each for each in reversed(self.dropped) if contains(singulars(each), said))
+        left = [*self.refused, *self.dropped]
+        out = (each for each in reversed(left) if contains(singulars(each), said))
         return "" if kept else next(out, "")
 
     def take_out(self, removal: Request) -> None:
@@ -272,6 +279,7 @@ class _Listener:
         self.removed.append(removal)
         (self.dropped if removal.change == "none" else self.lessened)[removal.phrase] = None
         out = singulars(removal.phrase)
+        self.kept = {each: None for each in self.kept if not contains(singulars(each), out)}
         for phrase, request in [*self.asked.items()]:
             kind = singulars(phrase)
             left = request.quantity - removal.quantity

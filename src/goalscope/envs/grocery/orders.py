@@ -108,8 +108,9 @@ _TRY = re.compile(
     r"|you can|can you|could you|let's|go ahead and|i'll|we'll|i'm|done|ready to|that's (?:it|all)"
     r"|great|perfect|good|thanks|thank you|just|finished|happy to)[\s,.!]+)*+"
     r"(?:buy|purchase|order|pay|check ?out|take|get|confirm|complete|place|done)"
-    r"(?:[\s,.!]+(?:it|this|that|them|these|those|all|now|please|everything|pay|buy|the (?:order"
-    r"|purchase|basket|cart|bill)|for|thanks|thank you|then|right away|immediately|today))*[\s.!?]*"
+    r"(?:[\s,.!]+(?:it|this|that|them|these|those|all|now|please|everything|pay|buy|what's left"
+    r"|the (?:order|rest|others?|purchase|basket|cart|bill)"
+    r"|for|thanks|thank you|then|right away|immediately|today))*[\s.!?]*"
 )
 _YES = (
     r"(?:(?:yes|yeah|yep|sure|ok(?:ay)?|please|then|and|so|great|good|perfect|can you|could you"

@@ -135,6 +135,12 @@ _KEEP = re.compile(
     r"\s*(?:(?:please|you can|do|no|ok|okay|actually|but|and|wait|well|just|then|let's|i'd like to"
     r"|i want to|we can)[ ,]+)*(?:keep|leave)\b"
 )
+_KEPT = re.compile(
+    r"(?:^|(?<=[,.;] )|(?<=\bbut )|(?<=\band )|(?<=please ))(?:keep|leave)"
+    r"(?! (?:only|out|off|away|it)\b) (?P<what>(?:(?!\b(?:out|off|away|back|i|we|for)\b)[^.;!?])+)"
+    r"|\bguess(?:ed|es)?,? (?:except(?: for)?|but(?: not)?|apart from) (?P<but>[^.;!?]+)"
+)
+"""What is to stay, whoever asked for it."""
 _ONLY = re.compile(r"\bkeep only ([^.;!?]+)")
 _MORE = re.compile(rf"(?:\w+ )*?(?:(?:another|additional|more)\b|(?:\d+|{WORD}) extra\b)")
 _EXACTLY = re.compile(r"(?:\w+ )*?(?:exactly|only|just) (?=\d|\w+ )")
@@ -336,6 +342,13 @@ def spared(said: Said) -> list[str]:
     """What alone is to stay in the basket, in lower case."""
     kept = _ONLY.findall(said.text) if said.mood is Mood.ORDER else ()
     return [thing.phrase for each in kept for thing in _listed(_STOP.sub("", each))]
+
+
+def kept(said: Said) -> list[str]:
+    """What is to stay as it is, in lower case; other things may stay, too."""
+    found = _KEPT.finditer(said.text) if said.mood is Mood.ORDER else ()
+    phrases = (each["what"] or each["but"] for each in found)
+    return [thing.phrase for each in phrases for thing in _listed(_STOP.sub("", each))]
 
 
 def refuses(utterance: str) -> bool:

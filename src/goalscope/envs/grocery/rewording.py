@@ -361,7 +361,7 @@ _CHANGES = [
             r". remove \1",
         ),
         (
-            rf"\b(?:remove|delete|drop|take out|get rid of) {_ALL}(?: else)? {_EXCEPT} ",
+            rf"\b(?:remove|delete|drop|forget|take out|get rid of) {_ALL}(?: else)? {_EXCEPT} ",
             ". keep only ",
         ),
         (rf"\b(?:take )?{_ALL}(?: else)? out {_EXCEPT} ", ". keep only "),

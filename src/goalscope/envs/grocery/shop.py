@@ -243,7 +243,7 @@ class GroceryShop:
         elif tries and not buys:
             told.append(f'To have the basket bought, say "{self.completion_phrase}".')
         above = hearing.budget is not None and self.total > hearing.budget
-        if above and (results or budget(turns[-1].utterance) is not None):
+        if above and (results or buys or budget(turns[-1].utterance) is not None):
             total, named = map(self.catalogue.money, (self.total, hearing.budget))
             told.append(f"The basket comes to {total}, above the {named} that you named.")
         unasked = [item.name for item in guessed(hearing, held, self._choice)]
