@@ -131,8 +131,8 @@ def test_what_is_ruled_out_stays_out() -> None:
         (["Add chicken thighs", "put it back", "put it back"], THIGHS),
         (["Add eggs", "three cans in total"], {"Large Eggs": 3}),
         (
-            ["Add eggs and leeks", "no eggs, kale instead", "put the eggs back"],
-            {**EGGS, "Leeks": 1, "Kale": 1},
+            ["Add eggs and leeks", "no leeks, kale instead", "put the leeks back"],
+            {**EGGS, "Kale": 1, "Leeks": 1},
         ),
         (["Add eggs, kale and leeks", "undo everything except the eggs"], EGGS),
         (["Add eggs", "I'm vegan", "take that back, I'm not vegan"], EGGS),
