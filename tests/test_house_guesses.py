@@ -445,3 +445,28 @@ def test_an_aim_or_an_open_place_leaves_something_to_guess(said: str) -> None:
     robot = robot_in("Kitchen1")
     robot.reset()
     assert robot.actions(("apple",), [Turn("", said)])
+
+
+@pytest.mark.parametrize(
+    ("said", "changes", "notes"),
+    [
+        (["slice the bread on the plate"], set(), ["There is no bread at the plate."]),
+        (["slice the bread on the counter"], {"bread: sliced"}, []),
+        (
+            ["slice the bread on the plate", "put it on the plate and slice it"],
+            {"bread: sliced"},
+            [],
+        ),
+        (["put the bread on the plate and slice the bread on the plate"], {"bread: sliced"}, []),
+        (["break egg 1 into the bowl"], {"egg 1: now in the bowl"}, []),
+        (["put the cup on the table and open drawer 1", "no, the mug instead of the cup"],
+         {"mug 2: now on the dining table", "drawer 1: open"}, []),
+        (["put the cup on the table", "not the cup, leave it"], set(), []),
+        (["put the cup on the table", "undo that too"], set(), []),
+        (["put the cup on the table", "undo the last thing you did"], set(), []),
+    ],
+)  # fmt: skip
+def test_no_part_of_an_order_or_correction_is_dropped(
+    said: list[str], changes: set[str], notes: list[str]
+) -> None:
+    assert told("Kitchen1", *said)[:2] == (changes, notes)

@@ -121,7 +121,8 @@ def take_back(env: Environment, rounds: Sequence[Round], turn: Turn) -> TakingBa
         done, missed = _tried(env, actions, turns)
         results += done
         failed += missed
-    told = [_quoted([round.turn.utterance for round in last]), *dict.fromkeys(left)]
+    quoted = [_quoted([round.turn.utterance for round in last])] if results or not left else []
+    told = [*quoted, *dict.fromkeys(left)]
     idle = all(len(round.results) == round.reversals for round in last)
     told += [IDLE] if idle and not left else []
     return TakingBack(numbers, tuple(results), tuple(failed), tuple(told))

@@ -23,14 +23,20 @@ LEAD = (
 )
 """What leads to an order."""
 
-END = r"(?:[ ,]+(?:please|right now|now|for now|again|for me|thanks|sorry))*+[ .!?]*+"
+END = (
+    r"(?:[ ,]+(?:please|right now|now|for now|again|for me|thanks|sorry|too|also|as well))*+"
+    r"[ .!?]*+"
+)
 """What ends it."""
 
 _KIND = (
     r"(?:ones?|things?|steps?|orders?|actions?|acts?|moves?|changes?|commands?|requests?|bit"
     r"|messages?)"
 )
-_SAID = rf"(?:(?:the|my|your|that) )?(?:very )?(?:last|previous) {_KIND}"
+_SAID = (
+    rf"(?:(?:the|my|your|that) )?(?:very )?(?:last|previous) {_KIND}"
+    r"(?: (?:you|i)(?: just|'ve)? (?:did|done|said|asked for))?"
+)
 _LAST = (
     rf"(?:that(?: one)?|it|this|them|these|those|{_SAID}"
     r"|what you(?: just|'ve)? d(?:id|one)|what i(?: just|'ve)? said)"

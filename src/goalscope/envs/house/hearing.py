@@ -22,7 +22,7 @@ from goalscope.envs.house.names import are, names, naming, readable, the
 from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase, first_named
 from goalscope.envs.house.referents import TO_SLICES
-from goalscope.envs.house.sentences import sentences
+from goalscope.envs.house.sentences import reworded, sentences
 from goalscope.envs.house.undoing import besides_guesses
 from goalscope.envs.remarks import is_remark
 from goalscope.envs.speech import agrees, evened, kept, lowered
@@ -135,7 +135,7 @@ class _Listener(Corrections):
         self.queried = asked
         text = self.replied(turn)
         said = lowered(text)
-        text = kept(text.replace("\u2019", "'"))
+        text = reworded(kept(text.replace("\u2019", "'")))
         called_back = bool(said) and not text
         self.exact = called_back or is_exact(text, self.count, repeats=bool(self.order.verb))
         rest, before = besides_guesses(evened(text)), [*self.wanted]
@@ -368,6 +368,9 @@ class _Listener(Corrections):
             if not kinds or (clause.place and not places) or kinds == places:
                 continue
             self.kept_out -= {(kind, where) for kind in kinds for where in places}
+            moved = {place for new in self.newest for place in new.destination_types}
+            lasts = clause.verb in ("slice", "break") and any(each.at for each in said)
+            lasts = lasts and moved.isdisjoint(thing.at)
             request = Request(
                 clause.verb,
                 kinds,
@@ -378,7 +381,7 @@ class _Listener(Corrections):
                 self.name(kinds, thing),
                 self.name(places, place) if place else "",
                 thing.states if sum(self.count[kind] for kind in kinds) > 1 else (),
-                thing.at if sum(self.count[kind] for kind in kinds) > 1 else (),
+                thing.at if lasts or sum(self.count[kind] for kind in kinds) > 1 else (),
             )
             self.add(request, earlier)
             self.fresh.append(request)

@@ -160,7 +160,10 @@ def meant(view: View, request: Request, start: Table) -> list[str]:
         return found
     tables = (start,) if request.every and start else (view.table, start)
     near = [own for own in found if any(stood_on(own, table) & {*request.at} for table in tables)]
-    return near or ([] if request.every and request.verb in ("put", "pick up") else found)
+    strict = request.verb in ("slice", "break") or (
+        request.every and request.verb in ("put", "pick up")
+    )
+    return near or ([] if strict else found)
 
 
 def stood_on(own: str, table: Table) -> set[str]:

@@ -109,9 +109,10 @@ class OrderReader(PhraseReader):
             things, watery = (Phrase(("Faucet",)),), False
         if watery:
             liquid = things[0].liquid
-        if said == "crack" and any(t.types != ("Egg",) for t in things):
+        egg = all(t.types == ("Egg",) for t in things)
+        if said == "crack" and not egg:
             verb = "open"
-        elif said == "crack" and into and v.CRACKED_INTO & {*into.types}:
+        elif verb == "break" and egg and into and v.CRACKED_INTO & {*into.types}:
             verb = "put"
             self.also.append("break")
         if said in ("set", "lay", "load") and things and not into and _is_furniture(things[0]):

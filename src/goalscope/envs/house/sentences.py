@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["CONDITION", "sentences"]
+__all__ = ["CONDITION", "reworded", "sentences"]
 
 CONDITION = re.compile(r"\b(?:if|unless|until|whether|in case|suppos\w+|imagine|pretend)\b")
 """Words of which nothing is known to be so."""
@@ -14,6 +14,17 @@ _CARE = r"\b(?:please )?(?:be )?(?:very |really )?careful (?:with|of|about)"
 _CARE_NOT_TO = re.compile(
     rf"{_CARE} (?P<what>[^,.;:!?]{{1,60}})[,.;:!]+ (?:so )?(?P<not>don't|do not|never) (?P<act>\w+)"
     r" (?:it|them)\b",
+    re.IGNORECASE,
+)
+_INSTEAD = re.compile(
+    r"(?:(?:no|actually|sorry|oops|wait|please)\b[ ,]+)*+"
+    r"(?P<yes>(?:the|my|our|that) [\w ]{1,40}?),? (?:instead of|rather than)"
+    r" (?P<no>(?:the|my|our|that) [\w ]{1,40}?)(?:,? please)?[ .!]*",
+    re.IGNORECASE,
+)
+_NOT_AT_ALL = re.compile(
+    r"(?:no[ ,]+)?(?P<not>not (?:the|my|our|that) [\w ]{1,40}?)[,.;:]+ (?:just |please )?"
+    r"(?:leave|keep) (?:it|them)(?: (?:alone|be|where (?:it|they) (?:was|were)))?[ .!]*",
     re.IGNORECASE,
 )
 _WARNING = re.compile(
@@ -34,6 +45,14 @@ _BEFORE_ASKING = re.compile(
 
 _WHEN = re.compile(rf"{CONDITION.pattern}|\b(?:after|before|once|when|while|as soon as)\b", re.I)
 """What an order behind it depends on."""
+
+
+def reworded(text: str) -> str:
+    """A correction in the words that are understood: "not the cup, the mug"."""
+    if found := _INSTEAD.fullmatch(text):
+        return f"not {found['no']}, {found['yes']}"
+    found = _NOT_AT_ALL.fullmatch(text)
+    return found["not"] if found else text
 
 
 def sentences(text: str) -> list[str]:

@@ -34,7 +34,8 @@ NOTHING = "There is nothing to undo."
 _GUESSES = re.compile(
     rf"{LEAD}(?:undo|revert|reverse|take back|put back) (?:"
     r"(?:what(?:ever)?|everything|all(?: that)?) you(?:'ve| have)?(?: just)? guessed"
-    rf"|(?:all )?(?:of )?(?:your|the) (?:guess(?:es|work)?|guessed (?:things?|ones?|moves?))){END}"
+    rf"|(?:all )?(?:of )?(?:your|the) (?:last )?(?:guess(?:es|work)?"
+    rf"|guessed (?:things?|ones?|moves?))){END}"
 )
 _PARTS = re.compile(r"([.;:!?]+ *|,+ *| (?:and|then) )")
 _WHEN = re.compile(r"\b(?:if|unless|until|when|once|before|after|should|not|never)\b|n't\b")
