@@ -135,6 +135,7 @@ def test_what_is_ruled_out_stays_out() -> None:
             {**EGGS, "Kale": 1, "Leeks": 1},
         ),
         (["Add eggs, kale and leeks", "undo everything except the eggs"], EGGS),
+        (["Add eggs and cane sugar", "undo everything but the sugar"], {"Cane Sugar": 1}),
         (["Add eggs", "I'm vegan", "take that back, I'm not vegan"], EGGS),
         (["I'm vegan", "never mind, I'm not vegan any more, take that back", "add eggs"], EGGS),
         (["Add eggs and kale", "forget everything except the eggs"], EGGS),

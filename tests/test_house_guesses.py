@@ -463,6 +463,7 @@ def test_an_aim_or_an_open_place_leaves_something_to_guess(said: str) -> None:
          {"mug 2: now on the dining table", "drawer 1: open"}, []),
         (["put the cup on the table", "not the cup, leave it"], set(), []),
         (["put the cup on the table", "undo that too"], set(), []),
+        (["put the apple in the fridge", "Careful, the pan is hot. Don't touch it."], {APPLE}, []),
         (["put the cup on the table", "undo the last thing you did"], set(), []),
     ],
 )  # fmt: skip

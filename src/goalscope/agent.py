@@ -241,7 +241,8 @@ class Agent:
             asks = not only_undoes and self.env.answer(said) is not None
             silent = only_undoes or asks or sure or is_remark(said)
             order = not silent and self.env.is_order(turns)
-            answered = bool(asked) and (agreed or declines(utterance))
+            refused = bool(self.rounds) and self.rounds[-1].notes[-1:] == (self._not_done(),)
+            answered = (bool(asked) or refused) and (agreed or declines(utterance))
             exact = (
                 complete
                 or silent
@@ -265,7 +266,6 @@ class Agent:
             outcome = replace(outcome, failed=(*undone.failed, *outcome.failed))
             results = (*undone.results, *outcome.results)
             how_to_end = f'If that is all, say "{self.env.completion_phrase}".'
-            not_done = f'Not done. If it shall be, say "{self.env.completion_phrase}", then "Yes".'
             final = self.env.completion_actions() if complete else []
             if final and self.confirm and confirmed != self.env.fingerprint():
                 complete, outcome = False, replace(outcome, question=CONFIRM)
@@ -277,7 +277,7 @@ class Agent:
                 *self._notes(turns, outcome),
                 *([] if asks or only_undoes else self.env.unmet(turns, outcome.results)),
                 *([how_to_end] if takes_leave(turn.utterance) and not ends else []),
-                *([not_done] if answers and not ends else []),
+                *([self._not_done()] if answers and not ends else []),
             )
             if not (exact or results or outcome.question or told):
                 told = (NOTHING_DONE,)
@@ -420,6 +420,10 @@ class Agent:
         last = self.rounds[-1] if self.rounds else None
         asked = last and last.question == CONFIRM and last.state == self.env.fingerprint()
         return last.state if last and asked else ""
+
+    def _not_done(self) -> str:
+        """A round's note where what cannot be undone was not confirmed."""
+        return f'Not done. If it shall be, say "{self.env.completion_phrase}", then "Yes".'
 
     def _only_asked(self, why: str) -> bool:
         """Whether nothing was guessed in what a person asks "why" of: the last acts, or all."""

@@ -30,7 +30,8 @@ FALLBACK = "What else would you like?"
 
 _QUESTION = re.compile(r"[^.!?\n]+(?:\?|$)")  # a sentence with its mark, or without any at the end
 _TELL_ME = re.compile(
-    r"(?:\band|\bthen|\balso|[,;]) ((?:tell me|let me know) [^.!?\n]+|(?:how (?:much|many)|do you"
+    r"(?:\band|\bthen|\balso|[,;]|\s[-\u2013\u2014]) ((?:tell me|let me know) [^.!?\n]+"
+    r"|(?:how (?:much|many)|do you"
     r"|can you|is there|are there|what|which|where)\b[^.!?\n]+\?)",
     re.IGNORECASE,
 )

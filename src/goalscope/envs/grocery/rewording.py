@@ -418,6 +418,7 @@ _CHANGES = [
             rf"([^.,;!?]{{1,60}}?) back(?: in(?:to)?(?: (?:the|my) {CART})?)?{END}",
             r"add \1",
         ),
+        (r"\b(?:undo|revert|reverse) (?=(?:all )?(?:your|the|what(?:ever)? you) guess)", "remove "),
         (r"\b(?:add|bring|get) back (?=(?:the|my|our|some)\b)", "add "),
         (rf"\bout of (?:the|my|our|this) {CART}\b", "out"),
         (rf" (?:from|off) (?:the|my|our|this) {CART}\b", ""),

@@ -36,7 +36,7 @@ from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.swapping import swapped
 from goalscope.envs.grocery.telling import listed, not_met, not_there, unlabelled
-from goalscope.envs.grocery.undoing import ALLERGY, calling_notes, harm, net, spares, steps
+from goalscope.envs.grocery.undoing import ALLERGY, calling_notes, harm, net, steps
 from goalscope.envs.grocery.unheard import above_limit, not_replaced, undone
 from goalscope.envs.grocery.words import singulars
 from goalscope.envs.remarks import asks_for_guesses
@@ -207,10 +207,9 @@ class GroceryShop:
             return [], ["The purchase cannot be undone."] if results else []
         hearing, moved = self._heard(turns), net(results)
         items = [item for name in moved if (item := self.catalogue.get(name))]
-        for said in filter(spares, spoken(turns[-1:])):
-            for phrase in self._search.mentioned(said):
-                for item in called(phrase, items):
-                    moved[item.name] = 0
+        for phrase in hear(spoken(turns[-1:]), self._names).kept:
+            for item in called(phrase, items):
+                moved[item.name] = 0
         out = [n for n in moved if moved[n] < 0 and not self._permits(n, hearing)]
         told = [f"You ruled that out: {name}." for name in out]
         gone = (turn.utterance for turn in turns if isinstance(turn, TakenBack))

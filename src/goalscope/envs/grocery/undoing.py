@@ -16,7 +16,7 @@ from goalscope.envs.speech import evened
 from goalscope.envs.undoing import END, LEAD
 from goalscope.types import Action, StepResult
 
-__all__ = ["ALLERGY", "calling_notes", "harm", "net", "spares", "steps"]
+__all__ = ["ALLERGY", "calling_notes", "harm", "net", "steps"]
 
 ALLERGY = "What you said of what somebody must not eat still counts."
 """Told where words are taken back that name an allergy."""
@@ -24,7 +24,6 @@ ALLERGY = "What you said of what somebody must not eat still counts."
 _MOVES = {"add item": 1, "remove item": -1}
 """What moves an item, and whether into the basket or out of it."""
 
-_SPARES = re.compile(r"(?:but |and )?(?:please )?(?:leave|keep|not|don't|do not)\b")
 _CALLS_OFF = re.compile(rf"{LEAD}(?:cancel|stop shopping|go back){END}")
 _HARM = re.compile(
     r"allerg|intoleran|c(?:o)?eliac|anaphyla|epi-?pen|\b(?:ill|sick|shock|hospital|react(?:s|ions?)?)\b"
@@ -67,11 +66,6 @@ def steps(moved: Mapping[str, int], basket: Mapping[str, int]) -> list[Action]:
         *(Action("remove item", name, number) for name, number in out.items() if number > 0),
         *(Action("add item", name, -number) for name, number in moved.items() if number < 0),
     ]
-
-
-def spares(said: str) -> bool:
-    """Whether words leave things as they are, though the rest is undone."""
-    return bool(_SPARES.match(said))
 
 
 @lru_cache(maxsize=256)

@@ -20,7 +20,8 @@ _LEAD = re.compile(
 )
 _REFUSES = re.compile(
     r"(?:(?:do not|don't|never)\b(?! (?:worry|mind|bother|hesitate|forget))"
-    r"|not (?:that|this|the|those|these|in|on|there|here)\b|nor\b|neither\b|stop\b|avoid\b)"
+    r"|not (?:that|this|the|those|these|in|on|there|here)\b|nor\b|neither\b|stop\b|avoid\b"
+    r"|undo\b|revert\b)"
     r"|.*\b(?:careful|gentle|refrain|under no circumstances)\b|no \w+ing\b|nobody \w+"
     r"|(?:mind|watch|beware)(?: out)? (?:the|my|our|of|for)\b|watch out"
 )

@@ -22,6 +22,13 @@ _INSTEAD = re.compile(
     r" (?P<no>(?:the|my|our|that) [\w ]{1,40}?)(?:,? please)?[ .!]*",
     re.IGNORECASE,
 )
+_FRAGILE = re.compile(
+    r"(?:careful\b[ ,:!.]*)?(?P<thing>\b(?:the|my|our) \w+(?: \w+)?) (?:is|are)"
+    r" [\w ]{1,40}[,.;!]+ (?:so )?"
+    r"(?P<not>don't|do not|never) (?P<act>\w+) (?:it|them)\b",
+    re.IGNORECASE,
+)
+"""A warning, and what is not to be done for it: "the pan is hot. Don't touch it"."""
 _NOT_AT_ALL = re.compile(
     r"(?:no[ ,]+)?(?P<not>not (?:the|my|our|that) [\w ]{1,40}?)[,.;:]+ (?:just |please )?"
     r"(?:leave|keep) (?:it|them)(?: (?:alone|be|where (?:it|they) (?:was|were)))?[ .!]*",
@@ -49,6 +56,7 @@ _WHEN = re.compile(rf"{CONDITION.pattern}|\b(?:after|before|once|when|while|as s
 
 def reworded(text: str) -> str:
     """A correction in the words that are understood: "not the cup, the mug"."""
+    text = _FRAGILE.sub(r"\g<not> \g<act> \g<thing>", text)
     if found := _INSTEAD.fullmatch(text):
         return f"not {found['no']}, {found['yes']}"
     found = _NOT_AT_ALL.fullmatch(text)
