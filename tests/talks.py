@@ -40,7 +40,7 @@ class Talk:
         """One round: what is asked for outright is done, and then `guesses`."""
         turn = Turn(self.query, utterance)
         back = take_back(self.env, self.rounds, turn)
-        turns = heard(self.rounds, turn, gone=back.rounds)
+        turns = heard(self.rounds, turn, away=back.rounds)
         results, notes, question = [*back.results], [*back.notes], ""
         quiet = isinstance(turns[-1], TakenBack) or self.env.answer(turns[-1].utterance) is not None
         if not quiet:

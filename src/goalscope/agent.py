@@ -20,7 +20,7 @@ from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
 from goalscope.models import Heard, Model
 from goalscope.policy import Outcome, Planner, Want, undo
-from goalscope.taking_back import heard, take_back
+from goalscope.taking_back import gone, heard, take_back
 from goalscope.tracker import UNCORRECTABLE, Correction, GoalTracker
 from goalscope.types import (
     UNSPECIFIED,
@@ -231,7 +231,7 @@ class Agent:
         history = [result for round in self.rounds for result in round.results]
         try:
             undone = take_back(self.env, self.rounds, turn)
-            turns = heard(self.rounds, turn, gone=undone.rounds)
+            turns = heard(self.rounds, turn, away=undone.rounds)
             said = turns[-1].utterance
             asked = self.rounds[-1].question if self.rounds else ""
             answers = asked == CONFIRM
@@ -427,8 +427,8 @@ class Agent:
 
     def _only_asked(self, why: str) -> bool:
         """Whether nothing was guessed in what a person asks "why" of: the last acts, or all."""
-        gone = {number for round in self.rounds for number in round.takes_back}
-        standing = (r for r in self.rounds if r.number not in gone)
+        void = gone(self.rounds)
+        standing = (r for r in self.rounds if r.number not in void)
         acted = [r for r in standing if any(each.action.name != SEARCH for each in r.results)]
         if re.search(r"\b(?:that|this|it)\b", why.casefold()):
             acted = acted[-1:]

@@ -20,6 +20,7 @@ __all__ = [
     "NOT_HERE",
     "NOT_PLAIN",
     "TakingBack",
+    "gone",
     "heard",
     "take_back",
 ]
@@ -63,7 +64,12 @@ class TakingBack:
     notes: tuple[str, ...] = ()
 
 
-def heard(rounds: Sequence[Round], *newest: Turn, gone: Sequence[int] = ()) -> list[Turn]:
+def gone(rounds: Sequence[Round]) -> set[int]:
+    """Numbers of the rounds that later ones take back."""
+    return {number for round in rounds for number in round.takes_back}
+
+
+def heard(rounds: Sequence[Round], *newest: Turn, away: Sequence[int] = ()) -> list[Turn]:
     """What an environment hears of a conversation: what is taken back as `TakenBack`.
 
     So is what is said along with words of which it is not plain what they take back. Words that
@@ -72,20 +78,19 @@ def heard(rounds: Sequence[Round], *newest: Turn, gone: Sequence[int] = ()) -> l
     Args:
         rounds: The rounds so far.
         *newest: The turn after them, if there is one.
-        gone: Numbers of the rounds that it takes back.
+        away: Numbers of the rounds that it takes back.
     """
     turns = [*(round.turn for round in rounds), *newest]
-    away = {number - 1 for round in rounds for number in round.takes_back}
-    away |= {number - 1 for number in gone}
+    void = {*gone(rounds), *away}
     found: list[Turn] = []
-    for i, each in enumerate(turns):
+    for number, each in enumerate(turns, start=1):
         undoing = undoes(each.utterance)
         said = undoing.rest if undoing else each.utterance
         unclear = undoing is not None and undoing.number is None
         if undoing and undoing.own:
             found.append(TakenBack(each.query, undoing.own))
-        if i in away or unclear or not said:
-            found += [TakenBack(each.query, said)] if said or i == len(turns) - 1 else []
+        if number in void or unclear or not said:
+            found += [TakenBack(each.query, said)] if said or number == len(turns) else []
         else:
             found.append(Turn(each.query, said))
     return found
@@ -110,7 +115,7 @@ def take_back(env: Environment, rounds: Sequence[Round], turn: Turn) -> TakingBa
     if not last:
         return TakingBack(notes=(NOTHING,))
     numbers = tuple(round.number for round in reversed(last))
-    turns = heard(rounds, turn, gone=numbers)
+    turns = heard(rounds, turn, away=numbers)
     results, failed, left = list[StepResult](), list[StepResult](), list[str]()
     for round in reversed(last):
         before = [each for earlier in rounds[: round.number - 1] for each in earlier.results]
@@ -148,7 +153,7 @@ def _tried(
 
 def _standing(env: Environment, rounds: Sequence[Round]) -> list[Round]:
     """The rounds that can be taken back."""
-    gone = {number for round in rounds for number in round.takes_back}
+    void = gone(rounds)
     found: list[Round] = []
     for round in rounds:
         undoing = undoes(round.turn.utterance)
@@ -161,7 +166,7 @@ def _standing(env: Environment, rounds: Sequence[Round]) -> list[Round]:
             or env.answer(said) is not None
             or env.is_completion(Turn(round.turn.query, said))
         )
-        if round.number not in gone and (acted or not idle):
+        if round.number not in void and (acted or not idle):
             found.append(round)
     return found
 

@@ -93,9 +93,9 @@ def hear(
     """
     listener = _Listener(objects, names(objects) if named is None else named, start or {})
     for turn in turns:
-        stood = listener.stands()
+        stood = listener.stands() if isinstance(turn, TakenBack) else None
         listener.hear(turn)
-        if isinstance(turn, TakenBack):
+        if stood:
             listener.go_back(stood)
     return Hearing(
         tuple(listener.wanted),
