@@ -48,7 +48,6 @@ _DENIES = re.compile(
 )
 """What denies an act that nobody here can do: "don't eat ..."."""
 
-_ALL = (Phrase(word="everything"),)
 
 _BARE = 3
 """Words of a part that names a verb alone, with the comma before it: ", throw away"."""
@@ -184,7 +183,8 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         mine = reader.mine and not reader.did
         mine = mine and not (reader.feels and parts and parts[0][0] != "and")
         said = "" if later or mine or headed else reader.order_said()
-        if listed and clause and clause.place and not clause.verb and clause.things == _ALL:
+        every = clause is not None and [each.word for each in clause.things] == ["everything"]
+        if listed and clause and clause.place and not clause.verb and every:
             clause = replace(clause, things=(Phrase(word="unknown"),))
         if listed and clause and any(thing.word == "unknown" for thing in clause.things):
             said = " ".join(part).strip(" ,").removeprefix("and ")

@@ -12,6 +12,7 @@ from typing import Any
 from goalscope.envs.house import leave
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.aims import is_aim
+from goalscope.envs.house.asking_first import acts_to_ask_for, is_only_a_wish
 from goalscope.envs.house.completion import completes
 from goalscope.envs.house.corrections import Corrections
 from goalscope.envs.house.grammar import is_exact, parse, parse_plain
@@ -67,7 +68,7 @@ _AT_PLACE = re.compile(
 )
 """Where a person says that they are, or will use what they ask for."""
 
-_STANDS = ("wanted", "refused", "kept_out", "staying", "orders")
+_STANDS = ("wanted", "refused", "guarded", "kept_out", "staying", "orders")
 """What words change that are not taken back."""
 
 _IT = frozenset(("it", "that", "this", "them", "those"))
@@ -135,7 +136,7 @@ class _Listener(Corrections):
         self.queried = asked
         text = self.replied(turn)
         said = lowered(text)
-        text = reworded(kept(text.replace("\u2019", "'")))
+        text = self.keep_asking(reworded(kept(text.replace("\u2019", "'"))))
         called_back = bool(said) and not text
         self.exact = called_back or is_exact(text, self.count, repeats=bool(self.order.verb))
         rest, before = besides_guesses(evened(text)), [*self.wanted]
@@ -265,6 +266,19 @@ class _Listener(Corrections):
                 return ""
         return turn.utterance if rest is None else rest
 
+    def keep_asking(self, text: str) -> str:
+        """Take in what a person wants to be asked about first; what else is said is left."""
+        left, here = list[str](), {*self.type_of.values()}
+        for sentence in sentences(text):
+            said = evened(sentence)
+            kinds = self.spoken_of(sentence)
+            if re.search(r"\b(?:else|other)\b", said):
+                kinds = here - self.spoken_of(text) or here
+            self.guarded |= {(act, kind) for act in acts_to_ask_for(said) for kind in kinds}
+            if not is_only_a_wish(said) or any(each.things for each in parse(sentence, self.count)):
+                left.append(sentence)
+        return " ".join(left) if len(left) < len(sentences(text)) else text
+
     def keep_whole(self, said: str) -> bool:
         """Take in wishes such as "leave it whole"; whether there were any."""
         found = False
@@ -272,7 +286,7 @@ class _Listener(Corrections):
             phrases = [each for thing in things for each in self.meant(thing, "any")]
             kinds = [kind for each in phrases or self.last for kind in each.types]
             for verb in verbs:
-                self.refuse(verb, kinds)
+                self.ban(verb, kinds)
             self.drop_leave(kinds)
             found = found or bool(kinds)
         return found
@@ -479,6 +493,8 @@ class _Listener(Corrections):
         self.staying = {*self.staying, *kinds} if stays else self.staying - {*kinds}
         for thing in things:
             if not (thing.states and self.narrow(thing)):
-                self.refuse(verb, thing.types)
+                self.ban(verb, thing.types)
         if everything:
-            self.refuse(verb, tuple(self.count))
+            done = (self.newest or self.latest) if any(each.described for each in said) else []
+            spared = {k for each in done for k in (*each.object_types, *each.destination_types)}
+            self.ban(verb, tuple(kind for kind in self.count if kind not in spared))

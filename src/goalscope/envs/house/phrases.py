@@ -34,7 +34,8 @@ class Phrase:
         which: The number in a name of the scene, 2 in "drawer 2"; 0 without one.
         liquid: What it holds: "coffee" in "a cup of coffee".
         states: What it is like, as names and values of AI2-THOR's metadata.
-        described: Whether only such of its kind are meant as an adjective or a place tells.
+        described: Whether only such of its kind are meant as an adjective or a place tells; or
+            those not spoken of yet: "anything else".
         at: Types of the place where it is: "the mug on the table".
         said: The words of what is unknown.
     """
@@ -331,7 +332,8 @@ class PhraseReader:
         if word in v.VAGUE:
             owned = self.at(i - 1) in ("my", "your", "our", "his", "her", "their") and i
             vague = "everything" if word in ("everything", "anything", "nothing") else "them"
-            return Phrase(word="unknown" if owned else vague), i + 1
+            other = self.at(i + 1) == "else"
+            return Phrase(word="unknown" if owned else vague, described=other), i + 1 + other
         return None, i
 
     def unknown(self, i: int) -> tuple[Phrase | None, int]:

@@ -35,6 +35,8 @@ class Standing(Referents):
         kept_out: Pairs of an object type and the type of a place where it may not be put.
         permitted: For how many things an irreversible verb is allowed, by the verb and the object
             type or the name; 0 stands for all.
+        guarded: Pairs of an irreversible verb and an object type for which an order is no leave:
+            it was ruled out, or a person wants to be asked first.
     """
 
     wanted: list[Request] = field(default_factory=list[Request], init=False)
@@ -43,6 +45,7 @@ class Standing(Referents):
     permitted: dict[tuple[str, str], int] = field(
         default_factory=dict[tuple[str, str], int], init=False
     )
+    guarded: set[tuple[str, str]] = field(default_factory=set[tuple[str, str]], init=False)
 
     def drop_leave(self, kinds: Collection[str]) -> None:
         """Take back leave for things of these types."""
@@ -125,6 +128,12 @@ class Standing(Referents):
             if kind in back.object_types and name not in kept
         ]
 
+    def ban(self, verb: str, kinds: Sequence[str]) -> None:
+        """Rule out as `refuse` does; a later order for what cannot be undone is asked about."""
+        acts = [act for act in IRREVERSIBLE if verb in ("", act)]
+        self.guarded |= {(act, kind) for act in acts for kind in kinds}
+        self.refuse(verb, kinds)
+
     def refuse(self, verb: str, kinds: Sequence[str]) -> None:
         """Rule out a verb, or with "" any, for these types."""
         self.refused |= {(verb, kind) for kind in kinds}
@@ -162,7 +171,9 @@ class Standing(Referents):
                 return
             thing = replace(able[-1], every=False)
         kinds = self.fitting(verb, thing.types)
-        if thing.group or len(kinds) != 1 or self.refused & {("", kinds[0]), (verb, kinds[0])}:
+        if thing.group or len(kinds) != 1 or (verb, kinds[0]) in self.guarded:
+            return
+        if self.refused & {("", kinds[0]), (verb, kinds[0])}:
             return
         few = self.count[kinds[0]] < 2
         if thing.which:
