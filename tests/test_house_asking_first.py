@@ -61,3 +61,13 @@ def test_what_is_said_of_anything_else_spares_what_was_just_ordered() -> None:
     assert hearing.wanted
     assert ("", "Bread") in hearing.refused
     assert not heard("put the apple in the fridge. No wait, don't do anything").wanted
+
+
+def test_what_is_to_be_cut_on_a_thing_named_before_is_cut_only_there() -> None:
+    talk = said_in_kitchen("put plate 1 on the table and slice the bread on it")
+    assert [str(each.action) for each in talk.rounds[-1].results] == [
+        "put: plate 1 -> dining table"
+    ]
+    assert talk.rounds[-1].notes == ("There is no bread at the plate.",)
+    talk = said_in_kitchen("put the bread on plate 1 and slice it there")
+    assert [str(each.action) for each in talk.rounds[-1].results][-1] == "slice: bread"

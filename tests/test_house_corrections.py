@@ -413,3 +413,22 @@ def test_what_is_called_back_in_the_same_breath_is_not_done(said: str) -> None:
 def test_coffee_that_is_to_be_brought_is_made(said: str) -> None:
     assert any(each.startswith("fill with coffee: ") for each in follow("Kitchen1", said))
     assert follow("Kitchen1", "bring me a cup") == ["pick up: cup"]
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "not that book, the one on the desk",
+        "no, the book from the desk",
+        "wrong book. I meant the one on the desk",
+        "I meant the book that is on the desk, please",
+    ],
+)
+def test_another_thing_of_the_kind_by_its_place_takes_the_place_of_the_first(said: str) -> None:
+    robot = robot_in("LivingRoom1")
+    robot.reset()
+    talk = Talk(robot)
+    talk.say("put the book on the sofa")
+    done = [str(each.action) for each in talk.say(said).results]
+    assert done == ["put: book 2 -> shelf 2", "put: book 1 -> sofa"]
+    assert not talk.say("thanks").results

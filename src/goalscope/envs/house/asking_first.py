@@ -40,7 +40,9 @@ def acts_to_ask_for(sentence: str) -> tuple[str, ...]:
 
 
 def is_only_a_wish(sentence: str) -> bool:
-    """Whether a sentence that says what to ask for, evened, says so of acts in general or names
-    one, or is no more than "ask me first"."""
+    """Whether a sentence, evened, says of acts in general or of one that is named to ask first.
+
+    So does a bare "ask me first".
+    """
     general = _ANYTHING.search(sentence) or any(each.search(sentence) for each in _ACTS.values())
     return bool(_WISH.search(sentence) and (general or _BARE.fullmatch(sentence)))

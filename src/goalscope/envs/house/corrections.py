@@ -10,6 +10,7 @@ from textwrap import shorten
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.grammar import is_exact
 from goalscope.envs.house.heard import HOME, Request
+from goalscope.envs.house.meeting import stood_on
 from goalscope.envs.house.names import readable, the
 from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase, PhraseReader
@@ -43,6 +44,14 @@ _OTHER_THING = re.compile(
     r"(?: please)?[ .!]*"
 )
 """Another thing than that of the last order."""
+
+_THAT_ONE = re.compile(
+    r"(?:(?:no+|nope|sorry|oops|wait|actually|rather|i meant?|(?:but )?not that (?:one|[a-z]+)"
+    r"|(?:that's |that is |that was )?(?:the )?wrong (?:one|[a-z]+)|take|use)[ ,.;:!]+)+"
+    r"the (?P<thing>[a-z]+(?: [a-z]+)?) (?:(?:that|which)(?:'s| is| was) )?"
+    rf"(?:from|at|{'|'.join(v.INTO)}) (?P<place>[a-z0-9 ]+?)(?:,? (?:please|instead))*[ .!]*"
+)
+"""Another thing of the same kind, by where it is: "not that book, the one on the desk"."""
 
 _THERE = frozenset(("there", "in there", "that", "here"))
 """Words for the place of the last put."""
@@ -126,7 +135,7 @@ class Corrections(Standing):
         head, _, tail = text.partition(". ")
         for part, rest in ((text, ""), (head, tail)):
             said = evened(part)
-            more = self._moved_on(said)
+            more = "" if self._that_one(said) else self._moved_on(said)
             more = self._other_thing(said) if more is None else more
             if more is not None:
                 rest = f"{more.rstrip('. ')}. {rest}" if more else rest
@@ -177,6 +186,36 @@ class Corrections(Standing):
             return text
         self.keep_out([kind for thing in self.last for kind in thing.types], no.types)
         return f"put them in {rest}"
+
+    def _that_one(self, said: str) -> bool:
+        """Take in which of several things was to be put; whether `said` tells by its place."""
+        found = _THAT_ONE.fullmatch(said) if len(said) <= _LONGEST else None
+        last = (self.newest or self.latest)[-1:]
+        place = self.one_thing(found["place"]) if found else None
+        if not found or not place or not last or last[0].verb != "put":
+            return False
+        (old,) = last
+        thing = None if found["thing"] == "one" else self.one_thing(found["thing"])
+        named = thing.types if thing else old.object_types if found["thing"] == "one" else ()
+        kinds = tuple(kind for kind in old.object_types if kind in named)
+        there = [
+            each
+            for own, each in self.start.items()
+            if each["objectType"] in kinds and {*place.types} & stood_on(own, self.start)
+        ]
+        if not there or old.every or old.number > 1 or sum(self.count[kind] for kind in kinds) < 2:
+            return False
+        self.wanted = [each for each in self.wanted if each != old]
+        earlier = len(self.wanted)
+        if old in self.newest:
+            self.newest.remove(old)
+        elif was_done(old, self.objects, self.start):
+            self.reverse(old)
+        new = replace(old, object_types=kinds, name="", states=(), at=place.types)
+        self.add(new, earlier)
+        self.newest.append(new)
+        self.fresh = [new]
+        return True
 
     def _other_thing(self, said: str) -> str | None:
         """The correction for which a plain "no, the plate" stands; None if `said` is none."""

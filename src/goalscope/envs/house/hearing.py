@@ -353,6 +353,11 @@ class _Listener(Corrections):
         if clause.place and clause.place.word == "there" and not self.place:
             clause = replace(clause, place=None)
         place = next(iter(self.meant(clause.place, "")), None) if clause.place else None
+        if clause.verb == "slice" and clause.place:
+            at = place.types if place else ()
+            said = tuple(replace(each, at=at) for each in said)
+            things = [replace(each, at=at) for each in things]
+            clause, place = replace(clause, place=None), None
         if clause.later:
             self.put_off(clause, things)
             self.last = things or self.last

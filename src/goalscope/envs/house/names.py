@@ -60,7 +60,8 @@ _WORDS = {
     "Laptop": "laptop, notebook, laptop computer, computer",
     "LaundryHamper": "laundry hamper, hamper, laundry basket",
     "Lettuce": "lettuce, lettuce head, head of lettuce",
-    "LightSwitch": "light switch, switch, light",
+    "LightSwitch": "light switch, switch, light, ceiling light, ceiling lamp, overhead light"
+    ", main light, big light, room light",
     "Microwave": "microwave, microwave oven, oven",
     "Mug": "mug, coffee mug, coffee cup",
     "Newspaper": "newspaper, paper",

@@ -186,7 +186,9 @@ class OrderReader(PhraseReader):
             if said in ("keep", "leave"):
                 return Clause("put", things, into, negated, alone=True)
         into = into or tail.lost
-        return Clause(verb, things, into if verb == "put" else None, negated, tail.excluded, liquid)
+        pointed = verb == "slice" and into and not into.types
+        into = into if verb == "put" or pointed else None
+        return Clause(verb, things, into, negated, tail.excluded, liquid)
 
     def apart(self, said: str, i: int) -> str:
         """The verb whose particle stands behind a place at `i`: "switch the lamp on the desk off".
