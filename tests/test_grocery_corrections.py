@@ -246,3 +246,22 @@ def test_nothing_leaves_that_is_of_another_kind_and_that_is_told(
 )
 def test_half_of_what_is_there_is_meant(words: str, basket: dict[str, int]) -> None:
     assert talked({"Chicken Breasts": 2}, words)[0].basket == basket
+
+
+@pytest.mark.parametrize(
+    ("first", "said", "basket"),
+    [
+        ("two rye bread", "sourdough instead of the rye, and only one", {"Sourdough Loaf": 1}),
+        ("two milk", "oat milk instead, just one", {"Oat Milk": 1}),
+        ("two milk", "one oat milk instead of it", {"Oat Milk": 1}),
+    ],
+)
+def test_how_many_take_the_place_of_others_is_as_said(
+    first: str, said: str, basket: dict[str, int]
+) -> None:
+    assert talked({}, first, said)[0].basket == basket
+
+
+def test_a_correction_behind_an_undo_is_of_nothing_older() -> None:
+    said = ("add milk", "add sugar", "undo that", "no, I meant the butter")
+    assert talked({}, *said)[0].basket == {"Whole Milk": 1, "Unsalted Butter": 1}

@@ -6,7 +6,7 @@ import pytest
 
 from fakes import said
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.diets import diet
+from goalscope.envs.grocery.diets import diet, waves_off
 from goalscope.envs.grocery.restrictions import violates
 from shops import CATALOGUE, shop, talked
 
@@ -160,3 +160,47 @@ def test_what_is_not_labelled_is_told_of_all_that_comes_later_and_before_the_pur
     note = "Not labelled as nut-free: Soft Flour Tortillas. Please read what is in it."
     assert [talked({}, *said[:number])[1] for number in (1, 2, 3)] == [[], [note], []]
     assert talked({}, *said, "Buy the basket")[1] == [note]
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "forget that I'm vegan",
+        "ok, never mind the vegan part",
+        "please ignore the vegan diet",
+    ],
+)
+def test_a_diet_that_is_waved_off_stands_no_more(said: str) -> None:
+    assert diet(said, diet("I'm vegan")) == frozenset()
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "don't forget that I'm vegan",
+        "never forget that I am vegan",
+        "did you forget that I'm vegan?",
+        "you seem to forget that I'm vegan",
+        "don't ignore my vegan diet",
+        "why do you ignore the vegan rule?",
+    ],
+)
+def test_a_diet_that_is_not_to_be_forgotten_stands(said: str) -> None:
+    assert diet(said, diet("I'm vegan")) == {"vegan"}
+
+
+@pytest.mark.parametrize(
+    ("said", "bound"),
+    [
+        ("undo the allergy", True),
+        ("I'm not allergic to nuts", True),
+        ("nuts are fine", True),
+        ("forget about the nut allergy", True),
+        ("don't forget about the nut allergy", False),
+        ("remove the nuts", False),
+        ("the prices are fine", False),
+        ("are nuts ok?", False),
+    ],
+)
+def test_what_seems_to_take_an_allergy_back_is_told_how_to(said: str, bound: bool) -> None:
+    assert waves_off(said, diet("I'm allergic to nuts")) == ({"nut-free"} if bound else set())

@@ -58,7 +58,12 @@ _TOTAL = re.compile(
     r"(?:total|sum|bill|basket|cart|order)(?: (?:price|cost|so far|now|total))*"
     r"|how much (?:is|does|do|will|would|are) (?:it|this|that|everything|all of (?:it|this|that)|i)"
     r"(?: all)?(?: together)?(?: (?:cost|come to|be|owe))?"
-    r"(?: (?:in total|altogether|so far|now|me|all))*)"
+    r"(?: (?:in total|altogether|so far|now|me|all))*"
+    r"|(?:is|are) (?:it|this|that|everything|we|i|all of (?:it|this|that)"
+    r"|(?:the|my|our) (?:whole )?(?:total|sum|bill|basket|cart|order))(?: now| still| all| already)*"
+    r" (?:under|below|over|above|within|less than|more than|at most|cheaper than)"
+    r" (?:(?:the|my|our) (?:budget|limit)|[$\u20ac\u00a3]?\d[\d.,]*(?: ?[a-z\u20ac\u00a3]+)?)"
+    r"(?: (?:in total|altogether|so far|now|all))*)"
 )
 _PRICE = re.compile(
     rf"{LEAD}(?:how much (?:is|are|does|do|would|will|for) {_THE}(.+?)(?: cost| be)?"

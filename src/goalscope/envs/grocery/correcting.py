@@ -66,6 +66,13 @@ _FIRST = re.compile(
     r"((?:(?!\band\b)[^.,;!?]){1,60})(?=[ .!]*$)"
 )
 """What is to go before what takes its place."""
+_SO_MANY = re.compile(
+    rf"^(?:(?:no|actually|sorry|ok|oh)[ ,.!]+)*(?:(?:an?|some|the) )?(?!{NUMBER}\b)"
+    rf"({NAMED}(?: {NAMED}){{0,4}}? instead) ?(of [^.,;!?]{{1,40}}?)?,? (?:(?:and|but) )?"
+    rf"(?:just|only) ({NUMBER})(?: of (?:it|them|those))?(?: please)?[.!]*$"
+)
+"""How many of what takes another's place: "oat milk instead, just one"."""
+_OF_IT = re.compile(rf"\b(?:instead of|rather than) {IT}{END}")
 _SEVERAL = re.compile(
     r"(?<= instead of )([^.,;!?]{1,40}?),? and "
     rf"(?=(?!{QUALITY} instead)[^.,;!?]{{1,40}}? instead of )"
@@ -81,7 +88,8 @@ def instead(text: str) -> str:
     """`text`, evened, where it says no more than what is to take the place of what."""
     text = _MAKE_IT.sub("add ", text)
     text = _FIRST.sub(r"\2 instead of \1", _CHANGED.sub("", text))
-    text = _SEVERAL.sub(r"\1. ", text)
+    text = _SO_MANY.sub(lambda m: f"{m[3]} {m[1]} {m[2] or 'of it'}", _SEVERAL.sub(r"\1. ", text))
+    text = _OF_IT.sub(rf"instead of {SAME_ONE}", text)
     text = _NOT_BUT.sub(r"add \1 instead of \2", text)
     text = SUCH.sub(r"the \1 one", text)
     text = _WANTED.sub(r"i want \1", kept(text))

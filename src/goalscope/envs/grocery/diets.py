@@ -9,8 +9,9 @@ from goalscope.envs.grocery.restrictions import DIETS, Diet, either, finder
 from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.words import asks, made, sentences, singulars
 from goalscope.envs.speech import LONGEST, evened
+from goalscope.envs.undoing import LEAD
 
-__all__ = ["MEAL", "diet", "hinted", "implied", "is_diet", "label", "undieted"]
+__all__ = ["MEAL", "diet", "hinted", "implied", "is_diet", "label", "undieted", "waves_off"]
 
 
 def _harm(entry: Diet) -> str:
@@ -117,9 +118,13 @@ _NOT = re.compile(
     r"(?:\s[\w-]+){0,4}\s*$"
 )
 _DROPPED = re.compile(
-    r"\b(?:forget|never mind|drop|skip|scratch)(?: about)?(?: the| it being| being)? $"
+    rf"(?:^|[,.;:!] ?){LEAD}(?:(?:but|so|well|you may|maybe)[ ,]+)*"
+    r"(?:forget|never ?mind|drop|skip|scratch|ignore)(?: about)?(?: that)?"
+    r"(?: the| my| our| it being| being| (?:i|we)(?:'m|'re| am| are))? $"
     r"|(?:n't|not) (?:matter|care|mind)\b.*$"
 )
+_RULE = r"(?:thing|part|bit|rule|requirement|restriction|preference)s?"
+"""What a restriction is called by."""
 _LABEL_REFUSED = re.compile(
     r"(?:(?:^|[,.;!?:] |\b(?:said|want|please|but|and|with|ok|oh) )no|\b(?:remove|delete|drop|ditch"
     r"|(?:take|throw|toss) (?:out|off|away)|get rid of|(?:take|throw|put)(?= the)"
@@ -133,6 +138,14 @@ _REMOVED = re.compile(
     r"|get rid of|put back)\b(?:(?!\b(?:for|with|by|to)\b).)*$"
 )
 """Before the label of a thing that is to leave."""
+_WAVES_OFF = re.compile(
+    rf"^{LEAD}(?:but |so )?(?:forget|never ?mind|drop|skip|scratch|scrap|ignore|disregard|undo"
+    r"|cancel|revert|lift|take back|withdraw|remove|delete)\b.*"
+    rf"\b(?:allerg\w+|intoleran\w+|diets?|{_ANY}|{_RULE})"
+    rf"(?: {_RULE})?(?:,? (?:please|now|again|after all))*$"
+    r"|(?:\b(?:not|no longer|nobody|no ?one)\b|n't\b).*\b(?:allergic|intolerant|sensitive)\b"
+    r"|\b(?:is|are) (?:fine|ok|okay|allowed|all right|no problem)\b"
+)
 _OTHERWISE = re.compile(r"\s(?:\w+ )?(?:also )?(?:fine|ok|okay|good|will do)\b")
 _WAIVED = re.compile(
     r"\s(?:is|are)(?:n't| not) (?:a must|necessary|needed|required|important)|\s(?:does|need)n't\b"
@@ -181,6 +194,24 @@ def hinted(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[st
                 )
                 (standing.discard if denied else standing.add)(name)
     return frozenset(standing - {"organic"})
+
+
+def waves_off(utterance: str, standing: frozenset[str]) -> frozenset[str]:
+    """Those of the restrictions `standing` that an utterance seems to take back."""
+    found = set[str]()
+    for sentence in sentences(evened(utterance)):
+        if asks(sentence) or not _WAVES_OFF.search(sentence.rstrip(" .!")):
+            continue
+        phrase = " ".join(singulars(sentence))
+        named = {
+            name
+            for name in standing
+            if _NAMED[name].search(sentence)
+            or finder(f"{DIETS[name].refused}, {DIETS[name].allergens}").search(phrase)
+        }
+        general = re.search(r"allerg|intoleran|\bdiets?\b|\brestriction", sentence)
+        found |= named or (standing if general else set())
+    return frozenset(found)
 
 
 def undieted(text: str) -> str:
@@ -239,7 +270,8 @@ def _stated(sentence: str, match: re.Match[str]) -> bool | None:
     noun = found[0].lstrip(" -") if found else ""
     people = re.search(rf"\b{_PERSON}s?$", noun)
     whole = people or re.search(rf"\b{MEAL}$|^{_ALL}$", noun)
-    if waived or (_DROPPED.search(before) and (whole or not noun)):
+    rule = re.fullmatch(_RULE, noun)
+    if waived or (_DROPPED.search(before) and (whole or rule or not noun)):
         return False
     if match[0] == "organic" and re.search(r"\bmake (?:it|this|that|them|these|those) $", before):
         return None

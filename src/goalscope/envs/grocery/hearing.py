@@ -180,7 +180,8 @@ class _Listener:
         refused: Phrases in their order; so are `dropped` and `lessened`.
         tidied: Whether what was guessed had to go, and no aim was stated since.
         mild: Diets that rest on a refusal alone, which a request takes back.
-        before: Things that the last utterance asked for or took out that named any.
+        before: Things that the last utterance asked for or took out that named any; none behind
+            one that was taken back.
         named: The same of the newest utterance.
         kinds: What "the frozen ones" are a kind of, by what they came to.
         removed: What the newest utterance wants taken out; `spared`, `empties`, `unasked` and
@@ -212,7 +213,7 @@ class _Listener:
         """Take in one utterance, clause by clause."""
         self.removed, self.spared, self.earlier = [], [], [*self.asked]
         self.empties = self.unasked = self.unclear = False
-        self.before, self.named = self.named or self.before, []
+        self.before, self.named = (self.named or self.before) if utterance else [], []
         earlier, self.diets = self.diets, diet(utterance, self.diets)
         self.hinted = hinted(utterance, self.hinted)
         utterance = self.names.hidden(utterance)

@@ -16,7 +16,7 @@ from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.changes import changes, dearer, guessed
 from goalscope.envs.grocery.choosing import Choice, called, is_vague
 from goalscope.envs.grocery.consent import consents
-from goalscope.envs.grocery.diets import diet, hinted
+from goalscope.envs.grocery.diets import diet, hinted, undieted, waves_off
 from goalscope.envs.grocery.hearing import Hearing, hear
 from goalscope.envs.grocery.limits import budget, limits_of_things
 from goalscope.envs.grocery.names import Names
@@ -35,7 +35,7 @@ from goalscope.envs.grocery.requests import amount, refuses, unrefused
 from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.swapping import swapped
-from goalscope.envs.grocery.telling import listed, not_met, not_there, unlabelled
+from goalscope.envs.grocery.telling import listed, not_met, not_there, still_bound, unlabelled
 from goalscope.envs.grocery.undoing import ALLERGY, calling_notes, harm, net, steps
 from goalscope.envs.grocery.unheard import above_limit, not_replaced, undone
 from goalscope.envs.grocery.words import singulars
@@ -249,7 +249,10 @@ class GroceryShop:
         told += calling_notes(turns[-1].utterance, unasked)
         if buys and unasked:
             told.append(f"{envs.GUESSED}{', '.join(unasked)}.")
-        stated = hearing.diets if buys else hearing.diets - self._heard(turns[:-1]).diets
+        former = self._heard(turns[:-1]).diets
+        stated = hearing.diets if buys else hearing.diets - former
+        waved = waves_off(turns[-1].utterance, former)
+        told += still_bound(waved & hearing.diets)
         told += unlabelled(stated, [item for item, _ in self._contents()])
         fresh = {each.action.target for each in results if each.action.name == "add item"}
         told += unlabelled(
@@ -258,7 +261,7 @@ class GroceryShop:
         if hearing.unclear:
             told.append("It is not clear which thing you mean. Please name it.")
         lessened = any(result.action.name == "remove item" for result in results)
-        told += not_there(hearing.removed, held, lessened=lessened)
+        told += [] if waved else not_there(hearing.removed, held, lessened=lessened)
         told += not_replaced(hearing, held, self._choice)
         meant = [self._choice.meant(r.phrase, hearing, self._basket) for r in hearing.newest]
         things = {r.phrase: item for r, item in zip(hearing.newest, meant, strict=True) if item}
@@ -269,6 +272,8 @@ class GroceryShop:
         for request, item in zip(hearing.newest, meant, strict=True):
             if request.change == "cheaper":
                 item = dearer(request, self._contents()) or item
+            if item is None and waved and undieted(request.phrase) != request.phrase:
+                continue
             if item is None:
                 told += self._choice.lacking(listed(request, has=any(meant)), hearing)
                 continue

@@ -14,7 +14,7 @@ from goalscope.envs.grocery.requests import Refusal
 from goalscope.envs.grocery.restrictions import DIETS
 from goalscope.envs.grocery.words import singulars, words
 
-__all__ = ["listed", "not_met", "not_there", "unlabelled"]
+__all__ = ["listed", "not_met", "not_there", "still_bound", "unlabelled"]
 
 
 def not_there(removed: Sequence[Request], held: Sequence[Item], *, lessened: bool) -> Iterator[str]:
@@ -26,6 +26,12 @@ def not_there(removed: Sequence[Request], held: Sequence[Item], *, lessened: boo
             phrase = f"{phrase} things" if is_diet(phrase) else phrase
             verb = "were" if singulars(phrase)[-1:] != words(phrase)[-1:] else "was"
             yield f"There {verb} no {phrase} in the basket."
+
+
+def still_bound(diets: Iterable[str]) -> Iterator[str]:
+    """How restrictions are taken back that seem to be meant so, and were not."""
+    for name in sorted(diets):
+        yield f'It still has to be {name}. "It need not be {name}" takes that back.'
 
 
 def not_met(
