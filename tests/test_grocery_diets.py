@@ -197,6 +197,8 @@ def test_a_diet_that_is_not_to_be_forgotten_stands(said: str) -> None:
         ("nuts are fine", True),
         ("forget about the nut allergy", True),
         ("don't forget about the nut allergy", False),
+        ("nobody is allergic to eggs", False),
+        ("nobody else is allergic to nuts", False),
         ("remove the nuts", False),
         ("the prices are fine", False),
         ("are nuts ok?", False),

@@ -219,6 +219,8 @@ def test_kinds_lead_to_items_and_the_nearest_fit_the_goal() -> None:
         ("What's in the cart?", "2 x Large Eggs"),
         ("how much is the oat milk?", "Oat Milk, $"),
         ("what is the total?", "total is $"),
+        ("Is the basket under $20?", "total is $"),
+        ("are we still below 20 in total?", "total is $"),
         ("do you have gluten-free pasta?", "Gluten-Free"),
         ("are there eggs in my basket?", "Yes: 2 x Large Eggs"),
     ],

@@ -200,7 +200,8 @@ def waves_off(utterance: str, standing: frozenset[str]) -> frozenset[str]:
     """Those of the restrictions `standing` that an utterance seems to take back."""
     found = set[str]()
     for sentence in sentences(evened(utterance)):
-        if asks(sentence) or not _WAVES_OFF.search(sentence.rstrip(" .!")):
+        waved = _WAVES_OFF.search(sentence.rstrip(" .!"))
+        if asks(sentence) or not waved or re.search(r"\belse\b", sentence):
             continue
         phrase = " ".join(singulars(sentence))
         named = {
@@ -209,7 +210,9 @@ def waves_off(utterance: str, standing: frozenset[str]) -> frozenset[str]:
             if _NAMED[name].search(sentence)
             or finder(f"{DIETS[name].refused}, {DIETS[name].allergens}").search(phrase)
         }
-        general = re.search(r"allerg|intoleran|\bdiets?\b|\brestriction", sentence)
+        general = re.search(
+            r"\b(?:allerg(?:y|ies)|intolerances?|diets?|restrictions?|anything)\b", sentence
+        )
         found |= named or (standing if general else set())
     return frozenset(found)
 
