@@ -55,7 +55,8 @@ def test_what_was_taken_back_stays_away_and_the_rest_is_done(
     [
         (["Add eggs", "cancel that twice"], []),
         (["Add eggs", "add kale, then undo that"], [AT_ONCE]),
-        (["Add eggs", "undo that if it is dear"], []),
+        (["Add eggs", "undo that if it is dear"], [NOT_PLAIN]),
+        (["Add eggs", "undo that with the eggs"], [NOT_PLAIN]),
         (["Add eggs", "undo that, but only if it is dear"], [NOT_PLAIN]),
         (["Add eggs", "undo that, add oat milk"], []),
         (["My budget is $5", "undo that"], [IDLE]),

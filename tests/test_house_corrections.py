@@ -432,3 +432,30 @@ def test_another_thing_of_the_kind_by_its_place_takes_the_place_of_the_first(sai
     done = [str(each.action) for each in talk.say(said).results]
     assert done == ["put: book 2 -> shelf 2", "put: book 1 -> sofa"]
     assert not talk.say("thanks").results
+
+
+@pytest.mark.parametrize(
+    ("said", "changes"),
+    [
+        (["put the book on the sofa, no, the one on the desk"], {"book 1: now on the sofa"}),
+        (["Put the book on the sofa. No, the one on the desk."], {"book 1: now on the sofa"}),
+        (
+            ["put the book on the sofa", "no, the one on the desk", "no, the one on the shelf"],
+            {"book 2: now on the sofa"},
+        ),
+        (
+            ["put the book on the sofa", "no, the one on the desk and turn on the TV"],
+            {"book 1: now on the sofa", "TV: on"},
+        ),
+        (
+            ["put the book on the sofa", "no, on the desk, and then turn on the TV"],
+            {"book 2: now on the desk", "TV: on"},
+        ),
+        (
+            ["put the book on the sofa", "no, the laptop and turn on the TV"],
+            {"laptop: now on the sofa", "TV: on"},
+        ),
+    ],
+)
+def test_a_correction_holds_in_one_breath_with_orders(said: list[str], changes: set[str]) -> None:
+    assert told("LivingRoom1", *said)[0] == changes

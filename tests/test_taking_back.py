@@ -45,6 +45,9 @@ CAKE = [Action("add item", "Walnuts"), Action("add item", "Leeks")]
         ("undo that. I don't want nuts", 1, "i don't want nuts"),
         ("undo that because he is allergic to nuts", 1, "because he is allergic to nuts"),
         ("undo that, but only if it is dear", None, "but only if it is dear"),
+        ("undo that if it is dear", None, ""),
+        ("can you undo that last bit with the mug", None, ""),
+        ("undo that right away", 1, ""),
         ("undo everything", ALL, ""),
         ("put everything back how it was", ALL, ""),
         ("Undo that, thanks!", 1, ""),
@@ -67,7 +70,6 @@ def test_what_asks_to_take_back(said: str, number: int | None, rest: str) -> Non
         "take it back",
         "put it back",
         "never mind",
-        "undo that if it is dear",
         "undo the last 0 things",
     ],
 )

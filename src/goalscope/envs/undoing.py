@@ -24,7 +24,7 @@ LEAD = (
 """What leads to an order."""
 
 END = (
-    r"(?:[ ,]+(?:please|right now|now|for now|again|for me|thanks|sorry|too|also|as well))*+"
+    r"(?:[ ,]+(?:please|right now|right away|now|for now|again|for me|thanks|sorry|too|also|as well))*+"
     r"[ .!?]*+"
 )
 """What ends it."""
@@ -48,7 +48,7 @@ _SEVERAL = (
     rf" (?P<number>{_NUMBER})(?: {_KIND})?|(?P<steps>{_NUMBER}) {_KIND})"
 )
 _ALL = (
-    r"(?:(?:undo|revert|reverse) (?:everything|it all|all (?:the |my )?changes"
+    r"(?:(?:undo|revert|reverse) (?:everything|it all|them all|all (?:the |my )?changes"
     r"|all (?:of )?(?:that|it|this)|all)(?: you(?: just|'ve)? d(?:id|one))?"
     r"|put (?:everything|it all|them all|all) back (?:to )?(?:how|(?:in )?the way|as)"
     r" (?:it|everything|they|things) (?:was|were)(?: before)?)"
@@ -59,8 +59,8 @@ _UNDOES = re.compile(
     rf"|take that back|take back (?:that|what i(?: just)? said|{_SAID})|take {_SAID} back"
     r"|go back (?:one|a|one step|a step)"
     r"|put (?:it|things) back (?:to )?(?:how|the way|as) (?:it|they|things) (?:was|were)"
-    rf"(?: before)?|(?P<few>(?:undo|revert|reverse|cancel|take back) (?:the|my|your) last few"
-    rf"(?: {_KIND})?)){END}"
+    rf"(?: before)?|(?P<vague>(?:undo|revert|reverse|cancel|take back) (?:the|my|your) last few"
+    rf"(?: {_KIND})?|(?:undo|revert|reverse) (?:all (?:of )?)?{_LAST}(?: [\w']+){{1,8}})){END}"
 )
 _PARTS = re.compile(r"([.;:!?]+(?: +|$)|,+ *| (?:and|then|but|&) | (?=because\b))")
 _WHEN = re.compile(r"(?:but|if|unless|until|when|once|before|after|except|only)\b")
@@ -131,7 +131,7 @@ def undoes(utterance: str) -> Undoing | None:
     if spares:
         rest = re.sub(r"^(?:please )?not\b", "leave", rest.removeprefix("but "))
     several = len(found) > 1 and (rest or any(_number(each) != 1 for each in found.values()))
-    if condition or several or found[first]["few"]:
+    if condition or several or found[first]["vague"]:
         return Undoing(None, rest)
     return Undoing(len(found) if len(found) > 1 else _number(found[first]), rest)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from textwrap import shorten
 
 from goalscope.envs.house import vocabulary as v
-from goalscope.envs.house.grammar import is_exact
+from goalscope.envs.house.grammar import is_exact, parse_plain
 from goalscope.envs.house.heard import HOME, Request
 from goalscope.envs.house.meeting import stood_on
 from goalscope.envs.house.names import readable, the
@@ -133,12 +133,14 @@ class Corrections(Standing):
             alone: Whether that is all.
         """
         head, _, tail = text.partition(". ")
-        for part, rest in ((text, ""), (head, tail)):
+        first, _, more = re.sub(r",? and (?:then )?", "\n", text, count=1).partition("\n")
+        orders = [(first, more)] if any(c.verb for c in parse_plain(more, self.count)) else []
+        for part, rest in ((text, ""), (head, tail), *orders):
             said = evened(part)
-            more = "" if self._that_one(said) else self._moved_on(said)
-            more = self._other_thing(said) if more is None else more
-            if more is not None:
-                rest = f"{more.rstrip('. ')}. {rest}" if more else rest
+            left = "" if self._that_one(said) else self._moved_on(said)
+            left = self._other_thing(said) if left is None else left
+            if left is not None:
+                rest = f"{left.rstrip('. ')}. {rest}" if left else rest
                 if alone:
                     self.exact = not rest or is_exact(rest, self.count, repeats=True)
                 return rest
@@ -212,7 +214,7 @@ class Corrections(Standing):
         elif was_done(old, self.objects, self.start):
             self.reverse(old)
         new = replace(old, object_types=kinds, name="", states=(), at=place.types)
-        self.add(new, earlier)
+        self.add(new, min(earlier, len(self.wanted) - len(self.newest)))
         self.newest.append(new)
         self.fresh = [new]
         return True

@@ -56,7 +56,9 @@ _POINTING = {*" ".join((*v.INTO, *_NEAR, *v.NUMBERS, *_WHICH)).split()}
 """Words that tell, beside names, which thing or place is meant."""
 
 _NOT_THAT = re.compile(
-    r"(?<=[.!?;])\s+(?=(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)*not\b)", re.IGNORECASE
+    r"(?<=[.!?;])\s+(?=(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)*not\b)"
+    r"|(?<=[.,!?;])\s+(?=(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)+(?:i meant? )?the one\b)",
+    re.IGNORECASE,
 )
 """Where words begin that may correct those before them."""
 
