@@ -24,8 +24,8 @@ LEAD = (
 """What leads to an order."""
 
 END = (
-    r"(?:[ ,]+(?:please|right now|right away|now|for now|again|for me|thanks|sorry|too|also|as well))*+"
-    r"[ .!?]*+"
+    r"(?:[ ,]+(?:please|right (?:now|away)|now|for now|again|for me|thanks|sorry|too|also"
+    r"|as well))*+[ .!?]*+"
 )
 """What ends it."""
 
