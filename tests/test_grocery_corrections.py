@@ -265,3 +265,75 @@ def test_how_many_take_the_place_of_others_is_as_said(
 def test_a_correction_behind_an_undo_is_of_nothing_older() -> None:
     said = ("add milk", "add sugar", "undo that", "no, I meant the butter")
     assert talked({}, *said)[0].basket == {"Whole Milk": 1, "Unsalted Butter": 1}
+
+
+@pytest.mark.parametrize(
+    ("utterances", "basket"),
+    [
+        (["add milk", "make that two bottles please"], {"Whole Milk": 2}),
+        (["add 3 bottles of milk", "remove one bottle"], {"Whole Milk": 2}),
+        (["add 3 bottles of milk", "take a bottle out, please"], {"Whole Milk": 2}),
+        (["add 3 milks", "put two of them back"], {"Whole Milk": 1}),
+        (["add 3 milks", "fewer"], {"Whole Milk": 2}),
+        (["add 3 milks", "don't remove one"], {"Whole Milk": 3}),
+        (["add 3 milks", "I wouldn't take two out"], {"Whole Milk": 3}),
+        (["add milk", "actually two"], {"Whole Milk": 2}),
+        (["add milk", "no, three please"], {"Whole Milk": 3}),
+        (["add milk", "how much does it cost?", "ok two of them"], {"Whole Milk": 2}),
+        (["add kale", "add milk", "remove the last thing"], {"Kale": 1}),
+    ],
+)
+def test_how_many_of_what_was_spoken_of_last(utterances: list[str], basket: dict[str, int]) -> None:
+    opened, notes = talked({}, *utterances)
+    assert (opened.basket, notes) == (basket, [])
+
+
+@pytest.mark.parametrize(
+    ("said", "basket"),
+    [
+        ("no wait, oat milk", {"Oat Milk": 1}),
+        ("oops, the oat milk please", {"Oat Milk": 1}),
+        ("no, not that one, the oat milk", {"Oat Milk": 1}),
+        ("wrong one, the kale", {"Kale": 1}),
+        ("oops, I forgot the kale", {"Whole Milk": 1, "Kale": 1}),
+        ("no wait, and kale", {"Whole Milk": 1, "Kale": 1}),
+        ("no wait, keep it", {"Whole Milk": 1}),
+        ("no wait, more", {"Whole Milk": 1}),
+        ("oops, my bad", {"Whole Milk": 1}),
+        ("oops, wrong one", {"Whole Milk": 1}),
+        ("no wait", {"Whole Milk": 1}),
+    ],
+)
+def test_what_is_said_behind_an_oops_takes_the_place_of_the_last(
+    said: str, basket: dict[str, int]
+) -> None:
+    opened, notes = talked({}, "add milk", said)
+    assert (opened.basket, notes) == (basket, [])
+
+
+@pytest.mark.parametrize(
+    ("said", "basket"),
+    [
+        ("clear everything", {}),
+        ("clear everything except the milk", {"Whole Milk": 1}),
+        ("clear everything but the milk", {"Whole Milk": 1}),
+        ("don't clear everything", {"Whole Milk": 1, "Kale": 1}),
+    ],
+)
+def test_all_is_cleared_or_all_but_what_is_named(said: str, basket: dict[str, int]) -> None:
+    assert talked({"Whole Milk": 1, "Kale": 1}, said)[0].basket == basket
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "we'd like to have a picnic on Sunday",
+        "I want a barbecue for 6",
+        "My daughter turns 7 and we want to have a party at home",
+        "thanks bye",
+        "that's too expensive, find a cheaper one",
+    ],
+)
+def test_an_occasion_and_a_remark_are_no_things(said: str) -> None:
+    opened, notes = talked({}, said)
+    assert (opened.basket, [each for each in notes if "nothing called" in each]) == ({}, [])

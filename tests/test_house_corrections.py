@@ -455,7 +455,22 @@ def test_another_thing_of_the_kind_by_its_place_takes_the_place_of_the_first(sai
             ["put the book on the sofa", "no, the laptop and turn on the TV"],
             {"laptop: now on the sofa", "TV: on"},
         ),
+        (
+            ["bring me the book", "not that one, the one on the desk", "thanks"],
+            {"book 1: now in the robot's hand"},
+        ),
+        (
+            ["bring me the book", "not that one, the one on the desk", "undo that"],
+            {"book 2: now in the robot's hand"},
+        ),
     ],
 )
 def test_a_correction_holds_in_one_breath_with_orders(said: list[str], changes: set[str]) -> None:
     assert told("LivingRoom1", *said)[0] == changes
+
+
+@pytest.mark.parametrize("said", ["make some toast and a coffee", "make a coffee and some toast"])
+def test_coffee_beside_toast_is_made(said: str) -> None:
+    changes, notes, _ = told("Kitchen1", said)
+    assert any("filled with coffee" in each for each in changes)
+    assert notes == ['I can cook the bread only once it is sliced: say "slice the bread".']

@@ -37,7 +37,8 @@ _REST = (
 )
 _LEAVE = (
     r"(?:(?:that|this|it)(?:(?:'s| is|'ll be| will be| would be) (?:all|it|enough|everything)"
-    r"|'ll do| will do)|bye(?: bye)?|goodbye|good night|see you(?: \w+)?"
+    r"|'ll do| will do)|(?:(?:thanks|thank you) )?(?:bye(?: bye)?|goodbye)"
+    r"|good night|see you(?: \w+)?"
     r"|(?:i'm|i am|we're|we are)(?: all)? (?:done|finished|leaving)"
     rf"|nothing(?: (?:else|more|really))?|no more){_REST}"
 )
@@ -88,6 +89,7 @@ _PATTERNS = (
     rf"(?:this|that|it) (?:makes|made) no sense{_REST}",
     rf"(?:wrong|incorrect|not (?:right|really|exactly|quite|yet|now|sure|today|good|bad)){_REST}",
     rf"too (?:much|many|expensive){_REST}",
+    r"(?:(?:that|this|it)(?:'s| is| was) )?my (?:bad|mistake|fault|error)",
     r"no+(?: (?:no|way|idea|problem|worries|need))*|nope|nah|stop(?: it| that)?"
     r"|(?:wait|hang on|hold on)(?: (?:for )?(?:just )?(?:a|one) \w+)?(?: please)?"
     r"|ugh|wtf|whatever|never ?mind(?: that| it)?|forget (?:it|that)|let me (?:think|see)(?: .*)?",

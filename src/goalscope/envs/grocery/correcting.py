@@ -37,7 +37,12 @@ _WANTED = re.compile(
 )
 """What is still wanted, since nothing else is said."""
 _NO_I_MEANT = re.compile(
-    r"^(?:(?:no|nope|sorry|wait|oops|hey|but)[ ,.!]+)+(?:i|we) meant?,? "
+    r"^(?:(?:(?:no|nope|sorry|wait|oops|hey|but)[ ,.!]+)+(?:i|we) meant?,? "
+    r"|(?:no,? wait|wait,? no|oops|(?:no,? )?(?:not that one|wrong one))[ ,.!]++(?:the )?+"
+    r"(?!(?:i'm|i'd|i'll|i've|i|we|you|can|could|would|make|please|don't|never|about|but|and|or|add"
+    r"|buy|put|swap|replace|change|keep|leave|cancel|stop|wait|undo|let|let's|there|is|are|what"
+    r"|which|how|why|do|did|an?|use|give|sorry|my|too|very|wrong|more|less|fewer|another|some|cheap\w*"
+    r"|bigger|smaller|first|before|after|until|what's|that's)\b))"
     rf"(?!{NUMBER}{END}|(?:{IT}|for|to|in|on|at|by|nothing|everything|all|every|without|with"
     r"|organic|remove|take|get|drop|delete|no|not|only|just|now|later|today|tomorrow|that)\b)"
     r"([^.;!?,]{1,60})[.!]*$"

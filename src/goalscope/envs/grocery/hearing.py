@@ -29,7 +29,7 @@ from goalscope.envs.grocery.requests import (
 from goalscope.envs.grocery.restrictions import violates
 from goalscope.envs.grocery.rewording import Said, heard
 from goalscope.envs.grocery.words import contains, made, singulars
-from goalscope.envs.remarks import asks_why
+from goalscope.envs.remarks import asks_why, is_remark
 from goalscope.envs.speech import evened
 
 __all__ = ["Hearing", "hear"]
@@ -314,7 +314,7 @@ class _Listener:
 
     def ask(self, clause: Said, *, newest: bool) -> None:
         """Take in what is asked for."""
-        requests = wanted(clause)
+        requests = () if is_remark(clause.text) else wanted(clause)
         said = next((each.replaces for each in requests if each.replaces), ())
         ousted = self.ousted(clause) if said == (SAME_ONE,) else []
         found = (old for phrase in said for old in self.that(phrase) or self.meant(phrase))

@@ -78,6 +78,13 @@ _SINGLE = re.compile(r"(?:cans?|bottles?|tins?)\b")
 """Containers of which a unit of the shop may hold several, such as a pack of six cans."""
 _COUNTED = 12
 """Words that a number and what it counts come to at most."""
+_OCCASION = re.compile(
+    r"(?:(?:nice|quick|simple|quiet|small|little|big|great|proper|romantic|family|birthday|dinner"
+    r"|garden|summer|farewell|christmas|kids'?|children's) )*"
+    r"(?:breakfast|brunch|lunch|dinner|supper|party|picnic|barbecue|bbq|feast|celebration)"
+    r"(?: (?:on|at|in|this|next|with|outside|outdoors)\b.*)?"
+)
+"""What is had, and not bought: "a picnic on Sunday"."""
 _SERVINGS = re.compile(
     rf"\b(?:for|serves?|serving|feeds?|feeding)\s+(?:about |around |up to |roughly )?"
     rf"(?:\d+|(?!an?\b){WORD}(?:[ -]{WORD})*|a dozen)\b(?: (?:\w+ )?(?:people|guests|kids"
@@ -198,7 +205,7 @@ _HOW: Mapping[str, Literal["double", "half", "cheaper"]] = {
 _EVERY_SUCH = "eachof "
 _CLEARS = re.compile(
     rf"\b(?:(?:empty|clear) (?:out )?(?:the|my|this) (?:whole |entire )?{CART}"
-    rf"|(?:take|throw|put) {_ALL} (?:out|back|away)|(?:remove|delete|drop) {_ALL}"
+    rf"|(?:take|throw|put) {_ALL} (?:out|back|away)|(?:remove|delete|drop|clear) {_ALL}"
     rf"|start (?:all )?(?:over|again|anew|from scratch))\b(?! (?:but|except|that is not"
     rf"|which is not)|{_UNASKED_FOR})"
 )
@@ -487,6 +494,6 @@ def _request(chunk: str) -> Request | None:
             counted = "pieces" if _SINGLE.match(match["container"]) else "packages"
         chunk = _TAIL.sub("", _SMALL.sub("", chunk[match.end() :])).strip(" ,")
     is_thing = chunk and not chunk.isdigit() and chunk not in _NO_THING and len(chunk.split()) <= 5
-    if not is_thing or not quantity or _SPEAKING.search(chunk):
+    if not is_thing or not quantity or _SPEAKING.search(chunk) or _OCCASION.fullmatch(chunk):
         return None
     return Request(chunk, max(1, min(math.ceil(quantity), 99_999)), counted, change, outright)

@@ -261,8 +261,19 @@ _CHANGES = [
                 (rf"\bput {it}(?= back\b(?! (?:how|where|the way|as)\b))", f"put {same}"),
             )
         ),
+        *(
+            (
+                rf"\b(?:{take}) (?!(?:of|and|half)\b|an? (?!{PACKS}))({NUMBER})(?: {PACKS})?"
+                rf"(?: of (?:it|them|those))?{out}{END}",
+                rf"remove \1 {SAME}",
+            )
+            for take, out in (
+                ("remove|delete|drop|take (?:out|off|away)", ""),
+                ("take|put|leave", " (?:out|off|away|back)"),
+            )
+        ),
         (
-            rf"(?<!\w)(?!(?:of|and|half)\b)({NUMBER}) {PACKS}(?: of {IT})?"
+            rf"(?:\bmake {IT} )?(?<!\w)(?!(?:of|and|half)\b)({NUMBER}) {PACKS}(?: of {IT})?"
             rf"(?: in total| in all| altogether)?{END}",
             rf". add exactly \1 packs of {SAME}",
         ),
@@ -273,7 +284,12 @@ _CHANGES = [
         ),
         (rf"\bmake {IT} (?=the [^.,;!?]{{1,40}} ones?\b)", ". add "),
         (rf"\b({NUMBER}) of each{END}", rf"exactly \1 packs of {SAME_ALL}"),
-        (rf"(?:^|, )({NUMBER}) of (?:it|them|those){END}", rf". add exactly \1 packs of {SAME}"),
+        (
+            rf"(?:^(?:(?:ok|okay|yes|no|please|actually|then)[ ,]+)*|, )({NUMBER}) of"
+            rf" (?:it|them|those){END}",
+            rf". add exactly \1 packs of {SAME}",
+        ),
+        (rf"{_BEGIN}(?:less|fewer)(?: of (?:it|them|those))?{END}", rf". remove 1 {SAME}"),
         (
             rf"\b(?:only |just )?({NUMBER}) {_THING}"
             rf" (?:(?:is|are|will be|would be|'s) (?:enough|plenty)|(?:will|would|'ll) do){END}",
@@ -337,6 +353,22 @@ _CHANGES = [
             r". remove 1 \1",
         ),
         (
+            rf"{_BEGIN}(?:(?:that|it|this)(?:'s| is) |they(?:'re| are) )?(?:way |much |a bit )?"
+            r"too (?:expensive|dear|pricey|costly|much), (?=\w)"
+            r"|(?<=\w), (?:(?:that|it)'s )?(?:way )?too (?:expensive|dear|costly)(?=[.!]*$)",
+            "",
+        ),
+        (
+            r"^(?:(?:no|actually|sorry|wait|oops)[ ,.!]+)+(?!(?:an?|of|and|half)\b)"
+            rf"({NUMBER})(?= please|[.!]*$)",
+            rf". add exactly \1 packs of {SAME}",
+        ),
+        (
+            r"\b(remove|delete|drop|take(?: out)?) the (?:very )?last (?:thing|item|one|product)"
+            rf"(?: (?:i|you)(?: just)? (?:added|asked for|named))?{END}",
+            rf"\1 {SAME}",
+        ),
+        (
             rf"^\W*(?:(?:no|please|actually|sorry|ok|okay) )*(?:only|just) ({NUMBER}){END}",
             rf". add exactly \1 packs of {SAME}",
         ),
@@ -361,7 +393,8 @@ _CHANGES = [
             r". remove \1",
         ),
         (
-            rf"\b(?:remove|delete|drop|forget|take out|get rid of) {_ALL}(?: else)? {_EXCEPT} ",
+            rf"\b(?:remove|delete|drop|forget|clear|empty|take out|get rid of) {_ALL}(?: else)?"
+            rf" {_EXCEPT} ",
             ". keep only ",
         ),
         (rf"\b(?:take )?{_ALL}(?: else)? out {_EXCEPT} ", ". keep only "),

@@ -190,11 +190,11 @@ class Corrections(Standing):
         return f"put them in {rest}"
 
     def _that_one(self, said: str) -> bool:
-        """Take in which of several things was to be put; whether `said` tells by its place."""
+        """Take in which of several things was meant; whether `said` tells by its place."""
         found = _THAT_ONE.fullmatch(said) if len(said) <= _LONGEST else None
         last = (self.newest or self.latest)[-1:]
         place = self.one_thing(found["place"]) if found else None
-        if not found or not place or not last or last[0].verb != "put":
+        if not found or not place or not last or not inverse(last[0], self.start):
             return False
         (old,) = last
         thing = None if found["thing"] == "one" else self.one_thing(found["thing"])
@@ -208,13 +208,12 @@ class Corrections(Standing):
         if not there or old.every or old.number > 1 or sum(self.count[kind] for kind in kinds) < 2:
             return False
         self.wanted = [each for each in self.wanted if each != old]
-        earlier = len(self.wanted)
+        new = replace(old, object_types=kinds, name="", states=(), at=place.types)
         if old in self.newest:
             self.newest.remove(old)
         elif was_done(old, self.objects, self.start):
             self.reverse(old)
-        new = replace(old, object_types=kinds, name="", states=(), at=place.types)
-        self.add(new, min(earlier, len(self.wanted) - len(self.newest)))
+        self.wanted.append(new)
         self.newest.append(new)
         self.fresh = [new]
         return True

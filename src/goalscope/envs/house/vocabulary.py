@@ -321,6 +321,16 @@ _REWORDED = [
             r"(?:(?:cup|mug) of )?coffee\b",
             "make coffee",
         ),
+        (
+            r"\b(make|prepare)( me| us)? ((?:an? |some |the )?(?:\w+ ){0,2}?(?:toast|eggs?)) and"
+            r" (?:an? |some )?(?:(?:cup|mug) of )?coffee\b",
+            r"\1\2 \3 and make\2 coffee",
+        ),
+        (
+            r"\b(make|prepare)( me| us)? ((?:an? |some )?(?:(?:cup|mug) of )?coffee) and"
+            r" ((?:an? |some )?(?:\w+ ){0,2}?toast)\b",
+            r"\1\2 \3 and make\2 \4",
+        ),
         (r"\b(?:do|wash) (?:the |our |my )?(?:dishes|washing[ -]?up)\b", "wash the dishes"),
         (r"\b(?:would|is) it (?:be )?possible (?:for you )?to\b", "could you"),
         (
