@@ -474,3 +474,37 @@ def test_coffee_beside_toast_is_made(said: str) -> None:
     changes, notes, _ = told("Kitchen1", said)
     assert any("filled with coffee" in each for each in changes)
     assert notes == ['I can cook the bread only once it is sliced: say "slice the bread".']
+
+
+@pytest.mark.parametrize(
+    ("scene", "said", "changes"),
+    [
+        ("Kitchen1", ["put the mug in the sink", "and the other mug"],
+         {f"mug 1: {SINK}", f"mug 2: {SINK}"}),
+        ("Kitchen1", ["put the mug in the sink", "the other one too", "undo that", "thanks"],
+         {f"mug 2: {SINK}"}),
+        ("Kitchen1", ["put mug 1 in the sink", "the other one too"],
+         {f"mug 1: {SINK}", f"mug 2: {SINK}"}),
+        ("Bathroom1", ["turn on the shower", "turn off the water"], set()),
+        ("Bathroom1", ["turn on the tap", "and off again"], set()),
+        ("Kitchen1", ["could you bring me a glass of water?"],
+         {"cup: filled with water, now in the robot's hand"}),
+        ("Kitchen1", ["please don't bring me a glass of water"], set()),
+        ("Kitchen1", ["I don't want you to bring me a glass of water"], set()),
+        ("Kitchen1", ["bring me the mug next to the bowl"], {"mug 1: now in the robot's hand"}),
+        ("Kitchen1", ["turn off the light", "bring me the book"], {"light switch: no longer on"}),
+        ("LivingRoom1", ["turn off the lamp next to the sofa"], {"floor lamp: no longer on"}),
+        ("LivingRoom1", ["turn off the lamp"], {"desk lamp: no longer on"}),
+    ],
+)  # fmt: skip
+def test_which_thing_is_meant_by_what_is_said_of_it(
+    scene: str, said: list[str], changes: set[str]
+) -> None:
+    assert told(scene, *said)[0] == changes
+
+
+@pytest.mark.parametrize(
+    "said", ["crack it", "crack it into the bowl", "Open the window. Crack it"]
+)
+def test_what_is_cracked_is_an_egg(said: str) -> None:
+    assert told("Kitchen1", "get an egg", said)[2] == "May I break egg 1?"

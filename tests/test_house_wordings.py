@@ -15,7 +15,7 @@ LAMP = "desk lamp: no longer on"
     [
         (["Switch the lamp on the desk off."], {LAMP}),
         (["Turn the lamp on the desk off and the TV on, please."], {LAMP, "TV: on"}),
-        (["Turn the lamp by the sofa off."], {LAMP}),
+        (["Turn the lamp by the sofa off."], {"floor lamp: no longer on"}),
         (["Turn the lamp on the desk off", "Turn the lamp on the desk on"], set()),
         (["Don't switch the lamp on the desk off"], set()),
     ],

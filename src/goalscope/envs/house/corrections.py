@@ -10,6 +10,7 @@ from textwrap import shorten
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.grammar import is_exact, parse_plain
 from goalscope.envs.house.heard import HOME, Request
+from goalscope.envs.house.leave import IRREVERSIBLE
 from goalscope.envs.house.meeting import stood_on
 from goalscope.envs.house.names import readable, the
 from goalscope.envs.house.orders import Clause
@@ -52,6 +53,12 @@ _THAT_ONE = re.compile(
     rf"(?:from|at|{'|'.join(v.INTO)}) (?P<place>[a-z0-9 ]+?)(?:,? (?:please|instead))*[ .!]*"
 )
 """Another thing of the same kind, by where it is: "not that book, the one on the desk"."""
+
+_OTHER_TOO = re.compile(
+    r"(?=.*\b(?:and|also|too|as well)\b)(?:(?:and|now|also|please|yes|ok(?:ay)?)[ ,]+)*"
+    r"the other (?P<thing>[a-z]+)(?:,? (?:too|also|as well|please))*[ .!]*"
+)
+"""One more of what was ordered last: "the other pillow, too"."""
 
 _THERE = frozenset(("there", "in there", "that", "here"))
 """Words for the place of the last put."""
@@ -137,7 +144,8 @@ class Corrections(Standing):
         orders = [(first, more)] if any(c.verb for c in parse_plain(more, self.count)) else []
         for part, rest in ((text, ""), (head, tail), *orders):
             said = evened(part)
-            left = "" if self._that_one(said) else self._moved_on(said)
+            known = self._that_one(said) or self._other_too(said)
+            left = "" if known else self._moved_on(said)
             left = self._other_thing(said) if left is None else left
             if left is not None:
                 rest = f"{left.rstrip('. ')}. {rest}" if left else rest
@@ -214,6 +222,32 @@ class Corrections(Standing):
         elif was_done(old, self.objects, self.start):
             self.reverse(old)
         self.wanted.append(new)
+        self.newest.append(new)
+        self.fresh = [new]
+        return True
+
+    def _other_too(self, said: str) -> bool:
+        """Take in that one more is meant of what was ordered last; whether `said` tells that."""
+        found = _OTHER_TOO.fullmatch(said)
+        last = (self.newest or self.latest)[-1:]
+        if not found or not last or last[0].every or last[0].verb in IRREVERSIBLE:
+            return False
+        (old,) = last
+        thing = None if found["thing"] == "one" else self.one_thing(found["thing"])
+        named = thing.types if thing else old.object_types if found["thing"] == "one" else ()
+        number = max(old.number, 1) + 1
+        alike = [name for name, kind in self.type_of.items() if kind in old.object_types]
+        if not {*named} & {*old.object_types} or old.at or len(alike) < number:
+            return False
+        if old.name and len(alike) > 2:
+            return False
+        if old.name:
+            (other,) = {*alike} - {old.name}
+            new = replace(old, name=other)
+            self.wanted.append(new)
+        else:
+            new = replace(old, number=number)
+            self.wanted = [new if each == old else each for each in self.wanted]
         self.newest.append(new)
         self.fresh = [new]
         return True

@@ -332,6 +332,8 @@ class _Listener(Corrections):
             for phrase in said
             for found in self.meant(phrase, clause.verb)
         ]
+        if aside := clause.verb != "same" and clause.aside:
+            things = [self.nearest(each, aside) for each in things]
         home = bool(clause.place and clause.place.word == "home")
         if (
             home

@@ -30,7 +30,7 @@ class Clause:
         stays: Whether its things are to stay where they are, and not to go back.
         alone: Whether they are to be left alone: they stay if they are where they were ordered to,
             and in a put go back if they were ordered away.
-        aside: Beside what a thing alone is said to be.
+        aside: Beside what its things are said to be.
     """
 
     verb: str
@@ -106,9 +106,11 @@ class OrderReader(PhraseReader):
         self.leftover |= bool(tail.listed or tail.excluded)
         watery = bool(things) and things[0].word == "water"
         if watery and verb in ("turn on", "turn off"):
-            things, watery = (Phrase(("Faucet",)),), False
+            things, watery = (Phrase(("Faucet", "ShowerHead")),), False
         if watery:
             liquid = things[0].liquid
+        if said == "crack" and [thing.word for thing in things] == ["it"]:
+            things = (Phrase(("Egg",)),)
         egg = all(t.types == ("Egg",) for t in things)
         if said == "crack" and not egg:
             verb = "open"
@@ -188,7 +190,9 @@ class OrderReader(PhraseReader):
         into = into or tail.lost
         pointed = verb == "slice" and into and not into.types
         into = into if verb == "put" or pointed else None
-        return Clause(verb, things, into, negated, tail.excluded, liquid)
+        here = verb != "pick up" or to_me or said not in ("bring", "carry", "take")
+        aside = tail.aside if here and verb != "put" else None
+        return Clause(verb, things, into, negated, tail.excluded, liquid, aside=aside)
 
     def apart(self, said: str, i: int) -> str:
         """The verb whose particle stands behind a place at `i`: "switch the lamp on the desk off".

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
@@ -104,6 +105,31 @@ class Referents:
             )
             for last in self.last
         ]
+
+    def nearest(self, thing: Phrase, aside: Phrase) -> Phrase:
+        """Of several things the one that stood nearest to another at the start."""
+        one = not (thing.which or thing.every or thing.number > 1)
+        alike = self._standing(thing.types) if one else []
+        pairs = [(own, other) for own in alike for other in self._standing(aside.types)]
+        if len(alike) < 2 or not pairs:
+            return thing
+        own, _ = min(pairs, key=lambda pair: self._distance(*pair))
+        number = self.named[own].rpartition(" ")[2]
+        kind = str(self.start[own]["objectType"])
+        return replace(thing, types=(kind,), which=int(number) if number.isdigit() else 0)
+
+    def _standing(self, kinds: Collection[str]) -> list[str]:
+        """Ids of what was here of these types at the start, and is."""
+        return [
+            own
+            for own, each in self.start.items()
+            if each["objectType"] in kinds and own in self.named
+        ]
+
+    def _distance(self, one: str, other: str) -> float:
+        """Metres between two things at the start."""
+        here, there = (self.start[own]["position"] for own in (one, other))
+        return math.dist([here[axis] for axis in "xyz"], [there[axis] for axis in "xyz"])
 
     def sliced(self, thing: Phrase) -> Phrase:
         """The slices of a thing that the same words have sliced; any other as it is."""

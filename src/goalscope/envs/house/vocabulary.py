@@ -281,6 +281,11 @@ def _in_order(said: re.Match[str]) -> str:
     return said[0]
 
 
+_BRING = (
+    r"(?:^|(?<=[.,;!?] )|(?<=please )|(?<=and )|(?<=then )|(?<=(?:could|would) you )"
+    r"|(?<=can you )|(?<=will you ))(?:bring|get|fetch|give) (?:me|us) (?:an? |some )?"
+    r"(?:(?:nice|cold|fresh|big) )*"
+)
 _WASH = "(?:wash|rinse|scrub|wipe|clean)"
 _REWORDED = [
     (re.compile(pattern), plain)
@@ -320,6 +325,13 @@ _REWORDED = [
             r"\b(?:bring|get|fetch|give) (?:me|us) (?:an? |some )?(?:(?:nice|hot|fresh) )*"
             r"(?:(?:cup|mug) of )?coffee\b",
             "make coffee",
+        ),
+        (rf"{_BRING}(cup|mug|glass) of (water|wine)\b", r"fill a \1 with \2 and bring it"),
+        (rf"{_BRING}water\b(?! bottle)", "fill a glass with water and bring it"),
+        (
+            r"^(?:(?:and|now|then|ok|okay|please)[ ,]+)*(?=back |\w+ again)(?:back )?(on|off)"
+            r"(?: again)?(?: please)?[ .!]*$",
+            r"turn it \1",
         ),
         (
             r"\b(make|prepare)( me| us)? ((?:an? |some |the )?(?:\w+ ){0,2}?(?:toast|eggs?)) and"
