@@ -508,3 +508,19 @@ def test_which_thing_is_meant_by_what_is_said_of_it(
 )
 def test_what_is_cracked_is_an_egg(said: str) -> None:
     assert told("Kitchen1", "get an egg", said)[2] == "May I break egg 1?"
+
+
+@pytest.mark.parametrize("said", ["pull it back", "push it again", "push the armchair"])
+def test_what_was_pushed_is_not_pushed_again_and_that_is_told(said: str) -> None:
+    assert told("LivingRoom1", "push the armchair", said)[1] == [
+        "I have moved the armchair already."
+    ]
+
+
+def test_several_things_are_pushed_each_once() -> None:
+    robot = robot_in("LivingRoom1")
+    robot.reset()
+    talk = Talk(robot)
+    done = [str(each.action) for each in talk.say("push both armchairs").results]
+    assert done == ["push: armchair 1", "push: armchair 2"]
+    assert not talk.say("thanks").results

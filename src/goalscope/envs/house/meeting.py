@@ -256,10 +256,11 @@ class _Foreseen:
             return [] if full else [Action("pick up", view.names[own]) for own in things[:1]]
         if request.verb in ("push", "pull"):
             heavy = [own for own in things if view.table[own]["moveable"]]
-            moved = [
-                own for own in heavy if view.table[own]["position"] != self.start[own]["position"]
+            unmoved = [
+                own for own in heavy if view.table[own]["position"] == self.start[own]["position"]
             ]
-            return [Action(request.verb, view.names[own]) for own in heavy[:1] if not moved]
+            left = max((len(heavy) if request.every else many) - len(heavy) + len(unmoved), 0)
+            return [Action(request.verb, view.names[own]) for own in unmoved[:left]]
         if request.verb == "put":
             places = _places(view, request, "", {})
             things = [own for own in things if own not in places or len(places) > 1]

@@ -83,6 +83,13 @@ def unmet(
             yield _CRACK if whole == "Egg" else _SLICE.format(the(readable(whole)))
         elif not things:
             yield f"There {are(name)} no {' '.join([*_qualities(request), name])} here."
+        elif request.verb in ("push", "pull"):
+            moved = any(view.table[own]["moveable"] for own in things)
+            yield (
+                f"I have moved {the(name)} already."
+                if moved
+                else f"I cannot {request.verb} {the(name)}."
+            )
         elif not any(view.table[own][NEEDS[request.verb]] for own in things):
             yield f"I cannot {request.verb} {the(name)}."
         elif request.verb == "put" and not request.destination_types:

@@ -21,7 +21,7 @@ _VERBS = {
     "open": "open|open up",
     "close": "close|shut",
     "turn on": "turn on|turn back on|switch on|switch back on|power on|start|light|run",
-    "turn off": "turn off|turn back off|switch back off|turn down|switch off|power off|shut off"
+    "turn off": "turn off|turn back off|switch back off|switch off|power off|shut off"
     "|kill|blow|blow out|put out|extinguish",
     "turn": "turn|switch",
     "slice": "slice|slice up|cut|cut up|chop|chop up|dice",
