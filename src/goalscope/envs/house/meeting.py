@@ -10,7 +10,7 @@ from typing import Any
 from goalscope.envs.house.heard import HOME, Hearing, Request
 from goalscope.envs.house.object_types import SINGLE
 from goalscope.envs.house.properties import ACTS, PREDICATES, act_of
-from goalscope.envs.house.state import innermost, is_whole
+from goalscope.envs.house.state import innermost, is_at, is_whole
 from goalscope.envs.house.view import View
 from goalscope.types import Action
 
@@ -224,19 +224,22 @@ class _Foreseen:
             return True
         if request.verb == "put":
             places = set(_places(self.view, request, own, self.start)) - {own}
-            return bool(places) and places.isdisjoint(self.around(own, table))
+            return bool(places) and not any(self.is_at(own, place, table) for place in places)
         if request.verb in ACTS:
             needs, state, value = ACTS[request.verb]
             now = thing[state] if table else self.changed.get((own, state), thing[state])
             return bool(thing[needs]) and now != value
         return True
 
-    def around(self, own: str, table: Table | None = None) -> set[str]:
-        """Ids of what the thing is in or on."""
-        if table or own not in self.moved:
-            return set((table or self.view.table)[own]["parentReceptacles"] or ())
-        place = self.moved[own]
-        return {place, *(self.view.table[place]["parentReceptacles"] or ())}
+    def is_at(self, own: str, place: str, table: Table | None = None) -> bool:
+        """Whether a thing is in or on a place; by the `table`, if one is given."""
+        known = table or self.view.table
+        thing = known[own]
+        if table is None and own in self.moved:
+            there = self.moved[own]
+            parents = (there, *(known[there]["parentReceptacles"] or ()))
+            thing = {**thing, "parentReceptacles": parents}
+        return is_at(thing, place, known)
 
     def is_free(self, place: str) -> bool:
         """Whether it is no place for one thing that has one already."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from goalscope.envs.house.controller import Controller
-from goalscope.envs.house.state import ENCLOSING, by_id, innermost
+from goalscope.envs.house.state import ENCLOSING, by_id, innermost, is_at
 from goalscope.types import GoalscopeError
 
 __all__ = ["Primitives", "Refusal"]
@@ -94,10 +94,7 @@ class Primitives:
 
     def put(self, object_id: str, place: str) -> None:
         """Bring the object to the place; what is closed is opened for it, and closed again."""
-        thing, known = self._object(object_id), by_id(self.metadata["objects"])
-        around = innermost(thing, known)
-        loose = bool(around) and around != place and known[around]["pickupable"]
-        if place in (thing["parentReceptacles"] or ()) and not loose:
+        if is_at(self._object(object_id), place, by_id(self.metadata["objects"])):
             raise Refusal("It is there already.")
         self.pick_up(object_id)
         opened = [*self._open_parents(place), *self._open(place)]

@@ -21,7 +21,7 @@ from goalscope.envs.house.scene import Scene
 from goalscope.envs.tables import shown
 from goalscope.types import InvalidInputError
 
-__all__ = ["ENCLOSING", "Failure", "State", "by_id", "innermost", "is_whole", "number"]
+__all__ = ["ENCLOSING", "Failure", "State", "by_id", "innermost", "is_at", "is_whole", "number"]
 
 ENCLOSING = frozenset({"Box", "Cabinet", "Drawer", "Fridge", "LaundryHamper", "Microwave", "Safe"})
 """Receptacles that hide what is in them while they are closed, and must be open for a put."""
@@ -86,6 +86,18 @@ def innermost(thing: Mapping[str, Any], table: Mapping[str, Mapping[str, Any]]) 
     listed = [own for own in thing["parentReceptacles"] or () if own in table]
     listed.sort(key=lambda own: (table[own]["objectType"] in _BELOW, not table[own]["pickupable"]))
     return listed[0] if listed else ""
+
+
+def is_at(thing: Mapping[str, Any], place: str, table: Mapping[str, Mapping[str, Any]]) -> bool:
+    """Whether the thing is in or on the place itself.
+
+    Not if it is in something there that can be carried, or in something above it: what is in a bin
+    is not on the floor.
+    """
+    around = innermost(thing, table)
+    if place == around or place not in (thing["parentReceptacles"] or ()):
+        return place == around
+    return not (table[around]["pickupable"] or table[place]["objectType"] in _BELOW)
 
 
 def is_whole(thing: Mapping[str, Any]) -> bool:
