@@ -337,3 +337,18 @@ def test_all_is_cleared_or_all_but_what_is_named(said: str, basket: dict[str, in
 def test_an_occasion_and_a_remark_are_no_things(said: str) -> None:
     opened, notes = talked({}, said)
     assert (opened.basket, [each for each in notes if "nothing called" in each]) == ({}, [])
+
+
+@pytest.mark.parametrize(
+    ("utterances", "basket"),
+    [
+        (["add honey", "forget the honey", "add it again"], {"Clover Honey": 1}),
+        (["add honey", "add it again"], {"Clover Honey": 1}),
+        (["2 milk 1 rye bread 3 kale"], {"Whole Milk": 2, "Rye Bread": 1, "Kale": 3}),
+        (["add 2 milk 3 kale please"], {"Whole Milk": 2, "Kale": 3}),
+    ],
+)
+def test_what_comes_again_and_what_is_listed_without_commas(
+    utterances: list[str], basket: dict[str, int]
+) -> None:
+    assert talked({}, *utterances)[0].basket == basket

@@ -64,6 +64,7 @@ _TOTAL = re.compile(
     r"(?: (?:in total|altogether|so far|now|me|all))*"
     r"|what (?:does|do|will|would) (?:it|this|that|everything|all of (?:it|this|that))(?: all)?"
     r" (?:come to|cost|add up to)(?: (?:in total|altogether|so far|now))*"
+    r"|how much (?:is it |so far |in all )?(?:now|so far|in total|altogether)"
     r"|how much(?: money| budget)? (?:is|do (?:i|we) have|have (?:i|we) got) left"
     r"(?: (?:to spend|(?:in|of|from) (?:the|my|our) budget))?"
     r"|what(?:'s| is) left (?:in|of|from) (?:the|my|our) budget"

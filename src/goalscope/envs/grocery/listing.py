@@ -32,9 +32,17 @@ _HEADING = re.compile(
 )
 """What a list is, before it: "weekly shop: milk and eggs"."""
 
+_COUNTED = r"\d{1,2} (?!(?:for|in|on|at|to|or|and|x)\b)[^\W\d][\w'-]*(?: [^\W\d][\w'-]*){0,2}?"
+_RUN = re.compile(
+    rf"(?:(?:please|add|buy|get|i need) )*{_COUNTED}(?: {_COUNTED})+(?:,? please)?[ .!]*"
+)
+"""Things one behind the other, each with its number: "2 milk 3 eggs"."""
+
 
 def unlisted(text: str) -> str:
-    """`text`, evened, without a heading, and with each measure in one: "2 x 500g" as "1000 g"."""
+    """`text`, evened, without a heading, with commas, and "2 x 500g" as "1000 g"."""
+    if _RUN.fullmatch(text):
+        text = re.sub(r"(?<=\w) (?=\d)", ", ", text)
     text = _ABBREVIATED.sub(r"\g<first>\g<unit>", _HEADING.sub("", text))
     return _TIMES.sub(_in_all, _BEFORE_TIMES.sub(" ", text))
 

@@ -453,6 +453,7 @@ _CHANGES = [
         ),
         (r"\b(?:undo|revert|reverse) (?=(?:all )?(?:your|the|what(?:ever)? you) guess)", "remove "),
         (r"\b(?:add|bring|get) back (?=(?:the|my|our|some)\b)", "add "),
+        (rf"\b(?:add|get) (?:it|that|this) (?:back|again){END}", f"add {SAME}"),
         (rf"\bout of (?:the|my|our|this) {CART}\b", "out"),
         (rf" (?:from|off) (?:the|my|our|this) {CART}\b", ""),
         (

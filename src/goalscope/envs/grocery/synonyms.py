@@ -130,6 +130,13 @@ tortilla: flour tortillas
 broth: vegetable broth
 olive: green olives
 plate: paper plates
+wrap: spinach wraps
+soap: hand soap
+muffin: blueberry muffins
+vanilla: vanilla extract
+soda: lemon-lime soda
+oatmeal: rolled oats
+pasta sauce: marinara pasta sauce
 napkin: paper napkins
 """
 """What people mean who name no kind, the likeliest first; each is found by the bare word."""
