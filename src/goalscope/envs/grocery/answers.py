@@ -66,7 +66,7 @@ _TOTAL = re.compile(
     r" (?:come to|cost|add up to)(?: (?:in total|altogether|so far|now))*"
     r"|how much (?:is it |so far |in all )?(?:now|so far|in total|altogether)"
     r"|how much(?: money| budget)? (?:is|do (?:i|we) have|have (?:i|we) got) left"
-    r"(?: (?:to spend|(?:in|of|from) (?:the|my|our) budget))?"
+    r"(?: (?:to spend|(?:in|of|from) [^.;!?]{1,30}))?"
     r"|what(?:'s| is) left (?:in|of|from) (?:the|my|our) budget"
     r"|(?:am|are) (?:i|we) (?:over|under|within|above|below) (?:the |my |our )?budget"
     r"|(?:is|are) (?:it|this|that|everything|we|i|all of (?:it|this|that)"
