@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from goalscope.envs.grocery.amounts import WORD
 
-__all__ = ["END", "IN_PLACE", "IT", "NUMBER", "SAME", "SAME_ALL", "SAME_ONE"]
+__all__ = ["CART", "END", "EXCEPT", "IN_PLACE", "IT", "NUMBER", "SAME", "SAME_ALL", "SAME_ONE"]
 
 SAME = "ditto"
 """Stands for the thing that was spoken of last, as in "make it three"."""
@@ -21,3 +21,5 @@ IN_PLACE = "inplace"
 NUMBER = rf"(?:\d+|{WORD}(?:[ -]{WORD}){{0,3}})"
 IT = "(?:it|that|this|them|those|these)"
 END = r"(?=\s*(?:[.,;!?]|$| and | please| instead| but ))"
+CART = "(?:basket|cart|order|list)"
+EXCEPT = "(?:but|except(?: for)?|apart from|other than)"

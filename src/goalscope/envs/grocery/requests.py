@@ -22,14 +22,8 @@ from goalscope.envs.grocery.amounts import (
 )
 from goalscope.envs.grocery.correcting import CORRECTION
 from goalscope.envs.grocery.moods import Mood
-from goalscope.envs.grocery.phrases import IN_PLACE
-from goalscope.envs.grocery.rewording import (
-    ASKING,
-    CART,
-    Said,
-    heard,
-    plain,
-)
+from goalscope.envs.grocery.phrases import CART, IN_PLACE
+from goalscope.envs.grocery.rewording import ASKING, Said, heard, plain
 from goalscope.envs.grocery.words import asks, contains, sentences, singulars
 
 __all__ = [

@@ -6,7 +6,6 @@ import re
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
-from textwrap import shorten
 from typing import Any
 
 from goalscope.envs.house import leave
@@ -14,12 +13,11 @@ from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.aims import is_aim
 from goalscope.envs.house.asking_first import acts_to_ask_for, is_only_a_wish
 from goalscope.envs.house.completion import completes
-from goalscope.envs.house.corrections import Corrections
 from goalscope.envs.house.grammar import is_exact, parse, parse_plain
 from goalscope.envs.house.heard import HOME, Hearing, Leave, Request
 from goalscope.envs.house.leave import IRREVERSIBLE, ask_permission
-from goalscope.envs.house.meeting import NEEDS
-from goalscope.envs.house.names import are, names, naming, readable, the
+from goalscope.envs.house.misses import Misses
+from goalscope.envs.house.names import names, naming
 from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase, first_named
 from goalscope.envs.house.referents import TO_SLICES
@@ -116,16 +114,14 @@ def hear(
 
 
 @dataclass
-class _Listener(Corrections):
+class _Listener(Misses):
     """Takes in one turn after the other.
 
     Attributes:
         staying: See `Hearing.staying`.
-        stuck: See `Hearing.stuck`.
     """
 
     staying: set[str] = field(default_factory=set[str], init=False)
-    stuck: bool = field(default=False, init=False)
 
     def hear(self, turn: Turn) -> None:
         """Take in one turn."""
@@ -426,46 +422,6 @@ class _Listener(Corrections):
             self.place = place
         self.recent = [*self.recent, *things][-4:] if clause.verb else things or self.recent
         return len(self.wanted)
-
-    def miss(self, clause: Clause, things: Sequence[Phrase]) -> None:
-        """Keep that nothing could be made of an order, or of a thing in it."""
-        named = (*clause.things, *((clause.place,) if clause.place else ()))
-        unknown = any(thing.word == "unknown" for thing in named)
-        nothing = not things if clause.verb else not clause.things
-        if not clause.said or clause.later or clause.negated or not (nothing or unknown):
-            return
-        lacks = [thing.said for thing in named if thing.word == "unknown"]
-        whole = clause.verb in NEEDS and (clause.verb != "put" or clause.place)
-        if whole and len(lacks) == 1 and lacks[0] and not is_aim(clause.said):
-            self.missed.append(f"There {are(lacks[0])} no {lacks[0]} here.")
-            self.stuck = True
-            return
-        self.puzzle(clause)
-
-    def puzzle(self, clause: Clause) -> None:
-        """Keep that an order was not understood."""
-        self.missed.append(f"I did not understand: {shorten(clause.said, 80, placeholder=' ...')}.")
-        self.stuck = self.stuck or not is_aim(clause.said)
-
-    def lacking(self, clause: Clause, said: Sequence[Phrase], lacks: Phrase | None) -> None:
-        """Keep why an order cannot be carried out: no such thing is here, or it is not for that."""
-        if not clause.said or lacks is None:
-            return
-        here = [kind for kind in lacks.types if kind in self.count]
-        name = the(readable((here or lacks.types or ("",))[0]))
-        fresh = {kind for new in self.newest for kind in new.object_types}
-        carried = clause.verb in ("put", "pick up")
-        if lacks not in (*said, clause.place) and (carried or fresh.isdisjoint(here)):
-            if not self.missed:
-                self.puzzle(clause)
-            return
-        self.stuck = True
-        if not here:
-            self.missed.append(f"There {are(name)} no {name.removeprefix('the ')} here.")
-        elif lacks is clause.place:
-            self.missed.append(f"I cannot put anything in or on {name}.")
-        else:
-            self.missed.append(f"I cannot {'carry' if carried else clause.verb} {name}.")
 
     def put_off(self, clause: Clause, things: Sequence[Phrase]) -> None:
         """Take in that something is wanted later, and so not now."""
