@@ -352,3 +352,21 @@ def test_what_comes_again_and_what_is_listed_without_commas(
     utterances: list[str], basket: dict[str, int]
 ) -> None:
     assert talked({}, *utterances)[0].basket == basket
+
+
+@pytest.mark.parametrize(
+    ("utterances", "basket"),
+    [
+        (["add apples", "add pears", "remove both"], {}),
+        (["add apples", "add pears", "remove both", "add them back"],
+         {"Gala Apples": 1, "Pears": 1}),
+        (["add kale", "add apples and pears", "take both of them out"], {"Kale": 1}),
+        (["add kale", "add apples", "add pears", "undo both"], {"Kale": 1}),
+        (["add milk", "a second milk"], {"Whole Milk": 2}),
+        (["add kale", "three kale is fine"], {"Kale": 3}),
+        (["add 3 kale", "two is fine"], {"Kale": 2}),
+        (["add ice cream", "not that one, strawberry"], {"Vanilla Ice Cream": 1}),
+    ],
+)  # fmt: skip
+def test_both_a_second_and_how_many_will_do(utterances: list[str], basket: dict[str, int]) -> None:
+    assert talked({}, *utterances)[0].basket == basket

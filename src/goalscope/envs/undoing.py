@@ -43,7 +43,8 @@ _LAST = (
 )
 _NUMBER = r"[1-9]\d{0,2}|two|three|four|five"
 _SEVERAL = (
-    rf"(?:(?:{_LAST} )?(?P<times>twice|[1-9]\d{{0,2}} times)"
+    rf"(?:(?P<both>both(?: of (?:them|those|these))?)|(?:{_LAST} )?"
+    rf"(?P<times>twice|[1-9]\d{{0,2}} times)"
     rf"|(?:all )?(?:of )?(?:(?:the|my|your) )?(?:very )?(?:last|previous)"
     rf" (?P<number>{_NUMBER})(?: {_KIND})?|(?P<steps>{_NUMBER}) {_KIND})"
 )
@@ -156,5 +157,7 @@ def _is_aside(said: str) -> bool:
 def _number(match: re.Match[str]) -> int:
     if match["all"]:
         return ALL
+    if match["both"]:
+        return 2
     said = (match["times"] or match["number"] or match["steps"] or "1").split()[0]
     return _NUMBERS.get(said) or int(said)

@@ -6,11 +6,25 @@ import re
 
 from goalscope.envs.grocery.amounts import GRAMS, MILLILITRES, PACKS
 from goalscope.envs.grocery.listing import UNIT
-from goalscope.envs.grocery.phrases import CART, END, EXCEPT, IN_PLACE, IT, NUMBER, SAME, SAME_ALL
+from goalscope.envs.grocery.phrases import (
+    CART,
+    END,
+    EXCEPT,
+    IN_PLACE,
+    IT,
+    NUMBER,
+    SAME,
+    SAME_ALL,
+    SAME_TWO,
+)
 
 __all__ = ["CHANGES"]
 
-_SPOKEN_OF = (("(?:it|that|this)", SAME), ("(?:them|those|these|both)", SAME_ALL))
+_SPOKEN_OF = (
+    ("(?:it|that|this)", SAME),
+    ("(?:them|those|these)", SAME_ALL),
+    ("both(?: of (?:them|those|these))?", SAME_TWO),
+)
 _TO = "(?:to |up to |down to )"
 _ACT = "(?:i|we|take|put|leave|throw|find|run)"
 _ALL = "(?:everything|all(?: the)?(?: items| things)?)"
@@ -34,6 +48,7 @@ _FOUND = (
 )
 _SOME = r"(?:something|anything|one|some)(?: (?:a (?:bit|little)|much|even))? "
 _OLD = r"(?!\d|[$\u20ac\u00a3])(?:(?:the|my|our|that|this|any) )?"
+_DO = "(?:enough|plenty|fine|ok|okay|good|great|perfect)"
 CHANGES = [
     (re.compile(pattern), plainer)
     for pattern, plainer in (
@@ -113,14 +128,19 @@ CHANGES = [
             rf" (?:it|them|those){END}",
             rf". add exactly \1 packs of {SAME}",
         ),
+        (rf"{_BEGIN}(?:(?:and|add|get) )?a (?:second|third) (?=\w+{END})", "1 more "),
+        (
+            rf"\b(?:add|get) (?:them|those|these|both)(?: both)? (?:back|again){END}",
+            f"add {SAME_ALL}",
+        ),
         (rf"{_BEGIN}(?:less|fewer)(?: of (?:it|them|those))?{END}", rf". remove 1 {SAME}"),
         (
             rf"\b(?:only |just )?({NUMBER}) {_THING}"
-            rf" (?:(?:is|are|will be|would be|'s) (?:enough|plenty)|(?:will|would|'ll) do){END}",
+            rf" (?:(?:is|are|will be|would be|'s) {_DO}|(?:will|would|'ll) do){END}",
             r". add exactly \1 packs of \2",
         ),
         (
-            rf"\b({NUMBER}) (?:is|are|will be|would be|'s) (?:enough|plenty){END}",
+            rf"\b({NUMBER}) (?:is|are|will be|would be|'s) {_DO}{END}",
             rf". add exactly \1 packs of {SAME}",
         ),
         (

@@ -69,7 +69,7 @@ _TOTAL = re.compile(
     r"(?: (?:to spend|(?:in|of|from) [^.;!?]{1,30}))?"
     r"|what(?:'s| is) left (?:in|of|from) (?:the|my|our) budget"
     r"|(?:am|are) (?:i|we) (?:over|under|within|above|below) (?:the |my |our )?budget"
-    r"|(?:is|are) (?:it|this|that|everything|we|i|all of (?:it|this|that)"
+    r"|(?:is|are|am) (?:it|this|that|everything|we|i|all of (?:it|this|that)"
     r"|(?:the|my|our) (?:whole )?(?:total|sum|bill|basket|cart|order))"
     r"(?: now| still| all| already)*"
     r" (?:under|below|over|above|within|less than|more than|at most|cheaper than)"

@@ -83,7 +83,8 @@ class Choice:
         named = called(phrase, every)
         meant = [item for item in named if item.name in basket]
         usual_ones = self._usual(kind, hearing, every if kind == phrase else named)
-        meant = meant or (not hearing.diets and (usual_ones or called(phrase, plain))) or named
+        labelled = hearing.diets and any(hearing.diets <= item.tags for item in named)
+        meant = meant or (not labelled and (usual_ones or called(phrase, plain))) or named
 
         def unfit(item: Item) -> tuple[bool, bool, tuple[int, ...]]:
             fits = hearing.diets <= item.tags

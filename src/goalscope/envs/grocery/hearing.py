@@ -15,7 +15,7 @@ from goalscope.envs.grocery.diets import diet, hinted, implied, is_diet, label
 from goalscope.envs.grocery.limits import budget, guesses, wants_ideas
 from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.orders import besides_buying, states_aim
-from goalscope.envs.grocery.phrases import SAME, SAME_ALL, SAME_ONE
+from goalscope.envs.grocery.phrases import SAME, SAME_ALL, SAME_ONE, SAME_TWO
 from goalscope.envs.grocery.requests import (
     Refusal,
     clears,
@@ -49,7 +49,9 @@ _UNWANTED = re.compile(
     rf"(?:it|that|this|them|those|these|{SAME}|{SAME_ALL})(?=[.,;!?]|$)"
 )
 """After a question why a thing is there: away with what was guessed."""
-_THOSE = re.compile(rf"\W*(?:and |so |please )*(?:remove|delete|drop|take) {SAME_ALL}\b.*")
+_THOSE = re.compile(
+    rf"\W*(?:and |so |please )*(?:remove|delete|drop|take) (?:{SAME_ALL}|{SAME_TWO})\b.*"
+)
 """After words about what was guessed: away with that, too."""
 _BESIDES = re.compile(r"^\W*(?:and|also|plus)\b|\b(?:too|also|as well|besides)\b")
 
@@ -418,6 +420,9 @@ class _Listener:
         if phrase == SAME_ONE:
             found = self.spoken_of(every=True)
             return found if len(found) == 1 else []
+        if phrase == SAME_TWO:
+            found = self.spoken_of(every=True)
+            return found if len(found) > 1 else [*self.asked][-2:]
         which = _WHICH.fullmatch(phrase)
         if not (which or phrase in (SAME, SAME_ALL)):
             return [self.names.shown(phrase)]

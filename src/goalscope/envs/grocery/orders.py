@@ -88,7 +88,7 @@ _EMPTY = re.compile(
     r"|you|he|she|they|it|still|hold on|hang on|do|does|am|is|are|be|i'm|we're|he's|she's|they're"
     r"|i've|we've|have|has|got|can|could|would|will|really|very|severely|who|one|someone|somebody"
     r"|because|since|as|must|should|to|me|us|in|that|this|there|with|let's|what|which|go|ahead"
-    r"|ditto|dittos|inplace|said|asked|told|changed|mind"
+    r"|ditto|dittos|dittwo|inplace|said|asked|told|changed|mind"
     r"|for (?:me|us|it|that|him|her|them|now|today))(?![\w']))*[\W_]*"
 )
 _PERSON = re.compile(

@@ -4,13 +4,27 @@ from __future__ import annotations
 
 from goalscope.envs.grocery.amounts import WORD
 
-__all__ = ["CART", "END", "EXCEPT", "IN_PLACE", "IT", "NUMBER", "SAME", "SAME_ALL", "SAME_ONE"]
+__all__ = [
+    "CART",
+    "END",
+    "EXCEPT",
+    "IN_PLACE",
+    "IT",
+    "NUMBER",
+    "SAME",
+    "SAME_ALL",
+    "SAME_ONE",
+    "SAME_TWO",
+]
 
 SAME = "ditto"
 """Stands for the thing that was spoken of last, as in "make it three"."""
 
 SAME_ALL = "dittos"
 """Stands for all things that were spoken of last, as in "take them out"."""
+
+SAME_TWO = "dittwo"
+"""Stands for the two things that were spoken of last, in one breath or two: "remove both"."""
 
 SAME_ONE = "dittone"
 """Stands for the thing that was spoken of last, where it was one alone: "no, I meant oil"."""

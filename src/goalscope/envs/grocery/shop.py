@@ -29,7 +29,7 @@ from goalscope.envs.grocery.orders import (
     so_many,
     tries_to_buy,
 )
-from goalscope.envs.grocery.phrases import SAME, SAME_ALL
+from goalscope.envs.grocery.phrases import SAME, SAME_ALL, SAME_TWO
 from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.requests import amount, refuses, unrefused
 from goalscope.envs.grocery.rewording import heard
@@ -423,7 +423,9 @@ class GroceryShop:
     def _means(self, request: Request, hearing: Hearing) -> bool:
         """Whether a request is for a thing of the shop, or for one that it has not."""
         phrase = self._names.shown(request.phrase)
-        if phrase in (SAME, SAME_ALL) or self._choice.meant(phrase, hearing, self._basket):
+        if phrase in (SAME, SAME_ALL, SAME_TWO) or self._choice.meant(
+            phrase, hearing, self._basket
+        ):
             return True
         request = replace(request, phrase=phrase)
         return request.outright and bool(self._choice.lacking(request, hearing))

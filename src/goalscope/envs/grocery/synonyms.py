@@ -72,7 +72,7 @@ chicken stock, chicken broth
 beef stock, beef broth
 mayo, mayonnaise
 tomato ketchup, ketchup
-porridge oat, porridge, rolled oat
+porridge oat, porridge, oatmeal, rolled oat
 crisps, potato crisp, potato chip
 fizzy drink, soft drink, soda
 coke, coca cola, cola
@@ -136,6 +136,7 @@ muffin: blueberry muffins
 vanilla: vanilla extract
 soda: lemon-lime soda
 oatmeal: rolled oats
+birthday cake: sponge cake, chocolate cake
 pasta sauce: marinara pasta sauce
 napkin: paper napkins
 """
