@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from fakes import LampRoom, RefusesAll, WordModel, said
-from goalscope.agent import ASKED_FOR, NOTHING_DONE, Agent, run_episode
+from goalscope.agent import ASKED_FOR, NO_ANSWER, NOTHING_DONE, Agent, run_episode
 from goalscope.calibration import LAST_TURN, USUAL
 from goalscope.dialog import FALLBACK, ConsoleHuman, ScriptedHuman, ask, question_of
 from goalscope.policy import Planner, Want
@@ -382,6 +382,10 @@ def test_where_nothing_was_done_and_nothing_is_told_that_is_told() -> None:
     assert (round.results, round.notes) == ((), (NOTHING_DONE,))
     for words in ("Thanks!", "just that", "Which is on?"):
         assert agent.step("What?", words).notes == ()
+    agent = Agent(LampRoom([]), WordModel(REPLIES), method="no-goals")
+    for words in ("Do you like me?", "where did you put it", "Thanks. What for?"):
+        assert agent.step("What?", words).notes == (NO_ANSWER,)
+    assert agent.step("What?", "Could you dance?").notes == (NOTHING_DONE,)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from goalscope.calibration import USUAL, Calibration
 from goalscope.dialog import FALLBACK, Human, ask, with_answer
 from goalscope.envs import GUESSED, SEARCH, Environment, taken
 from goalscope.envs.remarks import asks_why, is_remark, takes_leave
-from goalscope.envs.speech import agrees, declines
+from goalscope.envs.speech import agrees, declines, is_question
 from goalscope.envs.undoing import undoes
 from goalscope.episode import Round
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
@@ -35,7 +35,7 @@ from goalscope.types import (
     spoken,
 )
 
-__all__ = ["ASKED_FOR", "CONFIRM", "NOTHING_DONE", "NO_GOAL"]
+__all__ = ["ASKED_FOR", "CONFIRM", "NOTHING_DONE", "NO_ANSWER", "NO_GOAL"]
 __all__ += ["Agent", "Method", "Questions", "run_episode"]
 
 Method = Literal["good", "no-goals", "no-inference"]
@@ -55,6 +55,9 @@ ASKED_FOR = "I did what you asked for, and guessed nothing."
 
 NOTHING_DONE = "I did nothing for that."
 """A round's note where nothing was done for words that are no remark, and nothing told of them."""
+
+NO_ANSWER = "I cannot answer that."
+"""A round's note where a question is none about stock or things, and nothing came of it."""
 
 _FAILURES = 3
 """Most failures that a round's notes tell one by one."""
@@ -279,8 +282,11 @@ class Agent:
                 *([how_to_end] if takes_leave(turn.utterance) and not ends else []),
                 *([self._not_done()] if answers and not ends else []),
             )
-            if not (exact or results or outcome.question or told):
-                told = (NOTHING_DONE,)
+            if not (asks or complete or results or outcome.question or told):
+                if is_question(said):
+                    told = (NO_ANSWER,)
+                elif not exact:
+                    told = (NOTHING_DONE,)
             round = Round(
                 number=len(self.rounds) + 1,
                 turn=turn,

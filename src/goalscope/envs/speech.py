@@ -6,7 +6,7 @@ import re
 from functools import lru_cache
 
 __all__ = ["ASSENT", "LEAD", "LONGEST", "MILD"]
-__all__ += ["agrees", "declines", "evened", "kept", "lowered", "misspelt"]
+__all__ += ["agrees", "declines", "evened", "is_question", "kept", "lowered", "misspelt"]
 
 LEAD = (
     r"(?:(?:ok(?:ay)?|hi|hello|hey|so|and|but|well|sorry|excuse me|also|please|(?:can|could) you"
@@ -87,6 +87,11 @@ _CALLED_BACK = re.compile(
 )
 """What is taken back as soon as it is said: "remove the milk, no, keep it"."""
 
+_ASKS = re.compile(
+    rf"{LEAD}(?:who|whose|what|which|when|where|why|how)(?:'s|'re)?\b(?! (?:about|if)\b)"
+)
+_POLITE = re.compile(rf"{LEAD}(?:can|could|would|will) you\b")
+
 _PLAIN_YES = (
     rf"(?:{ASSENT}|ok(?:ay)?|al(?:l )?right|y|(?:that|it)(?:'s| is) (?:fine|right|ok(?:ay)?"
     r"|correct|good)|fine by me|i (?:do|confirm|agree)|confirmed|agreed|correct)"
@@ -104,6 +109,14 @@ def agrees(text: str) -> bool:
 def declines(text: str) -> bool:
     """Whether `text` begins as a no does."""
     return bool(re.match(r"\W*(?:no|nope|nah|not|don't|do not|leave|never)\b", evened(text)))
+
+
+def is_question(text: str) -> bool:
+    """Whether `text` ends as a question does, or begins as one; "can you bring it?" is an order."""
+    said = evened(text)
+    last = re.split(r"(?<=[.!?;]) ", said)[-1]
+    asks = last.endswith("?") or _ASKS.match(said)
+    return bool(asks and not _POLITE.match(last))
 
 
 def lowered(text: str) -> str:
