@@ -6,6 +6,7 @@ import pytest
 
 from goalscope.envs.house.answers import answered
 from heard import robot_in, told
+from talks import Talk
 
 HOUSE = [
     {
@@ -115,3 +116,29 @@ def test_what_was_done_is_told_by_the_acts(question: str, answer: str | None) ->
     )
     told("Kitchen1", *orders, "put the apple back")
     assert robot_in("Kitchen1").answer(question) == answer
+
+
+@pytest.mark.parametrize(
+    ("said", "question", "answer"),
+    [
+        ([], "which mug is dirty?", "Mug 1."),
+        ([], "Is anything still on?", "Light switch."),
+        ([], "is anything broken?", "None."),
+        (["open cabinet 1"], "which cabinets are open now?", "Cabinet 1."),
+        (["put the knife on the table"], "where did you put it?",
+         "The knife is on the dining table."),
+        (["open cabinet 1"], "What's in it?", "There: plate 1, plate 2."),
+        (["put the knife on the table"], "Is it dirty?", "No."),
+        ([], "where did you put it?", None),
+        ([], "which mug is the best?", None),
+    ],
+)  # fmt: skip
+def test_what_is_in_a_state_and_what_was_acted_on_last(
+    said: list[str], question: str, answer: str | None
+) -> None:
+    robot = robot_in("Kitchen1")
+    robot.reset()
+    talk = Talk(robot)
+    for each in said:
+        talk.say(each)
+    assert robot.answer(question) == answer

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from goalscope.envs.house.names import are, names, naming, the
+from goalscope.envs.house.properties import ACTS
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.speech import LEAD, evened
 
@@ -26,6 +27,10 @@ _ENDS = frozenset(("isSliced", "isBroken"))
 """States that what is no longer whole may be asked about."""
 
 _STATE = re.compile(rf"{LEAD}(?:is|are) (.+?) (?:already |still |now )?({'|'.join(_STATES)})")
+_WHICH = re.compile(
+    rf"{LEAD}(?:(?:which|what)(?: of the)? (.+?) (?:is|are)|(?:is|are) (any ?thing|something))"
+    rf" (?:already |still |now )?({'|'.join(_STATES)})(?: now)?"
+)
 _WHERE = re.compile(
     rf"{LEAD}where(?: (?:can|do|could) (?:i|we|you) (?:find|see|keep)|'s|'re| is| are"
     r"| (?:did|have) you (?:just )?(?:put|leave|left|placed?|moved?|set|stowed?|take|taken))? (.+?)"
@@ -93,7 +98,12 @@ def answered(
     if _ABLE.fullmatch(text):
         return ABLE
     asks: list[tuple[re.Pattern[str], Callable[..., str | None]]] = [
-        *((_STATE, house.state), (_INSIDE, house.inside), (_PLACED, house.placed)),
+        *(
+            (_WHICH, house.which),
+            (_STATE, house.state),
+            (_INSIDE, house.inside),
+            (_PLACED, house.placed),
+        ),
         *((_COUNT, house.count), (_WHERE, house.where), (_HAVE, house.where)),
     ]
     for pattern, reply in asks:
@@ -179,6 +189,15 @@ class _House:
             return "Yes." if bool(things[0][flag]) is value else "No."
         met = [o for o in things if bool(o[flag]) is value]
         return f"Yes: {self.listed(met)}." if met else "No."
+
+    def which(self, term: str, state: str) -> str | None:
+        flag, value = _STATES[state]
+        needs = next((needs for needs, own, _ in ACTS.values() if own == flag), "")
+        every = re.fullmatch(r"(?:any|some) ?thing", term)
+        things = [*self.objects.values()] if every else self.called(term)
+        able = [o for o in things or () if o.get(flag) is not None and o.get(needs, True)]
+        met = self.listed([o for o in able if bool(o[flag]) is value])
+        return (f"{met[:1].upper()}{met[1:]}." if met else "None.") if able else None
 
     def inside(self, term: str) -> str | None:
         places = [o for o in self.called(term) or () if o.get("receptacle")]

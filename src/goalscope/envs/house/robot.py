@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -336,6 +337,9 @@ class HomeRobot:
             hand, *changes = self.status().replace("\n- ", "; ").splitlines()
             return " ".join([hand, *changes]).replace(":;", ":") + ("." if changes else "")
         told = answered(question, self._view.objects, self._view.names)
+        if told is None and self._done:
+            last = re.sub(r"\b(?:it|them)\b", self._done[-1].target, question, flags=re.IGNORECASE)
+            told = answered(last, self._view.objects, self._view.names)
         return told_of_deeds(question, self._done, self._view) if told is None else told
 
     def is_completion(self, turn: Turn) -> bool:
