@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from goalscope.types import Turn
 from shops import talked
 
 
@@ -370,3 +371,47 @@ def test_what_comes_again_and_what_is_listed_without_commas(
 )  # fmt: skip
 def test_both_a_second_and_how_many_will_do(utterances: list[str], basket: dict[str, int]) -> None:
     assert talked({}, *utterances)[0].basket == basket
+
+
+@pytest.mark.parametrize(
+    ("utterances", "basket"),
+    [
+        (["add kale", "put the kale back", "Hmm, no, wait. I do want the kale after all."],
+         {"Kale": 1}),
+        (["add milk", "add kale", "I don't want the milk, put it back"], {"Kale": 1}),
+        (["add milk and kale", "I don't need the kale, take it out"], {"Whole Milk": 1}),
+        (["add kale", "add milk", "I don't want it, put it back"], {"Kale": 1}),
+        (["add pizza, soy sauce, kale and milk",
+          "I never asked for pizza, soy sauce and milk. Get rid of all that."], {"Kale": 1}),
+        (["add kale", "put the kale back", "add honey and milk",
+          "I didn't ask for all that honey and milk, put it back."], {}),
+        (["add milk", "Put the milk back, I'd rather have oat milk."], {"Oat Milk": 1}),
+        (["add kale, milk and honey", "I only wanted the kale and the milk, the rest can go."],
+         {"Kale": 1, "Whole Milk": 1}),
+        (["add kale and milk", "Could you get the kale out?"], {"Whole Milk": 1}),
+        (["I only want kale, milk and ricotta"],
+         {"Kale": 1, "Whole Milk": 1, "Ricotta Cheese": 1}),
+        (["add milk", "Kale I guess. But no pizza sauce please"], {"Whole Milk": 1, "Kale": 1}),
+    ],
+)  # fmt: skip
+def test_what_is_wanted_after_all_rather_or_alone(
+    utterances: list[str], basket: dict[str, int]
+) -> None:
+    opened = talked({}, *utterances)[0]
+    assert opened.basket == basket
+    assert opened.is_order([Turn("What?", each) for each in utterances])
+
+
+@pytest.mark.parametrize(
+    ("utterances", "told"),
+    [
+        (["I'm vegan", "forget that I'm vegan"], ["It need not be vegan any longer."]),
+        (["I'm allergic to nuts", "It need not be nut-free"],
+         ["It need not be nut-free any longer."]),
+        (["I'm allergic to nuts", "Never mind the nuts, I outgrew it."],
+         ['It still has to be nut-free. "It need not be nut-free" takes that back.']),
+        (["I'm vegan", "add kale"], []),
+    ],
+)  # fmt: skip
+def test_a_diet_that_binds_no_longer_is_told(utterances: list[str], told: list[str]) -> None:
+    assert talked({}, *utterances)[1] == told

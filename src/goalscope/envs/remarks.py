@@ -48,6 +48,9 @@ _GUESSES = (
     r"|do|done|move[d]?|put in|buy|bought) (?:that|which|what)"
     r" (?:i|we|nobody|no one) (?:(?:did not|didn't|never|haven't|have not) )?"
     r"(?:ask|order|mention|want|say|said)(?:ed)?(?: you)?(?: for)?)"
+    r"|(?:what(?:'s| is) (?:in (?:the|my|our) (?:basket|cart) )?(?:that )?"
+    r"|which of (?:these|those|them|it) (?:is|are|was|were)?)"
+    r"(?: ?(?:you guessed|did you guess|guessed|guesses|a guess))"
     rf"|did you guess (?:anything|something)|(?:show|tell|list)(?: me)? (?:your|the) guesses)"
     rf"(?: so far)?{_REST}"
 )

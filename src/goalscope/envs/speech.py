@@ -65,6 +65,7 @@ _EVENED = [
             r"|(?:is|are) (?:a must|essential|needed))\b)",
             "",
         ),
+        (r",? (?:i (?:guess|think|suppose|believe)|i'd say)(?=[ ,]*(?:[.;!?]|$))", ""),
         (r"\b(?:as well as|along with|together with)\b", "and"),
         (r"\b(?:evry|evrey|evey|evrything|every|eveyr|ever)[ -]?(?:th?ing|thign)\b", "everything"),
         (

@@ -39,7 +39,9 @@ _SAID = (
 )
 _LAST = (
     rf"(?:that(?: one)?|it|this|them|these|those|{_SAID}"
-    r"|what you(?: just|'ve)? d(?:id|one)|what i(?: just|'ve)? said)"
+    rf"|what you(?: just|'ve)? d(?:id|one)(?: (?:with|for|after|on) {_SAID})?"
+    r"|what i(?: just|'ve)? said"
+    rf"|(?:everything|all(?: of it)?) (?:from|of|in|for|since) {_SAID})"
 )
 _NUMBER = r"[1-9]\d{0,2}|two|three|four|five"
 _SEVERAL = (
@@ -57,7 +59,8 @@ _ALL = (
 _UNDOES = re.compile(
     rf"{LEAD}(?:(?:undo|revert|reverse)(?: {_LAST})?|(?:cancel|scratch|scrap) {_LAST}"
     rf"|(?:undo|revert|reverse|cancel|take back) {_SEVERAL}|(?P<all>{_ALL})"
-    rf"|take that back|take back (?:that|what i(?: just)? said|{_SAID})|take {_SAID} back"
+    rf"|take that back|take back (?:that|what (?:i(?: just)? said|you did)|{_SAID}"
+    rf"|what you(?: just|'ve)? d(?:id|one) (?:with|for|after|on) {_SAID})|take {_SAID} back"
     r"|go back (?:one|a|one step|a step)"
     r"|put (?:it|things) back (?:to )?(?:how|the way|as) (?:it|they|things) (?:was|were)"
     rf"(?: before)?|(?P<vague>(?:undo|revert|reverse|cancel|take back) (?:the|my|your) last few"
@@ -83,6 +86,9 @@ _WHY = re.compile(
 )
 """Why something is taken back."""
 
+
+_OF_THE_LAST = re.compile(r"\b(?:last|previous)\b")
+"""What does not take back what is said along with it."""
 
 _STATES = re.compile(
     r"(?:i|we|you|he|she|it|they|that|this|nobody|(?:my|our|the) \w+)"
@@ -123,7 +129,7 @@ def undoes(utterance: str) -> Undoing | None:
     if any(map(_WHEN.match, before)):
         return Undoing(None, rest)
     told = (_is_aside(s) or _STATES.match(s) or mark[:1] == "?" for s, mark in _pairs(before))
-    if not all(told):
+    if not all(told) and not _OF_THE_LAST.search(parts[first]):
         own = _joined(parts, (i for i in range(0, last, 2) if i not in found))
         return Undoing(0, _joined(parts, range(last + 2, len(parts), 2)), own)
     then = "".join(after).strip(" ,")

@@ -53,6 +53,19 @@ CHANGES = [
     (re.compile(pattern), plainer)
     for pattern, plainer in (
         (
+            r"\b(ask(?:ed)? for|order(?:ed)?|want(?:ed)?|need(?:ed)?)"
+            r" all (?:that|this|those|these) (?=\w)",
+            r"\1 the ",
+        ),
+        (
+            r"\b(?:i|we) (?:only|just) (?:want(?:ed)?|need(?:ed)?|asked for) ([^.;!?]{1,100}?)"
+            r"[,.;]* (?:and |so )?(?:(?:put|take|throw) )?(?:all )?"
+            r"(?:the (?:rest|others?)|everything else)"
+            rf" (?:can go|goes|must go|should go|away|out|back)(?: back| out| away)?{END}",
+            r". keep only \1",
+        ),
+        (rf"\bget ((?:the|my|those|these|that) {_THING}) out{END}", r"take \1 out"),
+        (
             r"\b(?:swap|change|switch|turn|convert|make)"
             r" (?:everything|it all|them all|all of (?:it|them))(?: (?:for|to|into|with))?"
             r" ([\w-]+-free|vegan|vegetarian|organic|halal)"

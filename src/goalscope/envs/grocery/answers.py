@@ -49,7 +49,7 @@ _IN_BASKET = r"(?:in|into) (?:the|my|our) (?:basket|cart)"
 _BASKET = re.compile(
     rf"{LEAD}(?:what(?:'s| is| do (?:i|we|you) have| have (?:i|we|you) got| have you added"
     r"| did you (?:add|put))"
-    rf"(?: now| currently| so far)? {_IN_BASKET}.*"
+    rf"(?: now| currently| so far)? {_IN_BASKET}(?!.*\bguess).*"
     rf"|{LEAD}what (?:do (?:i|we) have|have (?:i|we) got)(?: (?:now|currently|so far|already))*"
     rf"|{LEAD}what (?:did|have) you(?: already| just)? (?:add(?:ed)?|put in|get|got|buy|bought)"
     r"(?: (?:now|so far|already|for (?:me|us)))*"
@@ -82,6 +82,8 @@ _PRICE = re.compile(
 )
 _HELD = re.compile(
     rf"{LEAD}(?:is|are) (?:there )?{_THE}(.+?) (?:already )?{_IN_BASKET}(?: now| already| yet)?"
+    rf"|{LEAD}does (?:the|my) (?:basket|cart) (?:hold|have|contain|include) {_THE}(.+?)"
+    r"(?: now| already| yet)?"
 )
 _GOT = re.compile(
     rf"{LEAD}(?:(?:do|did) (?:i|we) (?:already )?(?:have|get|order)|have (?:i|we)(?: already)?"
@@ -217,7 +219,7 @@ def answered(question: str, shop: Stock) -> str | None:
     if _TOTAL.fullmatch(text):
         return f"The total is {shop.catalogue.money(shop.total)}."
     if match := _HELD.fullmatch(text):
-        return _held(match[1], shop)
+        return _held(match[1] or match[2], shop)
     if (match := _GOT.fullmatch(text)) and (told := _got(match, shop)):
         return told
     if match := _PRICE.fullmatch(text):
@@ -352,5 +354,10 @@ def _got(match: re.Match[str], shop: Stock) -> str | None:
 
 def _held(term: str, shop: Stock) -> str:
     asked = singulars(term)
-    held = [f"{n} x {name}" for name, n in shop.basket.items() if contains(singulars(name), asked)]
+    held: list[str] = []
+    for name, number in shop.basket.items():
+        item = shop.catalogue.get(name)
+        aisle = singulars(item.category)[-len(asked) :] if item else []
+        if contains(singulars(name), asked) or (asked and aisle == asked):
+            held.append(f"{number} x {name}")
     return f"Yes: {'; '.join(held)}." if held else "No, the basket holds nothing of that name."

@@ -145,6 +145,7 @@ _WAVES_OFF = re.compile(
     rf"(?: {_RULE})?(?:,? (?:please|now|again|after all))*$"
     r"|(?:\b(?:not|no longer|nobody|no ?one)\b|n't\b).*\b(?:allergic|intolerant|sensitive)\b"
     r"|\b(?:is|are) (?:fine|ok|okay|allowed|all right|no problem)\b"
+    r"|\bout(?:grew|grown)\b"
 )
 _OTHERWISE = re.compile(r"\s(?:\w+ )?(?:also )?(?:fine|ok|okay|good|will do)\b")
 _WAIVED = re.compile(

@@ -25,7 +25,7 @@ from goalscope.envs.grocery.restrictions import DIETS
 from goalscope.envs.grocery.rewording import heard, unreasoned
 from goalscope.envs.grocery.words import made
 from goalscope.envs.remarks import is_remark
-from goalscope.envs.speech import evened
+from goalscope.envs.speech import declines, evened
 
 __all__ = [
     "BEYOND",
@@ -194,7 +194,7 @@ def leaves_open(utterance: str) -> bool:
     if wants_ideas(utterance):
         return True
     rest = besides_buying(unreasoned(utterance))
-    holds = rest != utterance or bool(_PUTS_OFF.search(evened(utterance)))
+    holds = rest != utterance or declines(utterance) or bool(_PUTS_OFF.search(evened(utterance)))
     for said in heard(rest):
         if said.mood is Mood.QUESTION:
             holds = True

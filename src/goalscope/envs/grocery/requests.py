@@ -114,6 +114,7 @@ _DROPS = (
     r"|(?:(?<=^)|(?<=[.,;!?] )|(?<=please )|(?<=and )|(?<=let's ))scratch|never mind"
     r"|(?<!i )(?<!we )(?<!you )(?<!to )forget(?: about)?(?! to))"
 )
+_NOT_ASKED = re.compile(rf"{_NEVER} (?:\w+ )?(?:ask(?:ed)? for|order(?:ed)?|request(?:ed)?) ")
 _BESIDE = r"(?:instead of|rather than|other than|except(?: for)?|apart from|anything (?:with|but))"
 _REFUSAL = re.compile(
     rf"\b(?:(?P<harms>{_HARMS})|(?P<shuns>{_SHUNS})|(?P<takes>{_TAKES})|(?P<beside>{_BESIDE})"
@@ -434,7 +435,8 @@ def _refused(match: re.Match[str]) -> Iterator[Request]:
 def _enumerated(match: re.Match[str], listed: str) -> str:
     """As much of a list with commas as one refusal means; requests may follow it."""
     first, *rest = listed.split(",")
-    if match["apart"] or match["harms"] or re.search(r"\b(?:or|nor)\b", listed):
+    every = match["apart"] or match["harms"] or _NOT_ASKED.match(match[0])
+    if every or re.search(r"\b(?:or|nor)\b", listed):
         return listed
     bare = match["takes"] and (
         re.search(r"\band\b|&", listed) or not re.search(r"\b(?:please|instead)\b", match["what"])

@@ -20,10 +20,12 @@ __all__ = ["ASKING", "Said", "heard", "plain", "unreasoned"]
 
 ASKING = re.compile(
     r"\b(?:(?:i|we|you|they|he|she|(?:my|our|the) \w+)"
-    r"(?:(?:'ll| will| also| still| really| just| definitely)*"
-    r" (?:need|want|take|require|fancy|crave|wish for)s?|(?:'d| would)(?: also| really| just)*"
+    r"(?:(?:'ll| will| do| also| still| really| just| only| definitely)*"
+    r" (?:need|want|take|require|fancy|crave|wish for)s?"
+    r"|(?:'d| would)(?: also| really| just| rather)*"
     r" (?:like|love|prefer|need|want|take|require|fancy))(?: to (?:get|buy|have"
-    r"|order|add|include|use))?|(?:i|we|you|he|she)(?:'d| would|'ll| will)(?: also| just)* have"
+    r"|order|add|include|use))?"
+    r"|(?:i|we|you|he|she)(?:'d| would|'ll| will)(?: also| just| rather)* have"
     r"|looking for|(?:i'm|we're) after|could (?:do with|use)|in the mood for"
     r"|(?:can|could|may|might) (?:i|we|you)(?: also| please| just)*"
     r" (?:(?:get|find|order|buy)(?: me| us)?|have|add|include|put in|throw in|do|give (?:me|us))"
@@ -161,6 +163,16 @@ _ALONE_WANTED = re.compile(
     r"(?:only|just) (?:(?:keep|want|need|get|have|leave) )?([^.;!?]{1,100}?)"
     rf"(, ?{NUMBER} of (?:it|them|those))?(?:\s*[,.;!])? (?:and |but )?nothing else\b(?! but)"
 )
+_THEM = r"(?:it|them|that|those|these|this|(?:all|both)(?: of)?(?: (?:it|them|that|those|these))?)"
+_REDUNDANT = re.compile(
+    r"((?:i|we)(?: (?:really|actually))? (?:don't|do not|didn't|did not|never|no longer)"
+    r"(?: (?:really|even|ever))? (?:want(?:ed)?|need(?:ed)?|ask(?:ed)? for|order(?:ed)?)"
+    rf" (?!{_THEM}[,.;!])[^.;!?]{{1,80}}?)[,.;!]+"
+    r" (?:(?:so|and|then|please|just|(?:can|could) you) )*"
+    rf"(?:(?:put|take|throw) {_THEM}(?: all)? (?:back|out|away|off)"
+    rf"|(?:remove|delete|drop|get rid of) {_THEM})(?: again)?(?:,? please)?(?=[.;!?]|$)"
+)
+"""What is not wanted, and behind it that it is to go: "I don't need the eggs, take them out"."""
 _ASKED_OF = re.compile(
     r"\b(?:contain(?:s|ing)?|there|ha(?:ve|s)|any|of) (?:any |some )?(?P<thing>[a-z][a-z -]{1,30}?)"
     r"(?: in (?:it|them|this|that|these|those|here|there))?\?\s+"
@@ -198,7 +210,7 @@ class Said:
 def heard(utterance: str) -> tuple[Said, ...]:
     """The clauses of `utterance` in lower case, reworded; changes only where they are ordered."""
     text = re.sub(r"\s*\n\s*", ". ", _BULLET.sub(", ", utterance[:2000]).strip())
-    text = instead(unreasoned(unlisted(evened(text))))
+    text = _REDUNDANT.sub(r"\1", instead(unreasoned(unlisted(evened(text)))))
     text = unlimited(_ALONE_WANTED.sub(r". keep only \1. only \1\2", text))
     text = re.sub(
         r"\b((?:remove|delete|drop|take out)\b[^.;!?,]*?) first(?=[.;!?,]|$)", r"\1", text

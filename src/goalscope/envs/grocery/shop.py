@@ -35,7 +35,14 @@ from goalscope.envs.grocery.requests import amount, refuses, unrefused
 from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.swapping import swapped
-from goalscope.envs.grocery.telling import listed, not_met, not_there, still_bound, unlabelled
+from goalscope.envs.grocery.telling import (
+    lifted,
+    listed,
+    not_met,
+    not_there,
+    still_bound,
+    unlabelled,
+)
 from goalscope.envs.grocery.undoing import ALLERGY, calling_notes, harm, net, steps
 from goalscope.envs.grocery.unheard import above_limit, not_replaced, undone
 from goalscope.envs.grocery.words import singulars
@@ -253,6 +260,7 @@ class GroceryShop:
         stated = hearing.diets if buys else hearing.diets - former
         waved = waves_off(turns[-1].utterance, former)
         told += still_bound(waved & hearing.diets)
+        told += lifted(former - hearing.diets)
         told += unlabelled(stated, [item for item, _ in self._contents()])
         fresh = {each.action.target for each in results if each.action.name == "add item"}
         told += unlabelled(

@@ -14,7 +14,7 @@ from goalscope.envs.grocery.requests import Refusal
 from goalscope.envs.grocery.restrictions import DIETS
 from goalscope.envs.grocery.words import singulars, words
 
-__all__ = ["listed", "not_met", "not_there", "still_bound", "unlabelled"]
+__all__ = ["lifted", "listed", "not_met", "not_there", "still_bound", "unlabelled"]
 
 
 def not_there(removed: Sequence[Request], held: Sequence[Item], *, lessened: bool) -> Iterator[str]:
@@ -32,6 +32,12 @@ def still_bound(diets: Iterable[str]) -> Iterator[str]:
     """How restrictions are taken back that seem to be meant so, and were not."""
     for name in sorted(diets):
         yield f'It still has to be {name}. "It need not be {name}" takes that back.'
+
+
+def lifted(diets: Iterable[str]) -> Iterator[str]:
+    """Which restrictions bind no longer."""
+    for name in sorted(diets):
+        yield f"It need not be {name} any longer."
 
 
 def not_met(
