@@ -354,10 +354,5 @@ def _got(match: re.Match[str], shop: Stock) -> str | None:
 
 def _held(term: str, shop: Stock) -> str:
     asked = singulars(term)
-    held: list[str] = []
-    for name, number in shop.basket.items():
-        item = shop.catalogue.get(name)
-        aisle = singulars(item.category)[-len(asked) :] if item else []
-        if contains(singulars(name), asked) or (asked and aisle == asked):
-            held.append(f"{number} x {name}")
+    held = [f"{n} x {name}" for name, n in shop.basket.items() if contains(singulars(name), asked)]
     return f"Yes: {'; '.join(held)}." if held else "No, the basket holds nothing of that name."
