@@ -11,6 +11,7 @@ from goalscope.types import Action, InvalidInputError, Turn
 from heard import robot_in, told
 from talks import Talk
 
+LAMP = "desk lamp: no longer on"
 LAPTOP = {"laptop: now on the sofa"}
 PAPER = {"newspaper: now in the robot's hand"}
 
@@ -524,3 +525,24 @@ def test_several_things_are_pushed_each_once() -> None:
     done = [str(each.action) for each in talk.say("push both armchairs").results]
     assert done == ["push: armchair 1", "push: armchair 2"]
     assert not talk.say("thanks").results
+
+
+@pytest.mark.parametrize(
+    ("said", "changes"),
+    [
+        (["turn the TV on and the lamp off"], {"TV: on", LAMP}),
+        (["turn on the TV and the lamp off"], {"TV: on", LAMP}),
+        (["turn the lamp off and the TV on"], {"TV: on", LAMP}),
+        (["turn the lamp and the laptop off"], {LAMP, "laptop: no longer on"}),
+        (["turn the TV on and put the remote on the sofa"],
+         {"TV: on", "remote control: now on the sofa"}),
+        (["put the laptop on the sofa", "put the remote on the sofa",
+          "I never asked for the laptop. Put it back"], {"remote control: now on the sofa"}),
+        (["put the laptop on the sofa", "I didn't ask for the laptop, put it back"], set()),
+        (["put the laptop and the remote on the sofa", "I only wanted the laptop there"], LAPTOP),
+    ],
+)  # fmt: skip
+def test_each_thing_is_turned_as_said_and_it_is_what_was_not_asked_for(
+    said: list[str], changes: set[str]
+) -> None:
+    assert told("LivingRoom1", *said)[0] == changes

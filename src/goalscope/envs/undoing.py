@@ -39,7 +39,7 @@ _SAID = (
 )
 _LAST = (
     rf"(?:that(?: one)?|it|this|them|these|those|{_SAID}"
-    rf"|what you(?: just|'ve)? d(?:id|one)(?: (?:with|for|after|on) {_SAID})?"
+    rf"|what you(?: just|'ve)? d(?:id|one)(?: last| just now| (?:with|for|after|on) {_SAID})?"
     r"|what i(?: just|'ve)? said"
     rf"|(?:everything|all(?: of it)?) (?:from|of|in|for|since) {_SAID})"
 )
@@ -59,7 +59,8 @@ _ALL = (
 _UNDOES = re.compile(
     rf"{LEAD}(?:(?:undo|revert|reverse)(?: {_LAST})?|(?:cancel|scratch|scrap) {_LAST}"
     rf"|(?:undo|revert|reverse|cancel|take back) {_SEVERAL}|(?P<all>{_ALL})"
-    rf"|take that back|take back (?:that|what (?:i(?: just)? said|you did)|{_SAID}"
+    r"|take that back|take back (?:that|what (?:i(?: just)? said|you did(?: last| just now)?)"
+    rf"|{_SAID}"
     rf"|what you(?: just|'ve)? d(?:id|one) (?:with|for|after|on) {_SAID})|take {_SAID} back"
     r"|go back (?:one|a|one step|a step)"
     r"|put (?:it|things) back (?:to )?(?:how|the way|as) (?:it|they|things) (?:was|were)"

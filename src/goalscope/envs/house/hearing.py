@@ -364,7 +364,8 @@ class _Listener(Misses):
             return len(self.wanted)
         if clause.negated or clause.verb == "put in":
             self.rule_out(clause, said, things, place)
-            self.last = things if clause.things and things else self.last
+            if clause.things and things:
+                self.last, self.recent = things, [*self.recent, *things][-4:]
             return len(self.wanted)
         if any(phrase.which for phrase in clause.excluded):
             self.puzzle(clause)

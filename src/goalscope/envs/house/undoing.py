@@ -82,7 +82,7 @@ def meant_only(said: str) -> tuple[str, str, bool] | None:
     found = _MEANT_ONLY.fullmatch(_REST.sub("", said).replace(" but ", ", but "))
     if not found or not (found["only"] or found["too"] or found["no"]):
         return None
-    rest = re.sub(r",? (?:please|instead)$", "", found["rest"].strip(" ,"))
+    rest = re.sub(r",? (?:please|instead|there|in there)$", "", found["rest"].strip(" ,"))
     return found["no"] or "", rest, bool(found["only"] or found["too"])
 
 

@@ -378,6 +378,21 @@ _REWORDED = [
             r" (?:either|any|the|my|an?)\b",
             "i want the",
         ),
+        (
+            r"\b(i|we) (?:never|did(?:n't| not)) (?:ask(?:ed)?(?: you)? for|want(?:ed)?"
+            r"|order(?:ed)?) (?=(?:the|my|our|that|those|these) \w)",
+            r"\1 don't want ",
+        ),
+        (
+            r"\b(turn|switch) ((?:on|off) [^,.;!?]{1,40}?|[^,.;!?]{1,40}? (?:on|off)),? and"
+            r" ((?:the|my|our|all|both) [a-z0-9 ]{1,40}?) (on|off)(?= please|[,.;!]|$)",
+            r"\1 \2, and \1 \3 \4",
+        ),
+        (
+            r"\b(turn|switch) (?!on\b|off\b)((?:(?!\b(?:on|off)\b)[^.;!?]){1,80}? and"
+            r" (?:(?!\b(?:on|off|turn|switch)\b)[^.;!?]){1,40}?) (on|off)(?= please|[,.;!]|$)",
+            r"\1 \3 \2",
+        ),
         (r"\bas well\b", "too"),
         (r"\b(?:(?:and|the|do) )*same (?:thing |goes )?(?:for|with)\b", "also"),
         (r"\b(can|could|may) (i|we) (?:please )?get\b", r"\1 \2 have"),
