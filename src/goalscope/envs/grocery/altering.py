@@ -64,6 +64,16 @@ CHANGES = [
             rf" (?:can go|goes|must go|should go|away|out|back)(?: back| out| away)?{END}",
             r". keep only \1",
         ),
+        (
+            rf"^(?:(?:no|sorry|oops|please)[ ,]+)*not {NUMBER},? (?:but )?({NUMBER})"
+            r"(?= please|[.!]*$)",
+            rf". add exactly \1 packs of {SAME}",
+        ),
+        (
+            rf"^(?:(?:ok|okay|no|please|actually)[ ,]+)*({NUMBER} ?{UNIT}) of {IT}"
+            r"(?= please|[.!]*$)",
+            rf". add exactly \1 {SAME}",
+        ),
         (rf"\bget ((?:the|my|those|these|that) {_THING}) out{END}", r"take \1 out"),
         (
             r"\b(?:swap|change|switch|turn|convert|make)"

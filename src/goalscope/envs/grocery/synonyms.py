@@ -24,7 +24,7 @@ capsicum, bell pepper
 cos lettuce, romaine lettuce
 chestnut mushroom, cremini mushroom
 garbanzo, garbanzo bean, chickpea
-minced beef, beef mince, minced meat, ground beef
+minced beef, beef mince, minced meat, mince, ground beef
 lamb mince, minced lamb, ground lamb
 pork mince, minced pork, ground pork
 turkey mince, minced turkey, ground turkey
