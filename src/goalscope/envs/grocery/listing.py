@@ -32,7 +32,10 @@ _HEADING = re.compile(
 )
 """What a list is, before it: "weekly shop: milk and eggs"."""
 
-_COUNTED = r"\d{1,2} (?!(?:for|in|on|at|to|or|and|x|get|add|buy|take|remove|free)\b)[^\W\d][\w'-]*(?: [^\W\d][\w'-]*){0,2}?"
+_COUNTED = (
+    r"\d{1,2} (?!(?:for|in|on|at|to|or|and|x|get|add|buy|take|remove|free)\b)"
+    r"[^\W\d][\w'-]*(?: [^\W\d][\w'-]*){0,2}?"
+)
 _RUN = re.compile(
     rf"(?:(?:please|add|buy|get|i need) )*{_COUNTED}(?: {_COUNTED})+(?:,? please)?[ .!]*"
 )
