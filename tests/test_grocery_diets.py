@@ -206,3 +206,9 @@ def test_a_diet_that_is_not_to_be_forgotten_stands(said: str) -> None:
 )
 def test_what_seems_to_take_an_allergy_back_is_told_how_to(said: str, bound: bool) -> None:
     assert waves_off(said, diet("I'm allergic to nuts")) == ({"nut-free"} if bound else set())
+
+
+def test_who_eats_no_pork_gets_no_sausage_that_is_of_pork_as_a_rule() -> None:
+    opened, _ = talked({}, "I don't eat pork", "add sausages and breakfast sausages")
+    assert "Italian Sausages" not in opened.basket
+    assert "Breakfast Sausages" not in opened.basket

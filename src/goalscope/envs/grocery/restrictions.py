@@ -81,7 +81,8 @@ _PLANT_DAIRY = (
 )
 _PORK = (
     "pork, bacon, ham, prosciutto, pancetta, salami, pepperoni, chorizo, mortadella, lard, "
-    "gelatin, bratwurst, guanciale"
+    "gelatin, bratwurst, guanciale, italian sausage, breakfast sausage, kielbasa, andouille, "
+    "speck, soppressata, spam"
 )
 
 DIETS: Mapping[str, Diet] = {
