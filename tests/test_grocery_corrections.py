@@ -415,3 +415,24 @@ def test_what_is_wanted_after_all_rather_or_alone(
 )  # fmt: skip
 def test_a_diet_that_binds_no_longer_is_told(utterances: list[str], told: list[str]) -> None:
     assert talked({}, *utterances)[1] == told
+
+
+@pytest.mark.parametrize(
+    ("said", "basket"),
+    [
+        (["we have milk at home, take it out"], {"Kale": 1}),
+        (["the milk is too expensive, remove it"], {"Kale": 1}),
+        (["there's milk in the fridge already so remove it"], {"Kale": 1}),
+        (["is the milk organic? if not, take it out"], {"Kale": 1}),
+        (["how much is the milk?", "remove it"], {"Kale": 1}),
+        (["do I have milk?", "make it two"], {"Whole Milk": 2, "Kale": 1}),
+        (["my kids don't drink milk, take it out"], {"Kale": 1}),
+        (["keep the milk, remove it"], {"Whole Milk": 1}),
+        (["remove it, I only need milk"], {"Whole Milk": 1}),
+        (["remove it"], {"Whole Milk": 1}),
+    ],
+)
+def test_it_is_what_the_same_words_or_a_question_spoke_of(
+    said: list[str], basket: dict[str, int]
+) -> None:
+    assert talked({}, "add milk", "add kale", *said)[0].basket == basket

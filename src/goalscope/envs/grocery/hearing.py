@@ -53,6 +53,8 @@ _THOSE = re.compile(
     rf"\W*(?:and |so |please )*(?:remove|delete|drop|take) (?:{SAME_ALL}|{SAME_TWO})\b.*"
 )
 """After words about what was guessed: away with that, too."""
+_POINTS = re.compile(r"\b(?:it|them|that|those|these|both)\b")
+_SPARED = re.compile(r"\b(?:keep|leave|not|no)\b[^,.;!?]*")
 _BESIDES = re.compile(r"^\W*(?:and|also|plus)\b|\b(?:too|also|as well|besides)\b")
 
 
@@ -182,9 +184,11 @@ class _Listener:
         refused: Phrases in their order; so are `dropped` and `lessened`.
         tidied: Whether what was guessed had to go, and no aim was stated since.
         mild: Diets that rest on a refusal alone, which a request takes back.
-        before: Things that the last utterance asked for or took out that named any; none behind
-            one that was taken back.
-        named: The same of the newest utterance.
+        before: Things that the last utterance asked for, took out or spoke of that named any; none
+            behind one that was taken back.
+        named: What the newest utterance asked for or took out.
+        about: What was asked for before and it speaks of, ahead of words such as "it".
+        points: Whether it has such words.
         kinds: What "the frozen ones" are a kind of, by what they came to.
         removed: What the newest utterance wants taken out; `spared`, `empties`, `unasked` and
             `unclear` are its own, too.
@@ -205,6 +209,8 @@ class _Listener:
         self.mild: set[str] = set()
         self.before: list[str] = []
         self.named: list[str] = []
+        self.about: list[str] = []
+        self.points = False
         self.kinds: dict[str, str] = {}
         self.removed: list[Request] = []
         self.spared: list[str] = []
@@ -215,7 +221,10 @@ class _Listener:
         """Take in one utterance, clause by clause."""
         self.removed, self.spared, self.earlier = [], [], [*self.asked]
         self.empties = self.unasked = self.unclear = False
-        self.before, self.named = (self.named or self.before) if utterance else [], []
+        last = self.named or self.about or self.before
+        self.before, self.named = last if utterance else [], []
+        ahead, *rest = _POINTS.split(evened(utterance), maxsplit=1)
+        self.about, self.points = self.mentioned(ahead), bool(rest)
         earlier, self.diets = self.diets, diet(utterance, self.diets)
         self.hinted = hinted(utterance, self.hinted)
         utterance = self.names.hidden(utterance)
@@ -455,7 +464,15 @@ class _Listener:
     def spoken_of(self, *, every: bool = False) -> list[str]:
         """The thing named last, or every thing named in this utterance; else those before."""
         found = self.named if every else self.named[-1:]
-        return [*dict.fromkeys(found or self.before)]
+        return [*dict.fromkeys(found or (self.about if self.points else []) or self.before)]
+
+    def mentioned(self, said: str) -> list[str]:
+        """What was asked for that words speak of: milk, in "the milk is too dear, remove it"."""
+        words = singulars(_SPARED.sub(" ", said))
+        whole = [each for each in self.asked if contains(words, singulars(each))]
+        kinds = [each for each in self.asked if contains(words, singulars(each)[-1:])]
+        longest = [each for each in whole if not any(each in other.split() for other in whole)]
+        return longest or kinds
 
 
 def _alike(phrase: str, things: Sequence[str]) -> list[str]:

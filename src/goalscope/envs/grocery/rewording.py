@@ -165,8 +165,9 @@ _ALONE_WANTED = re.compile(
 )
 _THEM = r"(?:it|them|that|those|these|this|(?:all|both)(?: of)?(?: (?:it|them|that|those|these))?)"
 _REDUNDANT = re.compile(
-    r"((?:i|we)(?: (?:really|actually))? (?:don't|do not|didn't|did not|never|no longer)"
-    r"(?: (?:really|even|ever))? (?:want(?:ed)?|need(?:ed)?|ask(?:ed)? for|order(?:ed)?)"
+    r"((?:i|we|he|she|they|(?:my|our|the) \w+)(?: (?:really|actually))?"
+    r" (?:don't|do not|doesn't|does not|didn't|did not|never|no longer)(?: (?:really|even|ever))?"
+    r" (?:want(?:ed)?|need(?:ed)?|ask(?:ed)? for|order(?:ed)?|like|eat|drink)"
     rf" (?!{_THEM}[,.;!])[^.;!?]{{1,80}}?)[,.;!]+"
     r" (?:(?:so|and|then|please|just|(?:can|could) you) )*"
     rf"(?:(?:put|take|throw) {_THEM}(?: all)? (?:back|out|away|off)"
