@@ -546,3 +546,17 @@ def test_each_thing_is_turned_as_said_and_it_is_what_was_not_asked_for(
     said: list[str], changes: set[str]
 ) -> None:
     assert told("LivingRoom1", *said)[0] == changes
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "There's an apple on the counter, put it in the fridge",
+        "I found an apple, could you put it in the fridge?",
+        "I can't reach the apple. Put it in the fridge, please",
+        "The apple is still out. Put it in the fridge",
+    ],
+)
+def test_it_is_what_the_same_words_introduce(said: str) -> None:
+    changes = told("Kitchen1", "put the egg in the bowl", said)[0]
+    assert changes == {"egg 1: now in the bowl", "apple: now in the fridge"}

@@ -34,6 +34,16 @@ _NOT_AT_ALL = re.compile(
     r"(?:leave|keep) (?:it|them)(?: (?:alone|be|where (?:it|they) (?:was|were)))?[ .!]*",
     re.IGNORECASE,
 )
+_INTRODUCED = re.compile(
+    r"(?:^|(?<=[.,;!?] ))(?:there(?:'s| is| are)|(?:i|we)(?: can|'ve| have| just)*"
+    r" (?:see|saw|found|find|got|bought|noticed)|(?:i|we) (?:can't|cannot|couldn't)"
+    r" (?:reach|find|carry|lift|get to|see)) (?:(?:still|also) )?(?:an?|some|the|my|our)"
+    r" (?P<thing>[a-z]+(?: [a-z]+)?)(?: (?:in|on|at|under|near|inside) [^,.;!?]{1,40})?"
+    r"(?:[,.;]|,? (?:so|and)\b) (?=(?:(?:so|and|then|please|can you|could you) )*[a-z]+"
+    r" (?:it|them)\b)",
+    re.IGNORECASE,
+)
+"""What names a thing that is then spoken of: "there's an apple on the shelf, put it away"."""
 _WARNING = re.compile(
     rf"(?:, ?|\b(?:and|but) )*{_CARE}(?: (?!(?:and|then|but|so)\b)[\w'-]+)+"
     rf"(?:(?:, {_NAMED}){{0,5}},? and {_NAMED}(?=[.,;:!?]|$))?"
@@ -56,6 +66,7 @@ _WHEN = re.compile(rf"{CONDITION.pattern}|\b(?:after|before|once|when|while|as s
 
 def reworded(text: str) -> str:
     """A correction in the words that are understood: "not the cup, the mug"."""
+    text = _INTRODUCED.sub(r"the \g<thing>, ", text)
     text = _FRAGILE.sub(r"\g<not> \g<act> \g<thing>", text)
     if found := _INSTEAD.fullmatch(text):
         return f"not {found['no']}, {found['yes']}"
