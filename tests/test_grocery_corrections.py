@@ -436,3 +436,20 @@ def test_it_is_what_the_same_words_or_a_question_spoke_of(
     said: list[str], basket: dict[str, int]
 ) -> None:
     assert talked({}, "add milk", "add kale", *said)[0].basket == basket
+
+
+@pytest.mark.parametrize(
+    ("utterances", "basket"),
+    [
+        (["add jam", "the jam should be raspberry"], {"Raspberry Jam": 1}),
+        (["add bread", "and the bread must be gluten free"], {"Gluten-Free White Bread": 1}),
+        (["add milk", "the milk should be cold"], {"Whole Milk": 1}),
+        (["add tomatoes", "not those, cherry tomatoes"], {"Cherry Tomatoes": 1}),
+        (["add 3 kale", "that's one too many"], {"Kale": 2}),
+        (["pasta and sauce"], {"Fettuccine Egg Pasta": 1, "Marinara Pasta Sauce": 1}),
+    ],
+)
+def test_what_a_thing_should_be_takes_its_place(
+    utterances: list[str], basket: dict[str, int]
+) -> None:
+    assert talked({}, *utterances)[0].basket == basket

@@ -156,6 +156,13 @@ CHANGES = [
             rf"\b(?:add|get) (?:them|those|these|both)(?: both)? (?:back|again){END}",
             f"add {SAME_ALL}",
         ),
+        (
+            rf"{_BEGIN}(?:but )?(?:the|my) ([\w'-]+(?: [\w'-]+)?) (?:should|must|has to|have to)"
+            rf" be (?!(?:an?|the|no|not|there|here|in|on|at|for|enough|very|too|{NUMBER})\b)"
+            rf"([a-z'-]+(?: [a-z'-]+)?){END}",
+            rf". remove \1. add {IN_PLACE} \2 \1",
+        ),
+        (rf"{_BEGIN}(?:that's |there's |it's )?one too many{END}", rf". remove 1 {SAME}"),
         (rf"{_BEGIN}(?:less|fewer)(?: of (?:it|them|those))?{END}", rf". remove 1 {SAME}"),
         (
             rf"\b(?:only |just )?({NUMBER}) {_THING}"

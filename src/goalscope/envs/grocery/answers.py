@@ -162,6 +162,13 @@ _STOCK = re.compile(
 )
 
 
+_NOT_STOCK = re.compile(
+    r" in (?:it|them|this|that|these|those)$"
+    r"|(?:what|which) (?:\w+ )?(?:flavou?rs?|sizes?|brands?|colou?rs?|kinds?|sorts?|types?)\b(?! of)"
+)
+"""Ends a question about what things hold or come in, which names and prices do not tell."""
+
+
 class Stock(Protocol):
     """What the answers are read from."""
 
@@ -226,7 +233,7 @@ def answered(question: str, shop: Stock) -> str | None:
         return told
     if match := _PRICE.fullmatch(text):
         return _offered(next(filter(None, match.groups())), shop)
-    if match := _STOCK.fullmatch(text):
+    if (match := _STOCK.fullmatch(text)) and not _NOT_STOCK.search(text):
         return _offered(next(filter(None, match.groups())), shop)
     return None
 

@@ -39,7 +39,8 @@ _WANTED = re.compile(
 _NO_I_MEANT = re.compile(
     r"^(?:(?:(?:no|nope|sorry|wait|oops|hey|but)[ ,.!]+)+(?:i|we) meant?,? "
     r"|(?:(?:no,? wait|wait,? no|oops)[ ,.!]++(?:the )?+"
-    r"|(?:no,? )?(?:not that one|wrong one)[ ,.!]++the )"
+    r"|(?:no,? )?(?:not (?:that one|this one|that|those|these|them)|wrong ones?)[ ,.!]++"
+    r"(?:the |(?=[\w'-]*\d|[\w'-]+ [\w'-]+[.!]*$)))"
     r"(?!(?:i'm|i'd|i'll|i've|i|we|you|can|could|would|make|please|don't|never|about|but|and|or|add"
     r"|buy|put|swap|replace|change|keep|leave|cancel|stop|wait|undo|let|let's|there|is|are|what"
     r"|which|how|why|do|did|an?|use|give|sorry|my|too|very|wrong|more|less|fewer|another|some|cheap\w*"

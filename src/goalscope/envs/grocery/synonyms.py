@@ -138,6 +138,7 @@ soda: lemon-lime soda
 oatmeal: rolled oats
 birthday cake: sponge cake, chocolate cake
 pasta sauce: marinara pasta sauce
+sauce: marinara pasta sauce
 napkin: paper napkins
 """
 """What people mean who name no kind, the likeliest first; each is found by the bare word."""
