@@ -164,7 +164,7 @@ _STOCK = re.compile(
 
 _NOT_STOCK = re.compile(
     r" in (?:it|them|this|that|these|those)$"
-    r"|(?:what|which) (?:\w+ )?(?:flavou?rs?|sizes?|brands?|colou?rs?|kinds?|sorts?|types?)\b(?! of)"
+    r"|(?:what|which) (?:\w+ )?(?:flavou?rs?|sizes?|brands?|colou?rs?|kinds?|types?)\b(?! of)"
 )
 """Ends a question about what things hold or come in, which names and prices do not tell."""
 
