@@ -560,3 +560,20 @@ def test_each_thing_is_turned_as_said_and_it_is_what_was_not_asked_for(
 def test_it_is_what_the_same_words_introduce(said: str) -> None:
     changes = told("Kitchen1", "put the egg in the bowl", said)[0]
     assert changes == {"egg 1: now in the bowl", "apple: now in the fridge"}
+
+
+@pytest.mark.parametrize(
+    ("scene", "said", "changes"),
+    [
+        ("LivingRoom1", ["put the books on the coffee table", "not the one on the desk", "thanks"],
+         {"book 2: now on the coffee table", "book 3: now on the coffee table"}),
+        ("LivingRoom1", ["put all the books on the coffee table. Not the one on the desk"],
+         {"book 2: now on the coffee table", "book 3: now on the coffee table"}),
+        ("LivingRoom1", ["please don't move the credit card", "put the things on the dresser in the box"],
+         {"vase: now in the box"}),
+        ("LivingRoom1", ["I want to watch a movie"], set()),
+        ("LivingRoom1", ["put the laptop on the sofa", "how nice is that?", "undo that"], set()),
+    ],
+)  # fmt: skip
+def test_what_is_left_out_stays(scene: str, said: list[str], changes: set[str]) -> None:
+    assert told(scene, *said)[0] == changes

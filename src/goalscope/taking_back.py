@@ -8,7 +8,7 @@ from textwrap import shorten
 
 from goalscope.envs import Environment, taken
 from goalscope.envs.remarks import is_remark
-from goalscope.envs.speech import agrees
+from goalscope.envs.speech import agrees, is_question
 from goalscope.envs.undoing import ALL, undoes
 from goalscope.episode import Round
 from goalscope.types import Action, StepResult, TakenBack, Turn
@@ -163,6 +163,7 @@ def _standing(env: Environment, rounds: Sequence[Round]) -> list[Round]:
             not said
             or is_remark(said)
             or agrees(said)
+            or is_question(said)
             or env.answer(said) is not None
             or env.is_completion(Turn(round.turn.query, said))
         )

@@ -48,7 +48,8 @@ _PLACED = re.compile(
     rf"{LEAD}(?:is|are) (?:there )?(.+?) (?:already |still |now )?(?:in|inside|on|on top of) (.+)"
 )
 _COUNT = re.compile(
-    rf"{LEAD}how many (.+?)(?: (?:are|do) (?:there|you see|you have|we have))?(?: here)?"
+    rf"{LEAD}how many (.+?)(?: (?:are|do) (?:there|you see|you have|we have|left))?"
+    r"(?: (?:here|left))?"
 )
 _HAVE = re.compile(
     rf"{LEAD}(?:(?:do|can) (?:you|we) (?:have|see|find)|have (?:you|we) (?:got|seen|found)"

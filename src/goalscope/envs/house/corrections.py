@@ -54,6 +54,13 @@ _THAT_ONE = re.compile(
 )
 """Another thing of the same kind, by where it is: "not that book, the one on the desk"."""
 
+_NOT_THAT_ONE = re.compile(
+    r"(?:(?:no|but|oh|wait|sorry|actually)[ ,.!]+)*(?:not|except|leave) the ones?"
+    rf" (?:(?:that|which)(?:'s| is| are| was| were) )?(?:from|at|{'|'.join(v.INTO)})"
+    r" (?P<place>[a-z0-9 ]+?)(?:,? please)?[ .!]*"
+)
+"""Which of several things is left out: "not the one on the desk"."""
+
 _OTHER_TOO = re.compile(
     r"(?=.*\b(?:and|also|too|as well)\b)(?:(?:and|now|also|please|yes|ok(?:ay)?)[ ,]+)*"
     r"the other (?P<thing>[a-z]+)(?:,? (?:too|also|as well|please))*[ .!]*"
@@ -144,7 +151,7 @@ class Corrections(Standing):
         orders = [(first, more)] if any(c.verb for c in parse_plain(more, self.count)) else []
         for part, rest in ((text, ""), (head, tail), *orders):
             said = evened(part)
-            known = self._that_one(said) or self._other_too(said)
+            known = self._that_one(said) or self._other_too(said) or self._all_but(said)
             left = "" if known else self._moved_on(said)
             left = self._other_thing(said) if left is None else left
             if left is not None:
@@ -250,6 +257,34 @@ class Corrections(Standing):
             self.wanted = [new if each == old else each for each in self.wanted]
         self.newest.append(new)
         self.fresh = [new]
+        return True
+
+    def _all_but(self, said: str) -> bool:
+        """Take in which of all the things is to go back; whether `said` tells that by its place."""
+        found = _NOT_THAT_ONE.fullmatch(said)
+        last = (self.newest or self.latest)[-1:]
+        place = self.one_thing(found["place"]) if found else None
+        if not place or not last or last[0].verb != "put" or last[0].at:
+            return False
+        (old,) = last
+        known = ((own, self.named[own]) for own in self.start if own in self.named)
+        alike = [(own, name) for own, name in known if self.type_of[name] in old.object_types]
+        there = [name for own, name in alike if {*place.types} & stood_on(own, self.start)]
+        if not there or len(there) == len(alike) or not (old.every or old.number > 1):
+            return False
+        ones = {
+            name: replace(old, object_types=(self.type_of[name],), name=name, every=False, number=0)
+            for _, name in alike
+        }
+        self.wanted = [each for each in self.wanted if each != old]
+        untried = old in self.newest
+        self.newest = [each for each in self.newest if each != old]
+        for name, one in ones.items():
+            back = name in there
+            if not (back and untried):
+                new = replace(one, destination_types=(HOME,), destination_name="") if back else one
+                self.wanted.append(new)
+                self.newest += [new] if back or untried else []
         return True
 
     def _other_thing(self, said: str) -> str | None:

@@ -333,7 +333,8 @@ class PhraseReader:
             owned = self.at(i - 1) in ("my", "your", "our", "his", "her", "their") and i
             vague = "everything" if word in ("everything", "anything", "nothing") else "them"
             other = self.at(i + 1) == "else"
-            return Phrase(word="unknown" if owned else vague, described=other), i + 1 + other
+            word = "unknown" if owned else vague
+            return Phrase(word=word, group=vague == "them", described=other), i + 1 + other
         return None, i
 
     def unknown(self, i: int) -> tuple[Phrase | None, int]:

@@ -69,7 +69,8 @@ class Referents:
         """The phrases with types for which a phrase stands; "it" must suit the verb."""
         if phrase.types:
             return [phrase]
-        if phrase.word == "everything" and phrase.at:
+        all_there = phrase.word == "everything" or (phrase.word == "them" and phrase.group)
+        if all_there and phrase.at:
             on = [own for own in self.start if {*phrase.at} & stood_on(own, self.start)]
             kinds = dict.fromkeys(str(self.start[own]["objectType"]) for own in on)
             return [replace(phrase, types=tuple(kinds), every=True, group=True)] if kinds else []

@@ -393,6 +393,7 @@ _REWORDED = [
             r" (?:(?!\b(?:on|off|turn|switch)\b)[^.;!?]){1,40}?) (on|off)(?= please|[,.;!]|$)",
             r"\1 \3 \2",
         ),
+        (r"\b(to|let's|we|i'll|we'll|will) watch (?!(?:on|in|over)\b)", r"\1 view "),
         (r"\bas well\b", "too"),
         (r"\b(?:(?:and|the|do) )*same (?:thing |goes )?(?:for|with)\b", "also"),
         (r"\b(can|could|may) (i|we) (?:please )?get\b", r"\1 \2 have"),
