@@ -577,3 +577,21 @@ def test_it_is_what_the_same_words_introduce(said: str) -> None:
 )  # fmt: skip
 def test_what_is_left_out_stays(scene: str, said: list[str], changes: set[str]) -> None:
     assert told(scene, *said)[0] == changes
+
+
+@pytest.mark.parametrize(
+    ("scene", "said", "changes"),
+    [
+        ("Bedroom1", ["throw away the boots", "undo that"], set()),
+        ("Bedroom1", ["throw away the boots", "put them back"], set()),
+        ("Bedroom1", ["throw away the boots", "put the boots on the floor"], set()),
+        ("Kitchen1", ["put the apple in the bowl", "put it on the table"],
+         {"apple: now on the dining table"}),
+        ("Kitchen1", ["put the apple on the floor", "throw it away", "put it on the floor"],
+         {"apple: now on the floor"}),
+    ],
+)  # fmt: skip
+def test_what_is_in_something_is_not_on_what_that_stands_on(
+    scene: str, said: list[str], changes: set[str]
+) -> None:
+    assert told(scene, *said)[0] == changes

@@ -97,7 +97,8 @@ def is_at(thing: Mapping[str, Any], place: str, table: Mapping[str, Mapping[str,
     around = innermost(thing, table)
     if place == around or place not in (thing["parentReceptacles"] or ()):
         return place == around
-    return not (table[around]["pickupable"] or table[place]["objectType"] in _BELOW)
+    above = table[place]["objectType"] in _BELOW and table[around]["objectType"] != "Floor"
+    return not (table[around]["pickupable"] or above)
 
 
 def is_whole(thing: Mapping[str, Any]) -> bool:
