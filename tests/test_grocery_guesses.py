@@ -377,7 +377,7 @@ def test_it_is_what_the_question_was_about(
         "yes, buy",
         "purchase please",
         "order now",
-        "I'll take it",
+        "I'll take it all",
         "done, pay",
         "take them",
     ],

@@ -71,6 +71,10 @@ def test_each_shop_has_words_of_its_own() -> None:
         ("gluten-free bread, organic bread",
          {"Gluten-Free White Bread": 1, "Organic White Sandwich Bread": 1}),
         ("gluten free pasta and dairy-free yoghurt", {"Chickpea Pasta": 1, "Soy Yogurt": 1}),
+        ("cereal bars and veggie burgers",
+         {"Peanut Butter Granola Bars": 1, "Plant-Based Burgers": 1}),
+        ("tacos, cocktail napkins and a vodka pasta sauce",
+         {"Crunchy Corn Taco Shells": 1, "Cocktail Napkins": 1, "Vodka Pasta Sauce": 1}),
         ("some vegan burgers", {"Black Bean Burgers": 1}),
         ("wraps and oatmeal", {"Spinach Wraps": 1, "Rolled Oats": 1}),
         ("I'm vegan. Cheese, please", {"Vegan Cream Cheese": 1}),
@@ -78,6 +82,13 @@ def test_each_shop_has_words_of_its_own() -> None:
 )  # fmt: skip
 def test_a_bare_word_means_what_most_people_mean(said: str, basket: dict[str, int]) -> None:
     assert talked({}, said)[0].basket == basket
+
+
+@pytest.mark.parametrize("thing", ["vodka", "cider", "sushi", "margarine", "hamburgers"])
+def test_what_is_only_named_after_a_thing_is_not_that_thing(thing: str) -> None:
+    opened, told = talked({}, f"Add {thing} and eggs")
+    assert opened.basket == {"Large Eggs": 1}
+    assert told == [f"The shop has nothing called '{thing}'."]
 
 
 @pytest.mark.parametrize("kind", sorted(_KINDS))

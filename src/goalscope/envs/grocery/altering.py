@@ -95,6 +95,12 @@ CHANGES = [
             rf"(?:{NUMBER} )?{_THING} (?:from {NUMBER} )?{_TO}({NUMBER}){END}",
             r". add exactly \2 packs of \1",
         ),
+        (
+            r"^(?:(?:and|ok|okay|please|no|actually|then)[ ,]+)*(?:the |my )?"
+            rf"(?!{NUMBER}\b|{IT}\b|(?:i|we|you|not|from|do|want|need|like|go|add|get|buy|have)\b)"
+            rf"([\w'-]+(?: [\w'-]+)?) {_TO}({NUMBER})(?:,? please)?[.!]*$",
+            r". add exactly \2 packs of \1",
+        ),
         (rf"\bmake ({IT}) (?:a )?double{END}", r". double \1"),
         *(
             (

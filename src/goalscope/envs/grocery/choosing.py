@@ -10,7 +10,7 @@ from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.hearing import Hearing
 from goalscope.envs.grocery.restrictions import violates
 from goalscope.envs.grocery.search import Search
-from goalscope.envs.grocery.synonyms import usual
+from goalscope.envs.grocery.synonyms import is_its_own, usual
 from goalscope.envs.grocery.words import contains, head_nouns, singular, singulars, words
 from goalscope.envs.remarks import is_remark
 
@@ -79,6 +79,8 @@ class Choice:
         names = dict.fromkeys((phrase, kind))
         others = (i for name in names for i in self._search.named(name) if _allowed(i, hearing))
         every = list(dict.fromkeys([*self._found(phrase, hearing), *others]))
+        if is_its_own(kind):
+            every = [*_headed(kind, every), *self.usually(kind, every)]
         plain = [item for item in every if not self._search.labels(item, phrase)]
         named = called(phrase, every)
         meant = [item for item in named if item.name in basket]
@@ -126,6 +128,7 @@ class Choice:
         if vague or no_name or hearing.makes(phrase) or is_remark(phrase):
             return []
         named = self._search.named(phrase)
+        named = _headed(phrase, named) if is_its_own(phrase) else named
         diets = [d for d in sorted(hearing.diets) if all(violates(item, d) for item in named)]
         if named and diets:
             return [f"Not added, since it has to be {' and '.join(diets)}: {phrase}."]

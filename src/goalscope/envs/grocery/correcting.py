@@ -86,6 +86,15 @@ _SEVERAL = re.compile(
 )
 """Between two swaps, the second of which names a thing."""
 _MEANT = re.compile(r",\s*([^,.;!?]+?),? i mean(?:t)?(?=[.;!?]|$)")
+_NEVER_MIND = re.compile(
+    r"(?:^|(?<=[.;!?] ))(?P<said>[^.;!?]+)[.;!?,]+ (?:(?:actually|oh|no|wait|sorry|hmm|but)[ ,]+)*"
+    r"never ?mind(?:[.,;!]+ (?:i|we)(?:'ve| have)? (?:still |already )?(?:have|got)"
+    r" (?:it|some|one|that|them|enough|plenty)(?: already| at home| left)*)?(?=[.,;!?]|$)"
+)
+"""What is taken back in one breath: "get milk. Actually never mind, I have some"."""
+_AFTERTHOUGHT = re.compile(
+    r", (?:(?:and|but|oh|actually|no|wait)[ ,]+)*(?=(?:never ?mind|forget(?: about)?) the\b)"
+)
 _BEFORE_LAST = re.compile(
     r"[,;.!?]|\b(?:and|or|plus|add|get|buy|want|need|like|have|take|remove|order|delete)\b"
 )
@@ -108,6 +117,8 @@ def corrected(text: str) -> str:
 
     What one must not or does not eat is not taken back so: better one restriction too many.
     """
+    text = _NEVER_MIND.sub(lambda m: m[0] if _RESTRICTS.search(m["said"]) else "", text)
+    text = _AFTERTHOUGHT.sub(". ", text)
     said, *anew = CORRECTION.split(_MEANT.sub(r", i mean \1", text))
     for part in anew:
         if re.match(rf"{NUMBER}{END}", part):

@@ -120,7 +120,7 @@ _TAKES = (
     r"(?:add|get(?: me)?|include|put in|throw in|i'd like|i want|(?:i|we)'ll (?:have|take)|give me)"
 )
 _ADD_IT = re.compile(
-    rf"{_YES}{_TAKES} (?:(?<!take )(?:it|that|them)|that one|this one|one|some"
+    rf"{_YES}(?:{_TAKES}|take) (?:(?<!(?<!'ll )take )(?:it|that|them)|that one|this one|one|some"
     r"|one of (?:them|those|these))(?:[\s,]+(?:please|then|too|as well|thanks"
     r"|(?:to|in) (?:the|my) (?:basket|cart)))*[\s.!?]*"
 )

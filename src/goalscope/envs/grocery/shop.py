@@ -45,7 +45,7 @@ from goalscope.envs.grocery.telling import (
 )
 from goalscope.envs.grocery.undoing import ALLERGY, calling_notes, harm, net, steps
 from goalscope.envs.grocery.unheard import above_limit, not_replaced, undone
-from goalscope.envs.grocery.words import singulars
+from goalscope.envs.grocery.words import singulars, words
 from goalscope.envs.remarks import asks_for_guesses
 from goalscope.types import Action, Profile, StepResult, TakenBack, Turn, spoken
 
@@ -246,7 +246,7 @@ class GroceryShop:
         buys, tries = self.is_completion(turns[-1]), tries_to_buy(turns[-1].utterance)
         if not self._basket and (buys or tries):
             told.append("The basket is empty, so nothing is bought.")
-        elif tries and not buys:
+        elif tries and not buys and not (results and adds_it(turns[-1].utterance)):
             told.append(f'To have the basket bought, say "{self.completion_phrase}".')
         above = hearing.budget is not None and self.total > hearing.budget
         if above and (results or buys or budget(turns[-1].utterance) is not None):
@@ -410,7 +410,13 @@ class GroceryShop:
         """A thing that was asked about, with what it was to be labelled for; or the cheapest."""
         said = question.casefold()
         organic = ["organic"] if re.search(r"\borganic\b", said) else []
-        name = " ".join([*organic, *sorted(hinted(question) | diet(question)), thing])
+        labels = [*organic, *sorted(hinted(question) | diet(question))]
+        ahead, found, _ = said.partition(thing)
+        for word in reversed(words(ahead) if found and not labels else []):
+            if not self._choice.sells(f"{word} {thing}"):
+                break
+            thing = f"{word} {thing}"
+        name = " ".join([*labels, thing])
         wants_cheapest = re.search(r"\bcheapest\b", said)
         item = self._choice.cheaper(None, name, hearing) if wants_cheapest else None
         return item.name if item else name

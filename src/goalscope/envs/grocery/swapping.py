@@ -129,6 +129,12 @@ def _of_one_kind(
     def whole(found: re.Match[str]) -> str:
         said = found.groupdict("")
         old, new = said["old"].lower(), said["new"].lower()
+        if (
+            new in ("one", "ones")
+            and said.get("more")
+            and sells(f"{said['more']}{old.split()[-1]}")
+        ):
+            said["new"] = new = old.split()[-1]
         bare = [bool(re.fullmatch(QUALITY, each)) or not sells(each) for each in (old, new)]
         if bare == [True, False] and sells(f"{old} {new}"):
             said["old"] += f" {said['new']}"

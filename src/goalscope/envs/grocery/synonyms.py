@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from goalscope.envs.grocery.words import singulars
 
-__all__ = ["translator", "usual"]
+__all__ = ["is_its_own", "translator", "usual"]
 
 _GROUPS = """
 aubergine, eggplant
@@ -40,10 +40,11 @@ emmental, emmenthal, emmental cheese, swiss cheese
 double cream, whipping cream, heavy cream, heavy whipping cream
 soured cream, sour cream
 yoghurt, yogurt
-margarine, spreadable butter
 brown bread, wholemeal bread, wholewheat bread, whole meal bread, whole wheat bread
 white bread, white loaf, white sandwich bread
 brown loaf, whole wheat bread
+cereal bar, granola bar
+veggie burger, vegetarian burger, plant-based burger
 burger bun, burger roll, hamburger roll, hamburger bun
 hot dog roll, hotdog roll, hotdog bun, hot dog bun
 bread roll, dinner roll
@@ -140,6 +141,7 @@ birthday cake: sponge cake, chocolate cake
 pasta sauce: marinara pasta sauce
 sauce: marinara pasta sauce
 napkin: paper napkins
+taco: taco shells
 """
 """What people mean who name no kind, the likeliest first; each is found by the bare word."""
 
@@ -147,6 +149,12 @@ _KINDS: dict[str, Sequence[str]] = {
     word: names.split(", ")
     for word, _, names in (line.partition(": ") for line in _USUAL.strip().splitlines())
 }
+
+_OF_ITS_OWN = frozenset({
+    "burger", "caramel", "cider", "cocktail", "cupcake", "enchilada", "fajita", "hamburger",
+    "margarine", "plantain", "razor", "stew", "sushi", "taco", "vodka",
+})  # fmt: skip
+"""Words for things that are not what shops name after them: no vodka is in "vodka sauce"."""
 
 _WORD_ENDS = r"(?<![\w-])(?:{})(?![\w-])"
 
@@ -178,6 +186,11 @@ def translator(has: Callable[[str], bool]) -> Callable[[str], str]:
 def usual(phrase: str) -> Sequence[str]:
     """What people mean by `phrase` who name no kind: "bread" as "white sandwich bread"."""
     return _KINDS.get(phrase) or _KINDS.get(" ".join(singulars(phrase)), ())
+
+
+def is_its_own(phrase: str) -> bool:
+    """Whether things with `phrase` in their names are it only where they are named so last."""
+    return not _OF_ITS_OWN.isdisjoint(singulars(phrase)[-1:])
 
 
 def _plurals(name: str) -> tuple[str, str, str]:
