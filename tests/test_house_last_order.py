@@ -316,3 +316,49 @@ def test_a_wrong_place_that_no_order_named_undoes_nothing() -> None:
     found = told("Kitchen1", "turn on the coffee machine", "I meant the counter, not the table.")
     assert found[0] == told("Kitchen1", "turn on the coffee machine")[0]
     assert found[1] == ["I did not understand: i meant the counter, not the table."]
+
+
+@pytest.mark.parametrize(
+    ("scene", "said", "changes"),
+    [
+        ("Bedroom1", ["put the book on the bed", "no, the other book"],
+         {"book 2: now on the bed"}),
+        ("Bedroom1", ["put book 1 on the bed", "not that one, the other one"],
+         {"book 2: now on the bed"}),
+        ("Bedroom1", ["put the pillow on the floor", "no, the other pillow", "no, the other one"],
+         {"pillow 1: now on the floor"}),
+        ("Bedroom1", ["bring me the book", "wrong one, the other one please"],
+         {"book 2: now in the robot's hand"}),
+        ("LivingRoom1", ["turn off the lamp", "no, the other one"],
+         {"floor lamp: no longer on"}),
+        ("LivingRoom1", ["put the pillow on the armchair", "no, the other armchair"],
+         {"pillow 1: now on armchair 2"}),
+        ("LivingRoom1",
+         ["put the pillow on the armchair", "no, the other armchair", "no, the other pillow"],
+         {"pillow 2: now on armchair 1"}),
+    ],
+)  # fmt: skip
+def test_the_other_of_two_takes_the_place_of_the_first(
+    scene: str, said: list[str], changes: set[str]
+) -> None:
+    assert told(scene, *said) == (changes, [], "")
+
+
+@pytest.mark.parametrize(
+    ("scene", "said"),
+    [
+        ("Bedroom1", ["turn on the lamp", "no, the other lamp"]),
+        ("LivingRoom1", ["open the drawer", "no, the other drawer"]),
+        ("Bedroom1", ["put the book on the bed", "put the pillow on the floor",
+                      "no, the other book"]),
+    ],
+)  # fmt: skip
+def test_which_other_one_is_meant_is_not_guessed(scene: str, said: list[str]) -> None:
+    before, _, _ = told(scene, *said[:-1])
+    assert told(scene, *said) == (before, [f"I did not understand: {said[-1]}."], "")
+
+
+def test_what_is_cut_has_no_other_one() -> None:
+    changes, notes, _ = told("Kitchen1", "slice the tomato", "no, the other one")
+    assert changes == {"tomato: sliced"}
+    assert notes == ["I did not understand: no, the other one."]

@@ -134,7 +134,8 @@ class Choice:
             return [f"Not added, since it has to be {' and '.join(diets)}: {phrase}."]
         if named:
             return [f"Not added, since it was ruled out: {phrase}."]
-        if not request.outright and self._search.nearness(phrase) < _PRODUCT:
+        sure = request.outright or request.replaces
+        if not sure and self._search.nearness(phrase) < _PRODUCT:
             return []
         return [f"The shop has nothing called '{phrase}'."]
 

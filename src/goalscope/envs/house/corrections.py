@@ -67,6 +67,14 @@ _OTHER_TOO = re.compile(
 )
 """One more of what was ordered last: "the other pillow, too"."""
 
+_THE_OTHER = re.compile(
+    r"(?:(?:no+|nope|sorry|oops|wait|actually|rather|i meant?|take|use"
+    r"|(?:but )?not (?:that|this) (?:one|[a-z]+)"
+    r"|(?:that's |that is |that was )?(?:the )?wrong (?:one|[a-z]+))[ ,.;:!]+)+"
+    r"the other (?P<thing>[a-z]+)(?:,? (?:please|instead))*[ .!]*"
+)
+"""The other of two things in the place of what was taken: "no, the other book"."""
+
 _THERE = frozenset(("there", "in there", "that", "here"))
 """Words for the place of the last put."""
 
@@ -151,7 +159,8 @@ class Corrections(Standing):
         orders = [(first, more)] if any(c.verb for c in parse_plain(more, self.count)) else []
         for part, rest in ((text, ""), (head, tail), *orders):
             said = evened(part)
-            known = self._that_one(said) or self._other_too(said) or self._all_but(said)
+            takes = (self._that_one, self._the_other, self._other_too, self._all_but)
+            known = any(take(said) for take in takes)
             left = "" if known else self._moved_on(said)
             left = self._other_thing(said) if left is None else left
             if left is not None:
@@ -228,6 +237,60 @@ class Corrections(Standing):
             self.newest.remove(old)
         elif was_done(old, self.objects, self.start):
             self.reverse(old)
+        self.wanted.append(new)
+        self.newest.append(new)
+        self.fresh = [new]
+        return True
+
+    def _the_other(self, said: str) -> bool:
+        """Take in that the other one of two things was meant; whether `said` tells that."""
+        found = _THE_OTHER.fullmatch(said) if len(said) <= _LONGEST else None
+        last = self.latest[-1:] if not self.newest else []
+        if not found or not last or last[0].every or last[0].number > 1 or last[0].at:
+            return False
+        (old,) = last
+        thing = None if found["thing"] == "one" else self.one_thing(found["thing"])
+        named = thing.types if thing else old.object_types if found["thing"] == "one" else ()
+        kinds = [kind for kind in old.object_types if kind in named]
+        if thing and not kinds:
+            return self._other_spot(old, thing)
+        alike = {name: kind for name, kind in self.type_of.items() if kind in kinds}
+        ones = [replace(old, object_types=(alike[name],), name=name) for name in alike]
+        known = {
+            name: [each for each in self.objects if self.named.get(each["objectId"]) == name]
+            for name in alike
+        }
+        done = [one for one in ones if was_done(one, known[one.name], self.start)]
+        if len(ones) != 2 or len(done) != 1 or inverse(done[0], self.start) is None:
+            return False
+        (new,) = (one for one in ones if one not in done)
+        self.wanted = [each for each in self.wanted if each != old]
+        self.reverse(done[0])
+        self.wanted.append(new)
+        self.newest.append(new)
+        self.fresh = [new]
+        return True
+
+    def _other_spot(self, old: Request, place: Phrase) -> bool:
+        """Take in that what was put is to go to the other of two places; whether it can."""
+        spots = {
+            name: kind
+            for name, kind in self.type_of.items()
+            if kind in place.types and kind in old.destination_types
+        }
+        moved = [each for each in self.objects if was_done(old, [each], self.start)]
+        there = {self.named.get(own) for each in moved for own in each["parentReceptacles"]}
+        used = there & spots.keys()
+        if old.verb != "put" or len(spots) != 2 or len(used) != 1 or len(moved) != 1:
+            return False
+        (name,) = spots.keys() - used
+        kind, own = moved[0]["objectType"], self.named[moved[0]["objectId"]]
+        new = replace(
+            old,
+            **{"object_types": (kind,), "name": own},
+            **{"destination_types": (spots[name],), "destination_name": name},
+        )
+        self.wanted = [each for each in self.wanted if each != old]
         self.wanted.append(new)
         self.newest.append(new)
         self.fresh = [new]
