@@ -219,3 +219,30 @@ def test_several_things_are_brought_to_where_the_person_is(
     said: str, changes: set[str], notes: list[str]
 ) -> None:
     assert told("Kitchen1", said)[:2] == (changes, notes)
+
+
+@pytest.mark.parametrize(
+    ("scene", "said", "changes"),
+    [
+        ("Bathroom1", ["light the candle", "put it out"], set()),
+        ("Bathroom1", ["light the candle", "put the candle out please"], set()),
+        ("Bathroom1", ["light the candle", "don't put the candle out"], {"candle: on"}),
+        ("Bathroom1", ["run the water", "stop the water"], set()),
+        ("Kitchen1", ["don't stop the tap"], set()),
+        ("Kitchen1", ["don't heat up the potato"], set()),
+    ],
+)
+def test_what_burns_or_runs_is_stopped(scene: str, said: list[str], changes: set[str]) -> None:
+    assert told(scene, *said) == (changes, [], "")
+
+
+@pytest.mark.parametrize(
+    "said", ["heat up the potato", "warm the potato up please", "microwave the potato"]
+)
+def test_food_is_heated_only_with_leave(said: str) -> None:
+    assert told("Kitchen1", said) == (set(), [], "May I cook potato 1?")
+
+
+def test_things_that_are_so_already_are_told_where_each_is() -> None:
+    _, notes, _ = told("LivingRoom1", "put the pillows on the armchair", "no, the other armchair")
+    assert notes == ["Pillow 1 is on armchair 1 already. Pillow 2 is on armchair 2 already."]

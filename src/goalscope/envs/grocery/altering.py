@@ -151,7 +151,7 @@ CHANGES = [
             rf". remove \1. add {IN_PLACE} organic \1",
         ),
         (rf"\bmake {IT} (?=the [^.,;!?]{{1,40}} ones?\b)", ". add "),
-        (rf"\b({NUMBER}) of each{END}", rf"exactly \1 packs of {SAME_ALL}"),
+        (rf"\b({NUMBER})(?: {PACKS})? of each(?: one)?{END}", rf"exactly \1 packs of {SAME_ALL}"),
         (
             rf"(?:^(?:(?:ok|okay|yes|no|please|actually|then)[ ,]+)*|, )({NUMBER}) of"
             rf" (?:it|them|those){END}",
@@ -167,6 +167,12 @@ CHANGES = [
             rf" be (?!(?:an?|the|no|not|there|here|in|on|at|for|enough|very|too|{NUMBER})\b)"
             rf"([a-z'-]+(?: [a-z'-]+)?){END}",
             rf". remove \1. add {IN_PLACE} \2 \1",
+        ),
+        (
+            rf"{_BEGIN}(?:(?:that's|that is|it's|those are|they're) )?(?:way |far )?too"
+            r" (?:many|much),? (?:(?:just|only|and|so|i|we|need|want|make it|take|get) )*"
+            rf"({NUMBER})(?: please)?{END}",
+            rf". add exactly \1 packs of {SAME}",
         ),
         (rf"{_BEGIN}(?:that's |there's |it's )?one too many{END}", rf". remove 1 {SAME}"),
         (rf"{_BEGIN}(?:less|fewer)(?: of (?:it|them|those))?{END}", rf". remove 1 {SAME}"),

@@ -16,7 +16,7 @@ from goalscope.envs.grocery.diets import diet, hinted, implied, undieted
 from goalscope.envs.grocery.requests import Refusal
 from goalscope.envs.grocery.restrictions import violates
 from goalscope.envs.grocery.synonyms import usual
-from goalscope.envs.grocery.words import contains, singulars
+from goalscope.envs.grocery.words import NO_GOODS, contains, singulars
 from goalscope.envs.speech import LEAD, evened
 from goalscope.types import counted
 
@@ -66,6 +66,7 @@ _TOTAL = re.compile(
     r"(?: (?:in total|altogether|so far|now|me|all))*"
     r"|what (?:does|do|will|would) (?:it|this|that|everything|all of (?:it|this|that))(?: all)?"
     r" (?:come to|cost|add up to)(?: (?:in total|altogether|so far|now))*"
+    r"|how much (?:have|did) (?:i|we|you) spen[dt](?: (?:in total|altogether|so far|now|already))*"
     r"|how much (?:is it |so far |in all )?(?:now|so far|in total|altogether)"
     r"|how much(?: money| budget)? (?:is|do (?:i|we) have|have (?:i|we) got) left"
     r"(?: (?:to spend|(?:in|of|from) [^.;!?]{1,30}))?"
@@ -87,13 +88,16 @@ _HELD = re.compile(
     rf"|{LEAD}does (?:the|my) (?:basket|cart) (?:hold|have|contain|include) {_THE}(.+?)"
     r"(?: now| already| yet)?"
 )
+_YOU_GOT = r"(?:did|have) you (?:add|get|got|pick|choose|chosen|take|taken|order)(?:ed)?"
 _GOT = re.compile(
     rf"{LEAD}(?:(?:do|did) (?:i|we) (?:already )?(?:have|get|order)|have (?:i|we)(?: already)?"
     rf" (?:got|ordered)|(?:did you|have you)(?: already)? (?:add|put|added)) {_THE}(?P<one>.+?)"
     rf"(?: (?:now|already|yet|so far|{_IN_BASKET}))*"
     rf"|{LEAD}how (?:many|much) (?:{CONTAINER} of )?(?P<many>.+?) (?:(?:do|did|have) (?:i|we)"
-    rf"(?: (?:have|get|got|order|ordered))?|(?:is|are) (?:there )?{_IN_BASKET})"
+    rf"(?: (?:have|get|got|order|ordered))?|{_YOU_GOT}|(?:is|are) (?:there )?{_IN_BASKET})"
     rf"(?: (?:now|already|yet|so far|{_IN_BASKET}))*"
+    rf"|{LEAD}(?:which|what)(?: (?:kind|sort|type) of)? (?P<kind>.+?) (?:(?:is|are)"
+    rf" (?:it|that|they|those|these)|{_YOU_GOT})"
 )
 _HELP = re.compile(
     rf"{LEAD}(?:help(?: me)?|what (?:else )?(?:can|do) you do(?: for (?:me|us))?"
@@ -156,6 +160,7 @@ _STOCK = re.compile(
     r"|guys have))*"
     rf"|(?:do|can) you (?:(?:also |even |still )?(?:have|sell|carry|stock|offer)) {_THE}(.+?)"
     rf"|have you(?: got)? {_THE}(.+?)|(?:is|are) there {_THE}(.+?)"
+    rf"|(?:got )?any (?!{NO_GOODS}\b)([^.;!?]+)"
     r"|what do you have (?:in|for|by way of|in the way of) (.+?))"
     r"(?: in stock| available| here| left| there| today| on offer"
     r"| in (?:the|your|this) (?:shop|store))*"
@@ -354,11 +359,11 @@ def _names(items: Sequence[Item]) -> str:
 
 def _got(match: re.Match[str], shop: Stock) -> str | None:
     """What of a thing the basket holds; None where the shop has nothing of that name."""
-    term = match["one"] or match["many"]
+    term = next(filter(None, match.groups()))
     if is_vague(term) or not called(term, shop.search(term, _DEPTH)):
         return None
     told = _held(term, shop)
-    return told.replace("Yes: ", "The basket holds ") if match["many"] else told
+    return told.replace("Yes: ", "The basket holds ") if not match["one"] else told
 
 
 def _held(term: str, shop: Stock) -> str:

@@ -37,14 +37,16 @@ _NO_PRODUCT = _VAGUE | {
 
 _NO_BEGINNING = frozenset({
     "something", "anything", "nothing", "everything", "whatever", "as", "at", "by", "in", "on",
-    "to", "near", "out", "after", "from", "under", "until",
+    "to", "near", "out", "after", "from", "under", "until", "making", "cooking", "planning",
+    "having", "doing",
 })  # fmt: skip
 """Words that no product's name begins with."""
 
 _TALK = frozenset({
     "i", "we", "you", "he", "she", "they", "it", "them", "us", "me", "him", "who", "eat", "eats",
     "need", "needs", "want", "wants", "like", "likes", "love", "loves", "come", "comes", "is",
-    "are", "was", "have", "has", "friends", "guests", "people", "family", "nobody", "nobodys",
+    "are", "was", "have", "has", "here", "friends", "guests", "people", "family", "nobody",
+    "nobodys",
 })  # fmt: skip
 """Words of a sentence, which no product's name holds."""
 

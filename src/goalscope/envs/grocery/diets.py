@@ -102,6 +102,10 @@ _WHOLE = re.compile(
     rf"\W*+(?>(?:{_CHAIN}|{_SUBJECT}|make|please|yes|thanks|ok|okay|well|oh|then|so|too|if"
     r"|possible|instead|obviously|naturally|clearly)(?!\w)\W*+)++"
 )
+_HERE = re.compile(
+    rf"(?:^|(?<=[.!;] ))(?:(?:hi|hello|hey)[ ,]+)?(?P<diet>{_ANY}) (?:here|speaking)(?=[,.;!]|$)",
+    re.MULTILINE,
+)
 _ONLY = re.compile(
     r"\bnothing (?:but |non-?|not |(?:that|which)(?:'s| is)? not |(?:that|which) isn't )"
 )
@@ -164,7 +168,7 @@ def diet(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[str]
     """
     standing = set(before)
     parts = [part for line in utterance.splitlines() for part in _parts(line)]
-    text = "\n".join(map(evened, parts))
+    text = _HERE.sub(r"i am \g<diet>", "\n".join(map(evened, parts)))
     for sentence in sentences(_ONLY.sub("everything is ", text)):
         for name, pattern in _NAMED.items():
             for match in pattern.finditer(sentence):

@@ -31,6 +31,7 @@ __all__ = [
     "BEYOND",
     "adds_it",
     "besides_buying",
+    "had_too",
     "has_aim",
     "is_order",
     "leaves_open",
@@ -121,8 +122,18 @@ _TAKES = (
 )
 _ADD_IT = re.compile(
     rf"{_YES}(?:{_TAKES}|take) (?:(?<!(?<!'ll )take )(?:it|that|them)|that one|this one|one|some"
-    r"|one of (?:them|those|these))(?:[\s,]+(?:please|then|too|as well|thanks"
+    r"|one of (?:them|those|these))(?:[\s,]+(?:please|then|too|as well|thanks|anyway"
     r"|(?:to|in) (?:the|my) (?:basket|cart)))*[\s.!?]*"
+)
+_HAVING = re.compile(
+    r"(?:.*[.!] )?(?:(?:i|we)(?:'ve| have)(?: still)? already(?: got)?"
+    r"|(?:i|we) (?:already|still) have"
+    r"|(?:i|we)(?:'ve| have)(?: got)?"
+    r"(?=.* (?:at home|in the (?:fridge|cupboard|pantry|freezer))\b))"
+    r" [^.;!?]+[.!]*"
+)
+_AND_THIS = re.compile(
+    r"(?!.*\bplease\b)(?:and |plus )([^.,;!?]{1,60}?),? (?:too|as well|also)[.!]*"
 )
 _JOINED = re.compile(
     r"(?:,? (?:and|then)|,)(?: (?:then|please|now|just))* (?=(?:buy|purchase|order|place|pay"
@@ -215,6 +226,12 @@ def _restricts(piece: str) -> bool:
     """Whether a piece states a diet, or takes one back."""
     every = frozenset(DIETS)
     return bool(diet(piece) or diet(piece, every) != every) and not _WISH.search(piece)
+
+
+def had_too(utterance: str, before: str) -> str:
+    """What else a person has at home: "and eggs too", after "I already have flour"; or ""."""
+    found = _AND_THIS.fullmatch(evened(utterance)) if _HAVING.fullmatch(evened(before)) else None
+    return found[1] if found else ""
 
 
 def adds_it(utterance: str) -> bool:

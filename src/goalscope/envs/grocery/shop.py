@@ -23,6 +23,7 @@ from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.orders import (
     adds_it,
     besides_buying,
+    had_too,
     has_aim,
     is_order,
     leaves_open,
@@ -390,6 +391,8 @@ class GroceryShop:
         said = [self._translated(each) for each in stands]
         for i, turn in enumerate(turns):
             said[i] = swapped(said[i], partial(self._named_last, said[:i]), self._choice.sells)
+            if has := had_too(said[i], said[i - 1] if i else ""):
+                said[i] = f"I already have {has}"
             many = so_many(stands[i])
             if many or adds_it(stands[i]):
                 asked = takewhile(lambda text: text.rstrip().endswith("?"), reversed(said[:i]))

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator
 from functools import lru_cache
 
 __all__ = [
+    "NO_GOODS",
     "asks",
     "contains",
     "head_nouns",
@@ -62,6 +63,11 @@ _CHANGE = (
     r"|drop|ditch|discard|lose|leave|skip|swap|exchange|switch|trade|replace|substitute|change|set"
     r"|reduce|increase|make|keep|empty|clear|start|be able|use|try|see|go))"
 )
+NO_GOODS = (
+    "(?:chance|way|ideas?|luck|thoughts?|more|other|others|one|of|discounts?|offers?|deals?|news|tips?"
+    "|recommendations?|suggestions?|questions?|problems?|thing|kind|sort)"
+)
+"""What is no thing of a shop in "any ideas?"."""
 _QUESTION = re.compile(
     r"\W*(?:(?:and|so|but|oh|ok|okay|hi|hello|also|well|then)\W+)*"
     r"(?:(?:do(?! you (?:mind|think (?:i|we|you) (?:can|could))\b)|does|did"
@@ -70,6 +76,7 @@ _QUESTION = re.compile(
     rf"|(?:can|could|may|might)(?= (?:i|we) (?!{_CHANGE}\b)))"
     r" (?:you|i|we|they|there|he|she|it|the|these|those|this|that|any(?:thing|one)?|everything"
     r"|all)\b"
+    rf"|(?:got )?any (?!{NO_GOODS}\b)[^.;!?]*\?"
     r"|(?:what|how)(?! about\b)\b.*\?|(?:which|where|who|when|why)\b.*\?)"
 )
 

@@ -246,9 +246,12 @@ class Corrections(Standing):
         """Take in that the other one of two things was meant; whether `said` tells that."""
         found = _THE_OTHER.fullmatch(said) if len(said) <= _LONGEST else None
         last = self.latest[-1:] if not self.newest else []
-        if not found or not last or last[0].every or last[0].number > 1 or last[0].at:
+        if not found or not last or last[0].at:
             return False
         (old,) = last
+        if old.number > 1 or (old.every and not old.number):
+            return False
+        old = replace(old, every=False, number=0)
         thing = None if found["thing"] == "one" else self.one_thing(found["thing"])
         named = thing.types if thing else old.object_types if found["thing"] == "one" else ()
         kinds = [kind for kind in old.object_types if kind in named]
@@ -264,7 +267,7 @@ class Corrections(Standing):
         if len(ones) != 2 or len(done) != 1 or inverse(done[0], self.start) is None:
             return False
         (new,) = (one for one in ones if one not in done)
-        self.wanted = [each for each in self.wanted if each != old]
+        self.wanted = [each for each in self.wanted if each != last[0]]
         self.reverse(done[0])
         self.wanted.append(new)
         self.newest.append(new)
@@ -290,7 +293,7 @@ class Corrections(Standing):
             **{"object_types": (kind,), "name": own},
             **{"destination_types": (spots[name],), "destination_name": name},
         )
-        self.wanted = [each for each in self.wanted if each != old]
+        self.wanted = [each for each in self.wanted if each != self.latest[-1]]
         self.wanted.append(new)
         self.newest.append(new)
         self.fresh = [new]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -95,8 +96,12 @@ class View:
 
     def is_so(self, verb: str, things: Sequence[str]) -> str:
         """A sentence that tells that `verb` has nothing to do for the things of these ids."""
-        thing = self.table[things[0]]
-        state = self._where(thing)
+        groups: defaultdict[str, list[str]] = defaultdict(list)
+        for own in things if verb not in ACTS else ():
+            groups[self._where(self.table[own])].append(own)
+        if len(groups) > 1:
+            return " ".join(self.is_so(verb, group) for group in groups.values())
+        state = next(iter(groups), "")
         if verb in ACTS:
             _, key, value = ACTS[verb]
             state = dict(_STATES).get(key, "filled") if value else _ENDED.get(key, "empty")

@@ -287,6 +287,8 @@ _BRING = (
     r"(?:(?:nice|cold|fresh|big) )*"
 )
 _WASH = "(?:wash|rinse|scrub|wipe|clean)"
+_SOME = "(?:the|my|an?|some|both|that)"
+_WARMED = "(?:[a-z]+ )?(?:potato(?:es)?|eggs?|bread|toast|food)"
 _REWORDED = [
     (re.compile(pattern), plain)
     for pattern, plain in (
@@ -321,6 +323,22 @@ _REWORDED = [
             "put everything back",
         ),
         (r"\bcoff?e+\b", "coffee"),
+        (
+            r"\bstop (?=(?:the|this|that|my|our) (?:water|tap|faucet|shower|tv|television|music"
+            r"|radio|microwave|toaster|kettle|coffee (?:maker|machine))\b(?! (?:from|being)\b))",
+            "turn off ",
+        ),
+        (
+            rf"\b(?:heat|warm) (?P<up>up )?(?P<food>{_SOME} {_WARMED}|it|them)"
+            r"(?(up)| up\b)",
+            r"cook \g<food>",
+        ),
+        (rf"\b(?:heat|microwave) (?={_SOME} {_WARMED}\b)", "cook "),
+        (
+            r"\bput ((?:the|that|my|both|all(?: the| those)?|those) (?:[a-z]+ )?(?:candles?|lights?"
+            r"|fire|flames?)|it|them) out(?= please|[ ]?[,.;!]| and\b| too\b| now\b|$)",
+            r"put out \1",
+        ),
         (
             r"\b(?:bring|get|fetch|give) (?:me|us) (?:an? |some )?(?:(?:nice|hot|fresh) )*"
             r"(?:(?:cup|mug) of )?coffee\b",
