@@ -10,13 +10,10 @@ from textwrap import shorten
 from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.grammar import is_exact, parse_plain
 from goalscope.envs.house.heard import HOME, Request
-from goalscope.envs.house.leave import IRREVERSIBLE
-from goalscope.envs.house.meeting import stood_on
-from goalscope.envs.house.names import readable, the
 from goalscope.envs.house.orders import Clause
 from goalscope.envs.house.phrases import Phrase, PhraseReader
-from goalscope.envs.house.standing import Standing
 from goalscope.envs.house.undoing import inverse, meant_only, was_done
+from goalscope.envs.house.which import Which
 from goalscope.envs.speech import evened
 
 __all__ = ["Corrections"]
@@ -46,35 +43,6 @@ _OTHER_THING = re.compile(
 )
 """Another thing than that of the last order."""
 
-_THAT_ONE = re.compile(
-    r"(?:(?:no+|nope|sorry|oops|wait|actually|rather|i meant?|(?:but )?not that (?:one|[a-z]+)"
-    r"|(?:that's |that is |that was )?(?:the )?wrong (?:one|[a-z]+)|take|use)[ ,.;:!]+)+"
-    r"the (?P<thing>[a-z]+(?: [a-z]+)?) (?:(?:that|which)(?:'s| is| was) )?"
-    rf"(?:from|at|{'|'.join(v.INTO)}) (?P<place>[a-z0-9 ]+?)(?:,? (?:please|instead))*[ .!]*"
-)
-"""Another thing of the same kind, by where it is: "not that book, the one on the desk"."""
-
-_NOT_THAT_ONE = re.compile(
-    r"(?:(?:no|but|oh|wait|sorry|actually)[ ,.!]+)*(?:not|except|leave) the ones?"
-    rf" (?:(?:that|which)(?:'s| is| are| was| were) )?(?:from|at|{'|'.join(v.INTO)})"
-    r" (?P<place>[a-z0-9 ]+?)(?:,? please)?[ .!]*"
-)
-"""Which of several things is left out: "not the one on the desk"."""
-
-_OTHER_TOO = re.compile(
-    r"(?=.*\b(?:and|also|too|as well)\b)(?:(?:and|now|also|please|yes|ok(?:ay)?)[ ,]+)*"
-    r"the other (?P<thing>[a-z]+)(?:,? (?:too|also|as well|please))*[ .!]*"
-)
-"""One more of what was ordered last: "the other pillow, too"."""
-
-_THE_OTHER = re.compile(
-    r"(?:(?:no+|nope|sorry|oops|wait|actually|rather|i meant?|take|use"
-    r"|(?:but )?not (?:that|this) (?:one|[a-z]+)"
-    r"|(?:that's |that is |that was )?(?:the )?wrong (?:one|[a-z]+))[ ,.;:!]+)+"
-    r"the other (?P<thing>[a-z]+)(?:,? (?:please|instead))*[ .!]*"
-)
-"""The other of two things in the place of what was taken: "no, the other book"."""
-
 _THERE = frozenset(("there", "in there", "that", "here"))
 """Words for the place of the last put."""
 
@@ -86,17 +54,14 @@ _HOW_MANY = v.NUMBERS.keys() | v.PRONOUNS | {"of"}
 
 
 @dataclass
-class Corrections(Standing):
+class Corrections(Which):
     """What stands, where the newest words may correct or undo the last ones.
 
     Attributes:
         order: The last one, for words that repeat it or name another place.
-        fresh: Its requests.
         steps: The orders of the newest words, each with its requests.
         former: The same of those before that gave orders.
-        latest: What was asked for last; nothing once something else was spoken of.
         apart: Whether something else was spoken of since the last order, such as an aim.
-        missed: See `Hearing.missed`.
         exact: See `Hearing.exact`.
         asked: See `Hearing.asked`.
         undone: See `Hearing.undone`.
@@ -108,16 +73,13 @@ class Corrections(Standing):
     """
 
     order: Clause = field(default=Clause(""), init=False)
-    fresh: list[Request] = field(default_factory=list[Request], init=False)
     steps: list[tuple[Clause, list[Request]]] = field(
         default_factory=list[tuple[Clause, list[Request]]], init=False
     )
     former: list[tuple[Clause, list[Request]]] = field(
         default_factory=list[tuple[Clause, list[Request]]], init=False
     )
-    latest: list[Request] = field(default_factory=list[Request], init=False)
     apart: bool = field(default=False, init=False)
-    missed: list[str] = field(default_factory=list[str], init=False)
     exact: bool = field(default=False, init=False)
     undone: str = field(default="", init=False)
     queried: Phrase | None = field(default=None, init=False)
@@ -125,24 +87,6 @@ class Corrections(Standing):
     acted: list[Phrase] = field(default_factory=list[Phrase], init=False)
     asked: list[Request] = field(default_factory=list[Request], init=False)
     orders: list[list[Request]] = field(default_factory=list[list[Request]], init=False)
-
-    def reverse(self, request: Request, stood: Sequence[Request] = ()) -> None:
-        """Ask for the inverse of a request; where it has none and was met, keep that as missed.
-
-        What requests that `stood` before ask for by name stays as it is.
-        """
-        back = inverse(request, self.start)
-        if back is None:
-            if not was_done(request, self.objects, self.start):
-                return
-            name = the(readable(request.object_types[0]))
-            self.missed.append(f"I cannot undo that: {request.verb} {name}.")
-            return
-        earlier, act = len(self.wanted), (request.verb, request.destination_types)
-        kept = {old.name for old in stood if (old.verb, old.destination_types) == act}
-        for part in self.each_but(kept, back):
-            self.newest.append(part)
-            self.add(part, earlier)
 
     def corrected(self, text: str, *, alone: bool) -> str:
         """Take in another place for what was put last; what is left to be read is given back.
@@ -159,9 +103,7 @@ class Corrections(Standing):
         orders = [(first, more)] if any(c.verb for c in parse_plain(more, self.count)) else []
         for part, rest in ((text, ""), (head, tail), *orders):
             said = evened(part)
-            takes = (self._that_one, self._the_other, self._other_too, self._all_but)
-            known = any(take(said) for take in takes)
-            left = "" if known else self._moved_on(said)
+            left = "" if self.which_one(said) else self._moved_on(said)
             left = self._other_thing(said) if left is None else left
             if left is not None:
                 rest = f"{left.rstrip('. ')}. {rest}" if left else rest
@@ -212,146 +154,6 @@ class Corrections(Standing):
             return text
         self.keep_out([kind for thing in self.last for kind in thing.types], no.types)
         return f"put them in {rest}"
-
-    def _that_one(self, said: str) -> bool:
-        """Take in which of several things was meant; whether `said` tells by its place."""
-        found = _THAT_ONE.fullmatch(said) if len(said) <= _LONGEST else None
-        last = (self.newest or self.latest)[-1:]
-        place = self.one_thing(found["place"]) if found else None
-        if not found or not place or not last or not inverse(last[0], self.start):
-            return False
-        (old,) = last
-        thing = None if found["thing"] == "one" else self.one_thing(found["thing"])
-        named = thing.types if thing else old.object_types if found["thing"] == "one" else ()
-        kinds = tuple(kind for kind in old.object_types if kind in named)
-        there = [
-            each
-            for own, each in self.start.items()
-            if each["objectType"] in kinds and {*place.types} & stood_on(own, self.start)
-        ]
-        if not there or old.every or old.number > 1 or sum(self.count[kind] for kind in kinds) < 2:
-            return False
-        self.wanted = [each for each in self.wanted if each != old]
-        new = replace(old, object_types=kinds, name="", states=(), at=place.types)
-        if old in self.newest:
-            self.newest.remove(old)
-        elif was_done(old, self.objects, self.start):
-            self.reverse(old)
-        self.wanted.append(new)
-        self.newest.append(new)
-        self.fresh = [new]
-        return True
-
-    def _the_other(self, said: str) -> bool:
-        """Take in that the other one of two things was meant; whether `said` tells that."""
-        found = _THE_OTHER.fullmatch(said) if len(said) <= _LONGEST else None
-        last = self.latest[-1:] if not self.newest else []
-        if not found or not last or last[0].at:
-            return False
-        (old,) = last
-        if old.number > 1 or (old.every and not old.number):
-            return False
-        old = replace(old, every=False, number=0)
-        thing = None if found["thing"] == "one" else self.one_thing(found["thing"])
-        named = thing.types if thing else old.object_types if found["thing"] == "one" else ()
-        kinds = [kind for kind in old.object_types if kind in named]
-        if thing and not kinds:
-            return self._other_spot(old, thing)
-        alike = {name: kind for name, kind in self.type_of.items() if kind in kinds}
-        ones = [replace(old, object_types=(alike[name],), name=name) for name in alike]
-        known = {
-            name: [each for each in self.objects if self.named.get(each["objectId"]) == name]
-            for name in alike
-        }
-        done = [one for one in ones if was_done(one, known[one.name], self.start)]
-        if len(ones) != 2 or len(done) != 1 or inverse(done[0], self.start) is None:
-            return False
-        (new,) = (one for one in ones if one not in done)
-        self.wanted = [each for each in self.wanted if each != last[0]]
-        self.reverse(done[0])
-        self.wanted.append(new)
-        self.newest.append(new)
-        self.fresh = [new]
-        return True
-
-    def _other_spot(self, old: Request, place: Phrase) -> bool:
-        """Take in that what was put is to go to the other of two places; whether it can."""
-        spots = {
-            name: kind
-            for name, kind in self.type_of.items()
-            if kind in place.types and kind in old.destination_types
-        }
-        moved = [each for each in self.objects if was_done(old, [each], self.start)]
-        there = {self.named.get(own) for each in moved for own in each["parentReceptacles"]}
-        used = there & spots.keys()
-        if old.verb != "put" or len(spots) != 2 or len(used) != 1 or len(moved) != 1:
-            return False
-        (name,) = spots.keys() - used
-        kind, own = moved[0]["objectType"], self.named[moved[0]["objectId"]]
-        new = replace(
-            old,
-            **{"object_types": (kind,), "name": own},
-            **{"destination_types": (spots[name],), "destination_name": name},
-        )
-        self.wanted = [each for each in self.wanted if each != self.latest[-1]]
-        self.wanted.append(new)
-        self.newest.append(new)
-        self.fresh = [new]
-        return True
-
-    def _other_too(self, said: str) -> bool:
-        """Take in that one more is meant of what was ordered last; whether `said` tells that."""
-        found = _OTHER_TOO.fullmatch(said)
-        last = (self.newest or self.latest)[-1:]
-        if not found or not last or last[0].every or last[0].verb in IRREVERSIBLE:
-            return False
-        (old,) = last
-        thing = None if found["thing"] == "one" else self.one_thing(found["thing"])
-        named = thing.types if thing else old.object_types if found["thing"] == "one" else ()
-        number = max(old.number, 1) + 1
-        alike = [name for name, kind in self.type_of.items() if kind in old.object_types]
-        if not {*named} & {*old.object_types} or old.at or len(alike) < number:
-            return False
-        if old.name and len(alike) > 2:
-            return False
-        if old.name:
-            (other,) = {*alike} - {old.name}
-            new = replace(old, name=other)
-            self.wanted.append(new)
-        else:
-            new = replace(old, number=number)
-            self.wanted = [new if each == old else each for each in self.wanted]
-        self.newest.append(new)
-        self.fresh = [new]
-        return True
-
-    def _all_but(self, said: str) -> bool:
-        """Take in which of all the things is to go back; whether `said` tells that by its place."""
-        found = _NOT_THAT_ONE.fullmatch(said)
-        last = (self.newest or self.latest)[-1:]
-        place = self.one_thing(found["place"]) if found else None
-        if not place or not last or last[0].verb != "put" or last[0].at:
-            return False
-        (old,) = last
-        known = ((own, self.named[own]) for own in self.start if own in self.named)
-        alike = [(own, name) for own, name in known if self.type_of[name] in old.object_types]
-        there = [name for own, name in alike if {*place.types} & stood_on(own, self.start)]
-        if not there or len(there) == len(alike) or not (old.every or old.number > 1):
-            return False
-        ones = {
-            name: replace(old, object_types=(self.type_of[name],), name=name, every=False, number=0)
-            for _, name in alike
-        }
-        self.wanted = [each for each in self.wanted if each != old]
-        untried = old in self.newest
-        self.newest = [each for each in self.newest if each != old]
-        for name, one in ones.items():
-            back = name in there
-            if not (back and untried):
-                new = replace(one, destination_types=(HOME,), destination_name="") if back else one
-                self.wanted.append(new)
-                self.newest += [new] if back or untried else []
-        return True
 
     def _other_thing(self, said: str) -> str | None:
         """The correction for which a plain "no, the plate" stands; None if `said` is none."""
