@@ -344,6 +344,51 @@ def test_the_other_of_two_takes_the_place_of_the_first(
     assert told(scene, *said) == (changes, [], "")
 
 
+LIGHTS_OUT = {"floor lamp: no longer on", "light switch: no longer on"}
+
+
+@pytest.mark.parametrize(
+    ("scene", "said", "changes"),
+    [
+        ("LivingRoom1", ["turn all the lights off", "not the desk lamp"], LIGHTS_OUT),
+        ("LivingRoom1", ["turn all the lights off", "all but the desk lamp"], LIGHTS_OUT),
+        ("LivingRoom1", ["turn all the lights off", "except the desk lamp", "undo that"],
+         {*LIGHTS_OUT, "desk lamp: no longer on"}),
+        ("LivingRoom1", ["put all the pillows on the sofa", "all but pillow 2"], set()),
+        ("LivingRoom1", ["put the pillows on the floor. Not pillow 2."],
+         {"pillow 1: now on the floor"}),
+        ("Kitchen1", ["open all the drawers", "all but drawer 1"], {"drawer 2: open"}),
+    ],
+)  # fmt: skip
+def test_what_was_not_meant_of_all_goes_back(
+    scene: str, said: list[str], changes: set[str]
+) -> None:
+    assert told(scene, *said)[0] == changes
+
+
+@pytest.mark.parametrize(
+    ("scene", "said", "changes"),
+    [
+        ("LivingRoom1",
+         ["turn the desk lamp off", "the floor lamp too", "turn them back on"], set()),
+        ("LivingRoom1", ["turn the desk lamp off", "the floor lamp too", "turn it back on"],
+         {"desk lamp: no longer on"}),
+        ("LivingRoom1", ["put the book on the sofa", "and the laptop", "put them on the desk"],
+         {"book 2: now on the desk", "laptop: now on the desk"}),
+    ],
+)  # fmt: skip
+def test_they_are_what_an_order_was_for_and_what_was_added_to_it(
+    scene: str, said: list[str], changes: set[str]
+) -> None:
+    assert told(scene, *said) == (changes, [], "")
+
+
+def test_the_burner_under_what_is_full_is_the_one_that_is_meant() -> None:
+    said = ["fill the pot with water", "turn on the burner"]
+    assert "stove burner 4: on" in told("Kitchen1", *said)[0]
+    assert "stove burner 1: on" in told("Kitchen1", said[1])[0]
+
+
 @pytest.mark.parametrize(
     ("scene", "said"),
     [

@@ -294,6 +294,7 @@ class _Listener(Misses):
         named = clause.aside.types if clause.aside else ()
         there = not named or any({*named} & {*thing.types} for thing in self.acted)
         if clause.verb == "same" and self.order.verb and not self.moves(clause):
+            named = [p for p in self.last if p in self.acted] or self.acted
             for order, fresh in self.repeated(clause):
                 self.order, self.fresh = order, fresh
                 place = clause.place or (order.place if there else None)
@@ -301,6 +302,8 @@ class _Listener(Misses):
                 self.correct(clause)
                 again = replace(again, excluded=(), liquid=again.liquid if again.things else "")
                 earlier = min(earlier, self.follow(again, earlier))
+            if not clause.corrects:
+                self.last = [*(p for p in named if p not in self.last), *self.last]
             return earlier
         if clause.verb == "same":
             clause = replace(clause, verb="put" if clause.place or named else "", excluded=())

@@ -201,7 +201,25 @@ class _Foreseen:
         was, now = self.start.get(own), self.view.table[own]
         touched = was is None or any(was[key] != now[key] for key in PREDICATES)
         needs = tuple(self.lacks(request, own) for request in thread)
-        return may.count(own), free, apt, done, touched and not thread[0].number, needs
+        return (
+            may.count(own),
+            free,
+            apt,
+            done,
+            touched and not thread[0].number,
+            self.heats(own),
+            needs,
+        )
+
+    def heats(self, own: str) -> bool:
+        """Whether this is, or turns on, a burner under something that is not empty."""
+        table = self.view.table
+        burners = (own, *(table[own]["controlledObjects"] or ()))
+        on_them = [each for b in burners for each in table[b]["receptacleObjectIds"] or ()]
+        return table[own]["objectType"] in ("StoveKnob", "StoveBurner") and any(
+            table[each]["isFilledWithLiquid"] or table[each]["receptacleObjectIds"]
+            for each in on_them
+        )
 
     def done(self, request: Request, own: str) -> bool:
         """Whether the request is met for the thing, and was not from the start.

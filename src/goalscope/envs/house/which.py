@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from goalscope.envs.house import vocabulary as v
-from goalscope.envs.house.heard import HOME, Request
+from goalscope.envs.house.heard import Request
 from goalscope.envs.house.leave import IRREVERSIBLE
 from goalscope.envs.house.meeting import stood_on
 from goalscope.envs.house.names import readable, the
@@ -31,6 +31,13 @@ _NOT_THAT_ONE = re.compile(
     r" (?P<place>[a-z0-9 ]+?)(?:,? please)?[ .!]*"
 )
 """Which of several things is left out: "not the one on the desk"."""
+
+_NOT_THIS = re.compile(
+    r"(?:(?:no|but|oh|wait|sorry|actually)[ ,.!]+)*(?:not|(?:(?:all|everything|all of them) )?"
+    r"(?:except(?: for)?|apart from)|(?:all|everything|all of them) but)"
+    r" (?P<thing>(?:the|my) [a-z0-9 ]+?|[a-z ]+ \d+)(?:,? please)?[ .!]*"
+)
+"""The same by its name: "all but the desk lamp"."""
 
 _OTHER_TOO = re.compile(
     r"(?=.*\b(?:and|also|too|as well)\b)(?:(?:and|now|also|please|yes|ok(?:ay)?)[ ,]+)*"
@@ -200,29 +207,38 @@ class Which(Standing):
         return True
 
     def _all_but(self, said: str) -> bool:
-        """Take in which of all the things is to go back; whether `said` tells that by its place."""
-        found = _NOT_THAT_ONE.fullmatch(said)
+        """Take in which of all the things is to go back; whether `said` tells that."""
+        found = _NOT_THAT_ONE.fullmatch(said) or _NOT_THIS.fullmatch(said)
         last = (self.newest or self.latest)[-1:]
-        place = self.one_thing(found["place"]) if found else None
-        if not place or not last or last[0].verb != "put" or last[0].at:
+        named = self.one_thing(found[1]) if found else None
+        if not found or not named or not last or last[0].at:
             return False
         (old,) = last
         known = ((own, self.named[own]) for own in self.start if own in self.named)
         alike = [(own, name) for own, name in known if self.type_of[name] in old.object_types]
-        there = [name for own, name in alike if {*place.types} & stood_on(own, self.start)]
+        if found.re is _NOT_THIS:
+            one = self.name(named.types, named)
+            there = [n for _, n in alike if (n == one if one else self.type_of[n] in named.types)]
+        else:
+            there = [name for own, name in alike if {*named.types} & stood_on(own, self.start)]
         if not there or len(there) == len(alike) or not (old.every or old.number > 1):
             return False
         ones = {
             name: replace(old, object_types=(self.type_of[name],), name=name, every=False, number=0)
             for _, name in alike
         }
+        spared = [inverse(ones[name], self.start) for name in there]
+        if None in spared:
+            return False
         self.wanted = [each for each in self.wanted if each != old]
         untried = old in self.newest
         self.newest = [each for each in self.newest if each != old]
-        for name, one in ones.items():
-            back = name in there
-            if not (back and untried):
-                new = replace(one, destination_types=(HOME,), destination_name="") if back else one
-                self.wanted.append(new)
-                self.newest += [new] if back or untried else []
+        kept = [one for name, one in ones.items() if name not in there]
+        self.wanted += kept
+        if untried:
+            self.newest += kept
+        else:
+            back = [each for each in spared if each and each.object_types]
+            self.wanted += back
+            self.newest += back
         return True
