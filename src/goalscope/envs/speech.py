@@ -73,7 +73,7 @@ _EVENED = [
             r"|okay|right),? (?:my )?(?:dear|love|darling)\b",
             r"\1",
         ),
-        (r"^(?:good (?:morning|afternoon|evening|day)|hello|hi)(?: there)?[.!]+ (?=\w)", ""),
+        (r"^(?:good (?:morning|afternoon|evening|day)|hello|hey|hi)(?: there)?[.!]+ (?=\w)", ""),
         (r"[ ,]+(?=[.;!?]|$)", ""),
     )
 ]

@@ -153,6 +153,10 @@ CHANGES = [
         (rf"\bmake {IT} (?=the [^.,;!?]{{1,40}} ones?\b)", ". add "),
         (rf"\b({NUMBER})(?: {PACKS})? of each(?: one)?{END}", rf"exactly \1 packs of {SAME_ALL}"),
         (
+            rf", ({NUMBER})(?: {PACKS})? each(?: please)?{END}",
+            rf". add exactly \1 packs of {SAME_ALL}",
+        ),
+        (
             rf"(?:^(?:(?:ok|okay|yes|no|please|actually|then)[ ,]+)*|, )({NUMBER}) of"
             rf" (?:it|them|those){END}",
             rf". add exactly \1 packs of {SAME}",

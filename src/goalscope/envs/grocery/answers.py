@@ -124,7 +124,8 @@ _FREE = re.compile(
     r"(?: in (?:it|them))?"
 )
 _HAS = re.compile(
-    rf"{LEAD}(?:is|are) there (?:any |some )?(.+?) in {_THE}(?!basket|cart|shop|store)(.+)"
+    rf"{LEAD}(?:(?:is|are) there (?:any |some )?|any )(.+?) in {_THE}"
+    r"(?!(?:basket|cart|shop|store|it|them|here|there)\b)(.+)"
 )
 _IN_THIS = r"(?:in |of )?(?:the|my|our|this|that|there|here|it)(?: (?:basket|cart|order))?"
 _ANY_WITH = re.compile(
@@ -160,7 +161,8 @@ _STOCK = re.compile(
     r"|guys have))*"
     rf"|(?:do|can) you (?:(?:also |even |still )?(?:have|sell|carry|stock|offer)) {_THE}(.+?)"
     rf"|have you(?: got)? {_THE}(.+?)|(?:is|are) there {_THE}(.+?)"
-    rf"|(?:got )?any (?!{NO_GOODS}\b)([^.;!?]+)"
+    rf"|(?:got )?any (?!{NO_GOODS}\b"
+    r"|[^.;!?]* in (?:the|my|it|them|this|that|here|there)\b)([^.;!?]+)"
     r"|what do you have (?:in|for|by way of|in the way of) (.+?))"
     r"(?: in stock| available| here| left| there| today| on offer"
     r"| in (?:the|your|this) (?:shop|store))*"

@@ -127,10 +127,17 @@ class Choice:
         vague = _NO_PRODUCT.union(self._aisles).issuperset(words(phrase))
         said = words(phrase)
         no_name = _NO_BEGINNING.issuperset(said[:1]) or not _TALK.isdisjoint(said)
-        if vague or no_name or hearing.makes(phrase) or is_remark(phrase):
+        if (
+            (vague and not is_its_own(phrase))
+            or no_name
+            or hearing.makes(phrase)
+            or is_remark(phrase)
+        ):
             return []
         named = self._search.named(phrase)
-        named = _headed(phrase, named) if is_its_own(phrase) else named
+        if is_its_own(phrase):
+            meant = [item for name in usual(phrase) for item in self._search.named(name)]
+            named = [*_headed(phrase, named), *meant]
         diets = [d for d in sorted(hearing.diets) if all(violates(item, d) for item in named)]
         if named and diets:
             return [f"Not added, since it has to be {' and '.join(diets)}: {phrase}."]
@@ -158,7 +165,9 @@ class Choice:
     def sells(self, phrase: str) -> bool:
         """Whether an item is what `phrase` names, by its head noun: no "rye" is rye bread."""
         _, kind = _labelled(phrase, self._tags)
-        return not is_vague(kind) and bool(_headed(kind, self._search.named(kind)))
+        named = [] if is_vague(kind) else self._search.named(kind)
+        known = bool(self.usually(kind, named)) and not is_its_own(kind)
+        return known or bool(_headed(kind, named))
 
     def _nearly(self, phrase: str) -> str:
         """`phrase` without slips of the pen, and without what it is counted in."""

@@ -32,6 +32,15 @@ _HEADING = re.compile(
 )
 """What a list is, before it: "weekly shop: milk and eggs"."""
 
+_AISLE = re.compile(
+    r"^(?:(?:and|also|for|some|the|then)[ ,]+)*(?:dips?|drinks?|snacks?|nibbles|fruits?|vegetables"
+    r"|veg|veggies|desserts?|sweets|spices|toppings?|sides?|starters?|breakfast|lunch|dinner|supper"
+    r"|brunch|baking|bakery|frozen|dairy|meat|household|cleaning|pets?|baby|party|bbq|barbecue"
+    r"|kitchen|bathroom)(?: (?:stuff|things|food|supplies|items))?(?::| [-\u2013]) "
+    r"(?=\w)(?!no\b|none\b|not\b|without\b|nothing\b|any\b)"
+)
+"""Which part of a list comes next: "dips: hummus and guacamole"."""
+
 _COUNTED = (
     r"\d{1,2} (?!(?:for|in|on|at|to|or|and|x|get|add|buy|take|remove|free)\b)"
     r"[^\W\d][\w'-]*(?: [^\W\d][\w'-]*){0,2}?"
@@ -46,7 +55,7 @@ def unlisted(text: str) -> str:
     """`text`, evened, without a heading, with commas, and "2 x 500g" as "1000 g"."""
     if _RUN.fullmatch(text):
         text = re.sub(r"(?<=\w) (?=\d)", ", ", text)
-    text = _ABBREVIATED.sub(r"\g<first>\g<unit>", _HEADING.sub("", text))
+    text = _ABBREVIATED.sub(r"\g<first>\g<unit>", _AISLE.sub("", _HEADING.sub("", text)))
     return _TIMES.sub(_in_all, _BEFORE_TIMES.sub(" ", text))
 
 

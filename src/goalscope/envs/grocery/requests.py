@@ -48,7 +48,7 @@ _SMALL = re.compile(
     rf"|plenty of|enough|{IN_PLACE}|also|just|maybe|perhaps|really|of|more|extra|too|much|many|then"
     r"|please"
     r"|definitely|with|only|another|good|nice|like|such as|all(?: kinds)? of|all|those|these|that"
-    r"|this|as well as|both|either|well|oh|yes|yeah|ok|okay|no|hi|hello|so|about"
+    r"|this|as well as|both|either|well|oh|yes|yeah|ok|okay|no|hi|hello|hey|so|about"
     r"|actually|take|additional|exactly|my|same"
     r"|(?:normal|regular|ordinary|standard)(?! ones?\b)(?= \w))\b[\s,]*)+"
 )

@@ -41,7 +41,7 @@ double cream, whipping cream, heavy cream, heavy whipping cream
 soured cream, sour cream
 yoghurt, yogurt
 brown bread, wholemeal bread, wholewheat bread, whole meal bread, whole wheat bread
-white bread, white loaf, white sandwich bread
+white bread, white loaf, sliced white bread, sliced white loaf, sliced loaf, white sandwich bread
 brown loaf, whole wheat bread
 cereal bar, granola bar
 veggie burger, vegetarian burger, plant-based burger
@@ -124,6 +124,8 @@ tomato: roma tomatoes
 peppers: bell peppers
 pepper: ground black pepper
 fish: cod fillets
+cod: cod fillets
+haddock: haddock fillets
 salmon: salmon fillets
 roll: dinner rolls
 bun: hamburger buns
@@ -141,6 +143,9 @@ birthday cake: sponge cake, chocolate cake
 pasta sauce: marinara pasta sauce
 sauce: marinara pasta sauce
 napkin: paper napkins
+cup: paper cups, plastic cups
+wipe: baby wipes
+butter: unsalted butter, vegan butter
 taco: taco shells
 """
 """What people mean who name no kind, the likeliest first; each is found by the bare word."""
@@ -152,7 +157,7 @@ _KINDS: dict[str, Sequence[str]] = {
 
 _OF_ITS_OWN = frozenset({
     "burger", "caramel", "cider", "cocktail", "cupcake", "enchilada", "fajita", "hamburger",
-    "margarine", "plantain", "razor", "stew", "sushi", "taco", "vodka",
+    "fish", "margarine", "plantain", "razor", "stew", "sushi", "taco", "vodka",
 })  # fmt: skip
 """Words for things that are not what shops name after them: no vodka is in "vodka sauce"."""
 

@@ -69,7 +69,7 @@ NO_GOODS = (
 )
 """What is no thing of a shop in "any ideas?"."""
 _QUESTION = re.compile(
-    r"\W*(?:(?:and|so|but|oh|ok|okay|hi|hello|also|well|then)\W+)*"
+    r"\W*(?:(?:and|so|but|oh|ok|okay|hi|hello|hey|also|well|then)\W+)*"
     r"(?:(?:do(?! you (?:mind|think (?:i|we|you) (?:can|could))\b)|does|did"
     r"|is(?! it possible to\b)|are|was|were|has|have"
     rf"|(?:should|shall)(?! \w+ {_ADD}\b)|would(?! \w+ {_CHANGE}\b| it be possible to\b)"

@@ -101,7 +101,8 @@ class Referents:
             replace(
                 last,
                 every=phrase.every or (last.every and phrase.word != "one"),
-                number=phrase.number or (1 if phrase.word == "one" else last.number),
+                number=(0 if last.which else phrase.number)
+                or (1 if phrase.word == "one" else last.number),
                 states=phrase.states or last.states,
             )
             for last in self.last
