@@ -7,6 +7,7 @@ import pytest
 from fakes import said
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.diets import diet, waves_off
+from goalscope.envs.grocery.hearing import hear
 from goalscope.envs.grocery.restrictions import violates
 from shops import CATALOGUE, shop, talked
 
@@ -117,7 +118,7 @@ def test_a_diet_of_some_is_neither_stated_nor_taken_back_by_a_denial(words: str)
         ("nobody told you i'm vegan", {"vegan"}),
         ("nobody is vegan but my wife is vegetarian", {"vegetarian"}),
         ("not vegan, vegetarian", {"vegetarian"}),
-        ("one of us is vegan", {"vegan"}),
+        ("my sister is vegan", {"vegan"}),
         ("pasta, they have to be vegan", {"vegan"}),
         ("none of us is vegan except my daughter", {"vegan"}),
         ("nobody is vegan but me", {"vegan"}),
@@ -212,3 +213,45 @@ def test_who_eats_no_pork_gets_no_sausage_that_is_of_pork_as_a_rule() -> None:
     opened, _ = talked({}, "I don't eat pork", "add sausages and breakfast sausages")
     assert "Italian Sausages" not in opened.basket
     assert "Breakfast Sausages" not in opened.basket
+
+
+def test_a_diet_of_some_binds_only_what_is_guessed() -> None:
+    said = ["two chickens and milk", "One of my guests is vegan, the rest of us eat meat"]
+    opened, told = talked({}, *said)
+    held = {"Whole Chicken": 2, "Whole Milk": 1}
+    assert opened.basket == held
+    assert told == [
+        "As only some are vegan, only what I guess will be vegan; what you name is added as you "
+        'name it. For all to be so, say "everything must be vegan".'
+    ]
+    assert hear(said).hinted == {"vegan"}
+    opened, _ = talked({}, *said, "ground beef please")
+    assert opened.basket == {**held, "Ground Beef": 1}
+    opened, _ = talked({}, *said, "everything must be vegan")
+    assert opened.basket == {"Barista Soy Milk": 1}
+
+
+@pytest.mark.parametrize(
+    ("said", "basket"),
+    [
+        (["no nut products please", "granola"], {}),
+        (["baby wipes, baby potatoes, party hats",
+          "no party stuff please, and no baby stuff either"], {"Baby Potatoes": 1}),
+        (["baby wipes, baby potatoes", "take all the baby things out"], {"Baby Potatoes": 1}),
+        (["ground beef", "hmm, not beef, make it turkey mince"], {"Ground Turkey": 1}),
+        (["ground beef", "not beef, turkey mince instead"], {"Ground Turkey": 1}),
+        (["chips", "the chips weren't my idea, drop those"], {}),
+        (["tacos on Friday", "no wait, add bread first"],
+         {"Crunchy Corn Taco Shells": 1, "White Sandwich Bread": 1}),
+    ],
+)  # fmt: skip
+def test_kinds_that_are_refused_and_corrections_are_heard(
+    said: list[str], basket: dict[str, int]
+) -> None:
+    assert talked({}, *said)[0].basket == basket
+
+
+def test_what_may_have_a_thing_is_told_of_the_basket() -> None:
+    opened, _ = talked({}, "eggs, rice")
+    answer = opened.answer("what's in the basket that could have eggs?") or ""
+    assert answer.startswith("Listed as egg-free: Long Grain White Rice. Not egg-free: Large Eggs.")

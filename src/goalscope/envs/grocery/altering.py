@@ -326,6 +326,10 @@ CHANGES = [
         ),
         (r"\bchanged (?:my|our) minds? about\b", "remove"),
         (
+            rf"{_BEGIN}(?:the )?{_THING} (?:was|were)(?: not|n't) (?:my|our) idea{END}",
+            r"don't want \1",
+        ),
+        (
             r"\b(?:put|toss|throw|stick|chuck|pop|place|drop) ([^.;!?]{1,200}?)"
             rf" (?:(?:in|into|to|on) (?:the|my|our|this) {CART}|in there)\b",
             r"add \1",

@@ -49,7 +49,8 @@ _IN_BASKET = r"(?:in|into) (?:the|my|our) (?:basket|cart)"
 _BASKET = re.compile(
     rf"{LEAD}(?:what(?:'s| is| do (?:i|we|you) have| have (?:i|we|you) got| have you added"
     r"| did you (?:add|put))"
-    rf"(?: now| currently| so far)? {_IN_BASKET}(?!.*\bguess).*"
+    rf"(?: now| currently| so far)? {_IN_BASKET}"
+    r"(?!.*\b(?:guess|that|which|with|without|contain))[^.;!?]*"
     rf"|{LEAD}what (?:do (?:i|we) have|have (?:i|we) got)(?: (?:now|currently|so far|already))*"
     rf"|{LEAD}what (?:did|have) (?:you|i|we)(?: already| just)?"
     r" (?:add(?:ed)?|put in|get|got|buy|bought|order(?:ed)?|asked? for)"
@@ -128,9 +129,13 @@ _HAS = re.compile(
     r"(?!(?:basket|cart|shop|store|it|them|here|there)\b)(.+)"
 )
 _IN_THIS = r"(?:in |of )?(?:the|my|our|this|that|there|here|it)(?: (?:basket|cart|order))?"
+_WITH = (
+    r"(?:with|containing|(?:that|which) (?:(?:could|may|might|can|would) )?(?:contains?|has|have))"
+    r" (?:any |some )?"
+)
 _ANY_WITH = re.compile(
-    rf"{LEAD}(?:is|are) there (?:anything|something|any (?:things|items|products))"
-    rf" (?:with|containing|(?:that|which) (?:contains?|has|have)) (?:any |some )?(.+?) {_IN_THIS}"
+    rf"{LEAD}(?:is|are) there (?:anything|something|any (?:things|items|products)) {_WITH}(.+?)"
+    rf" {_IN_THIS}|{LEAD}what(?:'s| is)(?: there)? {_IN_BASKET} {_WITH}(.+)"
 )
 _WHICH = re.compile(
     rf"{LEAD}(?:which|what)(?: of)? {_THE}(?P<term>(?:one|thing|item|product)?s?\b.*?)"
@@ -301,7 +306,7 @@ def _suits(text: str, shop: Stock) -> str | None:
     elif match := _FREE.fullmatch(text):
         term, what = (each for each in match.groups() if each)
     elif match := _ANY_WITH.fullmatch(text):
-        term, what = "anything", match[1]
+        term, what = "anything", match[1] or match[2]
     elif match := _HAS.fullmatch(text):
         what, term = match.groups()
         if _HELD_ALL.fullmatch(term) and not implied(what, Refusal.DROPPED):

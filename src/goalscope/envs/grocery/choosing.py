@@ -7,7 +7,9 @@ from collections.abc import Collection, Iterable, Sequence
 
 from goalscope.envs.grocery.amounts import CONTAINER, Request
 from goalscope.envs.grocery.catalogue import Catalogue, Item
+from goalscope.envs.grocery.diets import implied
 from goalscope.envs.grocery.hearing import Hearing
+from goalscope.envs.grocery.requests import Refusal
 from goalscope.envs.grocery.restrictions import violates
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.synonyms import is_its_own, usual
@@ -200,9 +202,11 @@ def is_vague(phrase: str) -> bool:
 
 def taken(removal: Request, items: Sequence[Item]) -> list[Item]:
     """Those of `items` that a removal means; the name of an aisle stands for all of it."""
+    aisle = [i for i in items if singulars(i.category) == singulars(removal.phrase)]
+    if removal.every and aisle and not implied(removal.phrase, Refusal.HARMED):
+        return aisle
     if removal.every:
         return [item for item in items if _is_a(item, removal.phrase)]
-    aisle = [i for i in items if singulars(i.category) == singulars(removal.phrase)]
     return called(removal.phrase, items) or aisle
 
 

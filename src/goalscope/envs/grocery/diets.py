@@ -11,7 +11,17 @@ from goalscope.envs.grocery.words import asks, made, sentences, singulars
 from goalscope.envs.speech import LONGEST, evened
 from goalscope.envs.undoing import LEAD
 
-__all__ = ["MEAL", "diet", "hinted", "implied", "is_diet", "label", "undieted", "waves_off"]
+__all__ = [
+    "MEAL",
+    "diet",
+    "hinted",
+    "implied",
+    "is_diet",
+    "label",
+    "of_some",
+    "undieted",
+    "waves_off",
+]
 
 
 def _harm(entry: Diet) -> str:
@@ -84,6 +94,13 @@ _STATED = re.compile(
     rf"(?:\bnot |n't (?:need|want|expect) )?\b(?P<subject>{_SUBJECT})(?:'\w+)?"
     rf"(?>[\s,]+{_CHAIN}(?!\w))*+[\s,]+$"
 )
+_CHOSEN = ("vegan", "vegetarian")
+"""Diets that harm nobody who breaks them: those of some bind only what is guessed."""
+_SOME = re.compile(
+    r"\b(?:one|two|three|four|some|several|a (?:few|couple)|\d+)(?: of)?"
+    rf"(?: (?:my|our|the|us|them))?(?: [\w-]+)?? (?P<who>{_SUBJECT})$"
+)
+"""Before a diet that not everybody follows: "one of my guests" is vegan."""
 _NONE = re.compile(
     r"\b(?:nobody|no ?one|(?:none|neither|not one)(?: of)?|neither (?:[\w-]+ ){1,3}nor)"
     r"(?: (?:here|in|at|of|from|my|our|the|this))*\s*$"
@@ -201,6 +218,18 @@ def hinted(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[st
     return frozenset(standing - {"organic"})
 
 
+def of_some(utterance: str) -> frozenset[str]:
+    """The diets that only some of the people follow, by what was said: "one of us is vegan"."""
+    found = set[str]()
+    for sentence in sentences(evened(utterance)):
+        for name in _CHOSEN:
+            for match in _NAMED[name].finditer(sentence):
+                stated = _STATED.search(sentence[max(0, match.start() - 100) : match.start()])
+                if stated and _SOME.search(stated.string[: stated.end("subject")]):
+                    found.add(name)
+    return frozenset(found)
+
+
 def waves_off(utterance: str, standing: frozenset[str]) -> frozenset[str]:
     """Those of the restrictions `standing` that an utterance seems to take back."""
     found = set[str]()
@@ -230,8 +259,8 @@ def undieted(text: str) -> str:
 
 
 def implied(thing: str, how: Refusal = Refusal.SHUNNED) -> frozenset[str]:
-    """The restrictions of a person who refuses `thing`, such as "eggs"."""
-    phrase = " ".join(singulars(thing))
+    """The restrictions of a person who refuses `thing`, such as "eggs" or "nut products"."""
+    phrase = re.sub(r" (?:stuff|things?|products?|items?)$", "", " ".join(singulars(thing)))
     if how is Refusal.DROPPED and phrase in _GOODS:
         return frozenset()
     if how is Refusal.HARMED:
@@ -302,6 +331,8 @@ def _stated(sentence: str, match: re.Match[str]) -> bool | None:
             r"\bnot\b(?! only| just)|\bno longer\b", _clause(sentence, match.start())
         )
         return not denied if whole else None
+    if match[0] in _CHOSEN and _SOME.search(before[: stated.end("subject")]):
+        return None
     none = _NONE.search(before, 0, stated.start("subject"))
     if none or _NOBODY.match(stated["subject"]):
         people = _NOBODY.search((none or stated)[0]) or _PEOPLE.fullmatch(stated["subject"])

@@ -39,6 +39,9 @@ _AGAIN = re.compile(r"\b(?:back|again)\b")
 _PUT_BACK = re.compile(r"\b(?:put|place|stick|pop|bring)\b.*\bback\b")
 _WHICH = re.compile(r"(.+) ones?")
 """Says which of the things spoken of last is meant: "the frozen ones"."""
+_STUFF = re.compile(r" (?:stuff|things|items|products|supplies)$")
+_SIZED = ("produce",)
+"""Aisles where "baby" is a size."""
 _ANY = frozenset({
     "usual", "normal", "first", "last", "same", "other", "new", "old", "next", "cheap", "cheaper",
     "cheapest", "bigger", "biggest", "smaller", "smallest", "better", "best", "nicer", "right",
@@ -111,7 +114,8 @@ class Hearing:
     def permits(self, item: Item) -> bool:
         """Whether nothing that was said speaks against `item`."""
         diets = self.diets
-        return not self.refuses(item.name) and not any(violates(item, diet) for diet in diets)
+        ruled_out = self.refuses(item.name) or any(_is_such(item, each) for each in self.refused)
+        return not ruled_out and not any(violates(item, diet) for diet in diets)
 
     def refuses(self, thing: str) -> bool:
         """Whether `thing` is, or is a kind of, something that the person refused."""
@@ -473,6 +477,13 @@ class _Listener:
         kinds = [each for each in self.asked if contains(words, singulars(each)[-1:])]
         longest = [each for each in whole if not any(each in other.split() for other in whole)]
         return longest or kinds
+
+
+def _is_such(item: Item, refused: str) -> bool:
+    """Whether an item is of what "no baby stuff" refuses: of that aisle, or of that name."""
+    kind = singulars(_STUFF.sub("", refused))
+    named = contains(singulars(item.name), kind) and item.category not in _SIZED
+    return bool(_STUFF.search(refused)) and (singulars(item.category) == kind or named)
 
 
 def _alike(phrase: str, things: Sequence[str]) -> list[str]:

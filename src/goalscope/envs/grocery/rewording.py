@@ -214,7 +214,10 @@ def heard(utterance: str) -> tuple[Said, ...]:
     text = _REDUNDANT.sub(r"\1", instead(unreasoned(unlisted(evened(text)))))
     text = unlimited(_ALONE_WANTED.sub(r". keep only \1. only \1\2", text))
     text = re.sub(
-        r"\b((?:remove|delete|drop|take out)\b[^.;!?,]*?) first(?=[.;!?,]|$)", r"\1", text
+        r"\b((?:remove|delete|drop|take out|add|get|buy)(?! the first)\b[^.;!?,]*?) first"
+        r"(?=[.;!?,]|$)",
+        r"\1",
+        text,
     )
     text = re.sub(r"\b(remove|delete|drop|take out|add|get|buy):[\s,]*", r"\1 ", text)
     text = re.sub(r"([^\w\s'])(?:\s*\1)+", r"\1", text)

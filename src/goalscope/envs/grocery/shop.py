@@ -16,7 +16,7 @@ from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.changes import changes, dearer, guessed
 from goalscope.envs.grocery.choosing import Choice, called, is_vague
 from goalscope.envs.grocery.consent import consents
-from goalscope.envs.grocery.diets import diet, hinted, undieted, waves_off
+from goalscope.envs.grocery.diets import diet, hinted, of_some, undieted, waves_off
 from goalscope.envs.grocery.hearing import Hearing, hear
 from goalscope.envs.grocery.limits import budget, limits_of_things
 from goalscope.envs.grocery.names import Names
@@ -37,6 +37,7 @@ from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.swapping import swapped
 from goalscope.envs.grocery.telling import (
+    for_some,
     lifted,
     listed,
     not_met,
@@ -262,6 +263,7 @@ class GroceryShop:
         waved = waves_off(turns[-1].utterance, former)
         told += still_bound(waved & hearing.diets)
         told += lifted(former - hearing.diets)
+        told += for_some(of_some(turns[-1].utterance) - hearing.diets)
         told += unlabelled(stated, [item for item, _ in self._contents()])
         fresh = {each.action.target for each in results if each.action.name == "add item"}
         told += unlabelled(

@@ -21,9 +21,10 @@ _ONE_NOT_OTHER = re.compile(
 )
 """One thing and not another, without a verb: "oat milk, not whole milk"."""
 _NOT_THIS = re.compile(
-    rf"^(?:no[ ,]+)?not (?:the |any )?({NAMED}(?: {NAMED}){{0,3}}?),? (?:but|(?:i|we)"
-    r" (?:said|meant?|want(?:ed)?|asked for)) (?!to\b)"
-    rf"({NAMED}(?: {NAMED}){{0,4}}?)(?: please)?[.!]*$"
+    rf"^(?:(?:no|hm+|oh|wait|actually|sorry)[ ,.!]+)*not (?:the |any )?"
+    rf"({NAMED}(?: {NAMED}){{0,3}}?)(?:,? (?:but|make (?:it|that)|(?:i|we)"
+    r" (?:said|meant?|want(?:ed)?|asked for)) (?!to\b)|, (?=[^,]* instead(?: please)?[.!]*$))"
+    rf"({NAMED}(?: {NAMED}){{0,4}}?)(?: instead)?(?: please)?[.!]*$"
 )
 """The same the other way round: "not chips, I said bars"."""
 _INSTEAD = re.compile(
@@ -111,7 +112,9 @@ def swapped(text: str, spoken: Callable[[], Sequence[str]], sells: Callable[[str
         one, other = found.groups() if found.re is _ONE_NOT_OTHER else found.groups()[::-1]
         name = _AMOUNT.sub("", one)
         which = re.fullmatch(QUALITY, other)
-        if sells(name) and (which or sells(other) or sells(f"{other} {name.split()[-1]}")):
+        known = sells(other) or sells(f"{other} {name.split()[-1]}")
+        known = known or any(singulars(other)[-1:] == singulars(old)[-1:] for old in spoken())
+        if sells(name) and (which or known):
             kind = f"{other} {name.split()[-1]}"
             old = (kind if sells(kind) else SAME_ONE) if which else other
             return f"add {one} instead of {old}"

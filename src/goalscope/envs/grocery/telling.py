@@ -14,7 +14,7 @@ from goalscope.envs.grocery.requests import Refusal
 from goalscope.envs.grocery.restrictions import DIETS
 from goalscope.envs.grocery.words import singulars, words
 
-__all__ = ["lifted", "listed", "not_met", "not_there", "still_bound", "unlabelled"]
+__all__ = ["for_some", "lifted", "listed", "not_met", "not_there", "still_bound", "unlabelled"]
 
 
 def not_there(removed: Sequence[Request], held: Sequence[Item], *, lessened: bool) -> Iterator[str]:
@@ -38,6 +38,15 @@ def lifted(diets: Iterable[str]) -> Iterator[str]:
     """Which restrictions bind no longer."""
     for name in sorted(diets):
         yield f"It need not be {name} any longer."
+
+
+def for_some(diets: Iterable[str]) -> Iterator[str]:
+    """That a diet which only some follow binds no order."""
+    for name in sorted(diets):
+        yield (
+            f"As only some are {name}, only what I guess will be {name}; what you name is added as"
+            f' you name it. For all to be so, say "everything must be {name}".'
+        )
 
 
 def not_met(
