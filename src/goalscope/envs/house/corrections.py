@@ -258,6 +258,9 @@ class Corrections(Which):
                     self.newest += [*right, *ones]
                 else:
                     self.reverse(replace(each, object_types=kinds), ones)
+                    still = [r for r in right if not was_done(r, self.objects, self.start)]
+                    self.wanted = [old for old in self.wanted if old not in still] + still
+                    self.newest += still
         return "" if kept or (more and names - {""}) else f"actually {found[1]}"
 
     def correct(self, clause: Clause) -> None:
@@ -282,8 +285,10 @@ class Corrections(Which):
             again = old.name in names or every.issuperset(old.object_types)
             if again and inverse(old, self.start) is None:
                 continue
-            if old not in self.newest and was_done(old, self.objects, self.start):
-                self.reverse(old)
+            left = tuple(kind for kind in old.object_types if kind not in every)
+            other = replace(old, object_types=left or old.object_types)
+            if old not in self.newest and was_done(other, self.objects, self.start):
+                self.reverse(other)
 
     def repeated(self, clause: Clause) -> list[tuple[Clause, list[Request]]]:
         """The orders that a thing alone repeats, each with its requests.
