@@ -57,6 +57,8 @@ from shops import talked
         (["any discounts?", "any chance you could add milk?"], {"Whole Milk": 1}),
         (["no meat on weekdays", "fish for friday"], {}),
         (["add cod", "salmon not cod"], {"Salmon Fillets": 1}),
+        (["vanilla ice cream, vanilla extract", "chocolate ice cream instead of vanilla"],
+         {"Pure Vanilla Extract": 1, "Chocolate Ice Cream": 1}),
         (["hey, just some milk", "2 litres"], {"Whole Milk": 2}),
         (["drinks - cola and lemonade, 3 bottles each"], {"Cola": 3, "Lemonade": 3}),
         (["dips: hummus and guacamole"], {"Classic Hummus": 1, "Guacamole": 1}),

@@ -370,6 +370,8 @@ def _got(match: re.Match[str], shop: Stock) -> str | None:
     if is_vague(term) or not called(term, shop.search(term, _DEPTH)):
         return None
     told = _held(term, shop)
+    if match["kind"] and told.startswith("No"):
+        return None
     return told.replace("Yes: ", "The basket holds ") if not match["one"] else told
 
 

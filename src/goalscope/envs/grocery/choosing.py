@@ -168,8 +168,8 @@ class Choice:
         """Whether an item is what `phrase` names, by its head noun: no "rye" is rye bread."""
         _, kind = _labelled(phrase, self._tags)
         named = [] if is_vague(kind) else self._search.named(kind)
-        known = bool(self.usually(kind, named)) and not is_its_own(kind)
-        return known or bool(_headed(kind, named))
+        fillets = self._search.named(f"{kind} fillets") if f"{kind} fillets" in usual(kind) else []
+        return bool(fillets or _headed(kind, named))
 
     def _nearly(self, phrase: str) -> str:
         """`phrase` without slips of the pen, and without what it is counted in."""
