@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from functools import lru_cache, partial
+from inspect import signature
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -45,6 +46,10 @@ class Network:
         self.device: Any = torch.device(device or _best_device(torch))
         dtype = dtype or ("float32" if self.device.type == "cpu" else "bfloat16")
         self.model = _load(source, self.device, getattr(torch, dtype))
+        inputs = signature(self.model.forward).parameters
+        self._cache = (
+            "cache" if "cache" in inputs else "past_key_values"
+        )  # before Transformers 5.24
         config = self.model.config.get_text_config()
         self.vocab_size: int = config.vocab_size
         self.trained_on: int | None = getattr(config, "max_position_embeddings", None)
@@ -114,8 +119,8 @@ class Network:
                 input_ids=torch.from_numpy(ids).to(self.device),
                 position_ids=torch.from_numpy(depths).to(self.device),
                 attention_mask=self._masks(depths, sees),
-                past_key_values=cache,
                 use_cache=True,
+                **{self._cache: cache},
             )
             self._shapes, values = cache.flat()
         self.token_numbers = values.shape[-1]
