@@ -227,10 +227,15 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
 
 
 def _stands_behind_or(part: Sequence[str], rest: Sequence[Sequence[str]], *, listed: bool) -> bool:
-    """Whether "or" leads to a part, or to one behind it where they are `listed`."""
-    if part[:1] == [","] and 1 < len(part) <= _BARE and (v.ARTICLES | v.PRONOUNS).isdisjoint(part):
-        return listed and next((each[:1] for each in rest if each[:1] != [","]), [""]) == ["or"]
-    return len(part) > 1 and part[0] in ("or", "nor")
+    """Whether "or" leads to a part, or to one behind it in a list: ", slice the apple or ..."."""
+    if part[:1] != [","]:
+        return len(part) > 1 and part[0] in ("or", "nor")
+    last = next((each for each in rest if each[:1] != [","]), [""])
+    if last[0] not in ("or", "nor"):
+        return False
+    if 1 < len(part) <= _BARE and (v.ARTICLES | v.PRONOUNS).isdisjoint(part):
+        return listed
+    return len(part) > 1 and {*v.PRONOUNS, "please"}.isdisjoint([*part, *last])
 
 
 def _repeats(
@@ -252,7 +257,7 @@ class _Reader(OrderReader):
         polite: Whether the sentence says please.
         mine: Whether it is about what the person does, and not the robot.
         did: Whether it tells of what was done: "I left the mug there".
-        feels: Whether it tells how the person is: "I'm hungry".
+        feels: Whether it tells how the person is, or likes a thing: "I'm hungry".
     """
 
     polite: bool = False
@@ -353,7 +358,8 @@ class _Reader(OrderReader):
             return alone
         verb = self.verb(first, v.BASE) or (self.verb(first, v.ING) if v.GERUND & lead else None)
         self.did = verb is None and self.verb(first, v.DONE) is not None
-        self.feels = not (verb or self.verb(first, v.ING)) and bool(lead & {"i'm", "am"})
+        feeling = wish or bool(lead & {"i'm", "am"}) or self.at(first) in v.FELT
+        self.feels = feeling and not (verb or self.verb(first, v.ING))
         if verb:
             clause = self.order(*verb, negated=negated)
             if (

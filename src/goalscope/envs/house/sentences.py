@@ -60,6 +60,14 @@ _BEFORE_ASKING = re.compile(
 )
 """Where an order begins that is asked for behind a statement: "it is old, could you toss it?"."""
 
+_RUN_ON = re.compile(
+    r"(?P<told>(?:(?:the|my|our|this|that) \w+(?: \w+)?|it|this|that)"
+    r" (?:is|are|looks?|smells?|seems?|got)(?: (?!not\b)\w+){1,3})"
+    r" (?=(?:can|could|would|will) you \w+ (?:it|them)\b)",
+    re.IGNORECASE,
+)
+"""A statement with what is asked for behind it: "the bread is old could you throw it away"."""
+
 _WHEN = re.compile(rf"{CONDITION.pattern}|\b(?:after|before|once|when|while|as soon as)\b", re.I)
 """What an order behind it depends on."""
 
@@ -77,6 +85,7 @@ def reworded(text: str) -> str:
 def sentences(text: str) -> list[str]:
     """The sentences of a text, without what it quotes, or only warns of."""
     text = re.sub(r"[\"\u201c][^\"\u201d]*[\"\u201d]", " , ", text.strip('"\u201c\u201d '))
+    text = _RUN_ON.sub(r"\g<told>, ", text)
     text = _WARNING.sub("", _CARE_NOT_TO.sub(r"\g<not> \g<act> \g<what>", text))
     return [
         each

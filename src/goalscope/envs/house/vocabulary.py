@@ -83,6 +83,8 @@ LEAD = _set(
     " meanwhile"
 ) | (NEGATIONS - {"no", "nobody", "neither"})
 LIKED = _set("need want like love needs")
+FELT = _set("hate dislike prefer miss finished")
+"""Verbs of what a person thinks of a thing, or is done with."""
 MINE = frozenset(("i", "i'll", "i'm"))
 """Subjects of what the person does."""
 ARTICLES = _set("the a an my our your his her their any some every each another these those")
