@@ -71,10 +71,11 @@ def test_a_label_of_what_is_to_leave_is_no_diet_and_one_for_all_is(
 
 def test_what_is_not_labelled_for_an_allergy_is_told_of_once() -> None:
     held = {"Carrot Cake": 1, "Gala Apples": 1, "Paper Plates": 1}
+    heeded = "From now on it has to be nut-free."
     told = "Not labelled as nut-free: Carrot Cake. Please read what is in it."
-    assert talked(held, "my kid is allergic to nuts")[1] == [told]
+    assert talked(held, "my kid is allergic to nuts")[1] == [heeded, told]
     assert talked(held, "my kid is allergic to nuts", "ok")[1] == []
-    assert talked({"Gala Apples": 1}, "my kid is allergic to nuts")[1] == []
+    assert talked({"Gala Apples": 1}, "my kid is allergic to nuts")[1] == [heeded]
 
 
 @pytest.mark.parametrize(
@@ -159,7 +160,8 @@ def test_what_harms_somebody_is_heard_in_many_words(words: list[str], basket: li
 def test_what_is_not_labelled_is_told_of_all_that_comes_later_and_before_the_purchase() -> None:
     said = ["One of my guests is allergic to nuts.", "2 packs of flour tortillas", "milk"]
     note = "Not labelled as nut-free: Soft Flour Tortillas. Please read what is in it."
-    assert [talked({}, *said[:number])[1] for number in (1, 2, 3)] == [[], [note], []]
+    heeded = "From now on it has to be nut-free."
+    assert [talked({}, *said[:number])[1] for number in (1, 2, 3)] == [[heeded], [note], []]
     assert talked({}, *said, "Buy the basket")[1] == [note]
 
 

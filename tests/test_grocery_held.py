@@ -303,7 +303,7 @@ def test_nothing_that_fits_leaves_with_what_does_not() -> None:
             "organic papaya",
         ),
         (["make it organic"], {}, "not clear"),
-        (["kale, and everything organic"], {"Organic Kale": 1}, ""),
+        (["kale, and everything organic"], {"Organic Kale": 1}, "to be organic"),
         (["no potato chips?", "yes please, 3 bags"], {"Salted Potato Chips": 3}, ""),
         (["do you have oat milk?", "two cartons"], {"Oat Milk": 2}, ""),
         (["add milk, 3 bottles, and kale"], {"Whole Milk": 3, "Kale": 1}, ""),

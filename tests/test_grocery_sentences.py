@@ -220,27 +220,40 @@ def test_what_was_not_done_is_told(sentences: list[str], told: list[str]) -> Non
         "Something for dinner tonight, please",
         "I need some food and drinks",
         "Could you get me a few things for breakfast?",
-        "My partner doesn't eat pork.",
         "From scratch, please.",
         "Thanks so much, that looks great!",
         "Yep",
         "I'd like fruit and vegetables",
-        "No nuts, please",
         "My daughter turns six and I need butter",
         "Can you help me?",
         "A birthday needs candles, too, and some garlic for the grown-ups.",
-        "Two of them eat no meat, so garlic would be good.",
     ],
 )
 def test_nothing_is_missed_that_is_no_product(sentence: str) -> None:
     assert heard(opened(FRUIT), sentence) == []
 
 
+@pytest.mark.parametrize(
+    ("sentence", "diets"),
+    [
+        ("My partner doesn't eat pork.", "pork-free"),
+        ("No nuts, please", "nut-free"),
+        ("Two of them eat no meat, so garlic would be good.", "vegetarian"),
+        ("We're vegan, and my son can't have gluten", "gluten-free and vegan"),
+    ],
+)
+def test_a_restriction_that_is_heard_is_told_once(sentence: str, diets: str) -> None:
+    assert heard(opened(FRUIT), sentence) == [f"From now on it has to be {diets}."]
+    assert heard(opened(FRUIT), sentence, sentence) == []
+
+
 @pytest.mark.parametrize("profile", load_profiles(), ids=lambda profile: profile.name)
 def test_shipped_shoppers_miss_nothing(profile: Profile) -> None:
     for number in range(1, len(profile.replies) + 1):
         told = heard(opened({}), *profile.replies[:number])
-        assert not any(note for note in told if not note.startswith("Not labelled as"))
+        assert not any(
+            note for note in told if not note.startswith(("Not labelled as", "From now on"))
+        )
 
 
 def test_words_of_refused_things_and_of_containers_lead_to_nothing() -> None:

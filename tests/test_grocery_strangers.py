@@ -267,7 +267,7 @@ def test_what_strangers_type_is_understood(
         (
             ["Someone can't eat nuts. Replace the bananas with pistachios."],
             FULL,
-            ["Not added, since it has to be nut-free: pistachios."],
+            ["From now on", "Not added, since it has to be nut-free: pistachios."],
         ),
         (
             ["Swap one of the milks for oat milk"],

@@ -43,6 +43,7 @@ from goalscope.envs.grocery.telling import (
     not_met,
     not_there,
     still_bound,
+    taken_in,
     unlabelled,
 )
 from goalscope.envs.grocery.undoing import ALLERGY, calling_notes, harm, net, steps
@@ -261,6 +262,7 @@ class GroceryShop:
         former = self._heard(turns[:-1]).diets
         stated = hearing.diets if buys else hearing.diets - former
         waved = waves_off(turns[-1].utterance, former)
+        told += taken_in(hearing.diets - former)
         told += still_bound(waved & hearing.diets)
         told += lifted(former - hearing.diets)
         told += for_some(of_some(turns[-1].utterance) - hearing.diets)

@@ -14,7 +14,16 @@ from goalscope.envs.grocery.requests import Refusal
 from goalscope.envs.grocery.restrictions import DIETS
 from goalscope.envs.grocery.words import singulars, words
 
-__all__ = ["for_some", "lifted", "listed", "not_met", "not_there", "still_bound", "unlabelled"]
+__all__ = [
+    "for_some",
+    "lifted",
+    "listed",
+    "not_met",
+    "not_there",
+    "still_bound",
+    "taken_in",
+    "unlabelled",
+]
 
 
 def not_there(removed: Sequence[Request], held: Sequence[Item], *, lessened: bool) -> Iterator[str]:
@@ -26,6 +35,12 @@ def not_there(removed: Sequence[Request], held: Sequence[Item], *, lessened: boo
             phrase = f"{phrase} things" if is_diet(phrase) else phrase
             verb = "were" if singulars(phrase)[-1:] != words(phrase)[-1:] else "was"
             yield f"There {verb} no {phrase} in the basket."
+
+
+def taken_in(diets: Iterable[str]) -> Iterator[str]:
+    """Which restrictions bind from now on."""
+    if names := sorted(diets):
+        yield f"From now on it has to be {' and '.join(names)}."
 
 
 def still_bound(diets: Iterable[str]) -> Iterator[str]:
