@@ -28,7 +28,20 @@ def test_what_was_is_not_asked_for(said: str) -> None:
     [
         (["Add ground coffee", "ground, not instant"], None),
         (["Add eggs", "fresh, not frozen"], {"Large Eggs": 1}),
-        (["Add bread", "rye, not white"], {"White Sandwich Bread": 1}),
+        (["Add bread", "rye, not white"], {"Rye Bread": 1}),
+        (["Add milk", "chocolate, not vanilla"], {"Whole Milk": 1}),
+        (["coffee", "decaf actually"], {"Decaf Ground Coffee": 1}),
+        (["kale and apples", "make them organic"], {"Organic Kale": 1, "Organic Gala Apples": 1}),
+        (["oat milk", "the normal one instead"], {"Whole Milk": 1}),
+        (
+            ["gluten free spaghetti", "swap the gluten-free spaghetti for the normal one"],
+            {"Spaghetti": 1},
+        ),
+        (["the cheapest rice you have"], {"Long Grain White Rice": 1}),
+        (
+            ["two frozen pizzas, one margherita one pepperoni"],
+            {"Frozen Margherita Pizza": 1, "Frozen Pepperoni Pizza": 1},
+        ),
         (
             ["Add 2 whole milk and 3 plain yogurt", "I said milk, not yogurt"],
             {"Whole Milk": 2},

@@ -425,6 +425,8 @@ BUY = Action("buy basket")
         ("what's the cheapest milk?", "The cheapest is Whole Milk, $1.79."),
         ("is there anything cheaper than the sparkling wine?", "The cheapest is Chianti"),
         ("Which is the cheapest?", "say of what"),
+        ("what's the most expensive thing?", "In the basket the most expensive is Oat Milk, $3.09"),
+        ("which is the cheapest item in there?", "In the basket the cheapest is Whole Milk"),
         ("Do you have parmesan?", "The shop has Parmigiano Reggiano, $6.49."),
         ("Do you have camel milk?", "Near it: Whole Milk"),
         ("Do you have gruyere?", "The shop has nothing called that."),

@@ -286,6 +286,8 @@ def test_what_strangers_type_is_understood(
         ),
         (["Add milk"], FULL, ["The basket holds 2 x Whole Milk already."]),
         (["Make it three"], FULL, ["It is not clear which thing you mean. Please name it."]),
+        (["Add milk", "no, the other kind"], FULL, ["It is not clear which thing you mean."]),
+        (["Add milk", "then not that one"], FULL, ["It is not clear which thing you mean."]),
         (
             ["Add kale, garlic and ketchup", "Make it three"],
             {**FULL, "Kale": 1, "Garlic": 1, "Ketchup": 1},

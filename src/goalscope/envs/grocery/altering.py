@@ -319,7 +319,8 @@ CHANGES = [
                 (
                     r"(?:(?:just|only) )?(?:an? |some |the )?(?:cheaper|cheapest) (?!than\b|one)"
                     r"(?:(?:version|kind|brand|alternative"
-                    rf"|option|substitute|replacement) (?:of|to|for) )?{_OLD}{_THING}",
+                    rf"|option|substitute|replacement) (?:of|to|for) )?{_OLD}{_THING}"
+                    r"(?: (?:that )?(?:you(?:'ve)? (?:have|got|sell|carry|offer)|there is))?",
                     r"\1",
                 ),
             )

@@ -160,6 +160,12 @@ _CHEAPEST = re.compile(
     r"(?: than (?:the |my )?(?:[\w'-]+ ){0,4}([\w'-]+))?)"
     r"(?: (?:you (?:have|sell)|do you have|there is|in stock|available))?"
 )
+_DEAREST = re.compile(
+    rf"{LEAD}(?:which|what)(?: one| of (?:them|those|these))?(?:'s| is| are| was) (?:the|your|my)"
+    r" (?P<end>(?:cheapest|least expensive)(?= \w)|most expensive|dearest|priciest|costliest)"
+    rf"(?: (?:things?|items?|products?|ones?(?= in )))?(?: {_IN_THIS})?"
+)
+"""Asks for what is dearest or cheapest in the basket."""
 _STOCK = re.compile(
     rf"{LEAD}(?:(?:what|which)(?: (?:kinds?|sorts?|types?|brands?|varieties) of)? (.+?) "
     r"(?:do|have|can|are) (?:you|there)(?: (?:have|got|sell|offer|carry|stock|recommend"
@@ -231,6 +237,8 @@ def answered(question: str, shop: Stock) -> str | None:
     if _AISLES.fullmatch(text):
         return _aisles(shop)
     first, _, last = text.rpartition("? ")
+    if (match := _DEAREST.fullmatch(last)) and (told := _extreme(match["end"], shop)):
+        return told
     if match := _CHEAPEST.fullmatch(last):
         term = next(filter(None, match.groups()), "")
         about = _STOCK.fullmatch(first)
@@ -294,6 +302,16 @@ def _cheapest(term: str, shop: Stock) -> str | None:
         return "The shop has nothing of that name with a price."
     price, _, name = min(priced)
     return f"The cheapest is {name}, {shop.catalogue.money(price)}."
+
+
+def _extreme(end: str, shop: Stock) -> str | None:
+    """What of the basket is at one end of the prices; None where it holds nothing with a price."""
+    held = [item for name in shop.basket if (item := shop.catalogue.get(name))]
+    priced = [(item.price, item.id, item.name) for item in held if item.price is not None]
+    if not priced:
+        return None
+    price, _, name = min(priced) if end in ("cheapest", "least expensive") else max(priced)
+    return f"In the basket the {end} is {name}, {shop.catalogue.money(price)}."
 
 
 def _suits(text: str, shop: Stock) -> str | None:

@@ -117,9 +117,10 @@ class Choice:
     def cheaper(self, old: Item | None, kind: str, hearing: Hearing) -> Item | None:
         """The cheapest permitted item of a kind; None where none is cheaper than `old`."""
         named = [item for item in self._search.named(kind) if _allowed(item, hearing)]
-        alike = [item for item in named if not old or item.category == old.category]
+        like = old or self.meant(kind, hearing, ())
+        alike = [item for item in named if not like or item.category == like.category]
         priced = [(i.price, i.id, i) for i in called(kind, alike) if i.price is not None]
-        found = min(priced)[2] if priced else None
+        found = min(priced)[2] if priced else None if old else like
         dearer = not old or (found and old.price and priced and min(priced)[0] < old.price)
         return found if dearer else None
 

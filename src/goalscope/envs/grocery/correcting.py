@@ -58,9 +58,9 @@ QUALITY = (
 )
 SUCH = re.compile(
     r"^(?:(?:no(?:pe)?[,.!]|(?:sorry|actually|oh|ok|okay|hmm|please)[ ,.!])[ ,.!]*)*+"
-    rf"(?:(?:i (?:want|meant|said|prefer)|i'd (?:like|prefer)|make (?:it|that)) )?({QUALITY})"
+    rf"(?:(?:i (?:want|meant|said|prefer)|i'd (?:like|prefer)|make (?:it|that)) )?({QUALITY}|decaf)"
     rf"(?:,? (?:and )?not {QUALITY}|,? (?:instead of|rather than)(?: the)? {QUALITY}(?: ones?)?)?"
-    r"(?: instead)?(?:,? please)?[.!]*$"
+    r"(?: instead|,? actually)?(?:,? please)?[.!]*$"
 )
 """Which of the things spoken of last is meant: "brown, not white"."""
 _CHANGED = re.compile(

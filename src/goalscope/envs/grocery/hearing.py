@@ -42,6 +42,14 @@ _WHICH = re.compile(r"(.+) ones?")
 _STUFF = re.compile(r" (?:stuff|things|items|products|supplies)$")
 _SIZED = ("produce",)
 """Aisles where "baby" is a size."""
+_KIND = "(?:flavou?r|kind|brand|type|sort|variety|version|colou?r|size)s?"
+_OTHER = re.compile(
+    r"(?:(?:no|nope|nah|sorry|actually|then|so|oh|ok|okay|please|but|wait|i(?:'d)? (?:want|like"
+    r"|prefer|meant?)|(?:get|give) (?:me|us)|make it)[ ,.!]+)*+"
+    rf"(?:(?:(?:the other|an? (?:different|other|new)) (?:ones?|{_KIND})|another {_KIND})"
+    r"|not (?:that|this|those|these)(?: ones?)?)(?:,? (?:please|instead|then|thanks))*[ .!]*"
+)
+"""Says that something else is meant, and not what."""
 _ANY = frozenset({
     "usual", "normal", "first", "last", "same", "other", "new", "old", "next", "cheap", "cheaper",
     "cheapest", "bigger", "biggest", "smaller", "smallest", "better", "best", "nicer", "right",
@@ -235,7 +243,9 @@ class _Listener:
         self.guesses = guesses(utterance, self.guesses)
         self.budget = budget(utterance, self.budget)
         why = asks_why(utterance)
-        for clause in heard(besides_buying(utterance)):
+        other = _OTHER.fullmatch(evened(utterance))
+        self.unclear = bool(other)
+        for clause in () if other else heard(besides_buying(utterance)):
             self.kept |= dict.fromkeys(map(self.names.shown, kept(clause)))
             if unasked(clause) or (why and _UNWANTED.search(clause.text)):
                 self.unasked = True

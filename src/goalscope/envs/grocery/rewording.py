@@ -93,9 +93,9 @@ _REWORDED = [
         ),
         (r",? whichever (?:one )?(?:is|are) (?:the )?cheape(?:st|r)\b", ""),
         (
-            rf"\b(?:two|2) (?:{PACKS} of )?([a-z]+)[,:]? (?:one|1) ([a-z]+) and (?:one|1) ([a-z]+)"
-            rf"{END}",
-            r"1 \2 \1 and 1 \3 \1",
+            rf"\b(?:two|2) (?:{PACKS} of )?((?:frozen |fresh )?)([a-z]+)[,:]? (?:one|1) ([a-z]+)"
+            rf"(?:,|,? and)? (?:one|1) ([a-z]+){END}",
+            r"1 \1\3 \2 and 1 \1\4 \2",
         ),
         (r"\b(?:i|we)(?:'m| am|'re| are)(?: still)? missing\b(?! something)", ". need"),
         (r"\b(?:an? )?half(?: an?)? dozen\b", "6"),

@@ -232,6 +232,8 @@ class GroceryShop:
         if not turns or asks_for_guesses(newest):
             return bool(turns)
         hearing = self._heard(turns)
+        if hearing.unclear and not has_aim(newest):
+            return True
         said = self._names.hidden(self._spoken(turns)[-1])
         has = any(self._choice.meant(each.phrase, hearing, ()) for each in hearing.newest)
         return not leaves_open(said) or is_order(

@@ -56,6 +56,20 @@ _OTHER_SUCH = re.compile(
     rf" (?:{_USUAL.pattern})(?: ones?)?(?:,? please)?[.!]*$"
 )
 """Another kind of the thing spoken of last: "whole wheat instead of white"."""
+_NOT_SUCH = re.compile(
+    rf"^(?:(?:no|sorry|actually|oh|wait)[ ,.!]+)*(?:the )?({NAMED}),? (?:and )?not (?:the )?"
+    rf"({NAMED})(?: ones?)?(?:,? please)?[.!]*$"
+)
+"""Which kind of the thing spoken of last, and which not: "rye, not white"."""
+_NORMAL = re.compile(
+    r"^(?:(?:no|sorry|actually|oh|wait|then|ok|i(?:'d)? (?:want|like|prefer))[ ,.!]+)*(?:just )?the"
+    r" (?:normal|regular|ordinary|standard|usual) (?:ones?|kind|version)(?: instead)?"
+    r"(?:,? please)?[.!]*$"
+)
+_ALL_ORGANIC = re.compile(
+    r"^(?:(?:ok|okay|please|actually|no|can you|could you)[ ,.!]+)*make"
+    r" (?:them|both|those|these|both of (?:them|those)) organic(?:,? please)?[.!?]*$"
+)
 _PART = re.compile(
     r"^(?:(?:no|nope|sorry|actually|oh|ok|okay|hmm|please|then|wait)[ ,.!]+)*make (?:it|that) "
     rf"(?!{NUMBER} )(?P<one>{NAMED}(?: {NAMED}){{0,3}}?)"
@@ -87,6 +101,15 @@ def swapped(text: str, spoken: Callable[[], Sequence[str]], sells: Callable[[str
         same = singulars(one)[-1:] == singulars(kind)[-1:]
         if not same and not is_diet(one) and sells(f"{one} {kind}"):
             return f"{one} {kind} instead of {SAME_ONE}"
+    if _ALL_ORGANIC.fullmatch(evened(text).strip()) and len(last := spoken()) > 1:
+        return ". ".join(f"swap the {each} for organic {each}" for each in last)
+    if _NORMAL.fullmatch(evened(text).strip()) and len(last := spoken()) == 1:
+        kind = last[0].split()[-1]
+        return f"{kind} instead of {last[0]}" if kind != last[0] and sells(kind) else text
+    if (found := _NOT_SUCH.fullmatch(evened(text).strip())) and len(last := spoken()) == 1:
+        one, other = found.groups()
+        if not sells(one) and sells(f"{one} {last[0]}") and sells(f"{other} {last[0]}"):
+            return f"the {one} one"
     text = _of_one_kind(text, spoken, sells)
     if (found := _PART.match(text)) and sells(found["one"]) and not is_diet(found["one"]):
         kind = singulars(found["one"])[-1:]
@@ -138,6 +161,9 @@ def _of_one_kind(
             and sells(f"{said['more']}{old.split()[-1]}")
         ):
             said["new"] = new = old.split()[-1]
+        usual = _USUAL.fullmatch(said.get("more", "").strip())
+        if new in ("one", "ones") and usual and " " in old and sells(kind := old.split()[-1]):
+            said |= {"more": "", "new": kind}
         bare = [bool(re.fullmatch(QUALITY, each)) or not sells(each) for each in (old, new)]
         if bare == [True, False] and sells(f"{old} {new}"):
             said["old"] += f" {said['new']}"

@@ -167,10 +167,10 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
     mine = loose = listed = False
     put_off = bool(_LATER_FIRST.match(text))
     headed = text.rstrip().endswith(":")
-    denied = elliptic = False
+    denied = elliptic = orders = False
     while parts:
         part = parts.pop(0)
-        if denied and _stands_behind_or(part, parts, listed=elliptic):
+        if denied and _stands_behind_or(part, parts, listed=elliptic, orders=orders):
             part = [part[0], "don't", *part[1:]]
         later = put_off or v.LATER in part
         part = [word for word in part if word != v.LATER]
@@ -179,6 +179,7 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
         if not v.BREAKS.issuperset(part):
             denies = bool(_DENIES.search(" ".join(part)))
             denied = clause.negated if clause and clause.verb else denies
+            orders = bool(clause and clause.verb not in ("", "any"))
             elliptic = not (clause and clause.things)
         mine = reader.mine and not reader.did
         mine = mine and not (reader.feels and parts and parts[0][0] != "and")
@@ -226,8 +227,17 @@ def _sentence(text: str, here: Collection[str], before: Clause | None = None) ->
     return found
 
 
-def _stands_behind_or(part: Sequence[str], rest: Sequence[Sequence[str]], *, listed: bool) -> bool:
-    """Whether "or" leads to a part, or to one behind it in a list: ", slice the apple or ..."."""
+def _stands_behind_or(
+    part: Sequence[str], rest: Sequence[Sequence[str]], *, listed: bool, orders: bool
+) -> bool:
+    """Whether "or" leads to a part, or to one behind it in a list.
+
+    Args:
+        part: The part, behind one that is denied.
+        rest: Those behind it.
+        listed: Whether it may be a verb alone, as in "don't wash, slice or cook it".
+        orders: Whether it may be a whole order, as in "don't wash the mug, slice the apple or ...".
+    """
     if part[:1] != [","]:
         return len(part) > 1 and part[0] in ("or", "nor")
     last = next((each for each in rest if each[:1] != [","]), [""])
@@ -235,7 +245,8 @@ def _stands_behind_or(part: Sequence[str], rest: Sequence[Sequence[str]], *, lis
         return False
     if 1 < len(part) <= _BARE and (v.ARTICLES | v.PRONOUNS).isdisjoint(part):
         return listed
-    return len(part) > 1 and {*v.PRONOUNS, "please"}.isdisjoint([*part, *last])
+    marked = {*v.PRONOUNS, "please", "just"}
+    return orders and len(part) > 1 and marked.isdisjoint([*part, *last])
 
 
 def _repeats(
