@@ -134,7 +134,7 @@ class LampRoom:
         self.on.append(action.target)
         return StepResult(action, True, "It is on.")
 
-    def answer(self, question: str) -> str | None:
+    def answer(self, question: str, turns: Sequence[Turn] = ()) -> str | None:
         return self.status() if question.endswith("on?") else None
 
     def is_completion(self, turn: Turn) -> bool:

@@ -42,7 +42,8 @@ class Talk:
         back = take_back(self.env, self.rounds, turn)
         turns = heard(self.rounds, turn, away=back.rounds)
         results, notes, question = [*back.results], [*back.notes], ""
-        quiet = isinstance(turns[-1], TakenBack) or self.env.answer(turns[-1].utterance) is not None
+        answer = self.env.answer(turns[-1].utterance, turns)
+        quiet = isinstance(turns[-1], TakenBack) or answer is not None
         if not quiet:
             past = [*self.history, *results]
             outcome = ActionPlanner(WordModel()).act(self.env, [], turns, past)

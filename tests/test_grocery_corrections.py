@@ -34,6 +34,22 @@ def test_what_was_is_not_asked_for(said: str) -> None:
         (["kale and apples", "make them organic"], {"Organic Kale": 1, "Organic Gala Apples": 1}),
         (["oat milk", "the normal one instead"], {"Whole Milk": 1}),
         (
+            ["white bread, whole wheat flour", "swap the white bread for whole wheat"],
+            {"Whole Wheat Flour": 1, "Whole Wheat Bread": 1},
+        ),
+        (
+            [
+                "bananas, half a dozen eggs",
+                "a dozen eggs",
+                "scratch the bananas and the half dozen eggs",
+            ],
+            {"Large Eggs": 1},
+        ),
+        (
+            ["Get a vanilla ice cream for us and a vegan one for Tom"],
+            {"Vanilla Ice Cream": 1, "Dairy-Free Vanilla Ice Cream": 1},
+        ),
+        (
             ["gluten free spaghetti", "swap the gluten-free spaghetti for the normal one"],
             {"Spaghetti": 1},
         ),

@@ -9,6 +9,7 @@ from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.diets import diet, waves_off
 from goalscope.envs.grocery.hearing import hear
 from goalscope.envs.grocery.restrictions import violates
+from goalscope.types import Turn
 from shops import CATALOGUE, shop, talked
 
 
@@ -76,6 +77,45 @@ def test_what_is_not_labelled_for_an_allergy_is_told_of_once() -> None:
     assert talked(held, "my kid is allergic to nuts")[1] == [heeded, told]
     assert talked(held, "my kid is allergic to nuts", "ok")[1] == []
     assert talked({"Gala Apples": 1}, "my kid is allergic to nuts")[1] == [heeded]
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        ["One of my friends is vegan, the others eat anything", "Tom, he's the vegan"],
+        ["One of us is vegan", "she's vegan, so oat milk for her"],
+        ["She's the only vegan"],
+        ["Only Tom is vegan"],
+        ["I'm vegan", "Only my sister is vegan"],
+        ["Tom is vegan, the rest of us eat everything"],
+        ["my friend Mia is vegan, the others aren't"],
+    ],
+)
+def test_a_diet_of_one_binds_no_order(said: list[str]) -> None:
+    opened, _ = talked({}, *said, "butter")
+    assert "Unsalted Butter" in opened.basket
+    assert "Vegan Butter" in talked({}, *said, "we are all vegan", "butter")[0].basket
+
+
+def test_a_warning_names_all_that_an_answer_does() -> None:
+    said = "My son is allergic to nuts. Add chicken nuggets, frozen fries and paper plates."
+    opened, told = talked({}, said)
+    unsure = "Frozen Chicken Nuggets, Frozen French Fries"
+    assert told[1] == f"Not labelled as nut-free: {unsure}. Please read what is in it."
+    turns = [Turn("", said)]
+    for question in ("is everything nut-free?", "is everything in the basket safe for him?"):
+        assert unsure in (opened.answer(question, turns) or "")
+    assert "nut-free" in (opened.answer("what allergies do you know about?", turns) or "")
+    assert opened.answer("can I have milk?", turns) is None
+
+
+def test_a_total_is_told_beside_the_budget() -> None:
+    opened, _ = talked({}, "my budget is $20", "milk")
+    turns = [Turn("", "my budget is $20")]
+    left = "The total is $1.79, which leaves $18.21 of the $20.00 that you named."
+    assert opened.answer("how much of my budget is left?", turns) == left
+    assert opened.answer("am I still within my budget?", turns) == left
+    assert opened.answer("what's the total?") == "The total is $1.79."
 
 
 @pytest.mark.parametrize(

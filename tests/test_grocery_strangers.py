@@ -415,7 +415,7 @@ def test_nothing_is_kept_or_guessed_that_harms_a_person() -> None:
         (["6 packs of eggs", "I want fewer eggs"], {"Large Eggs": 5}),
         (["Eggs", "Half of the eggs"], {"Large Eggs": 1}),
         (["60 packs of eggs", "Double the eggs"], {"Large Eggs": 99}),
-        (["2 packs of eggs", "Half a dozen eggs"], {"Large Eggs": 2}),
+        (["2 packs of eggs", "6 eggs"], {"Large Eggs": 2}),
         (["2 packs of eggs", "We have fish twice a week"], {"Large Eggs": 2}),
         (["2 packs of eggs", "Did you double the eggs?"], {"Large Eggs": 2}),
         (["2 packs of eggs", "Something with less sugar"], {"Large Eggs": 2}),

@@ -169,9 +169,9 @@ class Agent:
         self._progress("asking")
         turns = heard(self.rounds)
         if turns and (question := self.rounds[-1].question):
-            return with_answer(self.env, turns[-1], question)
+            return with_answer(self.env, turns, question)
         if turns and (isinstance(turns[-1], TakenBack) or is_remark(turns[-1].utterance)):
-            return with_answer(self.env, turns[-1], FALLBACK)
+            return with_answer(self.env, turns, FALLBACK)
         seed = self.seed + len(self.rounds)
         tracker = self.tracker
         if self.questions == "informative" and tracker and isinstance(tracker.likelihood, RolePlay):
@@ -188,7 +188,7 @@ class Agent:
             return self._asked[0]
         acted = turns and len(self.rounds[-1].results) > self.rounds[-1].reversals
         if acted and self.env.is_order(turns):
-            return with_answer(self.env, turns[-1], FALLBACK)
+            return with_answer(self.env, turns, FALLBACK)
         return ask(self.model, self.env, self.turns, seed=seed, heard=self._draft)
 
     def step(
@@ -241,7 +241,7 @@ class Agent:
             sure = answers and agreed and bool(confirmed)
             only_undoes = isinstance(turns[-1], TakenBack)
             complete = ends = sure or (not only_undoes and self.env.is_completion(turns[-1]))
-            asks = not only_undoes and self.env.answer(said) is not None
+            asks = not only_undoes and self.env.answer(said, turns) is not None
             silent = only_undoes or asks or sure or is_remark(said)
             order = not silent and self.env.is_order(turns)
             refused = bool(self.rounds) and self.rounds[-1].notes[-1:] == (self._not_done(),)
@@ -436,7 +436,7 @@ class Agent:
         void = gone(self.rounds)
         standing = (r for r in self.rounds if r.number not in void)
         acted = [r for r in standing if any(each.action.name != SEARCH for each in r.results)]
-        if re.search(r"\b(?:that|this|it)\b", why.casefold()):
+        if re.search(r"\b(?:that|this|it)\b(?! all\b)", why.casefold()):
             acted = acted[-1:]
         notes = [note for round in acted for note in round.notes]
         return bool(acted) and not any(note.startswith(GUESSED) for note in notes)

@@ -74,7 +74,7 @@ def informative(
             found = known * expected_gain(each, model, likelihood, env.task, now, turns, seed=seed)
             if found > (cost if gain is None else gain):
                 question, gain = each, found
-    return with_answer(env, turns[-1], question), gain
+    return with_answer(env, turns, question), gain
 
 
 def narrowed(belief: Belief, most: int) -> Belief:

@@ -73,7 +73,7 @@ def ask(
     if questions:
         scores = logprobs_of(model, [prompt] * len(questions), questions)
         question = questions[max(range(len(questions)), key=lambda i: scores[i].mean())]
-    return with_answer(env, turns[-1], question)
+    return with_answer(env, turns, question)
 
 
 def written(
@@ -127,10 +127,11 @@ def written(
     return prompt, questions
 
 
-def with_answer(env: Environment, turn: Turn, question: str) -> str:
-    """The question, after the answer to what the person asked in the turn, if anything."""
-    asked_back = [*_QUESTION.findall(turn.utterance), *_TELL_ME.findall(turn.utterance)]
-    answer = next(filter(None, map(env.answer, asked_back)), None)
+def with_answer(env: Environment, turns: Sequence[Turn], question: str) -> str:
+    """The question, after the answer to what the person asked in the newest turn, if anything."""
+    newest = turns[-1].utterance
+    asked_back = [*_QUESTION.findall(newest), *_TELL_ME.findall(newest)]
+    answer = next(filter(None, (env.answer(each, turns) for each in asked_back)), None)
     return f"{answer}\n{question}" if answer else question
 
 

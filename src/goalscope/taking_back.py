@@ -155,7 +155,7 @@ def _standing(env: Environment, rounds: Sequence[Round]) -> list[Round]:
     """The rounds that can be taken back."""
     void = gone(rounds)
     found: list[Round] = []
-    for round in rounds:
+    for number, round in enumerate(rounds, 1):
         undoing = undoes(round.turn.utterance)
         said = undoing.rest if undoing else round.turn.utterance
         acted = len(round.results) > round.reversals
@@ -164,7 +164,7 @@ def _standing(env: Environment, rounds: Sequence[Round]) -> list[Round]:
             or is_remark(said)
             or agrees(said)
             or is_question(said)
-            or env.answer(said) is not None
+            or env.answer(said, [each.turn for each in rounds[:number]]) is not None
             or env.is_completion(Turn(round.turn.query, said))
         )
         if round.number not in void and (acted or not idle):

@@ -124,8 +124,13 @@ class Environment(Protocol):
         """Take one action. An impossible one changes nothing and says why."""
         ...
 
-    def answer(self, question: str) -> str | None:
-        """Answer a person's question from the state; None where it is no such question."""
+    def answer(self, question: str, turns: Sequence[Turn] = ()) -> str | None:
+        """Answer a person's question; None where it is no such question.
+
+        Args:
+            question: What they ask.
+            turns: What was said so far, as far as the answer may rest on it.
+        """
         return None
 
     def is_completion(self, turn: Turn) -> bool:

@@ -43,7 +43,8 @@ _LEAVE = (
     rf"|nothing(?: (?:else|more|really))?|no more){_REST}"
 )
 _GUESSES = (
-    r"(?:(?:what|which(?: \w+)?) (?:(?:all )?(?:did|have) you(?: just)? guess(?:ed)?"
+    r"(?:(?:what|which(?: \w+)?)(?: (?:in|of) (?:the|my|our) (?:basket|cart))?"
+    r" (?:(?:all )?(?:did|have) you(?: just)? guess(?:ed)?"
     r"|(?:was|were|is|are) guessed|(?:are|were) (?:your|the) guesses|(?:did|have) you (?:add(?:ed)?"
     r"|do|done|move[d]?|put in|buy|bought) (?:that|which|what)"
     r" (?:i|we|nobody|no one) (?:(?:did not|didn't|never|haven't|have not) )?"

@@ -361,6 +361,7 @@ CHANGES = [
             r"\2 \3 \1",
         ),
         (r"\badd exactly 0 packs of ", "remove "),
+        (r"\b(?:scratch|strike|ditch|lose) (?=(?:the|my|our|those|these|both)\b)", "remove "),
     )
 ]
 """Patterns of changes to the basket, and the additions and removals that they come to."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from decimal import Decimal
 from itertools import takewhile
 from typing import Protocol
@@ -20,7 +21,7 @@ from goalscope.envs.grocery.words import NO_GOODS, contains, singulars
 from goalscope.envs.speech import LEAD, evened
 from goalscope.types import counted
 
-__all__ = ["Stock", "answered"]
+__all__ = ["Bounds", "Stock", "answered"]
 
 _NAMED = 5
 """Items that an answer names at most."""
@@ -45,6 +46,7 @@ _LETTERS = 4
 
 _THE = r"(?:the |a |an |any |some |one |your |that |this )?"
 _IN_BASKET = r"(?:in|into) (?:the|my|our) (?:basket|cart)"
+_IN_THIS = r"(?:in |of )?(?:the|my|our|this|that|there|here|it)(?: (?:basket|cart|order))?"
 
 _BASKET = re.compile(
     rf"{LEAD}(?:what(?:'s| is| do (?:i|we|you) have| have (?:i|we|you) got| have you added"
@@ -69,7 +71,8 @@ _TOTAL = re.compile(
     r" (?:come to|cost|add up to)(?: (?:in total|altogether|so far|now))*"
     r"|how much (?:have|did) (?:i|we|you) spen[dt](?: (?:in total|altogether|so far|now|already))*"
     r"|how much (?:is it |so far |in all )?(?:now|so far|in total|altogether)"
-    r"|how much(?: money| budget)? (?:is|do (?:i|we) have|have (?:i|we) got) left"
+    r"|how much(?: (?:of )?(?:(?:the|my|our) )?(?:money|budget))?"
+    r" (?:is|do (?:i|we) have|have (?:i|we) got) left"
     r"(?: (?:to spend|(?:in|of|from) [^.;!?]{1,30}))?"
     r"|what(?:'s| is) left (?:in|of|from) (?:the|my|our) budget"
     r"|(?:am|are) (?:i|we) (?:over|under|within|above|below) (?:the |my |our )?budget"
@@ -119,6 +122,37 @@ _SAFE = re.compile(
     rf"{LEAD}(?:is|are|would)(?! there\b) {_THE}(.+?)(?: be)?"
     r" (?:safe|ok(?:ay)?|suitable|fine|good|alright) (?:for|with) (.+)"
 )
+_WHO = (
+    r"(?:me|us|him|her|them|you|i|we|he|she|they|everyone|everybody|all of us|the (?:guests|kids)"
+    r"|(?:my|our) [\w-]+(?: [\w-]+)?)"
+)
+_FOR_WHOM = re.compile(
+    rf"{LEAD}(?:is|are|would)(?! there\b) {_THE}(?P<term>.+?)(?: be)?"
+    rf" (?:safe|ok(?:ay)?|suitable|fine|alright)(?: to eat)? for {_WHO}"
+    rf"|{LEAD}(?:can|could|may) {_WHO} eat {_THE}(?P<eaten>.+)"
+)
+"""Whether a thing is for somebody whose diet was told."""
+_NOT_FOR = re.compile(
+    rf"{LEAD}(?:what|which (?:things?|items?|products?))(?: is| are)?(?: there)?"
+    rf"(?: {_IN_THIS})?(?: that)? (?:{_WHO} (?:can't|cannot|mustn't|shouldn't|can not)"
+    rf"|(?:can't|cannot|mustn't|shouldn't) {_WHO}) (?:eat|have)(?: {_IN_THIS})?"
+)
+"""What of the basket somebody must not eat."""
+_RULES = (
+    r"(?:allerg(?:y|ies)|diets?|(?:dietary )?(?:restrictions?|needs|preferences)|intolerances?)"
+)
+_BOUNDS = re.compile(
+    rf"{LEAD}(?:what|which) (?:are |is )?(?:my |our |the )?{_RULES}"
+    r"(?: (?:do you (?:know(?: of| about)?|have|remember|follow|heed)|did (?:i|we) (?:tell you|say"
+    r"|mention|name)|have (?:i|we) (?:told you|named|mentioned)|are you (?:following|heeding"
+    r"|considering|minding|keeping in mind)))?(?: (?:of|about|so far|now|again))*"
+    rf"|{LEAD}(?:do you (?:know|remember)|have you (?:noted|got)) (?:about )?(?:my|our|the|his|her)"
+    rf" (?:[\w-]+'s )?{_RULES}"
+    rf"|{LEAD}what (?:can't|can not|cannot) (?:i|we|he|she|they|(?:my|our) [\w-]+) (?:eat|have)"
+    r"|what (?:did|have) (?:i|we) (?:say|said|told you|tell you) (?:that )?(?:i|we|he|she|they"
+    r"|(?:my|our) [\w-]+) (?:can't|can not|cannot|couldn't) (?:eat|have)"
+)
+"""Asks which restrictions were heard."""
 _FREE = re.compile(
     rf"{LEAD}(?:is|are|would)(?! there\b) {_THE}(.+?)(?: be)? (?:free (?:of|from)|without) (.+)"
     rf"|{LEAD}(?:does|do) {_THE}(.+?) (?:contain|have|include) (?:any |some )?(.+?)"
@@ -128,7 +162,6 @@ _HAS = re.compile(
     rf"{LEAD}(?:(?:is|are) there (?:any |some )?|any )(.+?) in {_THE}"
     r"(?!(?:basket|cart|shop|store|it|them|here|there)\b)(.+)"
 )
-_IN_THIS = r"(?:in |of )?(?:the|my|our|this|that|there|here|it)(?: (?:basket|cart|order))?"
 _WITH = (
     r"(?:with|containing|(?:that|which) (?:(?:could|may|might|can|would) )?(?:contains?|has|have))"
     r" (?:any |some )?"
@@ -223,7 +256,22 @@ class Stock(Protocol):
         ...
 
 
-def answered(question: str, shop: Stock) -> str | None:
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """What a person said that their basket has to be.
+
+    Attributes:
+        diets: Restrictions that bind all of it.
+        some: Restrictions that only some people follow.
+        budget: What it may cost, in the shop's currency; None for any sum.
+    """
+
+    diets: frozenset[str] = frozenset()
+    some: frozenset[str] = frozenset()
+    budget: Decimal | None = None
+
+
+def answered(question: str, shop: Stock, bounds: Bounds = Bounds()) -> str | None:
     """The answer to `question`, or None where it is no question about stock or basket."""
     text = evened(question)[:300].rstrip(" ?!.")
     if _BASKET.fullmatch(text):
@@ -243,10 +291,12 @@ def answered(question: str, shop: Stock) -> str | None:
         term = next(filter(None, match.groups()), "")
         about = _STOCK.fullmatch(first)
         return _cheapest(term or (next(filter(None, about.groups())) if about else ""), shop)
-    if told := _suits(text, shop):
+    if _BOUNDS.fullmatch(text):
+        return _bound(bounds, shop)
+    if told := _suits(text, shop, bounds):
         return told
     if _TOTAL.fullmatch(text):
-        return f"The total is {shop.catalogue.money(shop.total)}."
+        return f"The total is {shop.catalogue.money(shop.total)}{_left(bounds, shop)}."
     if match := _HELD.fullmatch(text):
         return _held(match[1] or match[2], shop)
     if (match := _GOT.fullmatch(text)) and (told := _got(match, shop)):
@@ -314,12 +364,39 @@ def _extreme(end: str, shop: Stock) -> str | None:
     return f"In the basket the {end} is {name}, {shop.catalogue.money(price)}."
 
 
-def _suits(text: str, shop: Stock) -> str | None:
+def _left(bounds: Bounds, shop: Stock) -> str:
+    """What a total leaves of the budget, if there is one."""
+    if bounds.budget is None:
+        return ""
+    named, left = shop.catalogue.money(bounds.budget), bounds.budget - shop.total
+    if left < 0:
+        return f", {shop.catalogue.money(-left)} above the {named} that you named"
+    return f", which leaves {shop.catalogue.money(left)} of the {named} that you named"
+
+
+def _bound(bounds: Bounds, shop: Stock) -> str:
+    """What the basket has to be, by what was said."""
+    told: list[str] = []
+    if bounds.diets:
+        told.append(f"By what you said it has to be {' and '.join(sorted(bounds.diets))}.")
+    if bounds.some:
+        told.append(
+            f"Only some are {' and '.join(sorted(bounds.some))}: what I guess will be, too."
+        )
+    if bounds.budget is not None:
+        told.append(f"It may cost {shop.catalogue.money(bounds.budget)}.")
+    return " ".join(told) or "I heard of nothing that it has to be. Please say what it is."
+
+
+def _suits(text: str, shop: Stock, bounds: Bounds) -> str | None:
     """Whether a thing suits a diet, as far as names and tags tell; None where nobody asks it."""
     if re.search(r"[.?!;] ", text):  # more is said than that
         return None
     several = bool(re.match(rf"{LEAD}(?:(?:is|are|do|does) (?:there )?any|which|what)", text))
-    if (match := _SAFE.fullmatch(text)) and hinted(text) | diet(text):
+    diets = sorted(bounds.diets | bounds.some)
+    if diets and ((match := _FOR_WHOM.fullmatch(text)) or _NOT_FOR.fullmatch(text)):
+        term, what = (match["term"] or match["eaten"]) if match else "everything", ""
+    elif (match := _SAFE.fullmatch(text)) and hinted(text) | diet(text):
         term, what = match.groups()
     elif match := _FREE.fullmatch(text):
         term, what = (each for each in match.groups() if each)
@@ -337,7 +414,8 @@ def _suits(text: str, shop: Stock) -> str | None:
         term, what = undieted(match[1]), match[1]
     else:
         return None
-    diets = sorted(hinted(what) | diet(what) | implied(what, Refusal.HARMED))
+    if what:
+        diets = sorted(hinted(what) | diet(what) | implied(what, Refusal.HARMED))
     held = [item for name in shop.basket if (item := shop.catalogue.get(name))]
     term = re.sub(r"^of (?:the |your |my )?", "", term)
     if _HELD_ALL.fullmatch(term):

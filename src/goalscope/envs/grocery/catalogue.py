@@ -107,6 +107,11 @@ class Catalogue:
         return Names(item.name for item in self.items)
 
     @cached_property
+    def labelled(self) -> frozenset[str]:
+        """The categories of which some things have tags."""
+        return frozenset(item.category for item in self.items if item.tags)
+
+    @cached_property
     def fingerprint(self) -> str:
         """Equal for catalogues with equal names and categories; the search index goes by it."""
         digest = hashlib.sha256()

@@ -101,6 +101,19 @@ _SOME = re.compile(
     rf"(?: (?:my|our|the|us|them))?(?: [\w-]+)?? (?P<who>{_SUBJECT})$"
 )
 """Before a diet that not everybody follows: "one of my guests" is vegan."""
+_US = r"(?:i|we|it|that|this|every\w*|all|nothing|who|nobody|there|they)"
+_SOLE = re.compile(
+    r"(?:'s|'m| is| am) the (?:only )?(?:one (?:who(?:'s| is)|that(?:'s| is)) )?$"
+    r"|\bonly (?:(?:my|our|one of) )?[\w-]+(?: [\w-]+)??(?:'s| is) (?:an? )?$"
+)
+"""Before a diet of one person alone: "she's the only" vegan."""
+_REST = re.compile(
+    r"s?,? (?:(?:but|and|while|though) )?(?:(?:the|all (?:the )?|my|our) (?:others?|rest"
+    r"|other (?:people|guests|ones|kids|friends))|everyone else|everybody else)(?: of (?:us|them))?"
+    r" (?:(?:all|just|do) )?(?:aren't|are not|isn't|is not|don't|do not|doesn't"
+    r"|eats? (?!no\b|only\b|vegan|vegetarian)|likes? |loves? |can )"
+)
+"""Behind a diet that others do not follow: vegan, "the others eat meat"."""
 _NONE = re.compile(
     r"\b(?:nobody|no ?one|(?:none|neither|not one)(?: of)?|neither (?:[\w-]+ ){1,3}nor)"
     r"(?: (?:here|in|at|of|from|my|our|the|this))*\s*$"
@@ -174,7 +187,9 @@ _WAIVED = re.compile(
 )
 
 
-def diet(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[str]:
+def diet(
+    utterance: str, before: frozenset[str] = frozenset(), some: frozenset[str] = frozenset()
+) -> frozenset[str]:
     """The restrictions of `DIETS` that stand after `utterance`, given those that stood `before`.
 
     A restriction stands when it is stated of a person, of everything, or of what is made: an
@@ -182,6 +197,11 @@ def diet(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[str]
     halal", "keep it vegetarian", a word on its own ("Organic, please."), "a gluten-free dinner".
     A word before any other noun, or said of one thing, is about that thing only: "two organic
     apples", "oat milk for a vegan colleague". "It need not be organic" takes it back.
+
+    Args:
+        utterance: What was said.
+        before: The restrictions that stood.
+        some: Those that only some follow, as was said: "she is vegan" tells who.
     """
     standing = set(before)
     parts = [part for line in utterance.splitlines() for part in _parts(line)]
@@ -189,7 +209,7 @@ def diet(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[str]
     for sentence in sentences(_ONLY.sub("everything is ", text)):
         for name, pattern in _NAMED.items():
             for match in pattern.finditer(sentence):
-                stated = _stated(sentence, match)
+                stated = _stated(sentence, match, name in some)
                 if stated is not None:
                     (standing.add if stated else standing.discard)(name)
         for name, pattern in _ILL.items():
@@ -224,10 +244,17 @@ def of_some(utterance: str) -> frozenset[str]:
     for sentence in sentences(evened(utterance)):
         for name in _CHOSEN:
             for match in _NAMED[name].finditer(sentence):
-                stated = _STATED.search(sentence[max(0, match.start() - 100) : match.start()])
-                if stated and _SOME.search(stated.string[: stated.end("subject")]):
+                before = sentence[max(0, match.start() - 100) : match.start()]
+                stated = _STATED.search(before)
+                some = stated and _SOME.search(before[: stated.end("subject")])
+                if some or (not asks(sentence) and _is_of_one(before, sentence[match.end() :])):
                     found.add(name)
     return frozenset(found)
+
+
+def _is_of_one(before: str, after: str) -> bool:
+    """Whether a diet between these words is of one person, and not of the others."""
+    return bool(_SOLE.search(before) or _REST.match(after[:100]))
 
 
 def waves_off(utterance: str, standing: frozenset[str]) -> frozenset[str]:
@@ -297,8 +324,14 @@ def _clause(sentence: str, end: int) -> str:
     return re.split(r"[,;]|\bbut\b", sentence[max(0, end - 100) : end])[-1]
 
 
-def _stated(sentence: str, match: re.Match[str]) -> bool | None:
-    """Whether a restriction's name is stated (True), taken back (False), or about one thing."""
+def _stated(sentence: str, match: re.Match[str], of_some: bool) -> bool | None:
+    """Whether a restriction's name is stated (True), taken back (False), or about one thing.
+
+    Args:
+        sentence: What was said.
+        match: Where it is named.
+        of_some: Whether it is known to be of some people only.
+    """
     before = sentence[max(0, match.start() - 100) : match.start()]
     after = sentence[match.end() : match.end() + 80]
     waived = _WAIVED.match(after)
@@ -318,6 +351,8 @@ def _stated(sentence: str, match: re.Match[str]) -> bool | None:
         return False if _OTHERWISE.match(after) else None
     if asks(sentence) or _REMOVED.search(_clause(sentence, match.start())):
         return None
+    if match[0] in _CHOSEN and _is_of_one(before, sentence[match.end() :]):
+        return False
     if re.search(r"\bfor (?:[\w']+ )?$", before) and (people or not noun):
         return bool(re.search(rf"\b(?:{MEAL}|mak\w+|cook\w*|bak\w+|host\w*)\b", before)) or None
     if noun:
@@ -331,7 +366,8 @@ def _stated(sentence: str, match: re.Match[str]) -> bool | None:
             r"\bnot\b(?! only| just)|\bno longer\b", _clause(sentence, match.start())
         )
         return not denied if whole else None
-    if match[0] in _CHOSEN and _SOME.search(before[: stated.end("subject")]):
+    one = of_some and re.fullmatch(rf"he|she|{_PERSON}|(?!{_US}$)\w+", stated["subject"])
+    if match[0] in _CHOSEN and (one or _SOME.search(before[: stated.end("subject")])):
         return None
     none = _NONE.search(before, 0, stated.start("subject"))
     if none or _NOBODY.match(stated["subject"]):

@@ -11,7 +11,7 @@ from functools import lru_cache
 from goalscope.envs.grocery.amounts import Request
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.correcting import QUALITY
-from goalscope.envs.grocery.diets import diet, hinted, implied, is_diet, label
+from goalscope.envs.grocery.diets import diet, hinted, implied, is_diet, label, of_some
 from goalscope.envs.grocery.limits import budget, guesses, wants_ideas
 from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.orders import besides_buying, states_aim
@@ -66,7 +66,10 @@ _THOSE = re.compile(
 """After words about what was guessed: away with that, too."""
 _POINTS = re.compile(r"\b(?:it|them|that|those|these|both)\b")
 _SPARED = re.compile(r"\b(?:keep|leave|not|no)\b[^,.;!?]*")
-_BESIDES = re.compile(r"^\W*(?:and|also|plus)\b|\b(?:too|also|as well|besides)\b")
+_BESIDES = re.compile(
+    r"^\W*(?:and|also|plus)\b|\b(?:too|also|as well|besides)\b"
+    r"|\band (?:an?|one|two|some|\d+) [\w-]+(?: [\w-]+)? ones?\b"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +89,7 @@ class Hearing:
         words: All that was said, in lower case.
         empties: Whether the last words ask for an empty basket.
         unasked: Whether they want nothing in it that was not asked for.
+        some: Restrictions that only some people follow; they bind what is guessed alone.
         hinted: Restrictions that any words spoke of; they bind what is guessed.
         guesses: Whether anything may be guessed.
         budget: What all may cost, in the shop's currency; None for any sum.
@@ -105,6 +109,7 @@ class Hearing:
     words: str
     empties: bool
     unasked: bool
+    some: frozenset[str]
     hinted: frozenset[str]
     guesses: bool
     budget: Decimal | None
@@ -180,6 +185,7 @@ def _hear(utterances: tuple[str, ...], names: Names) -> Hearing:
         words=". ".join(utterances).casefold(),
         empties=listener.empties,
         unasked=listener.unasked,
+        some=listener.some,
         hinted=listener.hinted,
         guesses=listener.guesses and not listener.tidied,
         budget=listener.budget,
@@ -195,6 +201,7 @@ class _Listener:
         asked: Requests by their phrases; `earlier` are those before the newest utterance.
         refused: Phrases in their order; so are `dropped` and `lessened`.
         tidied: Whether what was guessed had to go, and no aim was stated since.
+        some: Diets that only some follow.
         mild: Diets that rest on a refusal alone, which a request takes back.
         before: Things that the last utterance asked for, took out or spoke of that named any; none
             behind one that was taken back.
@@ -214,6 +221,7 @@ class _Listener:
         self.dropped: dict[str, None] = {}
         self.lessened: dict[str, None] = {}
         self.diets: frozenset[str] = frozenset()
+        self.some: frozenset[str] = frozenset()
         self.hinted: frozenset[str] = frozenset()
         self.guesses = True
         self.tidied = False
@@ -237,7 +245,9 @@ class _Listener:
         self.before, self.named = last if utterance else [], []
         ahead, *rest = _POINTS.split(evened(utterance), maxsplit=1)
         self.about, self.points = self.mentioned(ahead), bool(rest)
-        earlier, self.diets = self.diets, diet(utterance, self.diets)
+        some = self.some | of_some(utterance)
+        earlier, self.diets = self.diets, diet(utterance, self.diets, some)
+        self.some = some - self.diets
         self.hinted = hinted(utterance, self.hinted)
         utterance = self.names.hidden(utterance)
         self.guesses = guesses(utterance, self.guesses)

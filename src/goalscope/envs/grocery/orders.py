@@ -47,6 +47,12 @@ _AIM = re.compile(
     r"|\b(?:serves?|feeds?|feeding|to go with)\b"
     r"|\b(?:friends|guests|people|family) (?:over|round|coming)\b"
 )
+_NO_AIM = re.compile(
+    rf"\b(?:not|isn't|no) (?:(?:a|an|the|for|my|our|any) )*(?:\w+ )?{MEAL}s?\b"
+    r"|\b(?:guests?|friends|visitors?|people|kids) (?=(?:(?:is|are|has|have|eats?) |can't|cannot"
+    r"|doesn't|don't))"
+)
+"""Denies an occasion, or tells of guests what they do not eat."""
 _OCCASION = re.compile(
     rf"\b(?:(?:some|any)thing(?! cheaper)|snacks?|treats?|ingredients|birthdays?|parties|{MEAL}s?"
     r"|guests?|friends|visitors?|celebrat\w+|holidays?|occasion|hungry|craving|in the mood"
@@ -192,7 +198,7 @@ def states_aim(text: str) -> bool:
 
 def has_aim(utterance: str) -> bool:
     """Whether words speak of an aim, an occasion or a taste, name no thing, or ask for ideas."""
-    said = evened(utterance)
+    said = _NO_AIM.sub("", evened(utterance))
     return wants_ideas(utterance) or states_aim(said) or bool(_OPEN.search(said))
 
 
@@ -225,7 +231,8 @@ def leaves_open(utterance: str) -> bool:
 def _restricts(piece: str) -> bool:
     """Whether a piece states a diet, or takes one back."""
     every = frozenset(DIETS)
-    return bool(diet(piece) or diet(piece, every) != every) and not _WISH.search(piece)
+    plain = not _WISH.search(piece.replace("need not be", ""))
+    return bool(diet(piece) or diet(piece, every) != every) and plain
 
 
 def had_too(utterance: str, before: str) -> str:

@@ -11,12 +11,12 @@ from itertools import takewhile
 
 from goalscope import envs
 from goalscope.envs.grocery.amounts import MOST, Request, packages
-from goalscope.envs.grocery.answers import answered
+from goalscope.envs.grocery.answers import Bounds, answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.changes import changes, dearer, guessed
 from goalscope.envs.grocery.choosing import Choice, called, is_vague
 from goalscope.envs.grocery.consent import consents
-from goalscope.envs.grocery.diets import diet, hinted, of_some, undieted, waves_off
+from goalscope.envs.grocery.diets import diet, hinted, undieted, waves_off
 from goalscope.envs.grocery.hearing import Hearing, hear
 from goalscope.envs.grocery.limits import budget, limits_of_things
 from goalscope.envs.grocery.names import Names
@@ -59,6 +59,8 @@ NAMES = (envs.SEARCH, "add item", "remove item", "buy basket")
 
 _AT_ONCE = 8
 """Things that are guessed at once at most: what is left of a budget must do for all of them."""
+
+_HALF_DOZEN = re.compile(r"\b(?:an? )?half(?: an?)? dozen(?: of)? ([a-z]+)\b", re.IGNORECASE)
 
 _SHOWN = 10
 """Items that the action `search inventory` lists."""
@@ -261,17 +263,19 @@ class GroceryShop:
         told += calling_notes(turns[-1].utterance, unasked)
         if buys and unasked:
             told.append(f"{envs.GUESSED}{', '.join(unasked)}.")
-        former = self._heard(turns[:-1]).diets
+        before_now = self._heard(turns[:-1])
+        former = before_now.diets
         stated = hearing.diets if buys else hearing.diets - former
         waved = waves_off(turns[-1].utterance, former)
         told += taken_in(hearing.diets - former)
         told += still_bound(waved & hearing.diets)
         told += lifted(former - hearing.diets)
-        told += for_some(of_some(turns[-1].utterance) - hearing.diets)
-        told += unlabelled(stated, [item for item, _ in self._contents()])
+        told += for_some(hearing.some - before_now.some)
+        aisles = self.catalogue.labelled
+        told += unlabelled(stated, [item for item, _ in self._contents()], aisles)
         fresh = {each.action.target for each in results if each.action.name == "add item"}
         told += unlabelled(
-            hearing.diets - stated, [i for i, _ in self._contents() if i.name in fresh]
+            hearing.diets - stated, [i for i, _ in self._contents() if i.name in fresh], aisles
         )
         if hearing.unclear:
             told.append("It is not clear which thing you mean. Please name it.")
@@ -345,9 +349,11 @@ class GroceryShop:
                     f"There is no action {action.name!r}; there are {', '.join(NAMES)}.",
                 )
 
-    def answer(self, question: str) -> str | None:
-        """Answer a question about stock, prices or the basket; None for anything else."""
-        return answered(self._translated(question), self)
+    def answer(self, question: str, turns: Sequence[Turn] = ()) -> str | None:
+        """Answer a question about stock, prices, the basket, or what it has to be."""
+        hearing = self._heard(turns)
+        bounds = Bounds(hearing.diets, hearing.some - hearing.diets, hearing.budget)
+        return answered(self._translated(question), self, bounds)
 
     def is_completion(self, turn: Turn) -> bool:
         """Whether the person orders the purchase of the basket here and now.
@@ -394,7 +400,7 @@ class GroceryShop:
             harm(turn.utterance) if isinstance(turn, TakenBack) else turn.utterance
             for turn in turns
         ]
-        said = [self._translated(each) for each in stands]
+        said = [_HALF_DOZEN.sub(self._packed, self._translated(each)) for each in stands]
         for i, turn in enumerate(turns):
             said[i] = swapped(said[i], partial(self._named_last, said[:i]), self._choice.sells)
             if has := had_too(said[i], said[i - 1] if i else ""):
@@ -410,6 +416,11 @@ class GroceryShop:
                 thing = next(found, "")
                 said[i] = f"Add {many}{thing}" if thing else said[i]
         return said
+
+    def _packed(self, match: re.Match[str]) -> str:
+        """The one thing that comes by the half dozen; or the words as they are."""
+        named = self._search.named(f"half dozen {match[1]}")
+        return named[0].name if len(named) == 1 else match[0]
 
     def _named_last(self, said: Sequence[str]) -> list[str]:
         things = (self._search.mentioned(each) for each in reversed(said))

@@ -50,6 +50,8 @@ _OTHER_FOR = re.compile(
     rf"(?P<more>(?:{NAMED} ){{0,2}}?)(?P<new>{NAMED}){END}",
     re.IGNORECASE,
 )
+_GRAIN = re.compile(r"(?:whole ?)?(?:wheat|meal|grain)|multigrain")
+"""What bread, rice or pasta may be of: "whole wheat"."""
 _USUAL = re.compile(rf"{QUALITY}|normal|regular|ordinary|standard|usual")
 _OTHER_SUCH = re.compile(
     rf"^(?!{QUALITY} )({NAMED}(?: {NAMED})?) (?:instead of|rather than)(?: the)?"
@@ -161,7 +163,10 @@ def _of_one_kind(
             and sells(f"{said['more']}{old.split()[-1]}")
         ):
             said["new"] = new = old.split()[-1]
-        usual = _USUAL.fullmatch(said.get("more", "").strip())
+        more = said.get("more", "")
+        if _GRAIN.fullmatch(f"{more}{new}") and sells(f"{more}{new} {old.split()[-1]}"):
+            said["new"] = new = f"{new} {old.split()[-1]}"
+        usual = _USUAL.fullmatch(more.strip())
         if new in ("one", "ones") and usual and " " in old and sells(kind := old.split()[-1]):
             said |= {"more": "", "new": kind}
         bare = [bool(re.fullmatch(QUALITY, each)) or not sells(each) for each in (old, new)]

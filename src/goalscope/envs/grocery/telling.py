@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from goalscope.envs.grocery.amounts import MOST, Request, by_weight, units
@@ -89,10 +89,18 @@ def not_met(
     return f"{item.name}: {is_now} x {item.unit}." if is_now and by_weight(request, item) else ""
 
 
-def unlabelled(diets: Iterable[str], held: Sequence[Item]) -> Iterator[str]:
-    """What of the basket may not fit diets of allergies, as far as its labels tell."""
+def unlabelled(
+    diets: Iterable[str], held: Sequence[Item], aisles: Collection[str]
+) -> Iterator[str]:
+    """What of the basket may not fit diets of allergies, as far as its labels tell.
+
+    Args:
+        diets: The restrictions.
+        held: What the basket holds.
+        aisles: Those where things are labelled at all: food.
+    """
     for name in sorted(diets):
-        unsure = [item.name for item in held if item.tags and name not in item.tags]
+        unsure = [i.name for i in held if i.category in aisles and name not in i.tags]
         if DIETS[name].allergens and unsure:
             yield f"Not labelled as {name}: {', '.join(unsure)}. Please read what is in it."
 

@@ -331,7 +331,7 @@ class HomeRobot:
             return StepResult(action, True, f"{told}; this cannot be undone.", irreversible=True)
         return StepResult(action, True, f"{told}.")
 
-    def answer(self, question: str) -> str | None:
+    def answer(self, question: str, turns: Sequence[Turn] = ()) -> str | None:
         """Answer a question about things here, or what was done; None for anything else."""
         if asks_what_was_done(question):
             hand, *changes = self.status().replace("\n- ", "; ").splitlines()
