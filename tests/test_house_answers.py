@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from goalscope.envs.house.answers import answered
+from goalscope.types import Turn
 from heard import robot_in, told
 from talks import Talk
 
@@ -142,3 +143,27 @@ def test_what_is_in_a_state_and_what_was_acted_on_last(
     for each in said:
         talk.say(each)
     assert robot.answer(question) == answer
+
+
+@pytest.mark.parametrize(
+    ("said", "answer"),
+    [
+        (["where's the fork?", "and the bowl?"], "The bowl is on the dining table."),
+        (["is the fridge open?", "and the fork?", "what about the microwave?"], "No."),
+        (["clean the plate", "is it clean now?"], "Yes: plate 1, plate 2."),
+        (["wash the mug", "put the apple in the fridge", "where is it?"],
+         "The apple is in the fridge."),
+        (["put the apple in the fridge", "is it closed?"], "Yes."),
+        (["where are the plates?", "are they clean?"], "Yes: plate 1, plate 2."),
+        (["and the fridge?"], None),
+        (["put the apple in the fridge", "and the bread?"], None),
+    ],
+)  # fmt: skip
+def test_what_a_question_is_about_was_said_before(said: list[str], answer: str | None) -> None:
+    robot = robot_in("Kitchen1")
+    robot.reset()
+    talk = Talk(robot)
+    for each in said[:-1]:
+        talk.say(each)
+    turns = [*(round.turn for round in talk.rounds), Turn("", said[-1])]
+    assert robot.answer(said[-1], turns) == answer

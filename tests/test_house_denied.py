@@ -17,6 +17,8 @@ from heard import heard, told
         "don't close the fridge or open it",
         "Please don't wash the mug or fill it",
         "never slice the bread, or open the fridge",
+        "don't wash the mug, slice the apple or open the fridge",
+        "I don't want you to wash the mug, slice the apple, or open the fridge",
     ],
 )
 def test_what_stands_behind_or_is_denied_with_what_stands_before_it(said: str) -> None:
@@ -33,6 +35,15 @@ def test_what_stands_behind_or_is_denied_with_what_stands_before_it(said: str) -
         ("don't worry, open the fridge or close the cabinet", {"fridge: open"}),
         ("the mug isn't clean, wash it or close the fridge", {"mug 1: no longer dirty"}),
         ("turn off the light as nobody is here or needs it", {"light switch: no longer on"}),
+        ("don't touch anything, just open the fridge or wash the egg", {"fridge: open"}),
+        (
+            "don't slice the apple, put it in the sink or on the table",
+            {"apple: now in the sink basin"},
+        ),
+        ("I don't like the apple there, put it in the sink", {"apple: now in the sink basin"}),
+        ("I hate the apple there, put it in the sink", {"apple: now in the sink basin"}),
+        ("I don't want the bread, throw it away", {"bread: now in the garbage can"}),
+        ("the bread is old could you throw it away?", {"bread: now in the garbage can"}),
     ],
 )
 def test_an_order_that_is_not_denied_is_followed(said: str, changes: set[str]) -> None:

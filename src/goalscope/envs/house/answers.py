@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from goalscope.envs.house.names import are, names, naming, the
@@ -11,7 +11,7 @@ from goalscope.envs.house.properties import ACTS
 from goalscope.envs.house.state import is_whole
 from goalscope.envs.speech import LEAD, evened
 
-__all__ = ["ABLE", "answered", "asks_what_was_done"]
+__all__ = ["ABLE", "answered", "asks_what_was_done", "resolved"]
 
 _NAMED = 5
 """Things that an answer names at most."""
@@ -26,9 +26,11 @@ _STATES: dict[str, tuple[str, bool]] = {
 _ENDS = frozenset(("isSliced", "isBroken"))
 """States that what is no longer whole may be asked about."""
 
-_STATE = re.compile(rf"{LEAD}(?:is|are) (.+?) (?:already |still |now )?({'|'.join(_STATES)})")
+_STATE = re.compile(
+    rf"{LEAD}(?:is|are) (.+?) (?:already |still |now )?({'|'.join(_STATES)})(?: now)?"
+)
 _WHICH = re.compile(
-    rf"{LEAD}(?:(?:which|what)(?: of the)? (.+?) (?:is|are)|(?:is|are) (any ?thing|something))"
+    rf"{LEAD}(?:(?:which|what)(?: of the)? (.+?) (?:is|are)|(?:(?:is|are) )?(any ?thing|something))"
     rf" (?:already |still |now )?({'|'.join(_STATES)})(?: now)?"
 )
 _WHERE = re.compile(
@@ -55,6 +57,12 @@ _HAVE = re.compile(
     rf"{LEAD}(?:(?:do|can) (?:you|we) (?:have|see|find)|have (?:you|we) (?:got|seen|found)"
     r"|is there|are there) (.+?)(?: (?:here|there|anywhere|in the (?:house|home|room|kitchen)))?"
 )
+_ALSO = re.compile(
+    r"(?:ok(?:ay)?[ ,]+)?(?:and|what about|how about)(?: what about)? (?P<thing>(?:the|my|our|your)"
+    r" [a-z0-9' ]+?) ?\?"
+)
+"""Asks the last question of another thing: "and the bowl?"."""
+_IT = re.compile(r"\b(?:it|they|them|that|those)\b")
 _ABLE = re.compile(
     rf"{LEAD}(?:what (?:else )?(?:can|could) you (?:do|help with)"
     r"(?: (?:for (?:me|us)|here))?"
@@ -83,6 +91,41 @@ Object = Mapping[str, Any]
 def asks_what_was_done(question: str) -> bool:
     """Whether it is a question such as "What did you do?"."""
     return bool(_DONE.fullmatch(evened(question)[:300].rstrip(" ?!.")))
+
+
+def resolved(question: str, said: Sequence[str], here: Collection[str]) -> Iterator[str]:
+    """What a question may mean by "it", or by "and the bowl?", likeliest first.
+
+    Args:
+        question: What is asked.
+        said: What the person said before, the newest last.
+        here: Object types that are in the scene.
+    """
+    text = evened(question)[:300]
+    asked = (evened(each)[:300] for each in reversed(said))
+    before = next((each for each in asked if not _ALSO.fullmatch(each)), "")
+    if (found := _ALSO.fullmatch(text)) and before.endswith("?"):
+        for start, end in _named(before, here)[:1]:
+            ahead = re.sub(r"\b(?:the|my|our|your|an?|any|some) $", "", before[:start])
+            yield f"{ahead}{found['thing']}{before[end:]}"
+    if _IT.search(text) and not _named(text, here):
+        for each in reversed([evened(each)[:300] for each in said]):
+            if spans := _named(each, here):
+                yield from (_IT.sub(f"the {each[i:j]}", text, count=1) for i, j in spans)
+                return
+
+
+def _named(text: str, here: Collection[str]) -> list[tuple[int, int]]:
+    """Where things are named in `text`."""
+    found: list[tuple[int, int]] = []
+    words = [*re.finditer(r"[a-z0-9']+", text)]
+    i = 0
+    while i < len(words):
+        named = naming([each[0] for each in words], i, here)
+        if named and not named.guessed:
+            found.append((words[i].start(), words[named.end - 1].end()))
+        i = named.end if named else i + 1
+    return found
 
 
 def answered(

@@ -390,6 +390,9 @@ class _Reader(OrderReader):
                 and verb[0] != "make"
             )
             return replace(clause, plain=plain) if clause else None
+        if self.at(first) in v.FELT:
+            felt, _ = self.things(first + 1)
+            return Clause("", felt) if felt else None
         while first > start and self.at(first - 1) in v.DETERMINERS | v.PRONOUNS:
             first -= 1
         refusal = negated or self.at(first) in ("no", "nothing")

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from goalscope import envs
-from goalscope.envs.house.answers import answered, asks_what_was_done
+from goalscope.envs.house.answers import answered, asks_what_was_done, resolved
 from goalscope.envs.house.completion import completes
 from goalscope.envs.house.conditions import conditions_met
 from goalscope.envs.house.controller import Controller
@@ -336,10 +336,14 @@ class HomeRobot:
         if asks_what_was_done(question):
             hand, *changes = self.status().replace("\n- ", "; ").splitlines()
             return " ".join([hand, *changes]).replace(":;", ":") + ("." if changes else "")
-        told = answered(question, self._view.objects, self._view.names)
-        if told is None and self._done:
-            last = re.sub(r"\b(?:it|them)\b", self._done[-1].target, question, flags=re.IGNORECASE)
-            told = answered(last, self._view.objects, self._view.names)
+        meant = [question]
+        here = {str(each["objectType"]) for each in self._view.objects}
+        meant += resolved(question, [turn.utterance for turn in turns[:-1]], here)
+        if self._done:
+            last = self._done[-1].target
+            meant.append(re.sub(r"\b(?:it|them)\b", last, question, flags=re.IGNORECASE))
+        replies = (answered(each, self._view.objects, self._view.names) for each in meant)
+        told = next((each for each in replies if each is not None), None)
         return told_of_deeds(question, self._done, self._view) if told is None else told
 
     def is_completion(self, turn: Turn) -> bool:

@@ -83,7 +83,7 @@ LEAD = _set(
     " meanwhile"
 ) | (NEGATIONS - {"no", "nobody", "neither"})
 LIKED = _set("need want like love needs")
-FELT = _set("hate dislike prefer miss finished")
+FELT = _set("hate dislike finished")
 """Verbs of what a person thinks of a thing, or is done with."""
 MINE = frozenset(("i", "i'll", "i'm"))
 """Subjects of what the person does."""
