@@ -53,6 +53,9 @@ def test_what_was_is_not_asked_for(said: str) -> None:
             ["gluten free spaghetti", "swap the gluten-free spaghetti for the normal one"],
             {"Spaghetti": 1},
         ),
+        (["6 bagels", "make it a dozen"], {"Plain Bagels": 2}),
+        (["half a dozen eggs", "make it a dozen"], {"Large Eggs Half Dozen": 2}),
+        (["kale and apples", "are both organic?"], {"Kale": 1, "Gala Apples": 1}),
         (["the cheapest rice you have"], {"Long Grain White Rice": 1}),
         (
             ["two frozen pizzas, one margherita one pepperoni"],

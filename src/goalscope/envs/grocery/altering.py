@@ -190,6 +190,11 @@ CHANGES = [
             rf". add exactly \1 packs of {SAME}",
         ),
         (
+            rf"\bmake {IT} (?:just |only |exactly )?({NUMBER}) dozens?"
+            rf"(?: of (?:it|them|those))?{END}",
+            rf". add exactly \1 dozen {SAME}",
+        ),
+        (
             rf"\bmake {IT} (?:just |only |exactly )?({NUMBER}) {_PACKS}",
             r". add exactly \1 packs of ",
         ),

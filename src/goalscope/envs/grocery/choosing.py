@@ -34,6 +34,7 @@ _NO_PRODUCT = _VAGUE | {
     "fruit", "fruits", "vegetables", "vegetable", "veggies", "dessert", "desserts", "snack", "to",
     "going", "us", "me", "them", "her", "him", "ready", "back", "help", "idea", "ideas", "recipe",
     "correct", "right", "yup", "yep", "nope", "total", "weekly", "monthly", "shop",
+    "dozen", "dozens",
 }  # fmt: skip
 """Words that name no product, at least alone or together."""
 

@@ -104,7 +104,7 @@ _SOME = re.compile(
 _US = r"(?:i|we|it|that|this|every\w*|all|nothing|who|nobody|there|they)"
 _SOLE = re.compile(
     r"(?:'s|'m| is| am) the (?:only )?(?:one (?:who(?:'s| is)|that(?:'s| is)) )?$"
-    r"|\bonly (?:(?:my|our|one of) )?[\w-]+(?: [\w-]+)??(?:'s| is) (?:an? )?$"
+    r"|\b(?<!not )only (?:(?:my|our|one of) )?[\w-]+(?: [\w-]+)??(?:'s| is) (?:an? )?$"
 )
 """Before a diet of one person alone: "she's the only" vegan."""
 _REST = re.compile(
@@ -242,12 +242,12 @@ def of_some(utterance: str) -> frozenset[str]:
     """The diets that only some of the people follow, by what was said: "one of us is vegan"."""
     found = set[str]()
     for sentence in sentences(evened(utterance)):
-        for name in _CHOSEN:
+        for name in () if asks(sentence) else _CHOSEN:
             for match in _NAMED[name].finditer(sentence):
                 before = sentence[max(0, match.start() - 100) : match.start()]
                 stated = _STATED.search(before)
                 some = stated and _SOME.search(before[: stated.end("subject")])
-                if some or (not asks(sentence) and _is_of_one(before, sentence[match.end() :])):
+                if some or _is_of_one(before, sentence[match.end() :]):
                     found.add(name)
     return frozenset(found)
 

@@ -75,7 +75,7 @@ _QUESTION = re.compile(
     rf"|(?:should|shall)(?! \w+ {_ADD}\b)|would(?! \w+ {_CHANGE}\b| it be possible to\b)"
     rf"|(?:can|could|may|might)(?= (?:i|we) (?!{_CHANGE}\b)))"
     r" (?:you|i|we|they|there|he|she|it|the|these|those|this|that|any(?:thing|one)?|everything"
-    r"|all)\b"
+    r"|all)\b|(?:is|are|was|were) (?:both|some|most|my|our|your)\b"
     rf"|(?:got )?any (?!{NO_GOODS}\b)[^.;!?]*\?"
     r"|(?:what|how)(?! about\b)\b.*\?|(?:which|where|who|when|why)\b.*\?)"
 )
