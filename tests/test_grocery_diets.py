@@ -97,6 +97,24 @@ def test_a_diet_of_one_binds_no_order(said: list[str]) -> None:
     assert "Vegan Butter" in talked({}, *said, "we are all vegan", "butter")[0].basket
 
 
+@pytest.mark.parametrize(
+    "said",
+    [
+        "oh wait, no nuts, Jim's allergic",
+        "wait no nuts please",
+        "no nuts, my son's allergic",
+        "no nuts, Jim is allergic",
+        "hold on, no nuts, my son is allergic",
+        "hmm no nuts, please. Kim can't have them",
+        "Tom avoids nuts",
+    ],
+)
+def test_what_is_refused_behind_a_pause_is_not_bought(said: str) -> None:
+    opened, told = talked({}, "walnuts", said, "mixed nuts")
+    assert opened.basket == {}
+    assert told == ["Not added, since it has to be nut-free: mixed nuts."]
+
+
 def test_a_warning_names_all_that_an_answer_does() -> None:
     said = "My son is allergic to nuts. Add chicken nuggets, frozen fries and paper plates."
     opened, told = talked({}, said)

@@ -145,6 +145,29 @@ CHANGES = [
             rf"(?: in total| in all| altogether)?{END}",
             rf". add exactly \1 packs of {SAME}",
         ),
+        (
+            rf"{_BEGIN}(?:the |my )?({_PLAIN}(?: {_PLAIN}){{0,2}}),? (?:i|we)"
+            r" (?:(?:already|still) )?(?:have|'ve got)(?: already| at home| enough| plenty)*"
+            rf"{END}",
+            r"there is \1 at home",
+        ),
+        (
+            rf"\bmake (?:the|my|our) {_THING} half an? ({UNIT}|dozens?){END}",
+            r". add exactly 0.5 \2 of \1",
+        ),
+        (
+            rf"\bmake (?:the|my|our) {_THING} ({NUMBER} ?(?:{UNIT}|dozens?)){END}",
+            r". add exactly \2 of \1",
+        ),
+        (
+            rf"{_BEGIN}(?!.{{0,40}}\b{_ACT}\b){_THING},? the cheapest(?: ones?| you have)?{END}",
+            r"the cheapest \1",
+        ),
+        (
+            rf"(?<!\w)(?!(?:an?|of|and|half)\b){NUMBER} {_THING},? (?:no|sorry|i mean),?"
+            rf" (?:make (?:it|that) )?((?!(?:an?|of|and|half)\b){NUMBER}){END}",
+            r"\2 \1",
+        ),
         (rf"\bmake {IT} organic{END}", ". add the organic one"),
         (
             rf"\bmake (?:the|my|our) {_THING} organic{END}",
@@ -254,7 +277,8 @@ CHANGES = [
             "",
         ),
         (
-            r"^(?:(?:no|actually|sorry|wait|oops)[ ,.!]+)+(?!(?:an?|of|and|half)\b)"
+            r"^(?:(?:no|yes|ok|okay|sure|actually|sorry|wait|oops)[ ,.!]+)+"
+            r"(?!(?:an?|of|and|half)\b)"
             rf"({NUMBER})(?= please|[.!]*$)",
             rf". add exactly \1 packs of {SAME}",
         ),
@@ -361,7 +385,12 @@ CHANGES = [
             r"\2 \1",
         ),
         (
-            rf"(?<![\w'-])({_PLAIN}(?: {_PLAIN}){{0,2}}),? ?\(?"
+            r"(?:^|(?<=, ))(?!(?:my|our|his|her|he|she|at|for|turn(?:s|ing)|room|number)\b)"
+            rf"({_PLAIN}(?: {_PLAIN})?) (\d{{1,2}})(?=[.!]*$|,)",
+            r"\2 \1",
+        ),
+        (
+            rf"(?<![\w'-])({_PLAIN}(?: {_PLAIN}){{0,2}}),? ?\(?(?:(?:about|around|roughly) )?"
             rf"(\d{{1,4}}(?:\.\d{{1,3}})?) ?({UNIT})\)?{END}",
             r"\2 \3 \1",
         ),

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Sequence
 
 from goalscope.envs.grocery.amounts import CONTAINER, Request
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.diets import implied
+from goalscope.envs.grocery.diets import diet, implied
 from goalscope.envs.grocery.hearing import Hearing
 from goalscope.envs.grocery.requests import Refusal
 from goalscope.envs.grocery.restrictions import violates
@@ -34,7 +34,7 @@ _NO_PRODUCT = _VAGUE | {
     "fruit", "fruits", "vegetables", "vegetable", "veggies", "dessert", "desserts", "snack", "to",
     "going", "us", "me", "them", "her", "him", "ready", "back", "help", "idea", "ideas", "recipe",
     "correct", "right", "yup", "yep", "nope", "total", "weekly", "monthly", "shop",
-    "dozen", "dozens",
+    "dozen", "dozens", "sandwich", "sandwiches",
 }  # fmt: skip
 """Words that name no product, at least alone or together."""
 
@@ -136,6 +136,7 @@ class Choice:
             or no_name
             or hearing.makes(phrase)
             or is_remark(phrase)
+            or diet(phrase)
         ):
             return []
         named = self._search.named(phrase)

@@ -10,7 +10,9 @@ from goalscope.envs.speech import kept
 __all__ = ["CORRECTION", "NAMED", "QUALITY", "SUCH", "corrected", "instead"]
 
 CORRECTION = re.compile(
-    r"(?:[\s,.;!?\u2013\u2014-]*\b(?:no,? wait|wait,? no|no,? sorry|wait|sorry|oops"
+    r"(?:[\s,.;!?\u2013\u2014-]*\b(?:no,? wait"
+    r"|wait,? no(?=\s*(?:[,.;:!?\u2013\u2014-]|$|(?:i|make|it|that|the|add|remove)\b))"
+    r"|no,? sorry|wait|sorry|oops"
     r"|(?:no,? )?i mean|i meant|scratch that)\b[\s,:.]*)+"
 )
 _SAID_ANEW = re.compile(
@@ -38,7 +40,7 @@ _WANTED = re.compile(
 """What is still wanted, since nothing else is said."""
 _NO_I_MEANT = re.compile(
     r"^(?:(?:(?:no|nope|sorry|wait|oops|hey|but)[ ,.!]+)+(?:i|we) meant?,? "
-    r"|(?:(?:no,? wait|wait,? no|oops)[ ,.!]++(?:the )?+"
+    r"|(?:(?:no,? wait|wait,? no(?=[,.!])|oops)[ ,.!]++(?:the )?+"
     r"|(?:no,? )?(?:not (?:that one|this one|that|those|these|them)|wrong ones?)[ ,.!]++"
     r"(?:the |(?=[\w'-]*\d|[\w'-]+ [\w'-]+[.!]*$)))"
     r"(?!(?:i'm|i'd|i'll|i've|i|we|you|can|could|would|make|please|don't|never|about|but|and|or|add"
@@ -58,7 +60,8 @@ QUALITY = (
 )
 SUCH = re.compile(
     r"^(?:(?:no(?:pe)?[,.!]|(?:sorry|actually|oh|ok|okay|hmm|please)[ ,.!])[ ,.!]*)*+"
-    rf"(?:(?:i (?:want|meant|said|prefer)|i'd (?:like|prefer)|make (?:it|that)) )?({QUALITY}|decaf)"
+    rf"(?:(?:i (?:want|meant|said|prefer)|i'd (?:like|prefer)|make (?:it|that)) )?"
+    rf"({QUALITY}|decaf|sparkling)"
     rf"(?:,? (?:and )?not {QUALITY}|,? (?:instead of|rather than)(?: the)? {QUALITY}(?: ones?)?)?"
     r"(?: instead|,? actually)?(?:,? please)?[.!]*$"
 )

@@ -256,7 +256,11 @@ class _Listener:
         other = _OTHER.fullmatch(evened(utterance))
         self.unclear = bool(other)
         for clause in () if other else heard(besides_buying(utterance)):
-            self.kept |= dict.fromkeys(map(self.names.shown, kept(clause)))
+            stay = [*map(self.names.shown, kept(clause))]
+            self.kept |= dict.fromkeys(stay)
+            for phrase in filter(None, map(self.gone, stay)):
+                self.ask_for(Request(phrase), newest=newest)
+                self.named.append(phrase)
             if unasked(clause) or (why and _UNWANTED.search(clause.text)):
                 self.unasked = True
                 continue

@@ -139,7 +139,8 @@ _KEEP = re.compile(
     r"|i want to|we can)[ ,]+)*(?:keep|leave)\b"
 )
 _KEPT = re.compile(
-    r"(?:^|(?<=[,.;] )|(?<=\bbut )|(?<=\band )|(?<=please ))(?:keep|leave)"
+    r"(?:^|(?<=[,.;] )|(?<=\bbut )|(?<=\band )|(?<=please )"
+    r"|(?<=actually ))(?:keep|leave)"
     r"(?! (?:only|out|off|away|it)\b) (?P<what>(?:(?!\b(?:out|off|away|back|i|we|for)\b)[^.;!?])+)"
     r"|\bguess(?:ed|es)?,? (?:except(?: for)?|but(?: not)?|apart from) (?P<but>[^.;!?]+)"
 )

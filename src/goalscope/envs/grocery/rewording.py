@@ -91,6 +91,13 @@ _REWORDED = [
             r"\ban? (?:(?:small )?(?:handful|bit|pinch|touch|splash|knob|dash) of|little) (?!of\b)",
             "some ",
         ),
+        (r"\b(?:avoids|stays (?:away from|off)) (?!(?:it|that|them|those|these)\b)", "can't eat "),
+        (
+            r"(?:^|(?<=[.;!?,] ))(?!(?:i|we|you|he|she|they)\b)[a-z]+"
+            r" (?:can't|cannot|doesn't|won't|mustn't) (?:have|eat|like|drink|stand)"
+            r" (?:it|them|that|those|these)(?=[.,;!?]|$)",
+            "",
+        ),
         (r",? whichever (?:one )?(?:is|are) (?:the )?cheape(?:st|r)\b", ""),
         (
             rf"\b(?:two|2) (?:{PACKS} of )?((?:frozen |fresh )?)([a-z]+)[,:]? (?:one|1) ([a-z]+)"
@@ -182,11 +189,16 @@ _ASKED_OF = re.compile(
 """An allergy to what was asked about: "does it contain nuts? My son is allergic"."""
 _HARMED_BY = re.compile(
     r"^(?:(?:please )?(?:be )?(?:very )?careful (?:with|of|about) )?(?:the |any )?"
-    r"(?P<thing>[\w-]+(?: [\w-]+)?),? (?:because |since |as )?"
-    r"(?P<who>(?:(?:my|our|his|her) (?:[\w-]+ )?[\w-]+|he|she|i|we) (?:is|are|am))(?: \w+)?"
-    r" (?P<ill>allergic|intolerant)(?=[.!]*$)"
+    r"(?P<thing>[\w-]+(?: [\w-]+)?)"
+    r"(?P<who>,? (?:because |since |as )?(?:(?:my|our|his|her) (?:[\w-]+ )?[\w-]+?|he|she|i|we)"
+    r"(?:'s|'m|'re| is| are| am)|, (?!(?:nobody|none|who|it|that|all|every\w+)\b)[a-z]+(?:'s| is))"
+    r"(?: \w+)? (?P<ill>allergic|intolerant)(?=[.!]*$)"
 )
 """An allergy to what is named before: "careful with the nuts, my son is allergic"."""
+_PAUSE = re.compile(
+    r"^(?:(?:hold|hang) on|one (?:second|sec|moment)|hm+|ah+|oh|stop)[ ,.!]+(?=no\b)", re.IGNORECASE
+)
+"""What somebody says before a refusal that they think of late."""
 _BULLET = re.compile(r"\n[ \t]*[-*\u2022][ \t]+")
 _VERBS = {
     "adding": "add",
@@ -211,6 +223,7 @@ class Said:
 def heard(utterance: str) -> tuple[Said, ...]:
     """The clauses of `utterance` in lower case, reworded; changes only where they are ordered."""
     text = re.sub(r"\s*\n\s*", ". ", _BULLET.sub(", ", utterance[:2000]).strip())
+    text = _PAUSE.sub("", text)
     text = _REDUNDANT.sub(r"\1", instead(unreasoned(unlisted(evened(text)))))
     text = unlimited(_ALONE_WANTED.sub(r". keep only \1. only \1\2", text))
     text = re.sub(
@@ -229,7 +242,7 @@ def heard(utterance: str) -> tuple[Said, ...]:
         r". need \1.",
         text,
     )
-    text = _HARMED_BY.sub(r"\g<who> \g<ill> to \g<thing>", text)
+    text = _HARMED_BY.sub(_harmed, text)
     text = _ASKED_OF.sub(r"\g<0> to \g<thing>", text)
     text = _MINDING.sub(lambda match: f"{match[1]} {_VERBS[match[2]]}", corrected(text))
     found: list[Said] = []
@@ -238,6 +251,11 @@ def heard(utterance: str) -> tuple[Said, ...]:
             clause = pattern.sub(plainer, clause)
         found.append(Said(clause, mood))
     return tuple(found)
+
+
+def _harmed(found: re.Match[str]) -> str:
+    who = re.sub(r"^,? (?:(?:because|since|as) )?", "", found["who"])
+    return f"{who} {found['ill']} to {found['thing']}"
 
 
 def unreasoned(text: str) -> str:

@@ -68,6 +68,24 @@ _NORMAL = re.compile(
     r" (?:normal|regular|ordinary|standard|usual) (?:ones?|kind|version)(?: instead)?"
     r"(?:,? please)?[.!]*$"
 )
+_ON_ROLLS = r"(?:(?:(?:an?|one) )?(?:[a-z]+ )?pack of )?((?:[a-z]+ )?(?:paper|foil|wrap|towels?))"
+_IN_ROLLS = re.compile(
+    rf"\b(?:{_ON_ROLLS},? ({NUMBER}) rolls?|({NUMBER}) rolls? of {_ON_ROLLS})\b", re.IGNORECASE
+)
+"""How many rolls of paper, which come in packs: "toilet paper, 12 rolls"."""
+_IN_ONE_BREATH = re.compile(
+    rf"(?P<lead>(?:.{{0,100}}[,.;] |(?:add|get|buy) )?)(?P<other>{NAMED}(?: {NAMED}){{0,2}})[.,;!]+"
+    r" (?:(?:no|wait|actually|oh|sorry|hmm)\b[ ,.!]*)+make (?:it|that)"
+    rf" (?!{NUMBER}\b)(?P<one>{NAMED}(?: {NAMED}){{0,3}})(?:,? (?:please|instead))*[.!]*"
+)
+"""What is swapped as soon as it is said: "add milk. Wait, no, make it oat milk"."""
+_SUCH_BEHIND = re.compile(
+    r"(?:(?:and|but|actually|no|oh|please|also)[ ,.!]+)*(?:make )?(?:the|my|our)"
+    rf" ({NAMED}(?: {NAMED})??) ({NAMED}(?: free)?)(?:,? (?:please|instead))*[.!]*"
+)
+"""A thing that was named, with what kind it is to be behind it: "and the milk lactose-free"."""
+_KIND_AHEAD = re.compile(rf"(?:(?:and|also|add) )*({NAMED}), ({NAMED})(?:,? please)?[.!]*")
+"""A thing, and which kind: "rice, basmati"."""
 _ALL_ORGANIC = re.compile(
     r"^(?:(?:ok|okay|please|actually|no|can you|could you)[ ,.!]+)*make"
     r" (?:them|both|those|these|both of (?:them|those)) organic(?:,? please)?[.!?]*$"
@@ -103,6 +121,20 @@ def swapped(text: str, spoken: Callable[[], Sequence[str]], sells: Callable[[str
         same = singulars(one)[-1:] == singulars(kind)[-1:]
         if not same and not is_diet(one) and sells(f"{one} {kind}"):
             return f"{one} {kind} instead of {SAME_ONE}"
+    text = _IN_ROLLS.sub(lambda m: f"{m[2] or m[3]} {m[1] or m[4]}", text)
+    if found := _IN_ONE_BREATH.fullmatch(evened(text).strip()):
+        one = found["one"]
+        if not is_diet(one) and sells(one) and sells(found["other"]):
+            return f"{found['lead']}{one}"
+    if found := _SUCH_BEHIND.fullmatch(evened(text).strip()):
+        kind, such = found.groups()
+        known = sells(kind) and (is_diet(such) or re.fullmatch(QUALITY, such))
+        if known and sells(whole := f"{such.replace(' free', '-free')} {kind}"):
+            return f"swap the {kind} for {whole}"
+    if (found := _KIND_AHEAD.fullmatch(evened(text).strip())) and not sells(found[2]):
+        kind, such = found.groups()
+        if sells(f"{such} {kind}"):
+            return f"{such} {kind}"
     if _ALL_ORGANIC.fullmatch(evened(text).strip()) and len(last := spoken()) > 1:
         return ". ".join(f"swap the {each} for organic {each}" for each in last)
     if _NORMAL.fullmatch(evened(text).strip()) and len(last := spoken()) == 1:
