@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Sequence
 
 from goalscope.envs.grocery.amounts import CONTAINER, Request
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.diets import diet, implied
+from goalscope.envs.grocery.diets import diet, implied, undieted
 from goalscope.envs.grocery.hearing import Hearing
 from goalscope.envs.grocery.requests import Refusal
 from goalscope.envs.grocery.restrictions import violates
@@ -136,7 +136,7 @@ class Choice:
             or no_name
             or hearing.makes(phrase)
             or is_remark(phrase)
-            or diet(phrase)
+            or (diet(phrase) and not self._search.named(undieted(phrase)))
         ):
             return []
         named = self._search.named(phrase)
