@@ -55,7 +55,9 @@ _POINTING = {*" ".join((*v.INTO, *_NEAR, *v.NUMBERS, *_WHICH)).split()}
 
 _NOT_THAT = re.compile(
     r"(?<=[.!?;])\s+(?=(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)*not\b)"
-    r"|(?<=[.,!?;])\s+(?=(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)+(?:i meant? )?the one\b)",
+    r"|(?<=[.,!?;])\s+(?=(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)+(?:i meant? )?the one\b)"
+    r"|(?<=[.,!?;])\s+(?=(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)+(?:i meant? )?"
+    r"(?:(?:in|into|on|onto|to) )?(?:the|my|our) \w+(?: (?!and\b)\w+)?(?:,? please)?[ .!]*$)",
     re.IGNORECASE,
 )
 """Where words begin that may correct those before them."""
@@ -153,16 +155,21 @@ class _Listener(Misses):
         earlier = len(self.wanted)
         parts = _NOT_THAT.split(text)
         parts = [] if leave.takes_back(said) and is_remark(text) else parts
+        exact: list[bool] = []
         for number, part in enumerate(parts):
+            exact.append(is_exact(part, self.count, repeats=number > 0))
             named = self.spoken_of(" ".join(parts[:number])) != {*self.type_of.values()}
             if self.newest or not named:  # not for "The apple? No, not in the fridge"
-                part = self.corrected(part, alone=part == text)
+                meant = self.corrected(part, alone=part == text)
+                exact[-1] = exact[-1] or (number > 0 and not meant)
+                part = meant
             else:
                 part = self.elsewhere_than(part)
             left = self.meant_only(part)
             for clause in parse(left, self.count):
                 ruled_out |= clause.negated
                 earlier = min(earlier, self.take(clause, earlier))
+        self.exact = self.exact or (len(exact) > 1 and all(exact))
         self.serve_at(evened(text))
         if leave.doubts(said) and not ruled_out:
             self.permitted.clear()

@@ -228,10 +228,20 @@ def naming(words: Sequence[str], start: int, here: Iterable[str] = ()) -> Naming
         guessed = end == start + 1 and key not in known and key not in strange
         if guessed:
             key = misspelt(key, _single_words())
+        if words[end : end + 1] and words[end] in _OF_IT:
+            continue
         if types := known.get(key) or strange.get(key):
             noun = span[span.index("of") - 1] if "of" in span[1:] else span[-1]
             return Naming(types, end, plural=singular(noun) != noun, guessed=guessed)
     return None
+
+
+_OF_IT = frozenset({
+    "core", "cores", "peel", "peels", "skin", "skins", "shell", "shells", "grounds", "pie", "pies",
+    "juice", "cake", "sauce", "soup", "salad", "seed", "seeds", "stem", "stems", "crumb", "crumbs",
+    "crust", "crusts", "carton", "cartons", "wrapper", "wrappers", "packaging",
+})  # fmt: skip
+"""What is no longer the thing whose name stands before it: "egg shells"."""
 
 
 def _called(object_type: str) -> tuple[str, ...]:

@@ -60,6 +60,14 @@ _BEFORE_ASKING = re.compile(
 )
 """Where an order begins that is asked for behind a statement: "it is old, could you toss it?"."""
 
+_SLIP = re.compile(
+    r"\b(?P<verb>put|place|move|take|bring|throw|set|carry|leave|get)"
+    r" (?:the|my|our|an?) \w+(?: \w+)?,? (?:no,? wait|wait,? no|no|sorry|i meant?|or rather"
+    r"|actually),? (?P<thing>(?:the|my|our|an?) \w+(?: \w+)??),? "
+    r"(?=(?:in|into|on|onto|to|back|away|out|up)\b)",
+    re.IGNORECASE,
+)
+"""One thing, and the other that is meant: "put the apple, no, the tomato, in the fridge"."""
 _RUN_ON = re.compile(
     r"(?P<told>(?:(?:the|my|our|this|that) \w+(?: \w+)?|it|this|that)"
     r" (?:is|are|looks?|smells?|seems?|got)(?: (?!not\b)\w+){1,3})"
@@ -75,6 +83,7 @@ _WHEN = re.compile(rf"{CONDITION.pattern}|\b(?:after|before|once|when|while|as s
 def reworded(text: str) -> str:
     """A correction in the words that are understood: "not the cup, the mug"."""
     text = _INTRODUCED.sub(r"the \g<thing>, ", text)
+    text = _SLIP.sub(r"\g<verb> \g<thing> ", text)
     text = _FRAGILE.sub(r"\g<not> \g<act> \g<thing>", text)
     if found := _INSTEAD.fullmatch(text):
         return f"not {found['no']}, {found['yes']}"

@@ -370,7 +370,11 @@ _REWORDED = [
             r"(?=[,.!?]|$| and\b| please\b)",
             r"needs washing",
         ),
-        (rf"\bgive ([^,.!?]{{1,40}}?) an? (?:\w+ )?{_WASH}\b", r"wash \1"),
+        (
+            rf"\bgive ([^,.!?]{{1,40}}?) an? (?:\w+ )?{_WASH}\b(?! (?!and|please|now|for|too|then"
+            r"|first|with|before)\w)",
+            r"wash \1",
+        ),
         (r" ?&", " and"),
         (rf"\b(?:{_LATER})", f" {LATER} "),
         (
