@@ -82,8 +82,9 @@ _EVENED = [
 
 _CALLED_BACK = re.compile(
     r"(?:^|(?<=[.;!?,])|\band )(?:(?!\band\b)[^.;!?,])+[.;!?,]? (?:(?:no|wait|actually|oh|sorry)"
-    r"[, .!]+)+(?:keep (?:it|them|that)|don't|do not|leave (?:it|them|that)(?: there| alone)?"
-    r"|forget (?:it|that)|never ?mind)[ .!]*$",
+    r"[, .!]+)+(?:(?:keep (?:it|them|that)|don't|do not|leave (?:it|them|that)"
+    r"(?: there| alone| on| off| open| closed)?|forget (?:it|that)|never ?mind|not yet)[ .!]*$"
+    r"|(?<=no )wait[ .!]*$|(?<=no, )wait[ .!]*$|(?<=wait )no[ .!]*$|(?<=wait, )no[ .!]*$)",
     re.IGNORECASE,
 )
 """What is taken back as soon as it is said: "remove the milk, no, keep it"."""

@@ -56,11 +56,13 @@ _POINTING = {*" ".join((*v.INTO, *_NEAR, *v.NUMBERS, *_WHICH)).split()}
 _NOT_THAT = re.compile(
     r"(?<=[.!?;])\s+(?=(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)*not\b)"
     r"|(?<=[.,!?;])\s+(?=(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)+(?:i meant? )?the one\b)"
-    r"|(?<=[.,!?;])\s+(?=(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)+(?:i meant? )?"
+    r"|(?<=[.,!?;])\s+(?=(?:(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)+(?:i meant? )?|i meant? )"
     r"(?:(?:in|into|on|onto|to) )?(?:the|my|our) \w+(?: (?!and\b)\w+)?(?:,? please)?[ .!]*$)",
     re.IGNORECASE,
 )
 """Where words begin that may correct those before them."""
+
+_NO_WAIT = re.compile(r"^(?:no,? wait|wait,? no)\b", re.IGNORECASE)
 
 _AT_PLACE = re.compile(
     r"\b(?:i|we)(?:'ll|'m|'re| will| am| are)(?: (?:be|sit|make|eat|use|have|drink|read|work|wait"
@@ -153,7 +155,8 @@ class _Listener(Misses):
             self.drop_leave(self.spoken_of(text))
         ruled_out = self.keep_whole(said)
         earlier = len(self.wanted)
-        parts = _NOT_THAT.split(text)
+        first, *others = _NOT_THAT.split(text)
+        parts = [first, *(_NO_WAIT.sub("no", each) for each in others)]
         parts = [] if leave.takes_back(said) and is_remark(text) else parts
         exact: list[bool] = []
         for number, part in enumerate(parts):
@@ -161,7 +164,8 @@ class _Listener(Misses):
             named = self.spoken_of(" ".join(parts[:number])) != {*self.type_of.values()}
             if self.newest or not named:  # not for "The apple? No, not in the fridge"
                 meant = self.corrected(part, alone=part == text)
-                exact[-1] = exact[-1] or (number > 0 and not meant)
+                left = not meant or is_exact(meant, self.count, repeats=True)
+                exact[-1] = exact[-1] or (number > 0 and left)
                 part = meant
             else:
                 part = self.elsewhere_than(part)

@@ -12,7 +12,8 @@ from goalscope.envs.grocery.words import singular, singulars
 from goalscope.envs.house.object_types import object_types
 from goalscope.envs.speech import misspelt
 
-__all__ = ["GROUPS", "Naming", "are", "mentioned", "names", "naming", "readable", "synonyms", "the"]
+__all__ = ["GROUPS", "OF_IT", "Naming", "are", "mentioned", "names", "naming", "readable"]
+__all__ += ["synonyms", "the"]
 
 _UNKNOWN = "unknown thing"
 """What a thing of an unknown type is called: its type may be anyone's words."""
@@ -228,7 +229,7 @@ def naming(words: Sequence[str], start: int, here: Iterable[str] = ()) -> Naming
         guessed = end == start + 1 and key not in known and key not in strange
         if guessed:
             key = misspelt(key, _single_words())
-        if words[end : end + 1] and words[end] in _OF_IT:
+        if words[end : end + 1] and words[end] in OF_IT:
             continue
         if types := known.get(key) or strange.get(key):
             noun = span[span.index("of") - 1] if "of" in span[1:] else span[-1]
@@ -236,7 +237,7 @@ def naming(words: Sequence[str], start: int, here: Iterable[str] = ()) -> Naming
     return None
 
 
-_OF_IT = frozenset({
+OF_IT = frozenset({
     "core", "cores", "peel", "peels", "skin", "skins", "shell", "shells", "grounds", "pie", "pies",
     "juice", "cake", "sauce", "soup", "salad", "seed", "seeds", "stem", "stems", "crumb", "crumbs",
     "crust", "crusts", "carton", "cartons", "wrapper", "wrappers", "packaging",

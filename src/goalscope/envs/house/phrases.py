@@ -7,7 +7,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 
 from goalscope.envs.house import vocabulary as v
-from goalscope.envs.house.names import naming
+from goalscope.envs.house.names import OF_IT, naming
 from goalscope.envs.house.object_types import object_type, object_types
 
 __all__ = ["Phrase", "PhraseReader", "Tail", "first_named"]
@@ -325,7 +325,7 @@ class PhraseReader:
         if word in v.LIDS:
             whole, end = self.thing(i + 2) if self.at(i + 1) == "of" else (None, i + 1)
             return whole or Phrase(word="it"), max(end, i + 1)
-        if word == "coffee":
+        if word == "coffee" and self.at(i + 1) not in OF_IT:
             return Phrase(("Mug", "Cup"), liquid="coffee"), i + 1
         if word == "water":
             return Phrase(word="water", liquid="water"), i + 1

@@ -68,6 +68,11 @@ _SLIP = re.compile(
     re.IGNORECASE,
 )
 """One thing, and the other that is meant: "put the apple, no, the tomato, in the fridge"."""
+_WITH = re.compile(
+    r"\bwith (?:coffee|water|wine)[,.]? (?:(?:no|sorry|i meant?|actually|wait)[, ]+)+"
+    r"(?:with )?(?P<liquid>coffee|water|wine)\b",
+    re.IGNORECASE,
+)
 _RUN_ON = re.compile(
     r"(?P<told>(?:(?:the|my|our|this|that) \w+(?: \w+)?|it|this|that)"
     r" (?:is|are|looks?|smells?|seems?|got)(?: (?!not\b)\w+){1,3})"
@@ -84,6 +89,7 @@ def reworded(text: str) -> str:
     """A correction in the words that are understood: "not the cup, the mug"."""
     text = _INTRODUCED.sub(r"the \g<thing>, ", text)
     text = _SLIP.sub(r"\g<verb> \g<thing> ", text)
+    text = _WITH.sub(r"with \g<liquid>", text)
     text = _FRAGILE.sub(r"\g<not> \g<act> \g<thing>", text)
     if found := _INSTEAD.fullmatch(text):
         return f"not {found['no']}, {found['yes']}"

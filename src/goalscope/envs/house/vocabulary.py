@@ -375,6 +375,11 @@ _REWORDED = [
             r"|first|with|before)\w)",
             r"wash \1",
         ),
+        (
+            r"\b(?:pour|tip|dump|throw) (?:out )?(?:the|my|our|this|that) (coffee|water|wine)"
+            r" (?:away|out(?! of)|down the (?:sink|drain))",
+            r"empty the \1",
+        ),
         (r" ?&", " and"),
         (rf"\b(?:{_LATER})", f" {LATER} "),
         (
