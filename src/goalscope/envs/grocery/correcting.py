@@ -46,7 +46,7 @@ _NO_I_MEANT = re.compile(
     r"(?!(?:i'm|i'd|i'll|i've|i|we|you|can|could|would|make|please|don't|never|about|but|and|or|add"
     r"|buy|put|swap|replace|change|keep|leave|cancel|stop|wait|undo|let|let's|there|is|are|what"
     r"|which|how|why|do|did|an?|use|give|sorry|my|too|very|wrong|more|less|fewer|another|some|cheap\w*"
-    r"|bigger|smaller|first|before|after|until|what's|that's)\b))"
+    r"|bigger|smaller|first|before|after|until|what's|that's|avoid|skip|must|should|he|she|they|there|leave)\b))"
     rf"(?!{NUMBER}{END}|(?:{IT}|for|to|in|on|at|by|nothing|everything|all|every|without|with"
     r"|organic|remove|take|get|drop|delete|no|not|only|just|now|later|today|tomorrow|that)\b)"
     r"([^.;!?,]{1,60})[.!]*$"

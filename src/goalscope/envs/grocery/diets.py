@@ -24,8 +24,27 @@ __all__ = [
 ]
 
 
+_GOODS = frozenset({"egg", "fish", "peanut", "pork", "sugar"})
+"""Things that a basket holds, so that who drops one of them need not follow a diet."""
+
+
 def _harm(entry: Diet) -> str:
     return either(f"{entry.refused}, {entry.allergens}")
+
+
+def _banned(entry: Diet) -> str:
+    """Words such as "nuts are not allowed" and "it can't contain nuts", of what harms."""
+    harm = rf"(?:{_harm(entry)})s?"
+    shunned = "|".join(s for each in entry.refused.split(",") if (s := each.strip()) not in _GOODS)
+    return (
+        rf"{harm} (?:is|are) (?:(?:strictly|absolutely) )?(?:off (?:the table|limits)|forbidden"
+        r"|banned|poison|deadly|dangerous|a no[- ]go|not (?:allowed|ok(?:ay)?|an option))"
+        rf"|{harm} (?:would|could|can|will|might) kill"
+        rf"|keep (?:the |any |all )?{harm} (?:out|away)"
+        rf"|(?:can't|cannot|mustn't|must not|shouldn't|may not) (?:contain|include)(?: any)? {harm}"
+        rf"|(?:{shunned or '(?!)'})s? (?:is|are) out(?! of)"
+        rf"|{harm} (?:is|are) out(?= .*\b(?:allerg|intoleran)|,.*\b(?:allerg|intoleran))"
+    )
 
 
 def _named(name: str, entry: Diet) -> str:
@@ -44,7 +63,7 @@ _ILL = {
         rf"\b(?:(?:{either(entry.ill)})s?|(?:{_harm(entry)})s?"
         r"(?:(?:,? and |,? or |/|, )[\w-]+(?: nuts?)?){0,3}[- ](?:allerg|intoleran|sensitiv)\w*"
         rf"|{_HARMED} {_FROM}(?:{_harm(entry)})s?"
-        rf"|(?:{_harm(entry)})s? (?:makes?|gives?) (?:\w+ ){{1,3}}{_HARMED})\b"
+        rf"|(?:{_harm(entry)})s? (?:makes?|gives?) (?:\w+ ){{1,3}}{_HARMED}|{_banned(entry)})\b"
     )
     for name, entry in DIETS.items()
     if entry.refused
@@ -53,13 +72,13 @@ _IT = r"(?:it|them|that|those|these)\b"
 _HARMED_BY_IT = re.compile(
     rf"\b(?:(?:allergic|intolerant|sensitive) to|{_HARMED} {_FROM}"
     rf"|(?:can't|cannot) (?:digest|tolerate)) ?{_IT}"
+    r"|(?:'s|'m|'re| is| are| am)(?: (?:very|really|severely|highly|badly|deadly|quite|so))?"
+    r" (?:allergic|intolerant)(?! (?:to|of|against)\b)"
     rf"|\b(?:it|that|they|those|these) (?:makes?|gives?) (?:\w+ ){{1,3}}{_HARMED}\b"
 )
 _SHARED = 200
 """Characters that two parts of a long line share, so that no statement is cut in two."""
 
-_GOODS = frozenset({"egg", "fish", "peanut", "pork", "sugar"})
-"""Things that a basket holds, so that who drops one of them need not follow a diet."""
 
 _ALL = "(?:foods?|stuff|things?|products?|items?|ingredients?|options?|groceries|shopping|basket)"
 _PERSON = (
@@ -128,9 +147,13 @@ _BUT_ONE = re.compile(
     rf"|(?:(?:my|our|one|two|some|the)(?: of)?(?: my| our| the)? )?{_PERSON}s?)\s*(?:[.,;!?]|$)"
 )
 """Behind what nobody follows, somebody who does."""
+_REASON = re.compile(r" (?:because|since|as) .*$| for [\w']+$")
+"""Why or for whom it is, behind a restriction."""
 _WHOLE = re.compile(
     rf"\W*+(?>(?:{_CHAIN}|{_SUBJECT}|make|please|yes|thanks|ok|okay|well|oh|then|so|too|if"
-    r"|possible|instead|obviously|naturally|clearly)(?!\w)\W*+)++"
+    r"|possible|instead|obviously|naturally|clearly"
+    r"|wait|hold on|but|and|um|hmm|btw|by the way|remember|careful|important|note|one thing)"
+    r"(?!\w)\W*+)++"
 )
 _HERE = re.compile(
     rf"(?:^|(?<=[.!;] ))(?:(?:hi|hello|hey)[ ,]+)?(?P<diet>{_ANY}) (?:here|speaking)(?=[,.;!]|$)",
@@ -360,8 +383,12 @@ def _stated(sentence: str, match: re.Match[str], of_some: bool) -> bool | None:
         return True if whole and not _NOT.search(_clause(sentence, match.start())) else None
     stated = _STATED.search(before)
     if not stated:
-        last = sentence.rsplit(",", 1)[-1] if match[0].endswith("free") else sentence
-        whole = len(sentence) < 100 and _WHOLE.fullmatch(last)
+        part = sentence
+        if match[0].endswith("free"):
+            end = sentence.find(",", match.end())
+            part = sentence[sentence.rfind(",", 0, match.start()) + 1 : end if end >= 0 else None]
+            part = _REASON.sub("", part)
+        whole = len(sentence) < 100 and _WHOLE.fullmatch(part)
         denied = re.search(
             r"\bnot\b(?! only| just)|\bno longer\b", _clause(sentence, match.start())
         )

@@ -196,9 +196,9 @@ _HARMED_BY = re.compile(
 )
 """An allergy to what is named before: "careful with the nuts, my son is allergic"."""
 _PAUSE = re.compile(
-    r"^(?:(?:hold|hang) on|one (?:second|sec|moment)|hm+|ah+|oh|stop)[ ,.!]+(?=no\b)", re.IGNORECASE
+    r"^(?:(?:hold|hang) on|one (?:second|sec|moment)|u[hm]+|hm+|ah+)[ ,.!]+(?=\w)", re.IGNORECASE
 )
-"""What somebody says before a refusal that they think of late."""
+"""What somebody says before what they think of late."""
 _BULLET = re.compile(r"\n[ \t]*[-*\u2022][ \t]+")
 _VERBS = {
     "adding": "add",
