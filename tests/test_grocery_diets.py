@@ -121,10 +121,28 @@ def test_a_warning_names_all_that_an_answer_does() -> None:
     unsure = "Frozen Chicken Nuggets, Frozen French Fries"
     assert told[1] == f"Not labelled as nut-free: {unsure}. Please read what is in it."
     turns = [Turn("", said)]
-    for question in ("is everything nut-free?", "is everything in the basket safe for him?"):
+    for question in (
+        "is everything nut-free?",
+        "is everything in the basket safe for him?",
+        "what can he not eat in the basket?",
+        "what is in the basket that my son can't eat?",
+    ):
         assert unsure in (opened.answer(question, turns) or "")
     assert "nut-free" in (opened.answer("what allergies do you know about?", turns) or "")
     assert opened.answer("can I have milk?", turns) is None
+
+
+@pytest.mark.parametrize(
+    ("said", "diet", "thing"),
+    [
+        ("one kid is coeliac", "gluten-free", "Salted Potato Chips"),
+        ("my wife is allergic to eggs", "egg-free", "White Sandwich Bread"),
+        ("my son is allergic to fish", "fish-free", "White Sandwich Bread"),
+    ],
+)
+def test_every_allergy_has_its_warning(said: str, diet: str, thing: str) -> None:
+    (note,) = talked({}, said, f"add {thing}")[1]
+    assert note == f"Not labelled as {diet}: {thing}. Please read what is in it."
 
 
 def test_a_total_is_told_beside_the_budget() -> None:

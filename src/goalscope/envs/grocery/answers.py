@@ -135,7 +135,8 @@ _FOR_WHOM = re.compile(
 _NOT_FOR = re.compile(
     rf"{LEAD}(?:what|which (?:things?|items?|products?))(?: is| are)?(?: there)?"
     rf"(?: {_IN_THIS})?(?: that)? (?:{_WHO} (?:can't|cannot|mustn't|shouldn't|can not)"
-    rf"|(?:can't|cannot|mustn't|shouldn't) {_WHO}) (?:eat|have)(?: {_IN_THIS})?"
+    rf"|(?:can't|cannot|mustn't|shouldn't) {_WHO}|(?:can|may|must|should) {_WHO} not)"
+    rf" (?:eat|have)(?: {_IN_THIS})?"
 )
 """What of the basket somebody must not eat."""
 _RULES = (

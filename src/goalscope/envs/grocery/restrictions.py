@@ -10,7 +10,7 @@ from functools import cache
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.words import singulars
 
-__all__ = ["DIETS", "Diet", "either", "finder", "violates"]
+__all__ = ["ALLERGIES", "DIETS", "Diet", "either", "finder", "violates"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,6 +212,9 @@ DIETS: Mapping[str, Diet] = {
     ),
 }
 """The restrictions by name; an item that carries the name as a tag fits."""
+
+ALLERGIES = frozenset(n for n in DIETS if n.endswith("-free")) - {"pork-free", "sugar-free"}
+"""Those that harm who breaks them without knowing."""
 
 
 def violates(item: Item, restriction: str) -> bool:

@@ -11,7 +11,7 @@ from goalscope.envs.grocery.choosing import is_vague, taken
 from goalscope.envs.grocery.diets import implied, is_diet
 from goalscope.envs.grocery.orders import states_aim
 from goalscope.envs.grocery.requests import Refusal
-from goalscope.envs.grocery.restrictions import DIETS
+from goalscope.envs.grocery.restrictions import ALLERGIES
 from goalscope.envs.grocery.words import singulars, words
 
 __all__ = [
@@ -101,7 +101,7 @@ def unlabelled(
     """
     for name in sorted(diets):
         unsure = [i.name for i in held if i.category in aisles and name not in i.tags]
-        if DIETS[name].allergens and unsure:
+        if name in ALLERGIES and unsure:
             yield f"Not labelled as {name}: {', '.join(unsure)}. Please read what is in it."
 
 
