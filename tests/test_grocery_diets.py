@@ -145,6 +145,16 @@ def test_every_allergy_has_its_warning(said: str, diet: str, thing: str) -> None
     assert note == f"Not labelled as {diet}: {thing}. Please read what is in it."
 
 
+@pytest.mark.parametrize("said", ["I'm allergic to kiwi", "no kiwis, I'm allergic"])
+def test_an_allergy_to_any_thing_stands_though_it_is_asked_for(said: str) -> None:
+    assert talked({}, "kiwis", said)[0].basket == {}
+    opened, told = talked({}, said, "add kiwis")
+    assert opened.basket == {}
+    assert told == ["Not added, since it was ruled out: kiwis."]
+    assert talked({}, said, "I'm not allergic to kiwi", "kiwis")[0].basket == {"Kiwis": 1}
+    assert talked({}, "no kiwis", "kiwis")[0].basket == {"Kiwis": 1}
+
+
 def test_a_total_is_told_beside_the_budget() -> None:
     opened, _ = talked({}, "my budget is $20", "milk")
     turns = [Turn("", "my budget is $20")]

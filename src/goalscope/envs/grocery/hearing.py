@@ -50,6 +50,11 @@ _OTHER = re.compile(
     r"|not (?:that|this|those|these)(?: ones?)?)(?:,? (?:please|instead|then|thanks))*[ .!]*"
 )
 """Says that something else is meant, and not what."""
+_HARMLESS = re.compile(
+    r"(?:\b(?:not|no longer|nobody|no ?one)|n't)(?: [\w']+){0,3} (?:allergic|intolerant)\b"
+    r"|\b(?:outgrew|outgrown)\b|\b(?:forget|never ?mind)\b.*\ballerg"
+)
+"""Takes back that something harms."""
 _ANY = frozenset({
     "usual", "normal", "first", "last", "same", "other", "new", "old", "next", "cheap", "cheaper",
     "cheapest", "bigger", "biggest", "smaller", "smallest", "better", "best", "nicer", "right",
@@ -83,6 +88,7 @@ class Hearing:
         unclear: Whether the newest words say "it" of nothing, or of one of several things.
         spared: What alone stays in the basket, by the newest words; all of it where there is none.
         refused: Things refused and not asked for since.
+        harmful: Those of them that harm somebody, which asking for does not take back.
         dropped: Things taken out of the basket, all of them, and not asked for since.
         lessened: Things of which some were taken out, and that were not asked for since.
         diets: Restrictions named, of `diets.DIETS`.
@@ -103,6 +109,7 @@ class Hearing:
     unclear: bool
     spared: tuple[str, ...]
     refused: tuple[str, ...]
+    harmful: tuple[str, ...]
     dropped: tuple[str, ...]
     lessened: tuple[str, ...]
     diets: frozenset[str]
@@ -179,6 +186,7 @@ def _hear(utterances: tuple[str, ...], names: Names) -> Hearing:
         unclear=listener.unclear,
         spared=tuple(listener.spared),
         refused=tuple(listener.refused),
+        harmful=tuple(listener.harmful),
         dropped=tuple(listener.dropped),
         lessened=tuple(listener.lessened),
         diets=listener.diets,
@@ -202,6 +210,7 @@ class _Listener:
         refused: Phrases in their order; so are `dropped` and `lessened`.
         tidied: Whether what was guessed had to go, and no aim was stated since.
         some: Diets that only some follow.
+        harmful: Those of the refused to which somebody is allergic: no request takes that back.
         mild: Diets that rest on a refusal alone, which a request takes back.
         before: Things that the last utterance asked for, took out or spoke of that named any; none
             behind one that was taken back.
@@ -218,6 +227,7 @@ class _Listener:
         self.asked: dict[str, Request] = {}
         self.earlier: list[str] = []
         self.refused: dict[str, None] = {}
+        self.harmful: dict[str, None] = {}
         self.dropped: dict[str, None] = {}
         self.lessened: dict[str, None] = {}
         self.diets: frozenset[str] = frozenset()
@@ -249,6 +259,9 @@ class _Listener:
         earlier, self.diets = self.diets, diet(utterance, self.diets, some)
         self.some = some - self.diets
         self.hinted = hinted(utterance, self.hinted)
+        if _HARMLESS.search(evened(utterance)):
+            self.refused = {each: None for each in self.refused if each not in self.harmful}
+            self.harmful.clear()
         utterance = self.names.hidden(utterance)
         self.guesses = guesses(utterance, self.guesses)
         self.budget = budget(utterance, self.budget)
@@ -348,6 +361,8 @@ class _Listener:
                 self.mild |= restrictions - earlier
             if not restrictions and thing not in out:
                 self.refused[thing] = None
+                if how is Refusal.HARMED:
+                    self.harmful[thing] = None
             for phrase in [p for p in self.asked if contains(singulars(p), singulars(thing))]:
                 del self.asked[phrase]
 
@@ -429,7 +444,8 @@ class _Listener:
         self.diets -= self.mild & implied(request.phrase)
         for words in (self.refused, self.dropped, self.lessened):
             for thing in [each for each in words if contains(asked, singulars(each))]:
-                del words[thing]
+                if thing not in self.harmful:
+                    del words[thing]
 
     def cheaper(self, request: Request) -> Request:
         """The request for what its last word says, in the place of what was asked for before."""

@@ -267,7 +267,8 @@ class GroceryShop:
         former = before_now.diets
         stated = hearing.diets if buys else hearing.diets - former
         waved = waves_off(turns[-1].utterance, former)
-        told += taken_in(hearing.diets - former)
+        harmful = [each for each in hearing.harmful if each not in before_now.harmful]
+        told += taken_in(hearing.diets - former, harmful)
         told += still_bound(waved & hearing.diets)
         told += lifted(former - hearing.diets)
         told += for_some(hearing.some - before_now.some)

@@ -37,10 +37,12 @@ def not_there(removed: Sequence[Request], held: Sequence[Item], *, lessened: boo
             yield f"There {verb} no {phrase} in the basket."
 
 
-def taken_in(diets: Iterable[str]) -> Iterator[str]:
-    """Which restrictions bind from now on."""
+def taken_in(diets: Iterable[str], harmful: Iterable[str] = ()) -> Iterator[str]:
+    """Which restrictions bind from now on, and which things that are harmful stay away."""
     if names := sorted(diets):
         yield f"From now on it has to be {' and '.join(names)}."
+    if things := [*harmful]:
+        yield f"From now on nothing comes in that is called {' or '.join(things)}."
 
 
 def still_bound(diets: Iterable[str]) -> Iterator[str]:

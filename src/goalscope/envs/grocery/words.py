@@ -27,6 +27,10 @@ _MEASURE = re.compile(
     r"|each|assorted"
 )
 _IRREGULAR = {
+    "kiwis": "kiwi",
+    "zucchinis": "zucchini",
+    "chilis": "chili",
+    "paninis": "panini",
     "leaves": "leaf",
     "loaves": "loaf",
     "halves": "half",
