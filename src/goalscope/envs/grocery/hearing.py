@@ -28,7 +28,7 @@ from goalscope.envs.grocery.requests import (
 )
 from goalscope.envs.grocery.restrictions import violates
 from goalscope.envs.grocery.rewording import Said, heard
-from goalscope.envs.grocery.words import contains, made, singulars
+from goalscope.envs.grocery.words import asks, contains, made, singulars
 from goalscope.envs.remarks import asks_why, is_remark
 from goalscope.envs.speech import evened
 
@@ -50,6 +50,11 @@ _OTHER = re.compile(
     r"|not (?:that|this|those|these)(?: ones?)?)(?:,? (?:please|instead|then|thanks))*[ .!]*"
 )
 """Says that something else is meant, and not what."""
+_ALLERGIC_TO = re.compile(
+    r"\b(?:allergic|intolerant) (?:to|of) (?!(?:it|that|this|them|those|these)\b)"
+    r"([\w-]+(?: (?!and\b|or\b)[\w-]+)?(?:(?:, [\w-]+){0,4},? (?:and|or) [\w-]+)?)"
+)
+"""What somebody is said to be allergic to."""
 _HARMLESS = re.compile(
     r"(?:\b(?:not|no longer|nobody|no ?one)|n't)(?: [\w']+){0,3} (?:allergic|intolerant)\b"
     r"|\b(?:outgrew|outgrown)\b|\b(?:forget|never ?mind)\b.*\ballerg"
@@ -361,7 +366,9 @@ class _Listener:
                 self.mild |= restrictions - earlier
             if not restrictions and thing not in out:
                 self.refused[thing] = None
-                if how is Refusal.HARMED:
+                told = () if asks(clause.text) else _ALLERGIC_TO.findall(clause.text)
+                named = singulars(" ".join(told))
+                if contains(named, singulars(thing)):
                     self.harmful[thing] = None
             for phrase in [p for p in self.asked if contains(singulars(p), singulars(thing))]:
                 del self.asked[phrase]
