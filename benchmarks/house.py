@@ -30,9 +30,9 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from goalscope.envs.house.controller import HouseController
-from goalscope.envs.house.scene import Scene
-from goalscope.envs.house.scenes import load_scene, read_scene
+from goalscope.envs.house.simulator.controller import HouseController
+from goalscope.envs.house.simulator.scene import Scene
+from goalscope.envs.house.simulator.scenes import load_scene, read_scene
 from goalscope.models.tune import processor
 
 STEPS = 10_000
@@ -164,7 +164,7 @@ def stand_in(scene: Scene) -> Iterator[Path]:
     with tempfile.TemporaryDirectory() as folder:
         kept = {"sceneName": "Bench", "agent": scene.agent, "objects": scene.objects}
         Path(folder, "Bench.json").write_text(json.dumps(kept))
-        code = "from goalscope.envs.house import unity; unity.main()"
+        code = "from goalscope.envs.house.simulator import unity; unity.main()"
         program = Path(folder, "program")
         program.write_text(f'#!/bin/sh\nexec {shlex.join([sys.executable, "-c", code])} "$@"\n')
         program.chmod(0o755)

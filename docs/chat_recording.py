@@ -42,7 +42,7 @@ TYPED = 0.03
 """Seconds a character."""
 LAST = 6.0
 """Seconds before it begins again."""
-MAIN = "from goalscope.cli import main; main()"
+MAIN = "from goalscope.cli.main import main; main()"
 
 
 def recorded() -> list[Text]:

@@ -12,7 +12,7 @@ from goalscope.acting import ActionPlanner
 from goalscope.agent import Agent
 from goalscope.display import show_round
 from goalscope.envs.house import HomeRobot, HouseController, load_profiles
-from goalscope.envs.house.picture import terminal_picture
+from goalscope.envs.house.picture.terminal import terminal_picture
 from goalscope.models.opening import open_model
 
 ROUNDS = 3

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from goalscope.envs.house import HomeRobot, HouseController
-from goalscope.envs.house.hearing import Hearing, hear
+from goalscope.envs.house.hearing.hear import Hearing, hear
 from goalscope.types import Turn
 from talks import Talk
 

@@ -6,8 +6,8 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from goalscope.envs.house.scenes import load_scene
-from goalscope.envs.house.world import House
+from goalscope.envs.house.simulator.scenes import load_scene
+from goalscope.envs.house.simulator.world import House
 
 FROM_HERE = ("visible", "isInteractable", "distance")
 """What of an object depends on where the agent stands."""

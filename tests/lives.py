@@ -260,7 +260,7 @@ def _command(*words: str) -> None:
     """A command line over the small model; what it shows goes nowhere."""
     from rich.console import Console
 
-    from goalscope import cli, cli_episodes, cli_experiments, terminal
+    from goalscope.cli import episodes, experiments, main, terminal
     from goalscope.experiment import identity, work
     from goalscope.models import opening
     from test_run import NamedModel
@@ -273,11 +273,11 @@ def _command(*words: str) -> None:
 
     quiet = Console(file=open(os.devnull, "w"))  # noqa: SIM115
     work.opened = identity.opened = opening.open_model = small
-    for module in (cli_episodes, cli_experiments, terminal):
+    for module in (episodes, experiments, terminal):
         module.console = lambda **_: quiet
-    cli_experiments.show_tables = lambda *_: None
+    experiments.show_tables = lambda *_: None
     sys.argv = ["goalscope", *words]
-    cli.main()
+    main.main()
 
 
 def _main() -> None:

@@ -9,16 +9,16 @@ HERE = Path(__file__).parent
 START = """
 import sys
 from contextlib import nullcontext
-import goalscope.cli_settings
+import goalscope.cli.settings
 from fakes import WordModel
-from goalscope.cli import main
+from goalscope.cli.main import main
 
 class Loud(WordModel):
     def token_logprobs(self, *given, **more):
         print("a stray word")
         return super().token_logprobs(*given, **more)
 
-goalscope.cli_settings.opened_model = lambda *given: nullcontext(Loud())
+goalscope.cli.settings.opened_model = lambda *given: nullcontext(Loud())
 main()
 """
 

@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 from goalscope.belief import Belief
 from goalscope.calibration import LAST_TURN, PAPER, USUAL, calibration_from_json
 from goalscope.calibrations import keep_calibration
-from goalscope.cli import app
+from goalscope.cli.main import app
 from goalscope.store import Store
 from goalscope.types import UNSPECIFIED, Goal
 from lives import CATALOGUE
@@ -26,7 +26,7 @@ from test_run import NamedModel
 from test_store import a_round
 
 SOURCE = str(Path(__file__).parents[1] / "src")
-MAIN = [sys.executable, "-c", "from goalscope.cli import main; main()"]
+MAIN = [sys.executable, "-c", "from goalscope.cli.main import main; main()"]
 
 PROFILES = """
 [[profile]]
@@ -121,7 +121,7 @@ def test_help_of_every_command(command):
 
 def test_the_command_loads_nothing_heavy_before_it_is_needed():
     heavy = {"numpy", "rich", "llama_cpp", "jinja2", "wordllama"}
-    code = f"import sys, goalscope.cli; print([m for m in sys.modules if m in {heavy}])"
+    code = f"import sys, goalscope.cli.main; print([m for m in sys.modules if m in {heavy}])"
     env = os.environ | {"PYTHONPATH": SOURCE}
     loaded = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, check=True)
     assert loaded.stdout.strip() == b"[]"
@@ -130,7 +130,7 @@ def test_the_command_loads_nothing_heavy_before_it_is_needed():
 def test_listing_episodes_loads_no_numerics_and_no_prompts(tmp_path):
     code = (
         "import sys\n"
-        "from goalscope.cli import app\n"
+        "from goalscope.cli.main import app\n"
         f"app(['episodes', '--store', {str(tmp_path / 'e.db')!r}], standalone_mode=False)\n"
         "print([m for m in sys.modules if m in {'numpy', 'jinja2', 'llama_cpp'}])"
     )

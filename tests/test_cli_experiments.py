@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from goalscope.cli_experiments import show_tables
+from goalscope.cli.experiments import show_tables
 from goalscope.datasets import DATASETS
 from goalscope.experiment import identity, work
 from goalscope.experiment.results import Results
@@ -102,7 +102,7 @@ def test_questions_are_measured_once_and_printed(here):
 
 
 def test_long_work_without_a_terminal_says_how_far_it_is(here, monkeypatch):
-    monkeypatch.setattr("goalscope.terminal.LINES", 0.0)
+    monkeypatch.setattr("goalscope.cli.terminal.LINES", 0.0)
     said = invoke("bench", "mcq", "q.jsonl", "--json")
     assert json.loads(said.stdout)
     assert said.stderr.splitlines()[1:] == [

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import pytest
 from typer.testing import CliRunner
 
-from goalscope.cli import app
+from goalscope.cli.main import app
 from goalscope.envs.house import HouseController, load_profiles
 from goalscope.store import Store
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import httpx
 import pytest
 
-from goalscope.cli_serve import kept_key, serve
+from goalscope.cli.serve import kept_key, serve
 from goalscope.types import GoalscopeError, InvalidInputError
 from processes import started
 

@@ -7,7 +7,7 @@ import typer
 from typer.testing import CliRunner
 
 from goalscope.agent import CONFIRM
-from goalscope.cli import _Commands
+from goalscope.cli.main import _Commands
 from goalscope.envs.speech import agrees
 from goalscope.episode import Round
 from goalscope.store import Store

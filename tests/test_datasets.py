@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from goalscope.cli_data import data
+from goalscope.cli.data import data
 from goalscope.datasets import DATASETS, Case, data_folder, load, turns_of
 from goalscope.datasets.goal_sets import by_shared_words, chance, draw
 from goalscope.datasets.multiwoz import detokenised

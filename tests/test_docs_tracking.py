@@ -56,7 +56,7 @@ def test_an_assistant_keeps_a_belief_over_mcp(tmp_path: Path) -> None:
     program = tmp_path / "goalscope"
     program.write_text(
         f"#!/bin/sh\nexport PYTHONPATH={ROOT / 'src'} GOALSCOPE_STORE={tmp_path / 'episodes.db'}\n"
-        f"exec {sys.executable} -c 'from goalscope.cli import main; main()' \"$@\"\n"
+        f"exec {sys.executable} -c 'from goalscope.cli.main import main; main()' \"$@\"\n"
     )
     program.chmod(0o755)
     *_, code = blocks("python")

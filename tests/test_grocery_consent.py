@@ -6,7 +6,7 @@ import itertools
 
 import pytest
 
-from goalscope.envs.grocery.consent import consents
+from goalscope.envs.grocery.hearing.consent import consents
 
 ORDERS = ("buy the basket", "please buy the basket", "check out", "buy it", "purchase the basket",
           "buy everything", "place the order", "complete the purchase")  # fmt: skip

@@ -6,8 +6,8 @@ import pytest
 
 from fakes import said
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.diets import diet, waves_off
-from goalscope.envs.grocery.hearing import hear
+from goalscope.envs.grocery.hearing.diets import diet, waves_off
+from goalscope.envs.grocery.hearing.hear import hear
 from goalscope.envs.grocery.restrictions import violates
 from goalscope.types import Turn
 from shops import CATALOGUE, shop, talked

@@ -8,8 +8,8 @@ from decimal import Decimal
 import pytest
 
 from fakes import said
-from goalscope.envs.grocery.hearing import hear
-from goalscope.envs.grocery.limits import budget, guesses
+from goalscope.envs.grocery.hearing.hear import hear
+from goalscope.envs.grocery.hearing.limits import budget, guesses
 from goalscope.envs.grocery.restrictions import violates
 from goalscope.types import Action, Turn
 from shops import CATALOGUE, shop, talked

@@ -6,7 +6,7 @@ import pytest
 
 from fakes import said
 from goalscope.envs.grocery import Catalogue, GroceryShop
-from goalscope.envs.grocery.hearing import hear
+from goalscope.envs.grocery.hearing.hear import hear
 from goalscope.types import Action
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from fakes import said
-from goalscope.envs.grocery.hearing import hear
-from goalscope.envs.grocery.limits import budget
+from goalscope.envs.grocery.hearing.hear import hear
+from goalscope.envs.grocery.hearing.limits import budget
 from goalscope.envs.remarks import is_remark
 from goalscope.types import Action
 from shops import shop, talked

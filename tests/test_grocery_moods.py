@@ -8,10 +8,10 @@ import pytest
 
 from fakes import said
 from goalscope.envs.grocery import Catalogue, GroceryShop
-from goalscope.envs.grocery import requests as grammar
-from goalscope.envs.grocery.hearing import hear
-from goalscope.envs.grocery.moods import Mood, clauses
-from goalscope.envs.grocery.requests import amount
+from goalscope.envs.grocery.hearing import requests as grammar
+from goalscope.envs.grocery.hearing.hear import hear
+from goalscope.envs.grocery.hearing.moods import Mood, clauses
+from goalscope.envs.grocery.hearing.requests import amount
 from goalscope.envs.grocery.search import Search
 from goalscope.types import Action
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from goalscope.envs.grocery.amounts import Request, packages
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.diets import diet
-from goalscope.envs.grocery.requests import Refusal, amount, clears, unwanted, wanted
+from goalscope.envs.grocery.hearing.amounts import Request, packages
+from goalscope.envs.grocery.hearing.diets import diet
+from goalscope.envs.grocery.hearing.requests import Refusal, amount, clears, unwanted, wanted
+from goalscope.envs.grocery.hearing.rewording import heard
 from goalscope.envs.grocery.restrictions import DIETS, violates
-from goalscope.envs.grocery.rewording import heard
 
 
 def asked_for(said: str) -> list[Request]:

@@ -8,7 +8,7 @@ import pytest
 
 from fakes import said
 from goalscope.envs.grocery import Catalogue, GroceryShop, Item, load_profiles
-from goalscope.envs.grocery.hearing import hear
+from goalscope.envs.grocery.hearing.hear import hear
 from goalscope.envs.grocery.search import Search
 from goalscope.types import Action, Profile
 

@@ -6,7 +6,7 @@ import pytest
 
 from fakes import WordModel
 from goalscope.agent import Agent
-from goalscope.envs.grocery.undoing import ALLERGY, harm
+from goalscope.envs.grocery.hearing.undoing import ALLERGY, harm
 from goalscope.envs.undoing import undoes
 from goalscope.taking_back import AT_ONCE, IDLE, NOT_PLAIN, NOTHING
 from goalscope.types import Action

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import LampRoom, WordModel, said
-from goalscope import cli_episodes
+from goalscope.cli import episodes as cli_episodes
 from goalscope.dialog import SimulatedHuman
 from goalscope.domains import Settings
 from goalscope.envs.grocery import Catalogue, GroceryShop

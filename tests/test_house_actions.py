@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from goalscope.envs.house.geometry import box_of
-from goalscope.envs.house.world import ACTIONS
+from goalscope.envs.house.simulator.geometry import box_of
+from goalscope.envs.house.simulator.world import ACTIONS
 from houses import act, changes, do, facts, house, named, run, thing
 
 PLACES = ("position", "rotation", "axisAlignedBoundingBox", "objectOrientedBoundingBox")

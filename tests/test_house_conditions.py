@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from goalscope.envs.house.conditions import conditions_met, load_profiles
-from goalscope.envs.house.object_types import object_types
-from goalscope.envs.house.scenes import load_scene
-from goalscope.envs.house.world import House
+from goalscope.envs.house.simulator.object_types import object_types
+from goalscope.envs.house.simulator.scenes import load_scene
+from goalscope.envs.house.simulator.world import House
 from goalscope.types import InvalidInputError, Profile
 
 GOOD = """[[profile]]

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from goalscope.envs.house.conformance import (
+from goalscope.envs.house.simulator.conformance import (
     PREDICATES,
     Agreement,
     compare_episode,
@@ -21,8 +21,8 @@ from goalscope.envs.house.conformance import (
     rows,
     triples,
 )
-from goalscope.envs.house.scenes import load_scene
-from goalscope.envs.house.teach import replay_game, replay_games
+from goalscope.envs.house.simulator.scenes import load_scene
+from goalscope.envs.house.simulator.teach import replay_game, replay_games
 from goalscope.types import InvalidInputError
 from houses import facts, house, named, run
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from goalscope.envs.house.controller import Event, HouseController
-from goalscope.envs.house.scenes import load_scene
+from goalscope.envs.house.simulator.controller import Event, HouseController
+from goalscope.envs.house.simulator.scenes import load_scene
 from goalscope.types import InvalidInputError
 
 

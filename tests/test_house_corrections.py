@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from goalscope.envs.house.aims import is_aim
-from goalscope.envs.house.scenes import load_scene
+from goalscope.envs.house.hearing.aims import is_aim
+from goalscope.envs.house.simulator.scenes import load_scene
 from goalscope.taking_back import IDLE, NOTHING
 from goalscope.types import Action, InvalidInputError, Turn
 from heard import robot_in, told

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from goalscope.envs.house.hearing import (
+from goalscope.envs.house.hearing.hear import (
     Request,
     hear,
 )
-from goalscope.envs.house.object_types import object_types
+from goalscope.envs.house.simulator.object_types import object_types
 from goalscope.types import Turn
 from heard import TYPES, heard, put, scene
 

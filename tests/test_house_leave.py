@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from goalscope.envs.house.hearing import (
+from goalscope.envs.house.hearing.hear import (
     IRREVERSIBLE,
     Request,
     ask_permission,
     completes,
     hear,
 )
-from goalscope.envs.house.object_types import object_types
+from goalscope.envs.house.simulator.object_types import object_types
 from goalscope.types import Turn
 from heard import TYPES, heard, put, scene
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from goalscope.envs.house.world import House
+from goalscope.envs.house.simulator.world import House
 from houses import act, do, house, run, thing
 
 

@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from goalscope.envs.house.floor_plan import Plan, floor_plan
-from goalscope.envs.house.object_types import object_types
-from goalscope.envs.house.picture import terminal_picture
-from goalscope.envs.house.picture_svg import svg_picture
+from goalscope.envs.house.picture.floor_plan import Plan, floor_plan
+from goalscope.envs.house.picture.svg import svg_picture
+from goalscope.envs.house.picture.terminal import terminal_picture
+from goalscope.envs.house.simulator.object_types import object_types
 from houses import do, house
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -11,7 +11,7 @@ from goalscope.agent import Agent
 from goalscope.envs import Environment
 from goalscope.envs.check import check_env
 from goalscope.envs.house import HomeRobot, HouseController, load_profiles
-from goalscope.envs.house.hearing import IRREVERSIBLE
+from goalscope.envs.house.hearing.hear import IRREVERSIBLE
 from goalscope.policy import Planner, Want, undo
 from goalscope.types import Action, GoalscopeError, StepResult, Turn
 

@@ -11,13 +11,13 @@ from typing import Any
 
 import pytest
 
-from goalscope.envs.house.geometry import Box, box_of, vec
-from goalscope.envs.house.object_types import object_types
-from goalscope.envs.house.rooms import read_room
-from goalscope.envs.house.scene import Scene
-from goalscope.envs.house.scenes import load_scene
-from goalscope.envs.house.state import GRID, REACH, State
-from goalscope.envs.house.world import House
+from goalscope.envs.house.simulator.geometry import Box, box_of, vec
+from goalscope.envs.house.simulator.object_types import object_types
+from goalscope.envs.house.simulator.rooms import read_room
+from goalscope.envs.house.simulator.scene import Scene
+from goalscope.envs.house.simulator.scenes import load_scene
+from goalscope.envs.house.simulator.state import GRID, REACH, State
+from goalscope.envs.house.simulator.world import House
 from goalscope.types import InvalidInputError
 
 ROOMS = ["Bathroom1", "Bedroom1", "Kitchen1", "LivingRoom1"]

@@ -13,11 +13,11 @@ from typing import Any
 
 import pytest
 
-from goalscope.envs.house import scenes
-from goalscope.envs.house.scene import Scene
-from goalscope.envs.house.scenes import import_scene, known_scenes, load_scene, read_scene
-from goalscope.envs.house.state import State
-from goalscope.envs.house.world import House
+from goalscope.envs.house.simulator import scenes
+from goalscope.envs.house.simulator.scene import Scene
+from goalscope.envs.house.simulator.scenes import import_scene, known_scenes, load_scene, read_scene
+from goalscope.envs.house.simulator.state import State
+from goalscope.envs.house.simulator.world import House
 from goalscope.types import InvalidInputError
 
 LAMP, TABLE, BOOK = "FloorLamp|+01|+00|+01", "DiningTable|+02|+00|+02", "Book|+02|+00.7|+02"

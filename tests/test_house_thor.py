@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fakes import said
-from goalscope.cli import app
+from goalscope.cli.main import app
 from goalscope.envs.check import check_env
 from goalscope.envs.house import HomeRobot, HouseController, start_thor
 from goalscope.types import Action, GoalscopeError, InvalidInputError
@@ -73,7 +73,7 @@ def test_a_run_in_thor_ends_as_a_run_in_the_house(
 def test_a_unity_that_is_killed_stops_the_robot_with_a_clear_error(
     unity: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("goalscope.envs.house.thor.PATIENCE", 2.0)
+    monkeypatch.setattr("goalscope.envs.house.simulator.thor.PATIENCE", 2.0)
     controller: Any = start_thor("Kitchen1", unity)
     robot = HomeRobot(controller)
     os.kill(controller.unity_pid, 9)

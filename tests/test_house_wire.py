@@ -15,8 +15,8 @@ from typing import Any
 
 import pytest
 
-from goalscope.envs.house import unity
-from goalscope.envs.house.scene import Scene
+from goalscope.envs.house.simulator import unity
+from goalscope.envs.house.simulator.scene import Scene
 from goalscope.types import InvalidInputError
 from unities import broken_scene, scene, scenes
 

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from goalscope.envs.house.rooms import read_room
-from goalscope.envs.house.world import ACTIONS, House
+from goalscope.envs.house.simulator.rooms import read_room
+from goalscope.envs.house.simulator.world import ACTIONS, House
 from houses import ABOUT_THE_ACTION, act, do, facts, house, run, thing
 
 ROOM = """name = "Small"

@@ -92,7 +92,7 @@ def goalscope(home: Path, hub: str, *arguments: str) -> subprocess.CompletedProc
         "HF_HUB_ETAG_TIMEOUT": "2",
     }
     return subprocess.run(
-        [sys.executable, "-c", "from goalscope.cli import main; main()", *arguments],
+        [sys.executable, "-c", "from goalscope.cli.main import main; main()", *arguments],
         env=environment,
         capture_output=True,
         text=True,

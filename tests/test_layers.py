@@ -17,25 +17,7 @@ LAYERS = [
     {"study"},
     {"report"},
     {"fitting", "web", "mcp_server"},
-    {
-        "terminal",
-        "cli",
-        "cli_calibrate",
-        "cli_data",
-        "cli_episodes",
-        "cli_experiments",
-        "cli_fit",
-        "cli_house",
-        "cli_mcp",
-        "cli_models",
-        "cli_options",
-        "cli_report",
-        "cli_serve",
-        "cli_settings",
-        "cli_study",
-        "cli_typed",
-        "cli_why",
-    },
+    {"cli"},
 ]
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 

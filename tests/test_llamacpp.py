@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from goalscope.models.llamacpp import LlamaCpp
-from goalscope.models.native import MAX_PATHS
+from goalscope.models.llamacpp import LlamaCpp, embedded_path
+from goalscope.models.native import MAX_PATHS, Weights, bindings
 from goalscope.models.tune import requantize
 from goalscope.types import Message, ModelError
 from test_model_contract import CONTEXTS, HISTORY, REPLIES, TOLERANCE, one_at_a_time, sums
@@ -146,3 +147,16 @@ def test_a_model_that_is_closed_says_so_whatever_it_is_asked() -> None:
     ):
         with pytest.raises(ModelError, match="This model is closed; open it again with open_model"):
             asked()
+
+
+def test_no_weights_are_repacked_for_a_processor(monkeypatch: pytest.MonkeyPatch) -> None:
+    lib, repacked = bindings(), list[bool]()
+
+    def load(path: bytes, params: Any) -> Any:
+        repacked.append(params.use_extra_bufts)
+        return plainly(path, params)
+
+    plainly = lib.llama_model_load_from_file
+    monkeypatch.setattr(lib, "llama_model_load_from_file", load)
+    Weights(embedded_path()).free()
+    assert repacked == [False]

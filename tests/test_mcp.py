@@ -225,7 +225,7 @@ def test_a_model_that_is_not_there_is_refused_at_the_start(tmp_path: Path, optio
 def test_without_the_package_an_error_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     from typer.testing import CliRunner
 
-    from goalscope.cli import app
+    from goalscope.cli.main import app
 
     monkeypatch.setitem(sys.modules, "mcp.server", None)
     monkeypatch.delitem(sys.modules, "goalscope.mcp_server", raising=False)

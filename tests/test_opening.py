@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fakes import WordModel
-from goalscope.cli import app
+from goalscope.cli.main import app
 from goalscope.models.llamacpp import LlamaCpp, embedded_path
 from goalscope.models.opening import TwoModels, model_label, open_model, parts
 from goalscope.types import InvalidInputError, Message, ModelError

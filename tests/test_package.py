@@ -43,7 +43,7 @@ def test_the_wheel_holds_every_file_of_the_source(unpacked: Path) -> None:
 
 @pytest.mark.parametrize("command", [["house", "scenes"], ["data", "list"], ["run", "--help"]])
 def test_what_the_wheel_holds_runs(unpacked: Path, command: list[str]) -> None:
-    code = "from goalscope import cli; print(cli.__file__); cli.main()"
+    code = "from goalscope.cli import main as cli; print(cli.__file__); cli.main()"
     done = subprocess.run(
         [sys.executable, "-c", code, *command],
         env={**os.environ, "PYTHONPATH": str(unpacked)},

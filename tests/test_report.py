@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL
-from goalscope.cli_report import report
+from goalscope.cli.report import report
 from goalscope.episode import Round
 from goalscope.experiment.predictors import PREDICTORS, SEEN, UNIFORM
 from goalscope.experiment.results import Results, cell_key

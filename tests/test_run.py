@@ -23,7 +23,7 @@ from goalscope.experiment.work import measure, perform
 from goalscope.types import GoalscopeError, InvalidInputError
 
 SOURCE = str(Path(__file__).parents[1] / "src")
-MAIN = [sys.executable, "-c", "from goalscope.cli import main; main()"]
+MAIN = [sys.executable, "-c", "from goalscope.cli.main import main; main()"]
 ENV = os.environ | {"PYTHONPATH": SOURCE, "GOALSCOPE_TUNE": "0"}
 
 CHOICES = {"A": "a cake with much cocoa", "B": "a clean car"}

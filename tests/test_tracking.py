@@ -11,7 +11,7 @@ from goalscope import tracking
 from goalscope.advice import advice
 from goalscope.belief import PINNED
 from goalscope.calibration import PAPER
-from goalscope.cli import app
+from goalscope.cli.main import app
 from goalscope.domains import TRACKING, Settings
 from goalscope.store import Store
 from goalscope.tracker import GoalTracker

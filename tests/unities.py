@@ -9,8 +9,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from goalscope.envs.house import unity
-from goalscope.envs.house.scene import Scene
+from goalscope.envs.house.simulator import unity
+from goalscope.envs.house.simulator.scene import Scene
 from goalscope.types import InvalidInputError
 
 LAMP = "FloorLamp|+02.00|+00.00|+02.00"

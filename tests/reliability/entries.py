@@ -21,8 +21,8 @@ from goalscope.envs import grocery, house
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.house.conditions import conditions_met
-from goalscope.envs.house.scenes import read_scene
-from goalscope.envs.house.state import State
+from goalscope.envs.house.simulator.scenes import read_scene
+from goalscope.envs.house.simulator.state import State
 from goalscope.experiment.reading import read_experiment
 from goalscope.goals import propose
 from goalscope.infer import read_dialogues

@@ -20,8 +20,8 @@ from goalscope.envs.grocery import load_profiles as shoppers
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.house import load_profiles as residents
-from goalscope.envs.house.properties import LASTING
-from goalscope.envs.house.scene import Scene
+from goalscope.envs.house.simulator.properties import LASTING
+from goalscope.envs.house.simulator.scene import Scene
 from goalscope.models import Model
 from goalscope.policy import Planner
 from goalscope.types import InvalidInputError

@@ -11,9 +11,9 @@ from fakes import WordModel
 from goalscope.acting import ActionPlanner
 from goalscope.agent import Agent
 from goalscope.envs.house import HomeRobot, HouseController
-from goalscope.envs.house.hearing import IRREVERSIBLE
-from goalscope.envs.house.object_types import object_types
-from goalscope.envs.house.properties import LASTING
+from goalscope.envs.house.hearing.hear import IRREVERSIBLE
+from goalscope.envs.house.simulator.object_types import object_types
+from goalscope.envs.house.simulator.properties import LASTING
 from goalscope.types import GoalscopeError
 from heard import heard
 from hostile import ORDERS as HOSTILE

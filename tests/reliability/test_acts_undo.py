@@ -14,9 +14,9 @@ from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.house import HomeRobot, HouseController
-from goalscope.envs.house.hearing import IRREVERSIBLE
+from goalscope.envs.house.hearing.hear import IRREVERSIBLE
 from goalscope.envs.house.offers import NAMES
-from goalscope.envs.house.properties import LASTING, PREDICATES
+from goalscope.envs.house.simulator.properties import LASTING, PREDICATES
 from goalscope.policy import Planner
 from goalscope.types import Action, GoalscopeError, StepResult
 

@@ -16,7 +16,7 @@ import pytest
 from fastapi.routing import APIRoute
 
 from fakes import WordModel
-from goalscope.cli_serve import serve
+from goalscope.cli.serve import serve
 from goalscope.store import Store
 from goalscope.types import InvalidInputError
 from goalscope.web.app import create_app

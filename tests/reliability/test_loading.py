@@ -265,7 +265,7 @@ def test_a_hostile_adapter_is_refused(
 SECRET = "sk-verysecret-0123456789"
 FORGE = """
 import logging
-from goalscope import cli
+from goalscope.cli import main as cli
 
 def app():
     text = "no\\nERROR:root:forged\\r\\x1b[2J\\u202e"
@@ -292,7 +292,7 @@ def test_no_text_forges_a_line_of_the_log() -> None:
 
 def test_an_error_is_one_line_at_the_terminal(tmp_path: Path) -> None:
     for name in ("x\ny\r\x1b[2J", "\u202ex.toml"):
-        start = [sys.executable, "-c", "from goalscope.cli import main; main()"]
+        start = [sys.executable, "-c", "from goalscope.cli.main import main; main()"]
         command = [*start, "replay", name, "--store", str(tmp_path / "e")]
         done = subprocess.run(command, env=environment(), capture_output=True, check=False)
         told = done.stderr.decode()
@@ -345,7 +345,7 @@ def test_a_key_and_a_password_are_told_nowhere(tmp_path: Path, record_property: 
             "-W",
             "ignore",
             "-c",
-            "from goalscope.cli import main; main()",
+            "from goalscope.cli.main import main; main()",
         ]
         started = [
             subprocess.Popen(

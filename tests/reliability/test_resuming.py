@@ -71,7 +71,7 @@ CHANGES = {
     "model": other_weights,
     "prompts": append("prompts/goal_last.jinja"),
     "code": append("belief.py"),
-    "code of the domains": append("envs/house/world.py"),
+    "code of the domains": append("envs/house/simulator/world.py"),
     "code that is data": append("envs/grocery/profiles.toml"),
     "version": other_version,
 }

@@ -10,7 +10,7 @@ import pytest
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.house import HomeRobot, HouseController
-from goalscope.envs.house.vocabulary import BASE
+from goalscope.envs.house.hearing.vocabulary import BASE
 from talks import Talk
 
 CATALOGUE = Catalogue(Catalogue.load().items[::10])

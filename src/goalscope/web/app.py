@@ -20,7 +20,7 @@ from starlette.exceptions import HTTPException
 
 from goalscope.agent import Method
 from goalscope.domains import TRACKING, Domain, Settings, open_environment
-from goalscope.envs.house.scenes import known_scenes
+from goalscope.envs.house.simulator.scenes import known_scenes
 from goalscope.models import Model, model_name
 from goalscope.plain import model_shown
 from goalscope.store import EpisodeInfo, Store

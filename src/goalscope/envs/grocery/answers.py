@@ -10,11 +10,11 @@ from decimal import Decimal
 from itertools import takewhile
 from typing import Protocol
 
-from goalscope.envs.grocery.amounts import CONTAINER
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import called, is_vague
-from goalscope.envs.grocery.diets import diet, hinted, implied, undieted
-from goalscope.envs.grocery.requests import Refusal
+from goalscope.envs.grocery.hearing.amounts import CONTAINER
+from goalscope.envs.grocery.hearing.diets import diet, hinted, implied, undieted
+from goalscope.envs.grocery.hearing.requests import Refusal
 from goalscope.envs.grocery.restrictions import violates
 from goalscope.envs.grocery.synonyms import usual
 from goalscope.envs.grocery.words import NO_GOODS, contains, singulars

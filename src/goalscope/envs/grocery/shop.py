@@ -10,17 +10,16 @@ from functools import lru_cache, partial
 from itertools import takewhile
 
 from goalscope import envs
-from goalscope.envs.grocery.amounts import MOST, Request, packages
 from goalscope.envs.grocery.answers import Bounds, answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.changes import changes, dearer, guessed
 from goalscope.envs.grocery.choosing import Choice, called, is_vague
-from goalscope.envs.grocery.consent import consents
-from goalscope.envs.grocery.diets import diet, hinted, undieted, waves_off
-from goalscope.envs.grocery.hearing import Hearing, hear
-from goalscope.envs.grocery.limits import budget, limits_of_things
-from goalscope.envs.grocery.names import Names
-from goalscope.envs.grocery.orders import (
+from goalscope.envs.grocery.hearing.amounts import MOST, Request, packages
+from goalscope.envs.grocery.hearing.consent import consents
+from goalscope.envs.grocery.hearing.diets import diet, hinted, undieted, waves_off
+from goalscope.envs.grocery.hearing.hear import Hearing, hear
+from goalscope.envs.grocery.hearing.limits import budget, limits_of_things
+from goalscope.envs.grocery.hearing.orders import (
     adds_it,
     besides_buying,
     had_too,
@@ -30,12 +29,14 @@ from goalscope.envs.grocery.orders import (
     so_many,
     tries_to_buy,
 )
-from goalscope.envs.grocery.phrases import SAME, SAME_ALL, SAME_TWO
+from goalscope.envs.grocery.hearing.phrases import SAME, SAME_ALL, SAME_TWO
+from goalscope.envs.grocery.hearing.requests import amount, refuses, unrefused
+from goalscope.envs.grocery.hearing.rewording import heard
+from goalscope.envs.grocery.hearing.swapping import swapped
+from goalscope.envs.grocery.hearing.undoing import ALLERGY, calling_notes, harm, net, steps
+from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.profiles import checks_met
-from goalscope.envs.grocery.requests import amount, refuses, unrefused
-from goalscope.envs.grocery.rewording import heard
 from goalscope.envs.grocery.search import Search
-from goalscope.envs.grocery.swapping import swapped
 from goalscope.envs.grocery.telling import (
     for_some,
     lifted,
@@ -46,7 +47,6 @@ from goalscope.envs.grocery.telling import (
     taken_in,
     unlabelled,
 )
-from goalscope.envs.grocery.undoing import ALLERGY, calling_notes, harm, net, steps
 from goalscope.envs.grocery.unheard import above_limit, not_replaced, undone
 from goalscope.envs.grocery.words import singulars, words
 from goalscope.envs.remarks import asks_for_guesses

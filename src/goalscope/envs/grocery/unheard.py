@@ -6,15 +6,15 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from decimal import Decimal
 
-from goalscope.envs.grocery.amounts import Request
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.choosing import Choice
-from goalscope.envs.grocery.correcting import QUALITY
-from goalscope.envs.grocery.hearing import Hearing
-from goalscope.envs.grocery.moods import Mood
-from goalscope.envs.grocery.orders import BEYOND, states_aim
-from goalscope.envs.grocery.requests import besides_refused, uncontained
-from goalscope.envs.grocery.rewording import ASKING, Said
+from goalscope.envs.grocery.hearing.amounts import Request
+from goalscope.envs.grocery.hearing.correcting import QUALITY
+from goalscope.envs.grocery.hearing.hear import Hearing
+from goalscope.envs.grocery.hearing.moods import Mood
+from goalscope.envs.grocery.hearing.orders import BEYOND, states_aim
+from goalscope.envs.grocery.hearing.requests import besides_refused, uncontained
+from goalscope.envs.grocery.hearing.rewording import ASKING, Said
 from goalscope.envs.grocery.telling import not_there
 from goalscope.envs.grocery.words import contains, singulars
 from goalscope.envs.remarks import is_remark

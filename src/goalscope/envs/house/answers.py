@@ -7,8 +7,8 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from goalscope.envs.house.names import are, names, naming, the
-from goalscope.envs.house.properties import ACTS
-from goalscope.envs.house.state import is_whole
+from goalscope.envs.house.simulator.properties import ACTS
+from goalscope.envs.house.simulator.state import is_whole
 from goalscope.envs.speech import LEAD, evened
 
 __all__ = ["ABLE", "answered", "asks_what_was_done", "resolved"]

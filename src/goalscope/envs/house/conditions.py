@@ -7,9 +7,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, cast
 
-from goalscope.envs.house.object_types import object_types
-from goalscope.envs.house.properties import STATES, unfit_state
-from goalscope.envs.house.state import by_id, is_whole
+from goalscope.envs.house.simulator.object_types import object_types
+from goalscope.envs.house.simulator.properties import STATES, unfit_state
+from goalscope.envs.house.simulator.state import by_id, is_whole
 from goalscope.envs.tables import is_list, nearest, read_profiles, refuse_unknown, shown
 from goalscope.types import InvalidInputError, Profile
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from goalscope.envs.house import vocabulary as v
+from goalscope.envs.house.hearing import vocabulary as v
+from goalscope.envs.house.hearing.orders import Clause, OrderReader
 from goalscope.envs.house.names import the
-from goalscope.envs.house.orders import Clause, OrderReader
-from goalscope.envs.house.properties import ACTS, act_of
+from goalscope.envs.house.simulator.properties import ACTS, act_of
 from goalscope.envs.house.view import View
 from goalscope.envs.speech import LEAD, evened
 from goalscope.types import Action

@@ -8,9 +8,9 @@ from functools import partial
 from typing import Any
 
 from goalscope.envs.house.heard import HOME, Hearing, Request
-from goalscope.envs.house.object_types import SINGLE
-from goalscope.envs.house.properties import ACTS, PREDICATES, act_of
-from goalscope.envs.house.state import innermost, is_at, is_whole
+from goalscope.envs.house.simulator.object_types import SINGLE
+from goalscope.envs.house.simulator.properties import ACTS, PREDICATES, act_of
+from goalscope.envs.house.simulator.state import innermost, is_at, is_whole
 from goalscope.envs.house.view import View
 from goalscope.types import Action
 

@@ -9,7 +9,7 @@ from functools import cache, lru_cache
 from typing import Any
 
 from goalscope.envs.grocery.words import singular, singulars
-from goalscope.envs.house.object_types import object_types
+from goalscope.envs.house.simulator.object_types import object_types
 from goalscope.envs.speech import misspelt
 
 __all__ = ["GROUPS", "OF_IT", "Naming", "are", "mentioned", "names", "naming", "readable"]

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from goalscope.envs.house.geometry import box_of, spots
 from goalscope.envs.house.heard import Hearing
 from goalscope.envs.house.meeting import FILLS
 from goalscope.envs.house.names import readable
-from goalscope.envs.house.object_types import SINGLE, object_type
-from goalscope.envs.house.properties import ACTS
-from goalscope.envs.house.state import is_whole
+from goalscope.envs.house.simulator.geometry import box_of, spots
+from goalscope.envs.house.simulator.object_types import SINGLE, object_type
+from goalscope.envs.house.simulator.properties import ACTS
+from goalscope.envs.house.simulator.state import is_whole
 from goalscope.envs.house.view import View
 from goalscope.types import Action
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from goalscope.envs.house.controller import Controller
-from goalscope.envs.house.state import ENCLOSING, by_id, innermost, is_at
+from goalscope.envs.house.simulator.controller import Controller
+from goalscope.envs.house.simulator.state import ENCLOSING, by_id, innermost, is_at
 from goalscope.types import GoalscopeError
 
 __all__ = ["Primitives", "Refusal"]

@@ -11,20 +11,20 @@ from typing import Any
 
 from goalscope import envs
 from goalscope.envs.house.answers import answered, asks_what_was_done, resolved
-from goalscope.envs.house.completion import completes
 from goalscope.envs.house.conditions import conditions_met
-from goalscope.envs.house.controller import Controller
 from goalscope.envs.house.deeds import told_of_deeds
 from goalscope.envs.house.heard import HOME
-from goalscope.envs.house.hearing import IRREVERSIBLE, Hearing, Request, ask_permission, hear
+from goalscope.envs.house.hearing.completion import completes
+from goalscope.envs.house.hearing.hear import IRREVERSIBLE, Hearing, Request, ask_permission, hear
+from goalscope.envs.house.hearing.restraint import holds_back, names_a_spot
+from goalscope.envs.house.hearing.undoing import NOTHING, lasting, restoring, reverses
 from goalscope.envs.house.meeting import FILLS, brought, meet, serves, settled, spent
 from goalscope.envs.house.names import mentioned, readable, the
 from goalscope.envs.house.offers import NAMES, cooks, is_refused, possible, returns
 from goalscope.envs.house.primitives import Primitives, Refusal
-from goalscope.envs.house.properties import ACTS, LASTING, PREDICATES
-from goalscope.envs.house.restraint import holds_back, names_a_spot
-from goalscope.envs.house.state import is_whole
-from goalscope.envs.house.undoing import NOTHING, lasting, restoring, reverses
+from goalscope.envs.house.simulator.controller import Controller
+from goalscope.envs.house.simulator.properties import ACTS, LASTING, PREDICATES
+from goalscope.envs.house.simulator.state import is_whole
 from goalscope.envs.house.unmet import unmet
 from goalscope.envs.house.view import View
 from goalscope.envs.remarks import asks_for_guesses

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
-from goalscope.envs.house import vocabulary as v
 from goalscope.envs.house.heard import HOME, Hearing, Request
+from goalscope.envs.house.hearing import vocabulary as v
 from goalscope.envs.house.meeting import NEEDS, brought, meant, met, serves
 from goalscope.envs.house.names import are, readable, the
-from goalscope.envs.house.slices import pieces
-from goalscope.envs.house.state import is_whole
+from goalscope.envs.house.simulator.slices import pieces
+from goalscope.envs.house.simulator.state import is_whole
 from goalscope.envs.house.view import View
 from goalscope.types import StepResult
 

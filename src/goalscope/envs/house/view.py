@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from goalscope.envs.house.names import are, names, readable, the
-from goalscope.envs.house.properties import ACTS, act_of
-from goalscope.envs.house.state import innermost, is_whole
+from goalscope.envs.house.simulator.properties import ACTS, act_of
+from goalscope.envs.house.simulator.state import innermost, is_whole
 from goalscope.types import Action
 
 __all__ = ["View"]

@@ -1,0 +1,82 @@
+"""`goalscope data`: the public datasets, and which of them are there."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from goalscope.cli.options import Json
+from goalscope.cli.terminal import console
+
+__all__ = ["data"]
+
+data = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="Public datasets of real dialogues, read from a folder of yours.",
+)
+
+
+@data.callback()
+def group() -> None:
+    """Keep `list` a command of its own."""
+
+
+@data.command(name="list")
+def list_datasets(
+    folder: Annotated[
+        Path | None,
+        typer.Option("--data", help="Folder of the datasets.  [default: $GOALSCOPE_DATA]"),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """List the datasets: what they hold, where they come from, and which files are there."""
+    from rich.table import Table
+
+    from goalscope.datasets import DATASETS, named_folder
+    from goalscope.plain import plain
+
+    folder = named_folder(folder)
+    out = console()
+    rows: list[dict[str, Any]] = []
+    for dataset in DATASETS.values():
+        there = {
+            split: folder is not None and (folder / path).is_file()
+            for split, path in dataset.files.items()
+        }
+        if as_json:
+            files = {
+                split: {"path": path, "there": there[split]}
+                for split, path in dataset.files.items()
+            }
+            rows.append({
+                "name": dataset.name,
+                "title": dataset.title,
+                "what": dataset.what,
+                "licence": dataset.licence,
+                "source": dataset.source,
+                "goal_sets": list(dataset.goal_sets),
+                "split": dataset.split,
+                "files": files,
+            })  # fmt: skip
+            continue
+        out.print(plain(f"{dataset.name}: {dataset.title}", "bold"), soft_wrap=True)
+        out.print(plain(f"  {dataset.what}; licence: {dataset.licence}"), soft_wrap=True)
+        out.print(plain(f"  from {dataset.source}"), soft_wrap=True)
+        if dataset.goal_sets:
+            out.print(plain(f"  goal sets: {', '.join(dataset.goal_sets)}"), soft_wrap=True)
+        table = Table.grid(padding=(0, 2))
+        for split, path in dataset.files.items():
+            default = " (default)" if split == dataset.split else ""
+            table.add_row("", split + default, "there" if there[split] else "missing", plain(path))
+        out.print(table)
+    if as_json:
+        print(json.dumps(rows))
+    else:
+        where = f"in {folder}" if folder else "in the folder that --data or GOALSCOPE_DATA names"
+        out.print(
+            plain(f"The files stand {where}. `goalscope` downloads none of them."), soft_wrap=True
+        )

@@ -1,0 +1,432 @@
+"""`goalscope chat`, `run`, `replay` and `episodes`: episodes with people, real and simulated."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from goalscope.cli.options import (
+    Adapter,
+    CalibrationName,
+    Calls,
+    Catalogue,
+    Columns,
+    Domain,
+    EndOfTurn,
+    Json,
+    Layout,
+    Method,
+    Model,
+    Picture,
+    Propose,
+    Questions,
+    Scene,
+    Scorer,
+    Seed,
+    Simulator,
+    StoreFile,
+    Tokenizer,
+    Unity,
+    Writer,
+)
+from goalscope.cli.settings import check_picture, engine_of, settings_given
+from goalscope.cli.terminal import console, spinner
+from goalscope.types import GoalscopeError, InvalidInputError, counted
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from goalscope.domains import Settings
+    from goalscope.envs import Environment
+    from goalscope.episode import Round
+    from goalscope.session import Session
+    from goalscope.store import EpisodeInfo
+    from goalscope.types import Profile
+
+__all__ = ["chat", "episodes", "replay", "run"]
+
+
+def chat(
+    context: typer.Context,
+    domain: Domain = "grocery",
+    resume: Annotated[str | None, typer.Option(metavar="ID", help="Continue an episode.")] = None,
+    method: Method = "good",
+    model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
+    catalogue: Catalogue = None,
+    column: Columns = None,
+    scene: Scene = None,
+    simulator: Simulator = "house",
+    unity: Unity = None,
+    picture: Picture = None,
+    layout: Layout = None,
+    end_of_turn: EndOfTurn = False,
+    calibration: CalibrationName = None,
+    propose: Propose = None,
+    questions: Questions = "likeliest",
+    seed: Seed = 0,
+    rounds: Annotated[int | None, typer.Option(min=1, help="Most rounds.  [default: 20]")] = None,
+    store: StoreFile = None,
+) -> None:
+    """Talk with the agent, and watch what it believes; "quit" leaves, and --resume goes on.
+
+    A resumed episode keeps its options, but for --rounds and --picture.
+    """
+    from goalscope.cli.typed import typed
+    from goalscope.cli.why import correct
+    from goalscope.display import show_belief, show_header, show_round, show_summary
+    from goalscope.domains import profile_named
+    from goalscope.session import Session, more_rounds, saved_settings
+    from goalscope.store import Store
+
+    out = console()
+    busy = spinner(out, "Thinking...")
+
+    def read(query: str) -> str:
+        busy.stop()
+        words = typed(out, query, lambda words: correct(out, session, words))
+        busy.start()
+        return words
+
+    with Store.open(store) as episodes:
+        info = episodes.episode(resume) if resume else None
+        if info:
+            _refuse_others(context, info)
+            check_picture(picture, info.domain)
+        settings = (
+            saved_settings(info, rounds=rounds)
+            if info
+            else settings_given(
+                picture,
+                domain=domain,
+                method=method,
+                model=model,
+                generator=generator,
+                scorer=scorer,
+                tokenizer=tokenizer,
+                adapter=adapter,
+                catalogue=catalogue,
+                columns=column,
+                scene=scene,
+                simulator=simulator,
+                unity=unity,
+                layout=layout,
+                end_of_turn=end_of_turn,
+                calibration=calibration,
+                propose=propose,
+                questions=questions,
+                seed=seed,
+                rounds=rounds or 20,
+            )
+        )
+        profile = info.profile if info else None
+        person = profile_named(settings, profile) if profile else None
+        with engine_of(settings) as engine, _environment(settings, person) as env:
+            session = Session(
+                episodes,
+                settings,
+                env,
+                engine,
+                profile=profile,
+                read=read,
+                resume=info,
+                confirm=settings.human == "you",
+            )
+            show_header(out, session.info)
+            ends = (
+                f'"{env.completion_phrase}" ends the task; "quit" leaves, and you can go on later'
+            )
+            correctable = settings.method == "good"
+            more = '; "/help" tells how to correct the goals.' if correctable else "."
+            out.print(ends + more, style="dim")
+            order = settings.method == "no-inference"
+            before = None
+            for round in session.earlier:
+                show_round(out, round, before, order=order)
+                before = round.belief
+            if session.corrections and session.belief:
+                show_belief(out, session.belief, before)
+            draw = _drawing(out, env, picture)
+            try:
+                with _resumable(session), busy:
+                    for round in session.run():
+                        transcript = settings.human != "you"
+                        show_round(out, round, before, transcript=transcript, order=order)
+                        draw()
+                        before = round.belief
+            except EOFError:
+                raise typer.Exit from None
+            show_summary(out, session.info)
+            if session.info.ended != "terminated":
+                out.print(more_rounds(session.info, settings.rounds), soft_wrap=True)
+
+
+def run(
+    profile: Annotated[str, typer.Option(metavar="NAME|all", help="The person to simulate.")],
+    domain: Domain = "grocery",
+    human: Annotated[
+        Literal["scripted", "simulated", "terse", "distracted", "changes-mind", "volunteers-late"],
+        typer.Option(help="Fixed replies, or a model's, with a habit if one is named."),
+    ] = "scripted",
+    method: Method = "good",
+    model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
+    profiles: Annotated[Path | None, typer.Option(help="TOML file of your own people.")] = None,
+    catalogue: Catalogue = None,
+    column: Columns = None,
+    scene: Scene = None,
+    simulator: Simulator = "house",
+    unity: Unity = None,
+    picture: Picture = None,
+    layout: Layout = None,
+    end_of_turn: EndOfTurn = False,
+    calibration: CalibrationName = None,
+    propose: Propose = None,
+    questions: Questions = "likeliest",
+    seed: Seed = 0,
+    rounds: Annotated[int, typer.Option(min=1, help="Most rounds.")] = 20,
+    calls: Calls = None,
+    store: StoreFile = None,
+    as_json: Json = False,
+) -> None:
+    """Run episodes with a simulated person, and score the outcome."""
+    from goalscope.display import show_scores
+    from goalscope.domains import profile_named, profiles_of
+    from goalscope.session import Session
+    from goalscope.store import Store
+
+    settings = settings_given(
+        picture,
+        domain=domain,
+        human=human,
+        method=method,
+        model=model,
+        generator=generator,
+        scorer=scorer,
+        tokenizer=tokenizer,
+        adapter=adapter,
+        profiles=profiles,
+        catalogue=catalogue,
+        columns=column,
+        scene=scene,
+        simulator=simulator,
+        unity=unity,
+        layout=layout,
+        end_of_turn=end_of_turn,
+        calibration=calibration,
+        propose=propose,
+        questions=questions,
+        seed=seed,
+        rounds=rounds,
+    )
+    everyone = profile == "all"
+    people = profiles_of(settings) if everyone else (profile_named(settings, profile),)
+    if not people:
+        raise InvalidInputError(f"{domain} has no people to simulate: load_profiles gives none.")
+    infos: list[EpisodeInfo] = []
+    with Store.open(store) as episodes, engine_of(settings, calls) as engine:
+        for person in people:
+            with _environment(settings, person) as env:
+                session = Session(episodes, settings, env, engine, profile=person.name)
+                file = picture and picture.with_stem(f"{picture.stem}-{person.name}")
+                file = picture if len(people) == 1 else file
+                draw = _drawing(console(), env, file, quiet=as_json or len(people) > 1)
+                infos.append(_run_one(session, draw, quiet=as_json, brief=len(people) > 1))
+            if as_json and len(people) > 1:
+                typer.echo(f"{len(infos)} of {len(people)}: {person.name}", err=True)
+    if as_json:
+        print(json.dumps([*map(_outcome, infos)]))
+    elif len(people) > 1:
+        show_scores(console(), infos)
+
+
+def replay(
+    id: Annotated[str, typer.Argument(help="The episode, or how its id begins.")],
+    store: StoreFile = None,
+) -> None:
+    """Show a stored episode again; no model is needed."""
+    from goalscope.cli.why import said_since
+    from goalscope.display import show_header, show_round, show_summary
+    from goalscope.plain import plain
+    from goalscope.store import Store
+
+    out = console()
+    with Store.open(store) as episodes:
+        info = episodes.episode(id)
+        show_header(out, info)
+        before, rounds = None, episodes.rounds(info.id)
+        for round in rounds:
+            show_round(out, round, before, order=info.method == "no-inference")
+            before = round.belief
+        since = said_since(episodes, info)
+    if since:
+        out.print(plain(since), soft_wrap=True)
+    if info.profile and info.score is not None:
+        _show_checks_again(out, info, rounds)
+    show_summary(out, info)
+
+
+def episodes(store: StoreFile = None, as_json: Json = False) -> None:
+    """List the stored episodes."""
+    from goalscope.display import show_episodes
+    from goalscope.plain import model_shown
+    from goalscope.store import Store
+
+    with Store.open(store) as opened:
+        infos = opened.episodes()
+    if as_json:
+        print(json.dumps([asdict(info) | {"model": model_shown(info.model)} for info in infos]))
+    else:
+        show_episodes(console(), infos)
+
+
+def _show_checks_again(out: Console, info: EpisodeInfo, rounds: Sequence[Round]) -> None:
+    """Show which checks the stored acts meet, taken once more in the shop or room of goalscope."""
+    from goalscope.display import show_checks
+    from goalscope.domains import open_environment, profile_named, settings_of
+    from goalscope.plain import plain
+    from goalscope.policy import undo
+
+    settings = settings_of(info.settings)
+    if settings.domain not in ("grocery", "house") or settings.simulator != "house":
+        return  # what is not goalscope's own is not set in motion to look at something
+    try:
+        person = profile_named(settings, info.profile or "")
+        env = open_environment(settings, person)
+        undo(env, [result for round in rounds for result in round.results])
+        met = env.checks_met(person)
+        if not met or sum(met) / len(met) != info.score:
+            raise InvalidInputError("The catalogue, the scene or the person has changed since.")
+        show_checks(out, person.checks, met)
+    except GoalscopeError as error:
+        out.print(plain(f"Which checks were met cannot be shown: {error}", "dim"), soft_wrap=True)
+
+
+@contextmanager
+def _environment(settings: Settings, person: Profile | None) -> Generator[Environment]:
+    """The environment of an episode; what is to be known of it is said."""
+    from goalscope.domains import open_environment
+
+    env = open_environment(settings, person)
+    try:
+        for note in env.notes:
+            console(stderr=True).print(note, style="dim")
+        yield env
+    finally:
+        env.close()
+
+
+def _refuse_others(context: typer.Context, info: EpisodeInfo) -> None:
+    """Refuse the options that an episode keeps from when it was begun.
+
+    Raises:
+        InvalidInputError: One is given.
+    """
+    from goalscope.domains import load_domain
+
+    free = ["resume", "rounds", "picture", "store"]
+    free += ["domain"] * (load_domain(context.params["domain"]) == info.domain)
+    given = [
+        each.opts[0]
+        for each in context.command.params
+        if each.name not in free
+        and (source := context.get_parameter_source(str(each.name)))
+        and source.name == "COMMANDLINE"
+    ]
+    if given:
+        raise InvalidInputError(
+            f"A resumed episode keeps its options: leave out {', '.join(given)}, or begin another "
+            "one without --resume."
+        )
+
+
+def _drawing(
+    out: Console, env: Environment, file: Path | None, *, quiet: bool = False
+) -> Callable[[], None]:
+    """A function that draws the house's room as it now is; for another domain it does nothing."""
+    from goalscope.envs.house import HomeRobot
+
+    if not isinstance(env, HomeRobot):
+        return lambda: None
+    from goalscope.envs.house.picture.svg import svg_picture
+    from goalscope.envs.house.picture.terminal import terminal_picture
+
+    seen, drawn = [env.metadata], [""]
+
+    def draw() -> None:
+        state = env.fingerprint()
+        if not quiet and state != drawn[0]:
+            out.print(terminal_picture(env.metadata, seen[0], env.names))
+        if file is not None:
+            file.write_text(svg_picture(env.metadata, seen[0], env.names), encoding="utf-8")
+        seen[0], drawn[0] = env.metadata, state
+
+    return draw
+
+
+@contextmanager
+def _resumable(session: Session) -> Generator[None]:
+    """Say how an episode goes on, if it is interrupted."""
+    from goalscope.session import resuming
+
+    try:
+        yield
+    except (KeyboardInterrupt, EOFError, GoalscopeError):
+        done = session.info.rounds
+        typer.echo(
+            f"\nEpisode {session.id} is kept, with {counted(done, 'finished round')}. "
+            f"Go on with: {resuming(session.info)}",
+            err=True,
+        )
+        raise
+
+
+def _run_one(
+    session: Session, draw: Callable[[], None], *, quiet: bool, brief: bool
+) -> EpisodeInfo:
+    """Run a simulated episode, drawing each round unless it is one of many."""
+    import time
+
+    from goalscope.display import show_checks, show_header, show_round, show_summary
+    from goalscope.plain import plain
+
+    out, start, before = console(), time.monotonic(), None
+    if not (quiet or brief):
+        show_header(out, session.info)
+    with _resumable(session), spinner(out, "") as busy:
+        busy.update(plain(f"{session.info.profile}: round 1"))
+        for round in session.run():
+            busy.update(plain(f"{session.info.profile}: round {round.number + 1}"))
+            if not (quiet or brief):
+                show_round(out, round, before, order=session.info.method == "no-inference")
+            draw()
+            before = round.belief
+    info = session.info
+    if session.profile and not (quiet or brief):
+        show_checks(out, session.profile.checks, session.checks_met())
+    if not quiet:
+        show_summary(out, info, time.monotonic() - start)
+    return info
+
+
+def _outcome(info: EpisodeInfo) -> dict[str, Any]:
+    return {
+        "profile": info.profile,
+        "method": info.method,
+        "score": info.score,
+        "rounds": info.rounds,
+        "terminated": info.ended == "terminated",
+        "episode": info.id,
+    }

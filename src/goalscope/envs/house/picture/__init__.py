@@ -1,0 +1,1 @@
+"""A room from above, in a terminal or as an SVG."""

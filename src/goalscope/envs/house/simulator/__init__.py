@@ -1,0 +1,1 @@
+"""A house without Unity: AI2-THOR's actions, metadata, failures and effects."""

@@ -1,0 +1,214 @@
+"""How far the embedded house does what real AI2-THOR did, measured on recorded episodes."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import zlib
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, cast
+
+from goalscope.envs.house.simulator.properties import PREDICATES
+from goalscope.envs.house.simulator.scene import Scene
+from goalscope.envs.house.simulator.state import by_id
+from goalscope.envs.house.simulator.world import House
+from goalscope.types import InvalidInputError
+
+__all__ = ["Agreement", "compare_episode", "recordings", "rows", "triples"]
+
+LONGEST_LINE = 64 * 2**20
+_NEW_STARTS = ("Initialize", "Reset")
+"""Rows of a recording that begin a scene anew."""
+
+Triple = tuple[str, str, object]
+"""An object's id, a predicate, and the value that it changed to."""
+
+
+@dataclass
+class Agreement:
+    """Counts over the steps that were compared.
+
+    Attributes:
+        steps: Actions that were applied.
+        agreed: Those on whose success the house and the recording agree.
+        hits: Changes that both show: (object, predicate, new value).
+        missed: Changes of the recording that the house does not show, by (action, predicate).
+        extra: Changes of the house that the recording does not show, by (action, predicate).
+        refused: Messages of the house for actions that succeeded in the recording, with counts.
+        examples: Differences in full, the first ones.
+    """
+
+    steps: int = 0
+    agreed: int = 0
+    hits: int = 0
+    missed: Counter[tuple[str, str]] = field(default_factory=Counter[tuple[str, str]])
+    extra: Counter[tuple[str, str]] = field(default_factory=Counter[tuple[str, str]])
+    refused: Counter[tuple[str, str]] = field(default_factory=Counter[tuple[str, str]])
+    examples: list[str] = field(default_factory=list[str])
+
+    @property
+    def success_agreement(self) -> float:
+        """Share of the steps whose success agrees."""
+        return self.agreed / self.steps if self.steps else 1.0
+
+    @property
+    def precision(self) -> float:
+        """Share of the house's changes that the recording shows, too."""
+        total = self.hits + self.extra.total()
+        return self.hits / total if total else 1.0
+
+    @property
+    def recall(self) -> float:
+        """Share of the recording's changes that the house shows, too."""
+        total = self.hits + self.missed.total()
+        return self.hits / total if total else 1.0
+
+    @property
+    def f1(self) -> float:
+        """Harmonic mean of precision and recall."""
+        total = 2 * self.hits + self.extra.total() + self.missed.total()
+        return 2 * self.hits / total if total else 1.0
+
+    def count(self, action: str, real: set[Triple], ours: set[Triple], most: int = 50) -> None:
+        """Add the changes of one action (or of a whole game)."""
+        self.hits += len(real & ours)
+        for each in real - ours:
+            self.missed[action, each[1]] += 1
+        for each in ours - real:
+            self.extra[action, each[1]] += 1
+        for sign, odd in (("missed", real - ours), ("extra", ours - real)):
+            for own, predicate, value in sorted(odd, key=str)[: max(most - len(self.examples), 0)]:
+                self.examples.append(f"{sign}: {action}: {own} {predicate} -> {value}")
+
+    def as_json(self) -> dict[str, Any]:
+        """For machines: the figures, and the differences by action and predicate."""
+        return {
+            "steps": self.steps,
+            "success_agreement": self.success_agreement,
+            "precision": self.precision,
+            "recall": self.recall,
+            "f1": self.f1,
+            "differences": [
+                {"kind": kind, "action": action, "predicate": predicate, "count": count}
+                for kind, counts in (("missed", self.missed), ("extra", self.extra))
+                for (action, predicate), count in counts.most_common()
+            ],
+            "refused": [
+                {"action": action, "message": message, "count": count}
+                for (action, message), count in self.refused.most_common()
+            ],
+            "examples": self.examples,
+        }
+
+
+def recordings(paths: Sequence[Path]) -> list[Path]:
+    """The files among `paths`, with those in their folders.
+
+    Raises:
+        InvalidInputError: A path does not exist, or a folder holds no recordings.
+    """
+    found: list[Path] = []
+    for path in paths:
+        if path.is_dir():
+            inside = sorted(
+                each for each in path.iterdir() if each.name.endswith((".jsonl", ".jsonl.gz"))
+            )
+            if not inside:
+                raise InvalidInputError(f"{path} holds no .jsonl or .jsonl.gz file.")
+            found += inside
+        elif path.exists():
+            found.append(path)
+        else:
+            raise InvalidInputError(f"There is no file {path}.")
+    return found
+
+
+def rows(path: Path) -> Iterator[dict[str, Any]]:
+    """The rows of a JSON Lines file, packed or not.
+
+    Raises:
+        InvalidInputError: It cannot be read, or a line is no JSON object.
+    """
+    opener = gzip.open if path.suffix == ".gz" else open
+    try:
+        with opener(path, "rt", encoding="utf-8") as file:
+            number = 0
+            while line := file.readline(LONGEST_LINE):
+                number += 1
+                if len(line) == LONGEST_LINE:
+                    raise InvalidInputError(f"{path.name}, line {number}: longer than 64 MiB.")
+                try:
+                    row = json.loads(line)
+                except (ValueError, RecursionError):
+                    row = None
+                if not isinstance(row, dict):
+                    raise InvalidInputError(f"{path.name}, line {number}: not a JSON object.")
+                yield cast("dict[str, Any]", row)
+    except (OSError, EOFError, UnicodeDecodeError, zlib.error) as error:
+        raise InvalidInputError(f"{path.name} cannot be read: {error}.") from None
+
+
+def compare_episode(path: Path, agreement: Agreement) -> None:
+    """Set the house to each state of a recorded episode, act, and compare with the next state.
+
+    Args:
+        path: JSON Lines: {"action": {...}, "metadata": the metadata after it}.
+        agreement: Takes the counts.
+
+    Raises:
+        InvalidInputError: The file is no such recording.
+    """
+    before: Scene | None = None
+    for number, row in enumerate(rows(path), 1):
+        label = f"{path.name}, line {number}"
+        action, metadata = row.get("action"), row.get("metadata")
+        if not isinstance(action, dict) or not isinstance(metadata, dict):
+            raise InvalidInputError(f"{label}: expected the keys 'action' and 'metadata'.")
+        after = Scene.from_metadata(metadata, label=label)
+        given = cast("dict[str, Any]", action)
+        name = str(given.get("action"))
+        if before is not None and name not in _NEW_STARTS:
+            house = House(before)
+            start = by_id(house.metadata()["objects"])
+            ours = house.step(given)
+            succeeded = bool(cast("dict[str, Any]", metadata).get("lastActionSuccess"))
+            agreement.steps += 1
+            if ours["lastActionSuccess"] == succeeded:
+                agreement.agreed += 1
+            else:
+                agreement.refused[name, ours["errorMessage"] or "succeeded"] += 1
+            agreement.count(
+                name,
+                triples(start, by_id(after.objects)),
+                triples(start, by_id(ours["objects"])),
+            )
+        before = after
+
+
+def triples(
+    before: Mapping[str, Mapping[str, Any]], after: Mapping[str, Mapping[str, Any]]
+) -> set[Triple]:
+    """What changed, as (object, predicate, new value); receptacles count as one set.
+
+    A new object counts with all that is true of it.
+    """
+    found: set[Triple] = set()
+    for own, thing in after.items():
+        old = before.get(own, {})
+        for predicate in PREDICATES:
+            value = _value(thing, predicate)
+            if value != _value(old, predicate):
+                found.add((own, predicate, value))
+    return found
+
+
+def _value(thing: Mapping[str, Any], predicate: str) -> object:
+    value = thing.get(predicate)
+    if predicate == "parentReceptacles":
+        return tuple(sorted(value or ()))
+    if predicate == "temperature":
+        return value or "RoomTemp"
+    return bool(value)

@@ -1,0 +1,88 @@
+"""What is there after a slice: AI2-THOR's pieces of a loaf, a vegetable, an egg."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from goalscope.envs.house.simulator.geometry import as_dict, box_metadata, box_of, vec
+from goalscope.envs.house.simulator.object_types import FLAGS, object_type
+
+__all__ = ["pieces", "slices_of"]
+
+_NAMES = {
+    "Apple": "AppleSliced",
+    "Bread": "BreadSliced",
+    "Egg": "EggCracked",
+    "Lettuce": "LettuceSliced",
+    "Potato": "PotatoSliced",
+    "Tomato": "TomatoSliced",
+}
+_USUAL = {"Apple": 3, "Bread": 7, "Egg": 1, "Lettuce": 7, "Potato": 8, "Tomato": 7}
+_BY_ASSET = {
+    "Bread": {5: (6, 7, 11, 12), 6: (4, 5, 13, 14, 15, 22, 23, 24), 8: (28, 29, 30),
+              9: (1, 2, 3, 16, 17, 18)},
+    "Lettuce": {8: (1, 2, 3, 4, 5, 6, 7, 8, 9, 10)},
+    "Potato": {6: tuple(range(21, 31)), 9: tuple(range(11, 21))},
+}  # fmt: skip
+"""Number of pieces, for the numbers of AI2-THOR's assets that differ from the usual one."""
+
+
+def pieces(kind: str) -> str:
+    """The type of what is there once a thing of this type is sliced or cracked; "" without one."""
+    return _NAMES.get(kind, "")
+
+
+def slices_of(thing: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Metadata of the pieces; the first one of a loaf is its end, a Bread."""
+    kind = thing["objectType"]
+    if kind not in _NAMES:
+        return []
+    digits = re.search(r"_(\d{1,4})$", thing["assetId"])
+    asset = int(digits[1]) if digits else -1
+    counts = _BY_ASSET.get(kind, {}).items()
+    count = next((number for number, assets in counts if asset in assets), _USUAL[kind])
+    width = max((0, 2), key=lambda axis: box_of(thing).size[axis])
+    pieces: list[dict[str, Any]] = []
+    for number in range(count):
+        name = "Bread" if kind == "Bread" and number == 0 else _NAMES[kind]
+        piece = _piece(thing, name, f"{thing['objectId']}|{name}_{number}")
+        position = list(vec(thing["position"]))
+        length = box_of(thing).size[width]
+        position[width] += length * ((number + 0.5) / count - 0.5)
+        piece["position"] = as_dict((position[0], position[1], position[2]))
+        piece["axisAlignedBoundingBox"] = _box(piece)
+        pieces.append(piece)
+    return pieces
+
+
+def _piece(thing: Mapping[str, Any], name: str, own: str) -> dict[str, Any]:
+    known = object_type(name)
+    flags = {flag: flag in known.flags for flag in FLAGS}
+    if name == "Bread":
+        flags["sliceable"] = False
+    return {
+        **thing,
+        **flags,
+        "name": own,
+        "objectId": own,
+        "objectType": name,
+        "assetId": "",
+        "isSliced": False,
+        "isBroken": False,
+        "isPickedUp": False,
+        "isCooked": thing["isCooked"] and flags["cookable"],
+        "mass": known.mass,
+        "parentReceptacles": None,
+        "receptacleObjectIds": None,
+        "objectOrientedBoundingBox": None,
+    }
+
+
+def _box(piece: Mapping[str, Any]) -> dict[str, Any]:
+    x, y, z = vec(piece["position"])
+    width, height, depth = object_type(piece["objectType"]).size
+    if piece["objectType"] == "Bread":
+        width = depth = 0.05
+    return box_metadata((x, y, z), (width, height, depth))

@@ -1,0 +1,323 @@
+"""What the house is at one moment: AI2-THOR's metadata of its objects and its agent."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+from goalscope.envs.house.simulator.geometry import (
+    Box,
+    Pose,
+    Vec,
+    as_dict,
+    box_of,
+    moved,
+    reachable,
+    sees,
+    vec,
+)
+from goalscope.envs.house.simulator.scene import Scene
+from goalscope.envs.tables import shown
+from goalscope.types import InvalidInputError
+
+__all__ = ["ENCLOSING", "Failure", "State", "by_id", "innermost", "is_at", "is_whole", "number"]
+
+ENCLOSING = frozenset({"Box", "Cabinet", "Drawer", "Fridge", "LaundryHamper", "Microwave", "Safe"})
+"""Receptacles that hide what is in them while they are closed, and must be open for a put."""
+
+CRACKED = frozenset({"CellPhone", "Laptop"})
+"""What keeps its shape when it breaks; other things that can be carried go to pieces."""
+
+_BELOW = frozenset({"ArmChair", "Chair", "Floor", "Stool"})
+"""Receptacles that AI2-THOR names for what stands above them, too."""
+
+REACH = 1.5
+"""AI2-THOR's visibility distance, in m."""
+
+GRID = 0.25
+"""AI2-THOR's distance between positions, in m."""
+
+EYE_HEIGHT = 0.9
+"""The agent's position above the floor, in m."""
+
+HAND = (0.38, 0.515)
+"""How far ahead of the agent's position, and above it, the hand is, in m."""
+
+RANGES = {"gridSize": (0.05, 5.0), "visibilityDistance": (0.1, 100.0)}
+"""What the two may be, in m."""
+
+MOST_FLOOR = 100.0
+"""Longest side of a floor, in m."""
+
+_WALK_UNDER = 1.6
+_STEP_OVER = 0.15
+_FLAT = frozenset({"Floor", "Wall", "Doorway", "Doorframe", "Painting", "Poster", "Curtains",
+                   "Blinds", "Window", "LightSwitch", "Mirror", "SinkBasin", "BathtubBasin",
+                   "ShowerCurtain", "RoomDecor", "StoveKnob", "StoveBurner", "Faucet"})  # fmt: skip
+
+
+class Failure(Exception):
+    """An action that fails as in AI2-THOR; the message is its `errorMessage`."""
+
+    def __init__(self, message: str, code: str | None = None) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+def number(value: Any, name: str) -> float:
+    """An argument that must be a number.
+
+    Raises:
+        Failure: It is none, or one beyond all measure.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
+        raise Failure(f"{name} must be a number, not {shown(value)}", "InvalidArgument")
+    return float(value)
+
+
+def by_id(objects: Iterable[Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:
+    """Objects' metadata by their ids."""
+    return {each["objectId"]: each for each in objects}
+
+
+def innermost(thing: Mapping[str, Any], table: Mapping[str, Mapping[str, Any]]) -> str:
+    """The id of what the thing is on or in most directly; empty where there is nothing known."""
+    listed = [own for own in thing["parentReceptacles"] or () if own in table]
+    listed.sort(key=lambda own: (table[own]["objectType"] in _BELOW, not table[own]["pickupable"]))
+    return listed[0] if listed else ""
+
+
+def is_at(thing: Mapping[str, Any], place: str, table: Mapping[str, Mapping[str, Any]]) -> bool:
+    """Whether the thing is in or on the place itself.
+
+    Not if it is in something there that can be carried, or in something above it: what is in a bin
+    is not on the floor.
+    """
+    around = innermost(thing, table)
+    if place == around or place not in (thing["parentReceptacles"] or ()):
+        return place == around
+    above = table[place]["objectType"] in _BELOW and table[around]["objectType"] != "Floor"
+    return not (table[around]["pickupable"] or above)
+
+
+def is_whole(thing: Mapping[str, Any]) -> bool:
+    """Whether the thing itself is still there, and not only its slices or its pieces."""
+    shattered = thing["isBroken"] and thing["pickupable"] and thing["objectType"] not in CRACKED
+    return not thing["isSliced"] and not shattered
+
+
+class State:
+    """The objects, the agent and what it holds; changed by the actions alone.
+
+    Attributes:
+        scene: What it began as.
+        objects: Metadata by object id.
+        agent: Metadata of the agent.
+        held: Id of what the hand holds.
+        clock: Seconds of the simulation since the start.
+        floor: The walkable rectangle, seen from above.
+        solids: What the agent cannot walk through.
+        reach: How far the agent sees and reaches, in m.
+        grid: Distance between reachable positions, in m.
+    """
+
+    def __init__(self, scene: Scene, *, grid: float = GRID, reach: float = REACH) -> None:
+        for (name, (low, high)), value in zip(RANGES.items(), (grid, reach), strict=True):
+            if type(value) not in (int, float) or not low <= value <= high:
+                raise InvalidInputError(
+                    f"{name} must be a number between {low} and {high} m, not {shown(value)}."
+                )
+        self.scene = scene
+        self.grid = grid
+        self.reach = reach
+        self.clock = 0.0
+        self.cooling: dict[str, float] = {}
+        self.objects = {each["objectId"]: dict(each) for each in scene.objects}
+        for each in self.objects.values():
+            for key in ("parentReceptacles", "receptacleObjectIds"):
+                if each[key] is not None:
+                    each[key] = list(each[key])
+        self.floor = _floor(self.objects)
+        if max(self.floor.size) > MOST_FLOOR:
+            raise InvalidInputError(
+                f"{scene.name}: its floor, or what stands there, reaches over "
+                f"{max(self.floor.size):,.0f} m; a scene may have {MOST_FLOOR:.0f} m. Move what is "
+                "far off closer."
+            )
+        self.survey()
+        self.agent = dict(scene.agent) if scene.agent else self._placed()
+        self._start = vec(self.agent["position"])
+        held = [each["objectId"] for each in self.objects.values() if each["isPickedUp"]]
+        self.held: str | None = held[0] if held else None
+        self.look()
+
+    @property
+    def pose(self) -> Pose:
+        """Where the agent stands and looks."""
+        agent = self.agent
+        yaw, horizon = agent["rotation"]["y"], agent["cameraHorizon"]
+        return Pose(vec(agent["position"]), yaw, horizon, agent["isStanding"])
+
+    def survey(self) -> None:
+        """Note anew where furniture stands."""
+        boxes = (_solid(each, self.floor) for each in self.objects.values())
+        self.solids = [box for box in boxes if box is not None]
+        self._reachable: list[Vec] | None = None
+
+    def reachable(self) -> list[Vec]:
+        """Where the agent can stand: the points of a grid through its first position."""
+        if self._reachable is None:
+            self._reachable = reachable(self.floor, self.solids, self._start, self.grid)
+        return self._reachable
+
+    def target(self, object_id: str, *, force: bool) -> dict[str, Any]:
+        """The object that an action names.
+
+        Raises:
+            Failure: There is none; or, without `force`, it cannot be reached from here.
+        """
+        thing = self.objects.get(object_id)
+        if thing is None:
+            raise Failure("Object ID appears to be invalid.")
+        if not is_whole(thing):
+            raise Failure(f"object not found: {object_id}")
+        if force or thing["visible"] or object_id == self.held:
+            return thing
+        x, _, z = vec(self.agent["position"])
+        if box_of(thing).distance(x, z) > self.reach:
+            raise Failure(f"{object_id} is too far away to be interacted with")
+        if self.is_enclosed(thing):
+            raise Failure(
+                f"{object_id} is not interactable and (perhaps it is occluded by something)."
+            )
+        raise Failure(f"object not found: {object_id}")
+
+    def contents(self, object_id: str) -> list[dict[str, Any]]:
+        """What stands on or in a receptacle."""
+        inside = self.objects[object_id]["receptacleObjectIds"] or ()
+        return [self.objects[each] for each in inside if each in self.objects]
+
+    def carried(self, object_id: str) -> Iterator[dict[str, Any]]:
+        """What stands on or in a receptacle at any depth, and can be moved."""
+        seen, queue = {object_id}, [object_id]
+        while queue:
+            for each in self.contents(queue.pop()):
+                if each["objectId"] not in seen and each["pickupable"]:
+                    seen.add(each["objectId"])
+                    queue.append(each["objectId"])
+                    yield each
+
+    def is_enclosed(self, thing: Mapping[str, Any]) -> bool:
+        """Whether a closed receptacle hides the thing."""
+        return any(
+            parent["objectType"] in ENCLOSING and parent["openable"] and not parent["isOpen"]
+            for parent in self.parents(thing)
+        )
+
+    def parents(self, thing: Mapping[str, Any]) -> list[dict[str, Any]]:
+        """The receptacles that the thing is on or in."""
+        listed = thing["parentReceptacles"] or ()
+        return [self.objects[each] for each in listed if each in self.objects]
+
+    def attach(self, thing: dict[str, Any], parents: list[str] | None) -> None:
+        """Write into both sides on which receptacles the thing now is."""
+        own = thing["objectId"]
+        for parent in self.parents(thing):
+            if own in (parent["receptacleObjectIds"] or ()):
+                parent["receptacleObjectIds"] = [
+                    each for each in parent["receptacleObjectIds"] if each != own
+                ]
+        thing["parentReceptacles"] = sorted(set(parents)) if parents else None
+        for parent in self.parents(thing):
+            parent["receptacleObjectIds"] = sorted({*(parent["receptacleObjectIds"] or ()), own})
+
+    def shift(self, thing: dict[str, Any], position: Vec) -> None:
+        """Move the thing, and what it carries."""
+        old = vec(thing["position"])
+        by = [new - before for new, before in zip(position, old, strict=True)]
+        moved(thing, position)
+        for each in self.carried(thing["objectId"]):
+            x, y, z = vec(each["position"])
+            moved(each, (x + by[0], y + by[1], z + by[2]))
+
+    def look(self) -> None:
+        """Bring up to date what is seen from here, and where the hand is."""
+        pose = self.pose
+        if self.held:
+            yaw = math.radians(pose.yaw)
+            x, y, z = pose.position
+            ahead, up = HAND
+            hand = (x + ahead * math.sin(yaw), y + up, z + ahead * math.cos(yaw))
+            self.shift(self.objects[self.held], hand)
+        x, y, z = pose.position
+        for own, each in self.objects.items():
+            seen = (
+                _may_reach(each["axisAlignedBoundingBox"], x, z, self.reach)
+                and sees(pose, box_of(each), self.reach)
+                and is_whole(each)
+                and not self.is_enclosed(each)
+            )
+            each["visible"] = each["isInteractable"] = seen or own == self.held
+            at = each["position"]
+            each["distance"] = math.hypot(at["x"] - x, at["y"] - y, at["z"] - z)
+
+    def _placed(self) -> dict[str, Any]:
+        """An agent at the free position nearest to the middle of the room."""
+        x, _, z = self.floor.center
+        middle = (x, self.floor.high(1) + EYE_HEIGHT, z)
+        free = reachable(self.floor, self.solids, middle, self.grid)
+        if not free:
+            raise InvalidInputError(
+                f"{self.scene.name}: there is no free floor to stand on. Give the scene an agent "
+                "with a position, or move its furniture apart."
+            )
+        return {
+            "name": "agent",
+            "position": as_dict(min(free, key=lambda each: math.dist(each, middle))),
+            "rotation": {"x": 0.0, "y": 0.0, "z": 0.0},
+            "cameraHorizon": 0.0,
+            "isStanding": True,
+            "inHighFrictionArea": False,
+        }
+
+
+def _may_reach(bounds: Mapping[str, Any], x: float, z: float, reach: float) -> bool:
+    """A quick no for most of what is too far away."""
+    center, size = bounds["center"], bounds["size"]
+    return (
+        abs(center["x"] - x) - size["x"] / 2 <= reach
+        and abs(center["z"] - z) - size["z"] / 2 <= reach
+    )
+
+
+def _floor(objects: Mapping[str, Mapping[str, Any]]) -> Box:
+    """The floor's box with its top at 0 or where the floor is; the room's extent without one."""
+    floors = [box_of(each) for each in objects.values() if each["objectType"] == "Floor"]
+    boxes = floors or [box_of(each) for each in objects.values()]
+    low = [min(box.low(axis) for box in boxes) for axis in range(3)]
+    high = [max(box.high(axis) for box in boxes) for axis in range(3)]
+    top = max(box.high(1) for box in floors) if floors else low[1]
+    return Box(
+        ((low[0] + high[0]) / 2, top, (low[2] + high[2]) / 2),
+        (high[0] - low[0], 0.0, high[2] - low[2]),
+    )
+
+
+def _solid(thing: Mapping[str, Any], floor: Box) -> Box | None:
+    """The thing's box, where the agent cannot walk through it.
+
+    A box that covers a third of the floor is that of an L-shaped counter or the like: the agent
+    stands in its bend.
+    """
+    box = box_of(thing)
+    ground = floor.center[1]
+    if (
+        thing["pickupable"]
+        or thing["objectType"] in _FLAT
+        or box.low(1) > ground + _WALK_UNDER
+        or box.high(1) < ground + _STEP_OVER
+        or box.size[0] * box.size[2] * 3 > floor.size[0] * floor.size[2]
+    ):
+        return None
+    return box
