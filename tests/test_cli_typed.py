@@ -6,10 +6,10 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from goalscope.agent import CONFIRM
 from goalscope.cli.main import _Commands
 from goalscope.envs.speech import agrees
 from goalscope.episode import Round
+from goalscope.reading import CONFIRM
 from goalscope.store import Store
 from test_cli import invoke, shop, store_file, words  # noqa: F401
 

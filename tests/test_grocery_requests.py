@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from goalscope.envs.grocery.amounts import Request, packages
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.hearing.amounts import Request, packages
 from goalscope.envs.grocery.hearing.diets import diet
 from goalscope.envs.grocery.hearing.requests import Refusal, amount, clears, unwanted, wanted
 from goalscope.envs.grocery.hearing.rewording import heard

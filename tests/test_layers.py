@@ -10,7 +10,7 @@ LAYERS = [
     {"types", "plain", "calibration", "extras"},
     {"belief", "models", "prompts", "envs", "stats", "calibrations"},
     {"likelihood", "goals", "dialog", "asking", "habits", "policy", "acting", "why"},
-    {"advice", "agent", "episode", "judge", "taking_back", "tracker"},
+    {"advice", "agent", "episode", "judge", "reading", "taking_back", "tracker"},
     {"database", "rounds_json", "store", "infer", "domains", "datasets"},
     {"session", "tracking", "display", "benchmarks", "calibrating"},
     {"experiment"},

@@ -13,13 +13,13 @@ from goalscope.calibration import USUAL, Calibration
 from goalscope.dialog import FALLBACK, Human, ask, with_answer
 from goalscope.envs import GUESSED, SEARCH, Environment, taken
 from goalscope.envs.remarks import asks_why, is_remark, takes_leave
-from goalscope.envs.speech import agrees, declines, is_question
-from goalscope.envs.undoing import undoes
+from goalscope.envs.speech import is_question
 from goalscope.episode import Round
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
 from goalscope.models import Heard, Model
 from goalscope.policy import Outcome, Planner, Want, undo
+from goalscope.reading import CONFIRM, Words, not_done, read, says_yes
 from goalscope.taking_back import gone, heard, take_back
 from goalscope.tracker import UNCORRECTABLE, Correction, GoalTracker
 from goalscope.types import (
@@ -29,13 +29,14 @@ from goalscope.types import (
     GoalChange,
     GoalscopeError,
     InvalidInputError,
+    StepResult,
     TakenBack,
     Turn,
     checked_text,
     spoken,
 )
 
-__all__ = ["ASKED_FOR", "CONFIRM", "NOTHING_DONE", "NO_ANSWER", "NO_GOAL"]
+__all__ = ["ASKED_FOR", "NOTHING_DONE", "NO_ANSWER", "NO_GOAL"]
 __all__ += ["Agent", "Method", "Questions", "run_episode"]
 
 Method = Literal["good", "no-goals", "no-inference"]
@@ -46,9 +47,6 @@ Questions = Literal["likeliest", "informative"]
 
 NO_GOAL = "The goals do not explain the newest words, and no better ones were found."
 """A round's note where a goal is missing."""
-
-CONFIRM = "That cannot be undone. Do you confirm exactly what is shown?"
-"""A round's question before an end that nobody can undo."""
 
 ASKED_FOR = "I did what you asked for, and guessed nothing."
 """A round's note where a person asks why, and only what they asked for was done."""
@@ -227,65 +225,35 @@ class Agent:
             raise ConflictError(
                 "Things are no longer as they were shown, so nothing was done. Look again."
             )
-        agreed = agrees(turn.utterance) or self.env.is_completion(turn)
-        confirmed = confirmed or (self._asked_of() if agreed else "")
+        confirmed = confirmed or (self._asked_of() if says_yes(self.env, turn) else "")
         tracker = self.tracker
         before = (tracker.belief, tracker.turns) if tracker else None
         history = [result for round in self.rounds for result in round.results]
         try:
             undone = take_back(self.env, self.rounds, turn)
             turns = heard(self.rounds, turn, away=undone.rounds)
-            said = turns[-1].utterance
-            asked = self.rounds[-1].question if self.rounds else ""
-            answers = asked == CONFIRM
-            sure = answers and agreed and bool(confirmed)
-            only_undoes = isinstance(turns[-1], TakenBack)
-            complete = ends = sure or (not only_undoes and self.env.is_completion(turns[-1]))
-            asks = not only_undoes and self.env.answer(said, turns) is not None
-            silent = only_undoes or asks or sure or is_remark(said)
-            order = not silent and self.env.is_order(turns)
-            refused = bool(self.rounds) and self.rounds[-1].notes[-1:] == (self._not_done(),)
-            answered = (bool(asked) or refused) and (agreed or declines(utterance))
-            exact = (
-                complete
-                or silent
-                or order
-                or answers
-                or answered
-                or undoes(turn.utterance) is not None
-            )
-            known = bool(tracker and self._stated(tracker.belief))
-            changes, missing = (
-                self._update(tracker, turn, propose=not (silent or (order and known)))
-                if tracker
-                else ([], False)
-            )
-            wants = [] if exact else self._wants(turns)
-            outcome = Outcome((), 0, asked if asks else "")
-            if not (asks or only_undoes):
-                self._progress("planning")
-                past = [*history, *undone.results]
-                outcome = self.planner.act(self.env, wants, turns, past)
+            words = read(self.env, self.rounds, turn, turns, confirmed=bool(confirmed))
+            changes, missing = self._update(tracker, turn, words) if tracker else ([], False)
+            outcome = self._act(words, turns, [*history, *undone.results])
             outcome = replace(outcome, failed=(*undone.failed, *outcome.failed))
             results = (*undone.results, *outcome.results)
-            how_to_end = f'If that is all, say "{self.env.completion_phrase}".'
+            complete, question = words.ends, outcome.question
             final = self.env.completion_actions() if complete else []
             if final and self.confirm and confirmed != self.env.fingerprint():
-                complete, outcome = False, replace(outcome, question=CONFIRM)
+                complete, question = False, CONFIRM
             else:
                 results += tuple(taken(self.env, action) for action in final)
             told = (
-                *([NO_GOAL] if missing and not exact else []),
+                *([NO_GOAL] if missing and not words.exact else []),
                 *undone.notes,
                 *self._notes(turns, outcome),
-                *([] if asks or only_undoes else self.env.unmet(turns, outcome.results)),
-                *([how_to_end] if takes_leave(turn.utterance) and not ends else []),
-                *([self._not_done()] if answers and not ends else []),
+                *(self.env.unmet(turns, outcome.results) if words.act else []),
+                *self._how_to_end(turn, words),
             )
-            if not (asks or complete or results or outcome.question or told):
-                if is_question(said):
+            if not (words.asks or complete or results or question or told):
+                if is_question(turns[-1].utterance):
                     told = (NO_ANSWER,)
-                elif not exact:
+                elif not words.exact:
                     told = (NOTHING_DONE,)
             round = Round(
                 number=len(self.rounds) + 1,
@@ -297,7 +265,7 @@ class Agent:
                 status=self.env.status(),
                 notes=told,
                 terminated=complete or any(result.terminated for result in results),
-                question=outcome.question,
+                question=question,
                 state=self.env.fingerprint(),
                 takes_back=undone.rounds,
                 reversals=len(undone.results),
@@ -369,15 +337,28 @@ class Agent:
             self.tracker.turns = self.turns
 
     def _update(
-        self, tracker: GoalTracker, turn: Turn, *, propose: bool
+        self, tracker: GoalTracker, turn: Turn, words: Words
     ) -> tuple[list[GoalChange], bool]:
         """Weigh the words, and manage the goals; see `GoalTracker.manage`."""
+        stated = bool(self._stated(tracker.belief))
         known = len(tracker.belief.goals)
         self._progress(f"scoring {known} {'goal' if known == 1 else 'goals'}")
         tracker.observe(turn.query, turn.utterance)
         return tracker.manage(
-            self.goals, self.rounds, self._corrections, propose=propose, progress=self._progress
+            self.goals,
+            self.rounds,
+            self._corrections,
+            propose=not (words.silent or (words.order and stated)),
+            progress=self._progress,
         )
+
+    def _act(self, words: Words, turns: Sequence[Turn], history: Sequence[StepResult]) -> Outcome:
+        """Do what was asked for, and what the likeliest goals want where something is left open."""
+        if not words.act:
+            return Outcome((), 0, self.rounds[-1].question if words.asks and self.rounds else "")
+        wants = [] if words.exact else self._wants(turns)
+        self._progress("planning")
+        return self.planner.act(self.env, wants, turns, history)
 
     def _wants(self, turns: Sequence[Turn]) -> list[Want]:
         """What to act for: the top k goals; the planner weighs what remains by the words alone."""
@@ -421,15 +402,18 @@ class Agent:
         for held in outcome.held:
             yield f"Held back until it is clear what you want: {held}."
 
+    def _how_to_end(self, turn: Turn, words: Words) -> Iterator[str]:
+        """What to say where the person seems to leave, or did not confirm the end."""
+        if takes_leave(turn.utterance) and not words.ends:
+            yield f'If that is all, say "{self.env.completion_phrase}".'
+        if words.answers and not words.ends:
+            yield not_done(self.env)
+
     def _asked_of(self) -> str:
         """Fingerprint of the present state, where the person was just asked to confirm it."""
         last = self.rounds[-1] if self.rounds else None
         asked = last and last.question == CONFIRM and last.state == self.env.fingerprint()
         return last.state if last and asked else ""
-
-    def _not_done(self) -> str:
-        """A round's note where what cannot be undone was not confirmed."""
-        return f'Not done. If it shall be, say "{self.env.completion_phrase}", then "Yes".'
 
     def _only_asked(self, why: str) -> bool:
         """Whether nothing was guessed in what a person asks "why" of: the last acts, or all."""

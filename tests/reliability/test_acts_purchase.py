@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 from fakes import said
-from goalscope.agent import CONFIRM, Agent, Method
+from goalscope.agent import Agent, Method
 from goalscope.domains import Settings
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.speech import agrees
 from goalscope.policy import Planner
+from goalscope.reading import CONFIRM
 from goalscope.store import Store
 from goalscope.tracking import Trackers
 from goalscope.types import Action, GoalscopeError

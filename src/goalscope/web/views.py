@@ -11,8 +11,9 @@ from pydantic import BaseModel
 from goalscope import belief as beliefs
 from goalscope import episode as episodes
 from goalscope.advice import Advice
-from goalscope.agent import CONFIRM, NO_GOAL
+from goalscope.agent import NO_GOAL
 from goalscope.plain import model_shown
+from goalscope.reading import CONFIRM
 from goalscope.store import EpisodeInfo
 from goalscope.tracking import Tracked
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, StepResult

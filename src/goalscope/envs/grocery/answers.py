@@ -10,9 +10,9 @@ from decimal import Decimal
 from itertools import takewhile
 from typing import Protocol
 
+from goalscope.envs.grocery.amounts import CONTAINER
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import called, is_vague
-from goalscope.envs.grocery.hearing.amounts import CONTAINER
 from goalscope.envs.grocery.hearing.diets import diet, hinted, implied, undieted
 from goalscope.envs.grocery.hearing.requests import Refusal
 from goalscope.envs.grocery.restrictions import violates

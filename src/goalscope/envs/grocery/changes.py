@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from goalscope.envs.grocery.amounts import MOST, Request, packages
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.choosing import Choice, called, taken
-from goalscope.envs.grocery.hearing.amounts import MOST, Request, packages
-from goalscope.envs.grocery.hearing.hear import Hearing
+from goalscope.envs.grocery.heard import Hearing
 from goalscope.envs.grocery.words import contains, singulars
 from goalscope.types import Action
 

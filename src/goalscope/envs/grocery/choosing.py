@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Sequence
 
+from goalscope.envs.grocery.amounts import CONTAINER, Request
 from goalscope.envs.grocery.catalogue import Catalogue, Item
-from goalscope.envs.grocery.hearing.amounts import CONTAINER, Request
+from goalscope.envs.grocery.heard import Hearing
 from goalscope.envs.grocery.hearing.diets import diet, implied, undieted
-from goalscope.envs.grocery.hearing.hear import Hearing
 from goalscope.envs.grocery.hearing.requests import Refusal
 from goalscope.envs.grocery.restrictions import violates
 from goalscope.envs.grocery.search import Search

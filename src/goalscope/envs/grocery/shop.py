@@ -2,41 +2,37 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from decimal import Decimal
-from functools import lru_cache, partial
-from itertools import takewhile
 
 from goalscope import envs
+from goalscope.envs.grocery.amounts import MOST, Request, packages
 from goalscope.envs.grocery.answers import Bounds, answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.changes import changes, dearer, guessed
-from goalscope.envs.grocery.choosing import Choice, called, is_vague
-from goalscope.envs.grocery.hearing.amounts import MOST, Request, packages
+from goalscope.envs.grocery.choosing import Choice, called
+from goalscope.envs.grocery.heard import Hearing
 from goalscope.envs.grocery.hearing.consent import consents
-from goalscope.envs.grocery.hearing.diets import diet, hinted, undieted, waves_off
-from goalscope.envs.grocery.hearing.hear import Hearing, hear
+from goalscope.envs.grocery.hearing.diets import undieted, waves_off
+from goalscope.envs.grocery.hearing.hear import hear
 from goalscope.envs.grocery.hearing.limits import budget, limits_of_things
 from goalscope.envs.grocery.hearing.orders import (
     adds_it,
     besides_buying,
-    had_too,
     has_aim,
     is_order,
     leaves_open,
-    so_many,
     tries_to_buy,
 )
 from goalscope.envs.grocery.hearing.phrases import SAME, SAME_ALL, SAME_TWO
 from goalscope.envs.grocery.hearing.requests import amount, refuses, unrefused
 from goalscope.envs.grocery.hearing.rewording import heard
-from goalscope.envs.grocery.hearing.swapping import swapped
 from goalscope.envs.grocery.hearing.undoing import ALLERGY, calling_notes, harm, net, steps
 from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.search import Search
+from goalscope.envs.grocery.talk import Talk
 from goalscope.envs.grocery.telling import (
     for_some,
     lifted,
@@ -48,7 +44,7 @@ from goalscope.envs.grocery.telling import (
     unlabelled,
 )
 from goalscope.envs.grocery.unheard import above_limit, not_replaced, undone
-from goalscope.envs.grocery.words import singulars, words
+from goalscope.envs.grocery.words import singulars
 from goalscope.envs.remarks import asks_for_guesses
 from goalscope.types import Action, Profile, StepResult, TakenBack, Turn, spoken
 
@@ -59,8 +55,6 @@ NAMES = (envs.SEARCH, "add item", "remove item", "buy basket")
 
 _AT_ONCE = 8
 """Things that are guessed at once at most: what is left of a budget must do for all of them."""
-
-_HALF_DOZEN = re.compile(r"\b(?:an? )?half(?: an?)? dozen(?: of)? ([a-z]+)\b", re.IGNORECASE)
 
 _SHOWN = 10
 """Items that the action `search inventory` lists."""
@@ -81,7 +75,7 @@ class GroceryShop:
         self._choice = Choice(catalogue, self._search)
         self._basket: dict[str, int] = {}
         self._taken_out: set[str] = set()
-        self._translated = lru_cache(maxsize=1024)(self._search.translated)
+        self._talk = Talk(catalogue, self._search, self._choice)
         self._bought = False
 
     @property
@@ -140,7 +134,7 @@ class GroceryShop:
 
     def kinds(self, text: str, limit: int) -> list[str]:
         """Generic names such as "flour" that may serve `text`, nearest first."""
-        text = self._translated(text)
+        text = self._talk.translated(text)
         said = self._names.hidden(text)
         if refuses(said):
             text = self._names.shown(unrefused(said))
@@ -148,7 +142,7 @@ class GroceryShop:
 
     def mentioned(self, utterances: Sequence[str]) -> list[str]:
         """Generic names of things here that the person spoke of, and did not refuse."""
-        utterances = [self._translated(each) for each in utterances]
+        utterances = [self._talk.translated(each) for each in utterances]
         hearing = hear(utterances, self._names)
         said = [self._names.brief(unrefused(self._names.hidden(each))) for each in utterances]
         text = f" {' '.join(singulars('. '.join(said)))} "
@@ -178,7 +172,7 @@ class GroceryShop:
         """
         hearing = self._heard(turns)
         hearing = replace(hearing, diets=hearing.diets | hearing.hinted)
-        newest = self._spoken(turns)[-1] if turns else ""
+        newest = self._talk.spoken(turns)[-1] if turns else ""
         lessens = hearing.empties or hearing.unasked or hearing.removed or hearing.spared
         orders = not has_aim(newest) and any(
             self._choice.meant(each.phrase, hearing, ()) or self._choice.lacking(each, hearing)
@@ -236,7 +230,7 @@ class GroceryShop:
         hearing = self._heard(turns)
         if hearing.unclear and not has_aim(newest):
             return True
-        said = self._names.hidden(self._spoken(turns)[-1])
+        said = self._names.hidden(self._talk.spoken(turns)[-1])
         has = any(self._choice.meant(each.phrase, hearing, ()) for each in hearing.newest)
         return not leaves_open(said) or is_order(
             said, lambda each: self._means(listed(each, has=has), hearing)
@@ -286,7 +280,7 @@ class GroceryShop:
         meant = [self._choice.meant(r.phrase, hearing, self._basket) for r in hearing.newest]
         things = {r.phrase: item for r, item in zip(hearing.newest, meant, strict=True) if item}
         lacks = [r for r, item in zip(hearing.newest, meant, strict=True) if item is None]
-        for piece, most in limits_of_things(self._translated(turns[-1].utterance)):
+        for piece, most in limits_of_things(self._talk.translated(turns[-1].utterance)):
             lacked = {r.phrase for r in lacks if self._choice.lacking(r, hearing)}
             told.append(above_limit(piece, things, most, self.catalogue.money, lacked))
         for request, item in zip(hearing.newest, meant, strict=True):
@@ -310,7 +304,7 @@ class GroceryShop:
         told: Sequence[str],
     ) -> Iterator[str]:
         """That nothing was heard of things which the newest words order."""
-        newest = "" if hearing.unclear else self._spoken(turns)[-1]
+        newest = "" if hearing.unclear else self._talk.spoken(turns)[-1]
         clauses = heard(besides_buying(self._names.brief(self._names.hidden(newest))))
         asked = (*hearing.newest, *hearing.removed)
         phrases = (phrase for each in asked for phrase in (each.phrase, *each.replaces))
@@ -354,7 +348,7 @@ class GroceryShop:
         """Answer a question about stock, prices, the basket, or what it has to be."""
         hearing = self._heard(turns)
         bounds = Bounds(hearing.diets, hearing.some - hearing.diets, hearing.budget)
-        return answered(self._translated(question), self, bounds)
+        return answered(self._talk.translated(question), self, bounds)
 
     def is_completion(self, turn: Turn) -> bool:
         """Whether the person orders the purchase of the basket here and now.
@@ -372,75 +366,12 @@ class GroceryShop:
         return self.catalogue.names
 
     def _heard(self, turns: Sequence[Turn]) -> Hearing:
-        """What the person said; what was to make way for what the shop lacks stays."""
-        hearing = hear(self._spoken(turns), self._names)
-        kept, gone = list[str](), list[str]()
-        for request in hearing.wanted:
-            if request.replaces and not is_vague(request.phrase):
-                lacks = self._choice.meant(request.phrase, hearing, ()) is None
-                (kept if lacks else gone).extend(request.replaces)
-        wanted = tuple(
-            each for each in hearing.wanted if each.phrase not in {*gone} - {*each.replaces}
-        )
-        held = [item for item, _ in self._contents()]
-        spared = tuple(
-            phrase
-            for phrase in hearing.spared
-            if self._choice.meant(phrase, hearing, self._basket) or called(phrase, held)
-        )
-        return replace(hearing, wanted=wanted, spared=spared).keeping(kept)
+        return self._talk.heard(turns, self._contents())
 
     def _changes(self, hearing: Hearing) -> list[Action]:
         out = self._taken_out - self._basket.keys()
         left = [item for name in sorted(out) if (item := self.catalogue.get(name))]
         return changes(hearing, self._contents(), self._choice, left)
-
-    def _spoken(self, turns: Sequence[Turn]) -> list[str]:
-        """What the person said and let stand; "add it" names what a question before was about."""
-        stands = [
-            harm(turn.utterance) if isinstance(turn, TakenBack) else turn.utterance
-            for turn in turns
-        ]
-        said = [_HALF_DOZEN.sub(self._packed, self._translated(each)) for each in stands]
-        for i, turn in enumerate(turns):
-            said[i] = swapped(said[i], partial(self._named_last, said[:i]), self._choice.sells)
-            if has := had_too(said[i], said[i - 1] if i else ""):
-                said[i] = f"I already have {has}"
-            many = so_many(stands[i])
-            if many or adds_it(stands[i]):
-                asked = takewhile(lambda text: text.rstrip().endswith("?"), reversed(said[:i]))
-                things = ((self._search.mentioned(text), text) for text in (*asked, turn.query))
-                before = hear(said[:i], self._names)
-                found = (
-                    self._named(each[0], text, before) for each, text in things if len(each) == 1
-                )
-                thing = next(found, "")
-                said[i] = f"Add {many}{thing}" if thing else said[i]
-        return said
-
-    def _packed(self, match: re.Match[str]) -> str:
-        """The one thing that comes by the half dozen; or the words as they are."""
-        named = self._search.named(f"half dozen {match[1]}")
-        return named[0].name if len(named) == 1 else match[0]
-
-    def _named_last(self, said: Sequence[str]) -> list[str]:
-        things = (self._search.mentioned(each) for each in reversed(said))
-        return next((each for each in things if each), list[str]())
-
-    def _named(self, thing: str, question: str, hearing: Hearing) -> str:
-        """A thing that was asked about, with what it was to be labelled for; or the cheapest."""
-        said = question.casefold()
-        organic = ["organic"] if re.search(r"\borganic\b", said) else []
-        labels = [*organic, *sorted(hinted(question) | diet(question))]
-        ahead, found, _ = said.partition(thing)
-        for word in reversed(words(ahead) if found and not labels else []):
-            if not self._choice.sells(f"{word} {thing}"):
-                break
-            thing = f"{word} {thing}"
-        name = " ".join([*labels, thing])
-        wants_cheapest = re.search(r"\bcheapest\b", said)
-        item = self._choice.cheaper(None, name, hearing) if wants_cheapest else None
-        return item.name if item else name
 
     def _after(self, turns: Sequence[Turn]) -> Decimal:
         """Price of the basket once it is as the person asks for outright."""

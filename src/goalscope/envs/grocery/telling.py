@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from goalscope.envs.grocery.amounts import MOST, Request, by_weight, units
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.choosing import is_vague, taken
-from goalscope.envs.grocery.hearing.amounts import MOST, Request, by_weight, units
 from goalscope.envs.grocery.hearing.diets import implied, is_diet
 from goalscope.envs.grocery.hearing.orders import states_aim
 from goalscope.envs.grocery.hearing.requests import Refusal

@@ -6,11 +6,11 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from decimal import Decimal
 
+from goalscope.envs.grocery.amounts import Request
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.choosing import Choice
-from goalscope.envs.grocery.hearing.amounts import Request
+from goalscope.envs.grocery.heard import Hearing
 from goalscope.envs.grocery.hearing.correcting import QUALITY
-from goalscope.envs.grocery.hearing.hear import Hearing
 from goalscope.envs.grocery.hearing.moods import Mood
 from goalscope.envs.grocery.hearing.orders import BEYOND, states_aim
 from goalscope.envs.grocery.hearing.requests import besides_refused, uncontained

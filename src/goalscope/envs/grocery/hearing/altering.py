@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from goalscope.envs.grocery.hearing.amounts import GRAMS, MILLILITRES, PACKS
+from goalscope.envs.grocery.amounts import GRAMS, MILLILITRES, PACKS
 from goalscope.envs.grocery.hearing.listing import UNIT
 from goalscope.envs.grocery.hearing.phrases import (
     CART,

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from decimal import Decimal
 from functools import lru_cache
 
-from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.hearing.amounts import Request
+from goalscope.envs.grocery.amounts import Request
+from goalscope.envs.grocery.heard import Hearing, kind_of
 from goalscope.envs.grocery.hearing.correcting import QUALITY
 from goalscope.envs.grocery.hearing.diets import diet, hinted, implied, is_diet, label, of_some
 from goalscope.envs.grocery.hearing.limits import budget, guesses, wants_ideas
@@ -27,21 +27,17 @@ from goalscope.envs.grocery.hearing.requests import (
 )
 from goalscope.envs.grocery.hearing.rewording import Said, heard
 from goalscope.envs.grocery.names import Names
-from goalscope.envs.grocery.restrictions import violates
-from goalscope.envs.grocery.words import asks, contains, made, singulars
+from goalscope.envs.grocery.words import asks, contains, singulars
 from goalscope.envs.remarks import asks_why, is_remark
 from goalscope.envs.speech import evened
 
-__all__ = ["Hearing", "hear"]
+__all__ = ["hear"]
 
 _NO_NAMES = Names(())
 _AGAIN = re.compile(r"\b(?:back|again)\b")
 _PUT_BACK = re.compile(r"\b(?:put|place|stick|pop|bring)\b.*\bback\b")
 _WHICH = re.compile(r"(.+) ones?")
 """Says which of the things spoken of last is meant: "the frozen ones"."""
-_STUFF = re.compile(r" (?:stuff|things|items|products|supplies)$")
-_SIZED = ("produce",)
-"""Aisles where "baby" is a size."""
 _KIND = "(?:flavou?r|kind|brand|type|sort|variety|version|colou?r|size)s?"
 _OTHER = re.compile(
     r"(?:(?:no|nope|nah|sorry|actually|then|so|oh|ok|okay|please|but|wait|i(?:'d)? (?:want|like"
@@ -80,92 +76,6 @@ _BESIDES = re.compile(
     r"^\W*(?:and|also|plus)\b|\b(?:too|also|as well|besides)\b"
     r"|\band (?:an?|one|two|some|\d+) [\w-]+(?: [\w-]+)? ones?\b"
 )
-
-
-@dataclass(frozen=True, slots=True)
-class Hearing:
-    """What a person's words come to, later words before earlier ones.
-
-    Attributes:
-        wanted: Things asked for outright and not refused since, in their order.
-        newest: Those of them that the newest words asked for.
-        removed: What the newest words want taken out, all of it or some.
-        unclear: Whether the newest words say "it" of nothing, or of one of several things.
-        spared: What alone stays in the basket, by the newest words; all of it where there is none.
-        refused: Things refused and not asked for since.
-        harmful: Those of them that harm somebody, which asking for does not take back.
-        dropped: Things taken out of the basket, all of them, and not asked for since.
-        lessened: Things of which some were taken out, and that were not asked for since.
-        diets: Restrictions named, of `diets.DIETS`.
-        words: All that was said, in lower case.
-        empties: Whether the last words ask for an empty basket.
-        unasked: Whether they want nothing in it that was not asked for.
-        some: Restrictions that only some people follow; they bind what is guessed alone.
-        hinted: Restrictions that any words spoke of; they bind what is guessed.
-        guesses: Whether anything may be guessed.
-        budget: What all may cost, in the shop's currency; None for any sum.
-        kept: Things that are to stay, whoever asked for them.
-        again: Whether the newest words ask for something back, or again.
-    """
-
-    wanted: tuple[Request, ...]
-    newest: tuple[Request, ...]
-    removed: tuple[Request, ...]
-    unclear: bool
-    spared: tuple[str, ...]
-    refused: tuple[str, ...]
-    harmful: tuple[str, ...]
-    dropped: tuple[str, ...]
-    lessened: tuple[str, ...]
-    diets: frozenset[str]
-    words: str
-    empties: bool
-    unasked: bool
-    some: frozenset[str]
-    hinted: frozenset[str]
-    guesses: bool
-    budget: Decimal | None
-    kept: tuple[str, ...]
-    again: bool
-
-    def makes(self, thing: str) -> bool:
-        """Whether the person wants to make `thing` themselves, so that it is not to be bought.
-
-        Who says "bake a chocolate cake with nuts" makes a cake, and neither chocolate nor nuts.
-        """
-        last = singulars(thing)
-        return bool(last) and any(singulars(m)[-len(last) :] == last for m in made(self.words))
-
-    def permits(self, item: Item) -> bool:
-        """Whether nothing that was said speaks against `item`."""
-        diets = self.diets
-        ruled_out = self.refuses(item.name) or any(_is_such(item, each) for each in self.refused)
-        return not ruled_out and not any(violates(item, diet) for diet in diets)
-
-    def refuses(self, thing: str) -> bool:
-        """Whether `thing` is, or is a kind of, something that the person refused."""
-        return _kind_of(thing, self.refused)
-
-    def drops(self, thing: str) -> bool:
-        """Whether the person refused `thing`, or had it taken out."""
-        return _kind_of(thing, (*self.refused, *self.dropped))
-
-    def spurns(self, kind: str) -> bool:
-        """Whether to add nothing of this kind unasked: after hot dog buns were dropped, no buns."""
-        name = singulars(kind)
-        out = (*self.dropped, *self.lessened)
-        ends = any(singulars(each)[-len(name) :] == name for each in out)
-        return ends or self.drops(kind) or _kind_of(kind, out)
-
-    def keeping(self, things: Iterable[str]) -> Hearing:
-        """The same without what speaks against these `things`."""
-        kept = {*things}
-        return replace(
-            self,
-            removed=tuple(each for each in self.removed if each.phrase not in kept),
-            refused=tuple(each for each in self.refused if each not in kept),
-            dropped=tuple(each for each in self.dropped if each not in kept),
-        )
 
 
 def hear(utterances: Sequence[str], names: Names | None = None) -> Hearing:
@@ -300,7 +210,7 @@ class _Listener:
             return
         self.spared += spared_here
         self.empties = self.empties or not spared_here
-        self.asked = {p: r for p, r in self.asked.items() if _kind_of(p, spared_here)}
+        self.asked = {p: r for p, r in self.asked.items() if kind_of(p, spared_here)}
 
     def put_back(self, clause: Said, *, newest: bool) -> bool:
         """Take in that what has left the basket is put back there; whether that is all."""
@@ -390,13 +300,13 @@ class _Listener:
                 if not phrase or is_diet(phrase):
                     continue
                 new = replace(request, phrase=phrase)
-                kinds = tuple(old for old in replaces if _kind_of(phrase, [old]))
+                kinds = tuple(old for old in replaces if kind_of(phrase, [old]))
                 if said == (SAME_ONE,) and replaces and _alike(phrase, replaces):
                     kinds = replaces
                 elif said == (SAME_ONE,) and not olds:
                     self.unclear = bool(self.spoken_of(every=True))
                 for old in replaces:  # oat milk for whole milk, which came for "milk"
-                    for each in [p for p in self.asked if _kind_of(old, [p])]:
+                    for each in [p for p in self.asked if kind_of(old, [p])]:
                         del self.asked[each]
                 for kind in {*kinds} - {each.phrase for each in self.removed}:
                     self.take_out(Request(kind, change="none"))
@@ -469,7 +379,7 @@ class _Listener:
         """The one thing that was asked for by the word of "the red one"; or none."""
         which = _WHICH.fullmatch(phrase)
         asked = dict.fromkeys([*self.earlier, *self.asked])
-        found = [each for each in asked if which and _kind_of(each, [which[1]])]
+        found = [each for each in asked if which and kind_of(each, [which[1]])]
         return found if len(found) == 1 else []
 
     def meant(self, phrase: str) -> list[str]:
@@ -508,7 +418,7 @@ class _Listener:
         last = self.spoken_of(every=True)
         for request in [each for each in wanted(clause) if each.replaces][:1]:
             phrase = self.names.shown(request.phrase)
-            others = [old for old in self.earlier if not _kind_of(old, [phrase])]
+            others = [old for old in self.earlier if not kind_of(old, [phrase])]
             last = _alike(phrase, last) or _alike(phrase, others) or last
         return last if len(last) == 1 else []
 
@@ -526,18 +436,7 @@ class _Listener:
         return longest or kinds
 
 
-def _is_such(item: Item, refused: str) -> bool:
-    """Whether an item is of what "no baby stuff" refuses: of that aisle, or of that name."""
-    kind = singulars(_STUFF.sub("", refused))
-    named = contains(singulars(item.name), kind) and item.category not in _SIZED
-    return bool(_STUFF.search(refused)) and (singulars(item.category) == kind or named)
-
-
 def _alike(phrase: str, things: Sequence[str]) -> list[str]:
     """Those of `things` that are what the last word of `phrase` says."""
     last = singulars(phrase)[-1:]
     return [each for each in things if singulars(each)[-1:] == last]
-
-
-def _kind_of(thing: str, words: Sequence[str]) -> bool:
-    return any(contains(singulars(thing), singulars(each)) for each in words)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from decimal import Decimal
 
-from goalscope.envs.grocery.hearing.amounts import WORD, number
+from goalscope.envs.grocery.amounts import WORD, number
 from goalscope.envs.speech import evened
 
 __all__ = ["budget", "guesses", "limits_of_things", "unlimited", "wants_ideas"]

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
-from goalscope.envs.grocery.hearing.amounts import PACKS, WORD, Request
+from goalscope.envs.grocery.amounts import PACKS, WORD, Request
 from goalscope.envs.grocery.hearing.diets import MEAL, diet
 from goalscope.envs.grocery.hearing.limits import unlimited, wants_ideas
 from goalscope.envs.grocery.hearing.moods import Mood

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from goalscope.envs.grocery.hearing.amounts import WORD
+from goalscope.envs.grocery.amounts import WORD
 
 __all__ = [
     "CART",

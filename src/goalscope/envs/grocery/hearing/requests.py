@@ -10,7 +10,7 @@ from enum import IntEnum
 from functools import lru_cache
 from typing import Literal
 
-from goalscope.envs.grocery.hearing.amounts import (
+from goalscope.envs.grocery.amounts import (
     CONTAINER,
     COUNT,
     GRAMS,

@@ -6,8 +6,8 @@ import re
 from dataclasses import dataclass
 from functools import lru_cache
 
+from goalscope.envs.grocery.amounts import PACKS, WORD
 from goalscope.envs.grocery.hearing.altering import CHANGES
-from goalscope.envs.grocery.hearing.amounts import PACKS, WORD
 from goalscope.envs.grocery.hearing.correcting import corrected, instead
 from goalscope.envs.grocery.hearing.limits import unlimited
 from goalscope.envs.grocery.hearing.listing import unlisted

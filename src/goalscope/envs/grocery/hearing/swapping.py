@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 
-from goalscope.envs.grocery.hearing.amounts import CONTAINER
+from goalscope.envs.grocery.amounts import CONTAINER
 from goalscope.envs.grocery.hearing.correcting import NAMED, QUALITY, SUCH
 from goalscope.envs.grocery.hearing.diets import is_diet
 from goalscope.envs.grocery.hearing.phrases import END, IT, NUMBER, SAME_ONE
