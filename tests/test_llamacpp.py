@@ -149,14 +149,17 @@ def test_a_model_that_is_closed_says_so_whatever_it_is_asked() -> None:
             asked()
 
 
-def test_no_weights_are_repacked_for_a_processor(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("amx", [False, True])
+def test_no_weights_are_repacked_for_amx(monkeypatch: pytest.MonkeyPatch, amx: bool) -> None:
     lib, repacked = bindings(), list[bool]()
 
     def load(path: bytes, params: Any) -> Any:
         repacked.append(params.use_extra_bufts)
-        return plainly(path, params)
+        return as_told(path, params)
 
-    plainly = lib.llama_model_load_from_file
+    as_told = lib.llama_model_load_from_file
+    told = f"CPU : AVX512 = 1 | AMX_INT8 = {int(amx)} | ".encode()
+    monkeypatch.setattr(lib, "llama_print_system_info", lambda: told)
     monkeypatch.setattr(lib, "llama_model_load_from_file", load)
-    Weights(embedded_path()).free()
-    assert repacked == [False]
+    Weights(embedded_path(), vocabulary_only=True).free()
+    assert repacked == [not amx]

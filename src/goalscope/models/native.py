@@ -84,9 +84,9 @@ class Weights:
             is_gguf = file.read(4) == b"GGUF"
         params = self.lib.llama_model_default_params()
         params.vocab_only = vocabulary_only
-        # Weights stay as they are in the file. Repacked for Intel's AMX, they end the process where
-        # GCC 12 or older compiled the engine (ggml-org/llama.cpp#26954).
-        params.use_extra_bufts = False
+        # Compiled by GCC 12 or older, llama.cpp's kernels for Intel's AMX end the process; these
+        # take repacked weights alone (ggml-org/llama.cpp#26954).
+        params.use_extra_bufts = b"AMX_INT8 = 1" not in self.lib.llama_print_system_info()
         model: Any = (
             self.lib.llama_model_load_from_file(os.fsencode(path), params) if is_gguf else None
         )
