@@ -6,7 +6,7 @@ from functools import cache
 
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.house.hearing.hear import Hearing, hear
-from goalscope.types import Turn
+from goalscope.types import Action, Turn
 from talks import Talk
 
 TYPES = [
@@ -74,3 +74,19 @@ def told(scene: str, *said: str) -> tuple[set[str], list[str], str]:
     status = robot.status().splitlines()
     changes = {line.removeprefix("- ") for line in status if line.startswith("- ")}
     return changes, talk.told, "".join(round.question for round in talk.rounds[-1:])
+
+
+def turns(*said: str) -> list[Turn]:
+    return [Turn("What would you like?", each) for each in said]
+
+
+def follow(scene: str, *said: str) -> list[str]:
+    """What is done, with all leave, for the last words, after what was done for those before."""
+    robot = robot_in(scene)
+    robot.reset()
+    done: list[Action] = []
+    for n in range(len(said)):
+        done = robot.requests(turns(*said[: n + 1]))
+        for action in done:
+            robot.step(action)
+    return [f"{a.name}: {a.target}{f' -> {a.destination}' if a.destination else ''}" for a in done]

@@ -1,172 +1,18 @@
-"""What is taken back, corrected or continued, what was done once, and what cannot be done."""
+"""What is corrected or continued, and what was done once."""
 
 from __future__ import annotations
 
 import pytest
 
-from goalscope.envs.house.hearing.aims import is_aim
 from goalscope.envs.house.simulator.scenes import load_scene
-from goalscope.taking_back import IDLE, NOTHING
+from goalscope.taking_back import IDLE
 from goalscope.types import Action, InvalidInputError, Turn
-from heard import robot_in, told
+from heard import follow, robot_in, told, turns
 from talks import Talk
 
 LAMP = "desk lamp: no longer on"
 LAPTOP = {"laptop: now on the sofa"}
 PAPER = {"newspaper: now in the robot's hand"}
-
-
-def turns(*said: str) -> list[Turn]:
-    return [Turn("What would you like?", each) for each in said]
-
-
-def follow(scene: str, *said: str) -> list[str]:
-    """What is done, with all leave, for the last words, after what was done for those before."""
-    robot = robot_in(scene)
-    robot.reset()
-    done: list[Action] = []
-    for n in range(len(said)):
-        done = robot.requests(turns(*said[: n + 1]))
-        for action in done:
-            robot.step(action)
-    return [f"{a.name}: {a.target}{f' -> {a.destination}' if a.destination else ''}" for a in done]
-
-
-@pytest.mark.parametrize(
-    ("said", "note"),
-    [
-        ("throw the statue out of the window", "I cannot throw the statue."),
-        ("toss the laptop out of the window!", "I cannot toss the laptop."),
-        ("set the house on fire", "I did not understand: set the house on fire."),
-        ("Make me fly to the moon", "I did not understand: make me fly to the moon."),
-        ("burn the house down", "I did not understand: burn the house down."),
-        ("Robot, sing a song for me", "I did not understand: sing a song for me."),
-        ("drive me to the airport", "I did not understand: drive me to the airport."),
-        ("destroy everything", "I did not understand: destroy everything."),
-        ("explode", "I did not understand: explode."),
-        ("put the laptop on the moon", "There is no moon here."),
-        ("put the hair dryer on the desk", "There is no hair dryer here."),
-        ("wash the guitars, please", "There are no guitars here."),
-        ("put the laptop in the safe", "There is no safe here."),
-    ],
-)
-def test_an_order_that_cannot_be_followed_is_told_and_leaves_nothing_to_guess(
-    said: str, note: str
-) -> None:
-    assert told("LivingRoom1", said)[:2] == (set(), [note])
-    assert robot_in("LivingRoom1").is_order(turns(said))
-
-
-@pytest.mark.parametrize(
-    "said",
-    [
-        "tidy up please",
-        "tidy up the room",
-        "could you tidy up?",
-        "set the table for two",
-        "make dinner",
-        "make me a sandwich",
-        "clean the kitchen",
-        "get everything ready for dinner",
-        "bring me something to eat",
-    ],
-)
-def test_an_aim_is_guessed_at_and_told_only_if_nothing_comes_of_it(said: str) -> None:
-    assert told("Kitchen1", said)[1]
-    robot = robot_in("Kitchen1")
-    assert not robot.is_order(turns(said))
-    guess = robot.step(Action("open", "fridge"))
-    assert robot.unmet(turns(said), [guess]) == []
-
-
-@pytest.mark.parametrize(
-    "said",
-    ["I'm hungry", "we sing a song", "I drive a car", "breakfast in bed would be nice", "a drink"],
-)
-def test_what_is_no_order_is_not_told_to_be_unknown(said: str) -> None:
-    assert told("Kitchen1", said)[1] == []
-    assert not robot_in("Kitchen1").is_order(turns(said))
-
-
-@pytest.mark.parametrize(
-    "said",
-    ["throw the statue away", "throw the statue out", "toss the statue into the garbage can"],
-)
-def test_throwing_away_is_possible(said: str) -> None:
-    assert told("LivingRoom1", said)[0] == {"statue: now in the garbage can"}
-
-
-@pytest.mark.parametrize("said", ["set the table", "make me a sandwich", "tidy up", "clean up"])
-def test_aims(said: str) -> None:
-    assert is_aim(said)
-
-
-@pytest.mark.parametrize(
-    "said",
-    ["set the house on fire", "make me fly", "set the oven to 200", f"set {'a' * 2000}!", "fly"],
-)
-def test_no_aims(said: str) -> None:
-    assert not is_aim(said)
-
-
-@pytest.mark.parametrize(
-    "undo", ["undo", "Undo!", "undo it", "revert", "take that back", "undo the last thing",
-             "please undo my last order", "undo the last change", "No, undo that."]
-)  # fmt: skip
-def test_to_undo_may_be_said_in_few_words(undo: str) -> None:
-    said = ["turn off the desk lamp", "put the laptop on the sofa", undo]
-    assert told("LivingRoom1", *said)[:2] == ({"desk lamp: no longer on"}, [])
-
-
-def test_several_orders_are_undone_by_their_number() -> None:
-    said = ["open drawer 1", "turn off the desk lamp", "put the laptop on the sofa"]
-    assert told("LivingRoom1", *said, "undo the last two things")[0] == {"drawer 1: open"}
-    assert told("LivingRoom1", *said, "undo the last 9 orders")[0] == set()
-
-
-@pytest.mark.parametrize("said", ["undo the knot", "don't undo that", "I can undo it myself"])
-def test_what_undoes_nothing(said: str) -> None:
-    assert told("LivingRoom1", "put the laptop on the sofa", said)[0] == LAPTOP
-
-
-def test_everything_is_undone_also_what_nobody_asked_for() -> None:
-    robot = robot_in("LivingRoom1")
-    robot.reset()
-    talk = Talk(robot)
-    guesses = (
-        Action("put", "newspaper", destination="sofa"),
-        Action("turn off", "desk lamp"),
-        Action("open", "drawer 1"),
-        Action("put", "vase", destination="box"),
-        Action("pick up", "remote control"),
-    )
-    talk.say("tidy up", guesses=guesses)
-    talk.say("Open drawer 2")
-    assert talk.say("undo everything").takes_back == (2, 1)
-    assert "Nothing has been changed" in robot.status()
-    assert not talk.say("thanks").results
-
-
-def test_what_nobody_can_undo_is_told() -> None:
-    said = ["slice the bread", "wash mug 1 and fill it with coffee", "undo everything"]
-    changes, notes, _ = told("Kitchen1", *said)
-    assert changes == {"bread: sliced", "mug 1: no longer dirty"}
-    assert notes == ["I cannot undo that: clean mug 1.", "I cannot undo that: slice the bread."]
-    assert told("Kitchen1", "undo everything")[1] == [NOTHING]
-    assert told("Kitchen1", *said, "open the fridge")[0] == {*changes, "fridge: open"}
-
-
-def test_a_guess_is_undone_and_then_nothing_is_told() -> None:
-    robot = robot_in("Bedroom1")
-    robot.reset()
-    talk = Talk(robot)
-    talk.say("open drawer 1")
-    talk.say("tidy up the room", guesses=[Action("put", "book 1", destination="bed")])
-    back = talk.say("undo that")
-    done = [each.action for each in back.results]
-    assert [(each.name, each.target) for each in done] == [("put", "book 1")]
-    assert back.notes == ('Taken back: "tidy up the room".',)
-    assert robot.status().splitlines()[2:] == ["- drawer 1: open"]
 
 
 def test_what_was_met_once_is_not_met_anew() -> None:
