@@ -104,6 +104,7 @@ GOOD = 'name = "a"\nconsent = "Agree?"\ninstructions = "Rate."\n'
         (GOOD + TALKS + "]", "transcript = true"),
         (GOOD + "transcript = true\n" + TALKS + ', "c"]', "pairs"),
         (GOOD + '[completion]\nurl = "javascript:alert(1)"', "https://"),
+        (GOOD + '[completion]\nurl = "https://[]a.test/x"', "https://"),
         (GOOD + "[exclusion]\nfailed_checks = 1", "Add a [[check]]"),
     ],
 )

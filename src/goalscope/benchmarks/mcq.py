@@ -34,6 +34,9 @@ TASK = "Ask the human a question."
 BLANK = "What do you say?"
 """What the agent asks in the control without the question."""
 
+_LONGEST_KEY = 20
+"""Most characters in the name of a choice."""
+
 
 @dataclass(frozen=True, slots=True)
 class Question:
@@ -90,7 +93,7 @@ def read_questions(file: Path, limit: int | None = None) -> list[Question]:
         raise InvalidInputError(f"{file} holds no question.")
     ((double, count),) = Counter(question.id for question in questions).most_common(1)
     if count > 1:
-        raise InvalidInputError(f'{file}: two questions have the id "{double}".')
+        raise InvalidInputError(f"{file}: two questions have the id {shown(double)}.")
     return questions
 
 
@@ -197,9 +200,12 @@ def _question(row: Any) -> Question:
         raise ValueError('"id" must be a text or a whole number')
     if not isinstance(choices, dict) or len(cast("dict[Any, Any]", choices)) < 2:
         raise ValueError('"choices" must be an object of at least two texts')
+    for key in cast("dict[str, Any]", choices):
+        if not (key.isprintable() and 0 < len(key) <= _LONGEST_KEY):
+            raise ValueError(f"a choice needs a short name such as A, not {shown(key)}")
     read = {key: _text(value, f"choice {key}") for key, value in cast("Any", choices).items()}
     if not isinstance(answer, str) or answer not in read:
-        raise ValueError(f'"answer" must be one of {", ".join(read)}, not {str(answer)[:20]!r}')
+        raise ValueError(f'"answer" must be one of {", ".join(read)}, not {shown(answer)}')
     if not isinstance(given, dict) or (given and set(cast("Any", given)) != set(read)):
         raise ValueError('"rephrasings" must be an object with a list for each choice')
     rephrasings: dict[str, list[str]] = {}

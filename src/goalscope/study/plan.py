@@ -170,8 +170,7 @@ def read_plan(file: Path) -> Plan:
             f"{label}: 'id_parameter' is a name in an address, such as PROLIFIC_PID, and not "
             f"{shown(plan.id_parameter)}."
         )
-    url = urlsplit(plan.completion.url)
-    if plan.completion.url and not (url.scheme == "https" and url.netloc):
+    if plan.completion.url and not _is_https(plan.completion.url):
         raise InvalidInputError(
             f"{label}, completion: 'url' must begin with https://, not "
             f"{shown(plan.completion.url)}."
@@ -250,3 +249,11 @@ def _value(key: str, value: Any, kind: str, label: str) -> Any:
             f"{where}: {shown(value)} is unknown; {nearest(value, CHOICES[key])}"
         )
     return value
+
+
+def _is_https(url: str) -> bool:
+    try:
+        parts = urlsplit(url)
+        return parts.scheme == "https" and bool(parts.hostname)
+    except ValueError:
+        return False
