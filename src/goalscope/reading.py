@@ -60,7 +60,8 @@ def read(
     """
     said = turns[-1].utterance
     question = rounds[-1].question if rounds else ""
-    refused = bool(rounds) and rounds[-1].notes[-1:] == (not_done(env),)
+    told = rounds[-1].notes if rounds else ()
+    refused = any(f'say "{env.completion_phrase}"' in note for note in told)
     agreed = says_yes(env, turn)
     only_undoes = isinstance(turns[-1], TakenBack)
     answers = question == CONFIRM

@@ -154,7 +154,7 @@ class Choice:
         return [f"The shop has nothing called '{phrase}'."]
 
     def offers(self, term: str, hearing: Hearing, decided: Collection[str]) -> list[Item]:
-        """The best permitted items that are what the term's last word says.
+        """The best permitted items that are what the term's last word says: no vinegar for wine.
 
         Those that are labelled for the person's diets stand for all, where there are any. None
         where one of them is among the names that are `decided`: in the basket, it serves the term
@@ -163,7 +163,8 @@ class Choice:
         head = " ".join(words(term)[-1:])
         if head in _VAGUE or hearing.makes(term) or hearing.spurns(term):
             return []
-        offers = [i for i in self._found(term, hearing) if _is_a(i, head)]
+        found, such = self._found(term, hearing), _headed(head, self._search.named(head))
+        offers = [i for i in found if (i in such if such else _is_a(i, head))]
         offers = ([i for i in offers if hearing.diets <= i.tags] or offers)[:_PER_TERM]
         return [] if any(item.name in decided for item in offers) else offers
 

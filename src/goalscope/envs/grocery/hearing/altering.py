@@ -53,6 +53,12 @@ CHANGES = [
     (re.compile(pattern), plainer)
     for pattern, plainer in (
         (
+            r"(?<=\w)[,;]? (?:(?:because|since|as) )?(?:i|we)(?:'ve| have)?(?: still| already)*"
+            rf" (?:have|got)(?: (?:some|enough|plenty|lots|{NUMBER}))(?: (?:of )?{PACKS})?"
+            rf"(?: (?:of (?:it|them|that)|left|already|at home|here|still))*{END}",
+            "",
+        ),
+        (
             r"\b(ask(?:ed)? for|order(?:ed)?|want(?:ed)?|need(?:ed)?)"
             r" all (?:that|this|those|these) (?=\w)",
             r"\1 the ",

@@ -118,8 +118,13 @@ _CHOSEN = ("vegan", "vegetarian")
 _SOME = re.compile(
     r"\b(?:one|two|three|four|some|several|a (?:few|couple)|\d+)(?: of)?"
     rf"(?: (?:my|our|the|us|them))?(?: [\w-]+)?? (?P<who>{_SUBJECT})$"
+    rf"|\b(?:an?|another)(?: [\w-]+)?? (?P<guest>{_PERSON})$"
 )
 """Before a diet that not everybody follows: "one of my guests" is vegan."""
+_GUEST = re.compile(
+    r"\b(?:have|having|there(?:'s| is| are)|got)(?: also)? (?:an?|one|some|two|three|\d+)(?: other)? $"
+)
+"""Before a diet of somebody who comes besides: "we also have a" vegetarian coming."""
 _US = r"(?:i|we|it|that|this|every\w*|all|nothing|who|nobody|there|they)"
 _SOLE = re.compile(
     r"(?:'s|'m| is| am) the (?:only )?(?:one (?:who(?:'s| is)|that(?:'s| is)) )?$"
@@ -133,6 +138,9 @@ _REST = re.compile(
     r"|eats? (?!no\b|only\b|vegan|vegetarian)|likes? |loves? |can )"
 )
 """Behind a diet that others do not follow: vegan, "the others eat meat"."""
+_COMING = re.compile(
+    rf"s?(?: {_PERSON}s?)?(?: (?:coming|over|round|among us|with us|too|as well)\b|[.!]|$)"
+)
 _NONE = re.compile(
     r"\b(?:nobody|no ?one|(?:none|neither|not one)(?: of)?|neither (?:[\w-]+ ){1,3}nor)"
     r"(?: (?:here|in|at|of|from|my|our|the|this))*\s*$"
@@ -270,7 +278,9 @@ def of_some(utterance: str) -> frozenset[str]:
                 before = sentence[max(0, match.start() - 100) : match.start()]
                 stated = _STATED.search(before)
                 some = stated and _SOME.search(before[: stated.end("subject")])
-                if some or _is_of_one(before, sentence[match.end() :]):
+                after = sentence[match.end() :]
+                guest = _GUEST.search(before) and _COMING.match(after)
+                if some or guest or _is_of_one(before, after):
                     found.add(name)
     return frozenset(found)
 

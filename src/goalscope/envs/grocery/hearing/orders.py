@@ -86,6 +86,7 @@ _HOLDS_BACK = re.compile(
     r"|\b(?:i|we)(?:'ve| have)? (?:only |just |already |never )?(?:said|meant|wanted|asked"
     r"|ordered|told)\b"
     r"|\b(?:keep|leave) (?:the|my|our|those|these|them)\b|\b(?:swap|exchange|replace)\b|\bback$"
+    r"|\b(?:remove|delete|ditch|get rid of)\b|\b(?:take|throw|chuck|kick)\b.*\b(?:out|off|away)\b"
 )
 _MADE = re.compile(r"(?!(?:it|that|this|them|those|these)\b)")
 _EMPTY = re.compile(

@@ -242,6 +242,12 @@ def heard(utterance: str) -> tuple[Said, ...]:
         r". need \1.",
         text,
     )
+    text = re.sub(
+        rf"(?:^|(?<=[.;!?,] ))((?:an?|some|{NUMBER}) {PACKS} of [^.;!?,]{{1,40}}?) would be"
+        r" (?:nice|great|lovely|good|perfect)(?: too| as well| please)*(?=[.;!?,]|$)",
+        r". need \1.",
+        text,
+    )
     text = _HARMED_BY.sub(_harmed, text)
     text = _ASKED_OF.sub(r"\g<0> to \g<thing>", text)
     text = _MINDING.sub(lambda match: f"{match[1]} {_VERBS[match[2]]}", corrected(text))
