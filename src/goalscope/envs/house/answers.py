@@ -55,7 +55,8 @@ _COUNT = re.compile(
 )
 _HAVE = re.compile(
     rf"{LEAD}(?:(?:do|can) (?:you|we) (?:have|see|find)|have (?:you|we) (?:got|seen|found)"
-    r"|is there|are there) (.+?)(?: (?:here|there|anywhere|in the (?:house|home|room|kitchen)))?"
+    r"|is there|are there) (.+?)(?: (?:here|there|left|anywhere"
+    r"|in the (?:house|home|room|kitchen)))*"
 )
 _ALSO = re.compile(
     r"(?:ok(?:ay)?[ ,]+)?(?:and|what about|how about)(?: what about)? (?P<thing>(?:the|my|our|your)"
@@ -71,7 +72,7 @@ _ABLE = re.compile(
 _DONE = re.compile(
     rf"{LEAD}what (?:all )?(?:(?:did|have) you (?:just |already )?(?:do|done|changed?|moved?)"
     r"|(?:has|have|was|is|'s) (?:been )?(?:changed|moved|done))(?: so far| here| just now| now"
-    r"| (?:with|to) .{1,60})?"
+    r"| (?:with|to) (?P<thing>.{1,60}))?"
 )
 ABLE = (
     "I can fetch things and put them elsewhere, open and close, turn on and off, clean, fill and "
@@ -88,9 +89,10 @@ _INNER = frozenset({
 Object = Mapping[str, Any]
 
 
-def asks_what_was_done(question: str) -> bool:
-    """Whether it is a question such as "What did you do?"."""
-    return bool(_DONE.fullmatch(evened(question)[:300].rstrip(" ?!.")))
+def asks_what_was_done(question: str) -> str | None:
+    """What "What did you do with the towel?" asks about, "" for all; None for other questions."""
+    found = _DONE.fullmatch(evened(question)[:300].rstrip(" ?!."))
+    return None if found is None else found["thing"] or ""
 
 
 def resolved(question: str, said: Sequence[str], here: Collection[str]) -> Iterator[str]:

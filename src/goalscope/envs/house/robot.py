@@ -333,9 +333,8 @@ class HomeRobot:
 
     def answer(self, question: str, turns: Sequence[Turn] = ()) -> str | None:
         """Answer a question about things here, or what was done; None for anything else."""
-        if asks_what_was_done(question):
-            hand, *changes = self.status().replace("\n- ", "; ").splitlines()
-            return " ".join([hand, *changes]).replace(":;", ":") + ("." if changes else "")
+        if (about := asks_what_was_done(question)) is not None:
+            return self._told_of(about)
         meant = [question]
         here = {str(each["objectType"]) for each in self._view.objects}
         meant += resolved(question, [turn.utterance for turn in turns[:-1]], here)
@@ -345,6 +344,21 @@ class HomeRobot:
         replies = (answered(each, self._view.objects, self._view.names) for each in meant)
         told = next((each for each in replies if each is not None), None)
         return told_of_deeds(question, self._done, self._view) if told is None else told
+
+    def _told_of(self, about: str) -> str:
+        """What has changed of the things that `about` names, or of all."""
+        kinds = mentioned(about, self._view.objects)
+        types = {readable(each["objectType"]) for each in self._view.objects}
+        if about and kinds:
+            own = {n: readable(self._view.type_of(n)) for n in self._view.names.values()}
+            changes = [
+                each
+                for each in self._view.changes(self._start)
+                if own[each.partition(":")[0]] in types.intersection(kinds)
+            ]
+            return f"{'; '.join(changes) or 'Nothing has been changed of it'}."
+        hand, *lines = self.status().replace("\n- ", "; ").splitlines()
+        return " ".join([hand, *lines]).replace(":;", ":") + ("." if lines else "")
 
     def is_completion(self, turn: Turn) -> bool:
         """Whether the person says that the task is complete."""

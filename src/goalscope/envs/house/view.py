@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -124,12 +124,15 @@ class View:
         return act is None or thing[act[1]] == act[2] != was[act[1]]
 
     def changes(self, start: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
-        """What is not as it was at the start, one object a text; what is new if it was cooked."""
+        """What is not as it was at the start, one object a text; a piece where it left the rest."""
         for own, thing in self.table.items():
             was = start.get(own)
             if was is None:
-                if thing["isCooked"]:
-                    yield f"{self.names[own]}: cooked"
+                parts = ["cooked"] if thing["isCooked"] else []
+                if self._where(thing) != self._rest(own):
+                    parts.append(f"now {self._where(thing)}")
+                if parts:
+                    yield f"{self.names[own]}: {', '.join(parts)}"
                 continue
             parts = [
                 word if thing[key] else f"no longer {word}"
@@ -150,6 +153,12 @@ class View:
             return "in the robot's hand"
         name = self.place(thing)
         return f"{self._in_or_on(name)} {the(name)}" if name else "in its place"
+
+    def _rest(self, piece: str) -> str:
+        """Where most of what a thing was cut into is, in words."""
+        whole = piece.rpartition("|")[0]
+        pieces = (each for own, each in self.table.items() if own.rpartition("|")[0] == whole)
+        return Counter(map(self._where, pieces)).most_common(1)[0][0]
 
     def _kind(self, name: str) -> str:
         return readable(self.type_of(name)) if self.id(name) else name

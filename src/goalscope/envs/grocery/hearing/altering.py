@@ -371,6 +371,11 @@ CHANGES = [
             r"add \1",
         ),
         (
+            r"\b(put|place|stick|pop|bring) ([^.,;!?]{1,60}? back) in(?:to)?"
+            rf"(?: (?:the|my) {CART})?(?: (?:too|as well|again))*{END}",
+            r"\1 \2",
+        ),
+        (
             r"\b(?:put|toss|throw|stick|chuck|pop) (?!(?:it|that|this|them|those|these|in|back)\b)"
             r"([^.,;!?]{1,60}?) in(?=\s*(?:[.,;!?]|$| (?:and|please|too|then|as well|for me)\b))",
             r"add \1",

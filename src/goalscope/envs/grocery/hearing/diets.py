@@ -122,7 +122,8 @@ _SOME = re.compile(
 )
 """Before a diet that not everybody follows: "one of my guests" is vegan."""
 _GUEST = re.compile(
-    r"\b(?:have|having|there(?:'s| is| are)|got)(?: also)? (?:an?|one|some|two|three|\d+)(?: other)? $"
+    r"\b(?:have|having|there(?:'s| is| are)|got)(?: also)?"
+    r" (?:an?|one|some|two|three|\d+)(?: other)? $"
 )
 """Before a diet of somebody who comes besides: "we also have a" vegetarian coming."""
 _US = r"(?:i|we|it|that|this|every\w*|all|nothing|who|nobody|there|they)"

@@ -199,6 +199,7 @@ _PAUSE = re.compile(
     r"^(?:(?:hold|hang) on|one (?:second|sec|moment)|u[hm]+|hm+|ah+)[ ,.!]+(?=\w)", re.IGNORECASE
 )
 """What somebody says before what they think of late."""
+_AT_LAST = re.compile(r"(?<=\w),? (?:then|though)(?=[ .!]*$)", re.IGNORECASE)
 _BULLET = re.compile(r"\n[ \t]*[-*\u2022][ \t]+")
 _VERBS = {
     "adding": "add",
@@ -223,7 +224,7 @@ class Said:
 def heard(utterance: str) -> tuple[Said, ...]:
     """The clauses of `utterance` in lower case, reworded; changes only where they are ordered."""
     text = re.sub(r"\s*\n\s*", ". ", _BULLET.sub(", ", utterance[:2000]).strip())
-    text = _PAUSE.sub("", text)
+    text = _AT_LAST.sub("", _PAUSE.sub("", text))
     text = _REDUNDANT.sub(r"\1", instead(unreasoned(unlisted(evened(text)))))
     text = unlimited(_ALONE_WANTED.sub(r". keep only \1. only \1\2", text))
     text = re.sub(

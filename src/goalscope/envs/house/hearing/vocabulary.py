@@ -290,7 +290,16 @@ _BRING = (
 )
 _WASH = "(?:wash|rinse|scrub|wipe|clean)"
 _SOME = "(?:the|my|an?|some|both|that)"
+_DONE_SO = r"\b(?:fried|scrambled|poached|boiled|toasted|grilled) "
+_COOKED = rf"(?:an? |some |the |two |one )?(?:toast|{_DONE_SO}(?:eggs?|bread|potato(?:es)?))"
 _WARMED = "(?:[a-z]+ )?(?:potato(?:es)?|eggs?|bread|toast|food)"
+
+
+def _to_make(said: re.Match[str]) -> str:
+    """An order for food that is only named: "make toast and eggs", for "toast and fried eggs"."""
+    return f"make {re.sub(_DONE_SO, '', said[1])}"
+
+
 _REWORDED = [
     (re.compile(pattern), plain)
     for pattern, plain in (
@@ -362,6 +371,18 @@ _REWORDED = [
             r"\b(make|prepare)( me| us)? ((?:an? |some )?(?:(?:cup|mug) of )?coffee) and"
             r" ((?:an? |some )?(?:\w+ ){0,2}?toast)\b",
             r"\1\2 \3 and make\2 \4",
+        ),
+        (
+            r"^(?:(?:(?:can|could|may) (?:i|you|we) (?:have|get|make)|(?:i|we)(?:'d| would) like"
+            r"|make|prepare|get|bring|give|please|now|then|and|me|us|some) )*"
+            rf"({_COOKED}(?:(?:,| and|, and) {_COOKED})*)(?:,? please)?[.!?]*$",
+            _to_make,
+        ),
+        (
+            r"\b(put|place|serve|set) (?!(?:it|them|that|both|everything)\b)([a-z0-9 ]{1,40}?)"
+            r" (?:on|onto|in) ((?:an?|the|my) (?:plate|bowl|tray))"
+            r" on (the (?:[a-z]+ )?(?:table|counter|desk|stool))\b",
+            r"put \3 on \4, and put \2 on it",
         ),
         (r"\b(?:do|wash) (?:the |our |my )?(?:dishes|washing[ -]?up)\b", "wash the dishes"),
         (r"\b(?:would|is) it (?:be )?possible (?:for you )?to\b", "could you"),
