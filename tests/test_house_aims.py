@@ -84,3 +84,12 @@ def test_aims(said: str) -> None:
 )
 def test_no_aims(said: str) -> None:
     assert not is_aim(said)
+
+
+@pytest.mark.parametrize(
+    "said", ["Toast and a fried egg, please", "a fried egg please", "Could I have some toast?"]
+)
+def test_food_that_is_only_named_is_an_order_to_make_it(said: str) -> None:
+    _, notes, _ = told("Kitchen1", said)
+    assert all("only once it is" in note for note in notes)
+    assert notes

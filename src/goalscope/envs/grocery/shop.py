@@ -429,9 +429,11 @@ class GroceryShop:
         else:
             del self._basket[action.target]
             self._taken_out.add(action.target)
-        done = "added to" if sign == 1 else "removed from"
         times = f"{action.quantity} x " if action.quantity != 1 else ""
-        return StepResult(action, True, f"{times}{action.target} {done} the basket.")
+        item = self.catalogue.get(action.target)
+        unit = f" ({item.unit})" if item and item.unit not in ("", "each") else ""
+        done = f"{unit} added to" if sign == 1 else " removed from"
+        return StepResult(action, True, f"{times}{action.target}{done} the basket.")
 
     def _buy(self, action: Action) -> StepResult:
         if action != Action("buy basket"):

@@ -72,7 +72,8 @@ class Talk:
         ]
         said = [_HALF_DOZEN.sub(self._packed, self.translated(each)) for each in stands]
         for i, turn in enumerate(turns):
-            said[i] = swapped(said[i], partial(self._named_last, said[:i]), self._choice.sells)
+            last = partial(self._named_last, said[:i])
+            said[i] = swapped(said[i], last, self._choice.sells)
             if has := had_too(said[i], said[i - 1] if i else ""):
                 said[i] = f"I already have {has}"
             many = so_many(stands[i])
@@ -83,8 +84,11 @@ class Talk:
                 found = (
                     self._named(each[0], text, before) for each, text in things if len(each) == 1
                 )
-                thing = next(found, "")
-                said[i] = f"Add {many}{thing}" if thing else said[i]
+                if thing := next(found, ""):
+                    instead = (
+                        f"{thing} instead" if stands[i].rstrip(" .!").endswith("instead") else ""
+                    )
+                    said[i] = swapped(instead, last, self._choice.sells) or f"Add {many}{thing}"
         return said
 
     def _packed(self, match: re.Match[str]) -> str:

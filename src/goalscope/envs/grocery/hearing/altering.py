@@ -53,6 +53,11 @@ CHANGES = [
     (re.compile(pattern), plainer)
     for pattern, plainer in (
         (
+            r"(?<=\w),? (?:(?:because|since|as) )?(?:my|our|the) \w+(?: has| have| had)?"
+            rf"(?: already| just)* (?:bought|brought|got|made|baked)(?: \w+){{0,4}}{END}",
+            "",
+        ),
+        (
             r"(?<=\w)[,;]? (?:(?:because|since|as) )?(?:i|we)(?:'ve| have)?(?: still| already)*"
             rf" (?:have|got)(?: (?:some|enough|plenty|lots|{NUMBER}))(?: (?:of )?{PACKS})?"
             rf"(?: (?:of (?:it|them|that)|left|already|at home|here|still))*{END}",

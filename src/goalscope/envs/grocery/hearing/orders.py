@@ -86,7 +86,9 @@ _HOLDS_BACK = re.compile(
     r"|\b(?:i|we)(?:'ve| have)? (?:only |just |already |never )?(?:said|meant|wanted|asked"
     r"|ordered|told)\b"
     r"|\b(?:keep|leave) (?:the|my|our|those|these|them)\b|\b(?:swap|exchange|replace)\b|\bback$"
-    r"|\b(?:remove|delete|ditch|get rid of)\b|\b(?:take|throw|chuck|kick)\b.*\b(?:out|off|away)\b"
+)
+_TAKES_OUT = re.compile(
+    r"\b(?:remove|delete|ditch|get rid of)\b|\b(?:take|throw|chuck|kick)\b.*\b(?:out|off|away)\b"
 )
 _MADE = re.compile(r"(?!(?:it|that|this|them|those|these)\b)")
 _EMPTY = re.compile(
@@ -129,7 +131,7 @@ _TAKES = (
 )
 _ADD_IT = re.compile(
     rf"{_YES}(?:{_TAKES}|take) (?:(?<!(?<!'ll )take )(?:it|that|them)|that one|this one|one|some"
-    r"|one of (?:them|those|these))(?:[\s,]+(?:please|then|too|as well|thanks|anyway"
+    r"|one of (?:them|those|these))(?:[\s,]+(?:please|then|too|as well|thanks|anyway|instead"
     r"|(?:to|in) (?:the|my) (?:basket|cart)))*[\s.!?]*"
 )
 _HAVING = re.compile(
@@ -219,7 +221,8 @@ def leaves_open(utterance: str) -> bool:
             continue
         left = besides_refused(said)
         dropped = Refusal.DROPPED in unwanted(said).values()
-        holds = holds or dropped or unasked(said) or clears(said) or bool(spared(said))
+        takes_out = dropped or bool(_TAKES_OUT.search(said.text))
+        holds = holds or takes_out or unasked(said) or clears(said) or bool(spared(said))
         for part in re.split(r"[,.;:!?](?:\s+|$)|\bbut\b", left):
             if _CALLS_OFF.search(part):
                 holds = True

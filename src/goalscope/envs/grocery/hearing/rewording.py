@@ -70,6 +70,7 @@ _REWORDED = [
             )
         ),
         (r"\b(?:there(?:'s| is) )?no need (?:for|of) (?=\w)", "don't need "),
+        (rf"\b(?:something|anything)(?: else)? (?:instead of|in place of) [^.,;!?]+{END}", ""),
         (r",? ?\bif (?:you have|there(?:'s| is| are)) (?:any|some|it|them|one)\b,?", ""),
         (
             r"\b(?:\w+n't|not|never)(?: let (?:me|us))?(?: ever)? (?:forget|miss|skip|omit|drop"

@@ -260,6 +260,8 @@ class OrderReader(PhraseReader):
         types = things[0].types if things else ()
         if types == ("Bed",):
             return "clean", ""
+        if types == ("Egg",):
+            return "cook", ""
         sliced = bool(types) and all(t.endswith("Sliced") for t in types)
         return ("slice" if sliced else ""), ""
 

@@ -1,0 +1,86 @@
+"""Reasons that people give, what they take out, and what they swap after an answer."""
+
+from __future__ import annotations
+
+import pytest
+
+from fakes import said
+from goalscope.types import Action
+from shops import shop, talked
+
+PASTA = {"Spaghetti": 1, "Long Grain White Rice": 1}
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "Take the rice out again, I still have a bag",
+        "Take out the rice, I still have a bag",
+        "Take the rice out, we already have two packs at home",
+        "Remove the rice because we still have some",
+        "Take the rice out, my husband bought a bag",
+    ],
+)
+def test_a_reason_to_take_a_thing_out_asks_for_nothing(words: str) -> None:
+    opened, told = talked(PASTA, words)
+    assert (opened.basket, told) == ({"Spaghetti": 1}, [])
+
+
+@pytest.mark.parametrize(
+    "words", ["Take everything you guessed out", "take whatever you guessed out, please"]
+)
+def test_what_was_guessed_goes_where_the_verb_is_in_two_parts(words: str) -> None:
+    opened = shop()
+    for action in (*opened.requests(said("Rice")), Action("add item", "Lager Beer")):
+        assert opened.step(action).ok
+    turns = said("Rice", words)
+    assert opened.is_order(turns)
+    assert opened.requests(turns) == [Action("remove item", "Lager Beer")]
+
+
+@pytest.mark.parametrize("words", ["take that beer thing out", "get rid of the odd stuff"])
+def test_nothing_is_guessed_for_words_that_take_out(words: str) -> None:
+    assert shop().is_order(said(words))
+
+
+def test_no_vinegar_is_guessed_for_wine() -> None:
+    vegan = said("We are having a vegan dinner with friends")
+    offered = shop().actions(("red wine", "wine"), vegan)
+    assert not [each.target for each in offered if "Vinegar" in each.target]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "We also have a vegetarian coming",
+        "there's a vegetarian coming too",
+        "A friend is vegetarian",
+    ],
+)
+def test_a_guests_diet_binds_guesses_alone(words: str) -> None:
+    opened, _ = talked({}, words, "Two packs of ground beef")
+    assert opened.basket == {"Ground Beef": 2}
+    offered = opened.actions(("chicken", "burger"), said(words, "I want to host a dinner"))
+    assert offered
+    assert not any("Chicken" in each.target for each in offered)
+
+
+@pytest.mark.parametrize(
+    ("utterances", "basket"),
+    [
+        (["Vanilla ice cream", "Make it two tubs then"], {"Vanilla Ice Cream": 2}),
+        (["Ketchup", "Take it out", "Put the ketchup back in as well"], {"Ketchup": 1}),
+        (["Oat milk", "Flour, and something instead of milk"],
+         {"Oat Milk": 1, "All-Purpose Wheat Flour": 1}),
+        (["Red wine", "What's the cheapest wine you have?", "I'll have that one instead"],
+         {"Chianti Red Wine": 1}),
+        (["A bottle of red wine would be nice too"], {"Merlot Red Wine": 1}),
+    ],
+)  # fmt: skip
+def test_what_is_said_in_a_few_words_more(utterances: list[str], basket: dict[str, int]) -> None:
+    assert talked({}, *utterances)[0].basket == basket
+
+
+def test_how_much_a_pack_holds_is_told_as_it_is_added() -> None:
+    (action,) = shop().requests(said("Six bottles of beer"))
+    assert shop().step(action).observation == "Lager Beer (6 ct) added to the basket."
