@@ -23,7 +23,7 @@ def heard(turns):
     wanted = {}
     for turn in turns:
         for clause in re.split(r"[,.;:!?]|\bbut\b|\band\b", turn.utterance.casefold()):
-            names = [name for name in (*THINGS, TREE) if re.search(rf"\b{name}\b", clause)]
+            names = [n for n in (*THINGS, TREE) if re.search(rf"\b{re.escape(n)}s?\b", clause)]
             wanted |= dict.fromkeys(names, not NO.search(clause))
         wanted |= {} if leave(turn) is None else {TREE: not leave(turn)}
     return wanted

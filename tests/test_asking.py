@@ -21,7 +21,7 @@ from goalscope.models import Completion
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Message, Turn
 
 READ, SLEEP, DANCE = Goal("read novels"), Goal("sleep deeply"), Goal("dance tango")
-TELLING, IDLE = "Which thing do you love?", "Which roses do you like to eat?"
+TELLING, IDLE = "Which thing do you love?", "Which shoes do you like to wear?"
 DARK = [Turn(OPENING, "it is dark")]
 
 

@@ -355,7 +355,9 @@ def test_run_prints_the_outcomes_as_json_and_replays(shop, store_file):
     result = invoke("run", "grocery", "--profile", "all", "--json", *shop)
     assert result.exit_code == 0, result.output
     (outcome,) = json.loads(result.stdout)
-    assert set(outcome) == {"profile", "method", "score", "rounds", "terminated", "episode"}
+    assert set(outcome) == {
+        *("profile", "method", "model", "seed", "score", "rounds", "terminated", "episode")
+    }
     assert (outcome["profile"], outcome["method"]) == ("baker", "good")
     assert outcome["terminated"] is True
     assert outcome["rounds"] == 4
@@ -368,6 +370,10 @@ def test_run_prints_the_outcomes_as_json_and_replays(shop, store_file):
         shown[shown.index("Checks") : shown.index("Episode")]
         == (again[again.index("Checks") : again.index("Episode")])
     )
+    told = json.loads(invoke("replay", outcome["episode"], "--json").stdout)
+    assert (told["id"], len(told["rounds"])) == (outcome["episode"], 4)
+    assert sum(told["rounds"][0]["belief"]["probability"]) == pytest.approx(1)
+    assert told["rounds"][0]["turn"]["utterance"] in shown
     Path(shop[3]).write_text("")
     assert "checks were met cannot be shown" in invoke("replay", outcome["episode"]).stdout
 
@@ -378,6 +384,13 @@ def test_of_many_people_it_is_said_who_is_done_and_the_json_stays_one_value(shop
     result = invoke("run", "--profile", "all", "--rounds", 1, "--json", *shop)
     assert [row["profile"] for row in json.loads(result.stdout)] == ["baker", "other"]
     assert result.stderr.splitlines() == ["1 of 2: baker", "2 of 2: other"]
+
+
+def test_who_is_to_be_simulated_is_asked_for_by_name(shop):
+    assert fails(2, "run", *shop) == (
+        "Error: Say who is to be simulated: --profile all, or one of baker."
+    )
+    assert "Is there such a file" in fails(2, "run", "nofile.py")
 
 
 def test_an_episode_whose_end_an_older_version_could_not_note_is_ended(shop, store_file):

@@ -140,7 +140,7 @@ def test_an_error_is_a_sentence(speak) -> None:
             ("There is no tracking session 'x'.", "belief", {"session": "x"}),
             ("The utterance is empty.", "observe", {"session": id, "utterance": " "}),
             ("longer than 4000", "observe", {"session": id, "utterance": "x" * 4001}),
-            ("in other words", "observe", {"session": id, "utterance": "no", "turn": 1}),
+            ("with different words", "observe", {"session": id, "utterance": "no", "turn": 1}),
             ("The next turn is 2", "observe", {"session": id, "utterance": "no", "turn": 3}),
             ("There is no goal 'x'", "correct", {"session": id, "kind": "veto", "goal": "x"}),
             ("at most 200", "add_goals", {"session": id, "goals": [str(n) for n in range(199)]}),

@@ -64,7 +64,7 @@ def test_a_request_that_is_sent_again_counts_once(program: Program) -> None:
     assert told[0].json() == told[1].json() == told[2].json()
     other = program.put(f"{mine}/turns/1", json={**CAKE, "utterance": "soup"})
     assert (other.status_code, other.json()) == (
-        409, {"error": "Turn 1 was told before, in other words."},
+        409, {"error": "Turn 1 was told before with different words."},
     )  # fmt: skip
     assert program.put(f"{mine}/turns/3", json=CAKE).status_code == 409
     program.put(f"{mine}/turns/2", json={"utterance": "soup"})

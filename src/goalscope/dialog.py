@@ -9,7 +9,7 @@ from typing import Protocol
 from goalscope.envs import Environment
 from goalscope.models import Generator, Heard, LanguageModel, Model
 from goalscope.models.scoring import logprobs_of
-from goalscope.prompts import recent, render, transcript
+from goalscope.prompts import examples, recent, render, topics, transcript
 from goalscope.types import Goal, InvalidInputError, Message, Profile, Turn, checked_text
 
 __all__ = [
@@ -88,7 +88,8 @@ def written(
 ) -> tuple[list[Message], list[str]]:
     """A prompt for the next question, and the distinct ones that the model writes.
 
-    None is old, and none only echoes what the person said last, or speaks of them as of another.
+    None is old, and none only echoes what the person said last, speaks of them as of another, or
+    of what the prompt's examples are about.
 
     Args:
         model: Writes.
@@ -109,7 +110,10 @@ def written(
         turns=recent(model, turns, 4),
         goals=goals,
     )
-    asked |= {message.content for message in prompt if message.role == "assistant"}  # examples
+    asked |= {message.content for message in prompt[1:-1]}
+    shown = examples(prompt)
+    spoken = " ".join([env.task, env.status(), *(turn.utterance for turn in turns)])
+    borrowed = topics(shown) - topics(" ".join([spoken, *env.mentioned([shown])]))
     questions: list[str] = []
     for draw in range(draws):
         reply = model.generate(
@@ -122,7 +126,7 @@ def written(
         question = question_of(reply.text)
         new = question.endswith("?") and question not in asked and question not in questions
         apt = not (_ABOUT_THEM.search(question) or _echoes(question, turns[-1].utterance))
-        if new and apt:
+        if new and apt and topics(question).isdisjoint(borrowed):
             questions.append(question)
     return prompt, questions
 

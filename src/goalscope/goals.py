@@ -12,7 +12,7 @@ from goalscope.belief import Belief
 from goalscope.likelihood import Likelihood, PromptedRanking
 from goalscope.models import Generator, LikelihoodModel, Model
 from goalscope.models.scoring import logprobs_of
-from goalscope.prompts import recent, render
+from goalscope.prompts import examples, recent, render, topics
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError, Turn, meaning
 
 __all__ = [
@@ -46,9 +46,6 @@ _SPEAKERS = {
 
 _BORROWED = 2
 """Words of the prompt's examples that nobody said, from which on a goal speaks of those."""
-
-_COMMON = frozenset(("with", "that", "have", "want", "keep", "take", "show", "they", "them"))
-"""Words of the examples that any goal may have."""
 
 _NOT_ONE = re.compile(r":(?: |$)|;")
 """In a line that holds several things, or their heading."""
@@ -231,11 +228,6 @@ def _gist(text: str) -> str:
     return " ".join(word for word in meaning(text).split() if word not in _DETERMINERS)
 
 
-def _words(text: str) -> set[str]:
-    """The words of `text` that may tell what it is about."""
-    return {*re.findall(r"[^\W\d_]{4,}", text.casefold())} - _COMMON
-
-
 def propose(
     generator: Generator,
     likelihood: Likelihood | None,
@@ -263,9 +255,8 @@ def propose(
     """
     _check_writes(generator)
     known = {_gist(goal.text) for goal in (*goals, *past)}
-    examples = render("propose", task=task, turns=(), goals=())[1:-1]
-    spoken = _words(" ".join([task, *(turn.utterance for turn in turns)]))
-    borrowed = _words(" ".join(message.content for message in examples)) - spoken
+    shown = examples(render("propose", task=task, turns=(), goals=()))
+    borrowed = topics(shown) - topics(" ".join([task, *(turn.utterance for turn in turns)]))
     candidates = [*past] if likelihood else []
     for text in drawn_lines(
         generator,
@@ -276,7 +267,7 @@ def propose(
         turns=recent(generator, turns, 6),
         goals=[goal for goal in goals if goal != UNSPECIFIED],
     ):
-        if _gist(text) not in known and len(_words(text) & borrowed) < _BORROWED:
+        if _gist(text) not in known and len(topics(text) & borrowed) < _BORROWED:
             candidates.append(Goal(text))
             known.add(_gist(text))
     if likelihood is None:

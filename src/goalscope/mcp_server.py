@@ -24,9 +24,10 @@ INSTRUCTIONS = """\
 Keeps a belief over what your user wants. Open a session for a conversation, with the goals that \
 they may have, and observe each of their messages. The answer's `advice` is what to do next: \
 "act" on the likeliest goal; "ask" what tells the likely ones apart; or "propose": none of the \
-goals explains the words, so think of some that do, and add them. When the user says outright what \
-they want or do not want, correct. Act once: the belief does not know what you did, so close the \
-session then, and open another for what comes next."""
+goals explains the words, so ask whether it is the likeliest one, and after a no add some that do. \
+After a yes to a question that names a goal, and whenever the user says outright what they want or \
+do not want, correct: such an answer hardly moves the belief by itself. Act once: the belief does \
+not know what you did, so close the session then, and open another for what comes next."""
 
 Session = Annotated[str, Field(description="Id that open_session gave.")]
 Goal = Annotated[str, Field(description="The goal's text.")]
@@ -115,7 +116,10 @@ def create_server(trackers: Trackers, store: Store) -> MCPServer[Any]:
         session: Session,
         kind: Annotated[
             Correction,
-            Field(description='"pin": it is this goal. "veto": it is not. "reword": as in text.'),
+            Field(
+                description='"pin": it is this goal. "veto": it is not. '
+                '"reword": it is this one, as `text` says.'
+            ),
         ],
         goal: Goal,
         text: Annotated[str, Field(description="The goal in the user's own words.")] = "",

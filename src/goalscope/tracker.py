@@ -13,6 +13,7 @@ from goalscope.belief import Belief
 from goalscope.calibration import Calibration
 from goalscope.calibrations import NAMED, calibration_named
 from goalscope.envs.remarks import changes_mind
+from goalscope.envs.tables import nearest
 from goalscope.episode import Round
 from goalscope.goals import GoalManager, incomplete, made_from
 from goalscope.likelihood import Likelihood, PromptedRanking, RolePlay
@@ -185,14 +186,17 @@ class GoalTracker:
                     "GoalTracker(include_unspecified=False) does without it."
                 )
             if goal not in self.belief.goals:
-                known = "; ".join(each.text for each in self.belief.goals)
                 raise InvalidInputError(
-                    f"There is no goal {goal.text!r} to drop; there are: {known}"
+                    f"There is no goal {goal.text!r} to drop; {self._nearest(goal)}"
                 )
         self.belief = self.belief.drop(gone)
         return self.belief
 
     @_alone
+    def _nearest(self, goal: Goal) -> str:
+        known = [each.text for each in self.belief.goals if each != UNSPECIFIED]
+        return nearest(goal.text, known) if known else "there is none yet."
+
     def pin(self, goal: str | Goal) -> Belief:
         """Take a goal that the person confirms, perhaps a new one (see `Belief.pinned`).
 
@@ -239,7 +243,9 @@ class GoalTracker:
             out = meaning(named.text) in {meaning(each.text) for each in self.belief.ruled_out}
             if out and (correction == "veto" or kept in self.belief.goals):
                 return []
-            raise InvalidInputError(f"There is no goal {named.text!r} to correct.")
+            raise InvalidInputError(
+                f"There is no goal {named.text!r} to correct; {self._nearest(named)}"
+            )
         changes: list[GoalChange] = []
         if correction != "veto":
             if kept not in self.belief.goals:
@@ -287,6 +293,8 @@ class GoalTracker:
         """
         from goalscope.rounds_json import belief_from_json
 
+        if not isinstance(cast("object", text), str):
+            raise InvalidInputError(f"to_json wrote a text, and this is {type(text).__name__}.")
         try:
             data = json.loads(text)
             belief = belief_from_json(data["belief"])

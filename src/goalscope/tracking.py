@@ -182,7 +182,7 @@ class Trackers:
             turn = len(rounds) + 1 if turn is None else turn
             if 1 <= turn <= len(rounds):
                 if rounds[turn - 1].turn != said:
-                    raise ConflictError(f"Turn {turn} was told before, in other words.")
+                    raise ConflictError(f"Turn {turn} was told before with different words.")
                 return replace(session, rounds=rounds[:turn]).tracked()
             if turn != len(rounds) + 1:
                 raise ConflictError(f"The next turn is {len(rounds) + 1}, not {turn}.")

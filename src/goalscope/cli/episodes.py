@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -171,8 +172,10 @@ def chat(
 
 
 def run(
-    profile: Annotated[str, typer.Option(metavar="NAME|all", help="The person to simulate.")],
     domain: Domain = "grocery",
+    profile: Annotated[
+        str | None, typer.Option(metavar="NAME|all", help="The person to simulate.")
+    ] = None,
     human: Annotated[
         Literal["scripted", "simulated", "terse", "distracted", "changes-mind", "volunteers-late"],
         typer.Option(help="Fixed replies, or a model's, with a habit if one is named."),
@@ -231,12 +234,19 @@ def run(
         seed=seed,
         rounds=rounds,
     )
-    everyone = profile == "all"
-    people = profiles_of(settings) if everyone else (profile_named(settings, profile),)
-    if not people:
+    everyone = profiles_of(settings)
+    if not everyone:
         raise InvalidInputError(f"{domain} has no people to simulate: load_profiles gives none.")
+    if not profile:
+        names = ", ".join(person.name for person in everyone)
+        raise InvalidInputError(f"Say who is to be simulated: --profile all, or one of {names}.")
+    people = everyone if profile == "all" else (profile_named(settings, profile),)
     infos: list[EpisodeInfo] = []
-    with Store.open(store) as episodes, engine_of(settings, calls) as engine:
+    with (
+        Store.open(store) as episodes,
+        engine_of(settings, calls) as engine,
+        _printed_at_the_end(infos, as_json),
+    ):
         for person in people:
             with _environment(settings, person) as env:
                 session = Session(episodes, settings, env, engine, profile=person.name)
@@ -246,17 +256,20 @@ def run(
                 infos.append(_run_one(session, draw, quiet=as_json, brief=len(people) > 1))
             if as_json and len(people) > 1:
                 typer.echo(f"{len(infos)} of {len(people)}: {person.name}", err=True)
-    if as_json:
-        print(json.dumps([*map(_outcome, infos)]))
-    elif len(people) > 1:
+    if len(people) > 1 and not as_json:
         show_scores(console(), infos)
 
 
 def replay(
     id: Annotated[str, typer.Argument(help="The episode, or how its id begins.")],
     store: StoreFile = None,
+    as_json: Json = False,
 ) -> None:
-    """Show a stored episode again; no model is needed."""
+    """Show a stored episode again; no model is needed.
+
+    As JSON, each round has what was said, done and noted, and the belief: goals, log_prior,
+    log_likelihood (a row for each turn, nats), and the probability of each goal.
+    """
     from goalscope.cli.why import said_since
     from goalscope.display import show_header, show_round, show_summary
     from goalscope.plain import plain
@@ -265,6 +278,9 @@ def replay(
     out = console()
     with Store.open(store) as episodes:
         info = episodes.episode(id)
+        if as_json:
+            print(json.dumps(_told(info, episodes.rounds(info.id))))
+            return
         show_header(out, info)
         before, rounds = None, episodes.rounds(info.id)
         for round in rounds:
@@ -421,10 +437,35 @@ def _run_one(
     return info
 
 
+@contextmanager
+def _printed_at_the_end(infos: Sequence[EpisodeInfo], as_json: bool) -> Generator[None]:
+    """Print the outcomes as one JSON value, also those before an interruption."""
+    try:
+        yield
+    finally:
+        if as_json and (infos or sys.exc_info()[0] is None):
+            print(json.dumps([*map(_outcome, infos)]))
+
+
+def _told(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
+    """An episode and its rounds as JSON, with the probabilities that follow from each belief."""
+    from goalscope.rounds_json import round_to_json
+
+    told: list[dict[str, Any]] = []
+    for round in rounds:
+        row = json.loads(round_to_json(round))
+        if round.belief:
+            row["belief"]["probability"] = round.belief.probability.tolist()
+        told.append(row)
+    return {**asdict(info), "rounds": told}
+
+
 def _outcome(info: EpisodeInfo) -> dict[str, Any]:
     return {
         "profile": info.profile,
         "method": info.method,
+        "model": info.model,
+        "seed": info.settings.get("seed"),
         "score": info.score,
         "rounds": info.rounds,
         "terminated": info.ended == "terminated",

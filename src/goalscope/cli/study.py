@@ -59,6 +59,14 @@ def new(
                 f"No episode that has ended fits the {', the '.join(missing)} of [episodes], and a "
                 "study never changes. `goalscope run` makes some; --anyway makes it without."
             )
+        people_of = {e.method: {o.profile for o in found if o.method == e.method} for e in found}
+        shared = set[str | None].intersection(*people_of.values())
+        if not shared and not anyway:
+            raise InvalidInputError(
+                f"The methods {', '.join(people_of)} have no person in common, so that raters "
+                "would compare people, and not methods. Run each method for the same people; --anyway "
+                "makes it as it is."
+            )
         Book(opened).add(plan)
     episodes, real = len(found), sum(info.profile is None for info in found)
     if as_json:
@@ -72,6 +80,13 @@ def new(
         f"`goalscope serve` shows it at /study/{plan.name}.",
         soft_wrap=True,
     )
+    if any(people != shared for people in people_of.values()):
+        out.print("The methods' episodes are not all of the same people.", soft_wrap=True)
+    if cut := sum(info.ended == "truncated" for info in found):
+        out.print(
+            f"{cut} of them ended as no more rounds were allowed, perhaps before all was done.",
+            soft_wrap=True,
+        )
     if left_out:
         out.print(
             f"Left out: {left_out} with real people, whose wishes only the conversation tells. "

@@ -55,13 +55,14 @@ def _case(dialogue: Dialogue, row: dict[str, Any], label: str) -> Case:
             f'{label}: expected the true goal under "true", the text of one of the goals or its '
             f"place among them, counted from 0; got {shown(goal)}."
         )
-    if goal.strip() not in texts:
+    same = [place for place, text in enumerate(texts) if meaning(text) == meaning(goal)]
+    if not same:
         raise InvalidInputError(
             f"{label}: the true goal {shown(goal)} is none of the goals; {nearest(goal, texts)}"
         )
     group = row.get("group", dialogue.id)
     if isinstance(group, bool) or not isinstance(group, str | int):
         raise InvalidInputError(f'{label}: "group" must be a text or a whole number.')
-    place = texts.index(goal.strip())
+    (place,) = same
     id = str(dialogue.id)
     return Case(id, str(group), dialogue.task, dialogue.turns, dialogue.goals, place)

@@ -56,7 +56,7 @@ def check_env(env: Environment, *, most: int = 40) -> None:
 
 def _try_words(env: Environment) -> None:
     """Have things said, and see that each method answers with what it should."""
-    things = env.kinds("", 3)
+    things = _kinds(env, 3)
     said = ["Hello.", "What is there?", env.completion_phrase]
     said += [text for thing in things for text in (f"I'd like {thing}.", f"No {thing}, please.")]
     turns = [Turn("What can I do for you?", text) for text in said]
@@ -89,6 +89,13 @@ def _try_words(env: Environment) -> None:
             _hold(right, f"`{name}` must give {what}, not {found!r}, after {text!r}")
 
 
+def _kinds(env: Environment, limit: int) -> list[str]:
+    try:
+        return env.kinds("", limit)
+    except Exception as error:
+        raise _broken(f"`kinds` fails ({type(error).__name__}: {error})") from error
+
+
 def _try_reversal(env: Environment) -> None:
     """Undo each kind of action once, where the environment says that it can."""
     start = env.status()
@@ -96,7 +103,7 @@ def _try_reversal(env: Environment) -> None:
         return
     tried: set[str] = set()
     turns = [TakenBack("", "Do something."), TakenBack("", "")]
-    for kind in env.kinds("", 1000):
+    for kind in _kinds(env, 1000):
         for action in env.actions([kind]):
             result = None if action.name in tried else taken(env, action)
             if result is None or not result.ok:
@@ -113,7 +120,7 @@ def _try_reversal(env: Environment) -> None:
 def _try_all(env: Environment, most: int) -> list[StepResult]:
     """Take at most `most` actions of every name on offer; returns those that succeeded."""
     done: list[StepResult] = []
-    kinds = env.kinds("", 1000)
+    kinds = _kinds(env, 1000)
     tried: dict[str, int] = {}
     for kind in kinds:
         for action in env.actions([kind]):

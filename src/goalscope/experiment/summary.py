@@ -39,9 +39,9 @@ Measured = tuple[Mapping[str, Any], Mapping[str, Any]]
 
 MISSING = "-"
 NO_INTERVAL = "There is no interval where all values are equal."
-FEW = 10
-"""Of fewer people, or other cases, an interval says little."""
 """For the notes of tables whose intervals are bootstrapped."""
+FEW = 10
+"""Of fewer people, or other groups of cases, an interval says little."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,7 +222,7 @@ def few_notes(table: Table) -> tuple[str, ...]:
     least = min((n for n in found if isinstance(n, int)), default=FEW)
     if least >= FEW:
         return ()
-    what = ("profile" if "profiles" in counts else "case") + "s" * (least != 1)
+    what = ("profile" if "profiles" in counts else "group") + "s" * (least != 1)
     return (f"Of {least} {what} an interval says little: so few hardly tell how others differ.",)
 
 

@@ -246,10 +246,10 @@ def _local(
 
         return Transformers(text.removeprefix("hf:"), adapter=adapter)
     if text and os.path.isdir(text):
-        files = ", ".join(sorted(each.name for each in Path(text).glob("*.gguf"))) or "none"
+        files = ", ".join(sorted(each.name for each in Path(text).glob("*.gguf")))
         raise ModelError(
             f"The folder {text} holds no config.json, so it is no model of Transformers. Name a "
-            f"GGUF file instead; in it are: {files}."
+            f"GGUF file instead; {f'in it are: {files}' if files else 'there is none in it'}."
         )
     from goalscope.models.llamacpp import LlamaCpp
 

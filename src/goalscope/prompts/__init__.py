@@ -19,9 +19,18 @@ from jinja2.sandbox import SandboxedEnvironment
 from goalscope.models import LanguageModel
 from goalscope.types import Message, Turn
 
-__all__ = ["recent", "render", "transcript"]
+__all__ = ["examples", "recent", "render", "topics", "transcript"]
 
 _JINJA = SandboxedEnvironment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+_COMMON = frozenset({
+    "again", "all", "and", "any", "are", "but", "can", "come", "could", "does", "don", "eat", "for",
+    "from", "get", "have", "home", "how", "human", "idea", "into", "keep", "like", "likes", "list",
+    "lot", "may", "more", "most", "much", "none", "not", "one", "out", "rather", "she", "show",
+    "some", "something", "stay", "take", "than", "that", "the", "them", "they", "this", "two",
+    "want", "what", "when", "where", "which", "who", "why", "will", "with", "would", "you", "your",
+})  # fmt: skip
+"""Words of the examples that anybody may use of anything."""
+
 _HEADING = re.compile(r"^--- (system|user|assistant)\n", re.MULTILINE)
 
 
@@ -69,6 +78,16 @@ def transcript(turns: Sequence[Turn]) -> list[Message]:
         for turn in turns
         for message in (Message("user", turn.query), Message("assistant", turn.utterance))
     ]
+
+
+def examples(prompt: Sequence[Message]) -> str:
+    """The text of a prompt's examples, which stand between its first message and its last."""
+    return " ".join(message.content for message in prompt[1:-1])
+
+
+def topics(text: str) -> set[str]:
+    """The words of `text` that may tell what it is about."""
+    return {*re.findall(r"[^\W\d_]{3,}", text.casefold())} - _COMMON
 
 
 @cache

@@ -67,7 +67,7 @@ class Book:
                 session.flush()
             except IntegrityError as error:
                 raise InvalidInputError(
-                    f'There is a study "{plan.name}" already. Name this one otherwise.'
+                    f'There is a study "{plan.name}" already. Choose another name.'
                 ) from error
             for row in rows:
                 row.study = study.number
