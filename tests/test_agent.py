@@ -330,6 +330,15 @@ def test_a_question_that_echoes_the_person_is_not_asked() -> None:
     assert ask(WordModel(REPLIES), LampRoom(), turns) == FALLBACK
 
 
+def test_a_question_about_what_the_examples_speak_of_is_not_asked() -> None:
+    model = WordModel({**REPLIES, "short question": "How much sun does your garden get?"})
+    assert ask(model, LampRoom(), [Turn("Hello?", "It is dark.")]) == FALLBACK
+    model = WordModel({**REPLIES, "short question": "Which roses shall have light?"})
+    assert ask(model, LampRoom(), [Turn("Hello?", "It is dark.")]) == FALLBACK
+    turns = [Turn("Hello?", "My roses need light.")]
+    assert ask(model, LampRoom(), turns) == "Which roses shall have light?"
+
+
 def test_failures_beyond_the_third_are_counted() -> None:
     env = LampRoom()
     agent = Agent(env, WordModel(REPLIES), planner=Planner(WordModel(REPLIES), replans=9))
@@ -386,6 +395,7 @@ def test_where_nothing_was_done_and_nothing_is_told_that_is_told() -> None:
     for words in ("Do you like me?", "where did you put it", "Thanks. What for?"):
         assert agent.step("What?", words).notes == (NO_ANSWER,)
     assert agent.step("What?", "Could you dance?").notes == (NOTHING_DONE,)
+    assert agent.step("What?", "It should have nothing bright").notes == ()
 
 
 @pytest.mark.parametrize(

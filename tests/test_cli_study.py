@@ -4,7 +4,7 @@ import json
 
 from goalscope.store import Store
 from test_cli import fails, invoke
-from test_study import EXAMPLE, fill
+from test_study import EXAMPLE, PEOPLE, fill
 
 
 def test_on_the_command_line(tmp_path, monkeypatch):
@@ -49,6 +49,26 @@ def test_what_is_named_and_has_no_episode_is_told_before_the_study_is_made(tmp_p
     assert invoke("study", "new", file, "--anyway").exit_code == 0
     monkeypatch.setattr("goalscope.plain.SHOWN", {"m": "Known"})
     assert "Known" in invoke("study", "show", "grocery", "--json").stdout
+
+
+def test_methods_that_have_no_person_in_common_are_not_compared(tmp_path, monkeypatch):
+    file = tmp_path / "study.toml"
+    file.write_text(EXAMPLE.read_text().replace(', "no-inference"]', "]"))
+    monkeypatch.setenv("GOALSCOPE_STORE", str(tmp_path / "s.db"))
+    with Store.open(tmp_path / "s.db") as store:
+        fill(store, ("good",), people=1)
+        fill(store, ("no-goals",), people=2)
+    assert "not all of the same people" in invoke("study", "new", file).stdout
+    monkeypatch.setenv("GOALSCOPE_STORE", str(tmp_path / "t.db"))
+    monkeypatch.setattr("test_study.PEOPLE", PEOPLE[::-1])
+    with Store.open(tmp_path / "t.db") as store:
+        fill(store, ("no-goals",), people=1)
+        monkeypatch.setattr("test_study.PEOPLE", PEOPLE)
+        fill(store, ("good",), people=1)
+    said = fails(2, "study", "new", file)
+    assert "The methods" in said
+    assert "have no person in common" in said
+    assert invoke("study", "new", file, "--anyway").exit_code == 0
 
 
 def test_a_study_is_closed_and_deleted(tmp_path, monkeypatch):

@@ -124,6 +124,8 @@ def test_own_dialogues_are_cases(tmp_path: Path) -> None:
     assert (first.id, first.group, first.truth) == ("1", "1", 1)
     assert (second.id, second.group, second.truth) == ("b", "kin", 0)
     assert first.turns == (Turn("", "Put the kettle on."),)
+    (same,) = read_cases(written(tmp_path, own(true="Make  tea.")))
+    assert same.truth == 1
 
 
 @pytest.mark.parametrize(

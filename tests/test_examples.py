@@ -74,6 +74,7 @@ def test_a_fingerprint_tells_states_apart(garden: Environment) -> None:
         ("mentioned", lambda self, said: ["rose", 5], "`mentioned` must give a list of str"),
         ("is_completion", lambda self, turn: None, "`is_completion` must give a bool, not None"),
         ("is_completion", lambda self, turn: False, "`completion_phrase` must be a completion"),
+        ("kinds", lambda self, text, limit: 1 / 0, r"`kinds` fails \(ZeroDivisionError"),
         ("status", lambda self: None, r"`status\(\)` must be a text"),
         ("answer", lambda self, question: 5, "`answer` must give a text or None, not 5"),
         ("fingerprint", lambda self: 5, r"`fingerprint\(\)` must be a text, not 5"),

@@ -64,8 +64,8 @@ def new(
         if not shared and not anyway:
             raise InvalidInputError(
                 f"The methods {', '.join(people_of)} have no person in common, so that raters "
-                "would compare people, and not methods. Run each method for the same people; --anyway "
-                "makes it as it is."
+                "would compare people, and not methods. Run each method for the same people; "
+                "--anyway makes it as it is."
             )
         Book(opened).add(plan)
     episodes, real = len(found), sum(info.profile is None for info in found)
