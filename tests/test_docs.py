@@ -201,7 +201,7 @@ def test_every_option_of_a_page_is_one(page: Path) -> None:
     assert said - known - OF_OTHERS - {"--help"} == set()
 
 
-@pytest.mark.parametrize("words", [["chat", "--speed", "9"], ["chatter"], ["run"]])
+@pytest.mark.parametrize("words", [["chat", "--speed", "9"], ["chatter"], ["replay"]])
 def test_a_command_that_is_none_is_seen(words: list[str]) -> None:
     with pytest.raises(Exception, match=r"(?i)no such|missing"):
         parse(words)
