@@ -24,7 +24,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -64,34 +64,6 @@ class Way:
     rows: int
 
 
-@dataclass
-class Results:
-    """What was measured.
-
-    Attributes:
-        engine: How this project's engine runs, as `goalscope models tune` found.
-        cells: One for each number of goals, round and way, with its seconds.
-        errors: For each way, the largest difference to the paper's way, in nats.
-        megabytes: Peak resident memory of this project alone with the most goals.
-        growth: For each way, the cumulative seconds of rounds 1, 2, ....
-    """
-
-    engine: str = ""
-    cells: list[dict[str, Any]] = field(default_factory=list)
-    errors: dict[str, float] = field(default_factory=dict)
-    megabytes: float | None = None
-    growth: dict[str, list[float]] = field(default_factory=dict)
-
-    def add(self, goal_count: int, round_number: int, way: str, **values: Any) -> None:
-        """Add a cell."""
-        self.cells.append({"goals": goal_count, "round": round_number, "way": way, **values})
-
-    def compare(self, way: str, values: Sequence[float], reference: Sequence[float]) -> None:
-        """Note how far values are from those of the paper's way."""
-        gap = max(abs(a - b) for a, b in zip(values, reference, strict=False))
-        self.errors[way] = max(gap, self.errors.get(way, 0.0))
-
-
 class Recorder:
     """A model that notes what `RolePlay` asks of it."""
 
@@ -126,7 +98,7 @@ class Bench:
 
         torch.set_num_threads(THREADS)
         self.progress = progress
-        self.results = Results()
+        self.results = speed_report.Results()
         self.engine = LlamaCpp(threads=THREADS)
         self.tokens = self.engine.tokenizer
         self.tokenizer = load_tokenizer()

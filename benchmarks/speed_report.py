@@ -5,17 +5,16 @@ from __future__ import annotations
 import json
 import os
 import platform
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
 from goalscope.models.tune import processor
-
-if TYPE_CHECKING:
-    from speed import Results
 
 FOLDER = Path(__file__).parent / "results"
 PACKAGES = (
@@ -36,6 +35,34 @@ COLUMNS = {
 }
 
 Cells = dict[str, dict[str, Any]]
+
+
+@dataclass
+class Results:
+    """What was measured.
+
+    Attributes:
+        engine: How this project's engine runs, as `goalscope models tune` found.
+        cells: One for each number of goals, round and way, with its seconds.
+        errors: For each way, the largest difference to the paper's way, in nats.
+        megabytes: Peak resident memory of this project alone with the most goals.
+        growth: For each way, the cumulative seconds of rounds 1, 2, ....
+    """
+
+    engine: str = ""
+    cells: list[dict[str, Any]] = field(default_factory=list)
+    errors: dict[str, float] = field(default_factory=dict)
+    megabytes: float | None = None
+    growth: dict[str, list[float]] = field(default_factory=dict)
+
+    def add(self, goal_count: int, round_number: int, way: str, **values: Any) -> None:
+        """Add a cell."""
+        self.cells.append({"goals": goal_count, "round": round_number, "way": way, **values})
+
+    def compare(self, way: str, values: Sequence[float], reference: Sequence[float]) -> None:
+        """Note how far values are from those of the paper's way."""
+        gap = max(abs(a - b) for a, b in zip(values, reference, strict=False))
+        self.errors[way] = max(gap, self.errors.get(way, 0.0))
 
 
 def show(results: Results, headline: tuple[int, int]) -> None:
