@@ -10,6 +10,7 @@ from functools import lru_cache
 from goalscope.envs.house.hearing import vocabulary as v
 from goalscope.envs.house.hearing.orders import Clause, OrderReader
 from goalscope.envs.house.hearing.phrases import Phrase, first_named
+from goalscope.envs.house.hearing.rewording import normal
 from goalscope.envs.house.hearing.sentences import CONDITION, sentences
 from goalscope.envs.remarks import is_remark, takes_leave
 from goalscope.envs.speech import lowered
@@ -68,7 +69,7 @@ def _parse(text: str, here: frozenset[str]) -> tuple[Clause, ...]:
     for sentence in sentences(text):
         if is_remark(sentence) and takes_leave(sentence):  # "nothing else" rules nothing out
             continue
-        found += _sentence(v.normal(sentence), here, found[-1] if found else None)
+        found += _sentence(normal(sentence), here, found[-1] if found else None)
     return tuple(found)
 
 
@@ -89,7 +90,7 @@ def is_exact(text: str, here: Collection[str], *, repeats: bool) -> bool:
 def _all_exact(text: str, here: frozenset[str], repeats: bool) -> bool:
     said = False
     for sentence in sentences(text):
-        words, remark = v.normal(sentence), is_remark(sentence)
+        words, remark = normal(sentence), is_remark(sentence)
         orders = [] if remark else _sentence(words, here)
         exact = [_is_exact(order, repeats=repeats) for order in orders]
         if not (any(exact) or remark or _asks(words)):

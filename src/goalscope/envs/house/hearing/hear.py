@@ -20,6 +20,7 @@ from goalscope.envs.house.hearing.misses import Misses
 from goalscope.envs.house.hearing.orders import Clause
 from goalscope.envs.house.hearing.phrases import Phrase, first_named
 from goalscope.envs.house.hearing.referents import TO_SLICES
+from goalscope.envs.house.hearing.rewording import normal
 from goalscope.envs.house.hearing.sentences import reworded, sentences
 from goalscope.envs.house.hearing.undoing import besides_guesses
 from goalscope.envs.house.names import names, naming
@@ -180,7 +181,7 @@ class _Listener(Misses):
         self.permit(parse_plain(text, self.count))
         self.asked += self.newest
         silent = not (self.newest or self.missed or self.undone)
-        aims = self.exact and is_aim(said.rstrip(" .!")) and v.LATER not in v.normal(text)
+        aims = self.exact and is_aim(said.rstrip(" .!")) and v.LATER not in normal(text)
         other = _OTHER.fullmatch(said) or self.is_lost(evened(text), ruled)
         other = self.order.verb and other and not is_remark(text)
         if silent and (aims or other):

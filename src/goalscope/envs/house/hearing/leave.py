@@ -6,10 +6,10 @@ import re
 from collections.abc import Collection, Iterator, Sequence
 from functools import lru_cache
 
-from goalscope.envs.house.hearing import vocabulary as v
 from goalscope.envs.house.hearing.completion import is_glad
 from goalscope.envs.house.hearing.grammar import parse_plain
 from goalscope.envs.house.hearing.phrases import Phrase, PhraseReader
+from goalscope.envs.house.hearing.rewording import normal
 from goalscope.envs.house.names import the
 from goalscope.envs.speech import ASSENT, MILD
 
@@ -163,7 +163,7 @@ def _kept(text: str, here: Collection[str]) -> Iterator[_Ruled]:
 
 def _things(text: str, here: Collection[str], *, first: bool = False) -> tuple[Phrase, ...]:
     """The last row of things in `text`, or the one at its begin."""
-    reader = PhraseReader(re.findall(r"[a-z0-9]+(?:'[a-z]+)?|,", v.normal(text)), here)
+    reader = PhraseReader(re.findall(r"[a-z0-9]+(?:'[a-z]+)?|,", normal(text)), here)
     if first:
         return tuple(thing for thing in reader.things(0)[0] if thing.types)
     found: tuple[Phrase, ...] = ()

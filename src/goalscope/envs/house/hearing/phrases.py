@@ -7,6 +7,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 
 from goalscope.envs.house.hearing import vocabulary as v
+from goalscope.envs.house.hearing.rewording import normal
 from goalscope.envs.house.names import OF_IT, naming
 from goalscope.envs.house.simulator.object_types import object_type, object_types
 
@@ -81,7 +82,7 @@ class Tail:
 
 def first_named(text: str, here: Collection[str] = ()) -> Phrase | None:
     """The first thing that `text` names, such as what a question is about."""
-    words = re.findall(r"[a-z0-9']+", v.normal(text))
+    words = re.findall(r"[a-z0-9']+", normal(text))
     named = next(filter(None, (naming(words, i, here) for i in range(len(words)))), None)
     return Phrase(named.types, every=named.plural, group=named.group) if named else None
 

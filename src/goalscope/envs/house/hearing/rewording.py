@@ -1,0 +1,284 @@
+"""What people say to a robot, said more plainly, before the grammar reads it."""
+
+from __future__ import annotations
+
+import re
+
+from goalscope.envs.house.hearing import vocabulary as v
+from goalscope.envs.speech import evened
+
+__all__ = ["normal"]
+
+_PEOPLE = (
+    r"(?:i|i'm|i've|i'll|he|she|he's|she's|they|they're|everyone|everybody|someone|somebody|my"
+    r"|our|the (?:guests?|kids?|children|others|people|movie|game|party|rain|sun)"
+    r"|we(?:'re|'ve| are| have)? (?:back|home|eaten|get home|come|return|leave|left|eat)"
+    r"|dinner|lunch|breakfast|supper|work|school|midnight|noon|sunset|dark)"
+)
+_UNITS = r"(?:seconds?|moments?|minutes?|mins?|hours?|days?|weeks?|while|bit)"
+_DAYS = r"(?:monday|tuesday|wednesday|thursday|friday|saturday|sunday|week|weekend|month|morning)"
+_LATER = (
+    rf"(?:after|once|when|whenever|as soon as) {_PEOPLE}\b(?!')[^,;?]*"
+    r"|(?<!for )(?<!you )(?<!be back )later(?: on| today)?\b"
+    r"|(?<!for )(?:tomorrow|tonight)\b(?!')(?: (?:morning|noon|evening|afternoon|night))?"
+    rf"|(?<!for )(?:next|on|this|by) {_DAYS}\b|(?<!for )this (?:evening|afternoon)\b"
+    rf"|in (?:an?|one|two|three|five|ten|\d+|half an|a few|a couple of) {_UNITS}\b"
+    r"|(?:some other|another|some) (?:time|day)\b|someday\b|at (?:noon|midnight|night|\d+)\b"
+    r"|not (?:right |just )?now\b|(?:at |for )?dinner ?time\b"
+)
+"""Another time than now."""
+
+
+_NARRATES = re.compile(r"\b(?:i|we|he|she|they|was|were|had|did|got)\b")
+
+
+def _is_order(text: str) -> bool:
+    """Whether `text` begins with a verb as orders do, and tells of nothing."""
+    head, *more = re.findall(r"[a-z0-9']+", text) or [""]
+    verb = v.BASE.get(head) or v.BASE.get(" ".join([head, *more[:1]]))
+    if not verb or verb in ("ignore", "use") or head in ("leave", "keep"):
+        return False
+    unsure = head in v.NOUNS | v.SAID_OF_ALL
+    thing = bool(more) and (more[0] in v.DETERMINERS | v.PRONOUNS or more[0] in v.NUMBERS)
+    return (thing or not unsure) and not _NARRATES.search(text)
+
+
+def _in_order(said: re.Match[str]) -> str:
+    """Put what is to be done first first: "slice the bread" of "after you've sliced the bread".
+
+    Only orders are turned round: what is asked, told or forbidden stays as it was said.
+    """
+    rest, first, then = ((said[part] or "").strip(" ,.!?") for part in ("rest", "first", "then"))
+    lead = v.PLAIN_LEAD.match(rest)
+    rest = rest[len(lead[0]) :] if lead else rest
+    if not rest and (polite := v.PLAIN_LEAD.match(then)):
+        lead, then = polite, then[len(polite[0]) :]
+    start = lead[0] if lead else ""
+    end = "?" if said[0].rstrip(" .!").endswith("?") else ""
+    refused = {*re.findall(r"[a-z']+", said[0])} & {*v.NEGATIONS, "nothing", "none", "nobody"}
+    if not _is_order(rest or then) or refused or (end and not v.ASKED.match(start)):
+        return said[0]
+    words = first.split()
+    for length in (2, 1):
+        head = " ".join(words[:length])
+        verb = v.DONE.get(head) or v.ING.get(head) or v.BASE.get(head)
+        if verb and verb not in ("pick up", "use", "ignore") and len(words) > length:
+            after = [part for part in (rest, then) if part]
+            return start + ", then ".join([" ".join([verb, *words[length:]]), *after]) + end
+    return said[0]
+
+
+_BRING = (
+    r"(?:^|(?<=[.,;!?] )|(?<=please )|(?<=and )|(?<=then )|(?<=(?:could|would) you )"
+    r"|(?<=can you )|(?<=will you ))(?:bring|get|fetch|give) (?:me|us) (?:an? |some )?"
+    r"(?:(?:nice|cold|fresh|big) )*"
+)
+_WASH = "(?:wash|rinse|scrub|wipe|clean)"
+_SOME = "(?:the|my|an?|some|both|that)"
+_DONE_SO = r"\b(?:fried|scrambled|poached|boiled|toasted|grilled) "
+_COOKED = rf"(?:an? |some |the |two |one )?(?:toast|{_DONE_SO}(?:eggs?|bread|potato(?:es)?))"
+_WARMED = "(?:[a-z]+ )?(?:potato(?:es)?|eggs?|bread|toast|food)"
+
+
+def _to_make(said: re.Match[str]) -> str:
+    """An order for food that is only named: "make toast and eggs", for "toast and fried eggs"."""
+    return f"make {re.sub(_DONE_SO, '', said[1])}"
+
+
+_REWORDED = [
+    (re.compile(pattern), plain)
+    for pattern, plain in (
+        (
+            r"\b(?:wait|hang on|hold on)(?: for)?(?: just)? (?:a|one)(?: \w+)?"
+            r" (?:sec|second|min|minute|moment|bit)\b",
+            "wait",
+        ),
+        (
+            r"^(?:(?:no|oh|ok|okay|actually|sorry)[ ,]+)*(?:(?:no,? )?(?:wait|hang on|hold on)"
+            r"|i(?:'ve| have)? changed my mind|on second thoughts?|never ?mind)[ ,.:-]+"
+            r"(?!(?:until|till|for|about|a|\w+ing)\b)(?:so |and )?",
+            "",
+        ),
+        (
+            r",? (?:it|they|which)(?:'s|'re| is| are)(?: (?:probably|maybe|somewhere|still))* "
+            r"(?:in|on|at|inside) (?P<at>(?:the|a|my|our) [a-z]+(?: [a-z0-9]+)?)"
+            r"(?:,? (?:(?:i|we) (?:think|guess|believe|suppose)|probably|maybe))?(?=[,.;!]|$)",
+            r" from \g<at>",
+        ),
+        (r", not (?:the|that) ones? (?:from|in|on|at) (?:the|my|our) [a-z]+(?: [a-z]+)?", ""),
+        (
+            r"\b(?:in|into|on|onto) (?:the |my |a )?[a-z]+(?: [a-z]+)?,? (?:no|wait|sorry|oops"
+            r"|actually|no wait)\b[, ]+(?=(?:in|into|on|onto)\b)",
+            "",
+        ),
+        (r",? (?:would|could|can|will) you(?: please)?\?$", " please"),
+        (r"\btake (?:your time|care|a (?:seat|break|look))\b", ""),
+        (
+            r"\bput (?:it all|them all|all (?:of )?(?:it|them|that|this|those|the things)|all)"
+            r" back\b",
+            "put everything back",
+        ),
+        (r"\bcoff?e+\b", "coffee"),
+        (
+            r"\bstop (?=(?:the|this|that|my|our) (?:water|tap|faucet|shower|tv|television|music"
+            r"|radio|microwave|toaster|kettle|coffee (?:maker|machine))\b(?! (?:from|being)\b))",
+            "turn off ",
+        ),
+        (
+            rf"\b(?:heat|warm) (?P<up>up )?(?P<food>{_SOME} {_WARMED}|it|them)"
+            r"(?(up)| up\b)",
+            r"cook \g<food>",
+        ),
+        (rf"\b(?:heat|microwave) (?={_SOME} {_WARMED}\b)", "cook "),
+        (
+            r"\bput ((?:the|that|my|both|all(?: the| those)?|those) (?:[a-z]+ )?(?:candles?|lights?"
+            r"|fire|flames?)|it|them) out(?= please|[ ]?[,.;!]| and\b| too\b| now\b|$)",
+            r"put out \1",
+        ),
+        (
+            r"\b(?:bring|get|fetch|give) (?:me|us) (?:an? |some )?(?:(?:nice|hot|fresh) )*"
+            r"(?:(?:cup|mug) of )?coffee\b",
+            "make coffee",
+        ),
+        (rf"{_BRING}(cup|mug|glass) of (water|wine)\b", r"fill a \1 with \2 and bring it"),
+        (rf"{_BRING}water\b(?! bottle)", "fill a glass with water and bring it"),
+        (
+            r"^(?:(?:and|now|then|ok|okay|please)[ ,]+)*(?=back |\w+ again)(?:back )?(on|off)"
+            r"(?: again)?(?: please)?[ .!]*$",
+            r"turn it \1",
+        ),
+        (
+            r"\b(make|prepare)( me| us)? ((?:an? |some |the )?(?:\w+ ){0,2}?(?:toast|eggs?)) and"
+            r" (?:an? |some )?(?:(?:cup|mug) of )?coffee\b",
+            r"\1\2 \3 and make\2 coffee",
+        ),
+        (
+            r"\b(make|prepare)( me| us)? ((?:an? |some )?(?:(?:cup|mug) of )?coffee) and"
+            r" ((?:an? |some )?(?:\w+ ){0,2}?toast)\b",
+            r"\1\2 \3 and make\2 \4",
+        ),
+        (
+            r"^(?:(?:(?:can|could|may) (?:i|you|we) (?:have|get|make)|(?:i|we)(?:'d| would) like"
+            r"|make|prepare|get|bring|give|please|now|then|and|me|us|some) )*"
+            rf"({_COOKED}(?:(?:,| and|, and) {_COOKED})*)(?:,? please)?[.!?]*$",
+            _to_make,
+        ),
+        (
+            r"\b(put|place|serve|set) (?!(?:it|them|that|both|everything)\b)([a-z0-9 ]{1,40}?)"
+            r" (?:on|onto|in) ((?:an?|the|my) (?:plate|bowl|tray))"
+            r" on (the (?:[a-z]+ )?(?:table|counter|desk|stool))\b",
+            r"put \3 on \4, and put \2 on it",
+        ),
+        (r"\b(?:do|wash) (?:the |our |my )?(?:dishes|washing[ -]?up)\b", "wash the dishes"),
+        (r"\b(?:would|is) it (?:be )?possible (?:for you )?to\b", "could you"),
+        (
+            rf"\b(?:needs?|could (?:do with|use)) an? (?:\w+ )?{_WASH}"
+            r"(?=[,.!?]|$| and\b| please\b)",
+            r"needs washing",
+        ),
+        (
+            rf"\bgive ([^,.!?]{{1,40}}?) an? (?:\w+ )?{_WASH}\b(?! (?!and|please|now|for|too|then"
+            r"|first|with|before)\w)",
+            r"wash \1",
+        ),
+        (
+            r"\b(?:pour|tip|dump|throw) (?:out )?(?:the|my|our|this|that) (coffee|water|wine)"
+            r" (?:away|out(?! of)|down the (?:sink|drain))",
+            r"empty the \1",
+        ),
+        (r" ?&", " and"),
+        (rf"\b(?:{_LATER})", f" {v.LATER} "),
+        (
+            r", (?:it|they)(?:'s|'re| is| are)(?: (?!(?:in|on|at|to|for|by|near|under|inside|not|no"
+            r"|and|but|or|so|then|also|please|dirty|open|closed|off)\b)[a-z']+){1,8}(?=[.!]|$)",
+            "",
+        ),
+        (r"\bneither\b", "not"),
+        (
+            r"\b(?:back )?(?:to )?(?:where|how|the way) (?:(?:it|they|that|this|those|everything"
+            r"|things) (?:was|were|came from)"
+            r"|you (?:found|got|took) (?:it|them|that|this|those)(?: from)?)(?: before)?\b",
+            "back",
+        ),
+        (r"\balso (?=(?:needs?|should|must|ha(?:s|ve)|go(?:es)?|belongs?)\b)", ""),
+        (r"\b(?:as|like) i said\b,? ?", ""),
+        (
+            r"\bi (?:mean(?:t)?|said(?! (?:nothing|no|stop|so|i|we|it)\b))\b"
+            r"(?: that\b(?= (?:the|my|our|an?)\b))?",
+            "rather",
+        ),
+        (r"\bi (?:just |only )?wanted (?=(?:the|an?|my|both|all|two)\b)", "i want "),
+        (
+            r"\b(?:i|we) (?:never|did(?:n't| not)|have(?:n't| not)) (?:got|get|gotten|received?)"
+            r" (?:either|any|the|my|an?)\b",
+            "i want the",
+        ),
+        (
+            r"\b(i|we) (?:never|did(?:n't| not)) (?:ask(?:ed)?(?: you)? for|want(?:ed)?"
+            r"|order(?:ed)?) (?=(?:the|my|our|that|those|these) \w)",
+            r"\1 don't want ",
+        ),
+        (
+            r"\b(turn|switch) ((?:on|off) [^,.;!?]{1,40}?|[^,.;!?]{1,40}? (?:on|off)),? and"
+            r" ((?:the|my|our|all|both) [a-z0-9 ]{1,40}?) (on|off)(?= please|[,.;!]|$)",
+            r"\1 \2, and \1 \3 \4",
+        ),
+        (
+            r"\b(turn|switch) (?!on\b|off\b)((?:(?!\b(?:on|off)\b)[^.;!?]){1,80}? and"
+            r" (?:(?!\b(?:on|off|turn|switch)\b)[^.;!?]){1,40}?) (on|off)(?= please|[,.;!]|$)",
+            r"\1 \3 \2",
+        ),
+        (r"\b(to|let's|we|i'll|we'll|will) watch (?!(?:on|in|over)\b)", r"\1 view "),
+        (r"\bas well\b", "too"),
+        (r"\b(?:(?:and|the|do) )*same (?:thing |goes )?(?:for|with)\b", "also"),
+        (r"\b(can|could|may) (i|we) (?:please )?get\b", r"\1 \2 have"),
+        (r"\b(?:don't|do not|never) (?:forget|hesitate)(?: about)?(?: to)?\b", "please"),
+        (r"\bput (?:it|them) all back\b", "put everything back"),
+        (
+            r"\b(?:anywhere|any place|everywhere|somewhere) (?:but|except|other than)(?: not)?"
+            r" (?=(?:in|on|at|into|onto|near|under)\b)",
+            "not ",
+        ),
+        (
+            r"\b((?:everything|all(?: (?:of )?(?:the|my|our|these|those))? [a-z]+)"
+            r"(?: (?:back|off|on|out|away))?|(?:both|it|them)(?: all)? back),? but"
+            r" (?=(?:the|my|our)(?: (?!(?:needs?|should|must|is|are|goes?|belongs?|has|have|can"
+            r"|will|in|on|into|onto|to)\b)[a-z0-9']+){1,4}"
+            r"(?: (?:in|on|into|onto|to) [^.,;!]{1,60})?(?: please)?[.,;!]*$)",
+            r"\1 except ",
+        ),
+        (r" a (?:little )?bit(?! of\b)(?= |$|[,.!])", ""),
+        (r"\band (?:then )?be (wash|clean|open|cook|fill|heat|toast)ed\b", r"and \1 it"),
+        (r"\band (?:then )?be (rinse|close|slice)d\b", r"and \1 it"),
+        (r",? (?:and )?so (?:do|does|should|must|goes?) (?=(?:the|my|our)\b)", ", and also "),
+        (r"\bdo not\b", "don't"),
+        (r"\b(?:there(?:'s| is) )?no need (?:to|for)\b", "don't"),
+        (r"^(?:no|nope|nah)(?:,| (?=please\b))", ""),
+        (r"\b(?:instead of|rather than) (?=\w+ing\b)", ", not "),
+        (
+            r"[, ]*\b(?:and )?(?:(?:after|once|when) (?:that|this)\b(?:'s| is)?(?: done)?"
+            r"|afterwards?\b),?",
+            ", then",
+        ),
+        (
+            r"^(?P<rest>.*?)\b(?:after|once)\b(?: you(?:'ve| have)?)? (?P<first>[^,]+)"
+            r"(?:,(?P<then>.*))?$",
+            _in_order,
+        ),
+        (
+            r"\b(?:after|before|once|when|while|as soon as)\b(?! (?:that|this)\b)[^,?]*"
+            r"(?:, ?|(?=\?)|$)",
+            "",
+        ),
+        (r"\b(?:if (?:you (?:can|could|please|don't mind)|possible))\b", ""),
+    )
+]
+"""Patterns, and the plainer words that stand for what they match."""
+
+
+def normal(text: str) -> str:
+    """`text` evened and reworded."""
+    text = evened(text)
+    for pattern, plain in _REWORDED:
+        text = pattern.sub(plain, text)
+    return text
