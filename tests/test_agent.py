@@ -395,7 +395,7 @@ def test_where_nothing_was_done_and_nothing_is_told_that_is_told() -> None:
     for words in ("Do you like me?", "where did you put it", "Thanks. What for?"):
         assert agent.step("What?", words).notes == (NO_ANSWER,)
     assert agent.step("What?", "Could you dance?").notes == (NOTHING_DONE,)
-    assert agent.step("What?", "It should have nothing bright").notes == ()
+    assert agent.step("What?", "No bright light, please").notes == ()
 
 
 @pytest.mark.parametrize(

@@ -461,6 +461,11 @@ def test_what_was_ruled_out_already_may_be_ruled_out_again() -> None:
             tracker.correct(correction, "fly a kite", "boil soup")
 
 
+@pytest.mark.parametrize("name", ["observe", "add", "drop", "pin", "correct", "manage", "to_json"])
+def test_what_changes_or_reads_a_tracker_waits_for_the_others(name: str) -> None:
+    assert hasattr(getattr(GoalTracker, name), "__wrapped__")
+
+
 def test_threads_that_share_a_tracker_lose_no_turn() -> None:
     class Slow(WordModel):
         def token_logprobs(self, *args, **kwargs):

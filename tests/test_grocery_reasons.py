@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fakes import said
+from goalscope.envs.grocery.hearing.hear import hear
 from goalscope.types import Action
 from shops import shop, talked
 
@@ -70,8 +71,6 @@ def test_a_guests_diet_binds_guesses_alone(words: str) -> None:
     [
         (["Vanilla ice cream", "Make it two tubs then"], {"Vanilla Ice Cream": 2}),
         (["Ketchup", "Take it out", "Put the ketchup back in as well"], {"Ketchup": 1}),
-        (["Oat milk", "Flour, and something instead of milk"],
-         {"Oat Milk": 1, "All-Purpose Wheat Flour": 1}),
         (["Red wine", "What's the cheapest wine you have?", "I'll have that one instead"],
          {"Chianti Red Wine": 1}),
         (["A bottle of red wine would be nice too"], {"Merlot Red Wine": 1}),
@@ -79,6 +78,49 @@ def test_a_guests_diet_binds_guesses_alone(words: str) -> None:
 )  # fmt: skip
 def test_what_is_said_in_a_few_words_more(utterances: list[str], basket: dict[str, int]) -> None:
     assert talked({}, *utterances)[0].basket == basket
+
+
+@pytest.mark.parametrize(
+    ("words", "refused", "diets"),
+    [
+        ("Give me something instead of milk, I'm allergic to it.", "milk", {"dairy-free"}),
+        ("I want something instead of peanuts, my son is allergic.", "peanuts", {"nut-free"}),
+        ("Fruit, my son got allergic to bananas.", "bananas", set()),
+        ("Get pasta since my wife just got allergic to tomatoes.", "tomatoes", set()),
+        ("Crackers, our son got told to avoid garlic.", "garlic", set()),
+    ],
+)
+def test_no_reason_hides_what_harms(words: str, refused: str, diets: set[str]) -> None:
+    hearing = hear([words])
+    assert hearing.refuses(refused)
+    assert hearing.diets == diets
+
+
+@pytest.mark.parametrize(
+    ("before", "words"),
+    [
+        ({"Whole Milk": 1}, "Put the milk back in."),
+        ({"Large Eggs": 1}, "Milk I have enough."),
+        ({"Large Eggs": 1}, "No salt, sugar we have plenty."),
+        ({}, "If it is cheap, a bottle of wine would be nice."),
+        ({}, "Unless it has nuts, a bag of granola would be nice."),
+        ({"Whole Milk": 1, "Unsalted Butter": 1}, "Take everything I asked for out."),
+    ],
+)
+def test_these_change_nothing(before: dict[str, int], words: str) -> None:
+    assert talked(before, words)[0].basket == before
+
+
+@pytest.mark.parametrize(
+    "words", ["I want to throw a barbecue out in the garden", "We need food to take away tonight"]
+)
+def test_an_aim_that_sounds_like_taking_out_stays_one(words: str) -> None:
+    assert not shop().is_order(said(words))
+
+
+def test_labels_choose_among_what_a_term_names() -> None:
+    vegan = said("I'm vegan", "I want to have a dinner")
+    assert [a.target for a in shop().actions(("mozzarella",), vegan)] == ["Vegan Mozzarella Slices"]
 
 
 def test_how_much_a_pack_holds_is_told_as_it_is_added() -> None:

@@ -13,7 +13,7 @@ from goalscope.calibration import USUAL, Calibration
 from goalscope.dialog import FALLBACK, Human, ask, with_answer
 from goalscope.envs import GUESSED, SEARCH, Environment, taken
 from goalscope.envs.remarks import asks_why, is_remark, takes_leave
-from goalscope.envs.speech import denies, is_question
+from goalscope.envs.speech import is_question, refuses
 from goalscope.episode import Round
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
@@ -253,7 +253,7 @@ class Agent:
             if not (words.asks or complete or results or question or told):
                 if is_question(turns[-1].utterance):
                     told = (NO_ANSWER,)
-                elif not (words.exact or denies(turns[-1].utterance)):
+                elif not (words.exact or refuses(turns[-1].utterance)):
                     told = (NOTHING_DONE,)
             round = Round(
                 number=len(self.rounds) + 1,

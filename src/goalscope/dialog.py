@@ -112,8 +112,9 @@ def written(
     )
     asked |= {message.content for message in prompt[1:-1]}
     shown = examples(prompt)
-    spoken = " ".join([env.task, env.status(), *(turn.utterance for turn in turns)])
-    borrowed = topics(shown) - topics(" ".join([spoken, *env.mentioned([shown])]))
+    said = (text for turn in turns for text in (turn.query, turn.utterance))
+    known = [env.task, env.status(), *said, *(goal.text for goal in goals), *env.mentioned([shown])]
+    borrowed = topics(shown) - topics(" ".join(known))
     questions: list[str] = []
     for draw in range(draws):
         reply = model.generate(
@@ -126,7 +127,7 @@ def written(
         question = question_of(reply.text)
         new = question.endswith("?") and question not in asked and question not in questions
         apt = not (_ABOUT_THEM.search(question) or _echoes(question, turns[-1].utterance))
-        if new and apt and topics(question).isdisjoint(borrowed):
+        if new and apt and len(topics(question) & borrowed) < (2 if goals else 1):
             questions.append(question)
     return prompt, questions
 

@@ -61,7 +61,8 @@ def read(
     said = turns[-1].utterance
     question = rounds[-1].question if rounds else ""
     told = rounds[-1].notes if rounds else ()
-    refused = any(f'say "{env.completion_phrase}"' in note for note in told)
+    refused = told[-1:] == (not_done(env),)
+    advised = any(f'say "{env.completion_phrase}"' in note for note in told)
     agreed = says_yes(env, turn)
     only_undoes = isinstance(turns[-1], TakenBack)
     answers = question == CONFIRM
@@ -71,6 +72,7 @@ def read(
     silent = only_undoes or asks or sure or is_remark(said)
     order = not silent and env.is_order(turns)
     replies = (bool(question) or refused) and (agreed or declines(turn.utterance))
+    replies = replies or (advised and agreed)
     undoing = undoes(turn.utterance) is not None
     return Words(
         act=not (asks or only_undoes),

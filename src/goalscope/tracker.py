@@ -193,10 +193,6 @@ class GoalTracker:
         return self.belief
 
     @_alone
-    def _nearest(self, goal: Goal) -> str:
-        known = [each.text for each in self.belief.goals if each != UNSPECIFIED]
-        return nearest(goal.text, known) if known else "there is none yet."
-
     def pin(self, goal: str | Goal) -> Belief:
         """Take a goal that the person confirms, perhaps a new one (see `Belief.pinned`).
 
@@ -329,6 +325,10 @@ class GoalTracker:
         likelihood: Any = self.likelihood
         asked = getattr(likelihood, "model", getattr(likelihood, "generator", likelihood))
         return str(model_name(asked))
+
+    def _nearest(self, goal: Goal) -> str:
+        known = [each.text for each in self.belief.goals if each != UNSPECIFIED]
+        return nearest(goal.text, known) if known else "there is none yet."
 
     def _known(self, goals: Iterable[str | Goal]) -> list[Goal]:
         return distinct(goals_of(goals), (UNSPECIFIED, *self.belief.goals))

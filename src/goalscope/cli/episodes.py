@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -439,11 +438,11 @@ def _run_one(
 
 @contextmanager
 def _printed_at_the_end(infos: Sequence[EpisodeInfo], as_json: bool) -> Generator[None]:
-    """Print the outcomes as one JSON value, also those before an interruption."""
+    """Print the outcomes as one JSON value, also those of before an interruption."""
     try:
         yield
     finally:
-        if as_json and (infos or sys.exc_info()[0] is None):
+        if as_json and infos:
             print(json.dumps([*map(_outcome, infos)]))
 
 

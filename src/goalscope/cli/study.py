@@ -80,7 +80,7 @@ def new(
         f"`goalscope serve` shows it at /study/{plan.name}.",
         soft_wrap=True,
     )
-    if any(people != shared for people in people_of.values()):
+    if any(theirs != shared for theirs in people_of.values()):
         out.print("The methods' episodes are not all of the same people.", soft_wrap=True)
     if cut := sum(info.ended == "truncated" for info in found):
         out.print(

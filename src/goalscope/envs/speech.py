@@ -6,8 +6,8 @@ import re
 from functools import lru_cache
 
 __all__ = ["ASSENT", "LEAD", "LONGEST", "MILD"]
-__all__ += ["agrees", "declines", "denies", "evened", "is_question", "kept", "lowered"]
-__all__ += ["misspelt"]
+__all__ += ["agrees", "declines", "evened", "is_question", "kept", "lowered", "misspelt"]
+__all__ += ["refuses"]
 
 LEAD = (
     r"(?:(?:ok(?:ay)?|hi|hello|hey|so|and|but|well|sorry|excuse me|also|please|(?:can|could) you"
@@ -114,9 +114,10 @@ def declines(text: str) -> bool:
     return bool(re.match(r"\W*(?:no|nope|nah|not|don't|do not|leave|never)\b", evened(text)))
 
 
-def denies(text: str) -> bool:
-    """Whether any word of `text` denies or refuses something: "soup, but no cream"."""
-    return bool(re.search(r"\b(?:no|not|never|without|nothing|none)\b|n't\b", evened(text)))
+def refuses(text: str) -> bool:
+    """Whether `text` begins with a thing or an act that is not wanted: "no pond, please"."""
+    begin = r"\W*(?:no (?!idea|problem|matter|doubt)\w|never \w|without \w"
+    return bool(re.match(rf"{begin}|(?:don't|do not) (?!know|mind|care)\w)", evened(text)))
 
 
 def is_question(text: str) -> bool:

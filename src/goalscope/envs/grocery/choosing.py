@@ -163,9 +163,12 @@ class Choice:
         head = " ".join(words(term)[-1:])
         if head in _VAGUE or hearing.makes(term) or hearing.spurns(term):
             return []
-        found, such = self._found(term, hearing), _headed(head, self._search.named(head))
-        offers = [i for i in found if (i in such if such else _is_a(i, head))]
-        offers = ([i for i in offers if hearing.diets <= i.tags] or offers)[:_PER_TERM]
+        offers = [i for i in self._found(term, hearing) if _is_a(i, head)]
+        if hearing.diets:
+            aisles = {item.category for item in _headed(head, offers)}
+            such = [i for i in offers if i.category in aisles] or offers
+            offers = [i for i in such if hearing.diets <= i.tags] or such
+        offers = offers[:_PER_TERM]
         return [] if any(item.name in decided for item in offers) else offers
 
     def sells(self, phrase: str) -> bool:

@@ -347,16 +347,12 @@ class HomeRobot:
 
     def _told_of(self, about: str) -> str:
         """What has changed of the things that `about` names, or of all."""
-        kinds = mentioned(about, self._view.objects)
-        types = {readable(each["objectType"]) for each in self._view.objects}
-        if about and kinds:
-            own = {n: readable(self._view.type_of(n)) for n in self._view.names.values()}
-            changes = [
-                each
-                for each in self._view.changes(self._start)
-                if own[each.partition(":")[0]] in types.intersection(kinds)
-            ]
-            return f"{'; '.join(changes) or 'Nothing has been changed of it'}."
+        numbered = [name for name in self._view.names.values() if name[-1:].isdigit()]
+        exact = [name for name in numbered if re.search(rf"\b{re.escape(name)}\b", about)]
+        if named := exact or mentioned(about, self._view.objects):
+            said = re.compile(rf"(?:^|\b)(?:{'|'.join(map(re.escape, named))})(?: \d+)?:")
+            changes = [each for each in self._view.changes(self._start) if said.search(each)]
+            return f"{'; '.join(changes) or 'I changed nothing about that'}."
         hand, *lines = self.status().replace("\n- ", "; ").splitlines()
         return " ".join([hand, *lines]).replace(":;", ":") + ("." if lines else "")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -129,8 +129,9 @@ class View:
             was = start.get(own)
             if was is None:
                 parts = ["cooked"] if thing["isCooked"] else []
-                if self._where(thing) != self._rest(own):
-                    parts.append(f"now {self._where(thing)}")
+                where, whole = self._where(thing), start.get(own.rpartition("|")[0])
+                if whole and self._is_scattered(own) and where != self._where(whole):
+                    parts.append(f"now {where}")
                 if parts:
                     yield f"{self.names[own]}: {', '.join(parts)}"
                 continue
@@ -154,11 +155,11 @@ class View:
         name = self.place(thing)
         return f"{self._in_or_on(name)} {the(name)}" if name else "in its place"
 
-    def _rest(self, piece: str) -> str:
-        """Where most of what a thing was cut into is, in words."""
+    def _is_scattered(self, piece: str) -> bool:
+        """Whether what a thing was cut into is not all in one place."""
         whole = piece.rpartition("|")[0]
         pieces = (each for own, each in self.table.items() if own.rpartition("|")[0] == whole)
-        return Counter(map(self._where, pieces)).most_common(1)[0][0]
+        return len({*map(self._where, pieces)}) > 1
 
     def _kind(self, name: str) -> str:
         return readable(self.type_of(name)) if self.id(name) else name

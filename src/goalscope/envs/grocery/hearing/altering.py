@@ -53,15 +53,14 @@ CHANGES = [
     (re.compile(pattern), plainer)
     for pattern, plainer in (
         (
-            r"(?<=\w),? (?:(?:because|since|as) )?(?:my|our|the) \w+(?: has| have| had)?"
-            rf"(?: already| just)* (?:bought|brought|got|made|baked)(?: \w+){{0,4}}{END}",
-            "",
-        ),
-        (
-            r"(?<=\w)[,;]? (?:(?:because|since|as) )?(?:i|we)(?:'ve| have)?(?: still| already)*"
-            rf" (?:have|got)(?: (?:some|enough|plenty|lots|{NUMBER}))(?: (?:of )?{PACKS})?"
-            rf"(?: (?:of (?:it|them|that)|left|already|at home|here|still))*{END}",
-            "",
+            r"^((?:(?:please|ok|okay|no|actually|and|so|oh|sorry|can you|could you)[ ,]+)*"
+            r"(?:take|remove|delete|drop|leave out|put back)\b[^.,;!?]{1,60}?)"
+            r"(?:,? (?:because|since|as)|,)"
+            r" (?:(?:i|we)(?:'ve| have)?(?: still| already)* (?:have|got)"
+            r"|(?:my|our) \w+(?: has| have)?(?: already| just)* (?:bought|brought))"
+            rf" (?:some|enough|plenty|lots|one|it|{NUMBER}(?: (?:{PACKS}|loaf|loaves))?)"
+            rf"(?: (?:left|already|at home|here))*{END}",
+            r"\1",
         ),
         (
             r"\b(ask(?:ed)? for|order(?:ed)?|want(?:ed)?|need(?:ed)?)"
@@ -376,9 +375,10 @@ CHANGES = [
             r"add \1",
         ),
         (
-            r"\b(put|place|stick|pop|bring) ([^.,;!?]{1,60}? back) in(?:to)?"
-            rf"(?: (?:the|my) {CART})?(?: (?:too|as well|again))*{END}",
-            r"\1 \2",
+            r"\b(?:put|place|stick|pop|bring) (?!(?:it|that|this|them|those|these)\b)"
+            rf"([^.,;!?]{{1,60}}?) back in(?:to)?(?: (?:the|my) {CART})?"
+            rf"(?: (?:too|as well|again))*{END}",
+            r"add \1",
         ),
         (
             r"\b(?:put|toss|throw|stick|chuck|pop) (?!(?:it|that|this|them|those|these|in|back)\b)"

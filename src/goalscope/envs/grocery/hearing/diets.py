@@ -118,7 +118,8 @@ _CHOSEN = ("vegan", "vegetarian")
 _SOME = re.compile(
     r"\b(?:one|two|three|four|some|several|a (?:few|couple)|\d+)(?: of)?"
     rf"(?: (?:my|our|the|us|them))?(?: [\w-]+)?? (?P<who>{_SUBJECT})$"
-    rf"|\b(?:an?|another)(?: [\w-]+)?? (?P<guest>{_PERSON})$"
+    r"|\b(?:an?|another)(?: [\w-]+)??"
+    rf" (?!(?:family|household|team|group|school|class|office|crowd)\b)(?P<guest>{_PERSON})$"
 )
 """Before a diet that not everybody follows: "one of my guests" is vegan."""
 _GUEST = re.compile(

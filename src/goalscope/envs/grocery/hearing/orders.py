@@ -88,7 +88,9 @@ _HOLDS_BACK = re.compile(
     r"|\b(?:keep|leave) (?:the|my|our|those|these|them)\b|\b(?:swap|exchange|replace)\b|\bback$"
 )
 _TAKES_OUT = re.compile(
-    r"\b(?:remove|delete|ditch|get rid of)\b|\b(?:take|throw|chuck|kick)\b.*\b(?:out|off|away)\b"
+    r"(?:(?:please|ok|okay|now|then|and|just|so|no|actually|can you|could you)[ ,]+)*"
+    r"(?:(?:remove|delete|ditch|get rid of)\b|(?:take|chuck|kick) (?:[^\s.,;!?]+ ){0,6}?"
+    r"(?:out|off|away)\b)"
 )
 _MADE = re.compile(r"(?!(?:it|that|this|them|those|these)\b)")
 _EMPTY = re.compile(
@@ -221,7 +223,7 @@ def leaves_open(utterance: str) -> bool:
             continue
         left = besides_refused(said)
         dropped = Refusal.DROPPED in unwanted(said).values()
-        takes_out = dropped or bool(_TAKES_OUT.search(said.text))
+        takes_out = dropped or bool(_TAKES_OUT.match(said.text))
         holds = holds or takes_out or unasked(said) or clears(said) or bool(spared(said))
         for part in re.split(r"[,.;:!?](?:\s+|$)|\bbut\b", left):
             if _CALLS_OFF.search(part):

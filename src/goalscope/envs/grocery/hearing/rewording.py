@@ -70,7 +70,6 @@ _REWORDED = [
             )
         ),
         (r"\b(?:there(?:'s| is) )?no need (?:for|of) (?=\w)", "don't need "),
-        (rf"\b(?:something|anything)(?: else)? (?:instead of|in place of) [^.,;!?]+{END}", ""),
         (r",? ?\bif (?:you have|there(?:'s| is| are)) (?:any|some|it|them|one)\b,?", ""),
         (
             r"\b(?:\w+n't|not|never)(?: let (?:me|us))?(?: ever)? (?:forget|miss|skip|omit|drop"
@@ -245,7 +244,7 @@ def heard(utterance: str) -> tuple[Said, ...]:
         text,
     )
     text = re.sub(
-        rf"(?:^|(?<=[.;!?,] ))((?:an?|some|{NUMBER}) {PACKS} of [^.;!?,]{{1,40}}?) would be"
+        rf"(?:^|(?<=[.;!?] ))((?:an?|some|{NUMBER}) {PACKS} of [^.;!?,]{{1,40}}?) would be"
         r" (?:nice|great|lovely|good|perfect)(?: too| as well| please)*(?=[.;!?,]|$)",
         r". need \1.",
         text,

@@ -68,7 +68,7 @@ class Referents:
     def meant(self, phrase: Phrase, verb: str) -> list[Phrase]:
         """The phrases with types for which a phrase stands; "it" must suit the verb."""
         if phrase.types:
-            return [self.of_late(phrase)]
+            return [phrase]
         all_there = phrase.word == "everything" or (phrase.word == "them" and phrase.group)
         if all_there and phrase.at:
             on = [own for own in self.start if {*phrase.at} & stood_on(own, self.start)]
@@ -107,15 +107,6 @@ class Referents:
             )
             for last in self.last
         ]
-
-    def of_late(self, phrase: Phrase) -> Phrase:
-        """The floor lamp, for "the lamp", where that was spoken of last; else the phrase itself."""
-        more = phrase.liquid or phrase.states or phrase.at or phrase.which
-        alone = not (phrase.every or phrase.group or phrase.number or more)
-        kinds = {*phrase.types} & {*self.count} if alone else set[str]()
-        spoken = (kinds.intersection(each.types) for each in reversed(self.recent))
-        late = next(filter(None, spoken), kinds)
-        return replace(phrase, types=tuple(late)) if len(late) == 1 < len(kinds) else phrase
 
     def nearest(self, thing: Phrase, aside: Phrase) -> Phrase:
         """Of several things the one that stood nearest to another at the start."""

@@ -159,15 +159,17 @@ _REWORDED = [
         ),
         (
             r"^(?:(?:(?:can|could|may) (?:i|you|we) (?:have|get|make)|(?:i|we)(?:'d| would) like"
-            r"|make|prepare|get|bring|give|please|now|then|and|me|us|some) )*"
-            rf"({_COOKED}(?:(?:,| and|, and) {_COOKED})*)(?:,? please)?[.!?]*$",
+            r"|make|prepare|get|bring|give|please|now|then|and|me|us) )*"
+            rf"({_COOKED}(?:(?:,| and|, and) {_COOKED})*)(?:,? please)?(?:[.!]*|(?<=please)\?)$",
             _to_make,
         ),
         (
-            r"\b(put|place|serve|set) (?!(?:it|them|that|both|everything)\b)([a-z0-9 ]{1,40}?)"
-            r" (?:on|onto|in) ((?:an?|the|my) (?:plate|bowl|tray))"
-            r" on (the (?:[a-z]+ )?(?:table|counter|desk|stool))\b",
-            r"put \3 on \4, and put \2 on it",
+            r"^((?:(?:please|now|then|ok|okay|and|can you|could you)[ ,]+)*)(?:put|place|serve|set)"
+            r" (?!(?:it|them|that|both|everything)\b)"
+            r"((?:(?!(?:in|on|onto|into|from|not|and)\b)[a-z0-9]+ ){1,5})"
+            r"(?:on|onto|in) ((?:an?|my) (?:plate|bowl|tray))"
+            r" on (the (?:[a-z]+ )?(?:table|counter|desk|stool))(?=(?:,? please)?[.!]*$)",
+            r"\1put \3 on \4, and put \2on it",
         ),
         (r"\b(?:do|wash) (?:the |our |my )?(?:dishes|washing[ -]?up)\b", "wash the dishes"),
         (r"\b(?:would|is) it (?:be )?possible (?:for you )?to\b", "could you"),
