@@ -23,6 +23,7 @@ from goalscope.types import (
     StepResult,
     Turn,
 )
+from shops import shop
 
 REPLIES = {
     "name what the human may want": "- have lamp light\n- have lamp light\n- sleep without light",
@@ -328,6 +329,13 @@ def test_a_question_about_the_person_is_not_put_to_them() -> None:
 def test_a_question_that_echoes_the_person_is_not_asked() -> None:
     turns = [Turn("Hello?", "Well, is it bright? Is it enough?")]
     assert ask(WordModel(REPLIES), LampRoom(), turns) == FALLBACK
+
+
+def test_the_persons_question_is_answered_by_what_was_not_taken_back() -> None:
+    agent = Agent(shop(), WordModel(REPLIES))
+    for words in ("We're vegan", "undo that", "Which allergies do you know about?"):
+        agent.step(agent.ask(), words)
+    assert agent.ask().startswith("I heard of nothing that it has to be.")
 
 
 def test_a_question_about_what_the_examples_speak_of_is_not_asked() -> None:

@@ -74,6 +74,12 @@ def test_a_guests_diet_binds_guesses_alone(words: str) -> None:
         (["Red wine", "What's the cheapest wine you have?", "I'll have that one instead"],
          {"Chianti Red Wine": 1}),
         (["A bottle of red wine would be nice too"], {"Merlot Red Wine": 1}),
+        (["Pasta", "First swap the pasta for rice"], {"Long Grain White Rice": 1}),
+        (["2 whole milk", "One of the milks should be oat milk"],
+         {"Whole Milk": 1, "Oat Milk": 1}),
+        (["2 whole milk", "Make one of them oat milk instead"],
+         {"Whole Milk": 1, "Oat Milk": 1}),
+        (["oat milk x2"], {"Oat Milk": 2}),
     ],
 )  # fmt: skip
 def test_what_is_said_in_a_few_words_more(utterances: list[str], basket: dict[str, int]) -> None:
@@ -109,6 +115,19 @@ def test_no_reason_hides_what_harms(words: str, refused: str, diets: set[str]) -
 )
 def test_these_change_nothing(before: dict[str, int], words: str) -> None:
     assert talked(before, words)[0].basket == before
+
+
+@pytest.mark.parametrize(
+    "words", ["I want to buy it now, but only if it's under $5", "buy it only if it's under $5"]
+)
+def test_a_limit_on_the_purchase_is_a_budget_and_guesses_nothing(words: str) -> None:
+    turns = said("Milk and whole chicken", words)
+    opened = shop({"Whole Milk": 1, "Whole Chicken": 1})
+    assert opened.is_order(turns)
+    assert not opened.is_completion(turns[-1])
+    told = opened.unmet(turns, [])
+    assert told[0] == 'To have the basket bought, say "Buy the basket".'
+    assert "above the $5.00 that you named" in told[1]
 
 
 @pytest.mark.parametrize(

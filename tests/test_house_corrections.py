@@ -473,3 +473,12 @@ def test_what_was_done_with_one_thing_is_told_of_that_alone() -> None:
     assert robot.answer("What did you do with the soap?") == "bar of soap 1: now in the sink basin."
     assert robot.answer("What did you do with the towel?") == "I changed nothing about that."
     assert "cabinet 1" in (robot.answer("Is there any toilet paper left?") or "")
+
+
+def test_of_several_things_to_be_brought_it_is_only_guessed_where_they_go() -> None:
+    robot = robot_in("Kitchen1")
+    robot.reset()
+    offers = robot.actions(["bread", "wine bottle", "cup"], turns("bring me the wine and the cup"))
+    assert {each.name for each in offers} == {"put"}
+    assert {each.target for each in offers} == {"wine bottle", "cup"}
+    assert "cup" not in {each.destination for each in offers}

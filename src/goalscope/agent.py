@@ -179,6 +179,7 @@ class Agent:
                 self.env,
                 tracker.belief,
                 self.turns,
+                stands=turns,
                 cost=self.cost,
                 seed=seed,
                 heard=self._draft,
@@ -187,7 +188,7 @@ class Agent:
         acted = turns and len(self.rounds[-1].results) > self.rounds[-1].reversals
         if acted and self.env.is_order(turns):
             return with_answer(self.env, turns, FALLBACK)
-        return ask(self.model, self.env, self.turns, seed=seed, heard=self._draft)
+        return ask(self.model, self.env, self.turns, stands=turns, seed=seed, heard=self._draft)
 
     def step(
         self,

@@ -57,6 +57,7 @@ def ask(
     env: Environment,
     turns: Sequence[Turn],
     *,
+    stands: Sequence[Turn] = (),
     draws: int = 4,
     seed: int = 0,
     heard: Heard | None = None,
@@ -64,7 +65,8 @@ def ask(
     """The agent's next query; it answers first, where the person asked something.
 
     Of several questions that the model writes, the one is taken whose words it finds likeliest;
-    a question is never asked twice. `heard` is told each as it is written.
+    a question is never asked twice. `heard` is told each as it is written. `stands` is what of the
+    turns was not taken back, if anything was.
     """
     if not turns:
         return OPENING
@@ -73,7 +75,7 @@ def ask(
     if questions:
         scores = logprobs_of(model, [prompt] * len(questions), questions)
         question = questions[max(range(len(questions)), key=lambda i: scores[i].mean())]
-    return with_answer(env, turns, question)
+    return with_answer(env, stands or turns, question)
 
 
 def written(

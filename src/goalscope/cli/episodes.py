@@ -448,6 +448,7 @@ def _printed_at_the_end(infos: Sequence[EpisodeInfo], as_json: bool) -> Generato
 
 def _told(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
     """An episode and its rounds as JSON, with the probabilities that follow from each belief."""
+    from goalscope.plain import model_shown
     from goalscope.rounds_json import round_to_json
 
     told: list[dict[str, Any]] = []
@@ -456,14 +457,16 @@ def _told(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
         if round.belief:
             row["belief"]["probability"] = round.belief.probability.tolist()
         told.append(row)
-    return {**asdict(info), "rounds": told}
+    return {**asdict(info), "model": model_shown(info.model), "rounds": told}
 
 
 def _outcome(info: EpisodeInfo) -> dict[str, Any]:
+    from goalscope.plain import model_shown
+
     return {
         "profile": info.profile,
         "method": info.method,
-        "model": info.model,
+        "model": model_shown(info.model),
         "seed": info.settings.get("seed"),
         "score": info.score,
         "rounds": info.rounds,

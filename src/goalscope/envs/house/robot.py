@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from goalscope import envs
@@ -161,7 +161,8 @@ class HomeRobot:
         For each object: a put into or onto each kind of receptacle that is viable for it, or that
         the person spoke of, and what its affordances allow. What the person ruled out is not
         offered, nor what only a person asks for, nor to move what is where they asked for it; nor
-        anything where the newest words order, correct, refuse or warn.
+        anything where the newest words order, correct, refuse or warn. Where several things are to
+        be brought, there is nothing to guess but where each of them goes.
         """
         view, wanted = self._view, set(relevant)
         hearing = self._hear(turns)
@@ -169,6 +170,8 @@ class HomeRobot:
             return []
         named = set(mentioned(". ".join(spoken(turns)), view.objects))
         stays = {view.names[own] for own in settled(view, hearing.wanted)}
+        brings = self._carried(hearing) if turns else []
+        several = {kind for each in brings for kind in each.object_types if len(brings) > 1}
         return [
             action
             for own, thing in view.table.items()
@@ -176,6 +179,7 @@ class HomeRobot:
             for action in possible(view, own, named)
             if not is_refused(view, action, hearing)
             and not (action.name == "put" and action.target in stays)
+            and not (several and not self._brings(action, several))
         ]
 
     def phrase(self, action: Action) -> str:
@@ -387,6 +391,12 @@ class HomeRobot:
     def _carried(self, hearing: Hearing) -> list[Request]:
         """What is to be brought: of several things the goals tell where to."""
         return brought(hearing.wanted, self._over(hearing), self._view.held_type)
+
+    def _brings(self, action: Action, kinds: Collection[str]) -> bool:
+        """Whether an action puts one of the things of these kinds somewhere but in another."""
+        there = self._view.type_of(action.destination)
+        target = self._view.type_of(action.target)
+        return action.name == "put" and target in kinds and there not in kinds
 
     def _speaks_of_furniture(self, turns: Sequence[Turn]) -> bool:
         named = {*mentioned(". ".join(spoken(turns)), self._view.objects)}

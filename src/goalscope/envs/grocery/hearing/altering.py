@@ -178,6 +178,20 @@ CHANGES = [
             rf" (?:make (?:it|that) )?((?!(?:an?|of|and|half)\b){NUMBER}){END}",
             r"\2 \1",
         ),
+        (
+            rf"\b(?:make|change|turn) one of (?:the|my|our) {_THING}s? (?:in)?(?:to )?"
+            rf"((?:an? )?(?:{_PLAIN} ){{1,2}}?)instead{END}",
+            r". remove 1 \1. add 1 \2",
+        ),
+        (
+            rf"{_BEGIN}one of (?:the|my|our) {_THING}s? should be (?:an? )?{_THING}{END}",
+            r". remove 1 \1. add 1 \2",
+        ),
+        (
+            rf"\b(?:make|change|turn) one of (?:them|those|these) (?:in)?(?:to )?(?:an? )?{_THING}"
+            rf"(?: instead)?{END}",
+            rf". remove 1 {SAME}. add 1 \1",
+        ),
         (rf"\bmake {IT} organic{END}", ". add the organic one"),
         (
             rf"\bmake (?:the|my|our) {_THING} organic{END}",
@@ -397,7 +411,7 @@ CHANGES = [
         (rf"\bout of (?:the|my|our|this) {CART}\b", "out"),
         (rf" (?:from|off) (?:the|my|our|this) {CART}\b", ""),
         (
-            rf"{_BEGIN}([a-z][\w' -]{{0,60}}?) ?[x\u00d7(] ?(\d{{1,4}})\)?{END}",
+            rf"{_BEGIN}([^\W\d_][\w' -]{{0,60}}?) ?[x\u00d7(] ?(\d{{1,4}})\)?{END}",
             r"\2 \1",
         ),
         (

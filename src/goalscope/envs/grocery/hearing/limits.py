@@ -110,6 +110,8 @@ _BUDGET = re.compile(
     r"|(?:n't|\b(?:not|never))(?: want)?(?: it| us)?(?: to)?"
     rf" (?:exceed|(?:go|get|be|come) (?:over|above|beyond)) {_SUM}"
     rf"|\b(?:limit|cap) (?:it|this|everything|{_WHOLE}) (?:to|at) {_SUM}"
+    rf"|\bif (?:it|that|this|{_WHOLE})(?:'s| is| stays?| costs?| comes? to)"
+    rf"(?: (?:all|still|in total))* {_MOST} {_SUM}"
     rf"|(?:{_START}(?:for )?|(?<=\bsnacks )){_LIMIT}"
     rf"|{_START}(?:i|we)(?:'ve(?: got)?|(?: only| just)? (?:have|got))"
     rf"(?: (?:only|just|about|around|got))* {_PRICED}(?: (?:to spend|left|on me|with me|only))*"

@@ -86,6 +86,8 @@ _HOLDS_BACK = re.compile(
     r"|\b(?:i|we)(?:'ve| have)? (?:only |just |already |never )?(?:said|meant|wanted|asked"
     r"|ordered|told)\b"
     r"|\b(?:keep|leave) (?:the|my|our|those|these|them)\b|\b(?:swap|exchange|replace)\b|\bback$"
+    r"|\b(?:buy|purchase|order|pay for) (?:it|this|that|them|all of (?:it|them))\b"
+    r"|\b(?:make|should be)\b.*\binstead\b"
 )
 _TAKES_OUT = re.compile(
     r"(?:(?:please|ok|okay|now|then|and|just|so|no|actually|can you|could you)[ ,]+)*"
@@ -155,6 +157,7 @@ _ASKED_OR_LATER = re.compile(
     r"|order|pay|check)"
     r"|\b(?: ?(?:tomorrow|later|tonight|soon|next (?:week|month|time)|on \w+day|in (?:a|an|the) \w+"
     r"|(?:this )?(?:morning|afternoon|evening|weekend)|another (?:day|time)))+[\s.!]*$"
+    r"|,?(?: but)? only if\b[^!?]*$"
 )
 _SO_MANY = re.compile(
     rf"{_YES}(?:make it )?(?P<takes>{_TAKES} )?(?P<number>\d+|(?!(?:of|and)\b){WORD})"

@@ -196,7 +196,10 @@ _HARMED_BY = re.compile(
 )
 """An allergy to what is named before: "careful with the nuts, my son is allergic"."""
 _PAUSE = re.compile(
-    r"^(?:(?:hold|hang) on|one (?:second|sec|moment)|u[hm]+|hm+|ah+)[ ,.!]+(?=\w)", re.IGNORECASE
+    r"^(?:(?:hold|hang) on|one (?:second|sec|moment)|u[hm]+|hm+|ah+)[ ,.!]+(?=\w)"
+    r"|^(?:(?:no|wait|but|oh|please)[ ,.!]+)*first,?"
+    r" (?=(?:swap|exchange|replace|take|remove|add)\b)",
+    re.IGNORECASE,
 )
 """What somebody says before what they think of late."""
 _AT_LAST = re.compile(r"(?<=\w),? (?:then|though)(?=[ .!]*$)", re.IGNORECASE)
