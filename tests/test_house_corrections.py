@@ -450,6 +450,8 @@ def test_what_is_in_something_is_not_on_what_that_stands_on(
         ("LivingRoom1", ["Never turn off the floor lamp.", "Turn off the lamp."],
          {"desk lamp: no longer on"}),
         ("Kitchen1", ["Don't put the apple on a plate on the dining table."], set()),
+        ("Kitchen1", ["Bring me a mug of coffee, please."],
+         {"mug 2: filled with coffee, now in the robot's hand"}),
         ("Kitchen1", ["slice the bread", "put slice of bread 1 and slice of bread 2 on plate 2"],
          {"bread: sliced", "slice of bread 1: now on plate 2", "slice of bread 2: now on plate 2"}),
         ("LivingRoom1", ["turn off the lamps"],

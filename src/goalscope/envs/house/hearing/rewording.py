@@ -136,6 +136,11 @@ _REWORDED = [
             r"put out \1",
         ),
         (
+            r"\b(?:bring|fetch) (?:me|us) (?:an? |some )?(?:(?:nice|hot|fresh) )*"
+            r"(?:(?:cup|mug) of )?coffee(?=(?:,? please)?[.!]*$)",
+            "make coffee and bring it",
+        ),
+        (
             r"\b(?:bring|get|fetch|give) (?:me|us) (?:an? |some )?(?:(?:nice|hot|fresh) )*"
             r"(?:(?:cup|mug) of )?coffee\b",
             "make coffee",
