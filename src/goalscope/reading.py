@@ -61,7 +61,7 @@ def read(
     said = turns[-1].utterance
     question = rounds[-1].question if rounds else ""
     told = rounds[-1].notes if rounds else ()
-    refused = told[-1:] == (not_done(env),)
+    asked = bool(question) or told[-1:] == (not_done(env),)
     advised = any(f'say "{env.completion_phrase}"' in note for note in told)
     agreed = says_yes(env, turn)
     only_undoes = isinstance(turns[-1], TakenBack)
@@ -71,8 +71,7 @@ def read(
     asks = not only_undoes and env.answer(said, turns) is not None
     silent = only_undoes or asks or sure or is_remark(said)
     order = not silent and env.is_order(turns)
-    replies = (bool(question) or refused) and (agreed or declines(turn.utterance))
-    replies = replies or (advised and agreed)
+    replies = (agreed and (asked or advised)) or (asked and declines(turn.utterance))
     undoing = undoes(turn.utterance) is not None
     return Words(
         act=not (asks or only_undoes),
