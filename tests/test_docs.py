@@ -14,6 +14,7 @@ import re
 import shlex
 import subprocess
 import sys
+import textwrap
 import tomllib
 from collections.abc import Callable, Iterator
 from decimal import ROUND_HALF_UP, Decimal
@@ -244,7 +245,7 @@ def source_tree() -> str:
     """The source's files, what is built on others after these, each with its first line."""
     root = ROOT / "src" / "goalscope"
     rank = {name: (i, name) for i, layer in enumerate(LAYERS) for name in layer}
-    lines = [f"{'src/goalscope/':<30}{first_line(root / '__init__.py')}"]
+    lines = [told("src/goalscope/", root / "__init__.py")]
 
     def tell(folder: Path, depth: int) -> None:
         files = [each for each in folder.iterdir() if (each / "__init__.py").exists()]
@@ -252,7 +253,7 @@ def source_tree() -> str:
         for file in sorted(files, key=lambda each: rank[each.stem] if depth == 1 else each.name):
             inside = file.is_dir()
             name = f"{'  ' * depth}{file.name}{'/' if inside else ''}"
-            lines.append(f"{name:<30}{first_line(file / '__init__.py' if inside else file)}")
+            lines.append(told(name, file / "__init__.py" if inside else file))
             if inside and file.name != "migrations":
                 tell(file, depth + 1)
 
@@ -260,9 +261,10 @@ def source_tree() -> str:
     return "\n".join(lines) + "\n"
 
 
-def first_line(file: Path) -> str:
-    """What a module says of itself, in one line."""
-    return (ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or "").partition("\n")[0]
+def told(name: str, file: Path) -> str:
+    """A name, and beside it what the module says of itself in the first line."""
+    line = (ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or "").partition("\n")[0]
+    return textwrap.fill(f"{name:<25} {line}", 90, subsequent_indent=" " * 26)
 
 
 def test_the_reference_has_every_public_name() -> None:
