@@ -484,3 +484,5 @@ def test_of_several_things_to_be_brought_it_is_only_guessed_where_they_go() -> N
     assert {each.name for each in offers} == {"put"}
     assert {each.target for each in offers} == {"wine bottle", "cup"}
     assert "cup" not in {each.destination for each in offers}
+    later = turns("bring me the wine and the cup", "A bit of lettuce would be nice.")
+    assert "lettuce" in {each.target for each in robot.actions(["lettuce"], later)}

@@ -161,8 +161,8 @@ class HomeRobot:
         For each object: a put into or onto each kind of receptacle that is viable for it, or that
         the person spoke of, and what its affordances allow. What the person ruled out is not
         offered, nor what only a person asks for, nor to move what is where they asked for it; nor
-        anything where the newest words order, correct, refuse or warn. Where several things are to
-        be brought, there is nothing to guess but where each of them goes.
+        anything where the newest words order, correct, refuse or warn. Where they ask for several
+        things to be brought, there is nothing to guess but where each of these goes.
         """
         view, wanted = self._view, set(relevant)
         hearing = self._hear(turns)
@@ -170,7 +170,7 @@ class HomeRobot:
             return []
         named = set(mentioned(". ".join(spoken(turns)), view.objects))
         stays = {view.names[own] for own in settled(view, hearing.wanted)}
-        brings = self._carried(hearing) if turns else []
+        brings = [each for each in self._carried(hearing) if each in hearing.newest]
         several = {kind for each in brings for kind in each.object_types if len(brings) > 1}
         return [
             action
