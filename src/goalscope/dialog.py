@@ -38,6 +38,10 @@ _TELL_ME = re.compile(
 """A question behind an order: "add milk, and how much is it?"."""
 _ABOUT_THEM = re.compile(r"\bthe (?:human|user|person|customer|agent)\b", re.IGNORECASE)
 """Of whom the prompts speak, who is asked here."""
+_OF_ANY = frozenset(
+    ("like", "likes", "would", "rather", "your", "much", "does", "something", "which", "home")
+)
+"""Words of the prompts' examples that a question about anything may have."""
 _ECHO = 0.8
 """Share of a question's words that were the person's last ones, from which on it is an echo."""
 _REPLY = 80
@@ -116,7 +120,7 @@ def written(
     shown = examples(prompt)
     said = (text for turn in turns for text in (turn.query, turn.utterance))
     known = [env.task, env.status(), *said, *(goal.text for goal in goals), *env.mentioned([shown])]
-    borrowed = topics(shown) - topics(" ".join(known))
+    borrowed = topics(shown) - topics(" ".join(known)) - _OF_ANY
     questions: list[str] = []
     for draw in range(draws):
         reply = model.generate(

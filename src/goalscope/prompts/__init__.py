@@ -22,13 +22,7 @@ from goalscope.types import Message, Turn
 __all__ = ["examples", "recent", "render", "topics", "transcript"]
 
 _JINJA = SandboxedEnvironment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-_COMMON = frozenset({
-    "again", "all", "and", "any", "are", "but", "can", "come", "could", "does", "don", "eat", "for",
-    "from", "get", "have", "home", "how", "human", "idea", "into", "keep", "like", "likes", "list",
-    "lot", "may", "more", "most", "much", "none", "not", "one", "out", "rather", "she", "show",
-    "some", "something", "stay", "take", "than", "that", "the", "them", "they", "this", "two",
-    "want", "what", "when", "where", "which", "who", "why", "will", "with", "would", "you", "your",
-})  # fmt: skip
+_COMMON = frozenset(("with", "that", "have", "want", "keep", "take", "show", "they", "them"))
 """Words of the examples that anybody may use of anything."""
 
 _HEADING = re.compile(r"^--- (system|user|assistant)\n", re.MULTILINE)
@@ -87,7 +81,7 @@ def examples(prompt: Sequence[Message]) -> str:
 
 def topics(text: str) -> set[str]:
     """The words of `text` that may tell what it is about."""
-    return {*re.findall(r"[^\W\d_]{3,}", text.casefold())} - _COMMON
+    return {*re.findall(r"[^\W\d_]{4,}", text.casefold())} - _COMMON
 
 
 @cache
