@@ -162,7 +162,7 @@ class HomeRobot:
         the person spoke of, and what its affordances allow. What the person ruled out is not
         offered, nor what only a person asks for, nor to move what is where they asked for it; nor
         anything where the newest words order, correct, refuse or warn. Where they ask for several
-        things to be brought, there is nothing to guess but where each of these goes.
+        things to be brought, there is nothing to guess but where what was named goes.
         """
         view, wanted = self._view, set(relevant)
         hearing = self._hear(turns)
@@ -179,7 +179,7 @@ class HomeRobot:
             for action in possible(view, own, named)
             if not is_refused(view, action, hearing)
             and not (action.name == "put" and action.target in stays)
-            and not (several and not self._brings(action, several))
+            and not (several and not self._brings(action, several, named))
         ]
 
     def phrase(self, action: Action) -> str:
@@ -392,11 +392,11 @@ class HomeRobot:
         """What is to be brought: of several things the goals tell where to."""
         return brought(hearing.wanted, self._over(hearing), self._view.held_type)
 
-    def _brings(self, action: Action, kinds: Collection[str]) -> bool:
-        """Whether an action puts one of the things of these kinds somewhere but in another."""
+    def _brings(self, action: Action, kinds: Collection[str], named: Collection[str]) -> bool:
+        """Whether an action puts a thing that was named somewhere, but in none of these kinds."""
         there = self._view.type_of(action.destination)
         target = self._view.type_of(action.target)
-        return action.name == "put" and target in kinds and there not in kinds
+        return action.name == "put" and readable(target) in named and there not in kinds
 
     def _speaks_of_furniture(self, turns: Sequence[Turn]) -> bool:
         named = {*mentioned(". ".join(spoken(turns)), self._view.objects)}
