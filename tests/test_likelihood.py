@@ -157,7 +157,7 @@ def test_goals_that_mean_the_same_are_one() -> None:
 @pytest.mark.parametrize(
     ("gone", "cause"),
     [
-        (["cook soup"], "no goal 'cook soup' to drop; there are: Unspecified; bake cake"),
+        (["cook soup"], "no goal 'cook soup' to drop; known are bake cake"),
         ([" unspecified."], "stands for goals that are missing"),
         (["Bake cake", "wash"], "no goal 'wash'"),
     ],

@@ -121,7 +121,7 @@ def test_numbers_that_are_none_are_refused() -> None:
 def test_intervals_of_few_have_a_note() -> None:
     sure, bare = Estimate(0.5, Interval(0.1, 0.9)), Estimate(0.5, None)
     for columns, rows, said in [
-        (("n", "score"), ((5, sure), (9, bare), (200, sure)), "Of 5 cases"),
+        (("n", "score"), ((5, sure), (9, bare), (200, sure)), "Of 5 groups"),
         (("n", "score"), ((5, bare), (10, sure)), ""),
         (("profiles", "n", "score"), ((9, 99, sure),), "Of 9 profiles"),
         (("who", "score"), (("a", sure),), ""),
