@@ -338,6 +338,13 @@ def test_the_persons_question_is_answered_by_what_was_not_taken_back() -> None:
     assert agent.ask().startswith("I heard of nothing that it has to be.")
 
 
+def test_a_question_behind_other_words_that_is_answered_is_not_told_to_be_without_answer() -> None:
+    agent = Agent(shop(), WordModel(REPLIES))
+    round = agent.step(agent.ask(), "Keep it under $60. How much of my budget is left?")
+    assert NO_ANSWER not in round.notes
+    assert "$60.00" in agent.ask()
+
+
 def test_a_question_about_what_the_examples_speak_of_is_not_asked() -> None:
     model = WordModel({**REPLIES, "short question": "How much sun does your garden get?"})
     assert ask(model, LampRoom(), [Turn("Hello?", "It is dark.")]) == FALLBACK

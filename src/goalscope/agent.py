@@ -253,7 +253,7 @@ class Agent:
             )
             if not (words.asks or complete or results or question or told):
                 if is_question(turns[-1].utterance):
-                    told = (NO_ANSWER,)
+                    told = () if with_answer(self.env, turns, "") else (NO_ANSWER,)
                 elif not (words.exact or refuses(turns[-1].utterance)):
                     told = (NOTHING_DONE,)
             round = Round(
