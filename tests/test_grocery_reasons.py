@@ -142,6 +142,16 @@ def test_labels_choose_among_what_a_term_names() -> None:
     assert [a.target for a in shop().actions(("mozzarella",), vegan)] == ["Vegan Mozzarella Slices"]
 
 
+@pytest.mark.parametrize(
+    "words", ["Please buy it without the eggs.", "Buy it, but take out the eggs first."]
+)
+def test_an_order_to_buy_that_changes_the_basket_is_told_how_to_buy(words: str) -> None:
+    opened, told = talked({"Whole Milk": 1, "Large Eggs": 1}, words)
+    assert opened.basket == {"Whole Milk": 1}
+    assert not opened.bought
+    assert told[0] == 'To have the basket bought, say "Buy the basket".'
+
+
 def test_how_much_a_pack_holds_is_told_as_it_is_added() -> None:
     (action,) = shop().requests(said("Six bottles of beer"))
     assert shop().step(action).observation == "Lager Beer (6 ct) added to the basket."

@@ -20,6 +20,7 @@ from goalscope.envs.grocery.hearing.limits import budget, limits_of_things
 from goalscope.envs.grocery.hearing.orders import (
     adds_it,
     besides_buying,
+    buys_changed,
     has_aim,
     is_order,
     leaves_open,
@@ -247,7 +248,9 @@ class GroceryShop:
         buys, tries = self.is_completion(turns[-1]), tries_to_buy(turns[-1].utterance)
         if not self._basket and (buys or tries):
             told.append("The basket is empty, so nothing is bought.")
-        elif tries and not buys and not (results and adds_it(turns[-1].utterance)):
+        elif buys_changed(turns[-1].utterance) or (
+            tries and not buys and not (results and adds_it(turns[-1].utterance))
+        ):
             told.append(f'To have the basket bought, say "{self.completion_phrase}".')
         above = hearing.budget is not None and self.total > hearing.budget
         if above and (results or buys or budget(turns[-1].utterance) is not None):

@@ -31,6 +31,7 @@ __all__ = [
     "BEYOND",
     "adds_it",
     "besides_buying",
+    "buys_changed",
     "had_too",
     "has_aim",
     "is_order",
@@ -164,6 +165,10 @@ _SO_MANY = re.compile(
     rf"(?: {PACKS}| (?=of)|(?(takes)|(?!)))(?: ?of (?:it|them|those|these|that))?"
     r"(?:[\s,]+(?:please|then|thanks))*[\s.!?]*"
 )
+_BUYS_CHANGED = re.compile(
+    r"(?:(?:ok|okay|yes|now|then|please|so|can you|could you)[ ,]+)*(?:buy|order|pay for) it"
+    r"(?:,? but)? (?:without|except|take out|remove|leave out|add)\b"
+)
 _BUYS = re.compile(r"\b(?:buy|purchase|order|pay|check ?out|take (?:it|them|all|everything))\b")
 
 
@@ -264,6 +269,11 @@ def so_many(utterance: str) -> str:
 def tries_to_buy(utterance: str) -> bool:
     """Whether words, a sentence of them at least, look as if all were to be bought by them."""
     return any(map(_tries, _sentences(utterance)))
+
+
+def buys_changed(utterance: str) -> bool:
+    """Whether words begin with an order to buy, and change the basket: "buy it without eggs"."""
+    return bool(_BUYS_CHANGED.match(evened(utterance)))
 
 
 def besides_buying(utterance: str) -> str:
