@@ -95,6 +95,11 @@ _ASKS = re.compile(
 )
 _POLITE = re.compile(rf"{LEAD}(?:can|could|would|will) you\b")
 
+_REFUSES = re.compile(
+    r"\W*(?:no (?!idea|problem|matter|doubt)\w|never \w|without \w"
+    r"|(?:don't|do not) (?!know|mind|care)\w)"
+)
+
 _PLAIN_YES = (
     rf"(?:{ASSENT}|ok(?:ay)?|al(?:l )?right|y|(?:that|it)(?:'s| is) (?:fine|right|ok(?:ay)?"
     r"|correct|good)|fine by me|i (?:do|confirm|agree)|confirmed|agreed|correct)"
@@ -116,8 +121,7 @@ def declines(text: str) -> bool:
 
 def refuses(text: str) -> bool:
     """Whether `text` begins with a thing or an act that is not wanted: "no pond, please"."""
-    begin = r"\W*(?:no (?!idea|problem|matter|doubt)\w|never \w|without \w"
-    return bool(re.match(rf"{begin}|(?:don't|do not) (?!know|mind|care)\w)", evened(text)))
+    return bool(_REFUSES.match(evened(text)))
 
 
 def is_question(text: str) -> bool:

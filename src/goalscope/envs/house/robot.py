@@ -179,7 +179,7 @@ class HomeRobot:
             for action in possible(view, own, named)
             if not is_refused(view, action, hearing)
             and not (action.name == "put" and action.target in stays)
-            and not (several and not self._brings(action, several, named))
+            and (not several or self._brings(action, several, named))
         ]
 
     def phrase(self, action: Action) -> str:
@@ -354,7 +354,7 @@ class HomeRobot:
         numbered = [name for name in self._view.names.values() if name[-1:].isdigit()]
         exact = [name for name in numbered if re.search(rf"\b{re.escape(name)}\b", about)]
         if named := exact or mentioned(about, self._view.objects):
-            said = re.compile(rf"(?:^|\b)(?:{'|'.join(map(re.escape, named))})(?: \d+)?:")
+            said = re.compile(rf"\b(?:{'|'.join(map(re.escape, named))})(?: \d+)?:")
             changes = [each for each in self._view.changes(self._start) if said.search(each)]
             return f"{'; '.join(changes) or 'I changed nothing about that'}."
         hand, *lines = self.status().replace("\n- ", "; ").splitlines()
