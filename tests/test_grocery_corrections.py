@@ -301,7 +301,7 @@ def test_half_of_what_is_there_is_meant(words: str, basket: dict[str, int]) -> N
 @pytest.mark.parametrize(
     ("first", "said", "basket"),
     [
-        ("two rye bread", "sourdough instead of the rye, and only one", {"Sourdough Loaf": 1}),
+        ("two rye bread", "sourdough instead of the rye, and only one", {"Sourdough Bread": 1}),
         ("two milk", "oat milk instead, just one", {"Oat Milk": 1}),
         ("two milk", "one oat milk instead of it", {"Oat Milk": 1}),
     ],

@@ -143,7 +143,7 @@ def test_nothing_is_guessed_beyond_the_budget_and_what_is_above_it_is_told() -> 
     assert offered
     prices = [item.price or 0 for each in offered if (item := CATALOGUE.get(each.target))]
     assert all(opened.total + price <= 20 for price in prices)
-    assert opened.unmet(turns, []) == []
+    assert opened.unmet(turns, []) == ["From now on all of it may cost $20.00."]
     assert not opened.actions(TERMS, said("My budget is 3 dollars"))
     turns = said(*[turn.utterance for turn in turns], "40 packs of eggs")
     assert not opened.actions(TERMS, turns)
@@ -152,7 +152,8 @@ def test_nothing_is_guessed_beyond_the_budget_and_what_is_above_it_is_told() -> 
     (told,) = opened.unmet(turns, results)
     assert told == f"The basket comes to ${opened.total:,.2f}, above the $20.00 that you named."
     assert opened.unmet([*turns, *said("Thanks")], []) == []
-    assert opened.unmet([*turns, *said("Never mind the budget")], results) == []
+    lifted = opened.unmet([*turns, *said("Never mind the budget")], results)
+    assert lifted == ["From now on it may cost any sum."]
 
 
 @pytest.mark.parametrize(

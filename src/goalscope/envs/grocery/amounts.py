@@ -56,7 +56,7 @@ _MEASURE = f"(?:{'|'.join([*GRAMS, *MILLILITRES])})"
 CONTAINER = (
     r"(?:packages?|packs?|packets?|bags?|boxes|box|bottles?|cans?|tins?|jars?|cartons?|loaves|loaf"
     r"|bunch(?:es)?|blocks?|bars?|tubs?|trays?|heads?|containers?|cases?|rolls?|sticks?|bulbs?"
-    r"|slices?|pieces?|sets?)"
+    r"|slices?|pieces?|sets?|units?)"
 )
 PACKS = "(?:bags?|packs?|packets?|packages?|bottles?|cans?|tins?|boxes|box|cartons?|jars?|tubs?)"
 COUNT = re.compile(
@@ -74,7 +74,8 @@ class Request:
         phrase: What, in the person's words and lower case, such as "brown eggs".
         quantity: How many, at least 1; for "two dozen" it is 24, for "1.5 kg" 1500.
         counted: What the quantity counts: packages ("3 bags of chips"), single pieces ("6
-            bagels"), pieces by the dozen, or a weight or volume.
+            bagels"), pieces by the dozen, a weight or volume, or, for a bare "make it 18", units:
+            what the amount of the same thing counted before.
         change: What becomes of the basket: it holds so many at least, so many more, exactly so
             many, so many fewer, none, as many as of what is replaced, twice what it held, half, or
             the cheapest of its kind.
@@ -85,7 +86,7 @@ class Request:
 
     phrase: str
     quantity: int = 1
-    counted: Literal["packages", "pieces", "dozens", "grams", "millilitres"] = "pieces"
+    counted: Literal["packages", "pieces", "dozens", "grams", "millilitres", "units"] = "pieces"
     change: Literal[
         "at least", "more", "exactly", "fewer", "none", "as many", "double", "half", "cheaper"
     ] = "at least"
@@ -102,7 +103,8 @@ def packages(request: Request, item: Item) -> int:
 def units(request: Request, item: Item) -> int:
     """How many units of `item` the request comes to, at least 1.
 
-    Two dozen eggs are two of a unit "12 ct", six bagels one of "6 ct", and 1.5 kg two of "1 kg".
+    Two dozen eggs are two of a unit "12 ct", six bagels one of "6 ct", ten bananas two of "1 kg,
+    about 7", and 1.5 kg two of "1 kg".
     Where the unit does not say how many pieces it holds, a dozen is taken for one unit, and a
     piece for one unit; so is any weight or volume that the unit cannot be compared with.
     """
@@ -113,10 +115,9 @@ def units(request: Request, item: Item) -> int:
         measures = GRAMS if request.counted == "grams" else MILLILITRES
         one = float(size[1]) * measures.get(size[2], 0) if size else 0
         number = math.ceil(number / one - 0.01) if one else 1
-    elif request.counted != "packages":
-        pieces = re.match(r"(\d+)\s*(?:ct|count|pack|pk|pcs|pieces)\b", unit)
-        if pieces and int(pieces[1]) > 0:
-            number = math.ceil(number / int(pieces[1]))
+    elif request.counted in ("pieces", "dozens"):
+        if pieces := _pieces(item):
+            number = math.ceil(number / pieces)
         elif request.counted == "dozens" and unit != "each":
             number = math.ceil(number / 12)
     return max(number, 1)
@@ -125,9 +126,16 @@ def units(request: Request, item: Item) -> int:
 def by_weight(request: Request, item: Item) -> bool:
     """Whether some pieces, such as "6 apples", come to as many units of a kilogram or more."""
     size = re.match(rf"(\d+(?:\.\d+)?)\s*({_MEASURE})\b", item.unit.lower())
-    heavy = bool(size and float(size[1]) * GRAMS.get(size[2], 0) >= 1000)
+    heavy = bool(size and float(size[1]) * GRAMS.get(size[2], 0) >= 1000) and not _pieces(item)
     counts = request.counted == "pieces" and request.quantity > 1
     return heavy and counts and singulars(request.phrase)[-1:] != words(request.phrase)[-1:]
+
+
+def _pieces(item: Item) -> int:
+    """How many pieces one unit of `item` holds; 0 where it does not say that."""
+    found = re.match(r"(\d+)\s*(?:ct|count|pack|pk|pcs|pieces)\b", item.unit.lower())
+    found = found or re.search(r", about (\d+)$", item.unit.lower())
+    return int(found[1]) if found else 0
 
 
 def number(said: str) -> float:

@@ -15,7 +15,7 @@ from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import called, is_vague
 from goalscope.envs.grocery.hearing.diets import diet, hinted, implied, undieted
 from goalscope.envs.grocery.hearing.requests import Refusal
-from goalscope.envs.grocery.restrictions import violates
+from goalscope.envs.grocery.restrictions import ALLERGIES, violates
 from goalscope.envs.grocery.synonyms import usual
 from goalscope.envs.grocery.words import NO_GOODS, contains, singulars
 from goalscope.envs.speech import LEAD, evened
@@ -265,11 +265,15 @@ class Bounds:
         diets: Restrictions that bind all of it.
         some: Restrictions that only some people follow.
         budget: What it may cost, in the shop's currency; None for any sum.
+        refused: Things that are not wanted.
+        harmful: Those of them that harm somebody.
     """
 
     diets: frozenset[str] = frozenset()
     some: frozenset[str] = frozenset()
     budget: Decimal | None = None
+    refused: tuple[str, ...] = ()
+    harmful: tuple[str, ...] = ()
 
 
 def answered(question: str, shop: Stock, bounds: Bounds = Bounds()) -> str | None:
@@ -293,7 +297,7 @@ def answered(question: str, shop: Stock, bounds: Bounds = Bounds()) -> str | Non
         about = _STOCK.fullmatch(first)
         return _cheapest(term or (next(filter(None, about.groups())) if about else ""), shop)
     if _BOUNDS.fullmatch(text):
-        return _bound(bounds, shop)
+        return _bound(bounds, shop, allergies=bool(re.search("allerg|intoleran", text)))
     if told := _suits(text, shop, bounds):
         return told
     if _TOTAL.fullmatch(text):
@@ -375,9 +379,13 @@ def _left(bounds: Bounds, shop: Stock) -> str:
     return f", which leaves {shop.catalogue.money(left)} of the {named} that you named"
 
 
-def _bound(bounds: Bounds, shop: Stock) -> str:
-    """What the basket has to be, by what was said."""
+def _bound(bounds: Bounds, shop: Stock, *, allergies: bool) -> str:
+    """What the basket has to be, by what was said; of allergies also that none was named."""
     told: list[str] = []
+    if bounds.harmful:
+        told.append(f"Nothing comes in that is called {' or '.join(bounds.harmful)}.")
+    elif allergies and not ALLERGIES & (bounds.diets | bounds.some):
+        told.append("I heard of no allergy.")
     if bounds.diets:
         told.append(f"By what you said it has to be {' and '.join(sorted(bounds.diets))}.")
     if bounds.some:
@@ -386,6 +394,8 @@ def _bound(bounds: Bounds, shop: Stock) -> str:
         )
     if bounds.budget is not None:
         told.append(f"It may cost {shop.catalogue.money(bounds.budget)}.")
+    if left_out := [each for each in bounds.refused if each not in bounds.harmful]:
+        told.append(f"You do not want: {', '.join(left_out)}.")
     return " ".join(told) or "I heard of nothing that it has to be. Please say what it is."
 
 

@@ -12,7 +12,7 @@ from goalscope.envs.grocery.answers import Bounds, answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.changes import changes, dearer, guessed
 from goalscope.envs.grocery.choosing import Choice, called
-from goalscope.envs.grocery.heard import Hearing
+from goalscope.envs.grocery.heard import Hearing, kind_of
 from goalscope.envs.grocery.hearing.consent import consents
 from goalscope.envs.grocery.hearing.diets import undieted, waves_off
 from goalscope.envs.grocery.hearing.hear import hear
@@ -36,7 +36,9 @@ from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.talk import Talk
 from goalscope.envs.grocery.telling import (
     for_some,
+    left_out,
     lifted,
+    limited,
     listed,
     not_met,
     not_there,
@@ -266,6 +268,9 @@ class GroceryShop:
         waved = waves_off(turns[-1].utterance, former)
         harmful = [each for each in hearing.harmful if each not in before_now.harmful]
         told += taken_in(hearing.diets - former, harmful)
+        told += left_out(self._newly_left_out(hearing, before_now, results))
+        if not above:
+            told += limited(hearing.budget, before_now.budget, self.catalogue.money)
         told += still_bound(waved & hearing.diets)
         told += lifted(former - hearing.diets)
         told += for_some(hearing.some - before_now.some)
@@ -298,6 +303,18 @@ class GroceryShop:
             told += filter(None, [not_met(request, item, before, self._basket, price)])
         told = [each for each in told if each]
         return [*told, *self._undone(hearing, turns, results, told)]
+
+    def _newly_left_out(
+        self, hearing: Hearing, before: Hearing, results: Sequence[StepResult]
+    ) -> Iterator[str]:
+        """What is sold and refused, and was not `before`; none of what was there, or made way."""
+        targets = [each.action.target for each in results if each.action.name == "remove item"]
+        gone = [*targets, *(each.phrase for each in hearing.removed)]
+        gone += [old for each in hearing.newest for old in each.replaces]
+        known = {*before.refused, *hearing.harmful}
+        for thing in [each for each in hearing.refused if each not in known]:
+            if self._choice.sells(thing) and not any(kind_of(name, [thing]) for name in gone):
+                yield thing
 
     def _undone(
         self,
@@ -350,7 +367,9 @@ class GroceryShop:
     def answer(self, question: str, turns: Sequence[Turn] = ()) -> str | None:
         """Answer a question about stock, prices, the basket, or what it has to be."""
         hearing = self._heard(turns)
-        bounds = Bounds(hearing.diets, hearing.some - hearing.diets, hearing.budget)
+        refused = tuple(filter(self._choice.sells, hearing.refused))
+        some = hearing.some - hearing.diets
+        bounds = Bounds(hearing.diets, some, hearing.budget, refused, hearing.harmful)
         return answered(self._talk.translated(question), self, bounds)
 
     def is_completion(self, turn: Turn) -> bool:

@@ -98,6 +98,7 @@ plaster, band-aid, band aid, adhesive bandage
 
 _USUAL = """
 bread: white sandwich bread, white bread, whole wheat bread
+rye: rye bread
 rice: white rice, basmati rice
 flour: all-purpose flour
 pasta: egg pasta

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from decimal import Decimal
 
 from goalscope.envs.grocery.amounts import MOST, Request, by_weight, units
 from goalscope.envs.grocery.catalogue import Item
@@ -16,7 +17,9 @@ from goalscope.envs.grocery.words import singulars, words
 
 __all__ = [
     "for_some",
+    "left_out",
     "lifted",
+    "limited",
     "listed",
     "not_met",
     "not_there",
@@ -43,6 +46,22 @@ def taken_in(diets: Iterable[str], harmful: Iterable[str] = ()) -> Iterator[str]
         yield f"From now on it has to be {' and '.join(names)}."
     if things := [*harmful]:
         yield f"From now on nothing comes in that is called {' or '.join(things)}."
+
+
+def left_out(refused: Iterable[str]) -> Iterator[str]:
+    """Which things of the shop are not wanted from now on."""
+    if things := [*refused]:
+        yield f"From now on I add nothing called {' or '.join(things)}, unless you ask for it."
+
+
+def limited(
+    now: Decimal | None, before: Decimal | None, money: Callable[[Decimal], str]
+) -> Iterator[str]:
+    """What all may cost from now on, where that is new; both are sums, or None for any."""
+    if now is not None and now != before:
+        yield f"From now on all of it may cost {money(now)}."
+    elif before is not None and now is None:
+        yield "From now on it may cost any sum."
 
 
 def still_bound(diets: Iterable[str]) -> Iterator[str]:

@@ -77,7 +77,7 @@ CHANGES = [
         (
             rf"^(?:(?:no|sorry|oops|please)[ ,]+)*not {NUMBER},? (?:but )?({NUMBER})"
             r"(?= please|[.!]*$)",
-            rf". add exactly \1 packs of {SAME}",
+            rf". add exactly \1 units of {SAME}",
         ),
         (
             rf"^(?:(?:ok|okay|no|please|actually)[ ,]+)*({NUMBER} ?{UNIT}) of {IT}"
@@ -103,13 +103,18 @@ CHANGES = [
             r"\b(?:change|set|reduce|increase|lower|raise|cut|bring|take|update|bump)"
             r" (?:the )?(?:(?:quantity|number|amount) of (?:the )?)?"
             rf"(?:{NUMBER} )?{_THING} (?:from {NUMBER} )?{_TO}({NUMBER}){END}",
-            r". add exactly \2 packs of \1",
+            r". add exactly \2 units of \1",
         ),
         (
             r"^(?:(?:and|ok|okay|please|no|actually|then)[ ,]+)*(?:the |my )?"
             rf"(?!{NUMBER}\b|{IT}\b|(?:i|we|you|not|from|do|want|need|like|go|add|get|buy|have)\b)"
             rf"([\w'-]+(?: [\w'-]+)?) {_TO}({NUMBER})(?:,? please)?[.!]*$",
-            r". add exactly \2 packs of \1",
+            r". add exactly \2 units of \1",
+        ),
+        (
+            r"\b(?:buy|order|get|take) (?:it|that|this|everything|the lot|the basket|my order)"
+            rf"(?: all| now)?,? (?:but )?(?:without|minus) (?:the|my|our) {_THING}{END}",
+            r". remove \1",
         ),
         (rf"\bmake ({IT}) (?:a )?double{END}", r". double \1"),
         *(
@@ -133,7 +138,7 @@ CHANGES = [
                 (rf"\b(twofold|halved) {it}{END}", rf"\1 {same}"),
                 (
                     rf"\b(?:make|change|set) {it} {_TO}?(?:just |only |exactly )?({NUMBER}){END}",
-                    rf". add exactly \1 packs of {same}",
+                    rf". add exactly \1 units of {same}",
                 ),
                 (rf"\b(remove|delete|drop(?! \w+ off\b)|take) {it}{_ALONE}", rf"\1 {same}"),
                 (rf"\bput {it}(?= back\b(?! (?:how|where|the way|as)\b))", f"put {same}"),
@@ -206,7 +211,7 @@ CHANGES = [
         (
             rf"(?:^(?:(?:ok|okay|yes|no|please|actually|then)[ ,]+)*|, )({NUMBER}) of"
             rf" (?:it|them|those){END}",
-            rf". add exactly \1 packs of {SAME}",
+            rf". add exactly \1 units of {SAME}",
         ),
         (rf"{_BEGIN}(?:(?:and|add|get) )?a (?:second|third) (?=\w+{END})", "1 more "),
         (
@@ -223,18 +228,18 @@ CHANGES = [
             rf"{_BEGIN}(?:(?:that's|that is|it's|those are|they're) )?(?:way |far )?too"
             r" (?:many|much),? (?:(?:just|only|and|so|i|we|need|want|make it|take|get) )*"
             rf"({NUMBER})(?: please)?{END}",
-            rf". add exactly \1 packs of {SAME}",
+            rf". add exactly \1 units of {SAME}",
         ),
         (rf"{_BEGIN}(?:that's |there's |it's )?one too many{END}", rf". remove 1 {SAME}"),
         (rf"{_BEGIN}(?:less|fewer)(?: of (?:it|them|those))?{END}", rf". remove 1 {SAME}"),
         (
             rf"\b(?:only |just )?({NUMBER}) {_THING}"
             rf" (?:(?:is|are|will be|would be|'s) {_DO}|(?:will|would|'ll) do){END}",
-            r". add exactly \1 packs of \2",
+            r". add exactly \1 \2",
         ),
         (
             rf"\b({NUMBER}) (?:is|are|will be|would be|'s) {_DO}{END}",
-            rf". add exactly \1 packs of {SAME}",
+            rf". add exactly \1 units of {SAME}",
         ),
         (
             rf"\bmake {IT} (?:just |only |exactly )?({NUMBER}) dozens?"
@@ -243,7 +248,7 @@ CHANGES = [
         ),
         (
             rf"\bmake {IT} (?:just |only |exactly )?({NUMBER}) {_PACKS}",
-            r". add exactly \1 packs of ",
+            r". add exactly \1 ",
         ),
         (
             rf"\bmake {IT} (?:just |only |exactly )?({NUMBER} ?{UNIT})"
@@ -257,16 +262,16 @@ CHANGES = [
         (rf"\bmake {IT} (?:just |only |exactly )?(?={NUMBER} )", ". add exactly "),
         (
             rf"(?<!\w)({NUMBER}) {_THING} (?:instead of|rather than) (?:the )?{NUMBER}{END}",
-            r"exactly \1 packs of \2",
+            r"exactly \1 \2",
         ),
         (
             rf"(?<!\w)({NUMBER}) {_THING}(?: please| in total)?,? not {NUMBER}{END}",
-            r"exactly \1 packs of \2",
+            r"exactly \1 \2",
         ),
         (
             r"\b(?:(?:i|we) )?(?:don't|do not) (?:want|need)"
             rf" {NUMBER} {_THING},? (?:just|only) ({NUMBER}){END}",
-            r"exactly \2 packs of \1",
+            r"exactly \2 \1",
         ),
         (r"\bi (?:said|meant) (?=exactly )", ""),
         *(
@@ -277,11 +282,11 @@ CHANGES = [
                 f". add exactly {amount}",
             )
             for how, amount in (
-                (rf"({NUMBER}){END}", rf"\1 packs of {SAME}"),
+                (rf"({NUMBER}){END}", rf"\1 units of {SAME}"),
                 (rf"(?={NUMBER} (?!things?\b)\w)", ""),
             )
         ),
-        (rf"\bmake the {_THING} ({NUMBER}){END}", r". add exactly \2 packs of \1"),
+        (rf"\bmake the {_THING} ({NUMBER}){END}", r". add exactly \2 units of \1"),
         (rf"{_BEGIN}(?:and |add |get |i'd like )*(?:another|an extra)(?: one)?{END}", "1 more"),
         (rf"\b({NUMBER}) more(?: of {IT})?{END}", rf"\1 more {SAME}"),
         (rf"\b(?:want|like|need) {_THING} (?:removed|taken out|gone){END}", r". remove \1"),
@@ -304,7 +309,7 @@ CHANGES = [
             r"^(?:(?:no|yes|ok|okay|sure|actually|sorry|wait|oops)[ ,.!]+)+"
             r"(?!(?:an?|of|and|half)\b)"
             rf"({NUMBER})(?= please|[.!]*$)",
-            rf". add exactly \1 packs of {SAME}",
+            rf". add exactly \1 units of {SAME}",
         ),
         (
             r"\b(remove|delete|drop|take(?: out)?) the (?:very )?last (?:thing|item|one|product)"
@@ -313,7 +318,7 @@ CHANGES = [
         ),
         (
             rf"^\W*(?:(?:no|please|actually|sorry|ok|okay) )*(?:only|just) ({NUMBER}){END}",
-            rf". add exactly \1 packs of {SAME}",
+            rf". add exactly \1 units of {SAME}",
         ),
         (
             rf"^\W*(?:(?:make {IT}|just|only) )*({NUMBER}) dozens?{END}",
@@ -424,7 +429,7 @@ CHANGES = [
             rf"(\d{{1,4}}(?:\.\d{{1,3}})?) ?({UNIT})\)?{END}",
             r"\2 \3 \1",
         ),
-        (r"\badd exactly 0 packs of ", "remove "),
+        (r"\badd exactly 0 (?:packs|units) of ", "remove "),
         (r"\b(?:scratch|strike|ditch|lose) (?=(?:the|my|our|those|these|both)\b)", "remove "),
     )
 ]

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from decimal import Decimal
 from functools import lru_cache
+from typing import Literal
 
 from goalscope.envs.grocery.amounts import Request
 from goalscope.envs.grocery.heard import Hearing, kind_of
@@ -344,6 +345,8 @@ class _Listener:
         there.
         """
         asked = singulars(request.phrase)
+        if request.counted == "units" or (request.change, request.counted) == ("exactly", "pieces"):
+            request = replace(request, counted=self.counts(request))
         for phrase, other in self.asked.items():
             replaces = tuple(old for old in other.replaces if singulars(old) != asked)
             self.asked[phrase] = replace(other, replaces=replaces)
@@ -363,6 +366,21 @@ class _Listener:
             for thing in [each for each in words if contains(asked, singulars(each))]:
                 if thing not in self.harmful:
                     del words[thing]
+
+    def counts(self, request: Request) -> Literal["packages", "pieces"]:
+        """What the number of a request counts that changes an earlier one.
+
+        That is what the number before did; after "a dozen", from 6 on, pieces. Where there was
+        none, "make it 3" counts packages, and "make it 3 bagels" pieces.
+        """
+        asked, bare = singulars(request.phrase), request.counted == "units"
+        before = [r for r in self.asked.values() if contains(asked, singulars(r.phrase))]
+        if any(each.counted == "packages" for each in before):
+            return "packages"
+        several = any(each.counted == "pieces" and each.quantity > 1 for each in before)
+        dozens = any(each.counted == "dozens" for each in before)
+        pieces = several or (request.quantity >= 6 if dozens else not bare)
+        return "pieces" if pieces else "packages"
 
     def cheaper(self, request: Request) -> Request:
         """The request for what its last word says, in the place of what was asked for before."""

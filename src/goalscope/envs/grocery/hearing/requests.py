@@ -70,6 +70,7 @@ _SPEAKING = re.compile(
 )
 _NUMBER = re.compile(rf"\d|\b(?:{WORD}|dozens?)\b")
 _SINGLE = re.compile(r"(?:cans?|bottles?|tins?)\b")
+_BARE = re.compile(r"units?\b")
 """Containers of which a unit of the shop may hold several, such as a pack of six cans."""
 _COUNTED = 12
 """Words that a number and what it counts come to at most."""
@@ -491,7 +492,10 @@ def _request(chunk: str) -> Request | None:
         elif match["dozen"] or match["alone"]:
             quantity, counted = quantity * 12, "dozens"
         elif match["container"]:
-            counted = "pieces" if _SINGLE.match(match["container"]) else "packages"
+            single, bare = map(
+                bool, (_SINGLE.match(match["container"]), _BARE.match(match["container"]))
+            )
+            counted = "pieces" if single else "units" if bare else "packages"
         chunk = _TAIL.sub("", _SMALL.sub("", chunk[match.end() :])).strip(" ,")
     is_thing = chunk and not chunk.isdigit() and chunk not in _NO_THING and len(chunk.split()) <= 5
     if not is_thing or not quantity or _SPEAKING.search(chunk) or _OCCASION.fullmatch(chunk):

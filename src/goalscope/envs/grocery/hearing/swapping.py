@@ -128,8 +128,9 @@ def swapped(text: str, spoken: Callable[[], Sequence[str]], sells: Callable[[str
             return f"{found['lead']}{one}"
     if found := _SUCH_BEHIND.fullmatch(evened(text).strip()):
         kind, such = found.groups()
-        known = sells(kind) and (is_diet(such) or re.fullmatch(QUALITY, such))
-        if known and sells(whole := f"{such.replace(' free', '-free')} {kind}"):
+        known = is_diet(such) or re.fullmatch(QUALITY, such) or not sells(such)
+        whole = f"{such.replace(' free', '-free')} {kind}"
+        if known and sells(kind) and sells(whole):
             return f"swap the {kind} for {whole}"
     if (found := _KIND_AHEAD.fullmatch(evened(text).strip())) and not sells(found[2]):
         kind, such = found.groups()
@@ -159,6 +160,11 @@ def swapped(text: str, spoken: Callable[[], Sequence[str]], sells: Callable[[str
         name = _AMOUNT.sub("", one)
         last, kind = spoken(), singulars(name)[-1:]
         alike = any(singulars(old)[-1:] == kind for old in last)
+        kinds = {old: f"{name} {old.split()[-1]}" for old in last}
+        sorts = [old for old in last if name == one and not sells(name) and sells(kinds[old])]
+        whole = len(last) == 1 and sells(f"{name} {last[0]}")
+        if len(sorts) == 1 and not (whole or is_diet(name)):
+            return f"{kinds[sorts[0]]} instead of {sorts[0]}"
         if is_diet(name) or (found[2] and len(last) != 1 and not alike):
             return text
         such = len(last) == 1 and name == one and not alike and sells(f"{name} {last[0]}")
