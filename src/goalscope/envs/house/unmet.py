@@ -38,6 +38,7 @@ def unmet(
     """
     done = [result.action for result in results if result.ok]
     touched = {name for action in done for name in (action.target, action.destination)}
+    cleaned = {action.target for action in done if action.name != "put"}
     left = [
         request
         for request in hearing.newest
@@ -94,7 +95,10 @@ def unmet(
             yield f"I cannot {request.verb} {the(name)}."
         elif request.verb == "put" and not request.destination_types:
             yield f"I do not know where to put {_listed([request])}."
-        elif (so := met(view, request, start)) and touched.isdisjoint(map(view.names.get, so)):
+        elif (so := met(view, request, start)) and (
+            (request.verb == "clean" and cleaned.isdisjoint(map(view.names.get, so)))
+            or touched.isdisjoint(map(view.names.get, so))
+        ):
             back = request.destination_types == (HOME,)
             if not (back and hearing.undone and done):
                 several = back and len(so) > 1
