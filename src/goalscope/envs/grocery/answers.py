@@ -83,6 +83,13 @@ _TOTAL = re.compile(
     r" (?:(?:the|my|our) (?:budget|limit)|[$\u20ac\u00a3]?\d[\d.,]*(?: ?[a-z\u20ac\u00a3]+)?)"
     r"(?: (?:in total|altogether|so far|now|all))*)"
 )
+_IF_WITHOUT = re.compile(
+    rf"{LEAD}(?:how much|what) (?:is|would|will|does)"
+    r" (?:it|that|this|everything|the total|the rest)"
+    r"(?: all)?(?: be| cost| come to)? (?:without|minus|less) (?:the |my |any )?(?P<what>.+)"
+)
+_APART = re.compile(r",? (?:apart from|except(?: for)?|besides|other than|but) (?:the |my )?(.+)$")
+_INSTEAD = re.compile(r" (?:instead of|rather than|in place of) .+$")
 _PRICE = re.compile(
     rf"{LEAD}(?:how much (?:is|are|does|do|would|will|for) {_THE}(.+?)(?: cost| be)?"
     rf"|what (?:does|do) {_THE}(.+?) cost|what(?:'s| is) the (?:price|cost) (?:of|for) {_THE}(.+?))"
@@ -123,8 +130,9 @@ _SAFE = re.compile(
     r" (?:safe|ok(?:ay)?|suitable|fine|good|alright) (?:for|with) (.+)"
 )
 _WHO = (
-    r"(?:me|us|him|her|them|you|i|we|he|she|they|everyone|everybody|all of us|the (?:guests|kids)"
-    r"|(?:my|our) [\w-]+(?: [\w-]+)?)"
+    r"(?:(?:me|us|him|her|them|you|i|we|he|she|they|everyone|everybody|all of us"
+    r"|the (?:guests?|kids?|child|children|boy|girl)|(?:some|any)(?:one|body)"
+    r"|(?:my|our) [\w-]+(?: [\w-]+)?)(?: with (?:the|an|that|his|her) (?:[\w-]+ )?allergy)?)"
 )
 _FOR_WHOM = re.compile(
     rf"{LEAD}(?:is|are|would)(?! there\b) {_THE}(?P<term>.+?)(?: be)?"
@@ -185,9 +193,9 @@ _HELD_ALL = re.compile(
 """Stands for all that the basket holds."""
 _SUITS = re.compile(rf"{LEAD}(?:is|are)(?! there\b) {_THE}(.+)")
 _CHEAPEST = re.compile(
-    rf"{LEAD}(?:(?:which|what)(?: one| of (?:them|those|these))?(?:'s| is| are) (?:the|your)"
+    rf"{LEAD}(?:(?:which|what)(?: one)?(?: of (?:them|those|these))?(?:'s| is| are)(?: the| your)?"
     r" (?:cheapest|least expensive)(?: ones?\b)?(?: (?:of )?(?:the )?(.+?))??"
-    r"|(?:which|what) (.+?) (?:is|are) (?:the )?(?:cheapest|least expensive)"
+    r"|(?:which|what) (?!one\b|of\b)(.+?) (?:is|are) (?:the )?(?:cheapest|least expensive)"
     rf"|(?:is|are) there (?:any |a |an |some )?cheaper (.+?)"
     r"|do you have (?:any |a |an |some )?cheaper (.+?)"
     r"|(?:is there|do you have) (?:anything|something) cheaper"
@@ -276,9 +284,18 @@ class Bounds:
     harmful: tuple[str, ...] = ()
 
 
-def answered(question: str, shop: Stock, bounds: Bounds = Bounds()) -> str | None:
-    """The answer to `question`, or None where it is no question about stock or basket."""
+def answered(question: str, shop: Stock, bounds: Bounds = Bounds(), before: str = "") -> str | None:
+    """The answer to `question`, or None where it is no question about stock or basket.
+
+    Args:
+        question: What is asked.
+        shop: What it is answered from.
+        bounds: What the basket has to be.
+        before: What was asked before, of which "those" may be.
+    """
     text = evened(question)[:300].rstrip(" ?!.")
+    if (match := _IF_WITHOUT.fullmatch(text)) and (told := _without(match["what"], shop)):
+        return told
     if _BASKET.fullmatch(text):
         return shop.status()
     if _HELP.fullmatch(text):
@@ -294,7 +311,7 @@ def answered(question: str, shop: Stock, bounds: Bounds = Bounds()) -> str | Non
         return told
     if match := _CHEAPEST.fullmatch(last):
         term = next(filter(None, match.groups()), "")
-        about = _STOCK.fullmatch(first)
+        about = _STOCK.fullmatch(first or evened(before)[:300].rstrip(" ?!."))
         return _cheapest(term or (next(filter(None, about.groups())) if about else ""), shop)
     if _BOUNDS.fullmatch(text):
         return _bound(bounds, shop, allergies=bool(re.search("allerg|intoleran", text)))
@@ -308,7 +325,7 @@ def answered(question: str, shop: Stock, bounds: Bounds = Bounds()) -> str | Non
         return told
     if match := _PRICE.fullmatch(text):
         return _offered(next(filter(None, match.groups())), shop)
-    if (match := _STOCK.fullmatch(text)) and not _NOT_STOCK.search(text):
+    if (match := _STOCK.fullmatch(_INSTEAD.sub("", text))) and not _NOT_STOCK.search(text):
         return _offered(next(filter(None, match.groups())), shop)
     return None
 
@@ -367,6 +384,14 @@ def _extreme(end: str, shop: Stock) -> str | None:
         return None
     price, _, name = min(priced) if end in ("cheapest", "least expensive") else max(priced)
     return f"In the basket the {end} is {name}, {shop.catalogue.money(price)}."
+
+
+def _without(term: str, shop: Stock) -> str:
+    """The total without what the basket holds by that name; "" where it holds no such thing."""
+    held = [item for name in shop.basket if (item := shop.catalogue.get(name))]
+    out = [item for item in called(term, held) if item.price is not None]
+    rest = shop.total - sum((i.price or 0) * shop.basket[i.name] for i in out)
+    return f"Without {_names(out)} the total is {shop.catalogue.money(rest)}." if out else ""
 
 
 def _left(bounds: Bounds, shop: Stock) -> str:
@@ -428,6 +453,9 @@ def _suits(text: str, shop: Stock, bounds: Bounds) -> str | None:
     if what:
         diets = sorted(hinted(what) | diet(what) | implied(what, Refusal.HARMED))
     held = [item for name in shop.basket if (item := shop.catalogue.get(name))]
+    if found := _APART.search(term):
+        spared = called(found[1], held)
+        held, term = [item for item in held if item not in spared], term[: found.start()]
     term = re.sub(r"^of (?:the |your |my )?", "", term)
     if _HELD_ALL.fullmatch(term):
         items, several = held, True

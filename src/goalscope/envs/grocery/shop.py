@@ -272,7 +272,7 @@ class GroceryShop:
         if not above:
             told += limited(hearing.budget, before_now.budget, self.catalogue.money)
         told += still_bound(waved & hearing.diets)
-        told += lifted(former - hearing.diets)
+        told += lifted(former - hearing.diets - hearing.some)
         told += for_some(hearing.some - before_now.some)
         aisles = self.catalogue.labelled
         told += unlabelled(stated, [item for item, _ in self._contents()], aisles)
@@ -370,7 +370,8 @@ class GroceryShop:
         refused = tuple(filter(self._choice.sells, hearing.refused))
         some = hearing.some - hearing.diets
         bounds = Bounds(hearing.diets, some, hearing.budget, refused, hearing.harmful)
-        return answered(self._talk.translated(question), self, bounds)
+        before = self._talk.translated(turns[-2].utterance) if turns[1:] else ""
+        return answered(self._talk.translated(question), self, bounds, before)
 
     def is_completion(self, turn: Turn) -> bool:
         """Whether the person orders the purchase of the basket here and now.

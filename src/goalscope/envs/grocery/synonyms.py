@@ -99,6 +99,7 @@ plaster, band-aid, band aid, adhesive bandage
 _USUAL = """
 bread: white sandwich bread, white bread, whole wheat bread
 rye: rye bread
+coriander: fresh cilantro, ground coriander
 rice: white rice, basmati rice
 flour: all-purpose flour
 pasta: egg pasta

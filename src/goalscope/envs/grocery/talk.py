@@ -12,6 +12,7 @@ from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import Choice, called, is_vague
 from goalscope.envs.grocery.heard import Hearing
 from goalscope.envs.grocery.hearing.diets import diet, hinted
+from goalscope.envs.grocery.hearing.following import standing_alone
 from goalscope.envs.grocery.hearing.hear import hear
 from goalscope.envs.grocery.hearing.orders import adds_it, had_too, so_many
 from goalscope.envs.grocery.hearing.swapping import swapped
@@ -63,7 +64,8 @@ class Talk:
             for phrase in hearing.spared
             if self._choice.meant(phrase, hearing, basket) or called(phrase, held)
         )
-        return replace(hearing, wanted=wanted, spared=spared).keeping(kept)
+        stay = (*hearing.kept, *kept)
+        return replace(hearing, wanted=wanted, spared=spared, kept=stay).keeping(kept)
 
     def _in_words_of_the_shop(self, turns: tuple[Turn, ...]) -> list[str]:
         stands = [
@@ -73,22 +75,23 @@ class Talk:
         said = [_HALF_DOZEN.sub(self._packed, self.translated(each)) for each in stands]
         for i, turn in enumerate(turns):
             last = partial(self._named_last, said[:i])
+            before = partial(hear, said[:i], self._names)
+            said[i] = standing_alone(said[i], before, last, self._choice.sells)
             said[i] = swapped(said[i], last, self._choice.sells)
             if has := had_too(said[i], said[i - 1] if i else ""):
                 said[i] = f"I already have {has}"
-            many = so_many(stands[i])
-            if many or adds_it(stands[i]):
+            first, rest = _first(stands[i])
+            many = so_many(first)
+            if many or adds_it(first):
                 asked = takewhile(lambda text: text.rstrip().endswith("?"), reversed(said[:i]))
                 things = ((self._search.mentioned(text), text) for text in (*asked, turn.query))
-                before = hear(said[:i], self._names)
                 found = (
-                    self._named(each[0], text, before) for each, text in things if len(each) == 1
+                    self._named(each[0], text, before()) for each, text in things if len(each) == 1
                 )
                 if thing := next(found, ""):
-                    instead = (
-                        f"{thing} instead" if stands[i].rstrip(" .!").endswith("instead") else ""
-                    )
-                    said[i] = swapped(instead, last, self._choice.sells) or f"Add {many}{thing}"
+                    instead = f"{thing} instead" if first.rstrip(" .!").endswith("instead") else ""
+                    one = swapped(instead, last, self._choice.sells) or f"Add {many}{thing}"
+                    said[i] = f"{one}. {self.translated(rest)}" if rest else one
         return said
 
     def _packed(self, match: re.Match[str]) -> str:
@@ -114,3 +117,10 @@ class Talk:
         wants_cheapest = re.search(r"\bcheapest\b", said)
         item = self._choice.cheaper(None, name, hearing) if wants_cheapest else None
         return item.name if item else name
+
+
+def _first(utterance: str) -> tuple[str, str]:
+    """The first sentence where it orders no more than "a pack of that", and the rest."""
+    first, end, rest = utterance.partition(". ")
+    alone = end and (so_many(first) or adds_it(first))
+    return (first, rest) if alone else (utterance, "")

@@ -141,6 +141,7 @@ CHANGES = [
                     rf". add exactly \1 units of {same}",
                 ),
                 (rf"\b(remove|delete|drop(?! \w+ off\b)|take) {it}{_ALONE}", rf"\1 {same}"),
+                (rf"\bleave {it} out\b", f"remove {same}"),
                 (rf"\bput {it}(?= back\b(?! (?:how|where|the way|as)\b))", f"put {same}"),
             )
         ),

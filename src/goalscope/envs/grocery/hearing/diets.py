@@ -140,6 +140,11 @@ _REST = re.compile(
     r"|eats? (?!no\b|only\b|vegan|vegetarian)|likes? |loves? |can )"
 )
 """Behind a diet that others do not follow: vegan, "the others eat meat"."""
+_NOT_I = re.compile(r"\bi(?:'m| am) not (?:an? )?$")
+_BUT_OTHERS = re.compile(
+    r" (?:myself|personally)\b|,? (?:though|but (?:she|he|they|(?:my|our) \w+))\b"
+)
+"""Around a diet of others: "I'm not" vegan "myself"."""
 _COMING = re.compile(
     rf"s?(?: {_PERSON}s?)?(?: (?:coming|over|round|among us|with us|too|as well)\b|[.!]|$)"
 )
@@ -282,7 +287,8 @@ def of_some(utterance: str) -> frozenset[str]:
                 some = stated and _SOME.search(before[: stated.end("subject")])
                 after = sentence[match.end() :]
                 guest = _GUEST.search(before) and _COMING.match(after)
-                if some or guest or _is_of_one(before, after):
+                not_i = _NOT_I.search(before) and _BUT_OTHERS.match(after)
+                if some or guest or not_i or _is_of_one(before, after):
                     found.add(name)
     return frozenset(found)
 

@@ -190,7 +190,7 @@ class _Listener:
             for phrase in filter(None, map(self.gone, stay)):
                 self.ask_for(Request(phrase), newest=newest)
                 self.named.append(phrase)
-            if unasked(clause) or (why and _UNWANTED.search(clause.text)):
+            if unasked(clause, named=bool(self.removed)) or (why and _UNWANTED.search(clause.text)):
                 self.unasked = True
                 continue
             if self.unasked and _THOSE.fullmatch(clause.text):

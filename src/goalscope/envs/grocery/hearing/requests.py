@@ -208,8 +208,9 @@ _CLEARS = re.compile(
     rf"|which is not)|{_UNASKED_FOR})"
 )
 _UNASKED = re.compile(
-    rf"\b(?:i|we|nobody|no one) {_ASKED_NOT} (?:any of |most of |half of |all |all of )?"
-    r"(?:it|this|that|these|those|them)(?: things?| stuff| items?)?(?=[.,;!?]|$)"
+    rf"\b(?:i|we|nobody|no one) {_ASKED_NOT} (?:(?:any of |most of |half of |all |all of )"
+    r"(?:it|this|that|these|those|them)|(?P<those>it|this|that|these|those|them))"
+    r"(?: things?| stuff| items?)?(?=[.,;!?]|$)"
     r"|\b(?:i|we) (?:only|just) (?:asked for|ordered|requested)\b"
     rf"|\b(?:take|throw|put) (?:everything|anything|whatever|what|all|(?:all )?(?:the|those|these)"
     rf" (?:things|items|stuff|rest))(?: (?:out|away|back|off){_UNASKED_FOR}"
@@ -380,9 +381,14 @@ def clears(said: Said) -> bool:
     return said.mood is Mood.ORDER and bool(_CLEARS.search(said.text))
 
 
-def unasked(said: Said) -> bool:
-    """Whether the person wants nothing in the basket but what they asked for."""
-    return said.mood is Mood.ORDER and bool(_UNASKED.search(said.text))
+def unasked(said: Said, *, named: bool = False) -> bool:
+    """Whether the person wants nothing in the basket but what they asked for.
+
+    "I didn't ask for those" is of all that was guessed, unless what is to go was `named`.
+    """
+    found = _UNASKED.finditer(said.text) if said.mood is Mood.ORDER else ()
+    named = named or bool(removed(said))
+    return any(not (named and each["those"]) for each in found)
 
 
 def _refusals(said: Said) -> Iterator[re.Match[str]]:

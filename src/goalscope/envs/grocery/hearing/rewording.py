@@ -25,7 +25,7 @@ ASKING = re.compile(
     r"|(?:'d| would)(?: also| really| just| rather)*"
     r" (?:like|love|prefer|need|want|take|require|fancy))(?: to (?:get|buy|have"
     r"|order|add|include|use))?"
-    r"|(?:i|we|you|he|she)(?:'d| would|'ll| will)(?: also| just| rather)* have"
+    r"|(?:i|we|you|he|she)(?:'d| would|'ll| will)(?: also| just| rather| better)* have"
     r"|looking for|(?:i'm|we're) after|could (?:do with|use)|in the mood for"
     r"|(?:can|could|may|might) (?:i|we|you)(?: also| please| just)*"
     r" (?:(?:get|find|order|buy)(?: me| us)?|have|add|include|put in|throw in|do|give (?:me|us))"

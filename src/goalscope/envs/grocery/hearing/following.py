@@ -1,0 +1,81 @@
+"""What words mean by what was said before them, said so that they stand alone."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+
+from goalscope.envs.grocery.heard import Hearing
+from goalscope.envs.grocery.words import singulars
+from goalscope.envs.speech import evened
+
+__all__ = ["standing_alone"]
+
+_OH = r"(?:(?:no|yes|ok|okay|oh|hmm|well|actually|sorry|please|then|and|so)[ ,.!]+)*"
+_END = r"(?:,? (?:please|then|instead|thanks))*[.!?]*"
+_RATHER = re.compile(
+    rf"{_OH}(?:i|we)(?:'d| would) (?:rather|prefer to) (?:have|get|take|buy)"
+    rf" (?:the |an? |some )?([a-z' -]+?){_END}"
+)
+_FOR_SUCH = re.compile(
+    rf"{_OH}(?:(?:can|could) (?:you|we) )?(?:swap|change|exchange|replace|switch) (?:it|that|this)"
+    rf" (?:for|with|to|by) (?:the|an?) ([a-z'-]+(?: [a-z'-]+)?) one{_END}"
+)
+_AND_THE = re.compile(
+    r"(?:and|also|oh and)[ ,]+(?:also )?(the |all the |those )(?!\w+ (?:one|is|are)\b)"
+)
+_LIKE = re.compile(
+    r"\b(?:an? |some )?[a-z]+, (?:something|anything|maybe something) like (?:an? |some )?"
+    rf"([a-z]+(?: [a-z]+)?)(?={_END}$)",
+    re.IGNORECASE,
+)
+
+
+_HAVE_IT = re.compile(
+    r"\b(?:i|we)(?:'ve| have)?(?: already| still)* (?:have|got)"
+    r" (?:(?:enough|some|plenty of|the|our) )?([a-z]+(?: [a-z]+)?)"
+    r"(?: (?:at home|left|already|here))*,? (?:so|and)"
+    r"(?: (?:you|we) can| please| just)* (?:leave|take|remove|drop) (?:it|that|them|those)"
+    r"(?: out| away| off| back)?(?=[.,;!?]|$)",
+    re.IGNORECASE,
+)
+
+
+def standing_alone(
+    text: str,
+    before: Callable[[], Hearing],
+    last: Callable[[], Sequence[str]],
+    sells: Callable[[str], bool],
+) -> str:
+    """`text`, so that it says the same to who did not hear what was said before.
+
+    "I'd rather have the red wine" takes the place of the white wine that was asked for; behind what
+    is to be taken out, "and the eggs" are to be, too; and of cake and plates that were spoken of,
+    "the chocolate one" is a cake.
+
+    Args:
+        text: What was said.
+        before: Gives what all words before come to.
+        last: Gives the things that were spoken of last.
+        sells: Whether there are things of a name.
+    """
+    said = evened(text).strip()
+    if (found := _RATHER.fullmatch(said)) and sells(found[1]):
+        asked = [each.phrase for each in before().wanted]
+        alike = [each for each in asked if _head(each) == _head(found[1]) and each != found[1]]
+        return f"{found[1]} instead of {alike[0]}" if len(alike) == 1 else text
+    if found := _FOR_SUCH.fullmatch(said):
+        for spoken in (last(), [each.phrase for each in before().wanted]):
+            olds = [each for each in spoken if sells(f"{found[1]} {_head(each)}")]
+            olds = [each for each in olds if found[1] not in each]
+            if len(olds) == 1:
+                return f"{found[1]} {_head(olds[0])} instead of {olds[0]}"
+    if (found := _AND_THE.match(said)) and before().removed and not before().newest:
+        rest = re.sub(r"([.;] )and (?=the )", r"\1take out ", said[found.start(1) :])
+        return text if re.search(r"\bplease\b", rest) else f"take out {rest}"
+    text = _HAVE_IT.sub(lambda have: f"remove the {have[1]}" if sells(have[1]) else have[0], text)
+    return _LIKE.sub(lambda like: like[1] if sells(like[1]) else like[0], text)
+
+
+def _head(phrase: str) -> str:
+    return " ".join(singulars(phrase)[-1:])

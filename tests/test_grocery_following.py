@@ -1,0 +1,81 @@
+"""What people say in ordinary talk, which means what it does by what was said before."""
+
+from __future__ import annotations
+
+import pytest
+
+from goalscope.types import Turn
+from shops import shop, talked
+
+HELD = {"Party Hats": 1, "Large Eggs": 1, "Edible Gold Glitter": 1, "Orange Juice": 1}
+
+
+@pytest.mark.parametrize(
+    ("basket", "utterances", "after"),
+    [
+        (HELD, ["Take out the glitter and the eggs, I didn't ask for those."],
+         {"Party Hats": 1, "Orange Juice": 1}),
+        (HELD, ["Remove the hats. I never asked for them!"],
+         {"Large Eggs": 1, "Edible Gold Glitter": 1, "Orange Juice": 1}),
+        (HELD, ["I didn't ask for those."], {}),
+        (HELD, ["We'd better have three bottles of the orange juice."],
+         {**HELD, "Orange Juice": 3}),
+        (HELD, ["Take out the eggs", "And the hats and the glitter. And the orange juice."], {}),
+        (HELD, ["Take out the eggs", "And the milk please"],
+         {"Party Hats": 1, "Edible Gold Glitter": 1, "Orange Juice": 1, "Whole Milk": 1}),
+        ({}, ["a cake", "I'd rather have the chocolate fudge cake."], {"Chocolate Fudge Cake": 1}),
+        ({}, ["a cake", "I'd rather have pizza."],
+         {"Vanilla Sponge Cake": 1, "Frozen Margherita Pizza": 1}),
+        ({"Carrot Cake": 1},
+         ["a cake", "Two packs of plates. Is there a chocolate cake instead of the carrot cake?",
+          "Yes, swap it for the chocolate one."],
+         {"Paper Plates": 2, "Chocolate Fudge Cake": 1}),
+        ({"Brown Rice": 1, "Pizza Sauce": 1},
+         ["I already have rice at home so you can leave that out."], {"Pizza Sauce": 1}),
+        ({"Fresh Cilantro": 1, "Garlic": 1}, ["no coriander, it tastes like soap to her"],
+         {"Garlic": 1}),
+        ({"Merlot Red Wine": 1},
+         ["How much is the parmesan?", "Ok, a pack of that. And make it two bottles of wine."],
+         {"Merlot Red Wine": 2, "Parmigiano Reggiano": 1}),
+        ({}, ["Could I get a dessert, something like tiramisu?"], {"Tiramisu": 1}),
+    ],
+)  # fmt: skip
+def test_it_is_understood_as_people_mean_it(
+    basket: dict[str, int], utterances: list[str], after: dict[str, int]
+) -> None:
+    assert talked(basket, *utterances)[0].basket == after
+
+
+def test_a_diet_of_others_still_binds_what_is_guessed() -> None:
+    opened, notes = talked({}, "She's vegan.", "And a bit of yoghurt for me, I'm not vegan myself.")
+    assert opened.basket == {"Plain Yogurt": 1}
+    assert [each.startswith("As only some are vegan, only what I guess") for each in notes] == [
+        True
+    ]
+
+
+def test_what_was_to_make_way_for_nothing_was_asked_for_still() -> None:
+    held = {"Large Eggs": 1, "Paper Plates": 1}
+    said = ["some plates", "swap them for purple plates", "Take out all that I didn't ask for"]
+    assert talked(held, *said)[0].basket == {"Paper Plates": 1}
+
+
+@pytest.mark.parametrize(
+    ("said", "question", "told"),
+    [
+        ("She's vegan", "Is everything vegan apart from the yoghurt?",
+         "Listed as vegan: Garam Masala. I know"),
+        ("", "How much would it be without the yoghurt?",
+         "Without Plain Yogurt the total is $2.19."),
+        ("", "Is there a chocolate cake instead of the carrot cake?",
+         "The shop has Chocolate Fudge"),
+        ("What kinds of ricotta do you have?", "Which one of those is cheapest?",
+         "The cheapest is Ricotta Cheese"),
+        ("One of the kids is allergic to peanuts.",
+         "Is the yoghurt safe for the kid with the allergy?", "I cannot tell whether this is nut-"),
+    ],
+)  # fmt: skip
+def test_what_is_asked_is_answered(said: str, question: str, told: str) -> None:
+    opened = shop({"Plain Yogurt": 1, "Garam Masala": 1})
+    answer = opened.answer(question, [Turn("", said), Turn("", question)])
+    assert (answer or "").startswith(told)
