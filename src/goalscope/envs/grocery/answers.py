@@ -4,33 +4,30 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from decimal import Decimal
 from itertools import takewhile
-from typing import Protocol
 
 from goalscope.envs.grocery.amounts import CONTAINER
-from goalscope.envs.grocery.catalogue import Catalogue, Item
+from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.choosing import called, is_vague
-from goalscope.envs.grocery.hearing.diets import diet, hinted, implied, undieted
-from goalscope.envs.grocery.hearing.requests import Refusal
-from goalscope.envs.grocery.restrictions import ALLERGIES, violates
-from goalscope.envs.grocery.synonyms import usual
+from goalscope.envs.grocery.restrictions import ALLERGIES
+from goalscope.envs.grocery.suiting import (
+    DEPTH,
+    IN_BASKET,
+    IN_THIS,
+    THE,
+    Bounds,
+    Stock,
+    names,
+    suits,
+)
 from goalscope.envs.grocery.words import NO_GOODS, contains, singulars
 from goalscope.envs.speech import LEAD, evened
 from goalscope.types import counted
 
-__all__ = ["Bounds", "Stock", "answered"]
+__all__ = ["answered"]
 
 _NAMED = 5
 """Items that an answer names at most."""
-
-_LISTED = 8
-"""Items of one kind that an answer about labels names at most."""
-
-_BY_LABEL = ("halal", "organic")
-"""What only a label tells: without one, a thing may be so or not."""
 
 _NEAR = 0.52
 """Cosine from which on what is found is told to be near."""
@@ -38,20 +35,14 @@ _NEAR = 0.52
 _AISLES_NAMED = 30
 """Aisles that an answer names at most."""
 
-_DEPTH = 100
-"""Items among which a thing, or the cheapest, is looked for."""
-
 _LETTERS = 4
 """Letters from which on two words begin alike."""
 
-_THE = r"(?:the |a |an |any |some |one |your |that |this )?"
-_IN_BASKET = r"(?:in|into) (?:the|my|our) (?:basket|cart)"
-_IN_THIS = r"(?:in |of )?(?:the|my|our|this|that|there|here|it)(?: (?:basket|cart|order))?"
 
 _BASKET = re.compile(
     rf"{LEAD}(?:what(?:'s| is| do (?:i|we|you) have| have (?:i|we|you) got| have you added"
     r"| did you (?:add|put))"
-    rf"(?: now| currently| so far)? {_IN_BASKET}"
+    rf"(?: now| currently| so far)? {IN_BASKET}"
     r"(?!.*\b(?:guess|that|which|with|without|contain))[^.;!?]*"
     rf"|{LEAD}what (?:do (?:i|we) have|have (?:i|we) got)(?: (?:now|currently|so far|already))*"
     rf"|{LEAD}what (?:did|have) (?:you|i|we)(?: already| just)?"
@@ -88,25 +79,24 @@ _IF_WITHOUT = re.compile(
     r" (?:it|that|this|everything|the total|the rest)"
     r"(?: all)?(?: be| cost| come to)? (?:without|minus|less) (?:the |my |any )?(?P<what>.+)"
 )
-_APART = re.compile(r",? (?:apart from|except(?: for)?|besides|other than|but) (?:the |my )?(.+)$")
 _INSTEAD = re.compile(r" (?:instead of|rather than|in place of) .+$")
 _PRICE = re.compile(
-    rf"{LEAD}(?:how much (?:is|are|does|do|would|will|for) {_THE}(.+?)(?: cost| be)?"
-    rf"|what (?:does|do) {_THE}(.+?) cost|what(?:'s| is) the (?:price|cost) (?:of|for) {_THE}(.+?))"
+    rf"{LEAD}(?:how much (?:is|are|does|do|would|will|for) {THE}(.+?)(?: cost| be)?"
+    rf"|what (?:does|do) {THE}(.+?) cost|what(?:'s| is) the (?:price|cost) (?:of|for) {THE}(.+?))"
 )
 _HELD = re.compile(
-    rf"{LEAD}(?:is|are) (?:there )?{_THE}(.+?) (?:already )?{_IN_BASKET}(?: now| already| yet)?"
-    rf"|{LEAD}does (?:the|my) (?:basket|cart) (?:hold|have|contain|include) {_THE}(.+?)"
+    rf"{LEAD}(?:is|are) (?:there )?{THE}(.+?) (?:already )?{IN_BASKET}(?: now| already| yet)?"
+    rf"|{LEAD}does (?:the|my) (?:basket|cart) (?:hold|have|contain|include) {THE}(.+?)"
     r"(?: now| already| yet)?"
 )
 _YOU_GOT = r"(?:did|have) you (?:add|get|got|pick|choose|chosen|take|taken|order)(?:ed)?"
 _GOT = re.compile(
     rf"{LEAD}(?:(?:do|did) (?:i|we) (?:already )?(?:have|get|order)|have (?:i|we)(?: already)?"
-    rf" (?:got|ordered)|(?:did you|have you)(?: already)? (?:add|put|added)) {_THE}(?P<one>.+?)"
-    rf"(?: (?:now|already|yet|so far|{_IN_BASKET}))*"
+    rf" (?:got|ordered)|(?:did you|have you)(?: already)? (?:add|put|added)) {THE}(?P<one>.+?)"
+    rf"(?: (?:now|already|yet|so far|{IN_BASKET}))*"
     rf"|{LEAD}how (?:many|much) (?:{CONTAINER} of )?(?P<many>.+?) (?:(?:do|did|have) (?:i|we)"
-    rf"(?: (?:have|get|got|order|ordered))?|{_YOU_GOT}|(?:is|are) (?:there )?{_IN_BASKET})"
-    rf"(?: (?:now|already|yet|so far|{_IN_BASKET}))*"
+    rf"(?: (?:have|get|got|order|ordered))?|{_YOU_GOT}|(?:is|are) (?:there )?{IN_BASKET})"
+    rf"(?: (?:now|already|yet|so far|{IN_BASKET}))*"
     rf"|{LEAD}(?:which|what)(?: (?:kind|sort|type) of)? (?P<kind>.+?) (?:(?:is|are)"
     rf" (?:it|that|they|those|these)|{_YOU_GOT})"
 )
@@ -125,28 +115,6 @@ _AISLES = re.compile(
     r" (?:do you have|are there|do you sell|is there)"
     r"|(?:can you )?(?:show|list|name)(?: me)? (?:the|your|all(?: the)?) (?:aisles|categories))"
 )
-_SAFE = re.compile(
-    rf"{LEAD}(?:is|are|would)(?! there\b) {_THE}(.+?)(?: be)?"
-    r" (?:safe|ok(?:ay)?|suitable|fine|good|alright) (?:for|with) (.+)"
-)
-_WHO = (
-    r"(?:(?:me|us|him|her|them|you|i|we|he|she|they|everyone|everybody|all of us"
-    r"|the (?:guests?|kids?|child|children|boy|girl)|(?:some|any)(?:one|body)"
-    r"|(?:my|our) [\w-]+(?: [\w-]+)?)(?: with (?:the|an|that|his|her) (?:[\w-]+ )?allergy)?)"
-)
-_FOR_WHOM = re.compile(
-    rf"{LEAD}(?:is|are|would)(?! there\b) {_THE}(?P<term>.+?)(?: be)?"
-    rf" (?:safe|ok(?:ay)?|suitable|fine|alright)(?: to eat)? for {_WHO}"
-    rf"|{LEAD}(?:can|could|may) {_WHO} eat {_THE}(?P<eaten>.+)"
-)
-"""Whether a thing is for somebody whose diet was told."""
-_NOT_FOR = re.compile(
-    rf"{LEAD}(?:what|which (?:things?|items?|products?))(?: is| are)?(?: there)?"
-    rf"(?: {_IN_THIS})?(?: that)? (?:{_WHO} (?:can't|cannot|mustn't|shouldn't|can not)"
-    rf"|(?:can't|cannot|mustn't|shouldn't) {_WHO}|(?:can|may|must|should) {_WHO} not)"
-    rf" (?:eat|have)(?: {_IN_THIS})?"
-)
-"""What of the basket somebody must not eat."""
 _RULES = (
     r"(?:allerg(?:y|ies)|diets?|(?:dietary )?(?:restrictions?|needs|preferences)|intolerances?)"
 )
@@ -162,36 +130,6 @@ _BOUNDS = re.compile(
     r"|(?:my|our) [\w-]+) (?:can't|can not|cannot|couldn't) (?:eat|have)"
 )
 """Asks which restrictions were heard."""
-_FREE = re.compile(
-    rf"{LEAD}(?:is|are|would)(?! there\b) {_THE}(.+?)(?: be)? (?:free (?:of|from)|without) (.+)"
-    rf"|{LEAD}(?:does|do) {_THE}(.+?) (?:contain|have|include) (?:any |some )?(.+?)"
-    r"(?: in (?:it|them))?"
-)
-_HAS = re.compile(
-    rf"{LEAD}(?:(?:is|are) there (?:any |some )?|any )(.+?) in {_THE}"
-    r"(?!(?:basket|cart|shop|store|it|them|here|there)\b)(.+)"
-)
-_WITH = (
-    r"(?:with|containing|(?:that|which) (?:(?:could|may|might|can|would) )?(?:contains?|has|have))"
-    r" (?:any |some )?"
-)
-_ANY_WITH = re.compile(
-    rf"{LEAD}(?:is|are) there (?:anything|something|any (?:things|items|products)) {_WITH}(.+?)"
-    rf" {_IN_THIS}|{LEAD}what(?:'s| is)(?: there)? {_IN_BASKET} {_WITH}(.+)"
-)
-_WHICH = re.compile(
-    rf"{LEAD}(?:which|what)(?: of)? {_THE}(?P<term>(?:one|thing|item|product)?s?\b.*?)"
-    r"(?: do you (?:have|sell) that)? (?:(?:is|are|would be)"
-    r"(?P<how> (?:suitable|safe|ok(?:ay)?|good) for| free (?:of|from))? "
-    r"|(?:(?:does|do)(?:n't| not) )?(?:contains?|has|have) )(?:any |some |no )?(?P<what>.+)"
-)
-_HELD_ALL = re.compile(
-    r"(?:(?:any|every)(?:thing)?|all|it all|which|these|those|them|ones?|things?|items?|products?"
-    r"|basket|cart)?"
-    rf"(?: ?(?:of )?(?:it|this|that|these|those|them)\b)?(?: ?{_IN_THIS})?"
-)
-"""Stands for all that the basket holds."""
-_SUITS = re.compile(rf"{LEAD}(?:is|are)(?! there\b) {_THE}(.+)")
 _CHEAPEST = re.compile(
     rf"{LEAD}(?:(?:which|what)(?: one)?(?: of (?:them|those|these))?(?:'s| is| are)(?: the| your)?"
     r" (?:cheapest|least expensive)(?: ones?\b)?(?: (?:of )?(?:the )?(.+?))??"
@@ -205,15 +143,15 @@ _CHEAPEST = re.compile(
 _DEAREST = re.compile(
     rf"{LEAD}(?:which|what)(?: one| of (?:them|those|these))?(?:'s| is| are| was) (?:the|your|my)"
     r" (?P<end>(?:cheapest|least expensive)(?= \w)|most expensive|dearest|priciest|costliest)"
-    rf"(?: (?:things?|items?|products?|ones?(?= in )))?(?: {_IN_THIS})?"
+    rf"(?: (?:things?|items?|products?|ones?(?= in )))?(?: {IN_THIS})?"
 )
 """Asks for what is dearest or cheapest in the basket."""
 _STOCK = re.compile(
     rf"{LEAD}(?:(?:what|which)(?: (?:kinds?|sorts?|types?|brands?|varieties) of)? (.+?) "
     r"(?:do|have|can|are) (?:you|there)(?: (?:have|got|sell|offer|carry|stock|recommend"
     r"|guys have))*"
-    rf"|(?:do|can) you (?:(?:also |even |still )?(?:have|sell|carry|stock|offer)) {_THE}(.+?)"
-    rf"|have you(?: got)? {_THE}(.+?)|(?:is|are) there {_THE}(.+?)"
+    rf"|(?:do|can) you (?:(?:also |even |still )?(?:have|sell|carry|stock|offer)) {THE}(.+?)"
+    rf"|have you(?: got)? {THE}(.+?)|(?:is|are) there {THE}(.+?)"
     rf"|(?:got )?any (?!{NO_GOODS}\b"
     r"|[^.;!?]* in (?:the|my|it|them|this|that|here|there)\b)([^.;!?]+)"
     r"|what do you have (?:in|for|by way of|in the way of) (.+?))"
@@ -229,62 +167,7 @@ _NOT_STOCK = re.compile(
 """Ends a question about what things hold or come in, which names and prices do not tell."""
 
 
-class Stock(Protocol):
-    """What the answers are read from."""
-
-    @property
-    def catalogue(self) -> Catalogue:
-        """What is sold."""
-        ...
-
-    @property
-    def basket(self) -> dict[str, int]:
-        """Item name to quantity."""
-        ...
-
-    @property
-    def total(self) -> Decimal:
-        """Price of the basket."""
-        ...
-
-    @property
-    def completion_phrase(self) -> str:
-        """What a person says to have the basket bought."""
-        ...
-
-    def nearness(self, text: str) -> float:
-        """Cosine of `text` and the item nearest to it in meaning."""
-        ...
-
-    def status(self) -> str:
-        """The basket, for people."""
-        ...
-
-    def search(self, text: str, limit: int) -> list[Item]:
-        """The items nearest in meaning to `text`."""
-        ...
-
-
-@dataclass(frozen=True, slots=True)
-class Bounds:
-    """What a person said that their basket has to be.
-
-    Attributes:
-        diets: Restrictions that bind all of it.
-        some: Restrictions that only some people follow.
-        budget: What it may cost, in the shop's currency; None for any sum.
-        refused: Things that are not wanted.
-        harmful: Those of them that harm somebody.
-    """
-
-    diets: frozenset[str] = frozenset()
-    some: frozenset[str] = frozenset()
-    budget: Decimal | None = None
-    refused: tuple[str, ...] = ()
-    harmful: tuple[str, ...] = ()
-
-
-def answered(question: str, shop: Stock, bounds: Bounds = Bounds(), before: str = "") -> str | None:
+def answered(question: str, shop: Stock, bounds: Bounds, before: str = "") -> str | None:
     """The answer to `question`, or None where it is no question about stock or basket.
 
     Args:
@@ -315,7 +198,7 @@ def answered(question: str, shop: Stock, bounds: Bounds = Bounds(), before: str 
         return _cheapest(term or (next(filter(None, about.groups())) if about else ""), shop)
     if _BOUNDS.fullmatch(text):
         return _bound(bounds, shop, allergies=bool(re.search("allerg|intoleran", text)))
-    if told := _suits(text, shop, bounds):
+    if told := suits(text, shop, bounds):
         return told
     if _TOTAL.fullmatch(text):
         return f"The total is {shop.catalogue.money(shop.total)}{_left(bounds, shop)}."
@@ -367,7 +250,7 @@ def _aisles(shop: Stock) -> str:
 def _cheapest(term: str, shop: Stock) -> str | None:
     if not singulars(term):
         return 'Please say of what, as in "Which is the cheapest milk?".'
-    near = shop.search(term, _DEPTH)
+    near = shop.search(term, DEPTH)
     found = called(term, near) or called(singulars(term)[-1], near)
     priced = [(item.price, item.id, item.name) for item in found if item.price is not None]
     if not priced:
@@ -391,7 +274,7 @@ def _without(term: str, shop: Stock) -> str:
     held = [item for name in shop.basket if (item := shop.catalogue.get(name))]
     out = [item for item in called(term, held) if item.price is not None]
     rest = shop.total - sum((i.price or 0) * shop.basket[i.name] for i in out)
-    return f"Without {_names(out)} the total is {shop.catalogue.money(rest)}." if out else ""
+    return f"Without {names(out)} the total is {shop.catalogue.money(rest)}." if out else ""
 
 
 def _left(bounds: Bounds, shop: Stock) -> str:
@@ -424,85 +307,10 @@ def _bound(bounds: Bounds, shop: Stock, *, allergies: bool) -> str:
     return " ".join(told) or "I heard of nothing that it has to be. Please say what it is."
 
 
-def _suits(text: str, shop: Stock, bounds: Bounds) -> str | None:
-    """Whether a thing suits a diet, as far as names and tags tell; None where nobody asks it."""
-    if re.search(r"[.?!;] ", text):  # more is said than that
-        return None
-    several = bool(re.match(rf"{LEAD}(?:(?:is|are|do|does) (?:there )?any|which|what)", text))
-    diets = sorted(bounds.diets | bounds.some)
-    if diets and ((match := _FOR_WHOM.fullmatch(text)) or _NOT_FOR.fullmatch(text)):
-        term, what = (match["term"] or match["eaten"]) if match else "everything", ""
-    elif (match := _SAFE.fullmatch(text)) and hinted(text) | diet(text):
-        term, what = match.groups()
-    elif match := _FREE.fullmatch(text):
-        term, what = (each for each in match.groups() if each)
-    elif match := _ANY_WITH.fullmatch(text):
-        term, what = "anything", match[1] or match[2]
-    elif match := _HAS.fullmatch(text):
-        what, term = match.groups()
-        if _HELD_ALL.fullmatch(term) and not implied(what, Refusal.DROPPED):
-            return None
-    elif match := _WHICH.fullmatch(text):
-        term, what = match["term"], match["what"]
-        if (match["how"] or "").endswith("for") and not hinted(text) | diet(text):
-            return None
-    elif (match := _SUITS.fullmatch(text)) and hinted(text):
-        term, what = undieted(match[1]), match[1]
-    else:
-        return None
-    if what:
-        diets = sorted(hinted(what) | diet(what) | implied(what, Refusal.HARMED))
-    held = [item for name in shop.basket if (item := shop.catalogue.get(name))]
-    if found := _APART.search(term):
-        spared = called(found[1], held)
-        held, term = [item for item in held if item not in spared], term[: found.start()]
-    term = re.sub(r"^of (?:the |your |my )?", "", term)
-    if _HELD_ALL.fullmatch(term):
-        items, several = held, True
-    else:
-        near = shop.search(term, _DEPTH)
-        items = (
-            _all_called(term, near) if several else (called(term, held) or called(term, near))[:1]
-        )
-    return _labelled(items, diets, every=several) if items and (diets or not several) else None
-
-
-def _all_called(term: str, items: Sequence[Item]) -> list[Item]:
-    """What of `items` a term names; none where it may mean others, too, as chocolate does bars."""
-    found = called(term, items)
-    others = (item for name in usual(term) for item in called(name, items))
-    return found if set(found).issuperset(others) else []
-
-
-def _labelled(items: Sequence[Item], diets: Iterable[str], *, every: bool) -> str:
-    """Which of the items are labelled for diets; of one alone, or where not of `every`, the worst.
-
-    Nothing is said to be safe: names and labels do not tell it.
-    """
-    told: list[str] = []
-    for name in diets:
-        against = [item for item in items if violates(item, name)]
-        unsure = [item for item in items if name not in item.tags and item not in against]
-        listed = [item for item in items if name in item.tags]
-        groups = {
-            f"Listed as {name}": listed,
-            f"I cannot tell whether {'these are' if unsure[1:] else 'this is'} {name}": unsure,
-            f"Not {'labelled as ' if every and name in _BY_LABEL else ''}{name}": against,
-        }
-        found = [(how, group) for how, group in groups.items() if group]
-        told += [f"{how}: {_names(group)}." for how, group in (found if every else found[-1:])]
-    return " ".join([*told, "I know only names and categories, so please read the label."])
-
-
-def _names(items: Sequence[Item]) -> str:
-    more = f", and {len(items) - _LISTED} more" if len(items) > _LISTED else ""
-    return f"{', '.join(item.name for item in items[:_LISTED])}{more}"
-
-
 def _got(match: re.Match[str], shop: Stock) -> str | None:
     """What of a thing the basket holds; None where the shop has nothing of that name."""
     term = next(filter(None, match.groups()))
-    if is_vague(term) or not called(term, shop.search(term, _DEPTH)):
+    if is_vague(term) or not called(term, shop.search(term, DEPTH)):
         return None
     told = _held(term, shop)
     if match["kind"] and told.startswith("No"):

@@ -8,7 +8,7 @@ from decimal import Decimal
 
 from goalscope import envs
 from goalscope.envs.grocery.amounts import MOST, Request, packages
-from goalscope.envs.grocery.answers import Bounds, answered
+from goalscope.envs.grocery.answers import answered
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.changes import changes, dearer, guessed
 from goalscope.envs.grocery.choosing import Choice, called
@@ -33,6 +33,7 @@ from goalscope.envs.grocery.hearing.undoing import ALLERGY, calling_notes, harm,
 from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.profiles import checks_met
 from goalscope.envs.grocery.search import Search
+from goalscope.envs.grocery.suiting import Bounds
 from goalscope.envs.grocery.talk import Talk
 from goalscope.envs.grocery.telling import (
     for_some,
