@@ -100,7 +100,7 @@ _PATTERNS = (
     rf"(?:many |big )?(?:thanks|thank you|cheers|thx){_REST}",
     rf"(?:good|great|fine|perfect|nice|lovely|wonderful|excellent|awesome|cool|super|brilliant"
     rf"|amazing|well done|well){_REST}",
-    r"(?:hi|hello|hey|good (?:morning|afternoon|evening|day)|nice to meet you)"
+    r"(?:hi|hello|hey|(?:good )?(?:morning|afternoon|evening)|good day|nice to meet you)"
     r"(?: (?:there|robot|again))?",
     r"have a (?:nice|good|great|lovely) \w+|you're welcome|who are you|what's your name",
     _LEAVE,

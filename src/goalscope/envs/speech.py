@@ -74,7 +74,11 @@ _EVENED = [
             r"|okay|right),? (?:my )?(?:dear|love|darling)\b",
             r"\1",
         ),
-        (r"^(?:good (?:morning|afternoon|evening|day)|hello|hey|hi)(?: there)?[.!]+ (?=\w)", ""),
+        (
+            r"^(?:(?:good )?(?:morning|afternoon|evening)|good day|hello|hey|hi)(?: there)?[.!]+"
+            r" (?=\w)",
+            "",
+        ),
         (r"[ ,]+(?=[.;!?]|$)", ""),
     )
 ]

@@ -76,7 +76,7 @@ class Talk:
         for i, turn in enumerate(turns):
             last = partial(self._named_last, said[:i])
             before = partial(hear, said[:i], self._names)
-            said[i] = standing_alone(said[i], before, last, self._choice.sells)
+            said[i] = self.translated(standing_alone(said[i], before, last, self._sells))
             said[i] = swapped(said[i], last, self._choice.sells)
             if has := had_too(said[i], said[i - 1] if i else ""):
                 said[i] = f"I already have {has}"
@@ -93,6 +93,9 @@ class Talk:
                     one = swapped(instead, last, self._choice.sells) or f"Add {many}{thing}"
                     said[i] = f"{one}. {self.translated(rest)}" if rest else one
         return said
+
+    def _sells(self, name: str) -> bool:
+        return self._choice.sells(self.translated(name))
 
     def _packed(self, match: re.Match[str]) -> str:
         """The one thing that comes by the half dozen; or the words as they are."""

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Sequence
 
 from goalscope.envs.grocery.heard import Hearing
+from goalscope.envs.grocery.hearing.phrases import SAME_ONE
 from goalscope.envs.grocery.words import singulars
 from goalscope.envs.speech import evened
 
@@ -31,6 +32,21 @@ _LIKE = re.compile(
 )
 
 
+_PREFERS = re.compile(
+    rf"{_OH}(?:i|we)(?:(?:'d| would) (?:rather|prefer)(?: to)?(?: have| get| take)?| prefer)"
+    rf" (?:the |an? |some )?([a-z-]+(?: [a-z-]+)?){_END}"
+)
+_IF_THERE = re.compile(
+    r"(?P<some>\b(?:an? |some )?)(?P<kind>[a-z]+)(?P<too>(?: as well| too| please)?),"
+    r" (?P<sort>[a-z-]+(?: [a-z-]+)?)(?: ones?)? if (?:you(?: have|'ve got) (?:it|any|some|them)"
+    r"|possible|available|there is (?:any|some|one))(?=[.,;!?]|$)",
+    re.IGNORECASE,
+)
+_NOT_THE_OTHER = re.compile(
+    r"\b(?P<new>[a-z-]+(?: [a-z-]+)? (?P<kind>[a-z]+) (?:instead of|rather than) )(?:the )?"
+    r"(?P<old>[a-z-]+) one\b",
+    re.IGNORECASE,
+)
 _HAVE_IT = re.compile(
     r"\b(?:i|we)(?:'ve| have)?(?: already| still)* (?:have|got)"
     r" (?:(?:enough|some|plenty of|the|our) )?([a-z]+(?: [a-z]+)?)"
@@ -73,6 +89,19 @@ def standing_alone(
     if (found := _AND_THE.match(said)) and before().removed and not before().newest:
         rest = re.sub(r"([.;] )and (?=the )", r"\1take out ", said[found.start(1) :])
         return text if re.search(r"\bplease\b", rest) else f"take out {rest}"
+    if (found := _PREFERS.fullmatch(said)) and not sells(found[1]):
+        kinds = {_head(each) for each in last() if sells(f"{found[1]} {_head(each)}")}
+        return f"{found[1]} {kinds.pop()} instead of {SAME_ONE}" if len(kinds) == 1 else text
+
+    def of_kind(found: re.Match[str]) -> str:
+        whole = f"{found['sort']} {found['kind']}"
+        return f"{found['some']}{whole}{found['too']}" if sells(whole) else found[0]
+
+    def of_both(found: re.Match[str]) -> str:
+        old = f"{found['old']} {found['kind']}"
+        return f"{found['new']}{old}" if sells(old) else found[0]
+
+    text = _NOT_THE_OTHER.sub(of_both, _IF_THERE.sub(of_kind, text))
     text = _HAVE_IT.sub(lambda have: f"remove the {have[1]}" if sells(have[1]) else have[0], text)
     return _LIKE.sub(lambda like: like[1] if sells(like[1]) else like[0], text)
 
