@@ -9,6 +9,7 @@ from itertools import takewhile
 from goalscope.envs.grocery.amounts import CONTAINER
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.choosing import called, is_vague
+from goalscope.envs.grocery.hearing.limits import budget
 from goalscope.envs.grocery.restrictions import ALLERGIES
 from goalscope.envs.grocery.suiting import (
     DEPTH,
@@ -79,9 +80,11 @@ _IF_WITHOUT = re.compile(
     r" (?:it|that|this|everything|the total|the rest)"
     r"(?: all)?(?: be| cost| come to)? (?:without|minus|less) (?:the |my |any )?(?P<what>.+)"
 )
+_AND_BUDGET = re.compile(r",? (?:and|but) (?:what|how|am i|is (?:it|that))\b[^.;!?]*\bbudget$")
+"""Behind a question for the total, whose answer tells of the budget, too."""
 _INSTEAD = re.compile(r" (?:instead of|rather than|in place of) .+$")
 _PRICE = re.compile(
-    rf"{LEAD}(?:how much (?:is|are|does|do|would|will|for) {THE}(.+?)(?: cost| be)?"
+    rf"{LEAD}(?:how much (?:is|are|does|do|would|will|for) {THE}([^,;]+?)(?: cost| be)?"
     rf"|what (?:does|do) {THE}(.+?) cost|what(?:'s| is) the (?:price|cost) (?:of|for) {THE}(.+?))"
 )
 _HELD = re.compile(
@@ -176,7 +179,9 @@ def answered(question: str, shop: Stock, bounds: Bounds, before: str = "") -> st
         bounds: What the basket has to be.
         before: What was asked before, of which "those" may be.
     """
-    text = evened(question)[:300].rstrip(" ?!.")
+    text = _AND_BUDGET.sub("", evened(question)[:300].rstrip(" ?!."))
+    stated, _, rest = text.partition(", ")
+    text = rest if rest and budget(stated) is not None else text
     if (match := _IF_WITHOUT.fullmatch(text)) and (told := _without(match["what"], shop)):
         return told
     if _BASKET.fullmatch(text):
