@@ -486,3 +486,25 @@ def test_of_several_things_to_be_brought_it_is_only_guessed_where_they_go() -> N
     assert "cup" not in {each.destination for each in offers}
     later = turns("bring me the wine and the cup", "A bit of lettuce would be nice.")
     assert "lettuce" in {each.target for each in robot.actions(["lettuce"], later)}
+
+
+@pytest.mark.parametrize(
+    "amends",
+    [
+        "No, better on the counter.",
+        "On second thought, on the counter.",
+        "Better on the counter.",
+        "Hmm, the counter instead.",
+        "Or rather on the counter.",
+    ],
+)
+def test_a_better_place_takes_the_place_of_the_one_before(amends: str) -> None:
+    bowl = ({"bowl: now on counter 1"}, [], "")
+    assert told("Kitchen1", "Put the bowl on the dining table.", amends) == bowl
+    apple = f"Put the apple in the sink. {amends}"
+    assert told("Kitchen1", apple) == (set(), ["The apple is on counter 2 already."], "")
+
+
+def test_who_is_coming_is_no_thing_to_look_for() -> None:
+    said = "Put the knife in the drawer, the kids are coming."
+    assert told("Kitchen1", said)[1] == told("Kitchen1", "Put the knife in the drawer")[1]

@@ -54,6 +54,13 @@ _WHICH = (
 _POINTING = {*" ".join((*v.INTO, *_NEAR, *v.NUMBERS, *_WHICH)).split()}
 """Words that tell, beside names, which thing or place is meant."""
 
+_AMENDS = re.compile(
+    r"(?:^|(?<=[.!?;] )|(?<=, ))(?:(?:no|hmm+|oh|actually|but|or)[ ,]+)*"
+    r"(?:on second thoughts?|(?:or )?rather|(?:maybe |or )?better(?: yet)?|hmm+)[ ,]+"
+    r"(?=(?:in|on|onto|into) (?:the|my|top)\b|the [a-z]+(?: [a-z]+)? instead\b)",
+    re.IGNORECASE,
+)
+"""Before another place, as "no" may be."""
 _NOT_THAT = re.compile(
     r"(?<=[.!?;])\s+(?=(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)*not\b)"
     r"|(?<=[.,!?;])\s+(?=(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)+(?:i meant? )?the one\b)"
@@ -139,7 +146,8 @@ class _Listener(Misses):
         self.queried = asked
         text = self.replied(turn)
         said = lowered(text)
-        text = self.keep_asking(reworded(kept(text.replace("\u2019", "'"))))
+        text = _AMENDS.sub("No, ", kept(text.replace("\u2019", "'")))
+        text = self.keep_asking(reworded(text))
         called_back = bool(said) and not text
         self.exact = called_back or is_exact(text, self.count, repeats=bool(self.order.verb))
         rest, before = besides_guesses(evened(text)), [*self.wanted]

@@ -112,6 +112,12 @@ _REWORDED = [
             "",
         ),
         (r",? (?:would|could|can|will) you(?: please)?\?$", " please"),
+        (
+            r", (?:the|my|our) (?:guests?|kids?|children|baby|neighbou?rs?|parents?|friends?|family)"
+            r"(?: (?:is|are|will be)|'s|'re) (?:[a-z]+ )?(?:coming|asleep|sleeping|here|home|hungry"
+            r"|back|visiting|arriving|around|over)\b[^,.;!?]*",
+            "",
+        ),
         (r"\btake (?:your time|care|a (?:seat|break|look))\b", ""),
         (
             r"\bput (?:it all|them all|all (?:of )?(?:it|them|that|this|those|the things)|all)"
