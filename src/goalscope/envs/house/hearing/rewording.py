@@ -113,7 +113,7 @@ _REWORDED = [
         ),
         (r",? (?:would|could|can|will) you(?: please)?\?$", " please"),
         (
-            r", (?:the|my|our) (?:guests?|kids?|children|baby|neighbou?rs?|parents?|friends?|family)"
+            r", (?:the|my|our) (?:guests?|kids?|children|baby|neighbou?rs?|parents?|friends?)"
             r"(?: (?:is|are|will be)|'s|'re) (?:[a-z]+ )?(?:coming|asleep|sleeping|here|home|hungry"
             r"|back|visiting|arriving|around|over)\b[^,.;!?]*",
             "",
