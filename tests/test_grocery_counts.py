@@ -70,7 +70,7 @@ def test_what_binds_from_now_on_is_told(utterances: list[str], told: str) -> Non
         ("I'm vegan", "I heard of no allergy. By what you said it has to be vegan."),
         ("I'm allergic to kiwi", "Nothing comes in that is called kiwi."),
         ("I'm allergic to nuts", "By what you said it has to be nut-free."),
-        ("No mushrooms", "I heard of no allergy. You do not want: mushrooms."),
+        ("No mushrooms", "You do not want: mushrooms."),
     ],
 )
 def test_it_says_which_allergies_it_knows_of(said: str, known: str) -> None:

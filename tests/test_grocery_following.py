@@ -37,6 +37,11 @@ HELD = {"Party Hats": 1, "Large Eggs": 1, "Edible Gold Glitter": 1, "Orange Juic
         ({"Merlot Red Wine": 1},
          ["How much is the parmesan?", "Ok, a pack of that. And make it two bottles of wine."],
          {"Merlot Red Wine": 2, "Parmigiano Reggiano": 1}),
+        (HELD, ["I don't think we need hats or glitter for tacos."],
+         {"Large Eggs": 1, "Orange Juice": 1}),
+        (HELD, ["I don't think we'll need any eggs"],
+         {"Party Hats": 1, "Edible Gold Glitter": 1, "Orange Juice": 1}),
+        (HELD, ["I don't think we have enough eggs"], HELD),
         ({}, ["Morning! I need milk"], {"Whole Milk": 1}),
         ({}, ["milk and bread", "Is the bread whole grain?", "I'd prefer wholemeal."],
          {"Whole Milk": 1, "Whole Wheat Bread": 1}),
@@ -54,12 +59,68 @@ def test_it_is_understood_as_people_mean_it(
     assert talked(basket, *utterances)[0].basket == after
 
 
+@pytest.mark.parametrize(
+    ("basket", "utterances", "after"),
+    [
+        ({}, ["bread", "I'd prefer gluten-free", "add pasta"],
+         {"Gluten-Free White Bread": 1, "Chickpea Pasta": 1}),
+        ({}, ["ice cream", "I'd prefer dairy-free"], {"Dairy-Free Vanilla Ice Cream": 1}),
+        ({"Whole Milk": 1}, ["take out the milk, maybe something like oat milk"], {}),
+        ({"Whole Milk": 1}, ["remove the milk, oat if you have it"], {}),
+        (HELD, ["Don't order it without the eggs"], HELD),
+        (HELD, ["We don't want to order it without the hats"], HELD),
+        (HELD, ["milk please", "Take out the rest, I didn't ask for it"], {"Whole Milk": 1}),
+        (HELD, ["Remove the hats and everything else. I didn't ask for that"], {}),
+        (HELD, ["Take those out, I didn't ask for them"], {}),
+        ({"Large Eggs": 1}, ["Take out the eggs", "and the brown eggs instead"],
+         {"Brown Eggs": 1}),
+        ({"Large Eggs": 1}, ["Take out the eggs", "And the oat milk for my coffee"],
+         {"Oat Milk": 1}),
+        ({"Large Eggs": 1, "Bananas": 1}, ["Take out the eggs", "and the rest stays"],
+         {"Bananas": 1}),
+        ({"Bananas": 3}, ["make it 2 bananas"], {"Bananas": 2}),
+        ({"Large Eggs": 2}, ["make it 3 eggs"], {"Large Eggs": 3}),
+        ({"Lemons": 3}, ["2 lemons, not 3"], {"Lemons": 2}),
+        ({}, ["Add cookies, I want to leave them out for santa"], {"Shortbread Cookies": 1}),
+        ({"Brown Rice": 1}, ["I have rice, and please leave it"], {"Brown Rice": 1}),
+        ({}, ["chips, chocolate if you have it"],
+         {"Salted Potato Chips": 1, "Milk Chocolate Bar": 1}),
+        ({}, ["fish fingers", "I'd rather have fish"],
+         {"Frozen Breaded Fish Fingers": 1, "Cod Fillets": 1}),
+    ],
+)  # fmt: skip
+def test_it_is_not_understood_as_more_than_that(
+    basket: dict[str, int], utterances: list[str], after: dict[str, int]
+) -> None:
+    assert talked(basket, *utterances)[0].basket == after
+
+
+@pytest.mark.parametrize(
+    ("said", "bound"),
+    [
+        ("No meat, anything like salami", ["From now on it has to be vegetarian."]),
+        ("No nuts, anything like almonds", ["From now on it has to be nut-free."]),
+        ("no meat, something like tofu", ["From now on it has to be vegetarian."]),
+        ("I'm not a vegan personally", []),
+    ],
+)
+def test_what_is_refused_stays_refused(said: str, bound: list[str]) -> None:
+    opened, notes = talked({}, said)
+    assert (opened.basket, notes) == ({}, bound)
+
+
 def test_a_diet_of_others_still_binds_what_is_guessed() -> None:
     opened, notes = talked({}, "She's vegan.", "And a bit of yoghurt for me, I'm not vegan myself.")
     assert opened.basket == {"Plain Yogurt": 1}
     assert [each.startswith("As only some are vegan, only what I guess") for each in notes] == [
         True
     ]
+
+
+def test_what_is_not_needed_must_be_named() -> None:
+    opened, notes = talked(HELD, "Remove anything we don't need for pancakes.")
+    assert opened.basket == HELD
+    assert notes == ["It is not clear which thing you mean. Please name it."]
 
 
 def test_what_was_to_make_way_for_nothing_was_asked_for_still() -> None:

@@ -68,6 +68,12 @@ _EVENED = [
         ),
         (r",? (?:i (?:guess|think|suppose|believe)|i'd say)(?=[ ,]*(?:[.;!?]|$))", ""),
         (r"\b(?:as well as|along with|together with)\b", "and"),
+        (
+            r"\b(?:i|we) (?:don't|do not) (?:really )?(?:think|believe|suppose|guess)(?: that)?"
+            r" (i|we|you|they)(?:'ll|'d| will| would)? (?:(?:still|even|really|actually|all) )*"
+            r"(?=(?:need|want|like|eat|drink|use)\b)",
+            r"\1 don't ",
+        ),
         (r"\b(?:evry|evrey|evey|evrything|every|eveyr|ever)[ -]?(?:th?ing|thign)\b", "everything"),
         (
             r"\b(hello|hi|good (?:morning|afternoon|evening)|please|thanks|thank you|yes|no|fine|ok"

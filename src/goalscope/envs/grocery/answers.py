@@ -297,7 +297,7 @@ def _bound(bounds: Bounds, shop: Stock, *, allergies: bool) -> str:
     told: list[str] = []
     if bounds.harmful:
         told.append(f"Nothing comes in that is called {' or '.join(bounds.harmful)}.")
-    elif allergies and not ALLERGIES & (bounds.diets | bounds.some):
+    elif allergies and not (bounds.refused or ALLERGIES & (bounds.diets | bounds.some)):
         told.append("I heard of no allergy.")
     if bounds.diets:
         told.append(f"By what you said it has to be {' and '.join(sorted(bounds.diets))}.")

@@ -132,7 +132,7 @@ class Bounds:
         some: Restrictions that only some people follow.
         budget: What it may cost, in the shop's currency; None for any sum.
         refused: Things that are not wanted.
-        harmful: Those of them that harm somebody.
+        harmful: Things that harm somebody.
     """
 
     diets: frozenset[str] = frozenset()

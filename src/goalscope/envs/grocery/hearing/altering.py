@@ -112,8 +112,10 @@ CHANGES = [
             r". add exactly \2 units of \1",
         ),
         (
-            r"\b(?:buy|order|get|take) (?:it|that|this|everything|the lot|the basket|my order)"
-            rf"(?: all| now)?,? (?:but )?(?:without|minus) (?:the|my|our) {_THING}{END}",
+            rf"(?:{_BEGIN}|(?<=\bplease )|(?<=\bthen )|(?<=\bjust )|(?<=\bnow )|(?<=\bcan you )"
+            r"|(?<=\bcould you ))(?:buy|order|get|take)"
+            rf" (?:it|that|this|everything|the lot|the basket|my order)(?: all| now)?,?"
+            rf" (?:but )?(?:without|minus) (?:the|my|our) {_THING}{END}",
             r". remove \1",
         ),
         (rf"\bmake ({IT}) (?:a )?double{END}", r". double \1"),
@@ -141,7 +143,11 @@ CHANGES = [
                     rf". add exactly \1 units of {same}",
                 ),
                 (rf"\b(remove|delete|drop(?! \w+ off\b)|take) {it}{_ALONE}", rf"\1 {same}"),
-                (rf"\bleave {it} out\b", f"remove {same}"),
+                (
+                    rf"(?:{_BEGIN}|(?<=\bcan )|(?<=\bplease )|(?<=\bjust ))leave {it} out"
+                    rf"(?: of (?:the|my|our|this) {CART})?\b(?! for\b)",
+                    f"remove {same}",
+                ),
                 (rf"\bput {it}(?= back\b(?! (?:how|where|the way|as)\b))", f"put {same}"),
             )
         ),

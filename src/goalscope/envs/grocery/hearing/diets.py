@@ -276,8 +276,11 @@ def hinted(utterance: str, before: frozenset[str] = frozenset()) -> frozenset[st
     return frozenset(standing - {"organic"})
 
 
-def of_some(utterance: str) -> frozenset[str]:
-    """The diets that only some of the people follow, by what was said: "one of us is vegan"."""
+def of_some(utterance: str, standing: frozenset[str] = frozenset()) -> frozenset[str]:
+    """The diets that only some of the people follow, by what was said: "one of us is vegan".
+
+    Who is "not vegan myself" leaves it to others, where that diet is `standing`.
+    """
     found = set[str]()
     for sentence in sentences(evened(utterance)):
         for name in () if asks(sentence) else _CHOSEN:
@@ -287,7 +290,7 @@ def of_some(utterance: str) -> frozenset[str]:
                 some = stated and _SOME.search(before[: stated.end("subject")])
                 after = sentence[match.end() :]
                 guest = _GUEST.search(before) and _COMING.match(after)
-                not_i = _NOT_I.search(before) and _BUT_OTHERS.match(after)
+                not_i = name in standing and _NOT_I.search(before) and _BUT_OTHERS.match(after)
                 if some or guest or not_i or _is_of_one(before, after):
                     found.add(name)
     return frozenset(found)

@@ -35,6 +35,8 @@ from goalscope.envs.speech import evened
 __all__ = ["hear"]
 
 _NO_NAMES = Names(())
+_PIECES = 6
+"""From so many on, a number that changes another is of pieces."""
 _AGAIN = re.compile(r"\b(?:back|again)\b")
 _PUT_BACK = re.compile(r"\b(?:put|place|stick|pop|bring)\b.*\bback\b")
 _WHICH = re.compile(r"(.+) ones?")
@@ -67,6 +69,13 @@ _UNWANTED = re.compile(
     rf"(?:it|that|this|them|those|these|{SAME}|{SAME_ALL})(?=[.,;!?]|$)"
 )
 """After a question why a thing is there: away with what was guessed."""
+_UNNEEDED = re.compile(
+    r"\b(?:remove|delete|drop|take out|get rid of|leave out)"
+    r" (?:anything|everything|whatever|what|all|things|stuff)(?: that| which)?"
+    r" (?:(?:i|we) (?:don't|do not|won't|will not)(?: really| actually)? need"
+    r"|(?:is|are|'s)(?:n't| not) (?:really )?(?:needed|necessary|required))\b"
+)
+"""Leaves it open what is to go."""
 _THOSE = re.compile(
     rf"\W*(?:and |so |please )*(?:remove|delete|drop|take) (?:{SAME_ALL}|{SAME_TWO})\b.*"
 )
@@ -171,7 +180,7 @@ class _Listener:
         self.before, self.named = last if utterance else [], []
         ahead, *rest = _POINTS.split(evened(utterance), maxsplit=1)
         self.about, self.points = self.mentioned(ahead), bool(rest)
-        some = self.some | of_some(utterance)
+        some = self.some | of_some(utterance, self.diets)
         earlier, self.diets = self.diets, diet(utterance, self.diets, some)
         self.some = some - self.diets
         self.hinted = hinted(utterance, self.hinted)
@@ -185,12 +194,15 @@ class _Listener:
         other = _OTHER.fullmatch(evened(utterance))
         self.unclear = bool(other)
         for clause in () if other else heard(besides_buying(utterance)):
+            if _UNNEEDED.search(clause.text):
+                self.unclear = True
+                continue
             stay = [*map(self.names.shown, kept(clause))]
             self.kept |= dict.fromkeys(stay)
             for phrase in filter(None, map(self.gone, stay)):
                 self.ask_for(Request(phrase), newest=newest)
                 self.named.append(phrase)
-            if unasked(clause, named=bool(self.removed)) or (why and _UNWANTED.search(clause.text)):
+            if unasked(clause, self.removed) or (why and _UNWANTED.search(clause.text)):
                 self.unasked = True
                 continue
             if self.unasked and _THOSE.fullmatch(clause.text):
@@ -370,17 +382,15 @@ class _Listener:
     def counts(self, request: Request) -> Literal["packages", "pieces"]:
         """What the number of a request counts that changes an earlier one.
 
-        That is what the number before did; after "a dozen", from 6 on, pieces. Where there was
-        none, "make it 3" counts packages, and "make it 3 bagels" pieces.
+        That is what the number before did; where there was none, as many as 6 count pieces, and
+        fewer the packages that a basket shows.
         """
-        asked, bare = singulars(request.phrase), request.counted == "units"
+        asked = singulars(request.phrase)
         before = [r for r in self.asked.values() if contains(asked, singulars(r.phrase))]
         if any(each.counted == "packages" for each in before):
             return "packages"
         several = any(each.counted == "pieces" and each.quantity > 1 for each in before)
-        dozens = any(each.counted == "dozens" for each in before)
-        pieces = several or (request.quantity >= 6 if dozens else not bare)
-        return "pieces" if pieces else "packages"
+        return "pieces" if several or request.quantity >= _PIECES else "packages"
 
     def cheaper(self, request: Request) -> Request:
         """The request for what its last word says, in the place of what was asked for before."""

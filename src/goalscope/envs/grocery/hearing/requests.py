@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from enum import IntEnum
 from functools import lru_cache
@@ -22,7 +22,7 @@ from goalscope.envs.grocery.amounts import (
 )
 from goalscope.envs.grocery.hearing.correcting import CORRECTION
 from goalscope.envs.grocery.hearing.moods import Mood
-from goalscope.envs.grocery.hearing.phrases import CART, IN_PLACE
+from goalscope.envs.grocery.hearing.phrases import CART, IN_PLACE, SAME, SAME_ALL, SAME_TWO
 from goalscope.envs.grocery.hearing.rewording import ASKING, Said, heard, plain
 from goalscope.envs.grocery.words import asks, contains, sentences, singulars
 
@@ -69,8 +69,8 @@ _SPEAKING = re.compile(
     r"|doesn't|isn't|let's|must)\b"
 )
 _NUMBER = re.compile(rf"\d|\b(?:{WORD}|dozens?)\b")
-_SINGLE = re.compile(r"(?:cans?|bottles?|tins?)\b")
 _BARE = re.compile(r"units?\b")
+_SINGLE = re.compile(r"(?:cans?|bottles?|tins?)\b")
 """Containers of which a unit of the shop may hold several, such as a pack of six cans."""
 _COUNTED = 12
 """Words that a number and what it counts come to at most."""
@@ -223,6 +223,11 @@ _UNASKED = re.compile(
     r" (?:everything|anything|whatever|what|all|things|stuff"
     rf"|(?:all )?(?:the|those|these) (?:things|items|stuff|rest)){_UNASKED_FOR}"
 )
+_SPECIFIC = re.compile(
+    r"(?!.*\b(?:rest|everything|anything|all|else|extras?|junk|things?|stuff|items?|others?"
+    rf"|products?|{SAME}|{SAME_ALL}|{SAME_TWO})\b).+"
+)
+"""Names one thing, and not all that there is."""
 _DENIED = re.compile(
     r"\b(?:not|never|nobody|cannot|no (?:one|need|reason|longer|point|way)|\w+n't|unless|in case"
     r"|if(?! (?:possible|you (?:can|could|like))\b))"
@@ -381,13 +386,15 @@ def clears(said: Said) -> bool:
     return said.mood is Mood.ORDER and bool(_CLEARS.search(said.text))
 
 
-def unasked(said: Said, *, named: bool = False) -> bool:
+def unasked(said: Said, before: Sequence[Request] = ()) -> bool:
     """Whether the person wants nothing in the basket but what they asked for.
 
-    "I didn't ask for those" is of all that was guessed, unless what is to go was `named`.
+    "I didn't ask for those" is of all that was guessed, unless it stands behind what is to go by
+    name alone, here or in `before`.
     """
     found = _UNASKED.finditer(said.text) if said.mood is Mood.ORDER else ()
-    named = named or bool(removed(said))
+    gone = (*before, *removed(said))
+    named = bool(gone) and all(_SPECIFIC.fullmatch(each.phrase) for each in gone)
     return any(not (named and each["those"]) for each in found)
 
 
