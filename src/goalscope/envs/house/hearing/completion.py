@@ -14,8 +14,9 @@ _GLAD = (
     r"|and|then|(?:good|great|nice|excellent|awesome) (?:job|work)|all good|bye|goodbye|have a"
     r" (?:nice|good|great) day|that'?s (?:it|all|everything|great|perfect)|that is (?:it|all"
     r"|everything)|nothing else|robot|no,? that'?s (?:all|it|everything)|i think|everything"
-    r" looks (?:good|great|perfect)|for now|for today|here|it looks (?:good|great|perfect)|looks"
-    r" (?:good|great)|you did (?:great|well))"
+    r" looks (?:good|great|perfect)|for now|here|it looks (?:good|great|perfect)|looks"
+    r" (?:good|great)|you did (?:great|well)|good night"
+    r"|for (?:today|tonight|this (?:evening|morning)|the (?:day|moment|night)))"
 )
 _DONE = (
     r"(?:(?:(?:the|this|my|our|your|whole|entire|all) ){0,2}(?:tasks?|jobs?|chores?)(?: (?:is"

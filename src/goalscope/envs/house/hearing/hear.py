@@ -61,6 +61,20 @@ _AMENDS = re.compile(
     re.IGNORECASE,
 )
 """Before another place, as "no" may be."""
+_BOTH = re.compile(
+    r"^(?:(?:no|oh|actually|sorry|or|but|please)[ ,]+)*both(?: of them)? (?=(?:in|on|into|onto) )",
+    re.IGNORECASE,
+)
+"""Before another place for two things."""
+_IF_SO = re.compile(
+    r"\bis (?P<what>(?:the|my|our) [a-z ]{2,30}?)(?: still| already)?"
+    r" (?:open|closed|shut|on|off|dirty|clean)\?"
+    r" (?:if (?:so|not|yes|it(?: is| isn't| is not|'s not))"
+    r"|otherwise),? (?:then )?(?:please )?(?P<act>close|open|shut|wash|clean|turn|switch) it"
+    r"(?P<how> on| off|)\b",
+    re.IGNORECASE,
+)
+"""How a thing is to be, behind the question whether it is so."""
 _NOT_THAT = re.compile(
     r"(?<=[.!?;])\s+(?=(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)*not\b)"
     r"|(?<=[.,!?;])\s+(?=(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)+(?:i meant? )?the one\b)"
@@ -147,6 +161,7 @@ class _Listener(Misses):
         text = self.replied(turn)
         said = lowered(text)
         text = _AMENDS.sub("No, ", kept(text.replace("\u2019", "'")))
+        text = _BOTH.sub("Put both ", _IF_SO.sub(r"\g<act> \g<what>\g<how>", text))
         text = self.keep_asking(reworded(text))
         called_back = bool(said) and not text
         self.exact = called_back or is_exact(text, self.count, repeats=bool(self.order.verb))
