@@ -59,6 +59,9 @@ what the hell
 I don't understand
 Not really
 that's all for now
+that's all for tonight, thank you
+that's it for this evening
+that's everything for the day
 Nobody asked for cheese.
 Why are you moving the mug?
 What did you do with the apple?
