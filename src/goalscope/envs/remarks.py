@@ -31,7 +31,8 @@ _GOOD = (
 )
 _REST = (
     r"(?: (?:so|very|much|many|a lot|a bunch|you|for (?:that|this|it|now|today|tonight|everything"
-    r"|this (?:evening|morning|week)|your (?:help|time)|the (?:help|moment|day|night))|again|all|then|today|now|already|really|indeed"
+    r"|this (?:evening|morning|week)|your (?:help|time)|the (?:help|moment|day|night))"
+    r"|again|all|then|today|now|already|really|indeed"
     r"|job|work|choice|idea|one|there|here|please|thanks|thank you|with (?:that|this|it)"
     r"|i (?:need|want|wanted|asked|said|think|guess)|we need|we want|to me|robot))*"
 )
