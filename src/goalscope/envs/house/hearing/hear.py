@@ -20,7 +20,7 @@ from goalscope.envs.house.hearing.misses import Misses
 from goalscope.envs.house.hearing.orders import Clause
 from goalscope.envs.house.hearing.phrases import Phrase, first_named
 from goalscope.envs.house.hearing.referents import TO_SLICES
-from goalscope.envs.house.hearing.rewording import normal
+from goalscope.envs.house.hearing.rewording import amended, normal
 from goalscope.envs.house.hearing.sentences import reworded, sentences
 from goalscope.envs.house.hearing.undoing import besides_guesses
 from goalscope.envs.house.names import names, naming
@@ -54,27 +54,6 @@ _WHICH = (
 _POINTING = {*" ".join((*v.INTO, *_NEAR, *v.NUMBERS, *_WHICH)).split()}
 """Words that tell, beside names, which thing or place is meant."""
 
-_AMENDS = re.compile(
-    r"(?:^|(?<=[.!?;] )|(?<=, ))(?:(?:no|hmm+|oh|actually|but|or)[ ,]+)*"
-    r"(?:on second thoughts?|(?:or )?rather|(?:maybe |or )?better(?: yet)?|hmm+)[ ,]+"
-    r"(?=(?:in|on|onto|into) (?:the|my|top)\b|the [a-z]+(?: [a-z]+)? instead\b)",
-    re.IGNORECASE,
-)
-"""Before another place, as "no" may be."""
-_BOTH = re.compile(
-    r"^(?:(?:no|oh|actually|sorry|or|but|please)[ ,]+)*both(?: of them)? (?=(?:in|on|into|onto) )",
-    re.IGNORECASE,
-)
-"""Before another place for two things."""
-_IF_SO = re.compile(
-    r"\bis (?P<what>(?:the|my|our) [a-z ]{2,30}?)(?: still| already)?"
-    r" (?:open|closed|shut|on|off|dirty|clean)\?"
-    r" (?:if (?:so|not|yes|it(?: is| isn't| is not|'s not))"
-    r"|otherwise),? (?:then )?(?:please )?(?P<act>close|open|shut|wash|clean|turn|switch) it"
-    r"(?P<how> on| off|)\b",
-    re.IGNORECASE,
-)
-"""How a thing is to be, behind the question whether it is so."""
 _NOT_THAT = re.compile(
     r"(?<=[.!?;])\s+(?=(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)*not\b)"
     r"|(?<=[.,!?;])\s+(?=(?:(?:no|oh|oops|wait|sorry|actually)[ ,]+)+(?:i meant? )?the one\b)"
@@ -160,8 +139,7 @@ class _Listener(Misses):
         self.queried = asked
         text = self.replied(turn)
         said = lowered(text)
-        text = _AMENDS.sub("No, ", kept(text.replace("\u2019", "'")))
-        text = _BOTH.sub("Put both ", _IF_SO.sub(r"\g<act> \g<what>\g<how>", text))
+        text = amended(kept(text.replace("\u2019", "'")))
         text = self.keep_asking(reworded(text))
         called_back = bool(said) and not text
         self.exact = called_back or is_exact(text, self.count, repeats=bool(self.order.verb))

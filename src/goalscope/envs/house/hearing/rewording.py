@@ -7,7 +7,7 @@ import re
 from goalscope.envs.house.hearing import vocabulary as v
 from goalscope.envs.speech import evened
 
-__all__ = ["normal"]
+__all__ = ["amended", "normal"]
 
 _PEOPLE = (
     r"(?:i|i'm|i've|i'll|he|she|he's|she's|they|they're|everyone|everybody|someone|somebody|my"
@@ -287,6 +287,39 @@ _REWORDED = [
     )
 ]
 """Patterns, and the plainer words that stand for what they match."""
+
+
+_AMENDS = re.compile(
+    r"(?:^|(?<=[.!?;] )|(?<=, ))(?:(?:no|hmm+|oh|actually|but|or)[ ,]+)*"
+    r"(?:on second thoughts?|(?:or )?rather|(?:maybe |or )?better(?: yet)?|hmm+)[ ,]+"
+    r"(?=(?:in|on|onto|into) (?:the|my|top)\b|the [a-z]+(?: [a-z]+)? instead\b)",
+    re.IGNORECASE,
+)
+"""Before another place, as "no" may be."""
+_BOTH = re.compile(
+    r"^(?:(?:no|oh|actually|sorry|or|but|please)[ ,]+)*both(?: of them)? (?=(?:in|on|into|onto) )",
+    re.IGNORECASE,
+)
+"""Before another place for two things."""
+_IF_SO = re.compile(
+    r"\bis (?P<what>(?:the|my|our) [a-z ]{2,30}?)(?: still| already)?"
+    r" (?:open|closed|shut|on|off|dirty|clean)\?"
+    r" (?:if (?:so|not|yes|it(?: is| isn't| is not|'s not))"
+    r"|otherwise),? (?:then )?(?:please )?(?P<act>close|open|shut|wash|clean|turn|switch) it"
+    r"(?P<how> on| off|)\b",
+    re.IGNORECASE,
+)
+"""How a thing is to be, behind the question whether it is so."""
+
+
+def amended(text: str) -> str:
+    """`text` where another place, or how a thing is to be, is said as by a plain order.
+
+    "On second thought, on the shelf" is "No, on the shelf", "Both on the bed" is "Put both on the
+    bed", and "Is the box open? If so, close it" is "close the box".
+    """
+    text = _IF_SO.sub(r"\g<act> \g<what>\g<how>", _AMENDS.sub("No, ", text))
+    return _BOTH.sub("Put both ", text)
 
 
 def normal(text: str) -> str:
