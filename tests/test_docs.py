@@ -219,7 +219,7 @@ def test_what_is_printed_may_differ_a_little_and_in_nothing_else() -> None:
 def test_the_page_of_the_command_line_is_what_help_says() -> None:
     parts = [
         "# Command line\n\nWhat `goalscope COMMAND --help` says. Errors of what was given end with "
-        "exit code 2, all others with 1.\n"
+        "exit code 2; a model or an adapter\nthat cannot be opened, and all others, with 1.\n"
     ]
     for path in NAMES:
         told = parse([*path, "--help"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, cast
 
 from rich.box import SIMPLE_HEAD
@@ -41,9 +42,7 @@ SHOWN = 8
 def show_header(console: Console, info: EpisodeInfo) -> None:
     """What runs: the domain, the person, the method and the model."""
     person = info.profile or "you"
-    line = (
-        f"episode {info.id} | {info.domain} | {person} | {info.method} | {model_shown(info.model)}"
-    )
+    line = f"episode {info.id} | {PurePath(info.domain).name} | {person} | {info.method} | {model_shown(info.model)}"
     console.print(Panel(plain(info.task), title=plain(line), title_align="left"))
 
 
@@ -150,7 +149,7 @@ def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
     columns: dict[str, list[str]] = {
         "id": [info.id for info in infos],
         "started (UTC)": [info.created[:16].replace("T", " ") for info in infos],
-        "domain": [info.domain for info in infos],
+        "domain": [PurePath(info.domain).name for info in infos],
         "profile": [info.profile or "you" for info in infos],
         "method": [info.method for info in infos],
         "ended": [info.ending for info in infos],
@@ -159,7 +158,7 @@ def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
     }
     if not any(columns["score"]):
         del columns["score"]
-    _columns(console, columns, ("started (UTC)", "domain", "ended", "method", "score"))
+    _columns(console, columns, ("started (UTC)", "method", "domain", "ended", "score"))
 
 
 def show_studies(

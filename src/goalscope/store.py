@@ -90,16 +90,20 @@ class Store:
         self._turn = Lock() if engine.dialect.name == "sqlite" else nullcontext()
 
     @classmethod
-    def open(cls, place: str | Path | None = None) -> Self:
+    def open(cls, place: str | Path | None = None, *, new: bool = True) -> Self:
         """Open the store, and make what is missing of it.
 
         Args:
             place: A SQLite file or postgresql://USER:PASSWORD@HOST/DATABASE; None for
                 $GOALSCOPE_STORE, or else `episodes.db` in the user's data folder.
+            new: Whether a file that is named and is not there may be made.
 
         Raises:
+            InvalidInputError: The file is not there, and none may be made.
             GoalscopeError: It cannot be used, or a newer goalscope made it.
         """
+        if not (new or place is None or "://" in str(place) or Path(place).exists()):
+            raise InvalidInputError(f"There is no store at {place}. Check the path.")
         return cls(*opened(default_place() if place is None else place))
 
     def close(self) -> None:

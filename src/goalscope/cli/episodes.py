@@ -275,7 +275,7 @@ def replay(
     from goalscope.store import Store
 
     out = console()
-    with Store.open(store) as episodes:
+    with Store.open(store, new=False) as episodes:
         info = episodes.episode(id)
         if as_json:
             print(json.dumps(_told(info, episodes.rounds(info.id))))
@@ -299,7 +299,7 @@ def episodes(store: StoreFile = None, as_json: Json = False) -> None:
     from goalscope.plain import model_shown
     from goalscope.store import Store
 
-    with Store.open(store) as opened:
+    with Store.open(store, new=False) as opened:
         infos = opened.episodes()
     if as_json:
         print(json.dumps([asdict(info) | {"model": model_shown(info.model)} for info in infos]))

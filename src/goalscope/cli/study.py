@@ -43,7 +43,7 @@ def new(
     from goalscope.study.plan import read_plan
 
     plan = read_plan(file)
-    with Store.open(store) as opened:
+    with Store.open(store, new=False) as opened:
         found, left_out = chosen_episodes(opened, plan)
         chosen = plan.episodes
         missing = [
@@ -112,7 +112,7 @@ def list_studies(store: StoreFile = None, as_json: Json = False) -> None:
     from goalscope.store import Store
     from goalscope.study.book import Book
 
-    with Store.open(store) as opened:
+    with Store.open(store, new=False) as opened:
         book = Book(opened)
         rows: list[tuple[str | int | None, ...]] = []
         for each in book.all():
@@ -140,7 +140,7 @@ def show(name: Name, store: StoreFile = None, as_json: Json = False) -> None:
     from goalscope.study.book import Book
     from goalscope.study.summary import study_tables
 
-    with Store.open(store) as opened:
+    with Store.open(store, new=False) as opened:
         show_tables(study_tables(opened, Book(opened).named(name)), as_json)
 
 
@@ -150,7 +150,7 @@ def close(name: Name, store: StoreFile = None) -> None:
     from goalscope.store import Store
     from goalscope.study.book import Book
 
-    with Store.open(store) as opened:
+    with Store.open(store, new=False) as opened:
         book = Book(opened)
         book.close(book.named(name))
     print(f"Study {name} is closed: it takes no new participants. Who has begun may finish.")
@@ -166,7 +166,7 @@ def delete_study(
     from goalscope.store import Store
     from goalscope.study.book import Book
 
-    with Store.open(store) as opened:
+    with Store.open(store, new=False) as opened:
         book = Book(opened)
         found = book.named(name)
         people = len(book.participants(found))
@@ -191,7 +191,7 @@ def export(
     from goalscope.study.book import Book
     from goalscope.study.export import as_csv
 
-    with Store.open(store) as opened:
+    with Store.open(store, new=False) as opened:
         text = as_csv(opened, Book(opened).named(name), ids=ids)
     try:
         out.write_text(text, encoding="utf-8", newline="")
@@ -209,7 +209,7 @@ def forget(
     from goalscope.store import Store
     from goalscope.study.book import Book
 
-    with Store.open(store) as opened:
+    with Store.open(store, new=False) as opened:
         book = Book(opened)
         book.forget(book.named(name), participant)
 

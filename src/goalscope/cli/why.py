@@ -68,7 +68,7 @@ def why(
     from goalscope.store import Store
     from goalscope.why import reasons
 
-    with Store.open(store) as episodes:
+    with Store.open(store, new=False) as episodes:
         info = episodes.episode(id)
         rounds = episodes.rounds(info.id)[:round]
         since = said_since(episodes, info) if len(rounds) == info.rounds else ""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -303,7 +302,8 @@ def by_settings(
 ) -> Iterator[tuple[tuple[str, str, str, str], list[Measured]]]:
     """The cells of one kind, for each set, split, goal set and label of what else was set.
 
-    A case that was measured both with and without the model asked outright is there once, with it.
+    A case that was measured both with and without the model asked outright is there once, with it;
+    and of one that was corrected since, the newest is.
     """
     tasks: dict[tuple[str, str, str], list[Measured]] = {}
     for cell in chosen(cells, kind):
@@ -314,9 +314,10 @@ def by_settings(
         groups: dict[str, dict[str, Measured]] = {}
         for cell in found:
             group = groups.setdefault(labels[_settings(cell[0])], {})
-            case = json.dumps(cell[0]["case"])
-            if case not in group or cell[1].get("outright"):
-                group[case] = cell
+            case = cell[0]["case"]
+            before = group.get(case["id"])
+            if before is None or before[0]["case"] != case or cell[1].get("outright"):
+                group[case["id"]] = cell
         for label, group in groups.items():
             yield (*task, label), [*group.values()]
 

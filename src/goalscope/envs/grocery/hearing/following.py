@@ -23,6 +23,7 @@ _PREFERS = re.compile(
     rf"{_LEAD}(?:i|we)(?:(?:'d| would) (?:rather|prefer)(?: to)?(?: have| get| take)?| prefer)"
     rf" (?:the |an? |some )?([a-z-]+(?: [a-z-]+)?){_END}"
 )
+_SUCH = re.compile(rf"{_LEAD}(?:the )?([a-z-]+)(?: one)?,? (?:please|then|thanks)[.!]*")
 _FOR_SUCH_ONE = re.compile(
     rf"{_LEAD}(?:(?:can|could) (?:you|we) )?(?:swap|change|exchange|replace|switch)"
     rf" (?:it|that|this) (?:for|with|to|by) (?:the|an?) ([a-z'-]+(?: [a-z'-]+)?) one{_END}"
@@ -101,6 +102,9 @@ def standing_alone(
                 return f"{found[1]} {_head(olds[0])} instead of {olds[0]}"
     if (found := _AND_THE.fullmatch(said)) and before().removed and not before().newest:
         return f"take out {re.sub(r'[.;] (?:and )?(?=the )', ', ', found[1])}"
+    if (found := _SUCH.fullmatch(said)) and before().words.rstrip().endswith("?"):
+        wholes = {f"{found[1]} {each}" for each in last() if sells(f"{found[1]} {each}")}
+        return f"add {wholes.pop()}" if len(wholes) == 1 and not is_diet(found[1]) else text
     if (found := _PREFERS.fullmatch(said)) and not (sells(found[1]) or is_diet(found[1])):
         olds = [each for each in last() if found[1] not in each]
         kinds = {_head(each) for each in olds if sells(f"{found[1]} {_head(each)}")}

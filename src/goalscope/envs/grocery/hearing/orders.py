@@ -166,8 +166,9 @@ _SO_MANY = re.compile(
     r"(?:[\s,]+(?:please|then|thanks))*[\s.!?]*"
 )
 _BUYS_CHANGED = re.compile(
-    r"(?:(?:ok|okay|yes|now|then|please|so|can you|could you)[ ,]+)*(?:buy|order|pay for) it"
-    r"(?:,? but)? (?:without|except|take out|remove|leave out|add)\b"
+    r"(?:(?:ok|okay|yes|now|then|please|so|can you|could you)[ ,]+)*(?:buy|order|pay for)"
+    r" (?:it|that|this|everything|all of it|(?:the|my) (?:basket|cart|order))"
+    r"(?:,? but)? (?:without|except|not|no|take out|remove|leave out|add)\b"
 )
 _BUYS = re.compile(r"\b(?:buy|purchase|order|pay|check ?out|take (?:it|them|all|everything))\b")
 
