@@ -42,7 +42,8 @@ SHOWN = 8
 def show_header(console: Console, info: EpisodeInfo) -> None:
     """What runs: the domain, the person, the method and the model."""
     person = info.profile or "you"
-    line = f"episode {info.id} | {PurePath(info.domain).name} | {person} | {info.method} | {model_shown(info.model)}"
+    domain, model = PurePath(info.domain).name, model_shown(info.model)
+    line = f"episode {info.id} | {domain} | {person} | {info.method} | {model}"
     console.print(Panel(plain(info.task), title=plain(line), title_align="left"))
 
 
