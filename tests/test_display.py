@@ -209,10 +209,16 @@ def test_no_word_of_the_list_of_episodes_is_broken(width):
     }  # fmt: skip
     assert {word for word in text.split() if not set(word) <= {"─"}} <= words
     assert {EPISODE.id, "lazy-baker", "12"} <= set(text.split())
-    assert ("no-inference" in text) is (width > 40)
+    assert ("no-inference" in text) is (width > 60)
     assert "0.75" in text
     assert ("2020-01-01" in text) is (width == 120)
     assert max(map(len, text.splitlines())) <= width
+
+
+def test_a_domain_of_ones_own_goes_by_the_name_of_its_file():
+    own = replace(EPISODE, domain="/home/somebody/with/a/long/path/to/music.py", method="good")
+    words = drawn(show_episodes, [own], width=80).split()
+    assert "music.py" in words
 
 
 def test_where_no_episode_has_a_score_the_date_has_its_room():

@@ -129,6 +129,12 @@ def test_the_json_is_strict():
     json.loads(round_to_json(a_round()), parse_constant=refuse)
 
 
+def test_a_mistyped_file_is_no_new_store(tmp_path):
+    with pytest.raises(InvalidInputError, match="There is no store at"):
+        Store.open(tmp_path / "typo.db", new=False)
+    assert not [*tmp_path.iterdir()]
+
+
 def test_nan_is_refused(place):
     with Store.open(place) as store:
         with pytest.raises(GoalscopeError, match="cannot be stored"):

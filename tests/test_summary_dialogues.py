@@ -66,6 +66,14 @@ def test_to_ask_the_model_outright_makes_no_other_model_of_it() -> None:
         assert sorted(each.id for each in asked_after_one) == ["1", "2"]
 
 
+def test_a_dialogue_that_was_corrected_since_counts_once() -> None:
+    wrong = ({**dialogue(1, 3, 1)[0], "outright": True}, dialogue(1, 3, 1, tfidf=[SURE])[1])
+    right = ({**dialogue(1, 0, 1)[0], "outright": False}, dialogue(1, 0, 1, tfidf=[SURE])[1])
+    (found,) = read_dialogues([wrong, right])
+    assert found.n == 1
+    assert [each.scores.top1 for each in found.outcomes["TF-IDF", 1]] == [1.0]
+
+
 def test_only_predictors_that_were_run_are_explained() -> None:
     said = " ".join(dialogues_table().notes)
     assert "asked outright names a goal" in said
