@@ -22,11 +22,11 @@ from goalscope.envs.grocery.hearing.requests import (
     kept,
     removed,
     spared,
-    unasked,
     unwanted,
     wanted,
 )
 from goalscope.envs.grocery.hearing.rewording import Said, heard
+from goalscope.envs.grocery.hearing.unasked import unasked
 from goalscope.envs.grocery.names import Names
 from goalscope.envs.grocery.words import asks, contains, singulars
 from goalscope.envs.remarks import asks_why, is_remark

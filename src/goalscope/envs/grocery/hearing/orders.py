@@ -18,10 +18,10 @@ from goalscope.envs.grocery.hearing.requests import (
     pieces,
     removed,
     spared,
-    unasked,
     unwanted,
 )
 from goalscope.envs.grocery.hearing.rewording import heard, unreasoned
+from goalscope.envs.grocery.hearing.unasked import unasked
 from goalscope.envs.grocery.restrictions import DIETS
 from goalscope.envs.grocery.words import made
 from goalscope.envs.remarks import is_remark

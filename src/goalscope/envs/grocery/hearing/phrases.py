@@ -5,6 +5,7 @@ from __future__ import annotations
 from goalscope.envs.grocery.amounts import WORD
 
 __all__ = [
+    "ASKED_NOT",
     "CART",
     "END",
     "EXCEPT",
@@ -15,6 +16,8 @@ __all__ = [
     "SAME_ALL",
     "SAME_ONE",
     "SAME_TWO",
+    "TAKES",
+    "UNASKED_FOR",
 ]
 
 SAME = "ditto"
@@ -37,3 +40,16 @@ IT = "(?:it|that|this|them|those|these)"
 END = r"(?=\s*(?:[.,;!?]|$| and | please| instead| but ))"
 CART = "(?:basket|cart|order|list)"
 EXCEPT = "(?:but|except(?: for)?|apart from|other than)"
+TAKES = (
+    r"(?:remove|delete|drop(?! [\w' ]{1,40} off\b)|ditch|discard"
+    r"|(?:lose|minus|undo|return|cancel)(?= the )|get rid of|(?:put|take) back"
+    r"|(?:take|throw|toss|chuck) (?:out|off|away))"
+)
+ASKED_NOT = (
+    r"(?:didn't|did not|never|haven't|have not|hadn't)(?: (?:even|really|ever))?"
+    r" (?:ask(?:ed)? for|want(?:ed)?|order(?:ed)?|mention(?:ed)?|request(?:ed)?|say|said)"
+)
+UNASKED_FOR = (
+    rf"(?: (?:that|which))? (?:(?:i|we|nobody|no one) (?:{ASKED_NOT}|asked for|wanted)"
+    r"|(?:was|were) not asked for|you(?: just| only)?(?: have|'ve)? guessed)\b"
+)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from enum import IntEnum
 from functools import lru_cache
@@ -22,7 +22,7 @@ from goalscope.envs.grocery.amounts import (
 )
 from goalscope.envs.grocery.hearing.correcting import CORRECTION
 from goalscope.envs.grocery.hearing.moods import Mood
-from goalscope.envs.grocery.hearing.phrases import CART, IN_PLACE, SAME, SAME_ALL, SAME_TWO
+from goalscope.envs.grocery.hearing.phrases import CART, IN_PLACE, TAKES, UNASKED_FOR
 from goalscope.envs.grocery.hearing.rewording import ASKING, Said, heard, plain
 from goalscope.envs.grocery.words import asks, contains, sentences, singulars
 
@@ -36,7 +36,6 @@ __all__ = [
     "removed",
     "replaced",
     "spared",
-    "unasked",
     "uncontained",
     "unrefused",
     "unwanted",
@@ -102,11 +101,6 @@ _SHUNS = (
     r"|without|avoid(?:ing)?|free of|free from|nothing (?:else |more )?(?:with|containing)"
     r"|hates?|dislikes?)"
 )
-_TAKES = (
-    r"(?:remove|delete|drop(?! [\w' ]{1,40} off\b)|ditch|discard"
-    r"|(?:lose|minus|undo|return|cancel)(?= the )|get rid of|(?:put|take) back"
-    r"|(?:take|throw|toss|chuck) (?:out|off|away))"
-)
 _DROPS = (
     rf"(?:{_NEVER} (?:(?:really|actually|even|need to) )*"
     r"(?:want to (?:get|buy|have|add|order)|want|need"
@@ -119,7 +113,7 @@ _DROPS = (
 _NOT_ASKED = re.compile(rf"{_NEVER} (?:\w+ )?(?:ask(?:ed)? for|order(?:ed)?|request(?:ed)?) ")
 _BESIDE = r"(?:instead of|rather than|other than|except(?: for)?|apart from|anything (?:with|but))"
 _REFUSAL = re.compile(
-    rf"\b(?:(?P<harms>{_HARMS})|(?P<shuns>{_SHUNS})|(?P<takes>{_TAKES})|(?P<beside>{_BESIDE})"
+    rf"\b(?:(?P<harms>{_HARMS})|(?P<shuns>{_SHUNS})|(?P<takes>{TAKES})|(?P<beside>{_BESIDE})"
     rf"|{_DROPS})\s+"
     r"(?P<what>[^;!?]+?)(?=\.(?:\s|$)|[;!?]|$)"
     r"|\b(?P<allergen>(?!(?:an?|any|food|known|severe|bad|my|his|her|the|of)\b)"
@@ -163,18 +157,6 @@ _STOP = re.compile(
     rf"|make|put|instead|buy|(?:\d+|{WORD})(?! of (?:the|my|those|these)\b)))\b.*|"
     r"[,\s]*(?:\u2013|\u2014|\s-\s).*"
 )
-_ASKED_NOT = (
-    r"(?:didn't|did not|never|haven't|have not|hadn't)(?: (?:even|really|ever))?"
-    r" (?:ask(?:ed)? for|want(?:ed)?|order(?:ed)?|mention(?:ed)?|request(?:ed)?|say|said)"
-)
-_UNASKED_FOR = (
-    rf"(?: (?:that|which))? (?:(?:i|we|nobody|no one) (?:{_ASKED_NOT}|asked for|wanted)"
-    r"|(?:was|were) not asked for|you(?: just| only)?(?: have|'ve)? guessed)\b"
-)
-_GUESSES = (
-    r"(?:(?:all|of|the|your|those|these|any|other|every) )*"
-    r"(?:guess(?:es)?\b|guessed (?:things?|items?|stuff|ones?|products?)\b|guesswork\b)"
-)
 _ALL = (
     r"(?:(?:everything|all items)(?=\s*(?:[.,;!?]|$|\b(?:and|please|now|again|then|thanks|thank|out"
     r"|back|away|off|from|so|because|since|i|we|you|in|it|there|at|right|else|for|if|to"
@@ -205,29 +187,8 @@ _CLEARS = re.compile(
     rf"\b(?:(?:empty|clear) (?:out )?(?:the|my|this) (?:whole |entire )?{CART}"
     rf"|(?:take|throw|put) {_ALL} (?:out|back|away)|(?:remove|delete|drop|clear) {_ALL}"
     rf"|start (?:all )?(?:over|again|anew|from scratch))\b(?! (?:but|except|that is not"
-    rf"|which is not)|{_UNASKED_FOR})"
+    rf"|which is not)|{UNASKED_FOR})"
 )
-_UNASKED = re.compile(
-    rf"\b(?:i|we|nobody|no one) {_ASKED_NOT} (?:(?:any of |most of |half of |all |all of )"
-    r"(?:it|this|that|these|those|them)|(?P<those>it|this|that|these|those|them))"
-    r"(?: things?| stuff| items?)?(?=[.,;!?]|$)"
-    r"|\b(?:i|we) (?:only|just) (?:asked for|ordered|requested)\b"
-    rf"|\b(?:take|throw|put) (?:everything|anything|whatever|what|all|(?:all )?(?:the|those|these)"
-    rf" (?:things|items|stuff|rest))(?: (?:out|away|back|off){_UNASKED_FOR}"
-    rf"|(?: (?:that|which))? (?:(?:i|we) {_ASKED_NOT}|you(?: just| only)?(?: have|'ve)? guessed)"
-    r" (?:out|away|back|off)\b)"
-    rf"|\b(?:i|we) {_ASKED_NOT} {_GUESSES}"
-    rf"|\b{_TAKES} {_GUESSES}|\b(?:take|throw|put) {_GUESSES} (?:out|away|back)\b"
-    rf"|\b(?:{_TAKES}|(?:don't|do not|didn't|did not) (?:want|need)(?: any of)?"
-    r"(?![^.;!?]*\b(?:i|we) (?:asked for|wanted)\b))"
-    r" (?:everything|anything|whatever|what|all|things|stuff"
-    rf"|(?:all )?(?:the|those|these) (?:things|items|stuff|rest)){_UNASKED_FOR}"
-)
-_SPECIFIC = re.compile(
-    r"(?!.*\b(?:rest|everything|anything|all|else|extras?|junk|things?|stuff|items?|others?"
-    rf"|products?|{SAME}|{SAME_ALL}|{SAME_TWO})\b).+"
-)
-"""Names one thing, and not all that there is."""
 _DENIED = re.compile(
     r"\b(?:not|never|nobody|cannot|no (?:one|need|reason|longer|point|way)|\w+n't|unless|in case"
     r"|if(?! (?:possible|you (?:can|could|like))\b))"
@@ -386,18 +347,6 @@ def clears(said: Said) -> bool:
     return said.mood is Mood.ORDER and bool(_CLEARS.search(said.text))
 
 
-def unasked(said: Said, before: Sequence[Request] = ()) -> bool:
-    """Whether the person wants nothing in the basket but what they asked for.
-
-    "I didn't ask for those" is of all that was guessed, unless it stands behind what is to go by
-    name alone, here or in `before`.
-    """
-    found = _UNASKED.finditer(said.text) if said.mood is Mood.ORDER else ()
-    gone = (*before, *removed(said))
-    named = bool(gone) and all(_SPECIFIC.fullmatch(each.phrase) for each in gone)
-    return any(not (named and each["those"]) for each in found)
-
-
 def _refusals(said: Said) -> Iterator[re.Match[str]]:
     return (match for match in _REFUSAL.finditer(said.text) if _counts(match, said.mood))
 
@@ -434,7 +383,7 @@ def _refused(match: re.Match[str]) -> Iterator[Request]:
         listed = _AND_SO_MANY.sub("&", listed)
     listed = _STOP.sub("", listed).strip(" ,")
     for part in re.split(r"\band\b|\bor\b|\bnor\b|[,/&]", _enumerated(match, listed)):
-        part = re.sub(rf"^(?:{_SHUNS}|{_DROPS}|{_TAKES}) ", "", part.strip())
+        part = re.sub(rf"^(?:{_SHUNS}|{_DROPS}|{TAKES}) ", "", part.strip())
         count = COUNT.match(re.sub(r"^(?:the|my) ", "", part))
         counted = match["takes"] or match["apart"]
         if counted and count and (count["number"] or count["alone"]):
