@@ -167,3 +167,12 @@ def test_what_a_question_is_about_was_said_before(said: list[str], answer: str |
         talk.say(each)
     turns = [*(round.turn for round in talk.rounds), Turn("", said[-1])]
     assert robot.answer(said[-1], turns) == answer
+
+
+def test_where_somebody_left_a_thing_is_where_it_is() -> None:
+    robot = robot_in("LivingRoom1")
+    robot.reset()
+    where = robot.answer("Where are my keys?")
+    assert where is not None
+    assert robot.answer("Where did I leave my keys?") == where
+    assert robot.answer("Where have I put the keys?") == where

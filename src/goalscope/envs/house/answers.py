@@ -34,7 +34,8 @@ _WHICH = re.compile(
     rf" (?:already |still |now )?({'|'.join(_STATES)})(?: now)?"
 )
 _WHERE = re.compile(
-    rf"{LEAD}where(?: (?:can|do|could) (?:i|we|you) (?:find|see|keep)|'s|'re| is| are"
+    rf"{LEAD}where(?: (?:did|have) (?:i|we) (?:leave|left|put|lose|lost)"
+    r"| (?:can|do|could) (?:i|we|you) (?:find|see|keep)|'s|'re| is| are"
     r"| (?:did|have) you (?:just )?(?:put|leave|left|placed?|moved?|set|stowed?|take|taken))? (.+?)"
     r"(?: (?:is|are|now))?"
 )
