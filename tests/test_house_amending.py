@@ -1,0 +1,48 @@
+"""Another place, and how a thing is to be, in words that are no order by themselves."""
+
+from __future__ import annotations
+
+import pytest
+
+from heard import told
+
+
+@pytest.mark.parametrize(
+    "amends",
+    [
+        "No, better on the counter.",
+        "On second thought, on the counter.",
+        "Better on the counter.",
+        "Hmm, the counter instead.",
+        "Or rather on the counter.",
+    ],
+)
+def test_a_better_place_takes_the_place_of_the_one_before(amends: str) -> None:
+    bowl = ({"bowl: now on counter 1"}, [], "")
+    assert told("Kitchen1", "Put the bowl on the dining table.", amends) == bowl
+    apple = f"Put the apple in the sink. {amends}"
+    assert told("Kitchen1", apple) == (set(), ["The apple is on counter 2 already."], "")
+
+
+def test_who_is_coming_is_no_thing_to_look_for() -> None:
+    said = "Put the knife in the drawer, the kids are coming."
+    assert told("Kitchen1", said)[1] == told("Kitchen1", "Put the knife in the drawer")[1]
+
+
+@pytest.mark.parametrize(
+    ("scene", "said", "changes"),
+    [
+        ("Bedroom1", ["Is the box closed? Otherwise close it."], {"box: no longer open"}),
+        ("Bedroom1", ["Is the safe closed? Otherwise open it."], {"safe: open"}),
+        (
+            "LivingRoom1",
+            ["Is the desk lamp on? If it is, please turn it off."],
+            {"desk lamp: no longer on"},
+        ),
+        ("Bedroom1", ["Put both pillows on the chair", "No, both on the bed."], set()),
+    ],
+)
+def test_how_a_thing_is_to_be_is_heard_behind_a_question(
+    scene: str, said: list[str], changes: set[str]
+) -> None:
+    assert told(scene, *said) == (changes, [], "")
