@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, cast
 
 from rich.box import SIMPLE_HEAD
@@ -13,7 +12,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from goalscope.plain import model_shown, plain
+from goalscope.plain import domain_shown, model_shown, plain
 from goalscope.types import UNSPECIFIED, Goal
 
 if TYPE_CHECKING:
@@ -42,7 +41,7 @@ SHOWN = 8
 def show_header(console: Console, info: EpisodeInfo) -> None:
     """What runs: the domain, the person, the method and the model."""
     person = info.profile or "you"
-    domain, model = PurePath(info.domain).name, model_shown(info.model)
+    domain, model = domain_shown(info.domain), model_shown(info.model)
     line = f"episode {info.id} | {domain} | {person} | {info.method} | {model}"
     console.print(Panel(plain(info.task), title=plain(line), title_align="left"))
 
@@ -150,7 +149,7 @@ def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
     columns: dict[str, list[str]] = {
         "id": [info.id for info in infos],
         "started (UTC)": [info.created[:16].replace("T", " ") for info in infos],
-        "domain": [PurePath(info.domain).name for info in infos],
+        "domain": [domain_shown(info.domain) for info in infos],
         "profile": [info.profile or "you" for info in infos],
         "method": [info.method for info in infos],
         "ended": [info.ending for info in infos],

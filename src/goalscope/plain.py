@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import unicodedata
+from pathlib import PurePath
 
 from rich.text import Text
 
-__all__ = ["model_shown", "plain"]
+__all__ = ["domain_shown", "model_shown", "plain"]
 
 SHOWN = {"Smollm2 135M 8k Lc100K Mix1 Ep2": "SmolLM2-135M-Instruct"}
 """What people call models that their files, and so episodes and calibrations, call otherwise."""
@@ -23,6 +24,11 @@ def plain(text: str, style: str = "") -> Text:
         for each in text.replace("\t", " ").replace("\r\n", "\n")
     )
     return Text(shown, style)
+
+
+def domain_shown(name: str) -> str:
+    """A domain's name as people know it: a file of their own goes by its name alone."""
+    return PurePath(name).name
 
 
 def model_shown(name: str) -> str:

@@ -14,7 +14,7 @@ from jinja2 import PackageLoader, StrictUndefined
 
 from goalscope.domains import TRACKING, Domain, open_environment, profile_named, settings_of
 from goalscope.episode import Round
-from goalscope.plain import model_shown
+from goalscope.plain import domain_shown, model_shown
 from goalscope.policy import undo
 from goalscope.store import EpisodeInfo
 from goalscope.types import GoalscopeError, InvalidInputError, counted
@@ -90,7 +90,7 @@ def _facts(info: EpisodeInfo) -> list[str]:
     """What is known of an episode, in the words of the page."""
     return [
         f"{info.created[:16].replace('T', ' ')} UTC",
-        "goal tracking" if info.domain == TRACKING else Path(info.domain).name,
+        "goal tracking" if info.domain == TRACKING else domain_shown(info.domain),
         info.profile or "a person",
         info.method,
         model_shown(info.model),

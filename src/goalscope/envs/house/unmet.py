@@ -96,9 +96,8 @@ def unmet(
         elif request.verb == "put" and not request.destination_types:
             yield f"I do not know where to put {_listed([request])}."
         elif (so := met(view, request, start)) and (
-            (request.verb == "clean" and cleaned.isdisjoint(map(view.names.get, so)))
-            or touched.isdisjoint(map(view.names.get, so))
-        ):
+            cleaned if request.verb == "clean" else touched
+        ).isdisjoint(map(view.names.get, so)):
             back = request.destination_types == (HOME,)
             if not (back and hearing.undone and done):
                 several = back and len(so) > 1
