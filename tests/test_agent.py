@@ -300,6 +300,9 @@ def test_a_remark_is_followed_by_the_plainest_question_and_leave_by_how_to_end()
     round = agent.step(agent.ask(), "Thanks, that's all.")
     assert agent.ask() == FALLBACK
     assert 'If that is all, say "Good night".' in round.notes
+    again = agent.step(agent.ask(), "Yes.")
+    assert again.notes == ('If that is all, say "Good night".',)
+    assert not again.terminated
 
 
 def test_an_order_that_was_followed_is_not_asked_about_and_gives_no_goal_beside_others() -> None:

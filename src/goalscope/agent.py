@@ -404,8 +404,8 @@ class Agent:
             yield f"Held back until it is clear what you want: {held}."
 
     def _how_to_end(self, turn: Turn, words: Words) -> Iterator[str]:
-        """What to say where the person seems to leave, or did not confirm the end."""
-        if takes_leave(turn.utterance) and not words.ends:
+        """What to say where the person seems to want the end, or did not confirm it."""
+        if (takes_leave(turn.utterance) or words.advised) and not words.ends:
             yield f'If that is all, say "{self.env.completion_phrase}".'
         if words.answers and not words.ends:
             yield not_done(self.env)

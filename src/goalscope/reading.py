@@ -26,6 +26,7 @@ class Words:
         act: They may ask for something to be done: no mere question, nothing but taking back.
         asks: They only ask what the environment can answer.
         answers: They answer the question whether to do what cannot be undone.
+        advised: They agree to how the task is ended, which they were told just before.
         ends: They say that the task is complete, or confirm it.
         silent: They tell of no goal.
         order: They leave nothing to guess, as the environment understands them.
@@ -35,6 +36,7 @@ class Words:
     act: bool
     asks: bool
     answers: bool
+    advised: bool
     ends: bool
     silent: bool
     order: bool
@@ -62,8 +64,8 @@ def read(
     question = rounds[-1].question if rounds else ""
     told = rounds[-1].notes if rounds else ()
     asked = bool(question) or told[-1:] == (not_done(env),)
-    advised = any(f'say "{env.completion_phrase}"' in note for note in told)
     agreed = says_yes(env, turn)
+    advised = agreed and any(f'say "{env.completion_phrase}"' in note for note in told)
     only_undoes = isinstance(turns[-1], TakenBack)
     answers = question == CONFIRM
     sure = answers and agreed and confirmed
@@ -71,12 +73,13 @@ def read(
     asks = not only_undoes and env.answer(said, turns) is not None
     silent = only_undoes or asks or sure or is_remark(said)
     order = not silent and env.is_order(turns)
-    replies = (agreed and (asked or advised)) or (asked and declines(turn.utterance))
+    replies = advised or (asked and (agreed or declines(turn.utterance)))
     undoing = undoes(turn.utterance) is not None
     return Words(
         act=not (asks or only_undoes),
         asks=asks,
         answers=answers,
+        advised=advised,
         ends=ends,
         silent=silent,
         order=order,

@@ -73,6 +73,10 @@ class Hearing:
         last = singulars(thing)
         return bool(last) and any(singulars(m)[-len(last) :] == last for m in made(self.words))
 
+    def asks_for(self, thing: str) -> bool:
+        """Whether `thing`, or a kind of it, is asked for."""
+        return any(kind_of(each.phrase, [thing]) for each in self.wanted)
+
     def permits(self, item: Item) -> bool:
         """Whether nothing that was said speaks against `item`."""
         diets = self.diets

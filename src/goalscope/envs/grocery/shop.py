@@ -21,6 +21,7 @@ from goalscope.envs.grocery.hearing.orders import (
     adds_it,
     besides_buying,
     buys_changed,
+    buys_it,
     has_aim,
     is_order,
     leaves_open,
@@ -249,11 +250,11 @@ class GroceryShop:
         held = [item for name, n in before.items() if n > 0 and (item := self.catalogue.get(name))]
         told: list[str] = []
         buys, tries = self.is_completion(turns[-1]), tries_to_buy(turns[-1].utterance)
+        newest = turns[-1].utterance
+        orders_it = bool(results) and (adds_it(newest) or buys_it(newest))
         if not self._basket and (buys or tries):
             told.append("The basket is empty, so nothing is bought.")
-        elif buys_changed(turns[-1].utterance) or (
-            tries and not buys and not (results and adds_it(turns[-1].utterance))
-        ):
+        elif buys_changed(newest) or (tries and not (buys or orders_it)):
             told.append(f'To have the basket bought, say "{self.completion_phrase}".')
         above = hearing.budget is not None and self.total > hearing.budget
         if above and (results or buys or budget(turns[-1].utterance) is not None):

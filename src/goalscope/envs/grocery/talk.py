@@ -14,7 +14,7 @@ from goalscope.envs.grocery.heard import Hearing
 from goalscope.envs.grocery.hearing.diets import diet, hinted
 from goalscope.envs.grocery.hearing.following import standing_alone
 from goalscope.envs.grocery.hearing.hear import hear
-from goalscope.envs.grocery.hearing.orders import adds_it, had_too, so_many
+from goalscope.envs.grocery.hearing.orders import adds_it, buys_it, had_too, so_many
 from goalscope.envs.grocery.hearing.swapping import swapped
 from goalscope.envs.grocery.hearing.undoing import harm
 from goalscope.envs.grocery.search import Search
@@ -82,17 +82,24 @@ class Talk:
                 said[i] = f"I already have {has}"
             first, rest = _first(stands[i])
             many = so_many(first)
-            if many or adds_it(first):
+            buys = buys_it(first) and self._told_of(turn.query, said[:i])
+            if many or adds_it(first) or buys:
                 asked = takewhile(lambda text: text.rstrip().endswith("?"), reversed(said[:i]))
                 things = ((self._search.mentioned(text), text) for text in (*asked, turn.query))
                 found = (
                     self._named(each[0], text, before()) for each, text in things if len(each) == 1
                 )
-                if thing := next(found, ""):
+                thing = next(found, "")
+                if thing and not (buys and before().asks_for(thing)):
                     instead = f"{thing} instead" if first.rstrip(" .!").endswith("instead") else ""
                     one = swapped(instead, last, self._choice.sells) or f"Add {many}{thing}"
                     said[i] = f"{one}. {self.translated(rest)}" if rest else one
         return said
+
+    def _told_of(self, query: str, said: Sequence[str]) -> bool:
+        """Whether a query names a thing after a question of the person's."""
+        asked = any(text.rstrip().endswith("?") for text in said[-1:])
+        return asked and bool(self._search.mentioned(query))
 
     def _sells(self, name: str) -> bool:
         return self._choice.sells(self.translated(name))

@@ -32,6 +32,7 @@ __all__ = [
     "adds_it",
     "besides_buying",
     "buys_changed",
+    "buys_it",
     "had_too",
     "has_aim",
     "is_order",
@@ -138,6 +139,10 @@ _ADD_IT = re.compile(
     rf"{_YES}(?:{_TAKES}|take) (?:(?<!(?<!'ll )take )(?:it|that|them)|that one|this one|one|some"
     r"|one of (?:them|those|these))(?:[\s,]+(?:please|then|too|as well|thanks|anyway|instead"
     r"|(?:to|in) (?:the|my) (?:basket|cart)))*[\s.!?]*"
+)
+_BUY_IT = re.compile(
+    rf"{_YES}(?:buy|order|purchase) (?:it|that|them|one|some)(?:[\s,]+(?:please|then|too|thanks))*"
+    r"[\s.!]*"
 )
 _HAVING = re.compile(
     r"(?:.*[.!] )?(?:(?:i|we)(?:'ve| have)(?: still)? already(?: got)?"
@@ -259,6 +264,11 @@ def had_too(utterance: str, before: str) -> str:
 def adds_it(utterance: str) -> bool:
     """Whether words are no more than an order to add "it"."""
     return bool(_ADD_IT.fullmatch(evened(utterance)))
+
+
+def buys_it(utterance: str) -> bool:
+    """Whether words are no more than an order to buy "it": a thing, or all of the basket."""
+    return bool(_BUY_IT.fullmatch(evened(utterance)))
 
 
 def so_many(utterance: str) -> str:
