@@ -152,3 +152,18 @@ def test_what_is_asked_is_answered(said: str, question: str, told: str) -> None:
     opened = shop({"Plain Yogurt": 1, "Garam Masala": 1})
     answer = opened.answer(question, [Turn("", said), Turn("", question)])
     assert (answer or "").startswith(told)
+
+
+@pytest.mark.parametrize(
+    ("said", "after"),
+    [
+        ("a bag of flour, the big bag if you have it", {"All-Purpose Wheat Flour": 1}),
+        ("rice, but the large bag please", {"Long Grain White Rice": 1}),
+        ("Get the biggest bag of rice you have", {"Long Grain White Rice": 1}),
+        ("milk, the small one, and eggs", {"Whole Milk": 1, "Large Eggs": 1}),
+    ],
+)
+def test_which_size_is_no_thing(said: str, after: dict[str, int]) -> None:
+    opened, notes = talked({}, said)
+    assert opened.basket == after
+    assert notes == ["I do not choose by size: what is added says how much it is."]

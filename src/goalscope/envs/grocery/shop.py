@@ -17,6 +17,7 @@ from goalscope.envs.grocery.hearing.consent import consents
 from goalscope.envs.grocery.hearing.diets import undieted, waves_off
 from goalscope.envs.grocery.hearing.hear import hear
 from goalscope.envs.grocery.hearing.limits import budget, limits_of_things
+from goalscope.envs.grocery.hearing.listing import chooses_size
 from goalscope.envs.grocery.hearing.orders import (
     adds_it,
     besides_buying,
@@ -282,6 +283,8 @@ class GroceryShop:
         told += unlabelled(
             hearing.diets - stated, [i for i, _ in self._contents() if i.name in fresh], aisles
         )
+        if chooses_size(newest):
+            told.append("I do not choose by size: what is added says how much it is.")
         if hearing.unclear:
             told.append("It is not clear which thing you mean. Please name it.")
         lessened = any(result.action.name == "remove item" for result in results)

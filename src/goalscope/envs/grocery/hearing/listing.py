@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 
+from goalscope.envs.grocery.amounts import PACKS
 from goalscope.envs.grocery.hearing.phrases import END
+from goalscope.envs.speech import evened
 
-__all__ = ["UNIT", "unlisted"]
+__all__ = ["UNIT", "chooses_size", "unlisted"]
 
 UNIT = r"(?:k?g|kilos?|grams?|m?l|lit(?:re|er)s?|lbs?|oz)\b"
 """A measure behind a number, but for pounds, which are money, too."""
@@ -41,6 +43,18 @@ _AISLE = re.compile(
 )
 """Which part of a list comes next: "dips: hummus and guacamole"."""
 
+_SIZE = (
+    r"(?:big(?:ger|gest)?|large(?:r|st)?|small(?:er|est)?|little|tiny|huge|giant|medium|normal"
+    r"|regular|family)(?:[ -]sized?)?"
+)
+_THERE_IS = r"(?: (?:that )?(?:you(?: have|'ve got| sell)(?: got)?|there is|is there))"
+_OF_SIZE = re.compile(
+    rf"(?:(?:^|,|;| -|,? but)(?: (?:and|in|please))* ?(?:the|an?) {_SIZE} (?:{PACKS}|size|ones?)"
+    rf"{_THERE_IS}?(?:,? if (?:you(?: have|'ve got)(?: got)? (?:it|one|any|some|them)|possible"
+    r"|available|there is (?:one|any|some)|you can))?(?:,? (?:please|thanks))*(?=[.,;!?]|$))"
+)
+"""An aside that chooses by size: "flour, the big bag if you have it"."""
+_SIZED_PACK = re.compile(rf"\bthe {_SIZE} (?P<pack>{PACKS}) of (?P<what>[^.,;!?]+?){_THERE_IS}\b")
 _COUNTED = (
     r"\d{1,2} (?!(?:for|in|on|at|to|or|and|x|get|add|buy|take|remove|free)\b)"
     r"[^\W\d][\w'-]*(?: [^\W\d][\w'-]*){0,2}?"
@@ -52,11 +66,18 @@ _RUN = re.compile(
 
 
 def unlisted(text: str) -> str:
-    """`text`, evened, without a heading, with commas, and "2 x 500g" as "1000 g"."""
+    """`text`, evened, without a heading and sizes, with commas, and "2 x 500g" as "1000 g"."""
+    text = _SIZED_PACK.sub(r"a \g<pack> of \g<what>", _OF_SIZE.sub("", text))
     if _RUN.fullmatch(text):
         text = re.sub(r"(?<=\w) (?=\d)", ", ", text)
     text = _ABBREVIATED.sub(r"\g<first>\g<unit>", _AISLE.sub("", _HEADING.sub("", text)))
     return _TIMES.sub(_in_all, _BEFORE_TIMES.sub(" ", text))
+
+
+def chooses_size(utterance: str) -> bool:
+    """Whether words choose among sizes of a thing."""
+    text = evened(utterance)
+    return bool(_OF_SIZE.search(text) or _SIZED_PACK.search(text))
 
 
 def _in_all(found: re.Match[str]) -> str:
