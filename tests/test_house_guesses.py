@@ -71,6 +71,7 @@ def test_nothing_else_is_guessed_for_an_order_to_clear_one_thing(said: str) -> N
         assert note.startswith("I did not understand: ")
 
 
+HOW = ' Please say what goes where, as in "put the mug in the sink".'
 CRACKED = 'I can cook an egg only once it is cracked: say "crack the egg".'
 SLICED = 'I can cook the bread only once it is sliced: say "slice the bread".'
 
@@ -91,13 +92,13 @@ SLICED = 'I can cook the bread only once it is sliced: say "slice the bread".'
             ['I can cook the bread only once it is sliced: say "slice the bread".'],
             "",
         ),
-        (["do the laundry"], set(), ["I did not understand: do the laundry."], ""),
+        (["do the laundry"], set(), [f"I did not understand: do the laundry.{HOW}"], ""),
         (["I do the laundry"], set(), [], ""),
         (["do the lights work"], set(), [], ""),
         (["I'm going to break the bottle, slice the bread"], set(), [], ""),
         (["warm the milk"], set(), ["I did not understand: warm the milk."], ""),
-        (["make me a sandwich"], set(), ["I did not understand: make me a sandwich."], ""),
-        (["set the table for 2"], set(), ["I did not understand: set the table for 2."], ""),
+        (["make me a sandwich"], set(), [f"I did not understand: make me a sandwich.{HOW}"], ""),
+        (["set the table for 2"], set(), [f"I did not understand: set the table for 2.{HOW}"], ""),
         (["lock up the apple"], set(), ["There is no safe here."], ""),
         (["do the dishes"], {"mug 1: no longer dirty"}, [], ""),
         (["clean everything"], {"mug 1: no longer dirty"}, [], ""),
@@ -476,3 +477,10 @@ def test_no_part_of_an_order_or_correction_is_dropped(
     said: list[str], changes: set[str], notes: list[str]
 ) -> None:
     assert told("Kitchen1", *said)[:2] == (changes, notes)
+
+
+def test_why_a_thing_does_not_go_somewhere_is_said_in_plain_words() -> None:
+    robot = robot_in("Kitchen1")
+    robot.reset()
+    result = robot.step(Action("put", "pan", destination="toaster"))
+    assert (result.ok, result.observation) == (False, "the pan does not go in or on the toaster")

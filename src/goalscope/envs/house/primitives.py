@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,10 +14,18 @@ __all__ = ["Primitives", "Refusal"]
 
 _LOOKS = {30.0: 0, 0.0: 1, 60.0: 2, -30.0: 3}
 """The horizons from which things are best seen, the best first."""
+_PLAINER = (
+    (
+        re.compile(r"(\S+) (?:is not a valid Object Type to|cannot) be placed in"),
+        r"\1 does not go in or on",
+    ),
+    (re.compile(r"No valid positions to place object found"), "There is no room for it"),
+)
+"""What the simulator says of puts, and what people do."""
 
 
 class Refusal(Exception):
-    """The simulator did not do what it was asked; the message is its own."""
+    """The simulator did not do what it was asked; the message says why, in objects' ids."""
 
 
 class Primitives:
@@ -171,7 +180,10 @@ class Primitives:
     def _step(self, **step: Any) -> None:
         event = self._call(self.controller.step, **step)
         if not event.metadata["lastActionSuccess"]:
-            raise Refusal(event.metadata["errorMessage"] or f"{step['action']} failed.")
+            why = event.metadata["errorMessage"] or f"{step['action']} failed."
+            for said, plainer in _PLAINER:
+                why = said.sub(plainer, why)
+            raise Refusal(why)
         self._done.append(step)
 
     def _call(self, function: Any, **arguments: Any) -> Any:

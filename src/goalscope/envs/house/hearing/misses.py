@@ -42,9 +42,11 @@ class Misses(Corrections):
         self.puzzle(clause)
 
     def puzzle(self, clause: Clause) -> None:
-        """Keep that an order was not understood."""
-        self.missed.append(f"I did not understand: {shorten(clause.said, 80, placeholder=' ...')}.")
-        self.stuck = self.stuck or not is_aim(clause.said)
+        """Keep that an order was not understood, or for an aim that it must be said how."""
+        aim, said = is_aim(clause.said), shorten(clause.said, 80, placeholder=" ...")
+        how = ' Please say what goes where, as in "put the mug in the sink".' if aim else ""
+        self.missed.append(f"I did not understand: {said}.{how}")
+        self.stuck = self.stuck or not aim
 
     def lacking(self, clause: Clause, said: Sequence[Phrase], lacks: Phrase | None) -> None:
         """Keep why an order cannot be carried out: no such thing is here, or it is not for that."""
