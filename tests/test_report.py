@@ -477,9 +477,11 @@ def test_the_command_writes_or_prints(folder: Path, tmp_path: Path) -> None:
         app, [str(folder / "mcq.db"), "--markdown", str(tmp_path / "m.md")]
     )
     assert written.exit_code == 0
-    assert (folder / "report" / "report.html").is_file()
+    assert (folder / "mcq-report" / "report.html").is_file()
+    assert not (folder / "report").exists()
     assert (tmp_path / "m.md").is_file()
     assert "2 tables, 1 figure." in written.stdout
+    assert str(tmp_path / "m.md") in written.stdout.replace("\n", "")
     both = CliRunner().invoke(app, [str(folder / "mcq.db"), "--json", "--out", str(tmp_path / "o")])
     assert json.loads(both.stdout)
     assert (tmp_path / "o" / "report.html").is_file()

@@ -20,7 +20,9 @@ def report(
     ],
     out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Folder to write into.  [default: report, beside them]"),
+        typer.Option(
+            metavar="DIR", help="Folder to write into.  [default: report, or FILE-report]"
+        ),
     ] = None,
     markdown: Annotated[
         Path | None,
@@ -65,7 +67,11 @@ def report(
     tables = sum(len(section.tables) for section in found.sections)
     figures = sum(len(section.figures) for section in found.sections)
     typer.echo(plain(f"{page}: {counted(tables, 'table')}, {counted(figures, 'figure')}.").plain)
+    if markdown:
+        typer.echo(
+            plain(f"{markdown}: the summary; all tables in {markdown.with_suffix('')}.").plain
+        )
 
 
 def _beside(source: Path) -> Path:
-    return (source if source.is_dir() else source.parent) / "report"
+    return source / "report" if source.is_dir() else source.with_name(f"{source.stem}-report")
