@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import pytest
 
 from fakes import WordModel, said
-from goalscope.advice import advice, doubtful, retracts
+from goalscope.advice import advice, advised, doubtful, retracts
 from goalscope.belief import Belief
 from goalscope.tracker import GoalTracker
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn
@@ -413,3 +413,46 @@ def test_it_is_given_of_a_tracker() -> None:
     for wrong in (tracker.belief, None, "act", replace):
         with pytest.raises(InvalidInputError, match="of a GoalTracker"):
             advice(wrong)  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["Yes, cancel it, please.", "Yes, please cancel my contract."],
+)
+def test_who_wants_something_ended_may_say_cancel(words: str) -> None:
+    end = Goal("end my contract")
+    sure = Belief.uniform([UNSPECIFIED, end]).observe([-9.0, 0.0])
+    asked = [Turn("Shall I end your contract?", words)]
+    assert advised(Stand(sure, asked)) == ("act", "It has 100%.")
+    assert retracts("Cancel that.", end)
+    assert retracts(words, TEA)
+    assert retracts("Cancel the order.", end)
+
+
+def test_advice_has_its_reason() -> None:
+    sure = BARE.observe([-9.0, 0.0])
+    stands = {
+        "Nothing was said yet.": Stand(BARE, []),
+        "The likeliest has 50%, and 80% is sure enough.": Stand(
+            BARE.observe([0.0, 0.0]), said("A")
+        ),
+        "None of the goals explains the words well.": Stand(BARE.observe([0.0, -9.0]), said("A")),
+        "No goal can have said these words.": Stand(
+            BARE.observe([-math.inf, -math.inf]), said("A")
+        ),
+        "The answer to the question whether to go ahead is no plain yes.": Stand(
+            sure, [Turn("Shall I make tea?", "Hm.")]
+        ),
+        "The newest words deny, ask or suppose something, or ask for the opposite.": Stand(
+            sure, said("No tea.")
+        ),
+        "Without the words that deny, ask, suppose or were taken back it has only 50%.": Stand(
+            sure.observe([0.0, 0.0]), said("No tea.", "Good.")
+        ),
+        "The newest words take something back.": Stand(
+            BARE.observe([0.0, 0.0]).observe([0.0, 0.0]), said("Tea!", "Stop!")
+        ),
+    }
+    assert [advised(each).because for each in stands.values()] == [*stands]
+    made = advised(Stand(sure, said("Tea!")), proposed={TEA: 1})
+    assert made == ("ask", "Later words must speak for it first.")

@@ -48,12 +48,13 @@ def test_a_belief_is_kept_corrected_and_explained(program: Program) -> None:
     pinned = program.post(f"{mine}/corrections", json={"kind": "pin", "goal": "make tea"}).json()
     assert pinned["belief"]["goals"][0]["text"] == "make tea"
     assert pinned["advice"] == "act"
+    assert pinned["because"].startswith("It has ")
     assert [each["kind"] for each in pinned["changes"]] == ["added", "pinned"]
     why = program.get(f"{mine}/why", params={"goal": "bake a cake"}).json()
     assert [each["utterance"] for each in why["reasons"]] == [CAKE["utterance"]]
     assert program.get(mine).json()["belief"]["set_90"] is None
     closed = program.post(f"{mine}/close").json()
-    assert (closed["closed"], closed["advice"]) == (True, None)
+    assert (closed["closed"], closed["advice"], closed["because"]) == (True, None, None)
     assert program.put(f"{mine}/turns/2", json=CAKE).status_code == 409
 
 

@@ -7,16 +7,17 @@ import unicodedata
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Literal, Protocol, cast
+from typing import Literal, NamedTuple, Protocol, cast
 
 import numpy as np
 
 from goalscope.belief import Belief
 from goalscope.envs.speech import ASSENT, LEAD, LONGEST, MILD, evened
 from goalscope.goals import incomplete
+from goalscope.opposites import opposes
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn, meaning
 
-__all__ = ["LOST", "SURE", "Advice", "advice", "doubtful", "retracts"]
+__all__ = ["LOST", "SURE", "Advice", "Advised", "advice", "advised", "doubtful", "retracts"]
 
 SURE = 0.8
 """Probability of a goal from which it is acted on: a question costs a fifth of a wrong act."""
@@ -55,6 +56,13 @@ _RETRACTION = re.compile(
     rf" (?:it|that|this|them|you){_OVER}"
 )
 """What takes back what was said before, whatever that was."""
+
+_ENDS = re.compile(r"\b(?:end|terminat|clos|delet|unsubscrib|leav|stop|quit|remov)(?:e|ing)?\b")
+_CANCELS = re.compile(
+    r"(?:\bcancel(?= (?:my|our|the) (?!(?:last|request|order)\b)\w)"
+    r"|(?<=^yes, )cancel(?= it\b)|(?<=^yes )cancel(?= it\b))"
+)
+"""What ends a contract, and takes no words back."""
 
 _GIVEN_LEAVE = re.compile(
     r"\bif (?:possible|it's possible|you (?:please|like|wish|can|could|would)\b(?! not))"
@@ -143,6 +151,13 @@ class Tracking(Protocol):
     def turns(self) -> Sequence[Turn]: ...
 
 
+class Advised(NamedTuple):
+    """What to do next, and why, in a sentence."""
+
+    advice: Advice
+    because: str
+
+
 def advice(
     tracker: Tracking,
     *,
@@ -155,12 +170,12 @@ def advice(
     "propose" goals: none explains the words, and Unspecified has more than `LOST`. Before the first
     turn there is only to ask, or to act on what the person has confirmed.
 
-    How likely words are tells little of whether they deny: so nothing is acted on where the newest
-    are `doubtful`, nor where the goal would not be as likely without all those that were, and
-    without all that a person said, and confirmed, before they took something back ("Stop!", "don't
-    do that", "I changed my mind"); nor where the newest query asks whether to go ahead ("Shall I
-    book it?") and the answer is no yes, or one with other words behind it that are no statement
-    ("Yes, to Porto."), and after it until words speak for the goal again; nor on a
+    How likely words are tells little of whether they deny, or ask for the opposite: so nothing is
+    acted on where the newest are `doubtful`, nor where the goal would not be as likely without all
+    those that were, and without all that a person said, and confirmed, before they took something
+    back ("Stop!", "don't do that", "I changed my mind"); nor where the newest query asks whether to
+    go ahead ("Shall I book it?") and the answer is no yes, or one with other words behind it that
+    are no statement ("Yes, to Porto."), and after it until words speak for the goal again; nor on a
     goal that a model made from the person's words before later ones speak for it more than for
     none. What the person has confirmed since their newest words is acted on. Who takes something
     back is asked, and offered nothing else.
@@ -174,38 +189,52 @@ def advice(
     Raises:
         InvalidInputError: It is no tracker, or `proposed` no such mapping.
     """
+    return advised(tracker, since=since, proposed=proposed).advice
+
+
+def advised(
+    tracker: Tracking,
+    *,
+    since: int = 0,
+    proposed: Mapping[Goal, int] | Mapping[str, int] | None = None,
+) -> Advised:
+    """The same as `advice`, with the reason."""
     belief, turns = getattr(tracker, "belief", None), getattr(tracker, "turns", None)
     if not isinstance(belief, Belief) or turns is None:
         raise InvalidInputError(
             f"advice is given of a GoalTracker, for its words count, too, not of {tracker!r}."
         )
     made = _made(proposed)
-    for goal, probability in belief.top(1):
-        if goal != UNSPECIFIED and probability >= SURE:
-            return (
-                "act" if _is_told(belief, turns, goal, made.get(meaning(goal.text), 0)) else "ask"
-            )
+    goal, probability = next(iter(belief.top(1)), (UNSPECIFIED, 0.0))
+    if goal != UNSPECIFIED and probability >= SURE:
+        doubt = _held_back(belief, turns, goal, made.get(meaning(goal.text), 0))
+        return Advised("ask", doubt) if doubt else Advised("act", f"It has {probability:.0%}.")
     if not turns or not len(belief.log_likelihood):
-        return "ask"
+        return Advised("ask", "Nothing was said yet.")
     if (len(turns) > 1 or belief.pinned) and retracts(turns[-1].utterance, UNSPECIFIED):
-        return "ask"
-    lost = UNSPECIFIED in belief.goals and incomplete(belief, LOST, since=since)
-    return "propose" if lost or belief.is_degenerate else "ask"
+        return Advised("ask", "The newest words take something back.")
+    if belief.is_degenerate:
+        return Advised("propose", "No goal can have said these words.")
+    if UNSPECIFIED in belief.goals and incomplete(belief, LOST, since=since):
+        return Advised("propose", "None of the goals explains the words well.")
+    return Advised("ask", f"The likeliest has {probability:.0%}, and {SURE:.0%} is sure enough.")
 
 
 def doubtful(utterance: str, goal: Goal) -> bool:
     """Whether English words deny, ask or suppose something, beyond what the goal itself denies.
 
     They need not be about the goal: too many are found rather than too few. A polite request is no
-    question. Words that seem to be of another language might deny anything.
+    question. Words that seem to be of another language might deny anything. So are words doubtful
+    that ask for the opposite (see `opposes`).
     """
-    text = _GIVEN_LEAVE.sub("", evened(unicodedata.normalize("NFKC", utterance)))
+    text = _GIVEN_LEAVE.sub("", _read(utterance, goal))
     sentences = re.findall(r"[^.!?;]+[.!?;]*", text)
     return bool(
         len(utterance) > LONGEST
         or _is_foreign(text)
         or _denials(text) - _denials(evened(goal.text))
         or _SUPPOSED.search(text)
+        or opposes(text, goal)
         or any(
             _ASKED.match(each) and not _REQUEST.match(each) for each in map(str.strip, sentences)
         )
@@ -214,9 +243,15 @@ def doubtful(utterance: str, goal: Goal) -> bool:
 
 def retracts(utterance: str, goal: Goal) -> bool:
     """Whether English words take back what was said before, beyond what the goal itself does."""
-    text = evened(unicodedata.normalize("NFKC", utterance))
+    text = _read(utterance, goal)
     own = Counter(each[0] for each in _RETRACTION.finditer(evened(goal.text)))
     return bool(Counter(each[0] for each in _RETRACTION.finditer(text)) - own)
+
+
+def _read(utterance: str, goal: Goal) -> str:
+    """An utterance, evened; to cancel a thing is to end it, where that is the goal."""
+    text = evened(unicodedata.normalize("NFKC", utterance))
+    return _CANCELS.sub("end", text) if _ENDS.search(evened(goal.text)) else text
 
 
 def _is_foreign(text: str) -> bool:
@@ -240,7 +275,7 @@ def _leave(turn: Turn, goal: Goal) -> bool | None:
     opposed = _denials(asked.string) - _denials(evened(goal.text))
     if opposed or _OTHERWISE.search(asked.string):
         return False
-    said = evened(unicodedata.normalize("NFKC", turn.utterance))
+    said = _read(turn.utterance, goal)
     verb = next(filter(None, asked.groups()), "yes")
     done = rf"{verb}(?: (?:it|that|this|them|both|the|my|for|please|now)\b|(?=[ ,.!]*$))"
     yes = re.match(rf"(?:{_FINE}[ ,.!]+)*(?:(?P<yes>{_YES})|{done})(?!\w)", said)
@@ -272,30 +307,36 @@ def _made(proposed: object) -> dict[str, int]:
         ) from None
 
 
-def _is_told(belief: Belief, turns: Sequence[Turn], goal: Goal, made: int) -> bool:
-    """Whether the likeliest goal is what the person says, and not only what is spoken of."""
+def _held_back(belief: Belief, turns: Sequence[Turn], goal: Goal, made: int) -> str:
+    """Why a sure goal is only what is spoken of; "" where it is what the person says."""
     if (len(belief.log_likelihood), goal) in belief.pinned:
-        return True
+        return ""
     if not turns:
-        return False
+        return "Nothing was said yet."
     answers = [_leave(turn, goal) for turn in turns]
     if answers[-1] is False:
-        return False
+        return "The answer to the question whether to go ahead is no plain yes."
     said = [turn.utterance for turn in turns]
     taken_back = max((n for n, each in enumerate(said, 1) if retracts(each, goal)), default=0)
     doubts = [n <= taken_back or doubtful(each, goal) for n, each in enumerate(said, 1)]
+    if doubts[-1]:
+        return "The newest words deny, ask or suppose something, or ask for the opposite."
     table = belief.log_likelihood.copy()
     for row, doubt in zip(table[::-1], reversed(doubts), strict=False):
         if doubt:
             row[:] = 0.0
     pinned = tuple((when, each) for when, each in belief.pinned if when >= taken_back)
     plain = replace(belief, log_likelihood=table, pinned=pinned)
-    if doubts[-1] or plain.probability[belief.goals.index(goal)] < SURE:
-        return False
-    left = max((n for n, each in enumerate(answers, 1) if each is False), default=0)
-    made = max(made, 0 if answers[-1] else left)
-    if not made or goal in {each for when, each in pinned if when >= left}:
-        return True
+    left = plain.probability[belief.goals.index(goal)]
+    if left < SURE:
+        return (
+            f"Without the words that deny, ask, suppose or were taken back it has only {left:.0%}."
+        )
+    refused = max((n for n, each in enumerate(answers, 1) if each is False), default=0)
+    made = max(made, 0 if answers[-1] else refused)
+    if not made or goal in {each for when, each in pinned if when >= refused}:
+        return ""
     later = plain.evidence[made:]
     against = later[:, [each == UNSPECIFIED for each in belief.goals]].sum()
-    return bool(later[:, belief.goals.index(goal)].sum() > against + np.finfo(float).eps)
+    speaks = later[:, belief.goals.index(goal)].sum() > against + np.finfo(float).eps
+    return "" if speaks else "Later words must speak for it first."

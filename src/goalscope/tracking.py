@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, replace
 from threading import Lock
 from typing import Any
 
-from goalscope.advice import Advice, advice
+from goalscope.advice import Advice, Advised, advised
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL, calibration_from_json
 from goalscope.calibrations import calibration_named
@@ -75,8 +75,13 @@ class Tracked:
 
     @property
     def advice(self) -> Advice:
-        """What an assistant should do next; see the function `advice`."""
-        return advice(self, since=self.made_from, proposed=self.proposed)
+        """What an assistant should do next; see `goalscope.advice.advice`."""
+        return self.advised.advice
+
+    @property
+    def advised(self) -> Advised:
+        """The same, and why."""
+        return advised(self, since=self.made_from, proposed=self.proposed)
 
 
 class Trackers:

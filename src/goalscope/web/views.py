@@ -261,14 +261,15 @@ class TrackerView(BaseModel):
     """How a tracking session stands after `turn` turns.
 
     `advice` says what to do next: "act" on the likeliest goal, "ask" the person, or "propose"
-    goals, since none of these explains the words; null where the session is closed. `changes`:
-    goals that came, went or were confirmed with that turn and since.
+    goals, since none of these explains the words; `because` says why. Both are null where the
+    session is closed. `changes`: goals that came, went or were confirmed with that turn and since.
     """
 
     id: str
     task: str
     turn: int
     advice: Advice | None
+    because: str | None
     belief: BeliefView
     changes: list[ChangeView]
     notes: list[str]
@@ -277,11 +278,13 @@ class TrackerView(BaseModel):
     @classmethod
     def of(cls, tracked: Tracked) -> TrackerView:
         """The view of a session."""
+        advice, because = (None, None) if tracked.closed else tracked.advised
         return cls(
             id=tracked.id,
             task=tracked.task,
             turn=len(tracked.turns),
-            advice=None if tracked.closed else tracked.advice,
+            advice=advice,
+            because=because,
             belief=BeliefView.of(tracked.belief),
             changes=[ChangeView.of(change) for change in tracked.changes],
             notes=list(tracked.notes),
