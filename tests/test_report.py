@@ -442,7 +442,9 @@ def test_a_summary_shows_the_papers_belief_beside_goalscopes_of_the_same_model(
         for belief in ("Eq. 1", "goalscope", "an agent's")
     ]
     assert {row["n"] for row in shown} == {12}
-    assert [row[:4] for row in models.rows] == [("r", "own, 3 goals each", "+ mine", 12)]
+    assert [row[:5] for row in models.rows] == [
+        ("r", "own, 3 goals each", "+ mine", "SmolLM2-135M-Instruct without adapter", 12)
+    ]
     assert "cells so far" not in models.columns
 
 

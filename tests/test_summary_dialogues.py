@@ -63,7 +63,7 @@ def test_to_ask_the_model_outright_makes_no_other_model_of_it() -> None:
         (found,) = read_dialogues(cells)
         assert (found.model, found.n) == (read_dialogues(DIALOGUES)[0].model, 4)
         asked_after_one = found.outcomes["model asked", 1]
-        assert sorted(each.id for each in asked_after_one) == ["1", "2"]
+        assert sorted(each.case["id"] for each in asked_after_one) == ["1", "2"]
 
 
 def test_a_dialogue_that_was_corrected_since_counts_once() -> None:
@@ -383,6 +383,29 @@ def test_models_that_met_the_same_dialogues_are_compared() -> None:
     area = {each.model: each.area(1) for each in read_dialogues([*base, *better])}
     assert first["open-set AUROC"] == area[small]
     assert list(model_tables(read_dialogues(base))) == []
+
+
+def test_only_the_same_words_are_compared_and_a_calibration_is_no_better_model() -> None:
+    base = [dialogue(n, 0, 1, group=f"g{n}", **{"role-play": [SURE]}) for n in range(4)]
+    warmer = [
+        (
+            {**spec, "model": {}},
+            {**result, "calibration": asdict(Calibration(temperature=3.0))},
+        )
+        for spec, result in base
+    ]
+    (table,) = model_tables(read_dialogues([*base, *warmer]))
+    (_, other) = [dict(zip(table.columns, entries, strict=True)) for entries in table.rows]
+    assert other["log-loss, difference"].value > 0.1
+    assert other["Eq. 1: log-loss, difference"].value == 0.0
+    assert not table.notes[0].startswith("NOT compared")
+    for spec, _ in warmer[:3]:
+        spec["case"] = {**spec["case"], "turns": [["What?", "Something else."]]}
+    (table,) = model_tables(read_dialogues([*base, *warmer]))
+    assert table.notes[0].startswith("NOT compared: 3 dialogues that the first model met in other")
+    (_, left) = [dict(zip(table.columns, entries, strict=True)) for entries in table.rows]
+    assert left["n"] == 4
+    assert left["log-loss, difference"].interval is None  # of one dialogue
 
 
 def test_figures_get_the_tables_numbers() -> None:

@@ -57,16 +57,19 @@ class Outcome:
     """One predictor's belief after one turn of one dialogue.
 
     Attributes:
-        id: Of the dialogue.
-        group: Of the dialogue; intervals resample groups.
+        case: The dialogue, as it was measured.
         scores: How good the belief was.
         confidence: Probability of the likeliest goal.
     """
 
-    id: str
-    group: str
+    case: Mapping[str, Any]
     scores: Scores
     confidence: float
+
+    @property
+    def group(self) -> str:
+        """Of the dialogue; intervals resample groups."""
+        return self.case["group"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -337,7 +340,7 @@ def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogue
         case, last = cell[0]["case"], None
         for turn, belief in enumerate(table, 1):
             scored = scores(belief, case["truth"])
-            last = Outcome(case["id"], case["group"], scored, float(np.exp(belief.max())))
+            last = Outcome(case, scored, float(np.exp(belief.max())))
             outcomes.setdefault((predictor, turn), []).append(last)
         if last:
             outcomes.setdefault((predictor, None), []).append(last)

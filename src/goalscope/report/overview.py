@@ -50,9 +50,10 @@ def _believed(rows: list[Row]) -> list[Row]:
 
 
 def _compared(rows: list[Row]) -> list[Row]:
-    """After the last turn, each model but the first."""
+    """After the last turn, each model but the first, with which it is compared."""
     first, last = rows[0]["model"], rows[-1]["turn"]
-    return [row for row in rows if row["turn"] == last and row["model"] != first]
+    shown = [row for row in rows if row["turn"] == last and row["model"] != first]
+    return [{**row, "compared with": first} for row in shown]
 
 
 _KINDS = (
@@ -84,13 +85,13 @@ _KINDS = (
         "dialogue",
         "dialogues",
         (
-            *("model", "n", "top-1", "top-1, difference"),
-            *("log-loss", "log-loss, difference", "open-set AUROC"),
+            *("model", "compared with", "n", "top-1", "top-1, difference", "log-loss"),
+            *("log-loss, difference", f"{PAPERS}: log-loss, difference", "open-set AUROC"),
         ),
         _compared,
         (
-            "All after the last turn, the AUROC too. Difference: from the first model, usually "
-            "without adapter.",
+            "All after the last turn, the AUROC too. Difference: from the model that it is "
+            f"compared with. {PAPERS}: without calibration, which each model has its own of.",
         ),
     ),
     _Kind(
