@@ -238,13 +238,16 @@ def test_the_command_says_how_it_goes(path: Path, rows: Path, tmp_path: Path) ->
     result = invoke(*fit(rows, out, path, "--seed", 3, "--objective", "words"))
     assert result.exit_code == 0, result.output
     assert re.fullmatch(
-        re.escape(str(out)) + r": best at step \d, log-loss \d\.\d{3} \(before \d\.\d{3}\), top-1 "
+        re.escape(str(out)) + r": least loss at step \d, \d\.\d{3} \(before \d\.\d{3}\), log-loss "
+        r"\d\.\d{3} \(\d\.\d{3}\), top-1 "
         r"\d+% \(\d+%\), AUROC \d\.\d{3} \(\d\.\d{3}\) on 2 dialogues\n",
         result.stdout,
     )
     assert "Fewer than 20 dialogues that validate tell little." in result.stderr
-    steps = re.findall(r"^step +(\d) +log-loss \d", result.stderr, re.MULTILINE)
+    steps = re.findall(r"^step +(\d) +loss \d\.\d{3}  log-loss \d", result.stderr, re.MULTILINE)
     assert steps == ["0", "2", "4"]
+    stays = "No step lowered the loss: these are the weights that it began with." in result.stderr
+    assert stays == ("least loss at step 0," in result.stdout)
     assert f"--adapter{out}" in "".join(result.stderr.split())  # which may be wrapped anywhere
     settings = json.loads((out / "fit.json").read_text())["settings"]
     assert (settings["seed"], settings["objective"], settings["rank"]) == (3, "words", 2)

@@ -13,7 +13,7 @@ import typer
 
 from goalscope.cli.options import Json, Layout, Seed
 from goalscope.cli.terminal import console, measuring, model_names, progress
-from goalscope.types import InvalidInputError
+from goalscope.types import InvalidInputError, counted
 
 __all__ = ["fit"]
 
@@ -145,7 +145,8 @@ def fit(
                 began = True
                 if (found := each.validation) and not as_json:
                     err.print(
-                        f"step {found.step:4}  log-loss {found.log_loss:.3f}  "
+                        f"step {found.step:4}  loss {found.loss:.3f}  "
+                        f"log-loss {found.log_loss:.3f}  "
                         f"top-1 {found.top1:4.0%}  AUROC {found.auroc:.3f}"
                     )
     except KeyboardInterrupt:
@@ -165,17 +166,19 @@ def _tell(facts: Mapping[str, Any], out: Path, as_json: bool) -> None:
         print(json.dumps(facts))
         return
     best, first, number = facts["best"], facts["history"][0], facts["validated"]
+    figures = (("log-loss", "log_loss", ".3f"), ("top-1", "top1", ".0%"), ("AUROC", "auroc", ".3f"))
+    told = ", ".join(f"{name} {best[k]:{form}} ({first[k]:{form}})" for name, k, form in figures)
     console().print(
         plain(
-            f"{out}: best at step {best['step']}, log-loss {best['log_loss']:.3f} (before "
-            f"{first['log_loss']:.3f}), top-1 {best['top1']:.0%} ({first['top1']:.0%}), AUROC "
-            f"{best['auroc']:.3f} ({first['auroc']:.3f}) on {number} "
-            f"dialogue{'s' if number != 1 else ''}"
+            f"{out}: least loss at step {best['step']}, {best['loss']:.3f} (before "
+            f"{first['loss']:.3f}), {told} on {counted(number, 'dialogue')}"
         ),
         soft_wrap=True,
     )
     err = console(stderr=True)
     if number < FEW:
         err.print(f"Fewer than {FEW} dialogues that validate tell little. Give more dialogues.")
+    if not best["step"]:
+        err.print("No step lowered the loss: these are the weights that it began with.")
     use = f"Use it with: goalscope infer FILE --out OUT --adapter {out}"
     err.print(plain(use), style="dim", soft_wrap=True)
