@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from goalscope.cli.data import data
-from goalscope.datasets import DATASETS, Case, data_folder, load, turns_of
+from goalscope.datasets import DATASETS, Case, data_folder, load, read_cases, turns_of
 from goalscope.datasets.goal_sets import by_shared_words, chance, draw
 from goalscope.datasets.multiwoz import detokenised
 from goalscope.types import InvalidInputError, Turn, meaning
@@ -433,3 +433,19 @@ def test_a_limit_of_a_real_set_is_a_prefix() -> None:
     folder = data_folder(None)
     whole = load("teach", folder, goal_set="hard").cases
     assert load("teach", folder, goal_set="hard", limit=9).cases == whole[:9]
+
+
+def test_what_is_exported_is_what_is_read(tmp_path: Path) -> None:
+    packed(tmp_path, "teach", games())
+    out = tmp_path / "teach.jsonl"
+    call = ["export", "teach", "--data", str(tmp_path), "--goals", "3", "--out", str(out)]
+    told = CliRunner().invoke(data, call)
+    assert (told.exit_code, told.stdout) == (0, "")
+    assert read_cases(out) == load("teach", tmp_path, goals=3).cases
+    assert "is there already" in str(CliRunner().invoke(data, call).exception)
+
+
+def test_a_compressed_file_is_no_dialogues(tmp_path: Path) -> None:
+    file = packed(tmp_path, "teach", games())
+    with pytest.raises(InvalidInputError, match=r"is compressed.*goalscope data export SET"):
+        read_cases(file)

@@ -135,6 +135,17 @@ def test_a_mistyped_file_is_no_new_store(tmp_path):
     assert not [*tmp_path.iterdir()]
 
 
+@pytest.mark.skipif(os.name == "nt", reason="files there have no such rights")
+def test_what_people_said_is_for_the_owner_alone_until_they_open_it(tmp_path):
+    file = tmp_path / "e.db"
+    with Store.open(file) as store:
+        store.begin(**EPISODE)
+        assert {each.stat().st_mode & 0o777 for each in tmp_path.iterdir()} == {0o600}
+    file.chmod(0o640)
+    Store.open(file).close()
+    assert file.stat().st_mode & 0o777 == 0o640
+
+
 def test_nan_is_refused(place):
     with Store.open(place) as store:
         with pytest.raises(GoalscopeError, match="cannot be stored"):

@@ -30,6 +30,8 @@ EXPECTED = (
     '"..."}], "goals": ["...", "..."]}.'
 )
 
+EXPORT = "`goalscope data export SET` writes such a file of a public dataset."
+
 _NAMES = {"n": "number of dialogues"}
 
 
@@ -64,9 +66,16 @@ def read_dialogues(file: Path) -> list[Dialogue]:
             line.
     """
     try:
-        lines = file.read_bytes().split(b"\n")
+        data = file.read_bytes()
     except OSError as error:
-        raise InvalidInputError(f"{file} cannot be read: {error.strerror or error}.") from error
+        raise InvalidInputError(
+            f"{file} cannot be read: {error.strerror or error}. {EXPORT}"
+        ) from error
+    if data.startswith(b"\x1f\x8b"):
+        raise InvalidInputError(
+            f"{file} is compressed, and a file of JSON Lines is expected. {EXPORT}"
+        )
+    lines = data.split(b"\n")
     dialogues: list[Dialogue] = []
     ids: dict[str | int, int] = {}
     for number, line in enumerate(lines, 1):

@@ -10,6 +10,7 @@ import typer
 
 from goalscope.cli.options import Json
 from goalscope.cli.terminal import console
+from goalscope.types import counted
 
 __all__ = ["data"]
 
@@ -20,17 +21,15 @@ data = typer.Typer(
 )
 
 
-@data.callback()
-def group() -> None:
-    """Keep `list` a command of its own."""
+Folder = Annotated[
+    Path | None,
+    typer.Option("--data", help="Folder of the datasets.  [default: $GOALSCOPE_DATA]"),
+]
 
 
 @data.command(name="list")
 def list_datasets(
-    folder: Annotated[
-        Path | None,
-        typer.Option("--data", help="Folder of the datasets.  [default: $GOALSCOPE_DATA]"),
-    ] = None,
+    folder: Folder = None,
     as_json: Json = False,
 ) -> None:
     """List the datasets: what they hold, where they come from, and which files are there."""
@@ -80,3 +79,37 @@ def list_datasets(
         out.print(
             plain(f"The files stand {where}. `goalscope` downloads none of them."), soft_wrap=True
         )
+
+
+@data.command()
+def export(
+    name: Annotated[str, typer.Argument(metavar="SET[:SPLIT]", help="As `data list` names it.")],
+    out: Annotated[Path, typer.Option(metavar="FILE.jsonl", help="A new file.")],
+    goal_set: Annotated[
+        str | None, typer.Option(help="How wrong goals are drawn.  [default: the set's first]")
+    ] = None,
+    goals: Annotated[int, typer.Option(min=2, help="Goals of each dialogue.")] = 20,
+    limit: Annotated[int | None, typer.Option(min=1, help="Only so many, the first.")] = None,
+    seed: Annotated[int, typer.Option(help="Of the draw of wrong goals.")] = 1,
+    folder: Folder = None,
+) -> None:
+    """Write a dataset's dialogues with their goals, a row each, and the true goal under "true".
+
+    `infer`, `bench dialogues --jsonl` and `fit` read such files.
+    """
+    from goalscope.datasets import data_folder, load, write_cases
+    from goalscope.plain import plain
+
+    set, _, split = name.partition(":")
+    found = load(
+        set,
+        data_folder(folder),
+        split=split or None,
+        goal_set=goal_set,
+        goals=goals,
+        seed=seed,
+        limit=limit,
+    )
+    write_cases(found.cases, out)
+    told = f"{out}: {counted(len(found.cases), 'dialogue')}"
+    console(stderr=True).print(plain(told), soft_wrap=True)

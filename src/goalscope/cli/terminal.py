@@ -90,6 +90,8 @@ def measuring(what: str) -> Generator[Callable[[str, float], None]]:
 
         def report(step: str, share: float) -> None:
             text = f"Measuring this machine, once: {step}"
+            if bar.disable and not share:
+                out.print(text)
             bar.update(task, description=text, total=1.0, completed=share)
 
         yield report

@@ -6,6 +6,7 @@ import logging
 import os
 import sqlite3
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import platformdirs
@@ -79,6 +80,8 @@ def _file(file: Path) -> Engine:
             "Name another file with --store."
         ) from error
     path = file.absolute()
+    with suppress(OSError):  # new, and for its owner alone: it holds what people said
+        os.close(os.open(path, os.O_CREAT | os.O_EXCL, 0o600))
     if (kind := _file_system(Path(os.path.realpath(path)))) in NETWORK:
         log.warning(
             f"The episode store {file} is on a network file system ({kind}), where programs on "

@@ -10,7 +10,7 @@ from pathlib import Path
 from goalscope.datasets.alfred import alfred
 from goalscope.datasets.case import OPENING, Case, said_key, turns_of
 from goalscope.datasets.casino import casino
-from goalscope.datasets.jsonl import read_cases
+from goalscope.datasets.jsonl import read_cases, write_cases
 from goalscope.datasets.multiwoz import multiwoz
 from goalscope.datasets.taskmaster import taskmaster
 from goalscope.datasets.teach import teach
@@ -29,6 +29,7 @@ __all__ = [
     "read_cases",
     "said_key",
     "turns_of",
+    "write_cases",
 ]
 
 _Reader = Callable[[Path, str, int, int], Iterator[Case | str]]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +13,7 @@ from goalscope.envs.tables import nearest, shown
 from goalscope.infer import Dialogue, read_dialogues
 from goalscope.types import InvalidInputError, meaning
 
-__all__ = ["read_cases"]
+__all__ = ["read_cases", "write_cases"]
 
 
 def read_cases(file: Path) -> list[Case]:
@@ -36,6 +38,32 @@ def read_cases(file: Path) -> list[Case]:
         ids.add(case.id)
         cases.append(case)
     return cases
+
+
+def write_cases(cases: Iterable[Case], file: Path) -> None:
+    """Write a new file of rows that `read_cases` reads.
+
+    Raises:
+        InvalidInputError: The file is there already, or cannot be written.
+    """
+    rows = [
+        {
+            "id": case.id,
+            "group": case.group,
+            "task": case.task,
+            "turns": [asdict(turn) for turn in case.turns],
+            "goals": [goal.text for goal in case.goals],
+            "true": case.goals[case.truth].text,
+        }
+        for case in cases
+    ]
+    try:
+        with file.open("x", encoding="utf-8", newline="\n") as lines:
+            lines.writelines(json.dumps(row, ensure_ascii=False) + "\n" for row in rows)
+    except FileExistsError:
+        raise InvalidInputError(f"{file} is there already. Name another file.") from None
+    except OSError as error:
+        raise InvalidInputError(f"{file} cannot be written: {error.strerror or error}.") from error
 
 
 def _case(dialogue: Dialogue, row: dict[str, Any], label: str) -> Case:
