@@ -343,3 +343,32 @@ def test_what_may_have_a_thing_is_told_of_the_basket() -> None:
     opened, _ = talked({}, "eggs, rice")
     answer = opened.answer("what's in the basket that could have eggs?") or ""
     assert answer.startswith("Listed as egg-free: Long Grain White Rice. Not egg-free: Large Eggs.")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "Can you leave out anything you can't be sure is free of nuts?",
+        "No, take out everything that isn't labelled nut-free",
+        "Please remove anything that might contain nuts.",
+        "Take out the unlabelled ones",
+    ],
+)
+def test_only_what_is_labelled_stays_where_that_is_asked_for(words: str) -> None:
+    held = {"Gummy Bears": 1, "Paper Plates": 1, "Large Eggs": 1}
+    opened, notes = talked(held, "My son is allergic to nuts", "add syrup", words)
+    assert opened.basket == {"Paper Plates": 1, "Large Eggs": 1}
+    assert notes == ["From now on I add no food that is not labelled as nut-free."]
+    said = ["My son is allergic to nuts", words, "add syrup and napkins"]
+    opened, notes = talked(held, *said)
+    assert opened.basket == {"Paper Plates": 1, "Large Eggs": 1, "Paper Napkins": 1}
+    assert notes == ["Not added, since it is not labelled as nut-free: syrup."]
+    offers = opened.actions(["syrup", "gummy bears", "banana"], [Turn("", each) for each in said])
+    assert {each.target for each in offers} <= {"Bananas", "Organic Bananas"}
+
+
+def test_nothing_is_guessed_where_only_what_is_labelled_may_stay() -> None:
+    said = ["My son is allergic to nuts. A party!", "Remove what isn't labelled nut-free"]
+    turns = [Turn("", each) for each in said]
+    assert shop().actions(["banana"], turns) == []
+    assert shop().actions(["banana"], turns[:1]) != []

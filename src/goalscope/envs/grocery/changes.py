@@ -60,7 +60,9 @@ def changes(
             continue
         if request.change == "cheaper":
             old = dearer(request, contents)
-            item = choice.cheaper(old, request.phrase, hearing)
+            kinds = (*request.replaces, request.phrase)
+            found = (choice.cheaper(old, kind, hearing) for kind in kinds)
+            item = next(filter(None, found), None)
             number = basket[old.name] if old else packages(request, item) if item else 0
             plan |= {old.name: -number} if old and item else {}
             plan |= {item.name: plan.get(item.name, 0) + number} if item else {}

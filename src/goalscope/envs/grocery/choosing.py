@@ -147,7 +147,9 @@ class Choice:
         if named and diets:
             return [f"Not added, since it has to be {' and '.join(diets)}: {phrase}."]
         if named:
-            return [f"Not added, since it was ruled out: {phrase}."]
+            strict = [d for d in sorted(hearing.strict) if all(d not in i.tags for i in named)]
+            why = f"is not labelled as {' and '.join(strict)}" if strict else "was ruled out"
+            return [f"Not added, since it {why}: {phrase}."]
         sure = request.outright or request.replaces
         if not sure and self._search.nearness(phrase) < _PRODUCT:
             return []

@@ -34,6 +34,8 @@ class Hearing:
         dropped: Things taken out of the basket, all of them, and not asked for since.
         lessened: Things of which some were taken out, and that were not asked for since.
         diets: Restrictions named, of `diets.DIETS`.
+        strict: Those of them for which food must be labelled.
+        food: The catalogue's categories of food.
         words: All that was said, in lower case.
         empties: Whether the last words ask for an empty basket.
         unasked: Whether they want nothing in it that was not asked for.
@@ -55,6 +57,8 @@ class Hearing:
     dropped: tuple[str, ...]
     lessened: tuple[str, ...]
     diets: frozenset[str]
+    strict: frozenset[str]
+    food: frozenset[str]
     words: str
     empties: bool
     unasked: bool
@@ -79,9 +83,9 @@ class Hearing:
 
     def permits(self, item: Item) -> bool:
         """Whether nothing that was said speaks against `item`."""
-        diets = self.diets
         ruled_out = self.refuses(item.name) or any(_is_such(item, each) for each in self.refused)
-        return not ruled_out and not any(violates(item, diet) for diet in diets)
+        unsafe = item.category in self.food and not self.strict <= item.tags
+        return not (ruled_out or unsafe or any(violates(item, each) for each in self.diets))
 
     def refuses(self, thing: str) -> bool:
         """Whether `thing` is, or is a kind of, something that the person refused."""

@@ -39,6 +39,7 @@ from goalscope.envs.grocery.suiting import Bounds
 from goalscope.envs.grocery.talk import Talk
 from goalscope.envs.grocery.telling import (
     for_some,
+    labelled_alone,
     left_out,
     lifted,
     limited,
@@ -179,7 +180,9 @@ class GroceryShop:
         hearing = self._heard(turns)
         hearing = replace(hearing, diets=hearing.diets | hearing.hinted)
         newest = self._talk.spoken(turns)[-1] if turns else ""
-        lessens = hearing.empties or hearing.unasked or hearing.removed or hearing.spared
+        stricter = bool(hearing.strict) and hearing.strict != self._heard(turns[:-1]).strict
+        lessens = stricter or hearing.empties or hearing.unasked
+        lessens = lessens or hearing.removed or hearing.spared
         orders = not has_aim(newest) and any(
             self._choice.meant(each.phrase, hearing, ()) or self._choice.lacking(each, hearing)
             for each in hearing.newest
@@ -274,6 +277,7 @@ class GroceryShop:
         told += left_out(self._newly_left_out(hearing, before_now, results))
         if not above:
             told += limited(hearing.budget, before_now.budget, self.catalogue.money)
+        told += labelled_alone(hearing.strict - before_now.strict)
         told += still_bound(waved & hearing.diets)
         told += lifted(former - hearing.diets - hearing.some)
         told += for_some(hearing.some - before_now.some)

@@ -31,6 +31,7 @@ class Talk:
 
     def __init__(self, catalogue: Catalogue, search: Search, choice: Choice) -> None:
         self._names = catalogue.names
+        self._food = catalogue.labelled
         self._search = search
         self._choice = choice
         self.translated = lru_cache(maxsize=1024)(search.translated)
@@ -48,7 +49,7 @@ class Talk:
             turns: The transcript.
             contents: The basket's items with their numbers.
         """
-        hearing = hear(self.spoken(turns), self._names)
+        hearing = replace(hear(self.spoken(turns), self._names), food=self._food)
         kept, gone = list[str](), list[str]()
         for request in hearing.wanted:
             if request.replaces and not is_vague(request.phrase):
@@ -130,7 +131,9 @@ class Talk:
 
 
 def _first(utterance: str) -> tuple[str, str]:
-    """The first sentence where it orders no more than "a pack of that", and the rest."""
-    first, end, rest = utterance.partition(". ")
-    alone = end and (so_many(first) or adds_it(first))
-    return (first, rest) if alone else (utterance, "")
+    """What comes first where it orders no more than "a pack of that", and the rest."""
+    for end in (". ", ", and ", " and "):
+        first, _, rest = utterance.partition(end)
+        if rest and (so_many(first) or adds_it(first)):
+            return first, rest
+    return utterance, ""

@@ -17,6 +17,7 @@ from goalscope.envs.grocery.words import singulars, words
 
 __all__ = [
     "for_some",
+    "labelled_alone",
     "left_out",
     "lifted",
     "limited",
@@ -108,6 +109,12 @@ def not_met(
     if request.outright and 0 < was == is_now:
         return f"The basket holds {was} x {item.name} already."
     return f"{item.name}: {is_now} x {item.unit}." if is_now and by_weight(request, item) else ""
+
+
+def labelled_alone(strict: Iterable[str]) -> Iterator[str]:
+    """Allergies for which only labelled food stays."""
+    if named := sorted(strict):
+        yield f"From now on I add no food that is not labelled as {' and '.join(named)}."
 
 
 def unlabelled(

@@ -383,12 +383,18 @@ CHANGES = [
                 (rf"(?:{_SOME}cheaper|(?:the |an? )?cheaper ones?|{_FIND}cheaper)", SAME),
                 (
                     r"(?:(?:just|only) )?(?:an? |some |the )?(?:cheaper|cheapest) (?!than\b|one)"
+                    rf"(?:{PACKS} of )?"
                     r"(?:(?:version|kind|brand|alternative"
                     rf"|option|substitute|replacement) (?:of|to|for) )?{_OLD}{_THING}"
                     r"(?: (?:that )?(?:you(?:'ve)? (?:have|got|sell|carry|offer)|there is))?",
                     r"\1",
                 ),
             )
+        ),
+        (
+            rf"{_BEGIN}(?:(?:fine|ok|okay|well|so|and)[ ,]+)*((?:the|those|these) {_THING})"
+            rf" (?:can|may|should|must) go(?: (?:as well|too|now|again|away))*{END}",
+            r"remove \1",
         ),
         (r"\bchanged (?:my|our) minds? about\b", "remove"),
         (

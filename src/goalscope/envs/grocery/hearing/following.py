@@ -52,12 +52,17 @@ _NOT_THE_OTHER = re.compile(
     r"(?P<old>[a-z-]+) one\b",
     re.IGNORECASE,
 )
+_NOT_THAT = re.compile(
+    r"(?<=[a-z]), not (?:the |any )?(?P<old>[a-z-]+ (?P<kind>[a-z]+))(?=,| and\b|[.!]* *$)",
+    re.IGNORECASE,
+)
+"""Behind one thing of several: "eggs and oat milk, not soy milk"."""
 _HAVE_IT = re.compile(
     r"\b(?:i|we)(?:'ve| have)?(?: already| still)* (?:have|got)"
     r" (?:(?:enough|some|plenty of|the|our) )?"
     r"([a-z]+(?: (?!(?:at|left|already|here|so|and)\b)[a-z]+)?)"
     r"(?: (?:at home|left|already|here))*,? (?:so|and)(?: (?:you|we) can| please| just)*"
-    r" (?:(?:remove|drop) (?:it|that|them|those)"
+    r" (?:(?:remove|drop|not) (?:it|that|them|those)"
     r"|(?:leave|take) (?:it|that|them|those) (?:out|away|off|back))(?=[.,;!?]|$)",
     re.IGNORECASE,
 )
@@ -119,7 +124,13 @@ def standing_alone(
         old = f"{found['old']} {found['kind']}"
         return f"{found['new']}{old}" if sells(old) else found[0]
 
-    text = _NOT_THE_OTHER.sub(of_both, text)
+    def of_several(found: re.Match[str]) -> str:
+        before = text[: found.start()]
+        several = re.search(r",|\band\b", before + text[found.end() :])
+        alike = singulars(found["kind"])[0] in singulars(before)
+        return f", no {found['old']}" if several and alike and sells(found["old"]) else found[0]
+
+    text = _NOT_THAT.sub(of_several, _NOT_THE_OTHER.sub(of_both, text))
     text = _HAVE_IT.sub(lambda have: f"remove the {have[1]}" if sells(have[1]) else have[0], text)
     if _REFUSES.search(text):
         return text

@@ -13,6 +13,7 @@ from goalscope.envs.grocery.amounts import Request
 from goalscope.envs.grocery.heard import Hearing, kind_of
 from goalscope.envs.grocery.hearing.correcting import QUALITY
 from goalscope.envs.grocery.hearing.diets import diet, hinted, implied, is_diet, label, of_some
+from goalscope.envs.grocery.hearing.labelling import unsafe
 from goalscope.envs.grocery.hearing.limits import budget, guesses, wants_ideas
 from goalscope.envs.grocery.hearing.orders import besides_buying, states_aim
 from goalscope.envs.grocery.hearing.phrases import SAME, SAME_ALL, SAME_ONE, SAME_TWO
@@ -115,6 +116,8 @@ def _hear(utterances: tuple[str, ...], names: Names) -> Hearing:
         dropped=tuple(listener.dropped),
         lessened=tuple(listener.lessened),
         diets=listener.diets,
+        strict=listener.strict & listener.diets,
+        food=frozenset(),
         words=". ".join(utterances).casefold(),
         empties=listener.empties,
         unasked=listener.unasked,
@@ -156,6 +159,7 @@ class _Listener:
         self.dropped: dict[str, None] = {}
         self.lessened: dict[str, None] = {}
         self.diets: frozenset[str] = frozenset()
+        self.strict: frozenset[str] = frozenset()
         self.some: frozenset[str] = frozenset()
         self.hinted: frozenset[str] = frozenset()
         self.guesses = True
@@ -196,6 +200,10 @@ class _Listener:
         for clause in () if other else heard(besides_buying(utterance)):
             if _UNNEEDED.search(clause.text):
                 self.unclear = True
+                continue
+            if unsafe_for := unsafe(clause.text, self.diets):
+                self.strict |= unsafe_for
+                self.diets |= unsafe_for
                 continue
             stay = [*map(self.names.shown, kept(clause))]
             self.kept |= dict.fromkeys(stay)
@@ -264,7 +272,8 @@ class _Listener:
         for phrase, request in [*self.asked.items()]:
             kind = singulars(phrase)
             left = request.quantity - removal.quantity
-            if not (contains(kind, out) or contains(out, kind)):
+            came_for_it = contains(out, kind) and out[-1:] == kind[-1:]
+            if not (contains(kind, out) or came_for_it):
                 replaces = tuple(old for old in request.replaces if old != removal.phrase)
                 self.asked[phrase] = replace(request, replaces=replaces)
             elif removal.change == "none" or left < 1:

@@ -135,6 +135,10 @@ _DISH = re.compile(
     r"(?! (?:powder|paste|sauce|leaves|shells?|mix|dressing|spice|seasoning)\b)"
 )
 """What is cooked of several things, or a time to eat: a limit that follows is a budget."""
+_IF_THEY = re.compile(
+    rf",? (?:but )?(?:only )?if (?:they're|they are|they cost|those are)(?= {_MOST} )"
+)
+"""Between a thing and its limit: "batteries, but only if they're under $5"."""
 _NO_THING = re.compile(
     rf"{_OCCASION.pattern}|{_DISH.pattern}"
     r"|\b(?:if|it|this|that|they|is|are|be|was|costs?|stays?|keep|price|total)\b"
@@ -165,7 +169,7 @@ def guesses(utterance: str, before: bool = True) -> bool:
 
 def budget(utterance: str, before: Decimal | None = None) -> Decimal | None:
     """What all may cost after `utterance`, in the shop's currency, given what it might `before`."""
-    text = evened(utterance)
+    text = _IF_THEY.sub("", evened(utterance))
     told = [each for each in _BUDGET.finditer(text) if not _is_of_one(text, each)]
     told += [each for each in _OF_ONE.finditer(text) if _OCCASION.search(_piece(text, each))]
     found = [(each.start(), _sum(each)) for each in told]
@@ -175,7 +179,7 @@ def budget(utterance: str, before: Decimal | None = None) -> Decimal | None:
 
 def limits_of_things(utterance: str) -> list[tuple[str, Decimal]]:
     """What single things may cost by `utterance`: words that name each, and the most for it."""
-    text = evened(utterance)
+    text = _IF_THEY.sub("", evened(utterance))
     found = [each for each in _BUDGET.finditer(text) if _is_of_one(text, each)]
     found += _OF_ONE.finditer(_BUDGET.sub(lambda match: " " * len(match[0]), text))
     pieces = [(_piece(text, each), _sum(each)) for each in found]
@@ -184,6 +188,7 @@ def limits_of_things(utterance: str) -> list[tuple[str, Decimal]]:
 
 def unlimited(text: str) -> str:
     """`text`, evened, without what it says of a budget and of guesses."""
+    text = _IF_THEY.sub("", text)
     for pattern in (_BUDGET, _NO_BUDGET, _STOPS):
         text = pattern.sub(" . ", text)
     return _OF_ONE.sub("", text)

@@ -93,6 +93,12 @@ _REWORDED = [
         ),
         (r"\b(?:avoids|stays (?:away from|off)) (?!(?:it|that|them|those|these)\b)", "can't eat "),
         (
+            r"(?:'s|'re|'m| is| are| am) off (?=(?:all )?(?:dairy|gluten|wheat|lactose|meat|nuts"
+            r"|sugar|eggs|fish|pork|soya?|seafood|shellfish|alcohol)\b)",
+            " can't eat ",
+        ),
+        (r"\b(?:let's |(?:i|we)(?:'ll|'d like to) )?(?:start|begin)(?: off)? with\b", "add"),
+        (
             r"(?:^|(?<=[.;!?,] ))(?!(?:i|we|you|he|she|they)\b)[a-z]+"
             r" (?:can't|cannot|doesn't|won't|mustn't) (?:have|eat|like|drink|stand)"
             r" (?:it|them|that|those|these)(?=[.,;!?]|$)",
