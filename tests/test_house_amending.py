@@ -46,3 +46,26 @@ def test_how_a_thing_is_to_be_is_heard_behind_a_question(
     scene: str, said: list[str], changes: set[str]
 ) -> None:
     assert told(scene, *said) == (changes, [], "")
+
+
+@pytest.mark.parametrize("said", ["take the wand", "bring the spare roll"])
+def test_it_is_never_what_stood_before_a_thing_that_is_not_here(said: str) -> None:
+    first, then = "put cloth 1 in the sink", f"{said} and put it on the toilet"
+    changes, notes, _ = told("Bathroom1", first, then)
+    assert changes == {"cloth 1: now in the sink basin"}
+    assert notes[1:] == ["I did not understand: put it on the toilet."]
+
+
+@pytest.mark.parametrize(
+    ("scene", "said", "after"),
+    [
+        ("Bathroom1", ["The candle, is it lit? If not light it"], {"candle: on"}),
+        ("Bathroom1", ["Is the candle lit? If not, light it."], {"candle: on"}),
+        ("Bedroom1", ["Lock the credit card away in the safe"], {"credit card: now in the safe"}),
+        ("Bedroom1", ["Put the watches in the safe", "Oh, not watch 1, I need that in the morning"],
+         {"watch 2: now in the safe"}),
+        ("Bedroom1", ["Sit the teddy bear on the chair"], {"teddy bear: now on the chair"}),
+    ],
+)  # fmt: skip
+def test_it_is_done_as_people_say_it(scene: str, said: list[str], after: set[str]) -> None:
+    assert told(scene, *said)[0] == after

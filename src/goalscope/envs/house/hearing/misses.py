@@ -27,7 +27,12 @@ class Misses(Corrections):
     stuck: bool = field(default=False, init=False)
 
     def miss(self, clause: Clause, things: Sequence[Phrase]) -> None:
-        """Keep that nothing could be made of an order, or of a thing in it."""
+        """Keep that nothing could be made of an order, or of a thing in it.
+
+        What "it" is from then on, nobody knows where all that was named is unknown.
+        """
+        if clause.said and clause.things and all(t.word == "unknown" for t in clause.things):
+            self.last, self.recent = [], []
         named = (*clause.things, *((clause.place,) if clause.place else ()))
         unknown = any(thing.word == "unknown" for thing in named)
         nothing = not things if clause.verb else not clause.things

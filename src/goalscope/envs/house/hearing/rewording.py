@@ -199,6 +199,16 @@ _REWORDED = [
             r" (?:away|out(?! of)|down the (?:sink|drain))",
             r"empty the \1",
         ),
+        (
+            r"(?:^|(?<=[.,;!?] )|(?<=and )|(?<=please )|(?<=can you )|(?<=could you ))"
+            r"(?:sit|seat|prop) (?=(?:the|my|our) )",
+            "put ",
+        ),
+        (
+            r"\block ([^.;!?]{1,60}?)(?: away| up)? in(?:to)? (?=the (?:safe|drawer|cabinet)\b)",
+            r"put \1 in ",
+        ),
+        (r"\b(?:fold|shut)(?: up)? ((?:the|my|our) (?:laptop|computer)|it)(?: up)?\b", r"close \1"),
         (r" ?&", " and"),
         (rf"\b(?:{_LATER})", f" {v.LATER} "),
         (
@@ -302,14 +312,22 @@ _BOTH = re.compile(
 )
 """Before another place for two things."""
 _IF_SO = re.compile(
-    r"\bis (?P<what>(?:the|my|our) [a-z ]{2,30}?)(?: still| already)?"
-    r" (?:open|closed|shut|on|off|dirty|clean)\?"
-    r" (?:if (?:so|not|yes|it(?: is| isn't| is not|'s not))"
-    r"|otherwise),? (?:then )?(?:please )?(?P<act>close|open|shut|wash|clean|turn|switch) it"
+    r"\b(?:is )?(?P<what>(?:the|my|our) [a-z ]{2,30}?)(?:, is it)?(?: still| already)?"
+    r" (?:open|closed|shut|on|off|lit|burning|dirty|clean|full|empty)\?"
+    r" (?:if (?:so|not|yes|it(?: is| isn't| is not|'s not))|otherwise),? (?:then )?(?:please )?"
+    r"(?P<act>close|open|shut|wash|clean|turn|switch|light|put out|blow out|empty) it"
     r"(?P<how> on| off|)\b",
     re.IGNORECASE,
 )
 """How a thing is to be, behind the question whether it is so."""
+
+
+_NEEDED = re.compile(
+    r"(?<=\bnot )(?P<what>(?:the |my )?[a-z]+(?: [a-z0-9]+)?),"
+    r" (?:i|we)(?:'ll)? (?:still )?need (?:it|that|this|them)\b[^.;!?]*",
+    re.IGNORECASE,
+)
+"""What is not to be moved, and why: "not the watch, I need that in the morning"."""
 
 
 def amended(text: str) -> str:
@@ -318,7 +336,8 @@ def amended(text: str) -> str:
     "On second thought, on the shelf" is "No, on the shelf", "Both on the bed" is "Put both on the
     bed", and "Is the box open? If so, close it" is "close the box".
     """
-    text = _IF_SO.sub(r"\g<act> \g<what>\g<how>", _AMENDS.sub("No, ", text))
+    text = _NEEDED.sub(r"\g<what>", _AMENDS.sub("No, ", text))
+    text = _IF_SO.sub(r"\g<act> \g<what>\g<how>", text)
     return _BOTH.sub("Put both ", text)
 
 
