@@ -9,6 +9,7 @@ from itertools import takewhile
 from goalscope.envs.grocery.amounts import CONTAINER
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.choosing import called, is_vague
+from goalscope.envs.grocery.hearing.diets import hinted, undieted
 from goalscope.envs.grocery.hearing.limits import budget
 from goalscope.envs.grocery.restrictions import ALLERGIES
 from goalscope.envs.grocery.suiting import (
@@ -218,8 +219,22 @@ def answered(question: str, shop: Stock, bounds: Bounds, before: str = "") -> st
     return None
 
 
-def _offered(term: str, shop: Stock) -> str:
-    """The items that are `term`, with prices; or the nearest ones, said to be such."""
+def _offered(terms: str, shop: Stock) -> str:
+    """The items that are one of `terms`, with prices; or the nearest ones, said to be such."""
+    told = [_offered_of(each, shop) for each in re.split(r",? or (?:any |some )?", terms)]
+    has = [each for each in told if not each.startswith("The shop has nothing")]
+    return " ".join(dict.fromkeys(has)) or told[0]
+
+
+def _offered_of(term: str, shop: Stock) -> str:
+    labels = hinted(term) | {each for each in ("organic",) if each in singulars(term)}
+    if labels and is_vague(undieted(term)):
+        fit = [item for item in shop.catalogue.items if labels <= item.tags]
+        some = "; ".join(item.name for item in fit[:_NAMED])
+        named = f"labelled as {' and '.join(sorted(labels))}"
+        return (
+            f"The shop has {counted(len(fit), 'thing')} {named}{f', such as {some}' * bool(fit)}."
+        )
     found = shop.search(term, 2 * _NAMED)
     asked = singulars(term)
     exact = [item for item in found if contains(singulars(item.name), asked)]

@@ -59,6 +59,8 @@ _FREE = re.compile(
     rf"{LEAD}(?:is|are|would)(?! there\b) {THE}(.+?)(?: be)? (?:free (?:of|from)|without) (.+)"
     rf"|{LEAD}(?:does|do) {THE}(.+?) (?:contain|have|include) (?:any |some )?(.+?)"
     r"(?: in (?:it|them))?"
+    rf"|{LEAD}(?:has|have) (?!(?:i|we|you)\b){THE}(.+?) got (?:any |some )?(.+?)"
+    r"(?: in (?:it|them))?"
 )
 _HAS = re.compile(
     rf"{LEAD}(?:(?:is|are) there (?:any |some )?|any )(.+?) in {THE}"
