@@ -167,7 +167,8 @@ def auroc(
 
     Returns:
         The chance that a positive score is above a negative one of another group, ties counting
-        half; and its percentile interval, None for fewer than three groups.
+        half; and its percentile interval, None for fewer than three groups, or where all draws are
+        equal.
 
     Raises:
         ValueError: There is one group, a score is not finite, or the lengths differ.
@@ -194,7 +195,7 @@ def auroc(
     sums = (np.einsum("rg,gh,rh->r", drawn, each, drawn, optimize=True) for each in (wins, pairs))
     found = np.divide(*sums)
     low_end, high_end = np.quantile(found, (0.025, 0.975))
-    return value, Interval(float(low_end), float(high_end))
+    return value, Interval(float(low_end), float(high_end)) if low_end < high_end else None
 
 
 def proportion(successes: float, n: int) -> Interval:
