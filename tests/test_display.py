@@ -228,6 +228,13 @@ def test_where_no_episode_has_a_score_the_date_has_its_room():
     assert {"2020-01-01", "grocery", "you", "good"} <= set(text.split())
 
 
+def test_a_tracking_session_goes_by_its_task() -> None:
+    told = replace(
+        EPISODE, domain="tracking", profile=None, task="Help a phone company's customers."
+    )
+    assert "Help a phone company's customers." in drawn(show_episodes, [told], width=200)
+
+
 def test_an_empty_store_is_told_in_a_sentence():
     assert drawn(show_episodes, []) == "No episode is stored yet. `goalscope chat` begins one.\n"
 

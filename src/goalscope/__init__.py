@@ -62,3 +62,7 @@ def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module 'goalscope' has no attribute {name!r}")
     return getattr(import_module(f"goalscope.{_HOME.get(name, 'types')}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])

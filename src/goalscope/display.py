@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from textwrap import shorten
 from typing import TYPE_CHECKING, Any, cast
 
 from rich.box import SIMPLE_HEAD
@@ -12,6 +13,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from goalscope.domains import TRACKING
 from goalscope.plain import domain_shown, model_shown, plain
 from goalscope.types import UNSPECIFIED, Goal
 
@@ -150,7 +152,12 @@ def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
         "id": [info.id for info in infos],
         "started (UTC)": [info.created[:16].replace("T", " ") for info in infos],
         "domain": [domain_shown(info.domain) for info in infos],
-        "profile": [info.profile or "you" for info in infos],
+        "profile": [
+            shorten(info.task, 36, placeholder=" ...")
+            if info.domain == TRACKING
+            else info.profile or "you"
+            for info in infos
+        ],
         "method": [info.method for info in infos],
         "ended": [info.ending for info in infos],
         "rounds": [str(info.rounds) for info in infos],
