@@ -415,18 +415,34 @@ def test_it_is_given_of_a_tracker() -> None:
             advice(wrong)  # pyright: ignore[reportArgumentType]
 
 
-@pytest.mark.parametrize(
-    "words",
-    ["Yes, cancel it, please.", "Yes, please cancel my contract."],
-)
-def test_who_wants_something_ended_may_say_cancel(words: str) -> None:
-    end = Goal("end my contract")
+def test_who_wants_a_thing_ended_may_say_cancel_of_it() -> None:
+    end = Goal("end my phone contract")
     sure = Belief.uniform([UNSPECIFIED, end]).observe([-9.0, 0.0])
-    asked = [Turn("Shall I end your contract?", words)]
-    assert advised(Stand(sure, asked)) == ("act", "It has 100%.")
-    assert retracts("Cancel that.", end)
-    assert retracts(words, TEA)
-    assert retracts("Cancel the order.", end)
+    for words in ("Please cancel my contract.", "I'd like to cancel my old phone contract now."):
+        assert advised(Stand(sure, said(words))) == ("act", "It has 100%.")
+        assert retracts(words, TEA)
+    asked = [Turn("Shall I end your contract?", "Yes, please cancel my contract.")]
+    assert advised(Stand(sure, asked)).advice == "act"
+
+
+@pytest.mark.parametrize(
+    ("goal", "words"),
+    [
+        ("end my contract", "Cancel that."),
+        ("end my contract", "Cancel the order."),
+        ("end my contract", "cancel the termination"),
+        ("delete my account", "Please cancel my account deletion."),
+        ("delete my account", "I want to cancel the deletion of my account"),
+        ("close the bank account", "cancel the closing of my account"),
+        ("book a hotel close to the beach", "Cancel my booking, please"),
+        ("book a table at the end of May", "Cancel the table"),
+        ("remove a user from the plan", "Cancel my change"),
+    ],
+)
+def test_to_cancel_anything_else_takes_it_back(goal: str, words: str) -> None:
+    belief = Belief.uniform([UNSPECIFIED, Goal(goal)]).observe([-9.0, 0.0]).observe([-9.0, 0.0])
+    assert retracts(words, Goal(goal))
+    assert advised(Stand(belief, said("Do it.", words))).advice == "ask"
 
 
 def test_advice_has_its_reason() -> None:

@@ -37,7 +37,60 @@ def test_it_is_done_as_people_say_it(
     assert talked(held, *said)[0].basket == after
 
 
-def test_a_limit_may_stand_behind_its_thing() -> None:
-    opened, notes = talked({}, "I need batteries, but only if they're under five dollars.")
-    assert opened.basket == {"AA Batteries": 1}
-    assert notes == ["Above the $5.00 that you named: AA Batteries, $6.09."]
+def test_what_is_wanted_only_below_a_price_is_not_bought_above_it() -> None:
+    words = "I need milk and batteries, but only if they're under five dollars."
+    opened, notes = talked({}, words)
+    assert opened.basket == {"Whole Milk": 1}
+    assert notes == ["Not added, above $5.00: AA Batteries, $6.09."]
+    assert talked({}, words, "add eggs")[0].basket == {"Whole Milk": 1, "Large Eggs": 1}
+    assert "AA Batteries" in talked({}, words, "add the batteries anyway")[0].basket
+    assert "AA Batteries" in talked({}, words.replace("five", "seven"))[0].basket
+
+
+HELD = {"Large Eggs": 1, "Whole Milk": 1, "Oat Milk": 1, "Gummy Bears": 1}
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "take out the apples and whole wheat bread, not oat milk",
+        "We drink whole milk, not oat milk, and eat eggs",
+        "I already have eggs and whole milk, not oat milk",
+        "You don't have to take out what may contain nuts",
+        "No need to remove things that may contain nuts",
+        "Should I remove anything that may contain nuts?",
+        "The store had to remove all products that might contain nuts",
+        "Remove anything that may contain nuts, but keep the gummy bears",
+        "Leave out everything that might have expired",
+        "delete everything not labelled organic",
+        "remove what I don't know",
+        "remove everything that isn't marked down",
+        "remove anything that may contain milkshakes",
+        "I can't start with wine",
+        "Let's not start with wine",
+        "My husband will start with beer, I won't drink",
+        "The label is off dairy",
+        "We can't wait until she's off dairy",
+        "My dog is off meat",
+        "The kids can go too",
+    ],
+)
+def test_what_only_sounds_like_it_changes_nothing(words: str) -> None:
+    basket = talked(HELD, "My son is allergic to nuts", words)[0].basket
+    assert basket == HELD
+
+
+def test_what_no_label_tells_is_left_to_names() -> None:
+    opened, notes = talked(
+        {**HELD, "Canned Tuna in Water": 1}, "remove anything that may contain fish"
+    )
+    assert opened.basket == HELD
+    assert notes[0] == "From now on it has to be fish-free."
+
+
+def test_another_thing_is_no_substitute_for_one_without_a_label() -> None:
+    strict = "We are allergic to nuts. Take out everything that isn't labelled nut-free"
+    for thing in ("coffee", "cake", "bread", "tea", "pasta"):
+        opened, notes = talked({}, strict, f"add {thing}")
+        assert opened.basket == {}
+        assert notes == [f"Not added, since it is not labelled as nut-free: {thing}."]

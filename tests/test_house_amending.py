@@ -69,3 +69,24 @@ def test_it_is_never_what_stood_before_a_thing_that_is_not_here(said: str) -> No
 )  # fmt: skip
 def test_it_is_done_as_people_say_it(scene: str, said: list[str], after: set[str]) -> None:
     assert told(scene, *said)[0] == after
+
+
+@pytest.mark.parametrize(
+    ("scene", "said", "after"),
+    [
+        ("Kitchen1", ["turn on the microwave", "take out the pizza", "turn it off"], set()),
+        ("Kitchen1", ["turn on stove burner 1", "shut it off"], set()),
+        ("Kitchen1", ["Open the fridge, take the milk and close it"], set()),
+        ("Kitchen1", ["put mug 2 in the sink", "take the wand", "put it on the table"],
+         {"mug 2: now on the dining table"}),
+        ("Bedroom1", ["Put the phone on the bed", "No, not the bed, I need it on the desk"],
+         {"phone: now on the desk"}),
+        ("Bedroom1", ["No, not the watch, I need it here, put the phone in the safe instead"],
+         {"phone: now in the safe"}),
+        ("Bedroom1", ["Lock the door and put watch 1 in the safe"], {"watch 1: now in the safe"}),
+    ],
+)  # fmt: skip
+def test_what_only_sounds_like_it_is_heard_as_before(
+    scene: str, said: list[str], after: set[str]
+) -> None:
+    assert told(scene, *said)[0] == after

@@ -16,7 +16,7 @@ from scipy.stats import binom
 from sqlalchemy import func, select, update
 
 from goalscope.database.tables import AnswerRow, CellRow, ItemRow, ParticipantRow
-from goalscope.domains import TRACKING, Settings, profiles_of
+from goalscope.domains import Settings, profiles_of
 from goalscope.episode import Round
 from goalscope.experiment.results import Results
 from goalscope.experiment.summary import inert
@@ -31,7 +31,7 @@ from goalscope.study.items import DID, LEFT, chosen_episodes, item_of
 from goalscope.study.people import Answer, Participant, excluded
 from goalscope.study.plan import Check, Exclusion, Plan, Selection, read_plan
 from goalscope.study.summary import study_tables
-from goalscope.types import Action, ConflictError, InvalidInputError, StepResult, Turn
+from goalscope.types import TRACKING, Action, ConflictError, InvalidInputError, StepResult, Turn
 from test_summary import column, row
 
 EXAMPLE = Path(plan.__file__).with_name("example.toml")

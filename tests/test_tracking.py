@@ -12,11 +12,18 @@ from goalscope.advice import advice
 from goalscope.belief import PINNED
 from goalscope.calibration import PAPER
 from goalscope.cli.main import app
-from goalscope.domains import TRACKING, Settings
+from goalscope.domains import Settings
 from goalscope.store import Store
 from goalscope.tracker import GoalTracker
 from goalscope.tracking import Tracked, Trackers
-from goalscope.types import UNSPECIFIED, ConflictError, Goal, GoalscopeError, InvalidInputError
+from goalscope.types import (
+    TRACKING,
+    UNSPECIFIED,
+    ConflictError,
+    Goal,
+    GoalscopeError,
+    InvalidInputError,
+)
 
 TASK = "Help in the kitchen."
 GOALS = ["bake a cake", "cook tomato soup"]

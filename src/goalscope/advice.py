@@ -57,10 +57,10 @@ _RETRACTION = re.compile(
 )
 """What takes back what was said before, whatever that was."""
 
-_ENDS = re.compile(r"\b(?:end|terminat|clos|delet|unsubscrib|leav|stop|quit|remov)(?:e|ing)?\b")
+_ENDS = re.compile(r"(?:end|terminate|close|delete|unsubscribe from|stop|quit)\b")
 _CANCELS = re.compile(
-    r"(?:\bcancel(?= (?:my|our|the) (?!(?:last|request|order)\b)\w)"
-    r"|(?<=^yes, )cancel(?= it\b)|(?<=^yes )cancel(?= it\b))"
+    r"\bcancel (?:my|our|the) (?:[a-z]+ ){0,2}?(?P<thing>[a-z]+)"
+    r"(?=[.,;!?]|$| (?:please|now|then|today|immediately|for|as|because)\b)"
 )
 """What ends a contract, and takes no words back."""
 
@@ -249,9 +249,11 @@ def retracts(utterance: str, goal: Goal) -> bool:
 
 
 def _read(utterance: str, goal: Goal) -> str:
-    """An utterance, evened; to cancel a thing is to end it, where that is the goal."""
+    """An utterance, evened; to cancel a contract is to end it, where that is the goal."""
     text = evened(unicodedata.normalize("NFKC", utterance))
-    return _CANCELS.sub("end", text) if _ENDS.search(evened(goal.text)) else text
+    ends = _ENDS.match(evened(goal.text))
+    things = _words(ends.string[ends.end() :]) if ends else []
+    return _CANCELS.sub(lambda said: "end" if said["thing"] in things else said[0], text)
 
 
 def _is_foreign(text: str) -> bool:

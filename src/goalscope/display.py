@@ -13,9 +13,8 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from goalscope.domains import TRACKING
 from goalscope.plain import domain_shown, model_shown, plain
-from goalscope.types import UNSPECIFIED, Goal
+from goalscope.types import TRACKING, UNSPECIFIED, Goal
 
 if TYPE_CHECKING:
     from goalscope.belief import Belief

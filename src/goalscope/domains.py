@@ -19,14 +19,13 @@ from goalscope.habits import Habit
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, RolePlay
 from goalscope.models import Model
 from goalscope.policy import Planner
-from goalscope.types import InvalidInputError, Profile
+from goalscope.types import TRACKING, InvalidInputError, Profile
 
 if TYPE_CHECKING:
     from goalscope.envs.grocery import Catalogue
     from goalscope.envs.grocery.search import Search
 
 __all__ = [
-    "TRACKING",
     "Domain",
     "Settings",
     "load_domain",
@@ -40,8 +39,6 @@ __all__ = [
 
 Domain = Literal["grocery", "house"]
 """The shop, or the home robot."""
-TRACKING = "tracking"
-"""The domain of episodes in which another program talks and acts; see `goalscope.tracking`."""
 SCENE = "Kitchen1"
 THOR_SCENE = "FloorPlan1"
 """Where the robot is when nobody says, in the embedded house and in AI2-THOR's own build."""
@@ -96,7 +93,7 @@ class Settings:
     propose: Trigger = UNEXPLAINED
     questions: Questions = "likeliest"
     seed: int = 0
-    rounds: int = 20
+    rounds: int = 100
 
 
 def settings_of(stored: Mapping[str, Any]) -> Settings:

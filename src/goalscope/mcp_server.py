@@ -11,11 +11,10 @@ from mcp.server.mcpserver.exceptions import ToolError
 from mcp.types import CallToolResult, TextContent
 from pydantic import BaseModel, Field, ValidationError
 
-from goalscope.domains import TRACKING
 from goalscope.store import Store
 from goalscope.tracker import Correction
 from goalscope.tracking import Tracked, Trackers
-from goalscope.types import GoalscopeError, counted
+from goalscope.types import TRACKING, GoalscopeError, counted
 from goalscope.web.views import TrackerView, Why
 
 __all__ = ["create_server"]

@@ -22,7 +22,7 @@ _PAIRS = [
         ("merge join", "split separate", ""),
         ("delete erase close end terminate cancel", "restore recover reopen renew keep extend", ""),
         ("add insert include put register", "remove delete exclude off out", ""),
-        ("buy purchase order book rent", "sell return", ""),
+        ("buy purchase order book rent", "sell", ""),
         ("approve accept allow permit", "reject decline refuse forbid", ""),
         ("deposit", "withdraw", ""),
         ("lend", "borrow", ""),
@@ -40,6 +40,7 @@ _PAIRS = [
 
 _REVERSES = re.compile(
     r"\b(?:revers|revert|undo|undid|reject|restor|withdr[ae]w)\w*"
+    r"|\breturn (?:it|them|this|that|the|my)\b"
     r"|\b(?:bring|change|get|give|go|hand|have|move|pull|put|send|switch|take)\b"
     r"(?! you\b)(?:\s[\w'-]+){0,5} back\b"
 )
@@ -60,33 +61,33 @@ _CLAUSES = re.compile(r"[.,;:!?]+(?: |$)|\b(?:and|but|then)\b")
 
 
 def opposes(utterance: str, goal: Goal) -> bool:
-    """Whether a clause of English words seems to ask for the opposite of a goal.
+    """Whether English words seem to ask for the opposite of a goal.
 
-    It has the opposite of one of the goal's words, and none of its side ("smaller", of a bigger
-    plan; "unblock", of blocking), or takes back what was done, or turns the direction round ("from
-    Anna", of a transfer to Anna). Too many are found rather than too few.
+    The last clause that has a word of a pair of which the goal has one has the other ("smaller", of
+    a bigger plan; "unblock", of blocking); or one takes back what was done, or turns the direction
+    round ("from Anna", of a transfer to Anna). Too many are found rather than too few.
     """
     aim = evened(goal.text)
     words, ways = _bases(aim), {*_WAY.findall(aim)}
-    opposites = [
-        (own & words, other)
+    pairs = [
+        (own, other)
         for one, two, where in _PAIRS
         if not where or where & words
         for own, other in ((one, two), (two, one))
         if own & words and not other & words
     ]
-    opposites += [(frozenset({word}), _negated(word)) for word in words if len(word) > 3]
+    pairs += [(frozenset({word}), _negated(word)) for word in words if len(word) > 3]
     turned = {("from" if way == "to" else "to", where) for way, where in ways} - ways
     text = evened(utterance)
     for said, plainer in _TOO:
         text = said.sub(plainer, text)
-    return any(
-        turned.intersection(_WAY.findall(clause))
-        or (_REVERSES.search(clause) and not _REVERSES.search(aim))
-        or any(other & said and not own & said for own, other in opposites)
-        for clause in _CLAUSES.split(text)
-        for said in [_bases(clause)]
-    )
+    clauses = _CLAUSES.split(text)
+    back = not _REVERSES.search(aim) and any(map(_REVERSES.search, clauses))
+    if back or any(turned.intersection(_WAY.findall(clause)) for clause in clauses):
+        return True
+    heard = [_bases(clause) for clause in clauses]
+    sides = ([own & each for each in heard if (own | other) & each][-1:] for own, other in pairs)
+    return any(side and not side[0] for side in sides)
 
 
 def _bases(text: str) -> frozenset[str]:

@@ -12,7 +12,6 @@ from goalscope.belief import Belief
 from goalscope.calibrations import calibration_named
 from goalscope.dialog import ConsoleHuman, Human, ScriptedHuman, SimulatedHuman
 from goalscope.domains import (
-    TRACKING,
     Domain,
     Settings,
     planner_of,
@@ -26,7 +25,7 @@ from goalscope.habits import habitual
 from goalscope.models import Heard, Model, model_name
 from goalscope.store import Ended, EpisodeInfo, Store
 from goalscope.tracker import Correction
-from goalscope.types import Goal, GoalChange, InvalidInputError, Turn, counted
+from goalscope.types import TRACKING, Goal, GoalChange, InvalidInputError, Turn, counted
 
 __all__ = ["Session", "more_rounds", "resuming", "saved_settings"]
 

@@ -12,13 +12,14 @@ from goalscope.advice import Advice, Advised, advised
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL, calibration_from_json
 from goalscope.calibrations import calibration_named
-from goalscope.domains import TRACKING, Settings, roleplay_of, settings_of
+from goalscope.domains import Settings, roleplay_of, settings_of
 from goalscope.episode import Round
 from goalscope.goals import GoalManager, made_from
 from goalscope.models import Model, model_name
 from goalscope.store import EpisodeInfo, Store
 from goalscope.tracker import YOURS, Correction, GoalTracker
 from goalscope.types import (
+    TRACKING,
     UNSPECIFIED,
     ConflictError,
     Goal,

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, cast
 
 __all__ = [
+    "TRACKING",
     "UNSPECIFIED",
     "Action",
     "ConflictError",
@@ -111,6 +112,9 @@ class Goal:
     def __str__(self) -> str:
         return self.text
 
+
+TRACKING = "tracking"
+"""The domain of episodes in which another program talks and acts; see `goalscope.tracking`."""
 
 UNSPECIFIED = Goal("Unspecified")
 """The person with no stated goal. If it is the likeliest, the true goal is missing (Sec. 3.2)."""

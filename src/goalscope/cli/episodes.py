@@ -74,7 +74,7 @@ def chat(
     propose: Propose = None,
     questions: Questions = "likeliest",
     seed: Seed = 0,
-    rounds: Annotated[int | None, typer.Option(min=1, help="Most rounds.  [default: 20]")] = None,
+    rounds: Annotated[int | None, typer.Option(min=1, help="Most rounds.  [default: 100]")] = None,
     store: StoreFile = None,
 ) -> None:
     """Talk with the agent, and watch what it believes; "quit" leaves, and --resume goes on.
@@ -125,7 +125,7 @@ def chat(
                 propose=propose,
                 questions=questions,
                 seed=seed,
-                rounds=rounds or 20,
+                rounds=rounds or 100,
             )
         )
         profile = info.profile if info else None

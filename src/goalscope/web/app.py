@@ -19,13 +19,13 @@ from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 
 from goalscope.agent import Method
-from goalscope.domains import TRACKING, Domain, Settings, open_environment
+from goalscope.domains import Domain, Settings, open_environment
 from goalscope.envs.house.simulator.scenes import known_scenes
 from goalscope.models import Model, model_name
 from goalscope.plain import model_shown
 from goalscope.store import EpisodeInfo, Store
 from goalscope.tracking import Trackers
-from goalscope.types import Goal, GoalscopeError, InvalidInputError
+from goalscope.types import TRACKING, Goal, GoalscopeError, InvalidInputError
 from goalscope.web.access import seen_by
 from goalscope.web.conversations import Conversation, Conversations
 from goalscope.web.exports import as_html, as_json, room_picture

@@ -12,12 +12,12 @@ from typing import get_args
 from jinja2 import Environment as Templates
 from jinja2 import PackageLoader, StrictUndefined
 
-from goalscope.domains import TRACKING, Domain, open_environment, profile_named, settings_of
+from goalscope.domains import Domain, open_environment, profile_named, settings_of
 from goalscope.episode import Round
 from goalscope.plain import domain_shown, model_shown
 from goalscope.policy import undo
 from goalscope.store import EpisodeInfo
-from goalscope.types import GoalscopeError, InvalidInputError, counted
+from goalscope.types import TRACKING, GoalscopeError, InvalidInputError, counted
 from goalscope.web.ribbons import HEIGHT, WIDTH, ribbons
 from goalscope.web.views import BeliefView, EpisodeView, GoalView, RoundView, StoredEpisode
 

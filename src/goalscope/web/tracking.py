@@ -10,10 +10,10 @@ from typing import Annotated
 from fastapi import APIRouter, HTTPException, Path, Query
 from pydantic import BaseModel, Field
 
-from goalscope.domains import TRACKING
 from goalscope.store import EpisodeInfo, Store
 from goalscope.tracker import Correction
 from goalscope.tracking import Tracked, Trackers
+from goalscope.types import TRACKING
 from goalscope.web.access import seen_by, unknown
 from goalscope.web.desk import Desk
 from goalscope.web.guard import Guest, Visitor

@@ -228,13 +228,11 @@ def _offered(terms: str, shop: Stock) -> str:
 
 def _offered_of(term: str, shop: Stock) -> str:
     labels = hinted(term) | {each for each in ("organic",) if each in singulars(term)}
-    if labels and is_vague(undieted(term)):
-        fit = [item for item in shop.catalogue.items if labels <= item.tags]
+    fit = [item for item in shop.catalogue.items if labels <= item.tags]
+    if labels and fit and is_vague(undieted(term)):
         some = "; ".join(item.name for item in fit[:_NAMED])
         named = f"labelled as {' and '.join(sorted(labels))}"
-        return (
-            f"The shop has {counted(len(fit), 'thing')} {named}{f', such as {some}' * bool(fit)}."
-        )
+        return f"The shop has {counted(len(fit), 'thing')} {named}, such as {some}."
     found = shop.search(term, 2 * _NAMED)
     asked = singulars(term)
     exact = [item for item in found if contains(singulars(item.name), asked)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Sequence
+from dataclasses import replace
 
 from goalscope.envs.grocery.amounts import CONTAINER, Request
 from goalscope.envs.grocery.catalogue import Catalogue, Item
@@ -80,6 +81,17 @@ class Choice:
         """The item that a request means: by its exact name, in the basket, usual, or plainest."""
         if is_vague(phrase) and phrase not in self._names:
             return None
+        if hearing.strict:  # only another thing of the same aisle stands for one without a label
+            free = replace(hearing, strict=frozenset())
+            found, as_labelled = (
+                self.meant(phrase, free, basket),
+                self._meant(phrase, hearing, basket),
+            )
+            alike = found and as_labelled and found.category == as_labelled.category
+            return as_labelled if alike else None
+        return self._meant(phrase, hearing, basket)
+
+    def _meant(self, phrase: str, hearing: Hearing, basket: Collection[str]) -> Item | None:
         _, kind = _labelled(phrase, self._tags)
         names = dict.fromkeys((phrase, kind))
         others = (i for name in names for i in self._search.named(name) if _allowed(i, hearing))
@@ -128,6 +140,10 @@ class Choice:
     def lacking(self, request: Request, hearing: Hearing) -> list[str]:
         """Why nothing can be added for the request; nothing where it names no product."""
         phrase = request.phrase
+        free = replace(hearing, strict=frozenset())
+        if hearing.strict and self.meant(phrase, free, ()):
+            label = " and ".join(sorted(hearing.strict))
+            return [f"Not added, since it is not labelled as {label}: {phrase}."]
         vague = _NO_PRODUCT.union(self._aisles).issuperset(words(phrase))
         said = words(phrase)
         no_name = _NO_BEGINNING.issuperset(said[:1]) or not _TALK.isdisjoint(said)
@@ -147,9 +163,7 @@ class Choice:
         if named and diets:
             return [f"Not added, since it has to be {' and '.join(diets)}: {phrase}."]
         if named:
-            strict = [d for d in sorted(hearing.strict) if all(d not in i.tags for i in named)]
-            why = f"is not labelled as {' and '.join(strict)}" if strict else "was ruled out"
-            return [f"Not added, since it {why}: {phrase}."]
+            return [f"Not added, since it was ruled out: {phrase}."]
         sure = request.outright or request.replaces
         if not sure and self._search.nearness(phrase) < _PRODUCT:
             return []

@@ -16,7 +16,7 @@ from goalscope.envs.grocery.heard import Hearing, kind_of
 from goalscope.envs.grocery.hearing.consent import consents
 from goalscope.envs.grocery.hearing.diets import undieted, waves_off
 from goalscope.envs.grocery.hearing.hear import hear
-from goalscope.envs.grocery.hearing.limits import budget, limits_of_things
+from goalscope.envs.grocery.hearing.limits import budget, conditions, limits_of_things
 from goalscope.envs.grocery.hearing.listing import chooses_size
 from goalscope.envs.grocery.hearing.orders import (
     adds_it,
@@ -208,7 +208,13 @@ class GroceryShop:
         """
         if self._bought:
             return []
-        return self._changes(self._heard(turns))
+        hearing = self._heard(turns)
+        dear = {item.name for item, _ in self._too_dear(hearing, turns)}
+        return [
+            action
+            for action in self._changes(hearing)
+            if action.name != "add item" or action.target not in dear
+        ]
 
     def reversal(
         self, results: Sequence[StepResult], before: Sequence[StepResult], turns: Sequence[Turn]
@@ -297,6 +303,9 @@ class GroceryShop:
         meant = [self._choice.meant(r.phrase, hearing, self._basket) for r in hearing.newest]
         things = {r.phrase: item for r, item in zip(hearing.newest, meant, strict=True) if item}
         lacks = [r for r, item in zip(hearing.newest, meant, strict=True) if item is None]
+        money = self.catalogue.money
+        for item, most in self._too_dear(hearing, turns[-1:]):
+            told.append(f"Not added, above {money(most)}: {item.name}, {money(item.price)}.")
         for piece, most in limits_of_things(self._talk.translated(turns[-1].utterance)):
             lacked = {r.phrase for r in lacks if self._choice.lacking(r, hearing)}
             told.append(above_limit(piece, things, most, self.catalogue.money, lacked))
@@ -413,6 +422,18 @@ class GroceryShop:
             price = (item.price if item else None) or Decimal(0)
             total += price * action.quantity * (1 if action.name == "add item" else -1)
         return total
+
+    def _too_dear(self, hearing: Hearing, turns: Sequence[Turn]) -> Iterator[tuple[Item, Decimal]]:
+        """What costs more than it may if it is to be bought, and how much that is."""
+        for turn in turns:
+            for piece, most in conditions(turn.utterance):
+                for request in hearing.wanted:
+                    again = request in hearing.newest and turn is not turns[-1]
+                    if again or not kind_of(self._talk.translated(piece), [request.phrase]):
+                        continue
+                    item = self._choice.meant(request.phrase, hearing, self._basket)
+                    if item and item.price is not None and item.price > most:
+                        yield item, most
 
     def _permits(self, name: str, hearing: Hearing) -> bool:
         item = self.catalogue.get(name)

@@ -59,7 +59,8 @@ _FREE = re.compile(
     rf"{LEAD}(?:is|are|would)(?! there\b) {THE}(.+?)(?: be)? (?:free (?:of|from)|without) (.+)"
     rf"|{LEAD}(?:does|do) {THE}(.+?) (?:contain|have|include) (?:any |some )?(.+?)"
     r"(?: in (?:it|them))?"
-    rf"|{LEAD}(?:has|have) (?!(?:i|we|you)\b){THE}(.+?) got (?:any |some )?(.+?)"
+    rf"|{LEAD}(?:has|have) (?!(?:i|we|you)\b){THE}(.+?) got"
+    r" (?!cheaper|dearer|more|less)(?:any |some )?(.+?)"
     r"(?: in (?:it|them))?"
 )
 _HAS = re.compile(

@@ -19,10 +19,16 @@ from goalscope.envs.grocery.hearing.swapping import swapped
 from goalscope.envs.grocery.hearing.undoing import harm
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.words import words
+from goalscope.envs.speech import LEAD, evened
 from goalscope.types import TakenBack, Turn
 
 __all__ = ["Talk"]
 
+_IN_STOCK = re.compile(
+    rf"{LEAD}(?:do you (?:have|sell|stock|carry)|have you(?: got)?|got|(?:is|are) there|any"
+    r"|how much (?:is|are|for))\b.*\?$"
+)
+_LISTS = re.compile(r"(?:an?|some|two|three|four|\d+|also|the) ")
 _HALF_DOZEN = re.compile(r"\b(?:an? )?half(?: an?)? dozen(?: of)? ([a-z]+)\b", re.IGNORECASE)
 
 
@@ -32,6 +38,7 @@ class Talk:
     def __init__(self, catalogue: Catalogue, search: Search, choice: Choice) -> None:
         self._names = catalogue.names
         self._food = catalogue.labelled
+        self._tags = frozenset(tag for item in catalogue.items for tag in item.tags)
         self._search = search
         self._choice = choice
         self.translated = lru_cache(maxsize=1024)(search.translated)
@@ -49,7 +56,8 @@ class Talk:
             turns: The transcript.
             contents: The basket's items with their numbers.
         """
-        hearing = replace(hear(self.spoken(turns), self._names), food=self._food)
+        hearing = hear(self.spoken(turns), self._names)
+        hearing = replace(hearing, food=self._food, strict=hearing.strict & self._tags)
         kept, gone = list[str](), list[str]()
         for request in hearing.wanted:
             if request.replaces and not is_vague(request.phrase):
@@ -98,9 +106,10 @@ class Talk:
         return said
 
     def _told_of(self, query: str, said: Sequence[str]) -> bool:
-        """Whether a query names a thing after a question of the person's."""
-        asked = any(text.rstrip().endswith("?") for text in said[-1:])
-        return asked and bool(self._search.mentioned(query))
+        """Whether a query names a thing of the shop after a question whether there is such."""
+        asked = any(_IN_STOCK.match(evened(text)) for text in said[-1:])
+        has = "nothing called" not in query
+        return asked and has and bool(self._search.mentioned(query))
 
     def _sells(self, name: str) -> bool:
         return self._choice.sells(self.translated(name))
@@ -134,6 +143,7 @@ def _first(utterance: str) -> tuple[str, str]:
     """What comes first where it orders no more than "a pack of that", and the rest."""
     for end in (". ", ", and ", " and "):
         first, _, rest = utterance.partition(end)
-        if rest and (so_many(first) or adds_it(first)):
+        lists = end == ". " or _LISTS.match(rest.casefold())
+        if rest and lists and (so_many(first) or adds_it(first)):
             return first, rest
     return utterance, ""

@@ -392,8 +392,10 @@ CHANGES = [
             )
         ),
         (
-            rf"{_BEGIN}(?:(?:fine|ok|okay|well|so|and)[ ,]+)*((?:the|those|these) {_THING})"
-            rf" (?:can|may|should|must) go(?: (?:as well|too|now|again|away))*{END}",
+            rf"{_BEGIN}(?:(?:fine|ok|okay|well|so|and)[ ,]+)*"
+            r"((?:the|those|these) (?!(?:kids|children|guests|others|train|bus|car|dog)\b)"
+            r"(?:(?!\b(?:add|remove|but)\b)[^.,;!?]){1,60}?)"
+            rf" can go(?: (?:as well|too|now|again|away))*{END}",
             r"remove \1",
         ),
         (r"\bchanged (?:my|our) minds? about\b", "remove"),

@@ -74,6 +74,14 @@ _REFUSES = re.compile(
 """With such words nothing is taken for an order of what only an example or a wish names."""
 
 
+_TELLS = re.compile(
+    r"\b(?:get rid|have|had|got|drinks?|eats?|uses?|(?<!'d )(?<!would )likes?|loves?|said|wanted"
+    r"|asked|meant|prefers?|is|are|was)\b",
+    re.IGNORECASE,
+)
+"""No plain order of things."""
+
+
 def standing_alone(
     text: str,
     before: Callable[[], Hearing],
@@ -125,8 +133,11 @@ def standing_alone(
         return f"{found['new']}{old}" if sells(old) else found[0]
 
     def of_several(found: re.Match[str]) -> str:
-        before = text[: found.start()]
-        several = re.search(r",|\band\b", before + text[found.end() :])
+        before, after = text[: found.start()], text[found.end() :]
+        several = re.search(r",|\band\b", before + after)
+        order = re.sub(rf"^{_LEAD}", "", before, flags=re.IGNORECASE)
+        if _REFUSES.search(order) or _TELLS.search(order):
+            return found[0]
         alike = singulars(found["kind"])[0] in singulars(before)
         return f", no {found['old']}" if several and alike and sells(found["old"]) else found[0]
 

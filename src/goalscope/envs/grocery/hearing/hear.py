@@ -82,6 +82,8 @@ _THOSE = re.compile(
 )
 """After words about what was guessed: away with that, too."""
 _POINTS = re.compile(r"\b(?:it|them|that|those|these|both)\b")
+_SPARES = re.compile(r"\b(?:except|but|apart from|other than|besides|keep|unless|if)\b")
+"""Leaves something of all in its place."""
 _SPARED = re.compile(r"\b(?:keep|leave|not|no)\b[^,.;!?]*")
 _BESIDES = re.compile(
     r"^\W*(?:and|also|plus)\b|\b(?:too|also|as well|besides)\b"
@@ -194,14 +196,14 @@ class _Listener:
         utterance = self.names.hidden(utterance)
         self.guesses = guesses(utterance, self.guesses)
         self.budget = budget(utterance, self.budget)
-        why = asks_why(utterance)
+        why, spares = asks_why(utterance), _SPARES.search(evened(utterance))
         other = _OTHER.fullmatch(evened(utterance))
         self.unclear = bool(other)
         for clause in () if other else heard(besides_buying(utterance)):
             if _UNNEEDED.search(clause.text):
                 self.unclear = True
                 continue
-            if unsafe_for := unsafe(clause.text, self.diets):
+            if not spares and (unsafe_for := unsafe(clause, self.diets)):
                 self.strict |= unsafe_for
                 self.diets |= unsafe_for
                 continue

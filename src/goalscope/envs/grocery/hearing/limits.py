@@ -8,7 +8,7 @@ from decimal import Decimal
 from goalscope.envs.grocery.amounts import WORD, number
 from goalscope.envs.speech import evened
 
-__all__ = ["budget", "guesses", "limits_of_things", "unlimited", "wants_ideas"]
+__all__ = ["budget", "conditions", "guesses", "limits_of_things", "unlimited", "wants_ideas"]
 
 _CLOSE = r"(?=\s*(?:[.,;!?]|$|\b(?:and|but|please|thanks|thank you|for now|today|at all|then)\b))"
 _NEGATED = re.compile(
@@ -116,6 +116,10 @@ _BUDGET = re.compile(
     rf"|{_START}(?:i|we)(?:'ve(?: got)?|(?: only| just)? (?:have|got))"
     rf"(?: (?:only|just|about|around|got))* {_PRICED}(?: (?:to spend|left|on me|with me|only))*"
 )
+_ONLY_IF = re.compile(
+    rf"(?<=\w),? (?:but )?only if (?:they're|they are|they cost|those are) {_MOST} {_PRICED}"
+)
+"""Behind a thing that is not wanted at a higher price."""
 _OF_ONE = re.compile(rf"(?<=\w) (?:for )?{_LIMIT}")
 _BARE = re.compile(rf"(?:for )?{_LIMIT}")
 _ONE_THING = re.compile(
@@ -135,10 +139,6 @@ _DISH = re.compile(
     r"(?! (?:powder|paste|sauce|leaves|shells?|mix|dressing|spice|seasoning)\b)"
 )
 """What is cooked of several things, or a time to eat: a limit that follows is a budget."""
-_IF_THEY = re.compile(
-    rf",? (?:but )?(?:only )?if (?:they're|they are|they cost|those are)(?= {_MOST} )"
-)
-"""Between a thing and its limit: "batteries, but only if they're under $5"."""
 _NO_THING = re.compile(
     rf"{_OCCASION.pattern}|{_DISH.pattern}"
     r"|\b(?:if|it|this|that|they|is|are|be|was|costs?|stays?|keep|price|total)\b"
@@ -169,7 +169,7 @@ def guesses(utterance: str, before: bool = True) -> bool:
 
 def budget(utterance: str, before: Decimal | None = None) -> Decimal | None:
     """What all may cost after `utterance`, in the shop's currency, given what it might `before`."""
-    text = _IF_THEY.sub("", evened(utterance))
+    text = evened(utterance)
     told = [each for each in _BUDGET.finditer(text) if not _is_of_one(text, each)]
     told += [each for each in _OF_ONE.finditer(text) if _OCCASION.search(_piece(text, each))]
     found = [(each.start(), _sum(each)) for each in told]
@@ -179,16 +179,22 @@ def budget(utterance: str, before: Decimal | None = None) -> Decimal | None:
 
 def limits_of_things(utterance: str) -> list[tuple[str, Decimal]]:
     """What single things may cost by `utterance`: words that name each, and the most for it."""
-    text = _IF_THEY.sub("", evened(utterance))
+    text = evened(utterance)
     found = [each for each in _BUDGET.finditer(text) if _is_of_one(text, each)]
     found += _OF_ONE.finditer(_BUDGET.sub(lambda match: " " * len(match[0]), text))
     pieces = [(_piece(text, each), _sum(each)) for each in found]
     return [(piece, most) for piece, most in pieces if piece and not _NO_THING.search(piece)]
 
 
+def conditions(utterance: str) -> list[tuple[str, Decimal]]:
+    """What is wanted only below a price: words that name each thing, and the most for it."""
+    text = evened(utterance)
+    return [(_piece(text, each), _sum(each)) for each in _ONLY_IF.finditer(text)]
+
+
 def unlimited(text: str) -> str:
-    """`text`, evened, without what it says of a budget and of guesses."""
-    text = _IF_THEY.sub("", text)
+    """`text`, evened, without what it says of prices and of guesses."""
+    text = _ONLY_IF.sub("", text)
     for pattern in (_BUDGET, _NO_BUDGET, _STOPS):
         text = pattern.sub(" . ", text)
     return _OF_ONE.sub("", text)

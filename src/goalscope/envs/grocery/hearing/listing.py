@@ -49,7 +49,8 @@ _SIZE = (
 )
 _THERE_IS = r"(?: (?:that )?(?:you(?: have|'ve got| sell)(?: got)?|there is|is there))"
 _OF_SIZE = re.compile(
-    rf"(?:(?:^|,|;| -|,? but)(?: (?:and|in|please))* ?(?:the|an?) {_SIZE} (?:{PACKS}|size|ones?)"
+    rf"(?:(?:^|,|;| -|,? but)(?: (?:and|in|please))* ?(?:the|an?) {_SIZE} (?:{PACKS}|size"
+    r"|(?<!regular )(?<!normal )(?<!little )(?<!medium )ones?)"
     rf"{_THERE_IS}?(?:,? if (?:you(?: have|'ve got)(?: got)? (?:it|one|any|some|them)|possible"
     r"|available|there is (?:one|any|some)|you can))?(?:,? (?:please|thanks))*(?=[.,;!?]|$))"
 )

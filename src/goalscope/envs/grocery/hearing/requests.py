@@ -54,7 +54,7 @@ _SMALL = re.compile(
 _TAIL = re.compile(
     r"(?:^|\s+)(?:please|too|as well|thanks|thank you|also|for\b.*|if (?:you|possible)\b.*"
     r"|to \w+\b.*|in (?:the|my) (?:basket|cart)|on top|would be \w+|tonight|tomorrow|today|now"
-    r"|asap|of course|obviously|naturally|clearly|maybe|perhaps|or so|etc|instead|rather"
+    r"|asap|of course|obviously|naturally|clearly|maybe|perhaps|or so|etc|instead|rather|anyway"
     r"|on (?:\w+ )?(?:mon|tues|wednes|thurs|fri|satur|sun)days?"
     r"|so that\b.*|because\b.*|since\b.*"
     r"|which\b.*"

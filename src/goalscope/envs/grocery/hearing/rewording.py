@@ -93,11 +93,19 @@ _REWORDED = [
         ),
         (r"\b(?:avoids|stays (?:away from|off)) (?!(?:it|that|them|those|these)\b)", "can't eat "),
         (
-            r"(?:'s|'re|'m| is| are| am) off (?=(?:all )?(?:dairy|gluten|wheat|lactose|meat|nuts"
-            r"|sugar|eggs|fish|pork|soya?|seafood|shellfish|alcohol)\b)",
-            " can't eat ",
+            r"(?:^|(?<=[.,;!?] )|(?<=\band )|(?<=\bbecause )|(?<=\bsince )|(?<=\bbut ))"
+            r"(?P<who>i|we|he|she|they|(?:my|our) (?!dog|cat|pet|puppy|kitten)[a-z]+)"
+            r"(?:'s|'re|'m| is| are| am) off (?:all )?(?P<what>dairy|gluten|wheat|lactose|meat|nuts"
+            r"|sugar|eggs|fish|pork|soya?|seafood|shellfish|alcohol)"
+            r"(?=[.,;!?]|$| (?:too|now|as well|completely|entirely|and|so|because)\b)",
+            r"\g<who> can't eat \g<what>",
         ),
-        (r"\b(?:let's |(?:i|we)(?:'ll|'d like to) )?(?:start|begin)(?: off)? with\b", "add"),
+        (
+            r"^\W*(?:(?:ok|okay|so|right|well|yes|hi|hello|please|first|now)[ ,]+)*"
+            r"(?:let's |(?:i|we)(?:'ll| will|'d like to| want to) )?(?:start|begin)(?: off)? with"
+            r" (?=(?:an?|some|two|three|\d+|milk|eggs|bread)\b)",
+            "add ",
+        ),
         (
             r"(?:^|(?<=[.;!?,] ))(?!(?:i|we|you|he|she|they)\b)[a-z]+"
             r" (?:can't|cannot|doesn't|won't|mustn't) (?:have|eat|like|drink|stand)"

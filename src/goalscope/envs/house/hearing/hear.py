@@ -132,6 +132,7 @@ class _Listener(Misses):
         """Take in one turn."""
         self.wanted = [old for old in self.wanted if not old.passing]
         self.newest, self.missed, self.stuck = [], [], False
+        self.remember()
         self.former, self.steps = self.steps or self.former, []
         self.elsewhere = "where" in lowered(turn.query)
         if asked := first_named(turn.query, self.count):

@@ -29,10 +29,10 @@ class Misses(Corrections):
     def miss(self, clause: Clause, things: Sequence[Phrase]) -> None:
         """Keep that nothing could be made of an order, or of a thing in it.
 
-        What "it" is from then on, nobody knows where all that was named is unknown.
+        Behind a thing that is not here "it" is nothing that only earlier words named.
         """
         if clause.said and clause.things and all(t.word == "unknown" for t in clause.things):
-            self.last, self.recent = [], []
+            self.forget()
         named = (*clause.things, *((clause.place,) if clause.place else ()))
         unknown = any(thing.word == "unknown" for thing in named)
         nothing = not things if clause.verb else not clause.things

@@ -46,6 +46,7 @@ class Referents:
         place: The place that was spoken of last.
         last: The things that were spoken of last.
         recent: The same, with places and some that were spoken of before.
+        earlier: What had been spoken of last, and recently, when the newest words came.
         newest: Requests of the newest words.
     """
 
@@ -55,6 +56,7 @@ class Referents:
     place: Phrase | None = field(default=None, init=False)
     last: list[Phrase] = field(default_factory=list[Phrase], init=False)
     recent: list[Phrase] = field(default_factory=list[Phrase], init=False)
+    earlier: tuple[list[Phrase], list[Phrase]] = field(default=([], []), init=False)
     newest: list[Request] = field(default_factory=list[Request], init=False)
 
     def __post_init__(self) -> None:
@@ -64,6 +66,19 @@ class Referents:
         self.flags = {kind: set(object_type(kind).flags) for kind in self.count}
         for each in self.objects:
             self.flags[str(each["objectType"])] |= {flag for flag in FLAGS if each.get(flag)}
+
+    def remember(self) -> None:
+        """Have in mind again what words before the newest spoke of."""
+        last, recent = self.earlier
+        self.last = self.last or last
+        self.recent = [*(each for each in recent if each not in self.recent), *self.recent]
+        self.earlier = self.last, self.recent
+
+    def forget(self) -> None:
+        """Leave only what the newest words spoke of themselves."""
+        last, recent = self.earlier
+        self.last = [each for each in self.last if each not in last]
+        self.recent = [each for each in self.recent if each not in recent]
 
     def meant(self, phrase: Phrase, verb: str) -> list[Phrase]:
         """The phrases with types for which a phrase stands; "it" must suit the verb."""

@@ -205,10 +205,12 @@ _REWORDED = [
             "put ",
         ),
         (
-            r"\block ([^.;!?]{1,60}?)(?: away| up)? in(?:to)? (?=the (?:safe|drawer|cabinet)\b)",
+            r"(?:^|(?<=[.,;!?] )|(?<=and )|(?<=please )|(?<=can you )|(?<=could you ))lock"
+            r" ((?:(?!\b(?:put|in|doors?|windows?)\b)[^.;!?]){1,60}?)(?: away| up)? in(?:to)?"
+            r" (?=the (?:safe|drawer|cabinet)\b)",
             r"put \1 in ",
         ),
-        (r"\b(?:fold|shut)(?: up)? ((?:the|my|our) (?:laptop|computer)|it)(?: up)?\b", r"close \1"),
+        (r"\bfold (?:up )?((?:the|my|our) (?:laptop|computer))(?: up)?\b", r"close \1"),
         (r" ?&", " and"),
         (rf"\b(?:{_LATER})", f" {v.LATER} "),
         (
@@ -324,7 +326,9 @@ _IF_SO = re.compile(
 
 _NEEDED = re.compile(
     r"(?<=\bnot )(?P<what>(?:the |my )?[a-z]+(?: [a-z0-9]+)?),"
-    r" (?:i|we)(?:'ll)? (?:still )?need (?:it|that|this|them)\b[^.;!?]*",
+    r" (?:i|we)(?:'ll)? (?:still )?need (?:it|that|this|them)"
+    r"(?: (?:in the (?:morning|evening|afternoon)|today|tomorrow|tonight|later|now|soon|myself"
+    r"|for (?:work|school|later)))?(?=[ .!]*$)",
     re.IGNORECASE,
 )
 """What is not to be moved, and why: "not the watch, I need that in the morning"."""
