@@ -405,7 +405,7 @@ class Agent:
 
     def _how_to_end(self, turn: Turn, words: Words) -> Iterator[str]:
         """What to say where the person seems to want the end, or did not confirm it."""
-        if (takes_leave(turn.utterance) or words.advised) and not words.ends:
+        if (takes_leave(turn.utterance) or words.wants_end) and not words.ends:
             yield f'If that is all, say "{self.env.completion_phrase}".'
         if words.answers and not words.ends:
             yield not_done(self.env)

@@ -26,7 +26,7 @@ class Words:
         act: They may ask for something to be done: no mere question, nothing but taking back.
         asks: They only ask what the environment can answer.
         answers: They answer the question whether to do what cannot be undone.
-        advised: They agree to how the task is ended, which they were told just before.
+        wants_end: They agree to how the task is ended, which they were told just before.
         ends: They say that the task is complete, or confirm it.
         silent: They tell of no goal.
         order: They leave nothing to guess, as the environment understands them.
@@ -36,7 +36,7 @@ class Words:
     act: bool
     asks: bool
     answers: bool
-    advised: bool
+    wants_end: bool
     ends: bool
     silent: bool
     order: bool
@@ -65,7 +65,7 @@ def read(
     told = rounds[-1].notes if rounds else ()
     asked = bool(question) or told[-1:] == (not_done(env),)
     agreed = says_yes(env, turn)
-    advised = agreed and any(f'say "{env.completion_phrase}"' in note for note in told)
+    wants_end = agreed and any(f'say "{env.completion_phrase}"' in note for note in told)
     only_undoes = isinstance(turns[-1], TakenBack)
     answers = question == CONFIRM
     sure = answers and agreed and confirmed
@@ -73,13 +73,13 @@ def read(
     asks = not only_undoes and env.answer(said, turns) is not None
     silent = only_undoes or asks or sure or is_remark(said)
     order = not silent and env.is_order(turns)
-    replies = advised or (asked and (agreed or declines(turn.utterance)))
+    replies = wants_end or (asked and (agreed or declines(turn.utterance)))
     undoing = undoes(turn.utterance) is not None
     return Words(
         act=not (asks or only_undoes),
         asks=asks,
         answers=answers,
-        advised=advised,
+        wants_end=wants_end,
         ends=ends,
         silent=silent,
         order=order,
