@@ -94,3 +94,35 @@ def test_another_thing_is_no_substitute_for_one_without_a_label() -> None:
         opened, notes = talked({}, strict, f"add {thing}")
         assert opened.basket == {}
         assert notes == [f"Not added, since it is not labelled as nut-free: {thing}."]
+
+
+@pytest.mark.parametrize(
+    ("said", "after"),
+    [
+        (["Take out everything I didn't ask for", "Put the napkins back, I did want those."],
+         {"Paper Napkins": 1}),
+        (["add milk", "Take out all I didn't ask for", "put the milk back"], {}),
+        (["Put the napkins back"], {"Hot Sauce": 1}),
+        (["the hot sauce has to go as well"], {"Paper Napkins": 1}),
+        (["napkins and hot sauce", "add milk", "Remove the milk and everything you just guessed."],
+         {"Paper Napkins": 1, "Hot Sauce": 1}),
+        (["some ears of corn and a green apple"],
+         {"Paper Napkins": 1, "Hot Sauce": 1, "Sweet Corn Cobs": 1, "Granny Smith Apples": 1}),
+    ],
+)  # fmt: skip
+def test_things_come_and_go_as_people_say_it(said: list[str], after: Mapping[str, int]) -> None:
+    assert talked({"Paper Napkins": 1, "Hot Sauce": 1}, *said)[0].basket == after
+
+
+def test_why_nobody_asked_is_no_thing() -> None:
+    opened, notes = talked({"Hot Sauce": 1}, "Take out the hot sauce, nobody asked for it")
+    assert (opened.basket, notes) == ({}, [])
+
+
+def test_a_diet_that_chooses_is_named() -> None:
+    said = ["I'm lactose intolerant", "Add a pack of cheddar for my son, please."]
+    opened, notes = talked({}, *said)
+    assert opened.basket == {"Vegan Shredded Cheddar": 1}
+    assert notes == ["As it has to be dairy-free: Vegan Shredded Cheddar."]
+    _, notes = talked({}, *said, "Swap the vegan shredded cheddar for regular cheddar.")
+    assert notes[0] == "As it has to be dairy-free: Vegan Shredded Cheddar."

@@ -38,6 +38,7 @@ from goalscope.envs.grocery.search import Search
 from goalscope.envs.grocery.suiting import Bounds
 from goalscope.envs.grocery.talk import Talk
 from goalscope.envs.grocery.telling import (
+    for_a_diet,
     for_some,
     labelled_alone,
     left_out,
@@ -181,13 +182,13 @@ class GroceryShop:
         hearing = replace(hearing, diets=hearing.diets | hearing.hinted)
         newest = self._talk.spoken(turns)[-1] if turns else ""
         stricter = bool(hearing.strict) and hearing.strict != self._heard(turns[:-1]).strict
-        lessens = stricter or hearing.empties or hearing.unasked
-        lessens = lessens or hearing.removed or hearing.spared
+        lessens = stricter or hearing.empties or hearing.unasked or hearing.removed
         orders = not has_aim(newest) and any(
             self._choice.meant(each.phrase, hearing, ()) or self._choice.lacking(each, hearing)
             for each in hearing.newest
         )
-        if self._bought or not hearing.guesses or orders or (lessens and not hearing.newest):
+        lessens = (lessens or hearing.spared) and not hearing.newest
+        if self._bought or not hearing.guesses or orders or lessens:
             return []
         most = None if hearing.budget is None else (hearing.budget - self._after(turns)) / _AT_ONCE
         found: dict[str, int] = {}
@@ -210,11 +211,8 @@ class GroceryShop:
             return []
         hearing = self._heard(turns)
         dear = {item.name for item, _ in self._too_dear(hearing, turns)}
-        return [
-            action
-            for action in self._changes(hearing)
-            if action.name != "add item" or action.target not in dear
-        ]
+        found = self._changes(hearing)
+        return [each for each in found if each.name != "add item" or each.target not in dear]
 
     def reversal(
         self, results: Sequence[StepResult], before: Sequence[StepResult], turns: Sequence[Turn]
@@ -317,6 +315,7 @@ class GroceryShop:
             if item is None:
                 told += self._choice.lacking(listed(request, has=any(meant)), hearing)
                 continue
+            told += for_a_diet(request, item, hearing, self._choice)
             price = self.catalogue.money(item.price)
             told += filter(None, [not_met(request, item, before, self._basket, price)])
         told = [each for each in told if each]

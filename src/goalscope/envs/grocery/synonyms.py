@@ -18,6 +18,8 @@ spring onion, green onion, scallion
 beetroot, beet
 mangetout, mange tout, snow pea
 sweetcorn, sweet corn
+corn on the cob, ear of corn, cob of corn, corn cob, sweet corn cob
+green apple, granny smith apple
 fresh coriander, fresh cilantro
 coriander leaf, fresh cilantro
 capsicum, bell pepper

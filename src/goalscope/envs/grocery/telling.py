@@ -8,14 +8,16 @@ from decimal import Decimal
 
 from goalscope.envs.grocery.amounts import MOST, Request, by_weight, units
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.choosing import is_vague, taken
+from goalscope.envs.grocery.choosing import Choice, is_vague, taken
+from goalscope.envs.grocery.heard import Hearing
 from goalscope.envs.grocery.hearing.diets import implied, is_diet
 from goalscope.envs.grocery.hearing.orders import states_aim
 from goalscope.envs.grocery.hearing.requests import Refusal
-from goalscope.envs.grocery.restrictions import ALLERGIES
+from goalscope.envs.grocery.restrictions import ALLERGIES, violates
 from goalscope.envs.grocery.words import singulars, words
 
 __all__ = [
+    "for_a_diet",
     "for_some",
     "labelled_alone",
     "left_out",
@@ -109,6 +111,15 @@ def not_met(
     if request.outright and 0 < was == is_now:
         return f"The basket holds {was} x {item.name} already."
     return f"{item.name}: {is_now} x {item.unit}." if is_now and by_weight(request, item) else ""
+
+
+def for_a_diet(request: Request, item: Item, hearing: Hearing, choice: Choice) -> Iterator[str]:
+    """That a diet chose another thing than is usually meant; of organic ones their names tell."""
+    free = replace(hearing, diets=frozenset(), strict=frozenset())
+    usual = choice.meant(request.phrase, free, ())
+    diets = sorted(hearing.diets - {"organic"})
+    if usual and usual != item and (against := [d for d in diets if violates(usual, d)]):
+        yield f"As it has to be {' and '.join(against)}: {item.name}."
 
 
 def labelled_alone(strict: Iterable[str]) -> Iterator[str]:

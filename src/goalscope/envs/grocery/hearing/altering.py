@@ -395,7 +395,7 @@ CHANGES = [
             rf"{_BEGIN}(?:(?:fine|ok|okay|well|so|and)[ ,]+)*"
             r"((?:the|those|these) (?!(?:kids|children|guests|others|train|bus|car|dog)\b)"
             r"(?:(?!\b(?:add|remove|but)\b)[^.,;!?]){1,60}?)"
-            rf" can go(?: (?:as well|too|now|again|away))*{END}",
+            rf" (?:can|has to|have to) go(?: (?:as well|too|now|again|away))*{END}",
             r"remove \1",
         ),
         (r"\bchanged (?:my|our) minds? about\b", "remove"),

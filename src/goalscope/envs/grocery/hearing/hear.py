@@ -238,7 +238,7 @@ class _Listener:
     def put_back(self, clause: Said, *, newest: bool) -> bool:
         """Take in that what has left the basket is put back there; whether that is all."""
         said = [phrase for each in removed(clause) for phrase in self.meant(each.phrase)]
-        gone = [self.gone(phrase) for phrase in said] if _PUT_BACK.search(clause.text) else []
+        gone = [self.gone(p) or self.tidy(p) for p in said] if _PUT_BACK.search(clause.text) else []
         if not gone or not all(gone):
             return False
         for phrase in gone:
@@ -264,6 +264,11 @@ class _Listener:
         left = [*self.refused, *self.dropped]
         out = (each for each in reversed(left) if contains(singulars(each), said))
         return "" if kept else next(out, "")
+
+    def tidy(self, phrase: str) -> str:
+        """A phrase of what left with all guesses; "" where none did, or it is asked for."""
+        asked = any(kind_of(each, [phrase]) for each in self.asked)
+        return phrase if self.tidied and not asked else ""
 
     def take_out(self, removal: Request) -> None:
         """Ask for less of what a removal takes out: rye bread may be what came for "bread"."""

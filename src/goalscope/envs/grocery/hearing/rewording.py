@@ -70,6 +70,7 @@ _REWORDED = [
             )
         ),
         (r"\b(?:there(?:'s| is) )?no need (?:for|of) (?=\w)", "don't need "),
+        (r", (?:nobody|no ?one) (?:asked for|needs?|wants?) (?:it|that|those|them)(?=[.;!]|$)", ""),
         (r",? ?\bif (?:you have|there(?:'s| is| are)) (?:any|some|it|them|one)\b,?", ""),
         (
             r"\b(?:\w+n't|not|never)(?: let (?:me|us))?(?: ever)? (?:forget|miss|skip|omit|drop"
@@ -185,6 +186,12 @@ _ALONE_WANTED = re.compile(
     rf"(, ?{NUMBER} of (?:it|them|those))?(?:\s*[,.;!])? (?:and |but )?nothing else\b(?! but)"
 )
 _THEM = r"(?:it|them|that|those|these|this|(?:all|both)(?: of)?(?: (?:it|them|that|those|these))?)"
+_AND_GUESSES = re.compile(
+    r"\b((?:remove|take out|delete|drop|get rid of) (?!everything\b)[^.;!?]{1,80}?),? and"
+    r" (?:everything|all|whatever|the (?:things|stuff|rest))(?: (?:that|else))?"
+    r" you(?:'ve| have)?(?: just)? guessed(?: just now| in this round| last)?(?=[.;!?]|$)"
+)
+"""Behind what is to be taken out: that the guesses are, too."""
 _REDUNDANT = re.compile(
     r"((?:i|we|he|she|they|(?:my|our|the) \w+)(?: (?:really|actually))?"
     r" (?:don't|do not|doesn't|does not|didn't|did not|never|no longer)(?: (?:really|even|ever))?"
@@ -243,6 +250,7 @@ def heard(utterance: str) -> tuple[Said, ...]:
     text = re.sub(r"\s*\n\s*", ". ", _BULLET.sub(", ", utterance[:2000]).strip())
     text = _AT_LAST.sub("", _PAUSE.sub("", text))
     text = _REDUNDANT.sub(r"\1", instead(unreasoned(unlisted(evened(text)))))
+    text = _AND_GUESSES.sub(r"\1. remove everything you guessed", text)
     text = unlimited(_ALONE_WANTED.sub(r". keep only \1. only \1\2", text))
     text = re.sub(
         r"\b((?:remove|delete|drop|take out|add|get|buy)(?! the first)\b[^.;!?,]*?) first"
