@@ -449,7 +449,7 @@ def test_advice_has_its_reason() -> None:
     sure = BARE.observe([-9.0, 0.0])
     stands = {
         "Nothing was said yet.": Stand(BARE, []),
-        "The likeliest has 50%, and 80% is sure enough.": Stand(
+        "The likeliest goal has 50%; 80% is sure enough.": Stand(
             BARE.observe([0.0, 0.0]), said("A")
         ),
         "None of the goals explains the words well.": Stand(BARE.observe([0.0, -9.0]), said("A")),

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 import pytest
 
-from shops import talked
+from shops import shop, talked
+from talks import Talk
 
 
 @pytest.mark.parametrize(
@@ -126,3 +127,10 @@ def test_a_diet_that_chooses_is_named() -> None:
     assert notes == ["As it has to be dairy-free: Vegan Shredded Cheddar."]
     _, notes = talked({}, *said, "Swap the vegan shredded cheddar for regular cheddar.")
     assert notes[0] == "As it has to be dairy-free: Vegan Shredded Cheddar."
+
+
+def test_what_a_diet_keeps_from_coming_back_is_told_so() -> None:
+    talk = Talk(shop())
+    for words in ("add bread flour", "My sister has coeliac disease", "undo that"):
+        talk.say(words)
+    assert "It has to be gluten-free: Bread Flour." in talk.rounds[-1].notes

@@ -115,7 +115,7 @@ def test_what_is_ruled_out_stays_out() -> None:
     assert talk.env.basket == {}
     back = talk.say("undo that")
     assert talk.env.basket == {}
-    assert "You ruled that out: Whole Milk." in back.notes
+    assert "It has to be dairy-free: Whole Milk." in back.notes
     assert ALLERGY in back.notes
 
 

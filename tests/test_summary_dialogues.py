@@ -8,7 +8,7 @@ import pytest
 
 from goalscope.calibration import LAST_TURN, Calibration
 from goalscope.experiment.predictors import FITTED_FROM, PREDICTORS
-from goalscope.experiment.summary import NO_INTERVAL, Estimate, Table
+from goalscope.experiment.summary import NO_INTERVAL, Estimate, Table, few_notes
 from goalscope.experiment.summary_dialogues import read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
 from goalscope.experiment.summary_mcq import mcq_tables
@@ -406,6 +406,14 @@ def test_only_the_same_words_are_compared_and_a_calibration_is_no_better_model()
     (_, left) = [dict(zip(table.columns, entries, strict=True)) for entries in table.rows]
     assert left["n"] == 4
     assert left["log-loss, difference"].interval is None  # of one dialogue
+
+
+def test_few_groups_are_told_of_however_many_dialogues_they_have() -> None:
+    cells = [dialogue(n, n % 3, 1, group=f"g{n < 7}", **{"role-play": [SURE]}) for n in range(24)]
+    (found,) = read_dialogues(cells)
+    assert few_notes(found.table())[0].startswith("Of 2 groups an interval says little")
+    apart = [dialogue(n, n % 3, 1, group=f"g{n}", **{"role-play": [SURE]}) for n in range(24)]
+    assert few_notes(read_dialogues(apart)[0].table()) == ()
 
 
 def test_figures_get_the_tables_numbers() -> None:

@@ -217,7 +217,8 @@ def advised(
         return Advised("propose", "No goal can have said these words.")
     if UNSPECIFIED in belief.goals and incomplete(belief, LOST, since=since):
         return Advised("propose", "None of the goals explains the words well.")
-    return Advised("ask", f"The likeliest has {probability:.0%}, and {SURE:.0%} is sure enough.")
+    stated = next((p for each, p in belief.top() if each != UNSPECIFIED), 0.0)
+    return Advised("ask", f"The likeliest goal has {stated:.0%}; {SURE:.0%} is sure enough.")
 
 
 def doubtful(utterance: str, goal: Goal) -> bool:

@@ -11,7 +11,7 @@ import math
 import re
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from goalscope.models.opening import model_label
@@ -52,6 +52,7 @@ class Estimate:
         value: The figure; a fraction where `form` is "percent".
         interval: In the same unit; None where there is none to give.
         form: Whether it is shown as a percentage.
+        groups: How many groups the interval comes from, where that is not the number of cases.
 
     Raises:
         ValueError: A number is not finite.
@@ -60,6 +61,7 @@ class Estimate:
     value: float
     interval: Interval | None = None
     form: Literal["percent", "number"] = "number"
+    groups: int | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         ends = (self.interval.low, self.interval.high) if self.interval else ()
@@ -211,13 +213,14 @@ class Labels:
 
 
 def few_notes(table: Table) -> tuple[str, ...]:
-    """What to say below a table with intervals of fewer than `FEW`: of people, else of cases."""
+    """What to say below a table with intervals of fewer than `FEW` people, groups or cases."""
     counts = [name for name in ("profiles", "n") if name in table.columns][:1]
     found = [
-        row[table.columns.index(name)]
+        row[table.columns.index(name)] if each.groups is None else each.groups
         for name in counts
         for row in table.rows
-        if any(isinstance(each, Estimate) and each.interval for each in row)
+        for each in row
+        if isinstance(each, Estimate) and each.interval
     ]
     least = min((n for n in found if isinstance(n, int)), default=FEW)
     if least >= FEW:

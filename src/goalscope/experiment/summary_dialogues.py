@@ -218,7 +218,8 @@ class Dialogues:
         groups = [each.group for each in found]
         if len(set(groups)) < 2:
             return None
-        return Estimate(*auroc([e.absent for e in found], [e.present for e in found], groups))
+        area = auroc([e.absent for e in found], [e.present for e in found], groups)
+        return Estimate(*area, groups=len(set(groups)))
 
     def _name(self, what: str) -> str:
         parts = [part for part in (self.set, self.split, self.goal_set, self.model) if part]
@@ -426,7 +427,8 @@ def _estimate(outcomes: Sequence[Outcome], field: str) -> Estimate | None:
 def mean_of(values: Sequence[float], groups: Sequence[str], field: str) -> Estimate:
     """Mean of a figure (one of the `Scores`, or a share), with an interval over groups."""
     form = "percent" if field in ("top1", "leads", "held") else "number"
-    return Estimate(sum(values) / len(values), bootstrap_mean(values, groups), form)
+    interval = bootstrap_mean(values, groups)
+    return Estimate(sum(values) / len(values), interval, form, len(set(groups)))
 
 
 def _reliability(outcomes: Sequence[Outcome]) -> Reliability:

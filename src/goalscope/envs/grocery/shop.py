@@ -45,6 +45,7 @@ from goalscope.envs.grocery.telling import (
     lifted,
     limited,
     listed,
+    not_back,
     not_met,
     not_there,
     still_bound,
@@ -230,7 +231,7 @@ class GroceryShop:
             for item in called(phrase, items):
                 moved[item.name] = 0
         out = [n for n in moved if moved[n] < 0 and not self._permits(n, hearing)]
-        told = [f"You ruled that out: {name}." for name in out]
+        told = [not_back(item, hearing) for item in items if item.name in out]
         gone = (turn.utterance for turn in turns if isinstance(turn, TakenBack))
         told += [ALLERGY] if any(map(harm, gone)) else []
         return steps({**moved, **dict.fromkeys(out, 0)}, self.basket), told

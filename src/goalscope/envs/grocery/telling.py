@@ -24,6 +24,7 @@ __all__ = [
     "lifted",
     "limited",
     "listed",
+    "not_back",
     "not_met",
     "not_there",
     "still_bound",
@@ -120,6 +121,13 @@ def for_a_diet(request: Request, item: Item, hearing: Hearing, choice: Choice) -
     diets = sorted(hearing.diets - {"organic"})
     if usual and usual != item and (against := [d for d in diets if violates(usual, d)]):
         yield f"As it has to be {' and '.join(against)}: {item.name}."
+
+
+def not_back(item: Item, hearing: Hearing) -> str:
+    """Why a thing that left the basket is not put back."""
+    diets = [each for each in sorted(hearing.diets) if violates(item, each)]
+    why = f"It has to be {' and '.join(diets)}" if diets else "You ruled that out"
+    return f"{why}: {item.name}."
 
 
 def labelled_alone(strict: Iterable[str]) -> Iterator[str]:
