@@ -84,7 +84,7 @@ def chat(
     from goalscope.cli.typed import typed
     from goalscope.cli.why import correct
     from goalscope.display import show_belief, show_header, show_round, show_summary
-    from goalscope.domains import profile_named
+    from goalscope.domains import Settings, profile_named
     from goalscope.session import Session, more_rounds, saved_settings
     from goalscope.store import Store
 
@@ -125,7 +125,7 @@ def chat(
                 propose=propose,
                 questions=questions,
                 seed=seed,
-                rounds=rounds or 100,
+                rounds=rounds or Settings().rounds,
             )
         )
         profile = info.profile if info else None

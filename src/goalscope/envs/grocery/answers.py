@@ -227,9 +227,9 @@ def _offered(terms: str, shop: Stock) -> str:
 
 
 def _offered_of(term: str, shop: Stock) -> str:
-    labels = hinted(term) | {each for each in ("organic",) if each in singulars(term)}
-    fit = [item for item in shop.catalogue.items if labels <= item.tags]
-    if labels and fit and is_vague(undieted(term)):
+    labels = hinted(term) | ({"organic"} & {*singulars(term)})
+    asked_by_label = labels and is_vague(undieted(term))
+    if fit := [i for i in shop.catalogue.items if labels <= i.tags] if asked_by_label else []:
         some = "; ".join(item.name for item in fit[:_NAMED])
         named = f"labelled as {' and '.join(sorted(labels))}"
         return f"The shop has {counted(len(fit), 'thing')} {named}, such as {some}."

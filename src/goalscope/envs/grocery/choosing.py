@@ -82,13 +82,9 @@ class Choice:
         if is_vague(phrase) and phrase not in self._names:
             return None
         if hearing.strict:  # only another thing of the same aisle stands for one without a label
-            free = replace(hearing, strict=frozenset())
-            found, as_labelled = (
-                self.meant(phrase, free, basket),
-                self._meant(phrase, hearing, basket),
-            )
-            alike = found and as_labelled and found.category == as_labelled.category
-            return as_labelled if alike else None
+            usual = self._meant(phrase, _unlabelled(hearing), basket)
+            found = self._meant(phrase, hearing, basket)
+            return found if found and usual and found.category == usual.category else None
         return self._meant(phrase, hearing, basket)
 
     def _meant(self, phrase: str, hearing: Hearing, basket: Collection[str]) -> Item | None:
@@ -140,8 +136,7 @@ class Choice:
     def lacking(self, request: Request, hearing: Hearing) -> list[str]:
         """Why nothing can be added for the request; nothing where it names no product."""
         phrase = request.phrase
-        free = replace(hearing, strict=frozenset())
-        if hearing.strict and self.meant(phrase, free, ()):
+        if hearing.strict and self.meant(phrase, _unlabelled(hearing), ()):
             label = " and ".join(sorted(hearing.strict))
             return [f"Not added, since it is not labelled as {label}: {phrase}."]
         vague = _NO_PRODUCT.union(self._aisles).issuperset(words(phrase))
@@ -277,3 +272,8 @@ def _allowed(item: Item, hearing: Hearing) -> bool:
 def _is_a(item: Item, phrase: str) -> bool:
     """Whether the item's name has every word of the phrase."""
     return contains(singulars(item.name), singulars(phrase))
+
+
+def _unlabelled(hearing: Hearing) -> Hearing:
+    """The same where food need not be labelled."""
+    return replace(hearing, strict=frozenset())

@@ -72,8 +72,6 @@ _REFUSES = re.compile(
     re.IGNORECASE,
 )
 """With such words nothing is taken for an order of what only an example or a wish names."""
-
-
 _TELLS = re.compile(
     r"\b(?:get rid|have|had|got|drinks?|eats?|uses?|(?<!'d )(?<!would )likes?|loves?|said|wanted"
     r"|asked|meant|prefers?|is|are|was)\b",

@@ -82,7 +82,7 @@ _THOSE = re.compile(
 )
 """After words about what was guessed: away with that, too."""
 _POINTS = re.compile(r"\b(?:it|them|that|those|these|both)\b")
-_SPARES = re.compile(r"\b(?:except|but|apart from|other than|besides|keep|unless|if)\b")
+_LEAVES_SOME = re.compile(r"\b(?:except|but|apart from|other than|besides|keep|unless|if)\b")
 """Leaves something of all in its place."""
 _SPARED = re.compile(r"\b(?:keep|leave|not|no)\b[^,.;!?]*")
 _BESIDES = re.compile(
@@ -139,6 +139,7 @@ class _Listener:
         asked: Requests by their phrases; `earlier` are those before the newest utterance.
         refused: Phrases in their order; so are `dropped` and `lessened`.
         tidied: Whether what was guessed had to go, and no aim was stated since.
+        strict: Allergies for which food must be labelled.
         some: Diets that only some follow.
         harmful: Those of the refused to which somebody is allergic: no request takes that back.
         mild: Diets that rest on a refusal alone, which a request takes back.
@@ -196,14 +197,14 @@ class _Listener:
         utterance = self.names.hidden(utterance)
         self.guesses = guesses(utterance, self.guesses)
         self.budget = budget(utterance, self.budget)
-        why, spares = asks_why(utterance), _SPARES.search(evened(utterance))
+        why, leaves_some = asks_why(utterance), _LEAVES_SOME.search(evened(utterance))
         other = _OTHER.fullmatch(evened(utterance))
         self.unclear = bool(other)
         for clause in () if other else heard(besides_buying(utterance)):
             if _UNNEEDED.search(clause.text):
                 self.unclear = True
                 continue
-            if not spares and (unsafe_for := unsafe(clause, self.diets)):
+            if not leaves_some and (unsafe_for := unsafe(clause, self.diets)):
                 self.strict |= unsafe_for
                 self.diets |= unsafe_for
                 continue

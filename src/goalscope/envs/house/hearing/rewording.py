@@ -85,6 +85,9 @@ def _to_make(said: re.Match[str]) -> str:
     return f"make {re.sub(_DONE_SO, '', said[1])}"
 
 
+_FIRST = r"(?:^|(?<=[.,;!?] )|(?<=and )|(?<=please )|(?<=can you )|(?<=could you ))"
+"""Before the verb of an order."""
+
 _REWORDED = [
     (re.compile(pattern), plain)
     for pattern, plain in (
@@ -200,12 +203,11 @@ _REWORDED = [
             r"empty the \1",
         ),
         (
-            r"(?:^|(?<=[.,;!?] )|(?<=and )|(?<=please )|(?<=can you )|(?<=could you ))"
-            r"(?:sit|seat|prop) (?=(?:the|my|our) )",
+            rf"{_FIRST}(?:sit|seat|prop) (?=(?:the|my|our) )",
             "put ",
         ),
         (
-            r"(?:^|(?<=[.,;!?] )|(?<=and )|(?<=please )|(?<=can you )|(?<=could you ))lock"
+            rf"{_FIRST}lock"
             r" ((?:(?!\b(?:put|in|doors?|windows?)\b)[^.;!?]){1,60}?)(?: away| up)? in(?:to)?"
             r" (?=the (?:safe|drawer|cabinet)\b)",
             r"put \1 in ",
