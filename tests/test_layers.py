@@ -8,7 +8,17 @@ import goalscope
 ROOT = Path(goalscope.__file__).parent
 LAYERS = [
     {"types", "plain", "calibration", "extras"},
-    {"belief", "models", "prompts", "envs", "stats", "calibrations", "opposites"},
+    {
+        "belief",
+        "models",
+        "orders",
+        "prompts",
+        "reader",
+        "envs",
+        "stats",
+        "calibrations",
+        "opposites",
+    },
     {"likelihood", "goals", "dialog", "asking", "habits", "policy", "acting", "why"},
     {"advice", "agent", "episode", "judge", "reading", "taking_back", "tracker"},
     {"database", "rounds_json", "store", "infer", "domains", "datasets"},

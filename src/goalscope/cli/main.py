@@ -21,6 +21,7 @@ from goalscope.cli.house import house
 from goalscope.cli.infer import infer
 from goalscope.cli.mcp import mcp
 from goalscope.cli.models import doctor, models
+from goalscope.cli.reading import bench_reading, fit_reader
 from goalscope.cli.report import report
 from goalscope.cli.serve import serve
 from goalscope.cli.study import study
@@ -92,6 +93,8 @@ app.command()(mcp)
 
 app.command()(infer)
 app.command()(fit)
+app.command()(fit_reader)
+bench.command(name="reading")(bench_reading)
 app.command()(calibrate)
 app.command()(replay)
 app.command()(why)

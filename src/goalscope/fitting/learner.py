@@ -21,7 +21,7 @@ from goalscope.models.transformers import Transformers
 from goalscope.models.trie import Trie
 from goalscope.types import Goal, GoalscopeError, ModelError, Turn
 
-__all__ = ["Example", "Learner"]
+__all__ = ["Example", "Learner", "ancestors"]
 
 _TREE = 700  # tokens of a tree that takes no further turn: attention looks from each to each
 
@@ -197,7 +197,7 @@ class Learner:
         places = sorted({node for nodes, _ in spots for node in nodes})
         row_of = {node: row for row, node in enumerate(places)}
         logits = self.model.network.learn(
-            np.array([trie.tokens]), np.array([trie.depths]), _ancestors(trie)[None], places
+            np.array([trie.tokens]), np.array([trie.depths]), ancestors(trie)[None], places
         )
         logprobs = package("torch").log_softmax(logits.float(), -1)
         return [logprobs[[row_of[node] for node in nodes], answer].sum() for nodes, answer in spots]
@@ -222,7 +222,7 @@ def _place(name: str) -> tuple[int, str] | None:
     return (int(match[1]), match[2]) if match else None
 
 
-def _ancestors(trie: Trie) -> Any:
+def ancestors(trie: Trie) -> Any:
     """Whether each node sees each other one [nodes, nodes]: itself, and what leads to it."""
     sees = np.eye(len(trie), dtype=bool)
     for node, parent in enumerate(parents(trie)):

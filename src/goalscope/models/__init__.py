@@ -44,12 +44,16 @@ class Completion:
         finish: "stop" at an end-of-turn or stop string, "length" at `max_tokens`.
         prompt_tokens: Tokens of the prompt.
         completion_tokens: Tokens written.
+        log_probability: Of the text and its end, nats; None where the model does not tell.
+        margin: Nats by which the least sure token led the next likeliest; None likewise.
     """
 
     text: str
     finish: str
     prompt_tokens: int
     completion_tokens: int
+    log_probability: float | None = None
+    margin: float | None = None
 
 
 class LanguageModel(Protocol):
@@ -68,6 +72,11 @@ class LanguageModel(Protocol):
 class Generator(LanguageModel, Protocol):
     """A model that writes."""
 
+    @property
+    def takes_grammar(self) -> bool:
+        """Whether `generate` takes a `grammar`."""
+        ...
+
     def generate(
         self,
         messages: Sequence[Message],
@@ -77,6 +86,7 @@ class Generator(LanguageModel, Protocol):
         seed: int = 0,
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
+        grammar: str | None = None,
         heard: Heard | None = None,
     ) -> Completion:
         """Write the assistant's next message.
@@ -88,11 +98,13 @@ class Generator(LanguageModel, Protocol):
             seed: Seed of the sampler; the same seed gives the same text.
             stop: Strings that end the reply; they are not part of it.
             schema: JSON schema that the reply must satisfy.
+            grammar: Rules of the reply in place of a schema, in llama.cpp's GBNF.
             heard: Is told the reply as it is written, as far as that is sure to stay; once, in the
                 end, by a model that cannot do better.
 
         Raises:
-            ModelError: The messages do not fit the context, or the model failed.
+            ModelError: The messages do not fit the context, or the model failed, or takes no
+                grammar.
         """
         ...
 
@@ -164,7 +176,7 @@ class OpenModel(OpenGenerator, OpenScorer, Protocol):
 def unfinished_json(room: int) -> UnreadableAnswerError:
     """The error of a model whose JSON is not complete after `room` tokens."""
     return UnreadableAnswerError(
-        f"The model did not finish its JSON within {room} tokens. Allow more tokens, or "
+        f"The model did not finish its answer within {room} tokens. Allow more tokens, or "
         "limit the schema's lengths (maxLength, maxItems)."
     )
 

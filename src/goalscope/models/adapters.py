@@ -20,6 +20,7 @@ __all__ = [
     "FITTED_GOALS",
     "FITTED_LAYOUT",
     "FITTED_SOURCES",
+    "FITTED_TASK",
     "MODULES",
     "NO_ADAPTER",
     "Adapter",
@@ -46,6 +47,9 @@ FITTED_LAYOUT = "goalscope.layout"
 
 FITTED_SOURCES = "fitted.sources"
 """Key under which stands what it was fitted on, for people."""
+
+FITTED_TASK = "fitted.task"
+"""Key under which "reading" stands where the adapter was fitted to read."""
 
 MODULES: Mapping[str, str] = {
     "q_proj": "attn_q",
@@ -87,9 +91,13 @@ class Adapter:
     metadata: Mapping[str, str] = field(default_factory=dict[str, str])
 
 
-def shipped() -> Path | None:
-    """The file of the adapter that comes with goalscope, for the embedded model."""
-    path = Path(__file__).parent / "general" / "adapter.gguf"
+def shipped(name: str = "general") -> Path | None:
+    """The file of an adapter that comes with goalscope for the embedded model.
+
+    Args:
+        name: "general" for the likelihood of people's words, "reader" for reading.
+    """
+    path = Path(__file__).parent / name / "adapter.gguf"
     return path if path.is_file() else None
 
 

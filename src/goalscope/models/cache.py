@@ -77,6 +77,11 @@ class CachedModel:
         """See `LanguageModel.context_size`."""
         return self.model.context_size
 
+    @property
+    def takes_grammar(self) -> bool:
+        """See `Generator.takes_grammar`."""
+        return self.model.takes_grammar
+
     def count_tokens(self, messages: Sequence[Message]) -> int:
         """See `LanguageModel.count_tokens`."""
         return self.model.count_tokens(messages)
@@ -90,6 +95,7 @@ class CachedModel:
         seed: int = 0,
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
+        grammar: str | None = None,
         heard: Heard | None = None,
     ) -> Completion:
         """See `Generator.generate`."""
@@ -99,7 +105,7 @@ class CachedModel:
             "seed": seed,
             "stop": list(stop),
             "schema": schema,
-        }
+        } | ({"grammar": grammar} if grammar is not None else {})
         key = self._key("generate", messages, settings)
         answer = self._find(key)
         if answer is None:

@@ -160,9 +160,9 @@ class LlamaCpp(LocalModel):
         self._writing.push(token, lambda _, row: np.copyto(self._logits, row))
         return self._logits
 
-    def grammar(self, schema: Mapping[str, Any]) -> LlamaGrammar:
+    def grammar(self, rules: Mapping[str, Any] | str) -> LlamaGrammar:
         """See `LocalModel.grammar`."""
-        return LlamaGrammar(self._weights, schema)
+        return LlamaGrammar(self._weights, rules)
 
     @alone
     def prompt_seconds(self, tokens: int = 512, *, scored: int = 0) -> float:

@@ -12,7 +12,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from goalscope.models import CLOSED, Array, Completion, Heard, unfinished_json
-from goalscope.models.sampling import Grammar, Logits, choose
+from goalscope.models.sampling import Grammar, Logits, choose, lead, log_prob
 from goalscope.models.scoring import TokenScorer
 from goalscope.types import Message, ModelError
 
@@ -45,12 +45,14 @@ class LocalModel(TokenScorer):
     calls `read` and `push` themselves holds `busy` from the one to the last of the others.)
 
     Attributes:
+        takes_grammar: Whether `generate` takes a `grammar`.
         adapter: The file of its LoRA adapter, if it has one.
         adapter_metadata: The texts that stand in that file, by their key.
         busy: Held during a call.
         closed: Whether `close` was called.
     """
 
+    takes_grammar = True
     adapter: Path | None
     adapter_metadata: Mapping[str, str]
 
@@ -81,8 +83,8 @@ class LocalModel(TokenScorer):
         """Logits [vocabulary] after one more token than at the last `read` or `push`."""
 
     @abstractmethod
-    def grammar(self, schema: Mapping[str, Any]) -> Grammar:
-        """A JSON schema as a filter of next tokens."""
+    def grammar(self, rules: Mapping[str, Any] | str) -> Grammar:
+        """A JSON schema, or rules in GBNF, as a filter of next tokens."""
 
     @alone
     def generate(
@@ -94,6 +96,7 @@ class LocalModel(TokenScorer):
         seed: int = 0,
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
+        grammar: str | None = None,
         heard: Heard | None = None,
     ) -> Completion:
         """Write the assistant's next message; see `Generator.generate`.
@@ -102,18 +105,22 @@ class LocalModel(TokenScorer):
         out, since a small model's tail is noise.
 
         Raises:
-            ModelError: The messages do not fit the context, or the JSON was not finished within
-                `max_tokens`.
+            ModelError: The messages do not fit the context, or what must satisfy a schema or a
+                grammar was not finished within `max_tokens`.
         """
         prompt = self.tokenizer.render(messages)
         self.check_length(len(prompt) + 1)
         room = min(max_tokens, self.context_size - len(prompt))
         random = np.random.default_rng(seed)
-        grammar = self.grammar(schema) if schema is not None else None
+        rules = schema if schema is not None else grammar
+        form = self.grammar(rules) if rules is not None else None
+        total, margin = 0.0, np.inf
         text, written, finish, told = "", list[int](), "length", ""
         logits = self.read(prompt, room)
         while len(written) < room:
-            token = choose(logits, temperature, random, grammar)
+            token = choose(logits, temperature, random, form)
+            total += log_prob(logits, token)
+            margin = min(margin, lead(logits, token))
             if self.tokenizer.is_control(token):
                 finish = "stop"
                 break
@@ -127,11 +134,11 @@ class LocalModel(TokenScorer):
                 heard(told := sure)
             if len(written) < room:
                 logits = self.push(token)
-        if grammar is not None and finish == "length":
+        if form is not None and finish == "length":
             raise unfinished_json(room)
         if heard and text != told:
             heard(text)
-        return Completion(text, finish, len(prompt), len(written))
+        return Completion(text, finish, len(prompt), len(written), total, float(margin))
 
     @alone
     def next_logprobs(self, prompt: Sequence[int]) -> Array:

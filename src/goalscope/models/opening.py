@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any, cast
 
 from goalscope.models import Array, Completion, Heard, OpenGenerator, OpenModel, OpenScorer
-from goalscope.models.adapters import NO_ADAPTER, adapter_file, shipped
+from goalscope.models.adapters import FITTED_TASK, NO_ADAPTER, adapter_file, shipped
 from goalscope.models.cache import CachedModel
 from goalscope.models.chat import ChatTokenizer
 from goalscope.types import InvalidInputError, Message, ModelError
 
-__all__ = ["MODEL_KEYS", "TwoModels", "model_label", "open_model", "parts"]
+__all__ = ["MODEL_KEYS", "TwoModels", "model_label", "open_model", "open_reader", "parts"]
 
 MODEL_KEYS = ("model", "generator", "scorer", "tokenizer", "adapter")
 """Arguments of `open_model` that say which model it is."""
@@ -63,6 +63,11 @@ class TwoModels:
         both = f"{self.generator.fingerprint} {self.scorer.fingerprint}"
         return both if self.speaker is self.scorer else f"{both} {self.speaker.fingerprint}"
 
+    @property
+    def takes_grammar(self) -> bool:
+        """Whether the one that writes takes a grammar."""
+        return self.generator.takes_grammar
+
     def count_tokens(self, messages: Sequence[Message]) -> int:
         """The larger of both counts."""
         count = self.scorer.count_tokens(messages)
@@ -77,6 +82,7 @@ class TwoModels:
         seed: int = 0,
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
+        grammar: str | None = None,
         heard: Heard | None = None,
     ) -> Completion:
         """See `Generator.generate`."""
@@ -87,6 +93,7 @@ class TwoModels:
             seed=seed,
             stop=stop,
             schema=schema,
+            grammar=grammar,
             heard=heard,
         )
 
@@ -206,6 +213,40 @@ def open_model(
         )
         opened.pop_all()
     return result
+
+
+def open_reader(
+    model: str | Path | None = None,
+    *,
+    adapter: str | Path | None = None,
+    report: Callable[[str, float], object] | None = None,
+) -> tuple[OpenGenerator, bool]:
+    """Open the model that reads, and say whether it was taught to (see `Reader`).
+
+    Args:
+        model: As of `open_model`.
+        adapter: GGUF file or folder of an adapter that was fitted on reading; "none" for none; by
+            default, the one that comes with goalscope, for the embedded model.
+        report: See `open_model`.
+
+    Raises:
+        ModelError: The model or the adapter is missing or broken.
+        InvalidInputError: The adapter is named for a server, or was fitted on something else.
+    """
+    if _is_address(model):
+        _adapter(adapter or NO_ADAPTER, model)
+        return _served_generator(str(model), None), False
+    given = None if adapter in (None, NO_ADAPTER) else _adapter(adapter, model)
+    file = given or (shipped("reader") if model is None and adapter is None else None)
+    opened = _local(model, report, file)
+    taught = getattr(opened, "adapter_metadata", {}).get(FITTED_TASK) == "reading"
+    if given and not taught:
+        opened.close()
+        raise InvalidInputError(
+            f"The adapter {adapter} was not fitted on reading. Name one that `goalscope "
+            "fit-reader` made, or none."
+        )
+    return opened, taught
 
 
 def _short(name: str | None) -> str:

@@ -1,4 +1,4 @@
-"""From logits to tokens: log-probabilities, sampling, and JSON schemas as a filter."""
+"""From logits to tokens: log-probabilities, sampling, and grammars as a filter."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from goalscope.extras import package
 from goalscope.models.native import Weights
 from goalscope.types import ModelError
 
-__all__ = ["MIN_P", "Grammar", "LLGuidanceGrammar", "LlamaGrammar", "Logits", "choose", "log_prob"]
+__all__ = ["MIN_P", "Grammar", "LLGuidanceGrammar", "LlamaGrammar", "Logits"]
+__all__ += ["choose", "lead", "log_prob"]
 
 MIN_P = 0.05
 """Tokens less likely than this share of the likeliest are never sampled."""
@@ -25,7 +26,7 @@ Logits = npt.NDArray[np.float32]
 
 
 class Grammar(Protocol):
-    """A JSON schema as a filter of next tokens."""
+    """A JSON schema, or rules in GBNF, as a filter of next tokens."""
 
     def filter(self, logits: Logits, tokens: npt.NDArray[np.int32]) -> Logits:
         """The `logits` of `tokens`, with -inf for tokens that cannot come next."""
@@ -39,19 +40,20 @@ class Grammar(Protocol):
 class LlamaGrammar:
     """A `Grammar` by llama.cpp."""
 
-    def __init__(self, weights: Weights, schema: Mapping[str, Any]) -> None:
-        """Compile `schema`.
+    def __init__(self, weights: Weights, rules: Mapping[str, Any] | str) -> None:
+        """Compile a JSON schema, or rules in GBNF.
 
         Raises:
-            ModelError: llama.cpp cannot turn it into a grammar.
+            ModelError: llama.cpp cannot turn them into a grammar.
         """
         from llama_cpp.llama_grammar import json_schema_to_gbnf
 
         self._lib = weights.lib
-        rules = json_schema_to_gbnf(json.dumps(schema)).encode()
-        self._sampler = self._lib.llama_sampler_init_grammar(weights.vocab, rules, b"root")
+        text = rules if isinstance(rules, str) else json_schema_to_gbnf(json.dumps(rules))
+        self._sampler = self._lib.llama_sampler_init_grammar(weights.vocab, text.encode(), b"root")
         if not self._sampler:
-            raise ModelError("This JSON schema cannot be turned into a grammar. Simplify it.")
+            kind = "These rules" if isinstance(rules, str) else "This JSON schema"
+            raise ModelError(f"{kind} cannot be turned into a grammar. Simplify them.")
         weakref.finalize(self, self._lib.llama_sampler_free, self._sampler)
         dtype = [("id", np.int32), ("logit", np.float32), ("p", np.float32)]
         self._candidates = np.zeros(weights.vocab_size, dtype)
@@ -73,25 +75,27 @@ class LlamaGrammar:
 class LLGuidanceGrammar:
     """A `Grammar` by llguidance."""
 
-    def __init__(self, tokenizer: Any, schema: Mapping[str, Any]) -> None:
-        """Compile a schema.
+    def __init__(self, tokenizer: Any, rules: Mapping[str, Any] | str) -> None:
+        """Compile a JSON schema, or rules in GBNF.
 
         Args:
             tokenizer: An `llguidance.LLTokenizer`.
-            schema: A JSON schema.
+            rules: The schema or the rules.
 
         Raises:
-            ModelError: llguidance cannot turn it into a grammar.
+            ModelError: llguidance cannot turn them into a grammar.
         """
         matcher = package("llguidance").LLMatcher
         layout = {"whitespace_flexible": False, "item_separator": ", ", "key_separator": ": "}
-        rules = matcher.grammar_from_json_schema(json.dumps(schema), overrides=layout)
-        self._matcher = matcher(tokenizer, rules, log_level=0)
+        if isinstance(rules, str):
+            form = matcher.grammar_from_lark(package("llguidance.gbnf_to_lark").gbnf_to_lark(rules))
+        else:
+            form = matcher.grammar_from_json_schema(json.dumps(rules), overrides=layout)
+        self._matcher = matcher(tokenizer, form, log_level=0)
         if self._matcher.is_error():
             reason = self._matcher.get_error().partition("\n")[0]
-            raise ModelError(
-                f"This JSON schema cannot be turned into a grammar ({reason}). Simplify it."
-            )
+            kind = "These rules" if isinstance(rules, str) else "This JSON schema"
+            raise ModelError(f"{kind} cannot be turned into a grammar ({reason}). Simplify them.")
         self._allowed: npt.NDArray[np.uint8] | None = None
 
     def filter(self, logits: Logits, tokens: npt.NDArray[np.int32]) -> Logits:
@@ -137,3 +141,9 @@ def log_prob(logits: Logits, token: int) -> float:
     top = logits.max()
     total = np.exp(logits - top).sum(dtype=np.float64)
     return float(logits[token]) - float(top) - float(np.log(total))
+
+
+def lead(logits: Logits, token: int) -> float:
+    """Nats by which a token is likelier than the likeliest other one; below 0 if it is not."""
+    rest = max(logits[:token].max(initial=-np.inf), logits[token + 1 :].max(initial=-np.inf))
+    return float(logits[token]) - float(rest)

@@ -45,9 +45,12 @@ class ServedGenerator:
     up to the server.
 
     Attributes:
+        takes_grammar: Whether `generate` takes a `grammar`.
         server: Where it is.
         name: Its name there.
     """
+
+    takes_grammar = False
 
     def __init__(
         self,
@@ -94,6 +97,7 @@ class ServedGenerator:
         seed: int = 0,
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
+        grammar: str | None = None,
         heard: Heard | None = None,
     ) -> Completion:
         """Write the assistant's next message; see `Generator.generate`.
@@ -101,8 +105,11 @@ class ServedGenerator:
         A seed is passed on, but few servers promise the same text for it.
 
         Raises:
-            ModelError: No usable answer came, or it does not satisfy the schema.
+            ModelError: No usable answer came, or it does not satisfy the schema, or a grammar is
+                asked for: servers agree on none.
         """
+        if grammar is not None:
+            raise ModelError(f"The server at {self.server.url} takes a schema, but no grammar.")
         body: dict[str, Any] = {
             "model": self.server.model,
             "messages": [{"role": m.role, "content": m.content} for m in messages],

@@ -168,16 +168,16 @@ class Transformers(LocalModel):
         self.network.model = None
         self.network.free_unused()
 
-    def grammar(self, schema: Mapping[str, Any]) -> Grammar:
+    def grammar(self, rules: Mapping[str, Any] | str) -> Grammar:
         """See `LocalModel.grammar`."""
         if self._vocabulary is not None:
-            return LlamaGrammar(self._vocabulary, schema)
+            return LlamaGrammar(self._vocabulary, rules)
         if self._guide is None:
             size = self.network.vocab_size
             ends = [token for token in range(size) if self.tokenizer.is_control(token)]
             text = tokenizer_file(self._model).read_text(encoding="utf-8")
             self._guide = package("llguidance").LLTokenizer(text, n_vocab=size, eos_token=ends)
-        return LLGuidanceGrammar(self._guide, schema)
+        return LLGuidanceGrammar(self._guide, rules)
 
     @alone
     def read(self, prompt: Sequence[int], room: int) -> Logits:

@@ -1,0 +1,223 @@
+"""How well messages are read: a model's orders beside those that people wrote down."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, cast
+
+from goalscope.orders import Order, order_from_json, order_to_json, speaks, words_of
+from goalscope.reader import Exchange, Reader
+from goalscope.types import GoalscopeError, InvalidInputError, UnreadableAnswerError
+
+__all__ = ["Line", "Score", "differs", "line_to_json", "read_corpus", "read_lines", "score"]
+
+_ARTICLES = {"a", "an", "the", "some", "any", "this", "that", "these", "those"}
+_ARTICLES |= {"my", "our", "your", "his", "her", "their"}
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A message of a corpus, and what it comes to.
+
+    Attributes:
+        id: Its name.
+        domain: Where it was said.
+        context: The person's earlier messages, oldest first.
+        question: What the agent had asked; "" where it does not matter.
+        message: The message.
+        orders: What it comes to.
+    """
+
+    id: str
+    domain: str
+    context: tuple[str, ...]
+    question: str
+    message: str
+    orders: tuple[Order, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """How like readings are to the right ones, shares from 0 to 1.
+
+    Attributes:
+        lines: Messages.
+        exact: Share of messages whose orders are all right, their quantities and places too.
+        precision: Of orders by verb and thing.
+        recall: Likewise.
+        f1: Likewise.
+        quantity_f1: The same, where quantity and unit must be right, too.
+        unread: Share of messages that the model wrote no reading for.
+    """
+
+    lines: int
+    exact: float
+    precision: float
+    recall: float
+    f1: float
+    quantity_f1: float
+    unread: float
+
+
+def read_corpus(path: Path) -> list[Line]:
+    """Read a file of JSON Lines, or all files of a folder; see corpus/reading/README.md.
+
+    Raises:
+        InvalidInputError: There is none, or a line is wrong; says which and why.
+    """
+    files = sorted(path.glob("*.jsonl")) if path.is_dir() else [path]
+    if not files or not files[0].is_file():
+        raise InvalidInputError(f"There is no corpus at {path}. Name a JSONL file or a folder.")
+    found: list[Line] = []
+    for file in files:
+        for number, text in enumerate(file.read_text(encoding="utf-8").splitlines(), 1):
+            if text.strip():
+                try:
+                    found.append(_line(json.loads(text)))
+                except (ValueError, LookupError, TypeError, GoalscopeError) as error:
+                    raise InvalidInputError(f"{file.name}, line {number}: {error}") from None
+    return found
+
+
+def read_lines(
+    lines: Sequence[Line],
+    reader: Reader,
+    told: Callable[[int], None] = lambda number: None,
+) -> Iterator[tuple[Line, tuple[Order, ...] | None]]:
+    """Read each message; None where the model wrote no reading.
+
+    Earlier messages of its conversation are read first, as they would have been.
+    """
+    known: dict[tuple[str, ...], tuple[Order, ...] | None] = {}
+
+    def read(said: tuple[str, ...], question: str) -> tuple[Order, ...] | None:
+        if said not in known:
+            *context, message = said
+            before = [
+                Exchange("", context[n], read(tuple(context[: n + 1]), "") or (Order("none"),))
+                for n in range(len(context))
+            ]
+            try:
+                known[said] = reader.read(message, question=question, before=before).orders
+            except UnreadableAnswerError:
+                known[said] = None
+        return known[said]
+
+    for number, line in enumerate(lines, 1):
+        said = (*line.context, line.message)
+        known.pop(said, None)
+        yield line, read(said, line.question)
+        told(number)
+
+
+def score(pairs: Iterable[tuple[Sequence[Order], Sequence[Order] | None]]) -> Score:
+    """Compare right orders with those that were read; None for what could not be read.
+
+    Articles, case and a plural's s do not count, nor do reasons, nor which thing a question is
+    about; a mere yes, no or aim is no order. One of a thing is as no quantity.
+    """
+    exact = unread = lines = 0
+    hits, read, right = Counter[str](), Counter[str](), Counter[str]()
+    for gold, found in pairs:
+        lines += 1
+        unread += found is None
+        exact += _bag(gold, _whole) == _bag(found or (), _whole) and found is not None
+        for name, key in (("target", _target), ("quantity", _amount)):
+            wanted, given = _bag(gold, key), _bag(found or (), key)
+            hits[name] += (wanted & given).total()
+            read[name] += given.total()
+            right[name] += wanted.total()
+
+    def f1(name: str) -> float:
+        both = read[name] + right[name]
+        return 2 * hits[name] / both if both else 1.0
+
+    return Score(
+        lines,
+        exact / max(lines, 1),
+        hits["target"] / max(read["target"], 1),
+        hits["target"] / max(right["target"], 1),
+        f1("target"),
+        f1("quantity"),
+        unread / max(lines, 1),
+    )
+
+
+def differs(gold: Sequence[Order], found: Sequence[Order] | None) -> int:
+    """How many orders are missing or too many, quantities and places included."""
+    wanted, given = _bag(gold, _whole), _bag(found or (), _whole)
+    return ((wanted - given) + (given - wanted)).total()
+
+
+def _line(data: object) -> Line:
+    if not isinstance(data, dict):
+        raise InvalidInputError("a line must be an object")
+    each = cast("dict[str, Any]", data)
+    for key in ("id", "domain", "message", "orders"):
+        if key not in each:
+            raise InvalidInputError(f"there is no {key!r}")
+    orders = tuple(map(order_from_json, each["orders"]))
+    return Line(
+        str(each["id"]),
+        str(each["domain"]),
+        tuple(map(str, each.get("context") or ())),
+        str(each.get("question") or ""),
+        str(each["message"]),
+        orders or (Order("none"),),
+    )
+
+
+def line_to_json(line: Line) -> dict[str, Any]:
+    """A line as JSON."""
+    return {
+        "id": line.id,
+        "domain": line.domain,
+        "context": list(line.context),
+        **({"question": line.question} if line.question else {}),
+        "message": line.message,
+        "orders": [order_to_json(each) for each in line.orders],
+    }
+
+
+def _bag(orders: Iterable[Order], key: Callable[[Order], object]) -> Counter[Any]:
+    return Counter(key(_even(each)) for each in orders if speaks(each))
+
+
+def _even(order: Order) -> Order:
+    quantity = None if order.quantity == 1 and not order.unit else order.quantity
+    what = "" if order.do == "ask" else _phrase(order.what)
+    return replace(
+        order,
+        what=what,
+        quantity=quantity,
+        unit=_singular(order.unit.casefold()),
+        for_=_phrase(order.for_),
+        where="" if order.do == "ask" else _phrase(order.where),
+        if_="if" if order.if_ else "",
+        why="",
+    )
+
+
+def _target(order: Order) -> object:
+    return order.do, order.what
+
+
+def _amount(order: Order) -> object:
+    return order.do, order.what, order.quantity, order.unit
+
+
+def _whole(order: Order) -> object:
+    return order
+
+
+def _phrase(text: str) -> str:
+    return " ".join(_singular(word) for word in words_of(text) if word not in _ARTICLES)
+
+
+def _singular(word: str) -> str:
+    return re.sub(r"(?<=\w{2})(?<![su])s$", "", word)

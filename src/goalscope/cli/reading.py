@@ -1,0 +1,257 @@
+"""`goalscope bench reading` and `fit-reader`: how well messages are read, and teaching it."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from goalscope.cli.options import Json, Model, Seed
+from goalscope.cli.terminal import console, measuring, model_names, progress
+from goalscope.types import InvalidInputError
+
+if TYPE_CHECKING:
+    from goalscope.benchmarks.reading import Line
+    from goalscope.domains import Language
+    from goalscope.orders import Order
+
+__all__ = ["bench_reading", "fit_reader"]
+
+ALIASES = {"shop": "grocery", "robot": "house"}
+"""Other names that a corpus may have for a domain."""
+
+Corpus = Annotated[
+    Path, typer.Argument(metavar="FILE.jsonl", help="Messages; or a folder of them.")
+]
+Domains = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--domain",
+        metavar="grocery|house|FILE.py",
+        help="Only this one's messages. A file is your own domain; the messages are those of its "
+        "name. May be repeated.",
+    ),
+]
+
+
+def bench_reading(
+    file: Corpus,
+    domain: Domains = None,
+    model: Model = None,
+    adapter: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADAPTER",
+            help="Fitted by `fit-reader`, or none.  [default: the one that comes with goalscope, "
+            "for its own model]",
+        ),
+    ] = None,
+    form: Annotated[
+        str, typer.Option(metavar="text|json", help="How a reading is written.")
+    ] = "text",
+    limit: Annotated[int | None, typer.Option(min=1, help="Only so many, the first ones.")] = None,
+    worst: Annotated[int, typer.Option(min=0, help="Messages to list, the worst first.")] = 10,
+    as_json: Json = False,
+) -> None:
+    """Read messages whose orders are known, and compare.
+
+    A line of the file is {"id", "domain", "context": [earlier messages], "message", "orders":
+    [{"do", "what", "quantity", "unit", "for", "where", "if"}]}. Exact are messages whose orders
+    are all right; F1 is that of orders by verb and thing.
+    """
+    from goalscope.benchmarks.reading import differs, line_to_json, read_corpus, read_lines, score
+    from goalscope.models.opening import open_reader
+    from goalscope.orders import order_to_json, orders_to_text
+    from goalscope.plain import plain
+    from goalscope.reader import Reader
+
+    if form not in ("text", "json"):
+        raise InvalidInputError(f'--form must be "text" or "json", not {form!r}.')
+    languages = _languages(domain)
+    lines = _chosen(read_corpus(file), languages, bool(domain))[:limit]
+    with measuring("Loading the model"):
+        opened, taught = open_reader(model_names(model)["model"], adapter=adapter)
+    pairs: list[tuple[Line, tuple[Order, ...] | None]] = []
+    seconds: list[float] = []
+    try:
+        with progress("Messages") as show:
+            show(0, len(lines))
+            for name in dict.fromkeys(line.domain for line in lines):
+                each = languages[name]
+                reader = Reader(
+                    opened,
+                    each.verbs,
+                    examples=() if taught else each.examples,
+                    taught=taught,
+                    form=form,  # pyright: ignore[reportArgumentType]
+                )
+                began = time.monotonic()
+                for pair in read_lines([line for line in lines if line.domain == name], reader):
+                    seconds.append(time.monotonic() - began)
+                    pairs.append(pair)
+                    show(len(pairs), len(lines))
+                    began = time.monotonic()
+    finally:
+        opened.close()
+    found = {"all": score((line.orders, read) for line, read in pairs)}
+    for name in dict.fromkeys(line.domain for line, _ in pairs):
+        found[name] = score((line.orders, read) for line, read in pairs if line.domain == name)
+    order = sorted(pairs, key=lambda pair: -differs(pair[0].orders, pair[1]))
+    wrong = [pair for pair in order if differs(*(pair[0].orders, pair[1]))][:worst]
+    median = sorted(seconds)[len(seconds) // 2] if seconds else 0.0
+    if as_json:
+        rows = [
+            {
+                **line_to_json(line),
+                "read": None if read is None else [order_to_json(each) for each in read],
+            }
+            for line, read in pairs
+        ]
+        scores = {name: asdict(each) for name, each in found.items()}
+        print(json.dumps({"scores": scores, "seconds": median, "lines": rows}, ensure_ascii=False))
+        return
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(box=SIMPLE_HEAD, pad_edge=False)
+    for heading in ("", "messages", "exact", "precision", "recall", "F1", "F1 with quantities"):
+        table.add_column(heading, justify="left" if not heading else "right")
+    for name, each in found.items():
+        shares = (each.precision, each.recall, each.f1, each.quantity_f1)
+        table.add_row(name, f"{each.lines}", f"{each.exact:.1%}", *(f"{x:.3f}" for x in shares))
+    out = console()
+    out.print(table)
+    out.print(f"Median time of a message: {median:.2f} s. Not read: {found['all'].unread:.1%}.")
+    for line, read in wrong:
+        out.print(plain(f"\n{line.id}  {line.message}"), soft_wrap=True)
+        out.print(
+            plain(f"  right  {orders_to_text(line.orders)}".replace("\n", "; ")), soft_wrap=True
+        )
+        told = "nothing" if read is None else orders_to_text(read)
+        out.print(plain(f"  read   {told}".replace("\n", "; ")), soft_wrap=True)
+
+
+def fit_reader(
+    corpus: Annotated[
+        list[Path], typer.Argument(metavar="CORPUS...", help="JSONL files, or folders of them.")
+    ],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the adapter.")],
+    domain: Domains = None,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MODEL",
+            help="GGUF file; folder or hf:NAME.  [default: SmolLM2-135M-Instruct]",
+        ),
+    ] = None,
+    start: Annotated[
+        Path | None, typer.Option(metavar="ADAPTER", help="Reading adapter to begin with.")
+    ] = None,
+    epochs: Annotated[
+        float, typer.Option(min=0.001, help="How often each conversation is learned from.")
+    ] = 2.0,
+    learning_rate: Annotated[float, typer.Option(help="At its highest.")] = 1e-3,
+    rank: Annotated[int, typer.Option(min=1, help="Of the adapter.")] = 16,
+    seed: Seed = 1,
+    device: Annotated[
+        str | None, typer.Option(help="Such as cpu or cuda:1.  [default: a GPU if there is one]")
+    ] = None,
+) -> None:
+    """Teach a model to read what people say, from messages whose orders are written down.
+
+    Run again, it goes on where it stopped. The folder then holds the adapter and its model card;
+    `goalscope bench reading FILE.jsonl --adapter DIR` measures it.
+    """
+    from goalscope.benchmarks.reading import read_corpus
+    from goalscope.extras import package
+    from goalscope.fitting.reading import ReadingSettings, fit_reading
+    from goalscope.models.adapters import adapter_file
+    from goalscope.models.llamacpp import EMBEDDED, embedded_path
+    from goalscope.models.torch_network import multiplies_bfloat16
+    from goalscope.models.transformers import Transformers
+
+    if not 0 < learning_rate < 1:
+        raise InvalidInputError(f"--learning-rate must be between 0 and 1, not {learning_rate}.")
+    languages = _languages(domain)
+    lines = [line for path in corpus for line in read_corpus(path)]
+    lines = _chosen(lines, languages, bool(domain))
+    settings = ReadingSettings(rank=rank, learning_rate=learning_rate, epochs=epochs, seed=seed)
+    with measuring("Loading the model"):
+        name = (model_names(model)["model"] or "").removeprefix("hf:") or embedded_path()
+        on_processor = device in (None, "cpu") and not package("torch").cuda.is_available()
+        dtype = "bfloat16" if on_processor and multiplies_bfloat16() else None
+        engine = Transformers(name, context_size=2048, device=device, dtype=dtype)
+    err = console(stderr=True)
+    try:
+        with progress("Steps") as show:
+            for step, steps, loss in fit_reading(
+                engine,
+                languages,
+                lines,
+                settings,
+                out,
+                start=adapter_file(start) if start else None,
+                base=(model or EMBEDDED).removeprefix("hf:"),
+                corpus=[str(path) for path in corpus],
+                command=shlex.join(["goalscope", *sys.argv[1:]]),
+            ):
+                show(step, steps)
+                if step % 20 == 0 or step == steps:
+                    err.print(f"step {step:4} of {steps}  loss {loss:.3f}")
+    finally:
+        engine.close()
+    err.print(f"Measure it with: goalscope bench reading FILE.jsonl --adapter {out}")
+
+
+def _languages(domains: Sequence[str] | None) -> dict[str, Language]:
+    """What can be asked for, by the name that lines have for the domain."""
+    from goalscope.domains import language_of, load_domain
+
+    found: dict[str, Language] = {}
+    for name in domains or ("grocery", "house"):
+        known = load_domain(ALIASES.get(name, name))
+        found[known if known in ("grocery", "house") else Path(known).stem] = language_of(known)
+    return found
+
+
+def _chosen(lines: Sequence[Line], languages: dict[str, Language], only: bool) -> list[Line]:
+    """The lines of the domains, each under its one name.
+
+    Raises:
+        InvalidInputError: There is none, or one is of another domain and not only some are meant.
+    """
+    from dataclasses import replace
+
+    named = [replace(line, domain=ALIASES.get(line.domain, line.domain)) for line in lines]
+    for line in named:
+        if not only and line.domain not in languages:
+            raise InvalidInputError(
+                f"{line.id} was said in {line.domain!r}, which is no domain here. Name its file "
+                "with --domain FILE.py, and each other domain that is meant."
+            )
+    found = [line for line in named if line.domain in languages]
+    if not found:
+        raise InvalidInputError(f"There are no messages of {' or '.join(languages)} in the corpus.")
+    for line in found:
+        verbs = {verb.name for verb in languages[line.domain].verbs}
+        _check_verbs(line, verbs)
+    return found
+
+
+def _check_verbs(line: Line, verbs: set[str]) -> None:
+    from goalscope.orders import DIALOGUE_ACTS
+
+    known = verbs | {act.name for act in DIALOGUE_ACTS}
+    for order in line.orders:
+        if order.do not in known:
+            raise InvalidInputError(
+                f"{line.id}: {order.do!r} is no verb of {line.domain}. The verbs are: "
+                f"{', '.join(sorted(known))}."
+            )

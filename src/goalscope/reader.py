@@ -1,0 +1,289 @@
+"""The reader: an utterance, in its conversation, becomes a `Reading`.
+
+One constrained generation of the model that writes. Verbs and dialogue acts are an enumeration, and
+every word of a thing was said, now or earlier, or is shown by the environment; a grammar makes that
+true by construction where the engine takes one, a check where a server takes only a JSON schema.
+So a reading can order nothing that nobody named. Small models write short canonical English under a
+grammar better than free text (Shin et al., 2021).
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from goalscope.models import Generator
+from goalscope.orders import (
+    DIALOGUE_ACTS,
+    REASONS,
+    SLOTS,
+    Order,
+    Reading,
+    Verb,
+    order_from_json,
+    order_to_json,
+    orders_from_text,
+    orders_to_text,
+    words_of,
+)
+from goalscope.prompts import render
+from goalscope.types import (
+    InvalidInputError,
+    Message,
+    UnreadableAnswerError,
+    checked_text,
+)
+
+__all__ = ["MOST_ORDERS", "Example", "Exchange", "Reader", "grammar_of", "schema_of"]
+
+Form = Literal["text", "json"]
+
+MOST_ORDERS = 24
+"""Orders of one reading at most."""
+
+_WINDOW = 9  # earlier messages that are read again for what the newest one points back to
+_MOST_TOKENS = 320  # of a reading
+_LONGEST_NAME = 12  # words of a thing
+_PHRASES = ("what", "for", "where", "if")
+
+
+@dataclass(frozen=True, slots=True)
+class Example:
+    """A message and what it comes to, which shows a model that was not taught how to read.
+
+    Attributes:
+        message: What a person says.
+        orders: Its orders in canonical English (see `orders_to_text`).
+    """
+
+    message: str
+    orders: str
+
+
+@dataclass(frozen=True, slots=True)
+class Exchange:
+    """An earlier message of the conversation, and its reading.
+
+    Attributes:
+        question: What the agent had asked; "" where it does not matter.
+        message: What the person said.
+        orders: What it came to.
+    """
+
+    question: str
+    message: str
+    orders: tuple[Order, ...]
+
+
+class Reader:
+    """Reads what a person says in one domain.
+
+    Args:
+        model: Writes the readings.
+        verbs: The domain's own verbs.
+        task: The agent and its task, for a model that was not taught to read.
+        examples: Some readings, likewise.
+        taught: Whether the model has an adapter that was fitted on reading: then the prompt only
+            names the verbs.
+        form: Whether a reading is written as canonical English or as JSON. A model that takes no
+            grammar, such as one behind a server, writes JSON in any case.
+
+    Raises:
+        InvalidInputError: The domain has no verbs, two of one name, or one with another slot than
+            those of `SLOTS`.
+    """
+
+    def __init__(
+        self,
+        model: Generator,
+        verbs: Sequence[Verb],
+        *,
+        task: str = "",
+        examples: Sequence[Example] = (),
+        taught: bool = False,
+        form: Form = "text",
+    ) -> None:
+        _check_verbs(verbs)
+        self.model = model
+        self.verbs = (*verbs, *DIALOGUE_ACTS)
+        self.form: Form = form if model.takes_grammar else "json"
+        self._own = tuple(verbs)
+        if taught:
+            self._opening = render("read", verbs=self.verbs)
+        else:
+            self._opening = render("read_untaught", verbs=self.verbs, task=task, form=self.form)
+            for each in examples:
+                self._opening += self._chat(
+                    Exchange("", each.message, orders_from_text(each.orders, verbs))
+                )
+
+    def read(
+        self,
+        message: str,
+        *,
+        question: str = "",
+        before: Sequence[Exchange] = (),
+        names: Iterable[str] = (),
+    ) -> Reading:
+        """Read one message.
+
+        Args:
+            message: What the person said.
+            question: What the agent had asked.
+            before: What was said earlier, oldest first, with its readings.
+            names: What the environment shows; their words may be used, too.
+
+        Raises:
+            InvalidInputError: The message is empty, broken, or too long for the model.
+            UnreadableAnswerError: The model did not write a reading.
+        """
+        message = checked_text(message, "utterance")
+        before = before[-_WINDOW:]
+        prompt = self.prompt(message, question=question, before=before)
+        most = self.model.context_size - _MOST_TOKENS
+        while before and self.model.count_tokens(prompt) > most:
+            before = before[1:]
+            prompt = self.prompt(message, question=question, before=before)
+        if (tokens := self.model.count_tokens(prompt)) > most:
+            raise InvalidInputError(
+                f"The message is too long to be read: {tokens} tokens with the prompt, of at most "
+                f"{most}. Say it in several messages."
+            )
+        texts = [text for each in before for text in (each.question, each.message)]
+        said = dict.fromkeys(
+            word for text in (message, question, *texts, *names) for word in words_of(text)
+        )
+        if self.form == "text":
+            written = self.model.generate(
+                prompt, max_tokens=_MOST_TOKENS, grammar=grammar_of(self._own, said)
+            )
+        else:
+            written = self.model.generate(
+                prompt, max_tokens=3 * _MOST_TOKENS, schema=schema_of(self._own)
+            )
+        orders = self._orders(written.text, said)
+        return Reading(orders, written.log_probability, written.margin)
+
+    def prompt(
+        self, message: str, *, question: str = "", before: Sequence[Exchange] = ()
+    ) -> list[Message]:
+        """The chat after which the model writes the reading of `message`."""
+        chat = [part for each in before for part in self._chat(each)]
+        return [*self._opening, *chat, Message("user", _asked(question, message))]
+
+    def written(self, orders: Sequence[Order]) -> str:
+        """Orders as the model writes them."""
+        if self.form == "text":
+            return orders_to_text(orders)
+        return json.dumps([order_to_json(each) for each in orders], ensure_ascii=False)
+
+    def _chat(self, exchange: Exchange) -> list[Message]:
+        said = _asked(exchange.question, exchange.message)
+        return [Message("user", said), Message("assistant", self.written(exchange.orders))]
+
+    def _orders(self, text: str, said: Mapping[str, None]) -> tuple[Order, ...]:
+        try:
+            if self.form == "text":
+                orders = orders_from_text(text, self._own)
+            else:
+                data = json.loads(text)
+                if not isinstance(data, list):
+                    raise InvalidInputError("A reading must be a list of orders.")
+                orders = tuple(order_from_json(each) for each in data)  # pyright: ignore
+                orders = orders_from_text(orders_to_text(orders), self._own)
+        except (ValueError, InvalidInputError) as error:
+            raise UnreadableAnswerError(f"The model wrote no reading: {error}") from None
+        for order in orders:
+            for phrase in (order.what, order.for_, order.where, order.if_):
+                if unsaid := [word for word in words_of(phrase) if word not in said]:
+                    raise UnreadableAnswerError(
+                        f"The model read {unsaid[0]!r}, which nobody said and nothing here is "
+                        "called. Please say it in other words."
+                    )
+        orders = tuple(dict.fromkeys(orders))
+        if len(orders) > 1:
+            orders = tuple(each for each in orders if each.do != "none")
+        return orders[:MOST_ORDERS] or (Order("none"),)
+
+
+def grammar_of(verbs: Sequence[Verb], words: Iterable[str]) -> str:
+    """The readings that `orders_from_text` takes, of these words alone, in GBNF."""
+    known = [_literal(word) for word in words] or ['"nothing"']
+    rules = [
+        f'root ::= order ("\\n" order){{0,{MOST_ORDERS - 1}}}',
+        f"words ::= word ({_literal(' ')} word){{0,{_LONGEST_NAME - 1}}}",
+        f"word ::= {' | '.join(known)}",
+        'quantity ::= [0-9]{1,6} ("." [0-9]{1,3})? (" " unit)?',
+        "unit ::= [^ |\\n\\r\\t]{1,16}",
+        f"why ::= {' | '.join(map(_literal, REASONS))}",
+    ]
+    forms: list[str] = []
+    for verb in (*verbs, *DIALOGUE_ACTS):
+        parts = [_literal(verb.name)]
+        for slot in SLOTS:
+            if slot not in verb.slots:
+                continue
+            if slot == "what":
+                parts.append('(" " words)?')
+            elif slot == "quantity":
+                parts.append('(" | " quantity)?')
+            else:
+                value = "why" if slot == "why" else "words"
+                parts.append(f"({_literal(f' | {slot} ')} {value})?")
+        forms.append(" ".join(parts))
+    return "\n".join([f"order ::= {' | '.join(forms)}", *rules])
+
+
+def schema_of(verbs: Sequence[Verb]) -> dict[str, Any]:
+    """A JSON schema of readings."""
+    text: dict[str, Any] = {"type": "string", "maxLength": 120}
+    order: dict[str, Any] = {
+        "type": "object",
+        "properties": {
+            "do": {"enum": [verb.name for verb in (*verbs, *DIALOGUE_ACTS)]},
+            **dict.fromkeys(_PHRASES, text),
+            "quantity": {"type": "number"},
+            "unit": {"type": "string", "maxLength": 16},
+            "why": {"enum": [*REASONS]},
+        },
+        "required": ["do"],
+        "additionalProperties": False,
+    }
+    return {"type": "array", "items": order, "minItems": 1, "maxItems": MOST_ORDERS}
+
+
+def _asked(question: str, message: str) -> str:
+    return f"(Asked: {question})\n{message}" if question else message
+
+
+def _literal(text: str) -> str:
+    escaped = re.sub(r'(["\\])', r"\\\1", text)
+    return f'"{escaped}"'
+
+
+def _check_verbs(verbs: Sequence[Verb]) -> None:
+    if not verbs:
+        raise InvalidInputError(
+            "The environment declares no verbs, so that nothing can be asked of it. Give `verbs`, "
+            'such as (Verb("add", "plant something"),).'
+        )
+    taken = {act.name for act in DIALOGUE_ACTS}
+    for verb in verbs:
+        if verb.name in taken:
+            raise InvalidInputError(
+                f"There is a verb or dialogue act {verb.name!r} already. Choose another name."
+            )
+        taken.add(verb.name)
+        if not re.fullmatch(r"[a-z]+(?: [a-z]+)*", verb.name):
+            raise InvalidInputError(
+                f"The verb {verb.name!r} must be words in small letters, such as 'turn on'."
+            )
+        for slot in verb.slots:
+            if slot not in SLOTS:
+                raise InvalidInputError(
+                    f"The verb {verb.name!r} has a slot {slot!r}. The slots are: "
+                    f"{', '.join(SLOTS)}."
+                )
