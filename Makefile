@@ -18,7 +18,7 @@ ADAPTERS := $(SETS:%=adapters/without-%/adapter.gguf) $(patsubst %,adapters/teac
 FIT := $(BIN)/goalscope fit --start none --out adapters
 SHORT := --steps 100 --every 100 --validation 20
 
-.PHONY: help demo demo-web test torch servers check package audit docs reliability fuzz pictures recording bench results adapter lock
+.PHONY: help demo demo-web test torch servers check package audit docs reliability fuzz pictures recording bench results adapter reader lock
 
 help:
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-13s%s\n", $$1, $$2}' Makefile
@@ -109,6 +109,13 @@ adapters/without-%/adapter.gguf: | $(READY)
 
 adapters/teach-%/adapter.gguf: | $(READY)
 	$(FIT)/teach-$* "teach:train[:$*]" $(SHORT)
+
+reader: adapters/reader/adapter.gguf  ## the adapter that reads; after `make torch`
+	cp $(addprefix adapters/reader/,adapter.gguf fit.json) src/goalscope/models/reader/
+
+# Some hours on two cores, minutes on a GPU; it goes on where it stopped.
+adapters/reader/adapter.gguf: | $(READY)
+	$(BIN)/goalscope fit-reader corpus/reading/train --out adapters/reader --epochs 3
 
 lock:  ## pin the newest versions that pyproject.toml allows
 	uv pip compile pyproject.toml --extra cluster --extra experiments --extra mcp --extra postgres --extra remote \

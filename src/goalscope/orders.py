@@ -32,7 +32,7 @@ REASONS = ("allergy", "diet", "taste")
 """Why a thing must not come, the gravest first."""
 
 _NUMBER = r"\d{1,6}(?:\.\d{1,3})?"
-_QUANTITY = re.compile(rf"({_NUMBER})(?: (\S+))?")
+_QUANTITY = re.compile(rf"({_NUMBER})(?: (\S+(?: \S+){{0,2}}))?")
 _WORD = re.compile(r"[^\s|,;:.!?()\[\]{}<>\"“”„«»…]+(?:[.,:][^\s|,;:.!?()\[\]{}<>\"“”„«»…]+)*")
 
 

@@ -217,7 +217,8 @@ def grammar_of(verbs: Sequence[Verb], words: Iterable[str]) -> str:
         f"words ::= word ({_literal(' ')} word){{0,{_LONGEST_NAME - 1}}}",
         f"word ::= {' | '.join(known)}",
         'quantity ::= [0-9]{1,6} ("." [0-9]{1,3})? (" " unit)?',
-        "unit ::= [^ |\\n\\r\\t]{1,16}",
+        'unit ::= part (" " part){0,2}',
+        "part ::= [^ |\\n\\r\\t]{1,16}",
         f"why ::= {' | '.join(map(_literal, REASONS))}",
     ]
     forms: list[str] = []
@@ -246,7 +247,7 @@ def schema_of(verbs: Sequence[Verb]) -> dict[str, Any]:
             "do": {"enum": [verb.name for verb in (*verbs, *DIALOGUE_ACTS)]},
             **dict.fromkeys(_PHRASES, text),
             "quantity": {"type": "number"},
-            "unit": {"type": "string", "maxLength": 16},
+            "unit": {"type": "string", "maxLength": 40},
             "why": {"enum": [*REASONS]},
         },
         "required": ["do"],
