@@ -7,6 +7,7 @@ installed), and llama.cpp's own server.
 from __future__ import annotations
 
 import json
+import re
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from typing import Any
@@ -181,6 +182,20 @@ def test_a_schema_is_kept(backend: Any, temperature: float, seed: int) -> None:
     answer = json.loads(completion.text)
     assert set(answer) == {"goal", "items"}
     assert set(answer["items"]) <= {"milk", "eggs"}
+
+
+def test_a_grammar_is_kept_where_one_is_taken(backend: Any) -> None:
+    rules = 'root ::= "add " ("milk" | "eggs") (" | " [0-9]{1,2})?'
+    if not backend.takes_grammar:
+        with pytest.raises(ModelError, match="no grammar"):
+            backend.generate(HISTORY, grammar=rules)
+        return
+    reply = backend.generate(HISTORY, max_tokens=24, grammar=rules)
+    assert re.fullmatch(r"add (milk|eggs)( \| \d{1,2})?", reply.text)
+    assert reply.log_probability is not None
+    assert reply.log_probability < 0
+    with pytest.raises(ModelError, match="grammar"):
+        backend.generate(HISTORY, grammar="root ::= (")
 
 
 def test_unfinished_json_is_an_error(backend: Any) -> None:
