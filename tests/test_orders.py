@@ -19,8 +19,8 @@ from goalscope.orders import (
 from goalscope.types import InvalidInputError
 
 VERBS = (
-    Verb("add", "", ("what", "quantity", "for", "where", "if")),
-    Verb("turn on", "", ("what", "if")),
+    Verb("add", "", ("what", "quantity", "for", "where")),
+    Verb("turn on", ""),
     Verb("turn", "", ()),
 )
 PHRASES = st.lists(st.from_regex(r"[a-zé'%-]{1,8}", fullmatch=True), min_size=1, max_size=4).map(

@@ -26,7 +26,7 @@ __all__ = [
 ]
 
 SLOTS = ("what", "quantity", "for", "where", "if", "why")
-"""What an order may hold besides its verb; `unit` goes with `quantity`."""
+"""What an order may hold besides its verb; `unit` goes with `quantity`, `if` with any verb."""
 
 REASONS = ("allergy", "diet", "taste")
 """Why a thing must not come, the gravest first."""
@@ -43,7 +43,7 @@ class Verb:
     Attributes:
         name: Such as "add" or "turn on".
         doc: What it does, in one line, for the prompt.
-        slots: Those of `SLOTS` that it takes.
+        slots: Those of `SLOTS` that it takes besides `if`.
         irreversible: Whether nobody can undo it.
     """
 
@@ -57,7 +57,7 @@ DIALOGUE_ACTS: tuple[Verb, ...] = (
     Verb("avoid", "a thing that must not come", ("what", "for", "why")),
     Verb("only", "a property that all must have", ("what", "for", "why")),
     Verb("budget", "the most it may cost", ("quantity",)),
-    Verb("leave", "a thing not to be touched", ("what", "where", "if")),
+    Verb("leave", "a thing not to be touched", ("what", "quantity", "where")),
     Verb("undo", "take back what was done last", ("what", "quantity")),
     Verb("ask", "a question, and the thing asked about", ("what", "where")),
     Verb("yes", "agrees to what was asked", ()),
@@ -202,7 +202,7 @@ def _order(line: str, known: dict[str, Verb]) -> Order:
             values[name] = value
         else:
             raise InvalidInputError(f"There is no slot {part!r}, in {line!r}.")
-        if name not in verb.slots:
+        if name not in (*verb.slots, "if"):
             raise InvalidInputError(f"{verb.name} takes no {name}: {line!r}")
     if values["what"] and "what" not in verb.slots:
         raise InvalidInputError(f"{verb.name} takes no thing: {line!r}")

@@ -225,7 +225,7 @@ def grammar_of(verbs: Sequence[Verb], words: Iterable[str]) -> str:
     for verb in (*verbs, *DIALOGUE_ACTS):
         parts = [_literal(verb.name)]
         for slot in SLOTS:
-            if slot not in verb.slots:
+            if slot not in (*verb.slots, "if"):
                 continue
             if slot == "what":
                 parts.append('(" " words)?')

@@ -6,12 +6,12 @@ from goalscope.reader import Example
 __all__ = ["EXAMPLES", "VERBS"]
 
 VERBS = (
-    Verb("add", "put into the basket", ("what", "quantity", "for", "where", "if")),
-    Verb("remove", "take out of the basket", ("what", "quantity", "if")),
-    Verb("set", "have exactly so many of it in the basket", ("what", "quantity", "if")),
-    Verb("swap", "take one thing out for another", ("what", "quantity", "for", "if")),
-    Verb("clear", "empty the basket", ("if",)),
-    Verb("buy", "buy the basket, now", ("if",), irreversible=True),
+    Verb("add", "put into the basket", ("what", "quantity", "for", "where")),
+    Verb("remove", "take out of the basket", ("what", "quantity")),
+    Verb("set", "have exactly so many of it in the basket", ("what", "quantity")),
+    Verb("swap", "take one thing out for another", ("what", "quantity", "for")),
+    Verb("clear", "empty the basket", ()),
+    Verb("buy", "buy the basket, now", (), irreversible=True),
 )
 
 EXAMPLES = (

@@ -5,25 +5,25 @@ from goalscope.reader import Example
 
 __all__ = ["EXAMPLES", "VERBS"]
 
-_THING = ("what", "quantity", "where", "if")
+_THING = ("what", "quantity", "where")
 
 VERBS = (
-    Verb("put", "bring or move a thing to a place", ("what", "quantity", "for", "where", "if")),
+    Verb("put", "bring or move a thing to a place", ("what", "quantity", "for", "where")),
     Verb("pick up", "take a thing in the hand", _THING),
     Verb("open", "open it", _THING),
     Verb("close", "close it", _THING),
     Verb("turn on", "switch it on", _THING),
     Verb("turn off", "switch it off", _THING),
-    Verb("fill", "fill it, with water unless said", ("what", "quantity", "for", "where", "if")),
+    Verb("fill", "fill it, with water unless said", ("what", "quantity", "for", "where")),
     Verb("empty", "pour it out", _THING),
     Verb("slice", "cut it", _THING, irreversible=True),
     Verb("cook", "boil, fry, toast or warm it, in the place said", _THING, irreversible=True),
     Verb("clean", "wash or wipe it", _THING),
-    Verb("make", "prepare a drink or dish", ("what", "quantity", "for", "where", "if")),
+    Verb("make", "prepare a drink or dish", ("what", "quantity", "for", "where")),
     Verb("break", "break it", _THING, irreversible=True),
     Verb("push", "push it", _THING),
     Verb("pull", "pull it", _THING),
-    Verb("finish", "the task is done", ("if",)),
+    Verb("finish", "the task is done", ()),
 )
 
 EXAMPLES = (
