@@ -16,8 +16,9 @@ from goalscope.types import GoalscopeError, InvalidInputError, UnreadableAnswerE
 
 __all__ = ["Line", "Score", "differs", "line_to_json", "read_corpus", "read_lines", "score"]
 
-_ARTICLES = {"a", "an", "the", "some", "any", "this", "that", "these", "those"}
-_ARTICLES |= {"my", "our", "your", "his", "her", "their"}
+_ARTICLES = frozenset(
+    "a an the some any this that these those my our your his her their".split()  # noqa: SIM905
+)
 
 
 @dataclass(frozen=True, slots=True)
