@@ -24,7 +24,6 @@ from goalscope.types import Turn
 
 NAMES = Catalogue.load(None).names
 ROBOTS = [HomeRobot(HouseController(name)) for name in ("Kitchen1", "LivingRoom1")]
-DIETS = ("only", "avoid")
 
 
 def shop(said: list[str]) -> list[Order]:

@@ -58,7 +58,7 @@ def test_a_fit_learns_and_says_what_it_is_for(tiny, tmp_path):
 
 
 def test_a_stopped_fit_ends_as_one_that_was_not(tiny, tmp_path, monkeypatch):
-    monkeypatch.setattr("goalscope.fitting.reading._KEPT", 1)
+    monkeypatch.setattr("goalscope.fitting.reading.KEPT", 1)
     whole = tiny()
     list(fit(whole, tmp_path / "whole"))
     list(islice(fit(tiny(), tmp_path / "parts"), 2))
@@ -74,7 +74,7 @@ def test_a_stopped_fit_ends_as_one_that_was_not(tiny, tmp_path, monkeypatch):
 
 
 def test_another_corpus_does_not_go_on(tiny, tmp_path, monkeypatch):
-    monkeypatch.setattr("goalscope.fitting.reading._KEPT", 1)
+    monkeypatch.setattr("goalscope.fitting.reading.KEPT", 1)
     list(islice(fit(tiny(), tmp_path / "out"), 1))
     with pytest.raises(InvalidInputError, match="another corpus"):
         next(fit(tiny(), tmp_path / "out", lines=LINES[:2]))

@@ -30,7 +30,7 @@ ADDED = st.builds(
     Order,
     st.just("add"),
     PHRASES,
-    st.one_of(st.none(), st.integers(0, 9999).map(float), st.just(0.5)),
+    st.one_of(st.none(), st.integers(0, 999999).map(float), st.sampled_from([0.5, 12345.678])),
     for_=PHRASES | st.just(""),
     where=PHRASES | st.just(""),
     if_=PHRASES | st.just(""),

@@ -135,14 +135,14 @@ def order_from_json(data: object) -> Order:
             raise InvalidInputError(
                 f"An order has no key {key!r}. The keys are: {', '.join(names)}."
             )
-        number = isinstance(value, int | float) and not isinstance(value, bool)
         if value is None:
             continue
-        if number if key != "quantity" else not number:
+        if key == "quantity" and isinstance(value, int | float) and not isinstance(value, bool):
+            values[names[key]] = float(value)
+        elif key != "quantity" and isinstance(value, str):
+            values[names[key]] = value
+        else:
             raise InvalidInputError(f"{key} of an order cannot be {value!r}.")
-        if not isinstance(value, str | int | float):
-            raise InvalidInputError(f"{key} of an order cannot be {value!r}.")
-        values[names[key]] = float(value) if key == "quantity" else str(value)
     if not values.get("do"):
         raise InvalidInputError('An order needs a verb under the key "do".')
     return Order(**values)  # pyright: ignore[reportArgumentType]
@@ -181,7 +181,8 @@ def speaks(order: Order) -> bool:
 def _line(order: Order) -> str:
     parts = [f"{order.do} {order.what}".strip()]
     if order.quantity is not None:
-        parts.append(f"{order.quantity:g} {order.unit}".strip())
+        number = f"{order.quantity:.3f}".rstrip("0").rstrip(".")
+        parts.append(f"{number} {order.unit}".strip())
     slots = (("for", order.for_), ("where", order.where), ("if", order.if_), ("why", order.why))
     return " | ".join([*parts, *(f"{name} {value}" for name, value in slots if value)])
 

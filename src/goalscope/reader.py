@@ -171,7 +171,7 @@ class Reader:
         self, message: str, *, question: str = "", before: Sequence[Exchange] = ()
     ) -> list[Message]:
         """The chat after which the model writes the reading of `message`."""
-        chat = [part for each in before for part in self._chat(each)]
+        chat = [part for each in before[-_WINDOW:] for part in self._chat(each)]
         return [*self._opening, *chat, Message("user", _asked(question, message))]
 
     def written(self, orders: Sequence[Order]) -> str:

@@ -76,7 +76,11 @@ def read_corpus(path: Path) -> list[Line]:
         raise InvalidInputError(f"There is no corpus at {path}. Name a JSONL file or a folder.")
     found: list[Line] = []
     for file in files:
-        for number, text in enumerate(file.read_text(encoding="utf-8").splitlines(), 1):
+        try:
+            texts = file.read_text(encoding="utf-8-sig").split("\n")
+        except (OSError, UnicodeDecodeError) as error:
+            raise InvalidInputError(f"{file} cannot be read: {error}. Save it as UTF-8.") from None
+        for number, text in enumerate(texts, 1):
             if text.strip():
                 try:
                     found.append(_line(json.loads(text)))
@@ -86,9 +90,7 @@ def read_corpus(path: Path) -> list[Line]:
 
 
 def read_lines(
-    lines: Sequence[Line],
-    reader: Reader,
-    told: Callable[[int], None] = lambda number: None,
+    lines: Sequence[Line], reader: Reader
 ) -> Iterator[tuple[Line, tuple[Order, ...] | None]]:
     """Read each message; None where the model wrote no reading.
 
@@ -109,11 +111,10 @@ def read_lines(
                 known[said] = None
         return known[said]
 
-    for number, line in enumerate(lines, 1):
+    for line in lines:
         said = (*line.context, line.message)
         known.pop(said, None)
         yield line, read(said, line.question)
-        told(number)
 
 
 def score(pairs: Iterable[tuple[Sequence[Order], Sequence[Order] | None]]) -> Score:

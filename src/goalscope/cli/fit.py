@@ -7,7 +7,7 @@ import shlex
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -15,9 +15,23 @@ from goalscope.cli.options import Json, Layout, Seed
 from goalscope.cli.terminal import console, measuring, model_names, progress
 from goalscope.types import InvalidInputError, counted
 
-__all__ = ["fit"]
+if TYPE_CHECKING:
+    from goalscope.models.transformers import Transformers
+
+__all__ = ["Device", "FitModel", "base_of", "check_fit", "engine_of", "fit"]
 
 FEW = 20
+
+FitModel = Annotated[
+    str | None,
+    typer.Option(
+        metavar="MODEL",
+        help="GGUF file; folder or hf:NAME.  [default: SmolLM2-135M-Instruct]",
+    ),
+]
+Device = Annotated[
+    str | None, typer.Option(help="Such as cpu or cuda:1.  [default: a GPU if there is one]")
+]
 
 
 def fit(
@@ -30,13 +44,7 @@ def fit(
         ),
     ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the adapter.")],
-    model: Annotated[
-        str | None,
-        typer.Option(
-            metavar="MODEL",
-            help="GGUF file; folder or hf:NAME.  [default: SmolLM2-135M-Instruct]",
-        ),
-    ] = None,
+    model: FitModel = None,
     start: Annotated[
         str | None,
         typer.Option(
@@ -71,9 +79,7 @@ def fit(
     ] = None,
     layout: Layout = None,
     seed: Seed = 1,
-    device: Annotated[
-        str | None, typer.Option(help="Such as cpu or cuda:1.  [default: a GPU if there is one]")
-    ] = None,
+    device: Device = None,
     as_json: Json = False,
 ) -> None:
     """Fit the model that scores to what people really say under a goal.
@@ -83,21 +89,14 @@ def fit(
     when they have not become better for a while. Run again, it goes on where it stopped. The
     folder then holds the adapter, for --adapter, and a model card.
     """
-    from goalscope.extras import package
     from goalscope.fitting.fit import Settings
     from goalscope.fitting.plan import plan_fit
     from goalscope.fitting.run import fit_adapter
     from goalscope.fitting.sources import read_source
     from goalscope.likelihood import DEFAULT_LAYOUT
     from goalscope.models.adapters import NO_ADAPTER, adapter_file, shipped
-    from goalscope.models.llamacpp import EMBEDDED, embedded_path
-    from goalscope.models.torch_network import multiplies_bfloat16
-    from goalscope.models.transformers import Transformers
 
-    if model and model.startswith(("http://", "https://")):
-        raise InvalidInputError("A server's model cannot be fitted. Name its folder or file.")
-    if not 0 < learning_rate < 1:
-        raise InvalidInputError(f"--learning-rate must be between 0 and 1, not {learning_rate}.")
+    check_fit(model, learning_rate)
     if layers is not None and not 0 < layers <= 1:
         raise InvalidInputError(f"--layers must be above 0 and at most 1, not {layers}.")
     begin = None if start == NO_ADAPTER else adapter_file(start) if start else None
@@ -121,18 +120,12 @@ def fit(
     )
     read = [read_source(name, data) for name in sources]
     err, out = console(stderr=True), out.resolve()
-    base = (model or EMBEDDED).removeprefix("hf:")
-    if model and (path := Path(model)).exists():
-        base = path.stem if path.is_file() else path.name
-    plan = plan_fit(read, out, settings, start=begin, layout=layout or DEFAULT_LAYOUT, base=base)
+    base, layout = base_of(model), layout or DEFAULT_LAYOUT
+    plan = plan_fit(read, out, settings, start=begin, layout=layout, base=base)
     if facts := plan.finished():
         _tell(facts, out, as_json)
         return
-    with measuring("Loading the model"):
-        name = (model_names(model)["model"] or "").removeprefix("hf:") or embedded_path()
-        on_processor = device in (None, "cpu") and not package("torch").cuda.is_available()
-        dtype = "bfloat16" if on_processor and multiplies_bfloat16() else None
-        engine = Transformers(name, context_size=2048, device=device, dtype=dtype)
+    engine = engine_of(model, device)
     command = shlex.join(["goalscope", *sys.argv[1:]])
     began = False
     try:
@@ -156,6 +149,41 @@ def fit(
     finally:
         engine.close()
     _tell(json.loads((out / "fit.json").read_text(encoding="utf-8")), out, as_json)
+
+
+def check_fit(model: str | None, learning_rate: float) -> None:
+    """Refuse what no fit can do, before anything is loaded.
+
+    Raises:
+        InvalidInputError: The model is a server's, or the learning rate no sensible one.
+    """
+    if model and model.startswith(("http://", "https://")):
+        raise InvalidInputError("A server's model cannot be fitted. Name its folder or file.")
+    if not 0 < learning_rate < 1:
+        raise InvalidInputError(f"--learning-rate must be between 0 and 1, not {learning_rate}.")
+
+
+def base_of(model: str | None) -> str:
+    """What others call the model that an adapter is for."""
+    from goalscope.models.llamacpp import EMBEDDED
+
+    if model and (path := Path(model)).exists():
+        return path.stem if path.is_file() else path.name
+    return (model or EMBEDDED).removeprefix("hf:")
+
+
+def engine_of(model: str | None, device: str | None) -> Transformers:
+    """The model, opened so that it can learn."""
+    from goalscope.extras import package
+    from goalscope.models.llamacpp import embedded_path
+    from goalscope.models.torch_network import multiplies_bfloat16
+    from goalscope.models.transformers import Transformers
+
+    with measuring("Loading the model"):
+        name = (model_names(model)["model"] or "").removeprefix("hf:") or embedded_path()
+        on_processor = device in (None, "cpu") and not package("torch").cuda.is_available()
+        dtype = "bfloat16" if on_processor and multiplies_bfloat16() else None
+        return Transformers(name, context_size=2048, device=device, dtype=dtype)
 
 
 def _tell(facts: Mapping[str, Any], out: Path, as_json: bool) -> None:

@@ -7,12 +7,13 @@ import shlex
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from goalscope.cli.fit import Device, FitModel, base_of, check_fit, engine_of
 from goalscope.cli.options import Json, Model, Seed
 from goalscope.cli.terminal import console, measuring, model_names, progress
 from goalscope.types import InvalidInputError
@@ -54,7 +55,7 @@ def bench_reading(
         ),
     ] = None,
     form: Annotated[
-        str, typer.Option(metavar="text|json", help="How a reading is written.")
+        Literal["text", "json"], typer.Option(help="How a reading is written.")
     ] = "text",
     limit: Annotated[int | None, typer.Option(min=1, help="Only so many, the first ones.")] = None,
     worst: Annotated[int, typer.Option(min=0, help="Messages to list, the worst first.")] = 10,
@@ -72,8 +73,6 @@ def bench_reading(
     from goalscope.plain import plain
     from goalscope.reader import Reader
 
-    if form not in ("text", "json"):
-        raise InvalidInputError(f'--form must be "text" or "json", not {form!r}.')
     languages = _languages(domain)
     lines = _chosen(read_corpus(file), languages, bool(domain))[:limit]
     with measuring("Loading the model"):
@@ -90,7 +89,7 @@ def bench_reading(
                     each.verbs,
                     examples=() if taught else each.examples,
                     taught=taught,
-                    form=form,  # pyright: ignore[reportArgumentType]
+                    form=form,
                 )
                 began = time.monotonic()
                 for pair in read_lines([line for line in lines if line.domain == name], reader):
@@ -103,8 +102,8 @@ def bench_reading(
     found = {"all": score((line.orders, read) for line, read in pairs)}
     for name in dict.fromkeys(line.domain for line, _ in pairs):
         found[name] = score((line.orders, read) for line, read in pairs if line.domain == name)
-    order = sorted(pairs, key=lambda pair: -differs(pair[0].orders, pair[1]))
-    wrong = [pair for pair in order if differs(*(pair[0].orders, pair[1]))][:worst]
+    wrong = [pair for pair in pairs if differs(pair[0].orders, pair[1])]
+    wrong = sorted(wrong, key=lambda pair: -differs(pair[0].orders, pair[1]))[:worst]
     median = sorted(seconds)[len(seconds) // 2] if seconds else 0.0
     if as_json:
         rows = [
@@ -144,13 +143,7 @@ def fit_reader(
     ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the adapter.")],
     domain: Domains = None,
-    model: Annotated[
-        str | None,
-        typer.Option(
-            metavar="MODEL",
-            help="GGUF file; folder or hf:NAME.  [default: SmolLM2-135M-Instruct]",
-        ),
-    ] = None,
+    model: FitModel = None,
     start: Annotated[
         Path | None, typer.Option(metavar="ADAPTER", help="Reading adapter to begin with.")
     ] = None,
@@ -160,34 +153,23 @@ def fit_reader(
     learning_rate: Annotated[float, typer.Option(help="At its highest.")] = 1e-3,
     rank: Annotated[int, typer.Option(min=1, help="Of the adapter.")] = 16,
     seed: Seed = 1,
-    device: Annotated[
-        str | None, typer.Option(help="Such as cpu or cuda:1.  [default: a GPU if there is one]")
-    ] = None,
+    device: Device = None,
 ) -> None:
     """Teach a model to read what people say, from messages whose orders are written down.
 
-    Run again, it goes on where it stopped. The folder then holds the adapter and its model card;
+    Run again, it goes on where it stopped. The folder then holds the adapter;
     `goalscope bench reading FILE.jsonl --adapter DIR` measures it.
     """
     from goalscope.benchmarks.reading import read_corpus
-    from goalscope.extras import package
     from goalscope.fitting.reading import ReadingSettings, fit_reading
     from goalscope.models.adapters import adapter_file
-    from goalscope.models.llamacpp import EMBEDDED, embedded_path
-    from goalscope.models.torch_network import multiplies_bfloat16
-    from goalscope.models.transformers import Transformers
 
-    if not 0 < learning_rate < 1:
-        raise InvalidInputError(f"--learning-rate must be between 0 and 1, not {learning_rate}.")
+    check_fit(model, learning_rate)
     languages = _languages(domain)
     lines = [line for path in corpus for line in read_corpus(path)]
     lines = _chosen(lines, languages, bool(domain))
     settings = ReadingSettings(rank=rank, learning_rate=learning_rate, epochs=epochs, seed=seed)
-    with measuring("Loading the model"):
-        name = (model_names(model)["model"] or "").removeprefix("hf:") or embedded_path()
-        on_processor = device in (None, "cpu") and not package("torch").cuda.is_available()
-        dtype = "bfloat16" if on_processor and multiplies_bfloat16() else None
-        engine = Transformers(name, context_size=2048, device=device, dtype=dtype)
+    engine = engine_of(model, device)
     err = console(stderr=True)
     try:
         with progress("Steps") as show:
@@ -198,7 +180,7 @@ def fit_reader(
                 settings,
                 out,
                 start=adapter_file(start) if start else None,
-                base=(model or EMBEDDED).removeprefix("hf:"),
+                base=base_of(model),
                 corpus=[str(path) for path in corpus],
                 command=shlex.join(["goalscope", *sys.argv[1:]]),
             ):
@@ -225,9 +207,10 @@ def _chosen(lines: Sequence[Line], languages: dict[str, Language], only: bool) -
     """The lines of the domains, each under its one name.
 
     Raises:
-        InvalidInputError: There is none, or one is of another domain and not only some are meant.
+        InvalidInputError: There is none, one has a verb that its domain lacks, or one is of
+            another domain and not only some are meant.
     """
-    from dataclasses import replace
+    from goalscope.orders import DIALOGUE_ACTS
 
     named = [replace(line, domain=ALIASES.get(line.domain, line.domain)) for line in lines]
     for line in named:
@@ -239,19 +222,15 @@ def _chosen(lines: Sequence[Line], languages: dict[str, Language], only: bool) -
     found = [line for line in named if line.domain in languages]
     if not found:
         raise InvalidInputError(f"There are no messages of {' or '.join(languages)} in the corpus.")
+    known = {
+        name: sorted(verb.name for verb in (*each.verbs, *DIALOGUE_ACTS))
+        for name, each in languages.items()
+    }
     for line in found:
-        verbs = {verb.name for verb in languages[line.domain].verbs}
-        _check_verbs(line, verbs)
+        for order in line.orders:
+            if order.do not in known[line.domain]:
+                raise InvalidInputError(
+                    f"{line.id}: {order.do!r} is no verb of {line.domain}. The verbs are: "
+                    f"{', '.join(known[line.domain])}."
+                )
     return found
-
-
-def _check_verbs(line: Line, verbs: set[str]) -> None:
-    from goalscope.orders import DIALOGUE_ACTS
-
-    known = verbs | {act.name for act in DIALOGUE_ACTS}
-    for order in line.orders:
-        if order.do not in known:
-            raise InvalidInputError(
-                f"{line.id}: {order.do!r} is no verb of {line.domain}. The verbs are: "
-                f"{', '.join(sorted(known))}."
-            )

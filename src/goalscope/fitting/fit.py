@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-import os
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -19,18 +17,15 @@ from goalscope.datasets import Case
 from goalscope.datasets.goal_sets import chance
 from goalscope.extras import package
 from goalscope.fitting.learner import Example, Learner
+from goalscope.fitting.training import KEPT, Training, diverged
 from goalscope.stats import auroc
-from goalscope.types import UNSPECIFIED, GoalscopeError, InvalidInputError
+from goalscope.types import UNSPECIFIED, GoalscopeError
 
 __all__ = ["Fit", "Objective", "Progress", "Settings", "Validation"]
 
 Array = npt.NDArray[np.float64]
 Objective = Literal["words", "goals", "both"]
 """What is made small; see `Settings`."""
-
-_WARM_UP = 0.05  # of the steps, in which the learning rate rises
-_CLIP = 1.0  # largest norm of a gradient
-_KEPT = 10  # steps after which the state is kept
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +107,6 @@ class Fit:
     Attributes:
         settings: How.
         history: The validations so far.
-        step: Steps done.
         ended: Whether it is over.
     """
 
@@ -138,26 +132,30 @@ class Fit:
         Raises:
             InvalidInputError: The folder holds a run with other settings, or of other software.
         """
-        torch = package("torch")
         self.settings = settings
         self.history: list[Validation] = []
-        self.step = 0
         self.ended = False
         self._learner = learner
         self._train = [_by_truth(cases) for cases in train]
         self._validation = [
             _example(case, settings, f"validation {case.id}", validates=True) for case in validation
         ]
-        self._optimizer = torch.optim.AdamW(
-            learner.parameters, lr=settings.learning_rate, betas=(0.9, 0.98), weight_decay=0.01
+        self._training = Training(
+            learner,
+            learning_rate=settings.learning_rate,
+            steps=settings.steps,
+            folder=folder,
+            about={"settings": asdict(settings), **about},
         )
-        self._file = folder / "state.pt"
-        self._about = json.loads(json.dumps({"settings": asdict(settings), **about}))
         self._seconds = 0.0
         self._losses: list[float] = []  # since the last validation
         self._best: dict[str, Any] = learner.state()
-        if self._file.exists():
-            self._resume()
+        self._training.resume(self._resume)
+
+    @property
+    def step(self) -> int:
+        """Steps done."""
+        return self._training.step
 
     @property
     def best(self) -> Validation:
@@ -189,30 +187,16 @@ class Fit:
             if self.step % settings.validate_every == 0 or self.step == settings.steps:
                 training, self._losses = float(np.mean(self._losses)), []
                 yield self._validate(training, began)
-            elif self.step % _KEPT == 0:
+            elif self.step % KEPT == 0:
                 self._seconds = time.monotonic() - began
                 self._keep()
         self._learner.restore(self._best)
 
     def _learn(self) -> float:
-        torch, settings = package("torch"), self.settings
-        share = (self.step + 1) / settings.steps
-        rate = settings.learning_rate * min(share / _WARM_UP, (1 - share) / (1 - _WARM_UP) + 0.01)
-        for group in self._optimizer.param_groups:
-            group["lr"] = rate
-        self._optimizer.zero_grad()
-        total = 0.0
-        with self._learner.enough_memory():
-            for _, case, name in self._draw(self.step):
-                loss = self._loss(_example(case, settings, name)) / settings.batch_size
-                loss.backward()
-                total += float(loss.detach())
-            norm = float(torch.nn.utils.clip_grad_norm_(self._learner.parameters, _CLIP))
-            if not math.isfinite(total + norm):
-                raise _diverged(self.step + 1)
-            self._optimizer.step()
-        self.step += 1
-        return total
+        examples = (_example(case, self.settings, name) for _, case, name in self._draw(self.step))
+        return self._training.learn(
+            self._loss(example) / self.settings.batch_size for example in examples
+        )
 
     def _draw(self, step: int) -> Iterator[tuple[int, Case, str]]:
         """The dialogues of a step: number of the source, dialogue, name of the draw."""
@@ -243,7 +227,7 @@ class Fit:
         ]
         if not np.isfinite(losses).all():
             if self.step:
-                raise _diverged(self.step)
+                raise diverged(self.step)
             raise GoalscopeError(
                 "The model's log-probabilities are not finite. Check that it is sound: `goalscope "
                 "models check`."
@@ -261,62 +245,18 @@ class Fit:
         return Progress(self.step, found)
 
     def _keep(self) -> None:
-        torch = package("torch")
-        part = self._file.with_suffix(".part")
-        state = {
-            "about": json.dumps(self._about),
-            "history": [asdict(each) for each in self.history],
-            "step": self.step,
-            "seconds": self._seconds,
-            "losses": self._losses,
-            "ended": self.ended,
-            "weights": self._learner.state(),
-            "best": self._best,
-            "optimizer": self._optimizer.state_dict(),
-        }
-        try:
-            with part.open("wb") as file:
-                torch.save(state, file)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(part, self._file)
-        except (OSError, RuntimeError) as error:
-            raise GoalscopeError(
-                f"{self._file} cannot be written ({error}). Free some space; what was kept before "
-                "is still there, and the same command goes on from it."
-            ) from None
+        self._training.keep(
+            history=[asdict(each) for each in self.history],
+            seconds=self._seconds,
+            losses=self._losses,
+            ended=self.ended,
+            best=self._best,
+        )
 
-    def _resume(self) -> None:
-        torch = package("torch")
-        try:
-            state = torch.load(self._file, map_location="cpu", weights_only=True)
-            about = dict(json.loads(state["about"]))
-            other = [
-                key for key in {**about, **self._about} if about.get(key) != self._about.get(key)
-            ]
-            if not other:
-                self.history = [Validation(**each) for each in state["history"]]
-                self.step, self.ended, self._best = state["step"], state["ended"], state["best"]
-                self._seconds, self._losses = state["seconds"], state["losses"]
-                self._learner.restore(state["weights"])
-                self._optimizer.load_state_dict(state["optimizer"])
-        except Exception as error:  # whatever unpickling, unzipping and a foreign content raise
-            raise InvalidInputError(
-                f"{self._file} is not what an interrupted fit leaves ({error}). Delete it, or name "
-                "another folder with --out."
-            ) from None
-        if other:
-            raise InvalidInputError(
-                f"{self._file.parent} holds a fit that was begun with another "
-                f"{' and another '.join(other)}. Give the same options to go on, or name another "
-                "folder with --out."
-            )
-
-
-def _diverged(step: int) -> GoalscopeError:
-    return GoalscopeError(
-        f"The loss is not finite at step {step}. Try a smaller --learning-rate, and another --out."
-    )
+    def _resume(self, state: Mapping[str, Any]) -> None:
+        self.history = [Validation(**each) for each in state["history"]]
+        self.ended, self._best = state["ended"], state["best"]
+        self._seconds, self._losses = state["seconds"], state["losses"]
 
 
 def _by_truth(cases: Sequence[Case]) -> list[list[Case]]:

@@ -21,7 +21,7 @@ from goalscope.models.transformers import Transformers
 from goalscope.models.trie import Trie
 from goalscope.types import Goal, GoalscopeError, ModelError, Turn
 
-__all__ = ["Example", "Learner", "ancestors"]
+__all__ = ["Example", "Learner"]
 
 _TREE = 700  # tokens of a tree that takes no further turn: attention looks from each to each
 
@@ -136,9 +136,19 @@ class Learner:
                 path = trie.paths[trie.add([*prompt, *answer[:-1]])]
                 spots.append((path[len(prompt) - 1 :], answer))
             if len(trie) >= _TREE or t == len(example.turns) - 1:
-                scores += self._read(trie, spots)
+                scores += self.answers(trie, spots)
                 trie, spots = Trie(), []
         return torch.stack(scores).reshape(len(example.turns), len(example.goals))
+
+    def answers(self, trie: Trie, spots: Sequence[tuple[list[int], list[int]]]) -> list[Any]:
+        """How likely the tokens of each answer are after the nodes that lead to them, nats."""
+        places = sorted({node for nodes, _ in spots for node in nodes})
+        row_of = {node: row for row, node in enumerate(places)}
+        logits = self.model.network.learn(
+            np.array([trie.tokens]), np.array([trie.depths]), _ancestors(trie)[None], places
+        )
+        logprobs = package("torch").log_softmax(logits.float(), -1)
+        return [logprobs[[row_of[node] for node in nodes], answer].sum() for nodes, answer in spots]
 
     @contextmanager
     def enough_memory(self) -> Generator[None]:
@@ -192,16 +202,6 @@ class Learner:
             raise OSError(str(error)) from None
         copymode(folder / "adapter_config.json", folder / "adapter_model.safetensors")
 
-    def _read(self, trie: Trie, spots: Sequence[tuple[list[int], list[int]]]) -> list[Any]:
-        """How likely the tokens of each answer are after the nodes that lead to them, nats."""
-        places = sorted({node for nodes, _ in spots for node in nodes})
-        row_of = {node: row for row, node in enumerate(places)}
-        logits = self.model.network.learn(
-            np.array([trie.tokens]), np.array([trie.depths]), ancestors(trie)[None], places
-        )
-        logprobs = package("torch").log_softmax(logits.float(), -1)
-        return [logprobs[[row_of[node] for node in nodes], answer].sum() for nodes, answer in spots]
-
     def _begin(self, adapter: Adapter) -> None:
         torch = package("torch")
         for place, weights in self._layers.items():
@@ -222,7 +222,7 @@ def _place(name: str) -> tuple[int, str] | None:
     return (int(match[1]), match[2]) if match else None
 
 
-def ancestors(trie: Trie) -> Any:
+def _ancestors(trie: Trie) -> Any:
     """Whether each node sees each other one [nodes, nodes]: itself, and what leads to it."""
     sees = np.eye(len(trie), dtype=bool)
     for node, parent in enumerate(parents(trie)):

@@ -8,9 +8,6 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
-from pathlib import Path
-
-from filelock import FileLock, Timeout
 
 from goalscope.datasets import Case, said_key
 from goalscope.datasets.goal_sets import goal_key
@@ -20,6 +17,7 @@ from goalscope.fitting.fit import Fit, Progress, Settings
 from goalscope.fitting.learner import Learner
 from goalscope.fitting.plan import Plan
 from goalscope.fitting.sources import Source
+from goalscope.fitting.training import locked, writing_to
 from goalscope.likelihood import GOAL_TOKENS, RolePlay
 from goalscope.models.adapters import (
     FITTED_DIALOGUES,
@@ -30,7 +28,7 @@ from goalscope.models.adapters import (
     write_adapter,
 )
 from goalscope.models.transformers import Transformers
-from goalscope.types import GoalscopeError, InvalidInputError, Message
+from goalscope.types import InvalidInputError, Message
 
 __all__ = ["fit_adapter"]
 
@@ -51,15 +49,7 @@ def fit_adapter(model: Transformers, plan: Plan, *, command: str) -> Iterator[Pr
         GoalscopeError: The folder cannot be written.
     """
     folder, settings, start = plan.folder, plan.settings, plan.start
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        lock = FileLock(folder / ".lock")
-        lock.acquire(blocking=False)
-    except Timeout:
-        raise InvalidInputError(f"Another process fits an adapter in {folder}.") from None
-    except OSError as error:
-        raise GoalscopeError(f"{folder} cannot be written: {error.strerror or error}.") from None
-    try:
+    with locked(folder):
         if plan.finished() is not None:
             return
         begun = read_adapter(start, model.network.model.config) if start else None
@@ -113,19 +103,11 @@ def fit_adapter(model: Transformers, plan: Plan, *, command: str) -> Iterator[Pr
             "validated": len(plan.validation),
             "command": command,
         }
-        try:
+        with writing_to(folder):
             learner.save_peft(folder, plan.base)
             write_card(folder, fit, {**plan.about, **more})
             write_adapter(folder / "adapter.gguf", adapter, model.network.model.config)
             (folder / "state.pt").unlink()
-        except OSError as error:
-            raise GoalscopeError(
-                f"The adapter cannot be written to {folder}: {error.strerror or error}. Free some "
-                "space; the same command goes on from what is kept."
-            ) from None
-    finally:
-        lock.release()
-        Path(lock.lock_file).unlink(missing_ok=True)
 
 
 def _check_lengths(roleplay: RolePlay, sources: Sequence[Source], settings: Settings) -> None:
