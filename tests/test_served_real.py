@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -95,7 +96,7 @@ def test_a_real_server_writes_what_the_embedded_engine_writes(
 ) -> None:
     ours = writer.generate(CONTEXTS[0], max_tokens=12)
     theirs = exact.generate(CONTEXTS[0], max_tokens=12)
-    assert ours == theirs
+    assert ours == replace(theirs, log_probability=None, margin=None)  # which no server tells
     cut = writer.generate(CONTEXTS[0], max_tokens=12, stop=[ours.text.split()[2]])
     assert cut.text == ours.text[: ours.text.index(ours.text.split()[2])]
     assert cut.finish == "stop"

@@ -19,6 +19,7 @@ from goalscope.models.hf_tokenizer import chat_tokenizer
 from goalscope.models.llamacpp import embedded_path
 from goalscope.models.native import Weights
 from goalscope.models.scoring import Pair, TokenScorer
+from goalscope.orders import Verb
 from goalscope.prompts import render
 from goalscope.tracker import GoalTracker
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Message, Turn
@@ -162,6 +163,8 @@ def chats(text: str) -> list[list[Message]]:
         **dict.fromkeys(one, text),
         **{key: [text, text] for key in ("goals", "possible", "actions")},
         "turns": [Turn(text, text)] * 4,
+        "verbs": [Verb(text, text)] * 2,
+        "form": "text",
         "words": 0,
         "harmful": True,
     }
