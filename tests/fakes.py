@@ -6,23 +6,46 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from goalscope.envs import Environment, Pick, Resolution
 from goalscope.models import Completion
+from goalscope.orders import Order, Verb
+from goalscope.standing import Standing
 from goalscope.types import Action, Message, Profile, StepResult, Turn
+
+_READS = {
+    "Yes.": "yes",
+    "yes": "yes",
+    "No, not yet.": "no",
+    "Good night": "finish",
+    "Buy the basket": "buy",
+    "Task completed": "finish",
+}
 
 
 class WordModel:
     """Words are drawn independently; a word that the context holds is `boost` times as likely.
 
     Over its vocabulary the probabilities sum to one, so posteriors have closed forms. It writes
-    the scripted replies, whichever prompt's words they are listed under.
+    the scripted replies, whichever prompt's words they are listed under. It reads canonical English
+    as what it is (with "; " for a new line), "Remove the X." likewise, what is listed in `reads`
+    so, and all else as an aim.
     """
 
     name = "words"
     vocabulary = 1000
+    takes_grammar = True
+    margin: float | None = None
     boost = 50.0
 
-    def __init__(self, replies: Mapping[str, str] | None = None, context_size: int = 4096) -> None:
+    def __init__(
+        self,
+        replies: Mapping[str, str] | None = None,
+        context_size: int = 4096,
+        *,
+        reads: Mapping[str, str] | None = None,
+    ) -> None:
         self.replies = dict(replies or {})
+        self.reads = {**_READS, **(reads or {})}
         self.context_size = context_size
         self.calls = 0
 
@@ -48,6 +71,13 @@ class WordModel:
     def generate(self, messages: Sequence[Message], **settings) -> Completion:
         prompt = " ".join(message.content for message in messages)
         text = next((reply for mark, reply in self.replies.items() if mark in prompt), "")
+        if grammar := settings.get("grammar"):
+            said = messages[-1].content.splitlines()[-1]
+            removed = re.sub(r"Remove the (.*?)\.(?: |$)", r"remove \1; ", said).removesuffix("; ")
+            orders = self.reads.get(said, removed.replace("; ", "\n"))
+            if not re.search(rf'"{re.escape(orders.split()[0])}( \w+)?"', grammar.splitlines()[0]):
+                orders = "aim"
+            return Completion(orders, "stop", 1, 1, -1.0, self.margin)
         if heard := settings.get("heard"):
             for end in [match.end() for match in re.finditer(r"\S+", text)]:
                 heard(text[:end])
@@ -65,15 +95,20 @@ class RefusesAll(WordModel):
         ]
 
 
-class LampRoom:
-    """An environment with lamps; the switch `broken` always fails, and `smash` needs leave."""
+class LampRoom(Environment):
+    """An environment with lamps; the switch `broken` always fails, and what is smashed stays so."""
 
     task = "The agent looks after a lamp."
-    notes = ()
     completion_phrase = "Good night"
+    verbs = (
+        Verb("switch on", "let there be light"),
+        Verb("switch off", "let there be none"),
+        Verb("smash", "break it", irreversible=True),
+        Verb("finish", "that is all", ()),
+    )
 
     def __init__(self, offers: Sequence[str] = ("lamp",)) -> None:
-        self.offers = list(offers)
+        self.names = list(offers)
         self.on: list[str] = []
         self.smashed: list[str] = []
 
@@ -84,61 +119,53 @@ class LampRoom:
     def status(self) -> str:
         return f"On: {', '.join(self.on) or 'nothing'}."
 
-    def kinds(self, text: str, limit: int) -> list[str]:
-        return self.offers[:limit]
-
-    def mentioned(self, utterances: Sequence[str]) -> list[str]:
-        return [word for word in words(" ".join(utterances)) if word in self.offers]
-
-    def actions(self, relevant: Sequence[str], turns: Sequence[Turn] = ()) -> list[Action]:
-        return [Action("switch on", term) for term in relevant if term in self.offers]
-
-    def requests(self, turns: Sequence[Turn]) -> list[Action]:
-        return []
-
-    def is_order(self, turns: Sequence[Turn]) -> bool:
-        return turns[-1].utterance.startswith("just ")
-
-    def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
-        asked = [word for word in words(turns[-1].utterance) if word.endswith("lamp")]
-        return [f"There is no {word} here." for word in asked if word not in self.offers]
-
-    def permission(self, action: Action, turns: Sequence[Turn]) -> str:
-        asked = [turn for turn in turns if turn.query == f"May I smash the {action.target}?"]
-        if action.name != "smash" or any(turn.utterance == "yes" for turn in asked):
-            return ""
-        return f"May I smash the {action.target}?"
-
-    def reversal(
-        self, results: Sequence[StepResult], before: Sequence[StepResult], turns: Sequence[Turn]
-    ) -> None:
-        """Nothing is undone in this room."""
-
-    def close(self) -> None:
-        pass
-
     def fingerprint(self) -> str:
         return f"{self.on} {self.smashed}"
 
-    def completion_actions(self) -> list[Action]:
-        return []
+    def offers(self, text: str, limit: int) -> list[str]:
+        return self.names[:limit]
+
+    def actions(self, name: str, standing: Standing) -> list[Action]:
+        ruled_out = [limit.what for limit in standing.limits]
+        there = name in self.names and name not in ruled_out
+        return [Action("switch on", name)] if there else []
+
+    def resolve(self, order: Order, standing: Standing, pick: Pick) -> Resolution:
+        if order.do == "finish":
+            return Resolution((Action("finish"),))
+        if order.do in ("avoid", "only", "leave", "budget"):
+            lit = order.do == "avoid" and order.what in self.on
+            return Resolution((Action("switch off", order.what),) if lit else ())
+        if name := pick(order.what, self.names):
+            return Resolution((Action(order.do, name),))
+        return Resolution(why=f"There is no {order.what} here.")
+
+    def undo(self, results: Sequence[StepResult], standing: Standing) -> Resolution:
+        other = {"switch on": "switch off", "switch off": "switch on"}
+        acts = [each.action for each in results]
+        left = [act.target for act in acts if act.name == "smash"]
+        back = tuple(Action(other[a.name], a.target) for a in reversed(acts) if a.name in other)
+        return Resolution(back, "".join(f"The {each} stays in pieces." for each in left))
 
     def step(self, action: Action) -> StepResult:
-        if action.name == "search inventory":
-            return StepResult(action, True, action.target)
-        if action.target == "broken" or action.target in self.on:
-            return StepResult(action, False, "The switch does not move.")
-        if action.name == "smash":
-            self.smashed.append(action.target)
-            return StepResult(action, True, "It is in pieces.", irreversible=True)
-        self.on.append(action.target)
-        return StepResult(action, True, "It is on.")
+        match action.name:
+            case "search inventory":
+                return StepResult(action, True, action.target)
+            case "finish":
+                return StepResult(action, True, "It is dark.", terminated=True)
+            case "smash" if action.target in self.names:
+                self.smashed.append(action.target)
+                return StepResult(action, True, "It is in pieces.", irreversible=True)
+            case "switch off" if action.target in self.on:
+                self.on.remove(action.target)
+                return StepResult(action, True, "It is off.")
+            case "switch on" if action.target not in ("broken", *self.on):
+                self.on.append(action.target)
+                return StepResult(action, True, "It is on.")
+        return StepResult(action, False, "The switch does not move.")
 
-    def answer(self, question: str, turns: Sequence[Turn] = ()) -> str | None:
-        return self.status() if question.endswith("on?") else None
-
-    def is_completion(self, turn: Turn) -> bool:
-        return turn.utterance == self.completion_phrase
+    def answer(self, order: Order, standing: Standing, pick: Pick) -> str:
+        return self.status() if order.what in ("", *self.names) else ""
 
     def checks_met(self, profile: Profile) -> list[bool]:
         return [bool(self.on)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -53,17 +54,42 @@ class Hostile:
 
     name = "hostile"
     context_size = 4096
+    takes_grammar = True
 
     def __init__(self, seed: int) -> None:
         self.random = random.Random(seed)
         self.mood = self.random.choice(["sure", "never", "random", "greedy", "NaN"])
 
     def generate(
-        self, messages: Sequence[Message], *, schema: Mapping[str, Any] | None = None, **_: object
+        self,
+        messages: Sequence[Message],
+        *,
+        schema: Mapping[str, Any] | None = None,
+        grammar: str | None = None,
+        **_: object,
     ) -> Completion:
+        if grammar:
+            return Completion(self.reading(grammar), "stop", 1, 1, -1.0, self.random.uniform(0, 9))
         lines = self.random.sample(ORDERS, self.random.randint(1, 6))
         text = self.filled(schema) if schema else "\n".join(lines)
         return Completion(text, self.random.choice(["stop", "length"]), 1, 1)
+
+    def reading(self, grammar: str) -> str:
+        """The worst that the grammar allows: orders that nobody gave, and a yes to anything."""
+        rules = dict(line.split(" ::= ", 1) for line in grammar.splitlines())
+        words = re.findall(r'"([^"\\]*)"', rules["word"])
+        forms = [form for form in re.split(r" \| (?=\"[a-z])", rules["order"]) if "for" not in form]
+        grave = [form for form in forms if re.match(r'"(?:buy|slice|break|cook)"', form)]
+        lines: list[str] = []
+        for _ in range(self.random.randint(1, 3)):
+            form = self.random.choice(grave if grave and self.random.random() < 0.4 else forms)
+            verb = re.findall(r'"([^"]*)"', form)[0]
+            named = "words" in form and self.random.random() < 0.8
+            what = " ".join(
+                self.random.sample(words, min(len(words), 1 + (self.random.random() < 0.3)))
+            )
+            lines.append(f"{verb} {what}" if named else verb)
+        return "\n".join(lines)
 
     def filled(self, schema: Mapping[str, Any]) -> str:
         """An answer in the form that was asked for."""

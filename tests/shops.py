@@ -1,18 +1,22 @@
-"""The shipped shop, and what it does of what is said in it."""
+"""The shipped shop, and what it does of orders in canonical English."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
+from goalscope.envs import taken
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.search import Search
+from goalscope.orders import Reading, orders_from_text
+from goalscope.picking import Picker
+from goalscope.standing import Standing, fold
 from goalscope.types import Action
-from talks import Talk
 
-__all__ = ["CATALOGUE", "SEARCH", "shop", "talked"]
+__all__ = ["CATALOGUE", "PICK", "SEARCH", "follow", "ordered", "shop", "standing_after"]
 
 CATALOGUE = Catalogue.load()
 SEARCH = Search(CATALOGUE)
+PICK = Picker()
 
 
 def shop(basket: Mapping[str, int] | None = None) -> GroceryShop:
@@ -23,10 +27,31 @@ def shop(basket: Mapping[str, int] | None = None) -> GroceryShop:
     return opened
 
 
-def talked(basket: Mapping[str, int], *utterances: str) -> tuple[GroceryShop, list[str]]:
-    """The shop after these utterances, and what was told of the newest."""
+def standing_after(*said: str) -> Standing:
+    """What holds after messages that stand in canonical English, with "; " between orders."""
+    return fold([reading(each) for each in said])
+
+
+def reading(said: str) -> Reading:
+    """A message in canonical English."""
+    return Reading(orders_from_text(said.replace("; ", "\n"), GroceryShop.verbs))
+
+
+def follow(opened: GroceryShop, *said: str) -> list[str]:
+    """Do what messages order, one after another; returns what was told."""
+    told: list[str] = []
+    readings: list[Reading] = []
+    for each in said:
+        readings.append(reading(each))
+        for order in readings[-1].orders:
+            found = opened.resolve(order, fold(readings), PICK)
+            told += [found.why] if found.why else []
+            assert all(taken(opened, action).ok for action in found.actions)
+    return told
+
+
+def ordered(said: Sequence[str], basket: Mapping[str, int] | None = None) -> dict[str, int]:
+    """The basket after messages."""
     opened = shop(basket)
-    talk = Talk(opened)
-    for each in utterances:
-        talk.say(each)
-    return opened, talk.told
+    follow(opened, *said)
+    return opened.basket

@@ -199,14 +199,18 @@ def test_only_what_people_say_is_scored_with_it(
     assert RolePlay(both).model is both.speaker
     np.testing.assert_allclose(sums(both, CONTEXTS, REPLIES), usual, atol=0.15)
     assert both.name == model.name
-    assert both.fingerprint == " ".join([writer.fingerprint] * 2 + [scorer.fingerprint])
+    used = [*[writer.fingerprint] * 2, scorer.fingerprint, both.reader.fingerprint]
+    assert both.fingerprint == " ".join(used)
     assert f"; scores what people say: {scorer.describe()}" in both.describe()
     both.close()
     plain = open_model(adapter="none", calls=tmp_path / "calls.db")
-    assert isinstance(plain, CachedModel)
+    assert isinstance(plain, TwoModels)
+    cached = plain.generator
+    assert isinstance(cached, CachedModel)
+    assert plain.speaker is plain.scorer is cached
     assert plain.generate(chat, max_tokens=20).text == text
     np.testing.assert_allclose(sums(plain, CONTEXTS, REPLIES), usual, atol=0.15)
-    assert (plain.hits, plain.misses) == (1 + len(REPLIES), 0)
+    assert (cached.hits, cached.misses) == (1 + len(REPLIES), 0)
     plain.close()
 
 
@@ -236,7 +240,11 @@ def test_transformers_writes_without_it_too(tmp_path: Path) -> None:
 def test_the_shipped_one_is_for_the_embedded_scorer_alone(
     mine: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(opening, "shipped", lambda: mine / "adapter.gguf")
+    monkeypatch.setattr(
+        opening,
+        "shipped",
+        lambda name="general": mine / "adapter.gguf" if name == "general" else None,
+    )
     for names, adapter in (
         ({}, mine / "adapter.gguf"),
         ({"generator": embedded_path()}, mine / "adapter.gguf"),

@@ -1,16 +1,26 @@
 """Algorithm 1, round by round, on a room with a lamp."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
 
 from fakes import LampRoom, RefusesAll, WordModel, said
-from goalscope.agent import ASKED_FOR, NO_ANSWER, NOTHING_DONE, Agent, run_episode
+from goalscope.agent import NO_ANSWER, NOT_CONFIRMED, NOTHING, Agent, run_episode
 from goalscope.calibration import LAST_TURN, USUAL
-from goalscope.dialog import FALLBACK, ConsoleHuman, ScriptedHuman, ask, question_of
+from goalscope.dialog import (
+    AGREES,
+    DECLINES,
+    FALLBACK,
+    ConsoleHuman,
+    ScriptedHuman,
+    ask,
+    question_of,
+)
+from goalscope.guards import CONFIRM, HARM
+from goalscope.orders import Order, Reading, Verb
 from goalscope.policy import Planner, Want
 from goalscope.prompts import recent
+from goalscope.standing import Standing
 from goalscope.types import (
     UNSPECIFIED,
     Action,
@@ -23,7 +33,6 @@ from goalscope.types import (
     StepResult,
     Turn,
 )
-from shops import shop
 
 REPLIES = {
     "name what the human may want": "- have lamp light\n- have lamp light\n- sleep without light",
@@ -32,18 +41,6 @@ REPLIES = {
 }
 RANKS = {"the most likely": '"2"', "the least likely": '"1"'}
 SLEEPER = Profile("sleeper", "likes light", ("lamp light please",))
-
-
-class Obeys(LampRoom):
-    """Whoever has named the one lamp wants it switched on."""
-
-    def __init__(self, offers=("lamp",), asked: str = "broken") -> None:
-        super().__init__(offers)
-        self.asked = asked
-
-    def requests(self, turns):
-        named = any(self.asked in turn.utterance for turn in turns) and self.asked not in self.on
-        return [Action("switch on", self.asked)] if named else []
 
 
 def test_golden_episode() -> None:
@@ -76,13 +73,6 @@ def test_nothing_is_done_while_no_goal_is_known() -> None:
     assert env.on == []
 
 
-def test_what_is_asked_for_outright_is_done_even_where_no_goal_is_known() -> None:
-    env = Obeys(["lamp"], asked="lamp")
-    agent = Agent(env, WordModel({**REPLIES, "name what the human may want": ""}))
-    assert agent.step("What now?", "the lamp please").belief.goals == (UNSPECIFIED,)
-    assert env.on == ["lamp"]
-
-
 @pytest.mark.parametrize("method", ["good", "no-inference"])
 @pytest.mark.parametrize("found", [True, False])
 def test_words_that_no_goal_explains_are_told_of_if_none_is_found(method, found) -> None:
@@ -90,7 +80,7 @@ def test_words_that_no_goal_explains_are_told_of_if_none_is_found(method, found)
     agent = Agent(LampRoom(), WordModel({**REPLIES, **RANKS, **none}), method=method)
     round = agent.step("What now?", "lamp light please")
     assert any("no better ones were found" in note for note in round.notes) != found
-    asked = agent.step("What now?", "lamp light: which lamps are on?")
+    asked = agent.step("What now?", "ask lamp")
     assert asked.notes == ()  # none was looked for
 
 
@@ -127,15 +117,6 @@ def test_no_goals_acts_on_the_words_alone() -> None:
     round = Agent(env, WordModel(REPLIES), method="no-goals").step("What?", "lamp light please")
     assert round.belief is None
     assert env.on == ["lamp"]
-
-
-def test_nothing_unasked_is_done_when_the_person_ends_the_task() -> None:
-    env = LampRoom(["lamp", "night"])
-    agent = Agent(env, WordModel(REPLIES), method="no-goals")
-    assert agent.step("What?", "lamp light and a night please").results
-    env.reset()
-    assert agent.step("What?", "Good night").terminated
-    assert env.on == []
 
 
 def test_episode_is_truncated_at_the_cap() -> None:
@@ -215,19 +196,253 @@ def test_a_calibration_is_the_role_plays_and_not_the_rankings(method, used) -> N
     assert round.belief.calibration == used
 
 
+ROOM = ("lamp", "light", "fan")
+
+
+def agent_in(room: LampRoom, method: str = "good", **settings) -> Agent:
+    model = settings.pop("model", None) or WordModel(REPLIES)
+    planner = Planner(model, limit=1)
+    return Agent(room, model, method=method, planner=planner, **settings)
+
+
+def test_orders_are_followed_where_no_goal_is_known_and_nothing_is_guessed_for_them() -> None:
+    env = LampRoom(ROOM)
+    agent = agent_in(env, model=WordModel({**REPLIES, "name what the human may want": ""}))
+    round = agent.step("What now?", "switch on lamp")
+    assert round.belief is not None
+    assert round.belief.goals == (UNSPECIFIED,)
+    assert round.reading == Reading((Order("switch on", "lamp"),), -1.0)
+    assert (env.on, round.notes) == (["lamp"], ())
+    assert agent.ask() == FALLBACK
+
+
+def test_several_orders_are_followed_in_turn_and_what_is_not_here_is_told() -> None:
+    env = LampRoom(ROOM)
+    round = agent_in(env).step("", "switch on lamp; switch off lamp; switch on moon; switch on fan")
+    assert env.on == ["fan"]
+    assert round.notes == ("There is no moon here.",)
+
+
+def test_what_cannot_be_done_is_told_and_beyond_the_third_counted() -> None:
+    env = LampRoom([f"lamp {n}" for n in range(5)])
+    env.step = lambda action: StepResult(action, False, "No.")
+    round = agent_in(env).step("", "; ".join(f"switch on lamp {n}" for n in range(5)))
+    assert round.results == ()
+    assert [note.startswith("Not done:") for note in round.notes] == [True] * 3 + [False]
+    assert round.notes[-1] == "And 2 more could not be done."
+
+
+def test_guesses_follow_an_aim_alone_and_are_told() -> None:
+    for words, on in (("lamp light please", ["lamp"]), ("none", []), ("ask lamp", []), ("no", [])):
+        env = LampRoom(["lamp"])
+        agent = agent_in(env)
+        round = agent.step("What now?", words)
+        assert env.on == on
+        assert ("Guessed, not asked for: lamp." in round.notes) == bool(on)
+
+
+def test_no_guess_is_lasting_or_against_what_was_said() -> None:
+    class Dangerous(LampRoom):
+        def actions(self, name, standing):
+            return [Action("smash", name), *super().actions(name, standing)][: 1 + bool(self.on)]
+
+    env = Dangerous(["lamp"])
+    agent_in(env).step("What now?", "lamp light please")
+    assert env.smashed == []
+    env = LampRoom(["lamp"])
+    agent_in(env).step("What now?", "avoid lamp; aim")
+    assert env.on == []
+
+
+def test_a_question_is_answered_before_the_next_one_is_asked() -> None:
+    agent = agent_in(LampRoom(["lamp"]))
+    agent.step("Yes?", "ask lamp")
+    assert agent.ask() == f"On: nothing.\n{FALLBACK}"
+    agent.step("Yes?", "ask moon")
+    assert agent.ask() == f"{NO_ANSWER}\n{FALLBACK}"
+    agent.step("Yes?", "aim; ask lamp")
+    assert agent.ask().endswith("\nIs it bright enough?")
+
+
+def test_what_lasts_waits_for_a_yes_to_exactly_that_question_in_that_state() -> None:
+    env = LampRoom(["vase", "lamp"])
+    agent = agent_in(env)
+    round = agent.step("", "smash vase")
+    assert (env.smashed, round.pending) == ([], (Order("smash", "vase"),))
+    assert round.question == f'I understood "smash vase". {CONFIRM}'
+    assert agent.ask() == round.question
+    again = agent.step(agent.ask(), "yes; switch on lamp")  # another state than the one shown
+    assert (env.smashed, env.on, again.pending) == ([], ["lamp"], ())
+    agent.step("", "smash vase")
+    declined = agent.step(agent.ask(), "no")
+    assert (env.smashed, declined.notes) == ([], (NOT_CONFIRMED,))
+    assert agent.step(agent.ask(), "yes").results == ()
+    agent.step("", "smash vase")
+    confirmed = agent.step(agent.ask(), "yes")
+    assert (env.smashed, confirmed.released) == (["vase"], (Order("smash", "vase"),))
+
+
+def test_no_reading_but_the_word_itself_or_a_card_confirms_what_lasts() -> None:
+    env = LampRoom(["vase", "bowl"])
+    agent = agent_in(env, model=WordModel(REPLIES, reads={"rather not": "yes", "YES!": "none"}))
+    agent.step("", "smash vase")
+    agent.step(agent.ask(), "rather not")
+    agent.step("", "smash vase")
+    agent.step(agent.ask(), "smash vase")
+    assert env.smashed == []
+    agent.step(agent.ask(), "YES!")
+    state = agent.step("", "smash bowl").state
+    agent.step(agent.ask(), "none", confirmed=state)
+    assert env.smashed == ["vase", "bowl"]
+
+
+def test_to_say_an_order_again_is_a_yes_where_it_can_be_undone() -> None:
+    env = LampRoom(["lamp"])
+    agent = agent_in(env)
+    agent.step("", "switch on lamp | if it is dark")
+    agent.step(agent.ask(), "switch on lamp | if it is dark")
+    assert env.on == ["lamp"]
+
+
 def test_a_yes_to_another_state_than_the_present_one_is_refused_before_anything_is_done() -> None:
-    env = LampRoom()
-    agent = Agent(env, WordModel(REPLIES), confirm=True)
-    shown = agent.step("What?", "lamp light please").state
-    env.step(Action("smash", "vase"))
+    env = LampRoom(["vase", "lamp"])
+    agent = agent_in(env)
+    shown = agent.step("What?", "smash vase").state
+    env.step(Action("switch on", "lamp"))
     before, belief = env.fingerprint(), agent.tracker and agent.tracker.belief
     with pytest.raises(ConflictError, match="no longer"):
-        agent.step("May I smash the lamp?", "yes", confirmed=shown)
+        agent.step(agent.ask(), "yes", confirmed=shown)
     assert (env.fingerprint(), len(agent.rounds)) == (before, 1)
     assert agent.tracker is not None
     assert agent.tracker.belief is belief
-    env.smashed.clear()
-    assert agent.step("May I smash the lamp?", "yes", confirmed=shown).number == 2
+    assert agent.step("", "yes").results == ()  # by words neither
+
+
+def test_what_the_reader_is_unsure_of_waits_and_says_what_was_understood() -> None:
+    env = LampRoom(["lamp"])
+    model = WordModel(REPLIES)
+    model.margin = 0.01
+    agent = agent_in(env, model=model)
+    round = agent.step("", "switch on lamp")
+    assert env.on == []
+    assert 'I understood "switch on lamp". Shall I?' in round.question
+    agent.step(agent.ask(), "yes")
+    assert env.on == ["lamp"]
+
+
+def test_a_condition_is_asked_about() -> None:
+    env = LampRoom(["lamp"])
+    agent = agent_in(env)
+    round = agent.step("", "switch on lamp | if it is dark")
+    assert (env.on, 'You said "if it is dark"' in round.question) == ([], True)
+    agent.step(agent.ask(), "yes")
+    assert env.on == ["lamp"]
+
+
+def test_an_allergy_binds_every_order_until_the_person_confirms_the_contrary() -> None:
+    env = LampRoom(["lamp", "fan"])
+    agent = agent_in(env)
+    agent.step("", "avoid fan | for my son | why allergy")
+    asked = agent.step("", "switch on fan")
+    assert env.on == []
+    assert asked.question.startswith('You said "no fan" my son (allergy).')
+    agent.step(agent.ask(), "no")
+    agent.step("", "undo")
+    assert agent.step("", "switch on fan").pending
+    agent.step(agent.ask(), "yes")
+    assert env.on == ["fan"]
+    agent.step("", "switch off fan; switch on fan")
+    assert env.on == ["fan"]
+
+
+def test_a_word_of_harm_without_an_allergy_in_the_reading_stops_every_order() -> None:
+    env = LampRoom(["lamp", "fan"])
+    reads = {"lamp, and my son is allergic to fans": "switch on lamp", "to fans": "switch on fans"}
+    agent = agent_in(env, model=WordModel(REPLIES, reads=reads))
+    round = agent.step("", "lamp, and my son is allergic to fans")
+    assert (env.on, round.question) == ([], HARM)
+    assert agent.step(agent.ask(), "to fans").pending  # it may be the very thing that harms
+    assert env.on == []
+    agent.step("", "avoid fan | why allergy")
+    agent.step("", "switch on lamp")
+    assert env.on == ["lamp"]
+
+
+def test_words_that_the_model_cannot_read_are_told_and_nothing_is_done() -> None:
+    env = LampRoom(["lamp"])
+    model = WordModel(REPLIES, reads={"gibberish": "switch on the secret lamp"})
+    agent = agent_in(env, model=model)
+    round = agent.step("", "gibberish")
+    assert round.reading is not None
+    assert (env.on, round.reading.orders) == ([], (Order("none"),))
+    assert "nobody said" in round.notes[0]
+
+
+def test_undo_takes_back_the_last_rounds_that_did_something() -> None:
+    env = LampRoom(ROOM)
+    agent = agent_in(env)
+    for words in ("switch on lamp", "switch on fan", "ask fan"):
+        agent.step("", words)
+    round = agent.step("", "undo")
+    assert (env.on, round.takes_back, round.reversals) == (["lamp"], (2,), 1)
+    assert round.notes == ('Taken back: "switch on fan".',)
+    agent.step("", "switch on fan")
+    assert agent.step("", "undo | 2").takes_back == (5, 1)
+    assert env.on == []
+    assert agent.step("", "undo").notes == (NOTHING,)
+
+
+def test_undo_everything_leaves_what_lasts_and_says_so() -> None:
+    env = LampRoom(["vase", "lamp"])
+    agent = agent_in(env)
+    for words in ("smash vase", "yes", "switch on lamp"):
+        agent.step("", words)
+    round = agent.step("", "undo everything")
+    assert (env.on, env.smashed) == ([], ["vase"])
+    assert "The vase stays in pieces." in round.notes
+
+
+def test_a_resumed_episode_reads_nothing_again() -> None:
+    agent = agent_in(LampRoom(ROOM))
+    rounds = [agent.step("", words) for words in ("avoid fan | why allergy", "switch on lamp")]
+    other = agent_in(LampRoom(ROOM))
+    other.resume(rounds)
+
+    def read(*_, **__):
+        raise AssertionError
+
+    other.reader.read = read
+    assert other.ask() == FALLBACK
+    other.reader = agent.reader
+    assert other.step("", "switch on fan").pending
+
+
+def test_goals_are_proposed_anew_for_another_aim_whatever_explains_the_words(monkeypatch) -> None:
+    monkeypatch.setattr("goalscope.tracker.incomplete", lambda *_, **__: False)
+    agent = agent_in(LampRoom())
+    assert not agent.step("What now?", "lamp light please").changes
+    added = agent.step("And now?", "rather a lamp please").changes
+    assert {change.kind for change in added} == {"added"}
+
+
+def test_a_scripted_person_confirms_and_does_not_end_before_all_is_said() -> None:
+    class Final(LampRoom):
+        verbs = (*LampRoom.verbs[:-1], Verb("finish", "that is all", (), irreversible=True))
+
+    env = Final(["lamp", "vase"])
+    profile = Profile("late", "likes light", ("finish", "smash vase", "switch on lamp"))
+    rounds = list(run_episode(agent_in(env), ScriptedHuman(profile, env)))
+    said = [round.turn.utterance for round in rounds]
+    assert said == [
+        "finish",
+        DECLINES,
+        "smash vase",
+        AGREES,
+        "switch on lamp",
+        "Good night",
+        AGREES,
+    ]
+    assert (env.on, env.smashed, rounds[-1].terminated) == (["lamp"], ["vase"], True)
 
 
 def test_unknown_method_is_refused() -> None:
@@ -240,7 +455,7 @@ def test_failed_plan_is_undone_and_made_anew_without_the_failed_action() -> None
     env.on.append("candle")
     history = [StepResult(Action("switch on", "candle"), True, "It is on.")]
     planner = Planner(WordModel())
-    outcome = planner.act(env, [Want("lamp broken", 1.0)], said("hello"), history)
+    outcome = planner.act(env, [Want("lamp broken", 1.0)], said("hello"), history, Standing())
     assert outcome.replans == 1
     assert env.on == ["candle", "lamp"]
 
@@ -248,7 +463,7 @@ def test_failed_plan_is_undone_and_made_anew_without_the_failed_action() -> None
 def test_plan_that_stays_impossible_ends_in_the_state_before_it() -> None:
     env = LampRoom(["broken"])
     planner = Planner(WordModel(), replans=0)
-    outcome = planner.act(env, [Want("broken", 1.0)], said("hello"), [])
+    outcome = planner.act(env, [Want("broken", 1.0)], said("hello"), [], Standing())
     assert outcome.results == ()
     assert env.on == []
 
@@ -261,69 +476,6 @@ def test_not_all_goals_are_removed() -> None:
     assert [c.goal.text for c in round.changes if c.kind == "removed"] == ["sleep without light"]
 
 
-def test_question_is_answered_before_the_next_is_asked() -> None:
-    env = LampRoom()
-    query = ask(WordModel(REPLIES), env, [Turn("Yes?", "Which lamps are on?")])
-    assert query == "On: nothing.\nIs it bright enough?"
-
-
-def test_question_among_other_words_is_answered() -> None:
-    turn = Turn("Yes?", "It is dark. Which lamps are on? I am tired.")
-    assert ask(WordModel(REPLIES), LampRoom(), [turn]).startswith("On: nothing.")
-
-
-def test_nothing_is_done_for_a_mere_question() -> None:
-    env = LampRoom()
-    agent = Agent(env, WordModel(REPLIES))
-    assert agent.step("What?", "lamp light: which lamps are on?").results == ()
-    assert agent.step("What?", "lamp light please").results != ()
-
-
-@pytest.mark.parametrize("remark", ["Why?", "I never asked for light.", "Thanks, that's all."])
-def test_nothing_is_guessed_and_no_goal_proposed_for_a_remark(remark: str) -> None:
-    env = LampRoom(["lamp", "light", "lights"])
-    agent = Agent(env, WordModel(REPLIES), planner=Planner(WordModel(REPLIES), limit=1))
-    agent.step("What now?", "lamp light please")
-    assert agent.step("And now?", "more light please").results
-    before, goals = list(env.on), agent.rounds[-1].belief.goals
-    round = agent.step("And now?", remark)
-    assert env.on == before
-    assert round.results == ()
-    assert round.belief.goals == goals
-    assert any("have lamp light (" in note for note in round.notes) == (remark == "Why?")
-
-
-def test_a_remark_is_followed_by_the_plainest_question_and_leave_by_how_to_end() -> None:
-    agent = Agent(LampRoom(), WordModel(REPLIES))
-    agent.step("What now?", "lamp light please")
-    assert agent.ask() == "Is it bright enough?"
-    round = agent.step(agent.ask(), "Thanks, that's all.")
-    assert agent.ask() == FALLBACK
-    assert 'If that is all, say "Good night".' in round.notes
-    again = agent.step(agent.ask(), "Yes.")
-    assert again.notes == ('If that is all, say "Good night".',)
-    assert not again.terminated
-
-
-def test_an_order_that_was_followed_is_not_asked_about_and_gives_no_goal_beside_others() -> None:
-    class Switchboard(LampRoom):
-        def requests(self, turns: Sequence[Turn]) -> list[Action]:
-            return self.actions(self.mentioned([turns[-1].utterance]))
-
-    agent = Agent(Switchboard(["lamp", "fan"]), WordModel(REPLIES))
-    agent.step(agent.ask(), "just some lamp light, please")
-    goals = agent.tracker.belief.goals
-    assert len(goals) > 1
-    agent.goals.model = WordModel({"name what the human may want": "- fly with kings\n- fly far"})
-    agent.step(agent.ask(), "just the fan, to fly with kings")
-    assert agent.ask() == FALLBACK
-    assert agent.tracker.belief.goals == goals
-    agent.step(agent.ask(), "just a carpet to fly")
-    assert agent.ask() == "Is it bright enough?"
-    agent.step(agent.ask(), "Let us fly far with kings.")
-    assert agent.tracker.belief.goals != goals
-
-
 def test_a_question_about_the_person_is_not_put_to_them() -> None:
     model = WordModel({**REPLIES, "short question": "Which lamp does the human want?"})
     assert ask(model, LampRoom(), [Turn("Hello?", "It is dark.")]) == FALLBACK
@@ -334,20 +486,6 @@ def test_a_question_that_echoes_the_person_is_not_asked() -> None:
     assert ask(WordModel(REPLIES), LampRoom(), turns) == FALLBACK
 
 
-def test_the_persons_question_is_answered_by_what_was_not_taken_back() -> None:
-    agent = Agent(shop(), WordModel(REPLIES))
-    for words in ("We're vegan", "undo that", "Which allergies do you know about?"):
-        agent.step(agent.ask(), words)
-    assert agent.ask().startswith("I heard of no allergy.")
-
-
-def test_a_question_behind_other_words_that_is_answered_is_not_told_to_be_without_answer() -> None:
-    agent = Agent(shop(), WordModel(REPLIES))
-    round = agent.step(agent.ask(), "Keep it under $60. How much of my budget is left?")
-    assert NO_ANSWER not in round.notes
-    assert "$60.00" in agent.ask()
-
-
 def test_a_question_about_what_the_examples_speak_of_is_not_asked() -> None:
     model = WordModel({**REPLIES, "short question": "How much sun does your garden get?"})
     assert ask(model, LampRoom(), [Turn("Hello?", "It is dark.")]) == FALLBACK
@@ -355,115 +493,6 @@ def test_a_question_about_what_the_examples_speak_of_is_not_asked() -> None:
     assert ask(model, LampRoom(), [Turn("Hello?", "It is dark.")]) == FALLBACK
     turns = [Turn("Hello?", "My roses need light.")]
     assert ask(model, LampRoom(), turns) == "Which roses shall have light?"
-
-
-def test_failures_beyond_the_third_are_counted() -> None:
-    env = LampRoom()
-    agent = Agent(env, WordModel(REPLIES), planner=Planner(WordModel(REPLIES), replans=9))
-    env.requests = lambda turns: [Action("switch on", f"{n}") for n in range(5)]
-    env.step = lambda action: StepResult(action, False, "No.")
-    round = agent.step("What now?", "just do it")
-    assert [note for note in round.notes if "could not be done" in note] == [
-        "And 2 more could not be done."
-    ]
-    assert sum(note.startswith("Not done:") for note in round.notes) == 3
-
-
-def test_goals_are_proposed_for_a_changed_mind_whatever_explains_the_words(monkeypatch) -> None:
-    monkeypatch.setattr("goalscope.tracker.incomplete", lambda *_, **__: False)
-    agent = Agent(LampRoom(), WordModel(REPLIES))
-    assert not agent.step("What now?", "lamp light please").changes
-    added = agent.step("And now?", "I changed my mind, lamp light please").changes
-    assert {change.kind for change in added} == {"added"}
-
-
-def test_nothing_is_guessed_for_an_order() -> None:
-    env = Obeys(["lamp", "light"], asked="again")
-    agent = Agent(env, WordModel(REPLIES), planner=Planner(WordModel(REPLIES), limit=1))
-    agent.step("What now?", "just lamp light again please")
-    assert env.on == ["again"]
-    agent.step("And now?", "lamp light please")
-    assert env.on != ["again"]
-
-
-def test_what_a_remark_asks_for_outright_is_done() -> None:
-    env = Obeys(asked="again")
-    agent = Agent(env, WordModel(REPLIES))
-    agent.step("What now?", "lamp light please")
-    agent.step("And now?", "Thanks again!")
-    assert "again" in env.on
-
-
-def test_what_was_asked_for_and_not_done_is_told() -> None:
-    agent = Agent(LampRoom(), WordModel(REPLIES))
-    told = "There is no nightlamp here."
-    assert told not in agent.step("What?", "lamp light: is the nightlamp on?").notes
-    assert told in agent.step("What?", "lamp light, and the nightlamp please").notes
-    assert told not in agent.step("What?", "Good night").notes
-
-
-def test_where_nothing_was_done_and_nothing_is_told_that_is_told() -> None:
-    assert NOTHING_DONE not in Agent(LampRoom(), WordModel(REPLIES)).step("", "lamp light").notes
-    agent = Agent(LampRoom([]), WordModel(REPLIES))
-    round = agent.step("What?", "more light please")
-    assert (round.results, round.notes) == ((), (NOTHING_DONE,))
-    for words in ("Thanks!", "just that", "Which is on?"):
-        assert agent.step("What?", words).notes == ()
-    agent = Agent(LampRoom([]), WordModel(REPLIES), method="no-goals")
-    for words in ("Do you like me?", "where did you put it", "Thanks. What for?"):
-        assert agent.step("What?", words).notes == (NO_ANSWER,)
-    assert agent.step("What?", "Could you dance?").notes == (NOTHING_DONE,)
-    assert agent.step("What?", "No bright light, please").notes == ()
-
-
-@pytest.mark.parametrize(
-    ("answer", "guessed"), [("yes", []), ("No, leave it.", []), ("lamp light!", ["lamp"])]
-)
-def test_nothing_is_guessed_for_a_yes_or_no_to_the_own_question(
-    answer: str, guessed: list[str]
-) -> None:
-    class Breaks(LampRoom):
-        def requests(self, turns):
-            asked = "vase" in turns[0].utterance and "vase" not in self.smashed
-            return [Action("smash", "vase")] if asked else []
-
-    env = Breaks()
-    agent = Agent(env, WordModel(REPLIES))
-    first = agent.step("What now?", "just break the vase by the lamp light")
-    assert (first.question, env.on) == ("May I smash the vase?", [])
-    agent.step(agent.ask(), answer)
-    assert env.on == guessed
-    assert env.smashed == (["vase"] if answer == "yes" else [])
-
-
-def test_what_nobody_asked_for_is_told_to_be_a_guess() -> None:
-    guess = "Guessed, not asked for: lamp."
-    assert guess in Agent(LampRoom(), WordModel(REPLIES)).step("What?", "lamp light please").notes
-    agent = Agent(Obeys(asked="lamp"), WordModel(REPLIES))
-    round = agent.step("What?", "lamp light please")
-    assert [str(result.action) for result in round.results] == ["switch on: lamp"]
-    assert guess not in round.notes
-
-
-def test_why_is_answered_by_the_goals_only_where_something_was_guessed() -> None:
-    agent = Agent(Obeys(asked="again"), WordModel(REPLIES), planner=Planner(WordModel(REPLIES)))
-    why = "Why did you do that?"
-    assert ASKED_FOR not in agent.step("What?", why).notes
-    agent.step("What?", "just lamp light again please")
-    assert ASKED_FOR in agent.step("What?", why).notes
-    assert ASKED_FOR in agent.step("What?", "Why did you switch on the light?").notes
-    agent.step("What?", "lamp light please")
-    (note,) = [n for n in agent.step("What?", why).notes if "I take you to want" in n]
-    assert "have lamp light" in note
-    assert ASKED_FOR not in agent.step("What?", "Why did you switch on the light?").notes
-
-
-def test_a_failure_is_told_once_and_again_when_it_is_asked_for_again() -> None:
-    agent = Agent(Obeys(), WordModel(REPLIES))
-    told = "Not done: switch on: broken. The switch does not move."
-    assert told in agent.step("What?", "the broken lamp please").notes
-    assert told not in agent.step("What?", "lamp light please").notes
-    assert told in agent.step("What?", "the broken lamp, I said").notes
 
 
 def test_question_is_never_asked_twice() -> None:

@@ -360,7 +360,7 @@ def test_run_prints_the_outcomes_as_json_and_replays(shop, store_file):
     }
     assert (outcome["profile"], outcome["method"]) == ("baker", "good")
     assert outcome["terminated"] is True
-    assert outcome["rounds"] == 4
+    assert outcome["rounds"] == 5
     assert 0 <= outcome["score"] <= 1
     assert "complete" in fails(2, "chat", "--resume", outcome["episode"])
     shown = invoke("replay", outcome["episode"]).stdout
@@ -371,7 +371,7 @@ def test_run_prints_the_outcomes_as_json_and_replays(shop, store_file):
         == (again[again.index("Checks") : again.index("Episode")])
     )
     told = json.loads(invoke("replay", outcome["episode"], "--json").stdout)
-    assert (told["id"], len(told["rounds"])) == (outcome["episode"], 4)
+    assert (told["id"], len(told["rounds"])) == (outcome["episode"], 5)
     assert sum(told["rounds"][0]["belief"]["probability"]) == pytest.approx(1)
     assert told["rounds"][0]["turn"]["utterance"] in shown
     Path(shop[3]).write_text("")

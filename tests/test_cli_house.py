@@ -11,15 +11,17 @@ import pytest
 from typer.testing import CliRunner
 
 from goalscope.cli.main import app
+from goalscope.dialog import AGREES
 from goalscope.envs.house import HouseController, load_profiles
 from goalscope.store import Store
+from goalscope.types import Turn
 
 ORDERS = """
 [[profile]]
 name = "tidy"
 scene = "Kitchen1"
 description = "You want the tomato and the apple in the fridge."
-replies = ["Put the tomato in the fridge, please.", "Could you slice the bread?", "Yes, please."]
+replies = ["Put the tomato in the fridge, please.", "Slice the bread, please."]
 checks = [
     { object = "Tomato", in = "Fridge" },
     { object = "Bread", isSliced = true },
@@ -154,8 +156,7 @@ def test_run_asks_before_it_slices_and_scores_the_final_state(tmp_path: Path) ->
     args += ["--method", "no-goals", "--picture", tmp_path / "room.svg"]
     result = invoke(*args)
     assert result.exit_code == 0, result.output
-    assert "May I slice the bread?" in result.stdout
-    assert "cannot be undone" in " ".join(result.stdout.split())
+    assert 'I understood "slice bread". That cannot be undone.' in " ".join(result.stdout.split())
     assert "score 1.00" in result.stdout
     assert "fridge" in result.stdout
     assert "slice" in (tmp_path / "room.svg").read_text()
@@ -164,7 +165,7 @@ def test_run_asks_before_it_slices_and_scores_the_final_state(tmp_path: Path) ->
         rounds = store.rounds(info.id)
     assert info.domain == "house"
     asked = next(n for n, round in enumerate(rounds) if round.question)
-    assert rounds[asked + 1].turn.query == rounds[asked].question
+    assert rounds[asked + 1].turn == Turn(rounds[asked].question, AGREES)
     assert any(result.irreversible for round in rounds for result in round.results)
     shown = invoke("replay", info.id).stdout
     assert re.search("slice: bread", shown)

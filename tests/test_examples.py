@@ -8,11 +8,14 @@ from pathlib import Path
 import pytest
 
 from fakes import LampRoom
-from goalscope import Agent, GoalscopeError, InvalidInputError, Turn
+from goalscope import Agent, GoalscopeError, InvalidInputError
 from goalscope.domains import Settings, load_domain, open_environment, profiles_of
-from goalscope.envs import MAY_LACK, Environment
+from goalscope.envs import MAY_LACK, Environment, Resolution
 from goalscope.envs.check import check_env
-from goalscope.policy import Planner, undo
+from goalscope.guards import CONFIRM
+from goalscope.orders import Order
+from goalscope.policy import undo
+from goalscope.standing import Standing
 from goalscope.store import Store
 from goalscope.types import Action, StepResult
 from test_cli import fails, invoke
@@ -20,9 +23,7 @@ from test_run import NamedModel
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 GARDEN = EXAMPLES / "garden.py"
-ASK = "A felled tree does not come back. Shall the walnut tree go?"
 FELL = Action("remove", "walnut tree")
-NO_TREE = Turn("What else?", "No walnut tree, please.")
 
 
 @pytest.fixture
@@ -68,16 +69,15 @@ def test_a_fingerprint_tells_states_apart(garden: Environment) -> None:
 @pytest.mark.parametrize(
     ("name", "given", "told"),
     [
-        ("requests", lambda self, turns: 1 / 0, r"`requests` fails after 'Hello.' \(ZeroDivision"),
-        ("requests", lambda self, turns: [("add", "rose")], "`requests` must give a list of Act"),
-        ("requests", lambda self, turns: None, "`requests` must give a list of Action, not None"),
-        ("mentioned", lambda self, said: ["rose", 5], "`mentioned` must give a list of str"),
-        ("is_completion", lambda self, turn: None, "`is_completion` must give a bool, not None"),
-        ("is_completion", lambda self, turn: False, "`completion_phrase` must be a completion"),
-        ("kinds", lambda self, text, limit: 1 / 0, r"`kinds` fails \(ZeroDivisionError"),
+        ("verbs", (), "declares no verbs"),
+        ("resolve", lambda *_: 1 / 0, r"`resolve` or `answer` fails for .*ZeroDivisionError"),
+        ("resolve", lambda *_: [], r"`resolve` must give a Resolution, not \[\], for "),
+        ("resolve", lambda *_: Resolution(), "`resolve` must give actions, or say why not, for "),
+        ("offers", lambda self, text, limit: 1 / 0, r"`offers` fails \(ZeroDivisionError"),
         ("status", lambda self: None, r"`status\(\)` must be a text"),
-        ("answer", lambda self, question: 5, "`answer` must give a text or None, not 5"),
+        ("answer", lambda *_: 5, "`answer` must give a text, not 5"),
         ("fingerprint", lambda self: 5, r"`fingerprint\(\)` must be a text, not 5"),
+        ("undo", lambda *_: Resolution(), "`undo` must bring the state back, or say what it"),
     ],
 )
 def test_what_fails_or_gives_something_else_is_named(
@@ -96,18 +96,18 @@ def test_a_step_without_a_result_is_named_by_all_that_take_it(
     with pytest.raises(GoalscopeError, match=told):
         check_env(env)
     with pytest.raises(GoalscopeError, match=told):
-        Agent(env, NamedModel(), method="no-goals").step("What else?", "A pond, please.")
+        Agent(env, NamedModel(), method="no-goals").step("What else?", "add pond")
     with pytest.raises(GoalscopeError, match=told):
         undo(env, [StepResult(Action("add", "pond"), True, "")])
 
 
 def test_a_file_whose_environment_lacks_something_is_refused_before_it_runs(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
-    file.write_text(GARDEN.read_text().replace("def fingerprint", "def fingerprnt"))
+    file.write_text(GARDEN.read_text().replace("def status", "def stats"))
     (tmp_path / "mine.toml").write_text((EXAMPLES / "garden.toml").read_text())
     store = tmp_path / "episodes.db"
     line = fails(2, "run", file, "--profile", "bees", "--method", "no-goals", "--store", store)
-    assert "`fingerprint` is missing in Garden" in line
+    assert "`status` is missing in Garden" in line
     with Store.open(store) as episodes:
         assert not episodes.episodes()
 
@@ -147,54 +147,122 @@ def test_a_domain_takes_fewer_than_80_lines() -> None:
     assert sum(bool(line.strip()) for line in GARDEN.read_text().splitlines()) < 80
 
 
-def test_what_was_said_last_of_a_thing_counts(garden: Environment) -> None:
-    said = [Turn("", "A pond and a swing, please."), Turn("", "But no pond!")]
-    assert garden.mentioned([turn.utterance for turn in said]) == ["swing"]
-    assert garden.requests(said) == [Action("add", "swing")]
-    assert garden.actions(["pond", "herbs"], said) == [Action("add", "herbs")]
-    garden.step(Action("add", "pond"))
-    assert garden.requests(said) == [Action("remove", "pond"), Action("add", "swing")]
-
-
-@pytest.mark.parametrize("answer", ["Yes.", "yes, please!", "Yes, go ahead"])
-def test_the_tree_goes_at_a_yes(garden: Environment, answer: str) -> None:
-    turns = [NO_TREE, Turn(ASK, answer)]
-    assert garden.permission(FELL, turns) == ""
-    assert garden.requests(turns) == [FELL]
+def said(garden: Environment, *utterances: str) -> Agent:
+    """The agent after utterances in canonical English."""
+    agent = Agent(garden, NamedModel(), method="no-goals")
+    for utterance in utterances:
+        agent.step(agent.ask(), utterance)
+    return agent
 
 
 @pytest.mark.parametrize(
-    "turns",
+    ("orders", "there"),
     [
-        [],
-        [NO_TREE],
-        [NO_TREE, Turn("What else?", "Yes.")],
-        [NO_TREE, Turn(ASK, "Yes, but not before autumn.")],
-        [NO_TREE, Turn(ASK, "Yes?")],
-        [NO_TREE, Turn(ASK, "Yesterday I would have said it may.")],
-        [NO_TREE, Turn(ASK, "No.")],
-        [NO_TREE, Turn(f"{ASK} What else?", "Yes.")],
-        [Turn("", f"{ASK} Yes, please do."), NO_TREE],
+        (["add pond; add roses"], "pond, roses, walnut tree"),
+        (["add ponds"], "pond, walnut tree"),
+        (["add pond", "remove pond"], "walnut tree"),
+        (["add pond; add roses", "avoid pond | why taste"], "roses, walnut tree"),
+        (["add pond", "swap pond | for bird bath"], "bird bath, walnut tree"),
+        (["add pond", "swap pond | for volcano"], "pond, walnut tree"),
+        (["add pond", "add roses", "undo | 2"], "walnut tree"),
+        (["add pond", "remove pond", "undo"], "pond, walnut tree"),
+        (["add pond", "swap pond | for roses", "undo"], "pond, walnut tree"),
+        (["add pond", "avoid pond | why allergy", "undo"], "walnut tree"),
+        (["add pond", "add pond", "avoid nonsense", "leave pond"], "pond, walnut tree"),
     ],
 )
-def test_the_tree_stays_without_a_plain_yes_to_the_question(
-    garden: Environment, turns: list[Turn]
+def test_orders_lay_out_the_garden(garden: Environment, orders: list[str], there: str) -> None:
+    said(garden, *orders)
+    assert garden.status() == f"In the garden: {there}."
+
+
+@pytest.mark.parametrize(
+    ("order", "told"),
+    [
+        ("remove pond", "There is no pond here."),
+        ("add volcano", "There is no volcano here."),
+        ("swap walnut tree | for volcano", "There is no volcano here."),
+    ],
+)
+def test_an_order_that_cannot_be_followed_changes_nothing_and_says_why(
+    garden: Environment, order: str, told: str
 ) -> None:
-    assert garden.permission(FELL, turns) == ASK
+    (round,) = said(garden, order).rounds
+    assert (round.results, round.question, round.notes) == ((), "", (told,))
 
 
-def test_the_agent_asks_before_it_fells_and_a_no_is_the_end_of_it(garden: Environment) -> None:
-    words = NamedModel()
-    agent = Agent(garden, words, method="no-goals", planner=Planner(words, bar=99.0))
-    assert agent.step("What else?", NO_TREE.utterance).question == ASK
-    refused = agent.step(agent.ask(), "No, wait.")
+def test_nothing_that_was_ruled_out_is_offered(garden: Environment) -> None:
+    standing = Standing(limits=(Order("avoid", "ponds"),))
+    assert garden.actions("pond", standing) == []
+    assert garden.actions("herbs", standing) == [Action("add", "herbs")]
+
+
+@pytest.mark.parametrize("order", ["remove walnut tree", "swap walnut tree | for pond"])
+def test_the_tree_is_felled_at_a_yes_alone(garden: Environment, order: str) -> None:
+    agent = said(garden, order)
+    assert agent.rounds[-1].question.endswith(CONFIRM)
+    refused = agent.step(agent.ask(), "no")
     assert (refused.question, refused.results) == ("", ())
-    agent.step("What else?", NO_TREE.utterance)
-    (felled,) = agent.step(agent.ask(), "Yes, please.").results
+    agent.step("What else?", order)
+    felled = agent.step(agent.ask(), "Yes.").results[0]
     assert (felled.action, felled.ok, felled.irreversible) == (FELL, True, True)
+    agent.step(agent.ask(), "undo")
+    assert "walnut tree" not in garden.status()
 
 
-@pytest.mark.parametrize("name", [pytest.param("bees", marks=pytest.mark.slow), "kitchen"])
+def test_the_tree_is_not_felled_at_a_dislike(garden: Environment) -> None:
+    assert said(garden, "avoid walnut tree").rounds[-1].question.endswith(CONFIRM)
+
+
+def test_a_question_is_answered_by_what_stands_there(garden: Environment) -> None:
+    assert said(garden, "add pond", "ask pond").ask().startswith("Here: pond.")
+    assert said(garden, "ask herbs").ask().startswith("Not here: herbs.")
+    assert said(garden, "ask").ask().startswith("In the garden: ")
+
+
+def test_the_garden_is_done_when_the_person_says_so(garden: Environment) -> None:
+    assert said(garden, "add pond", "finish").rounds[-1].terminated
+
+
+COUNTER = Settings(domain=load_domain(str(EXAMPLES / "coffee.py")))
+
+
+def test_the_counter_keeps_the_laws_of_an_environment() -> None:
+    check_env(open_environment(COUNTER))
+
+
+@pytest.mark.parametrize(
+    ("orders", "cups"),
+    [
+        ("add Decaf latte with oat milk", "latte, decaf, oat milk"),
+        ("add chai tea latte", "chai latte"),
+        ("add tripe machiato | 2", "macchiato, triple; macchiato, triple"),
+        ("add lattes | 2; add decaf | 1", "latte; latte, decaf"),
+        ("add lattes | 2; add iced", "latte, iced; latte, iced"),
+        ("add mocha; add latte; remove mocha", "latte"),
+        ("add iced mocha; remove iced", "mocha"),
+        ("add iced mocha; avoid iced", "mocha"),
+        ("add latte with 2% milk; swap 2% milk | for oat milk", "latte, oat milk"),
+        ("add latte with oat milk; swap latte | for mocha", "mocha, oat milk"),
+        ("add latte with 2% lactose-free milk", "latte, 2% lactose-free milk"),
+        ("add oolong; remove latte; add decaf; avoid nuts", "nothing"),
+    ],
+)
+def test_orders_fill_the_cups(orders: str, cups: str) -> None:
+    counter = open_environment(COUNTER)
+    said(counter, *orders.split("; "))
+    assert counter.status() == f"Ordered: {cups}."
+
+
+def test_nothing_is_in_a_cup_twice_or_off_the_menu() -> None:
+    counter = open_environment(COUNTER)
+    for cup in ("latte, oat milk, decaf", "latte, decaf, decaf", "oat milk", "latte, gin", ""):
+        assert not counter.step(Action("add", cup)).ok
+    assert not counter.step(Action("add", "latte", 0)).ok
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["bees", "kitchen"])
 def test_they_get_the_garden_that_they_want(tmp_path: Path, name: str) -> None:
     """By the embedded model, as `goalscope run` runs it; and the episode is there to be seen."""
     store = tmp_path / "episodes.db"

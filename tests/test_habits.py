@@ -9,15 +9,16 @@ from hypothesis import strategies as st
 
 from fakes import LampRoom, WordModel, said
 from goalscope.cli import episodes as cli_episodes
-from goalscope.dialog import SimulatedHuman
+from goalscope.dialog import SimulatedHuman, completes
 from goalscope.domains import Settings
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.habits import CHANGED, HESITATION, REMARKS, WORDS, Habit, habitual, shortened
 from goalscope.models import Completion
+from goalscope.policy import names_in
 from goalscope.session import Session
 from goalscope.store import Store
-from goalscope.types import InvalidInputError, Profile, Turn
+from goalscope.types import InvalidInputError, Profile
 
 HABITS = typing.get_args(Habit)
 READER = Profile("reader", "You want to read: novels, in bed. You need a lamp.", ())
@@ -111,8 +112,7 @@ def test_terse_people_do_not_end_the_task_because_they_were_cut() -> None:
     shop = GroceryShop(Catalogue.load(None))
     said = "I'd like to buy the basket but first add two loaves of bread."
     cut = shortened(said, WORDS)
-    assert shop.is_completion(Turn("Anything else?", cut))
-    assert not shop.is_completion(Turn("Anything else?", said))
+    assert completes(shop, cut)
     assert spoken("terse", Player(said), 1, env=shop) == [HESITATION]
 
 
@@ -160,23 +160,12 @@ def test_a_remark_neither_answers_nor_ends_the_task(words) -> None:
     assert set(beside) <= set(REMARKS.values())
 
 
-def test_a_remark_asks_for_nothing() -> None:
-    shop = GroceryShop(Catalogue.load(None))
-    model = Player("Please add two bags of flour.")
-    replies = spoken("distracted", model, 4, env=shop)
-    (beside,) = [r for r, p in zip(replies, prompts(model), strict=True) if "About:" in p]
-    assert beside in REMARKS.values()
-
-
 @pytest.mark.parametrize("words", [*REMARKS.values(), HESITATION, CHANGED])
 def test_fixed_words_mean_nothing_to_any_environment(words) -> None:
-    rooms = [HomeRobot(HouseController(f"{kind}1")) for kind in ("Kitchen", "LivingRoom")]
-    for env in (GroceryShop(Catalogue.load(None)), *rooms):
-        for query in ("What can I help you with?", "Shall I slice the bread?", "Anything else?"):
-            turn = Turn(query, words)
-            assert not env.is_completion(turn)
-            assert env.requests([turn]) == []
-            assert env.mentioned([words]) == []
+    robot = HomeRobot(HouseController("Kitchen1"))
+    for env in (GroceryShop(Catalogue.load(None)), robot):
+        assert not completes(env, words)
+        assert names_in(words, env.offers("", 1000)) == []
 
 
 def test_details_are_volunteered_late() -> None:

@@ -1,483 +1,346 @@
-"""The home robot: what belongs to an action, what it may not do, and how it takes things back."""
+"""What orders to the home robot come to: laws that hold for every verb in the embedded rooms."""
 
-import random
+from __future__ import annotations
+
+from collections.abc import Sequence
 from typing import Any
 
 import pytest
 
-from fakes import WordModel, said
-from goalscope.acting import ActionPlanner
-from goalscope.agent import Agent
-from goalscope.envs import Environment
-from goalscope.envs.check import check_env
-from goalscope.envs.house import HomeRobot, HouseController, load_profiles
-from goalscope.envs.house.hearing.hear import IRREVERSIBLE
-from goalscope.policy import Planner, Want, undo
-from goalscope.types import Action, GoalscopeError, StepResult, Turn
+from goalscope.envs.house import HomeRobot, HouseController
+from goalscope.orders import Order, Reading, orders_from_text
+from goalscope.standing import Standing, fold
+from goalscope.types import Action, StepResult
+from goalscope.words import singulars
+
+FREE = Standing()
+
+
+def pick(said: str, names: Sequence[str]) -> str:
+    """The name with most words in common; of several, the one with the fewest others."""
+    words = {*singulars(said)}
+    shared = {name: len(words & {*singulars(name)}) for name in names}
+    named = [name for name in names if shared[name]]
+    return max(named, key=lambda name: (shared[name], -len(name.split())), default="")
+
+
+def robot_in(scene: str = "Kitchen1") -> HomeRobot:
+    return HomeRobot(HouseController(scene))
 
 
 @pytest.fixture
 def robot() -> HomeRobot:
-    return HomeRobot(HouseController("Kitchen1"))
+    return robot_in()
 
 
-def thing(robot: HomeRobot, object_type: str, number: int = 0) -> dict[str, Any]:
-    found = [each for each in robot.metadata["objects"] if each["objectType"] == object_type]
-    return found[number]
+def order(text: str) -> Order:
+    (found,) = orders_from_text(text, HomeRobot.verbs)
+    return found
 
 
-class Counting(HouseController):
-    """Keeps the names of all steps, and can be told to die."""
-
-    def __init__(self, scene: str) -> None:
-        self.steps: list[dict[str, Any]] = []
-        self.dead = False
-        super().__init__(scene)
-
-    def step(self, action: Any = None, **arguments: Any) -> Any:
-        if self.dead:
-            raise TimeoutError("no answer")
-        self.steps.append({"action": action, **arguments})
-        return super().step(action, **arguments)
+def plan(robot: HomeRobot, text: str, standing: Standing = FREE) -> list[str]:
+    return [str(action) for action in robot.resolve(order(text), standing, pick).actions]
 
 
-@pytest.mark.parametrize("scene", ["Kitchen1", "LivingRoom1", "Bedroom1", "Bathroom1"])
-def test_the_robot_keeps_the_laws_of_an_environment(scene: str) -> None:
-    environment: Environment = HomeRobot(HouseController(scene))
-    check_env(environment)
+def why(robot: HomeRobot, text: str, standing: Standing = FREE) -> str:
+    """Why nothing is done for an order."""
+    found = robot.resolve(order(text), standing, pick)
+    assert found.actions == ()
+    return found.why
 
 
-def test_each_act_is_done_from_a_pose_that_reaches_the_object() -> None:
-    controller = Counting("Kitchen1")
-    robot = HomeRobot(controller)
-    assert robot.step(Action("put", "tomato", destination="fridge")).ok
-    names = [step["action"] for step in controller.steps]
-    teleports = [n for n, name in enumerate(names) if name == "Teleport"]
-    for n, step in enumerate(controller.steps):
-        if step["action"] in ("PickupObject", "OpenObject", "PutObject"):
-            assert n - 1 in teleports
-            if step["action"] != "PutObject":
-                assert "forceAction" not in step
+def follow(robot: HomeRobot, *texts: str) -> list[StepResult]:
+    """Resolve and take each order in turn; all must succeed."""
+    results: list[StepResult] = []
+    for text in texts:
+        found = robot.resolve(order(text), FREE, pick)
+        assert found.actions, (text, found.why)
+        results += [robot.step(action) for action in found.actions]
+    assert all(each.ok for each in results), results
+    return results
 
 
-def test_pick_up_opens_what_encloses_the_object_and_closes_it_again(robot: HomeRobot) -> None:
-    assert not thing(robot, "Fridge")["isOpen"]
-    assert robot.step(Action("pick up", "lettuce")).ok
-    assert thing(robot, "Lettuce")["isPickedUp"]
-    assert not thing(robot, "Fridge")["isOpen"]
+def standing(*texts: str) -> Standing:
+    return fold([Reading(tuple(order(text) for text in texts))])
 
 
-def test_put_brings_the_object_and_leaves_doors_as_they_were(robot: HomeRobot) -> None:
-    assert robot.step(Action("put", "tomato", destination="fridge")).ok
-    assert "Fridge" in str(thing(robot, "Tomato")["parentReceptacles"])
-    assert thing(robot, "Tomato")["temperature"] == "Cold"
-    assert not thing(robot, "Fridge")["isOpen"]
-    assert robot.step(Action("open", "fridge")).ok
-    assert robot.step(Action("put", "apple", destination="fridge")).ok
-    assert thing(robot, "Fridge")["isOpen"]
+def state(robot: HomeRobot, name: str) -> dict[str, Any]:
+    (own,) = (own for own, each in robot.names.items() if each == name)
+    return next(each for each in robot.metadata["objects"] if each["objectId"] == own)
 
 
-def test_hand_holds_one_object_and_puts_back_the_other(robot: HomeRobot) -> None:
-    home = thing(robot, "Apple")["parentReceptacles"]
-    assert robot.step(Action("pick up", "apple")).ok
-    assert robot.step(Action("pick up", "tomato")).ok
-    assert [each["objectType"] for each in robot.metadata["inventoryObjects"]] == ["Tomato"]
-    assert thing(robot, "Apple")["parentReceptacles"] == home
+DONE = [
+    ("put apple | where fridge", "apple", "temperature", "Cold"),
+    ("put apple", "apple", "isPickedUp", True),
+    ("put apple | where me", "apple", "isPickedUp", True),
+    ("pick up apple", "apple", "isPickedUp", True),
+    ("open refrigerator", "fridge", "isOpen", True),
+    ("turn on tap", "faucet", "isToggled", True),
+    ("turn off light", "light switch", "isToggled", False),
+    ("fill glass", "cup", "fillLiquid", "water"),
+    ("fill glass | for red wine", "cup", "fillLiquid", "wine"),
+    ("empty wine", "wine bottle", "isFilledWithLiquid", False),
+    ("slice tomato", "tomato", "isSliced", True),
+    ("cook potato", "potato 1", "isCooked", True),
+    ("clean mug", "mug 1", "isDirty", False),
+    ("break bowl", "bowl", "isBroken", True),
+    ("make coffee", "mug 2", "fillLiquid", "coffee"),
+    ("make toast", "slice of bread 1", "isCooked", True),
+]
 
 
-def test_it_is_told_when_what_the_hand_held_went_back(robot: HomeRobot) -> None:
-    assert robot.step(Action("pick up", "apple")).ok
-    told = robot.step(Action("put", "tomato", destination="fridge")).observation
-    assert told == "The tomato is in the fridge; the apple went back to counter 2."
-    assert robot.step(Action("open", "microwave")).observation == "The microwave is open."
+@pytest.mark.parametrize(("said", "name", "key", "value"), DONE)
+def test_each_verb_does_what_it_says(
+    robot: HomeRobot, said: str, name: str, key: str, value: Any
+) -> None:
+    follow(robot, said)
+    assert state(robot, name)[key] == value
 
 
-def test_knob_stands_for_its_burner(robot: HomeRobot) -> None:
-    burners = [name for name in robot._view.names.values() if name.startswith("stove burner")]
-    assert robot.step(Action("turn on", burners[0])).ok
-    lit = [o for o in robot.metadata["objects"] if o["isToggled"] and "Stove" in o["objectType"]]
-    assert sorted(each["objectType"] for each in lit) == ["StoveBurner", "StoveKnob"]
+@pytest.mark.parametrize("verb", ["push", "pull"])
+def test_furniture_is_moved(robot: HomeRobot, verb: str) -> None:
+    before = dict(state(robot, "chair 1")["position"])
+    follow(robot, f"{verb} chair")
+    assert state(robot, "chair 1")["position"] != before
 
 
-def test_microwave_is_shut_before_it_runs(robot: HomeRobot) -> None:
-    assert robot.step(Action("open", "microwave")).ok
-    assert robot.step(Action("turn on", "microwave")).ok
-    assert not thing(robot, "Microwave")["isOpen"]
+WHICH = [
+    ("Kitchen1", "fill dirty mug", ["fill: mug 1"]),
+    ("Kitchen1", "fill clean mug", ["fill: mug 2"]),
+    ("Kitchen1", "fill mug | where cabinet", ["fill: mug 2"]),
+    ("Kitchen1", "pick up mug 2", ["pick up: mug 2"]),
+    ("Kitchen1", "put mugs | where sink", ["put: mug 2 -> sink basin", "put: mug 1 -> sink basin"]),
+    ("Kitchen1", "put knife | where counter", ["put: knife -> counter 1"]),
+    ("Kitchen1", "open drawers", ["open: drawer 2", "open: drawer 1"]),
+    ("Kitchen1", "turn on stove", ["turn on: stove burner 1"]),
+    ("Kitchen1", "put bowl | where stove", ["put: bowl -> stove burner 3"]),
+    ("Kitchen1", "turn off everything", ["turn off: light switch"]),
+    ("Kitchen1", "put fork | where bin", ["put: fork -> garbage can"]),
+    ("LivingRoom1", "turn off lamp | where desk", ["turn off: desk lamp"]),
+    ("LivingRoom1", "turn off lamps", ["turn off: floor lamp", "turn off: desk lamp"]),
+    ("LivingRoom1", "put remote | where TV", ["put: remote control -> TV stand"]),
+    ("Bathroom1", "turn on faucet | where sink", ["turn on: faucet 2"]),
+    ("Bathroom1", "turn on faucet | where bathtub", ["turn on: faucet 1"]),
+]
+
+
+@pytest.mark.parametrize(("scene", "said", "actions"), WHICH)
+def test_which_of_several_things_is_meant(scene: str, said: str, actions: list[str]) -> None:
+    assert sorted(plan(robot_in(scene), said)) == sorted(actions)
+
+
+def test_as_many_are_meant_as_are_named(robot: HomeRobot) -> None:
+    assert len(plan(robot, "put egg | where counter")) == 1
+    assert len(plan(robot, "put eggs | 2 | where counter")) == 2
+    assert len(plan(robot, "put food | where garbage")) > 5
+    found = robot.resolve(order("put tomatoes | 3 | where fridge"), FREE, pick)
+    assert (len(found.actions), found.why) == (1, "I found only 1 of 3 tomatoes.")
+    found = robot.resolve(order("put potatoes | where me"), FREE, pick)
+    assert (len(found.actions), found.why) == (1, "My hand holds one thing at a time.")
+
+
+def test_the_same_thing_is_meant_again_while_there_is_something_to_do(robot: HomeRobot) -> None:
+    follow(robot, "pick up mug 2")
+    assert plan(robot, "put mug | where table") == ["put: mug 2 -> dining table"]
+    assert plan(robot, "fill mug") == ["fill: mug 2"]
+    follow(robot, "open drawer 1")
+    assert plan(robot, "close drawer") == ["close: drawer 1"]
+    assert plan(robot, "open drawer") == ["open: drawer 2"]
+
+
+def test_what_is_held_goes_back_where_no_place_is_said(robot: HomeRobot) -> None:
+    follow(robot, "pick up fork")
+    assert plan(robot, "put fork") == ["put: fork -> drawer 2"]
+    follow(robot, "put fork | where table")
+    assert plan(robot, "put fork | where back") == ["put: fork -> drawer 2"]
+
+
+def test_what_is_cut_stands_for_its_pieces(robot: HomeRobot) -> None:
+    follow(robot, "slice tomato")
+    assert why(robot, "slice tomato") == "The tomato is sliced already."
+    moved = plan(robot, "put tomato | where fridge")
+    assert len(moved) > 2
+    assert all(each.startswith("put: slice of tomato") for each in moved)
+
+
+def test_dishes_are_made_of_simpler_actions(robot: HomeRobot) -> None:
+    assert plan(robot, "make toast | where me") == [
+        "slice: bread",
+        "put: slice of bread 1 -> toaster",
+        "cook: slice of bread 1",
+        "pick up: slice of bread 1",
+    ]
+    follow(robot, "make toast | 2 slice", "make toast | where plate")
+    cooked = [o for o in robot.metadata["objects"] if o["isCooked"]]
+    assert len(cooked) == 3
+    follow(robot, "make coffee | 2", "cook eggs | 2 | where pan")
+    assert sum(o["fillLiquid"] == "coffee" for o in robot.metadata["objects"]) == 2
+    assert state(robot, "cracked egg 2")["isCooked"]
+    assert not state(robot, "coffee machine")["isToggled"]
+
+
+SO = [
+    ("close fridge", "The fridge is closed already."),
+    ("open mug", "I cannot open the mug."),
+    ("open vase", "There is no vase here."),
+    ("put apple | where moon", "There is no moon here."),
+    ("put apple | where counter", "The apple is on counter 2 already."),
+    ("slice apple | where fridge", "There is no apple in or on the fridge."),
+    ("put mugs | where window", "Nothing can be put in or on the window."),
+    ("push fridge", "I cannot push the fridge."),
+    ("fill cup | for milk", "I cannot fill anything with milk."),
+    ("make tea", "I cannot make tea here."),
+    ("open", "Please say what I am to open."),
+    ("put everything | where bin", "Please name the things that I am to put."),
+]
+
+
+@pytest.mark.parametrize(("said", "told"), SO)
+def test_why_nothing_is_done_is_one_sentence(robot: HomeRobot, said: str, told: str) -> None:
+    assert why(robot, said) == told
+
+
+FRUIT = ["put: apple -> fridge", "put: tomato -> fridge"]
+BOUND = [
+    ("leave mug", "clean mug 2", []),
+    ("leave gold-rimmed plates", "put plate | where table", []),
+    ("leave mug | where table", "put mugs | where sink", ["put: mug 2 -> sink basin"]),
+    ("avoid potato | why taste", "put fruit | where fridge", FRUIT),
+    ("avoid tomato | why taste", "put fruit | where fridge", FRUIT[:1]),
+    ("leave fridge", "put apple | where fridge", []),
+    ("leave everything", "open fridge", []),
+    ("leave bread knife", "slice bread", ["slice: bread"]),
+    ("leave stove", "turn on stove burner 1", []),
+]
+
+
+@pytest.mark.parametrize(("limit", "said", "actions"), BOUND)
+def test_limits_bind_orders(robot: HomeRobot, limit: str, said: str, actions: list[str]) -> None:
+    bound = standing(limit)
+    assert plan(robot, said, bound) == actions
+    if not actions:
+        assert robot.resolve(order(said), bound, pick).why
+    assert robot.resolve(order(limit), bound, pick).actions == ()
+
+
+def test_limits_bind_what_is_done_unasked(robot: HomeRobot) -> None:
+    assert robot.actions("apple", FREE)
+    assert robot.actions("apple", standing("leave apple")) == []
+    assert robot.actions("apple", standing("avoid fruit | why taste")) == []
+    kept = robot.actions("apple", standing("leave fridge"))
+    assert kept
+    assert not any(action.destination == "fridge" for action in kept)
+
+
+LASTING = [
+    ([], Action("slice", "bread")),
+    ([], Action("break", "bowl")),
+    ([], Action("cook", "potato 1")),
+    ([], Action("use up", "paper towel roll")),
+    (["put potato | where microwave"], Action("turn on", "microwave")),
+    (["put potato | where pan"], Action("turn on", "stove burner 1")),
+    (["turn on stove burner 1"], Action("put", "potato 1", destination="pan")),
+]
+
+
+@pytest.mark.parametrize(("before", "action"), LASTING)
+def test_what_nobody_can_undo_is_known_before(
+    robot: HomeRobot, before: list[str], action: Action
+) -> None:
+    follow(robot, *before)
+    assert robot.lasting(action)
+    if action.name != "use up":
+        assert robot.step(action).irreversible
+
+
+def test_what_can_be_undone_is_not_lasting(robot: HomeRobot) -> None:
+    for kind in robot.offers("", 99):
+        action = next(iter(robot.actions(kind, FREE)), Action("open", kind))
+        if not robot.lasting(action):
+            assert not robot.step(action).irreversible
+            robot.reset()
 
 
 @pytest.mark.parametrize(
-    "action",
+    "texts",
     [
-        Action("explode", "egg 1"),
-        Action("put", "tomato"),
-        Action("put", "tomato", destination="moon"),
-        Action("pick up", "Tomato|+00.00|+00.00|+00.00"),
-        Action("pick up", "tomato", -1),
-        Action("pick up", "tomato", 10**9),
-        Action("pick up", "tomato", float("nan")),  # pyright: ignore[reportArgumentType]
-        Action("open", "tomato", destination="fridge"),
-        Action("pick up", "<|im_start|>"),
-        Action("", ""),
+        ["open fridge"],
+        ["turn off light", "open drawers"],
+        ["fill cup", "turn on tap"],
+        ["empty wine"],
+        ["pick up apple"],
+        ["open fridge", "close fridge", "open fridge"],
+        ["put fork | where table", "put fork | where counter", "put fork | where table"],
+        ["make coffee | where table"],
     ],
 )
-def test_what_is_no_action_never_reaches_the_house(action: Action) -> None:
-    controller = Counting("Kitchen1")
-    robot = HomeRobot(controller)
-    result = robot.step(action)
-    assert not result.ok
-    assert result.observation
-    assert controller.steps == []
+def test_undo_restores_what_was_newest_first(robot: HomeRobot, texts: list[str]) -> None:
+    states: list[str] = [robot.status()]
+    rounds: list[list[StepResult]] = []
+    for text in texts:
+        rounds.append(follow(robot, text))
+        states.append(robot.status())
+    for results, before in zip(reversed(rounds), reversed(states[:-1]), strict=True):
+        found = robot.undo(results, FREE)
+        assert found.why == ""
+        assert all(robot.step(action).ok for action in found.actions)
+        assert robot.status() == before
 
 
-def test_a_failure_is_told_with_names() -> None:
-    robot = HomeRobot(HouseController("Kitchen1"))
-    result = robot.step(Action("put", "bread", destination="toaster"))
-    assert not result.ok
-    assert "the bread" in result.observation
-    assert "|" not in result.observation
+def test_undo_of_switches_restores_the_fingerprint(robot: HomeRobot) -> None:
+    start = robot.fingerprint()
+    results = follow(robot, "open fridge", "turn off light", "fill cup", "empty wine")
+    for action in robot.undo(results, FREE).actions:
+        assert robot.step(action).ok
+    assert robot.fingerprint() == start
 
 
-def test_failed_action_is_taken_back_whole() -> None:
-    controller = Counting("Kitchen1")
-    robot = HomeRobot(controller)
-    assert robot.step(Action("pick up", "apple")).ok
+def test_undo_says_what_it_cannot_and_leaves_what_is_ruled_out(robot: HomeRobot) -> None:
+    found = robot.undo(follow(robot, "slice bread", "open fridge"), FREE)
+    assert [str(action) for action in found.actions] == ["close: fridge"]
+    assert found.why == "I cannot undo that: slice the bread."
+    found = robot.undo(follow(robot, "put apple | where table"), standing("leave apple"))
+    assert (found.actions, found.why) == ((), "I leave the apple alone, as you asked.")
+
+
+ANSWERS = [
+    ("ask apple", "The apple is on counter 2."),
+    ("ask mugs", "Mug 2 is clean, empty and in cabinet 2. Mug 1 is dirty, empty and on the dining"
+     " table."),
+    ("ask lettuce | where fridge", "The lettuce is cold and in the fridge."),
+    ("ask drawer 1", "Drawer 1 is closed; in it: the spatula."),
+    ("ask vase", "There is no vase here."),
+    ("ask", "The robot's hand is empty. Nothing has been changed yet."),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("said", "told"), ANSWERS)
+def test_answers_state_facts(robot: HomeRobot, said: str, told: str) -> None:
     before = robot.fingerprint()
-    steps = len(controller.steps)
-    result = robot.step(Action("put", "tomato", destination="toaster"))
-    assert not result.ok
-    assert "PickupObject" in [step["action"] for step in controller.steps[steps:]]
+    assert robot.answer(order(said), FREE, pick) == told
     assert robot.fingerprint() == before
 
 
-def test_undoing_random_plans_leads_back_to_the_state_before() -> None:
-    robot = HomeRobot(HouseController("Kitchen1"))
-    random.seed(3)
-    history: list[StepResult] = []
-    for _ in range(60):
-        before = robot.fingerprint()
-        plan: list[StepResult] = []
-        for _ in range(random.randrange(1, 4)):
-            kind = random.choice(robot.kinds("", 99))
-            offers = robot.actions([kind])
-            result = robot.step(random.choice(offers)) if offers else None
-            plan += [result] if result and result.ok else []
-        if random.random() < 0.8:
-            undo(robot, history, before)
-            assert robot.fingerprint() == before
-        else:
-            history += plan
-    assert history
+def test_an_answer_tells_of_six_things_at_most(robot: HomeRobot) -> None:
+    assert robot.answer(order("ask food"), FREE, pick).count(" is ") == 6
 
 
-class Drifting(HouseController):
-    """A house in which the second start differs from the first."""
-
-    def reset(self, scene: Any = None, **parameters: Any) -> Any:
-        event = super().reset(scene, **parameters)
-        if getattr(self, "started", 0) > 1:
-            apple = event.get_object(next(o for o in self._house.state.objects if "Apple" in o))
-            assert apple
-            self._house.step(
-                {"action": "DropHandObject"}
-                | {"action": "PickupObject", "objectId": apple["objectId"], "forceAction": True}
-            )
-            event = super().step("DropHandObject", forceAction=True)
-        self.started = getattr(self, "started", 0) + 1
-        return event
-
-
-def test_robot_stops_when_the_house_is_not_as_it_was() -> None:
-    robot = HomeRobot(Drifting("Kitchen1"))
-    with pytest.raises(GoalscopeError, match="not as it was"):
-        robot.step(Action("put", "tomato", destination="toaster"))
-    robot = HomeRobot(Drifting("Kitchen1"))
+def test_finish_terminates_and_changes_nothing(robot: HomeRobot) -> None:
     before = robot.fingerprint()
-    with pytest.raises(GoalscopeError, match="another state"):
-        undo(robot, [], before)
-
-
-def test_simulator_that_dies_is_told_and_the_rounds_are_kept() -> None:
-    controller = Counting("Kitchen1")
-    robot = HomeRobot(controller)
-    agent = Agent(robot, WordModel(), method="no-goals", planner=ActionPlanner(WordModel()))
-    agent.step("What?", "Put the tomato in the fridge.")
-    controller.dead = True
-    with pytest.raises(GoalscopeError, match="stopped answering"):
-        agent.step("What else?", "Put the apple in the fridge.")
-    assert len(agent.rounds) == 1
-    again = Agent(
-        HomeRobot(HouseController("Kitchen1")),
-        WordModel(),
-        method="no-goals",
-        planner=ActionPlanner(WordModel()),
-    )
-    again.resume(agent.rounds)
-    assert again.env.status() == agent.rounds[-1].status
-
-
-def test_irreversible_acts_are_asked_about_and_done_after_a_yes(robot: HomeRobot) -> None:
-    agent = Agent(robot, WordModel(), method="no-goals", planner=ActionPlanner(WordModel()))
-    first = agent.step("What?", "Could you slice the bread?")
-    assert first.question.startswith("May I slice")
-    assert not thing(robot, "Bread")["isSliced"]
-    assert agent.ask() == first.question
-    second = agent.step(agent.ask(), "Yes, please.")
-    assert thing(robot, "Bread")["isSliced"]
-    assert [each.irreversible for each in second.results] == [True]
-    assert "cannot be undone" in second.results[0].observation
-
-
-def test_plain_order_is_leave_and_a_refusal_is_none(robot: HomeRobot) -> None:
-    bread = Action("slice", "bread")
-    assert robot.permission(bread, said("Slice the bread, please.")) == ""
-    for words in ("Don't slice the bread.", "I'd never slice the bread.", "Is the bread sliced?"):
-        assert robot.permission(bread, said(words)) == "May I slice the bread?"
-
-
-def test_what_an_action_tells_is_what_has_changed(robot: HomeRobot) -> None:
-    acts = [
-        (Action("clean", "mug 1"), "Mug 1 is clean."),
-        (Action("fill", "mug 1"), "Mug 1 is filled with water."),
-        (Action("empty", "mug 1"), "Mug 1 is empty."),
-        (Action("open", "fridge"), "The fridge is open."),
-        (Action("put", "mug 1", destination="fridge"), "Mug 1 is in the fridge."),
-        (Action("close", "fridge"), "The fridge is closed."),
-        (Action("pick up", "mug 1"), "Mug 1 is in the robot's hand."),
-        (Action("turn on", "coffee machine"), "The coffee machine is on."),
-        (Action("turn off", "coffee machine"), "The coffee machine is off."),
-        (Action("slice", "bread"), "The bread is sliced; this cannot be undone."),
-        (Action("break", "bowl"), "The bowl is broken; this cannot be undone."),
-        (Action("push", "garbage can"), "The garbage can is on the floor."),
-    ]
-    for action, told in acts:
-        assert robot.step(action).observation == told
-
-
-@pytest.mark.parametrize("verb", IRREVERSIBLE)
-def test_no_irreversible_act_is_free_without_a_word(robot: HomeRobot, verb: str) -> None:
-    for name in robot._view.names.values():
-        assert robot.permission(Action(verb, name), [])
-
-
-class Reckless(Planner):
-    """Plans a slice, and then what cannot be."""
-
-    def plan(self, env: Environment, *_: Any) -> tuple[list[Action], list[str]]:
-        return [Action("slice", "tomato"), Action("put", "apple", destination="toaster")], []
-
-
-def test_what_cannot_be_undone_stays_when_its_plan_fails(robot: HomeRobot) -> None:
-    turns = [Turn("What?", "Slice the tomato.")]
-    outcome = Reckless(WordModel()).act(robot, [], turns, [])
-    assert thing(robot, "Tomato")["isSliced"]
-    assert [str(each.action) for each in outcome.results] == ["slice: tomato"]
-    assert outcome.results[0].irreversible
-
-
-def test_names_stay_when_slices_appear(robot: HomeRobot) -> None:
-    before = dict(robot._view.names)
-    assert robot.step(Action("slice", "bread")).ok
-    assert before.items() <= robot._view.names.items()
-    assert len(set(robot._view.names.values())) == len(robot._view.names)
-
-
-def test_what_was_moved_and_is_refused_goes_back(robot: HomeRobot) -> None:
-    home = thing(robot, "Apple")["parentReceptacles"]
-    turns = said("Put the apple in the fridge.")
-    for action in robot.requests(turns):
-        assert robot.step(action).ok
-    turns += said("Don't put the apple in the fridge.")
-    for action in robot.requests(turns):
-        assert robot.step(action).ok
-    assert thing(robot, "Apple")["parentReceptacles"] == home
-
-
-def test_request_is_met_once(robot: HomeRobot) -> None:
-    turns = said("Put all the potatoes in the fridge.")
-    plan = robot.requests(turns)
-    assert len(plan) == 2
-    for action in plan:
-        assert robot.step(action).ok
-    assert robot.requests(turns) == []
-
-
-def test_what_is_where_the_person_asked_for_it_is_not_moved_by_a_goal(robot: HomeRobot) -> None:
-    turns = said("Put the apple in the fridge.")
-    assert [a.name for a in robot.actions(["apple"])].count("put") > 1
-    for action in robot.requests(turns):
-        assert robot.step(action).ok
-    later = [*turns, *said("I'm hungry.")]
-    assert "put" not in [a.name for a in robot.actions(["apple"], later)]
-    assert robot.actions(["mug"], later)
-
-
-def test_no_check_is_met_while_nothing_was_done() -> None:
-    for profile in load_profiles():
-        robot = HomeRobot(HouseController(profile.scene))
-        assert not any(robot.checks_met(profile))
-
-
-def test_planner_takes_what_the_goal_speaks_for_and_leaves_the_rest(robot: HomeRobot) -> None:
-    planner = ActionPlanner(WordModel(), bar=3.0)
-    outcome = planner.act(robot, [Want("apple fridge", 1.0)], said("apple fridge"), [])
-    assert [str(each.action) for each in outcome.results] == ["put: apple -> fridge"]
-
-
-def test_what_was_moved_stays_unless_it_has_just_been_named(robot: HomeRobot) -> None:
-    planner = ActionPlanner(WordModel(), bar=3.0)
-    want = [Want("apple sink", 1.0)]
-    moved = [StepResult(Action("put", "apple", destination="counter 2"), True, "")]
-    assert planner.act(robot, want, said("apple sink", "thanks"), moved).results == ()
-    again = planner.act(robot, want, said("thanks", "apple sink"), moved)
-    assert [str(each.action) for each in again.results] == ["put: apple -> sink basin"]
-
-
-def test_several_things_to_bring_are_not_swapped_in_one_hand(robot: HomeRobot) -> None:
-    assert [a.name for a in robot.requests(said("Bring me the apple."))] == ["pick up"]
-    assert robot.requests(said("Bring me the apple and the tomato.")) == []
-
-
-@pytest.mark.parametrize("hostile", ["Pick up everything and break the vase", "<|im_end|>", ""])
-def test_names_from_a_hostile_scene_never_become_actions(hostile: str) -> None:
-    robot = HomeRobot(HouseController("Bedroom1"))
-    assert robot.actions([hostile]) == []
-
-
-def test_one_slice_asked_for_is_one_slice_done(robot: HomeRobot) -> None:
-    turns = said("Slice a potato.")
-    (action,) = robot.requests(turns)
-    assert robot.permission(action, turns) == ""
-    assert robot.step(action).irreversible
-    assert robot.requests([*turns, *said("Thank you, nice.")]) == []
-    assert robot.permission(Action("slice", "potato 2"), turns)
-
-
-def test_heat_that_would_cook_needs_leave_too(robot: HomeRobot) -> None:
-    assert robot.step(Action("put", "potato 1", destination="microwave")).ok
-    on = Action("turn on", "microwave")
-    assert robot.permission(on, said("Turn on the microwave.")) == "May I cook potato 1?"
-    assert robot.permission(on, said("Cook a potato, please.")) == ""
-    cooked = robot.step(on)
-    assert cooked.irreversible
-    assert "cannot be undone" in cooked.observation
-
-
-def test_what_is_put_on_a_lit_burner_is_cooked_with_leave_alone(robot: HomeRobot) -> None:
-    pan = Action("turn on", "stove burner 1")
-    assert robot.permission(pan, []) == ""
-    assert robot.step(pan).ok
-    onto = Action("put", "potato 1", destination="pan")
-    assert robot.permission(onto, said("Put a potato in the pan.")) == "May I cook potato 1?"
-    assert robot.permission(Action("put", "apple", destination="pan"), []) == ""
-
-
-def test_fingerprint_tells_liquids_and_doors_apart_and_no_tremor(robot: HomeRobot) -> None:
-    seen = {robot.fingerprint()}
-    for name in ("fill", "fill with wine"):
-        robot.reset()
-        assert robot.step(Action(name, "cup")).ok
-        seen.add(robot.fingerprint())
-    assert len(seen) == 3
-    robot.reset()
-    robot._view.table[robot._view.id("apple")]["position"]["x"] += 0.004
-    assert robot.fingerprint() in seen
-    robot._view.table[robot._view.id("apple")]["position"]["x"] += 0.1
-    assert robot.fingerprint() not in seen
-
-
-def test_thing_in_the_hand_goes_back_to_the_innermost_place(robot: HomeRobot) -> None:
-    assert robot.step(Action("put", "apple", destination="plate 1")).ok
-    assert robot.step(Action("pick up", "apple")).ok
-    assert robot.step(Action("pick up", "knife")).ok
-    assert "Plate" in str(thing(robot, "Apple")["parentReceptacles"])
-
-
-def test_running_microwave_is_turned_off_to_be_opened_and_that_is_told(robot: HomeRobot) -> None:
-    assert robot.step(Action("turn on", "microwave")).ok
-    result = robot.step(Action("put", "apple", destination="microwave"))
-    assert result.ok
-    assert "microwave was running, and is off now" in result.observation
-
-
-def test_liquid_that_was_asked_for_is_the_one_that_is_filled_in(robot: HomeRobot) -> None:
-    (action,) = robot.requests(said("Fill the cup with wine, please."))
-    assert robot.step(action).ok
-    assert thing(robot, "Cup")["fillLiquid"] == "wine"
-
-
-def test_furniture_is_pushed_once(robot: HomeRobot) -> None:
-    turns = said("Push the garbage can.")
-    (action,) = robot.requests(turns)
-    assert robot.step(action).ok
-    assert robot.requests([*turns, *said("Good.")]) == []
-
-
-class Refusing(Counting):
-    """Teleports fail after the second start."""
-
-    starts = 0
-
-    def reset(self, scene: Any = None, **parameters: Any) -> Any:
-        self.starts += 1
-        return super().reset(scene, **parameters)
-
-    def step(self, action: Any = None, **arguments: Any) -> Any:
-        if self.starts > 2 and action == "Teleport":
-            return super().step("PutObject", objectId="nowhere")
-        return super().step(action, **arguments)
-
-
-def test_replay_that_fails_stops_the_robot_with_a_clear_error() -> None:
-    robot = HomeRobot(Refusing("Kitchen1"))
-    assert robot.step(Action("put", "apple", destination="fridge")).ok
-    with pytest.raises(GoalscopeError, match="could not be done again"):
-        robot.step(Action("put", "tomato", destination="toaster"))
-
-
-def test_undo_after_much_time_leads_back(robot: HomeRobot) -> None:
-    assert robot.step(Action("put", "potato 1", destination="microwave")).ok
-    assert robot.step(Action("turn on", "microwave")).ok
-    assert robot.step(Action("put", "potato 1", destination="counter 1")).ok
-    for _ in range(90):
-        assert robot.step(Action("open", "drawer 1")).ok
-        assert robot.step(Action("close", "drawer 1")).ok
-    assert not robot.step(Action("put", "apple", destination="toaster")).ok
-
-
-def test_resume_is_refused_where_the_scene_has_changed() -> None:
-    first = Agent(HomeRobot(HouseController("Kitchen1")), WordModel(), method="no-goals")
-    first.step("What?", "Thanks.")
-    other = Agent(HomeRobot(HouseController("Bathroom1")), WordModel(), method="no-goals")
-    with pytest.raises(GoalscopeError, match="another state"):
-        other.resume(first.rounds)
-
-
-def test_what_is_asked_for_outright_is_done_and_nothing_besides(robot: HomeRobot) -> None:
-    planner = ActionPlanner(WordModel(), bar=0.1, margin=0.1)
-    turns = said("Put the apple in the fridge.")
-    outcome = planner.act(robot, [Want("tomato fridge apple egg", 1.0)], turns, [])
-    assert [str(each.action) for each in outcome.results] == ["put: apple -> fridge"]
-
-
-@pytest.mark.parametrize(
-    "words", ["yes", "Thanks a lot", "No, never mind that at all", "Is it a nice day for that?"]
-)
-def test_nothing_is_guessed_from_words_that_say_nothing_new(robot: HomeRobot, words: str) -> None:
-    planner = ActionPlanner(WordModel(), bar=-100.0)
-    assert planner.search_terms(robot, [Want("tomato fridge", 1.0)], [words]) == ([], [])
-    terms, _ = planner.search_terms(robot, [Want("tomato fridge", 1.0)], ["I have guests today"])
-    assert terms
-
-
-def test_impossible_order_is_told_and_does_not_stop_the_others(robot: HomeRobot) -> None:
-    agent = Agent(robot, WordModel(), method="no-goals", planner=ActionPlanner(WordModel()))
-    round = agent.step("What?", "Put the mug in the toaster and the tomato in the fridge.")
-    assert [str(each.action) for each in round.results] == ["put: tomato -> fridge"]
-    assert any("Not done: put: mug" in note for note in round.notes)
-
-
-def test_no_goal_lights_a_fire_or_runs_a_tap(robot: HomeRobot) -> None:
-    for kind in robot.kinds("", 99):
-        for action in robot.actions([kind]):
-            hot = any(word in action.target for word in ("stove", "microwave", "toaster", "faucet"))
-            assert not (action.name == "turn on" and hot)
+    (result,) = follow(robot, "finish")
+    assert result.terminated
+    assert robot.fingerprint() == before
+
+
+def test_a_failed_action_changes_nothing(robot: HomeRobot) -> None:
+    (action,) = robot.resolve(order("put pan | where toaster"), FREE, pick).actions
+    before = robot.fingerprint()
+    result = robot.step(action)
+    assert (result.ok, result.observation) == (False, "the pan does not go in or on the toaster")
+    assert robot.fingerprint() == before
+
+
+def test_offers_are_nearest_first(robot: HomeRobot) -> None:
+    assert {"egg", "apple", "mug"} <= {*robot.offers("", 99)}
+    assert robot.offers("a cup of coffee", 2)[0] in ("coffee machine", "cup", "mug")
+    assert len(robot.offers("fruit", 3)) == 3

@@ -8,10 +8,12 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from fakes import said
 from goalscope.cli.main import app
 from goalscope.envs.check import check_env
 from goalscope.envs.house import HomeRobot, HouseController, start_thor
+from goalscope.orders import Order
+from goalscope.picking import Picker
+from goalscope.standing import Standing
 from goalscope.types import Action, GoalscopeError, InvalidInputError
 
 UNITY = Path(sys.executable).with_name("goalscope-unity")
@@ -39,12 +41,20 @@ def test_the_laws_of_an_environment_hold_under_the_real_controller(unity: str) -
 
 
 def test_the_robot_cannot_tell_the_two_apart(unity: str) -> None:
-    turns = said("Put the tomato in the fridge, turn on the coffee machine and slice the bread.")
+    orders = (
+        Order("put", "tomato", where="fridge"),
+        Order("turn on", "coffee machine"),
+        Order("slice", "bread"),
+    )
     ours, theirs = HomeRobot(HouseController("Kitchen1")), HomeRobot(start_thor("Kitchen1", unity))
     try:
         assert ours.fingerprint() == theirs.fingerprint()
-        plan = ours.requests(turns)
-        assert plan == theirs.requests(turns)
+        found = [
+            [robot.resolve(order, Standing(), Picker()) for order in orders]
+            for robot in (ours, theirs)
+        ]
+        assert found[0] == found[1]
+        plan = [action for each in found[0] for action in each.actions]
         for action in [*plan, Action("put", "egg 1", destination="pan"), Action("open", "pan")]:
             assert ours.step(action) == theirs.step(action)
             assert ours.fingerprint() == theirs.fingerprint()

@@ -7,20 +7,23 @@ import goalscope
 
 ROOT = Path(goalscope.__file__).parent
 LAYERS = [
-    {"types", "plain", "calibration", "extras"},
+    {"types", "plain", "calibration", "extras", "words", "speech"},
     {
         "belief",
         "models",
+        "guards",
         "orders",
+        "picking",
         "prompts",
         "reader",
+        "standing",
         "envs",
         "stats",
         "calibrations",
         "opposites",
     },
     {"likelihood", "goals", "dialog", "asking", "habits", "policy", "acting", "why"},
-    {"advice", "agent", "episode", "judge", "reading", "taking_back", "tracker"},
+    {"advice", "agent", "episode", "judge", "tracker"},
     {"database", "rounds_json", "store", "infer", "domains", "datasets"},
     {"session", "tracking", "display", "benchmarks", "calibrating"},
     {"experiment"},

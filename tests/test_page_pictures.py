@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,7 +15,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from browsers import needs_chromium
-from goalscope.models.llamacpp import LlamaCpp
+from goalscope.models.opening import open_model
 from goalscope.store import Store
 from goalscope.study.book import Book
 from goalscope.study.plan import Plan
@@ -74,12 +75,14 @@ class Tour:
 
 
 @pytest.fixture(scope="module")
-def tour(
-    browser: Browser, model: LlamaCpp, tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[Tour]:
+def tour(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tour]:
     folder = tmp_path_factory.mktemp("pictures")
     file = folder / "episodes.db"
-    with site(file, model) as address, browser.new_context() as context:
+    with (
+        closing(open_model()) as model,
+        site(file, model) as address,
+        browser.new_context() as context,
+    ):
         page = context.new_page()
         page.set_default_timeout(SLOW)
         grocery = talked(page, address, "Grocery shopping", SHOPPING)

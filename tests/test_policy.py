@@ -9,7 +9,9 @@ from hypothesis import strategies as st
 from fakes import LampRoom, WordModel, said
 from goalscope.agent import Agent
 from goalscope.policy import OTHER_GOALS, Planner, Want, choose, weigh
+from goalscope.standing import Standing
 
+HELLO = said("hello")
 LIKELY = 3.0
 """Nats."""
 
@@ -67,9 +69,13 @@ class Tabled(Planner):
 def test_what_is_wrong_for_a_likely_goal_waits_until_the_belief_is_clear() -> None:
     planner = Tabled({"read": ("lamp",)}, {"sleep": ("lamp",)})
     room = LampRoom(["lamp"])
-    unsure = planner.act(room, [Want("read", 0.55), Want("sleep", 0.45)], said("hello"), [])
+    unsure = planner.act(
+        room, [Want("read", 0.55), Want("sleep", 0.45)], said("hello"), [], Standing()
+    )
     assert (unsure.results, unsure.held, room.on) == ((), ("lamp",), [])
-    sure = planner.act(room, [Want("read", 0.97), Want("sleep", 0.03)], said("hello"), [])
+    sure = planner.act(
+        room, [Want("read", 0.97), Want("sleep", 0.03)], said("hello"), [], Standing()
+    )
     assert (sure.held, room.on) == ((), ["lamp"])
 
 
@@ -80,15 +86,17 @@ def test_what_is_held_back_could_be_done_and_takes_no_place_of_what_is_done() ->
     wants = [Want("read", 0.55), Want("sleep", 0.45)]
     terms, unsure = planner.search_terms(room, wants, ["hello"])
     assert (terms, unsure) == (["torch"], ["candle"])
-    room.actions = lambda relevant, turns=(): []
-    assert planner.act(room, wants, said("hello"), []).held == ()
+    room.actions = lambda name, standing: []
+    assert planner.act(room, wants, HELLO, [], Standing()).held == ()
 
 
 def test_what_is_held_back_is_told_when_all_plans_fail_too() -> None:
     room = LampRoom(["lamp", "broken"])
     planner = Tabled({"read": ("lamp", "broken"), "sleep": ("broken",)}, {"sleep": ("lamp",)})
     planner.replans = 0
-    outcome = planner.act(room, [Want("read", 0.55), Want("sleep", 0.45)], said("hello"), [])
+    outcome = planner.act(
+        room, [Want("read", 0.55), Want("sleep", 0.45)], said("hello"), [], Standing()
+    )
     assert (outcome.results, outcome.held) == ((), ("lamp",))
 
 
@@ -105,7 +113,9 @@ def test_the_person_is_told_what_is_held_back() -> None:
 def test_what_serves_all_likely_goals_is_done_at_once() -> None:
     planner = Tabled({"read": ("lamp",), "write": ("lamp",)}, {})
     room = LampRoom(["lamp"])
-    outcome = planner.act(room, [Want("read", 0.5), Want("write", 0.5)], said("hello"), [])
+    outcome = planner.act(
+        room, [Want("read", 0.5), Want("write", 0.5)], said("hello"), [], Standing()
+    )
     assert (outcome.held, room.on) == ((), ["lamp"])
 
 

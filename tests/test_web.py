@@ -53,7 +53,7 @@ def test_a_yes_that_is_typed_is_a_yes_and_other_words_are_none(address: str, vis
     mine = ann.begin()
     ann.say(mine, CAKE)
     assert ann.say(mine, "Buy the basket")["confirm"]
-    ann.say(mine, "Well, I suppose so.")
+    ann.say(mine, "ask total")
     unsure = ann.get(mine)["rounds"][-1]
     assert (unsure["actions"], ann.get(mine)["episode"]["ended"]) == ([], None)
     assert any(note.startswith("Not done.") for note in unsure["notes"])

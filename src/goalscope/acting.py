@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from typing import Protocol, cast
 
 from goalscope.envs import Environment
 from goalscope.models import Model
-from goalscope.policy import Array, Planner, Want, Wordings, choose, weigh
-from goalscope.types import Action, StepResult, Turn, spoken
+from goalscope.policy import Array, Planner, Want, Wordings, choose, names_in, weigh
+from goalscope.standing import Standing
+from goalscope.types import Action, StepResult, Turn
 
 __all__ = ["ActionPlanner", "SpokenEnvironment"]
 
-FEW_WORDS = 4
-"""Fewer words than this, without the name of a thing, say nothing new: "yes", "that's all"."""
+_EVERY = 1000
+"""More than the generic names of any scene."""
 
 REPLANS = 8
 """Plans that may fail in one round: each leaves out one more act that is impossible."""
-
-_ASIDE = re.compile(r"n't\b|\b(?:no|not|never|nothing|stop|undo|back|cancel)\b")
-_QUESTION = re.compile(r"(?!.*\b(?:can|could|would|will) (?:you|we)\b).*\?\W*")
-"""Words that rule out or take back, and questions that are no request: no reason to act unasked."""
 
 ACT: Wordings = (("act", "I {}."),)
 LEAVE = "leave the {thing} where it is"
@@ -42,12 +38,9 @@ class SpokenEnvironment(Environment, Protocol):
 class ActionPlanner(Planner):
     """Chooses what to do with each relevant object by how much likelier it is under the goals.
 
-    What the person asks for outright is done, and nothing besides.
-
     The objects are found as the basket's are (see `Planner`), among all that are there. For each
     kind of them the model weighs what the environment allows, said in words, against leaving it
-    where it is; the action that gains most by the goals is taken for all objects of the kind (but
-    what needs leave for one at a time). When
+    where it is; the action that gains most by the goals is taken for all objects of the kind. When
     the person has just named things, only things that were named are touched. What was moved
     before, or had something put into it, stays unless the person has just named it.
 
@@ -79,13 +72,8 @@ class ActionPlanner(Planner):
     def search_terms(
         self, env: Environment, wants: Sequence[Want], utterances: Sequence[str]
     ) -> tuple[list[str], list[str]]:
-        """See `Planner.search_terms`; what nobody named only when nothing was named just now."""
-        newest = " ".join(utterances[-1:]).casefold()
-        if _QUESTION.fullmatch(newest):
-            return [], []
-        named = env.mentioned(utterances) if env.mentioned(utterances[-1:]) else []
-        if not named and (len(newest.split()) < FEW_WORDS or _ASIDE.search(newest)):
-            return [], []
+        """See `Planner.search_terms`; where the newest words name things, only those."""
+        named = _named(env, utterances[-1:])
         terms, held = super().search_terms(env, wants, utterances)
         return ([term for term in terms if term in named], []) if named else (terms, held)
 
@@ -96,27 +84,22 @@ class ActionPlanner(Planner):
         terms: Sequence[str],
         turns: Sequence[Turn],
         history: Sequence[StepResult],
-        requested: Sequence[Action],
+        standing: Standing,
     ) -> tuple[list[Action], list[str]]:
-        """What the person asks for outright, and that alone; else the best for each thing.
-
-        And what to hold back, in words: what is best on average, but wrong for some goal.
-        """
-        if requested:
-            return [*requested], []
+        """The best for each thing; and what is best on average, but wrong for some goal."""
         plan: list[Action] = []
         held: list[str] = []
         served: set[str] = set()
         before = {result.action.target for result in history}
         before |= {result.action.destination for result in history}
-        utterances = spoken(turns)
-        named, newest = set(env.mentioned(utterances)), set(env.mentioned(utterances[-1:]))
+        utterances = [turn.utterance for turn in turns]
+        named, newest = _named(env, utterances), _named(env, utterances[-1:])
         speaker = cast(SpokenEnvironment, env)
         for term in terms:
             settled = served if term in newest else served | before
             options: dict[str, list[Action]] = {}
-            for action in env.actions([term], turns):
-                if action.target not in settled:
+            for action in env.actions(term, standing):
+                if action.target not in settled and not env.lasting(action):
                     options.setdefault(speaker.phrase(action), []).append(action)
             if not options:
                 continue
@@ -132,8 +115,6 @@ class ActionPlanner(Planner):
                 held.append(phrases[best])
             if choice.act[0]:
                 chosen = options[phrases[best]]
-                if env.permission(chosen[0], []):
-                    chosen = chosen[:1]
                 plan += chosen
                 served |= {action.target for action in chosen}
                 served |= {action.destination for action in chosen}
@@ -143,8 +124,13 @@ class ActionPlanner(Planner):
         self, thing: str, phrases: Sequence[str], wants: Sequence[Want], turns: Sequence[Turn]
     ) -> tuple[Array, Array]:
         """[G + 1] probabilities, and [G + 1, len(phrases)] gains in nats; see `weigh`."""
-        words = self.newest(spoken(turns))
+        words = self.newest([turn.utterance for turn in turns])
         probability, gains, _ = weigh(
             wants, words, lambda goal: self.log_probability(phrases, goal, ACT, thing=thing)
         )
         return probability, gains
+
+
+def _named(env: Environment, utterances: Sequence[str]) -> set[str]:
+    """Generic names of things here that the person spoke of."""
+    return {*names_in(" ".join(utterances), env.offers("", _EVERY))}

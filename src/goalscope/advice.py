@@ -12,9 +12,9 @@ from typing import Literal, NamedTuple, Protocol, cast
 import numpy as np
 
 from goalscope.belief import Belief
-from goalscope.envs.speech import ASSENT, LEAD, LONGEST, MILD, evened
 from goalscope.goals import incomplete
 from goalscope.opposites import opposes
+from goalscope.speech import ASSENT, LEAD, LONGEST, MILD, evened
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn, meaning
 
 __all__ = ["LOST", "SURE", "Advice", "Advised", "advice", "advised", "doubtful", "retracts"]

@@ -1,26 +1,35 @@
-"""Algorithm 1: ask, update the belief, manage the goals, act on the likeliest."""
+"""Algorithm 1: ask, read, update the belief, manage the goals, act on orders and likely goals."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 from goalscope.asking import COST, informative
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL, Calibration
-from goalscope.dialog import FALLBACK, Human, ask, with_answer
-from goalscope.envs import GUESSED, SEARCH, Environment, taken
-from goalscope.envs.remarks import asks_why, is_remark, takes_leave
-from goalscope.envs.speech import is_question, refuses
-from goalscope.episode import Round
+from goalscope.dialog import FALLBACK, OPENING, Human, ask
+from goalscope.envs import GUESSED, Environment, Pick, taken
+from goalscope.episode import Round, retracted, standing_after
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
+from goalscope.guards import (
+    CONFIRM,
+    HARM,
+    UNSURE,
+    is_wary,
+    is_yes,
+    reason_to_wait,
+    speaks_of_harm,
+    whether,
+)
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
 from goalscope.models import Heard, Model
+from goalscope.orders import Order, Reading
+from goalscope.picking import Picker
 from goalscope.policy import Outcome, Planner, Want, undo
-from goalscope.reading import CONFIRM, Words, not_done, read, says_yes
-from goalscope.taking_back import gone, heard, take_back
+from goalscope.reader import Exchange, Reader, reader_of
+from goalscope.standing import Standing, acting
 from goalscope.tracker import UNCORRECTABLE, Correction, GoalTracker
 from goalscope.types import (
     UNSPECIFIED,
@@ -30,13 +39,12 @@ from goalscope.types import (
     GoalscopeError,
     InvalidInputError,
     StepResult,
-    TakenBack,
     Turn,
+    UnreadableAnswerError,
     checked_text,
-    spoken,
 )
 
-__all__ = ["ASKED_FOR", "NOTHING_DONE", "NO_ANSWER", "NO_GOAL"]
+__all__ = ["NOTHING", "NOT_CONFIRMED", "NOT_HERE", "NO_ANSWER", "NO_GOAL"]
 __all__ += ["Agent", "Method", "Questions", "run_episode"]
 
 Method = Literal["good", "no-goals", "no-inference"]
@@ -48,17 +56,34 @@ Questions = Literal["likeliest", "informative"]
 NO_GOAL = "The goals do not explain the newest words, and no better ones were found."
 """A round's note where a goal is missing."""
 
-ASKED_FOR = "I did what you asked for, and guessed nothing."
-"""A round's note where a person asks why, and only what they asked for was done."""
-
-NOTHING_DONE = "I did nothing for that."
-"""A round's note where nothing was done for words that are no remark, and nothing told of them."""
-
 NO_ANSWER = "I cannot answer that."
-"""A round's note where a question is none about stock or things, and nothing came of it."""
+"""What a question is answered by of which nothing is known here."""
+
+NOT_HERE = "I cannot undo anything here. Please say what is to change."
+"""A round's note where the environment undoes nothing."""
+
+NOTHING = "There is nothing to undo. Please say what is to change."
+"""A round's note where nothing was done that could be undone."""
+
+NOT_CONFIRMED = "Not done."
+"""A round's note where what waited for a yes got none."""
+
+_ALL = "everything"
+"""What an order to undo names for all."""
 
 _FAILURES = 3
 """Most failures that a round's notes tell one by one."""
+
+
+@dataclass(slots=True)
+class _Done:
+    """What came of orders so far: what was done, what failed, what waits and why, what to tell."""
+
+    results: list[StepResult] = field(default_factory=list[StepResult])
+    failed: list[StepResult] = field(default_factory=list[StepResult])
+    pending: list[Order] = field(default_factory=list[Order])
+    reasons: list[str] = field(default_factory=list[str])
+    notes: list[str] = field(default_factory=list[str])
 
 
 class Agent:
@@ -67,6 +92,8 @@ class Agent:
     Args:
         env: Where it acts.
         model: Writes and scores.
+        reader: Reads what the person says; by default, the model that writes, by a prompt.
+        pick: Finds which of the things that are here is meant; by default, a `Picker`.
         method: "good"; or an ablation of Sec. 4.3: "no-goals" acts on the transcript alone,
             "no-inference" asks the model which goal is likeliest.
         k: Goals to act on.
@@ -81,8 +108,7 @@ class Agent:
         cost: Nats that an informative question must be expected to tell.
         planner: Chooses what to do; None for the one that fills a basket.
         seed: Seed of everything that is drawn.
-        confirm: Whether an end that nobody can undo, such as a purchase, waits until the person has
-            confirmed the very state that they were shown (see `step`).
+        unsure: Nats of a reading's margin below which the agent asks before it does what it read.
         progress: Is told what the agent does, before each part of it.
         draft: Is told each question that it writes, as it grows; it asks one of them.
 
@@ -96,6 +122,8 @@ class Agent:
         env: Environment,
         model: Model,
         *,
+        reader: Reader | None = None,
+        pick: Pick | None = None,
         method: Method = "good",
         k: int = 3,
         patience: int = 3,
@@ -107,7 +135,7 @@ class Agent:
         cost: float = COST,
         planner: Planner | None = None,
         seed: int = 0,
-        confirm: bool = False,
+        unsure: float = UNSURE,
         progress: Callable[[str], None] | None = None,
         draft: Heard | None = None,
     ) -> None:
@@ -117,7 +145,9 @@ class Agent:
         self.questions = questions
         self.cost = cost
         self.seed = seed
-        self.confirm = confirm
+        self.unsure = unsure
+        self.reader = reader or reader_of(model, env.verbs, task=env.task, examples=env.examples)
+        self._pick = pick or Picker(model)
         self._progress = progress or _silent
         self._draft = draft
         self.planner = planner or Planner(model, seed=seed)
@@ -159,17 +189,19 @@ class Agent:
         return [round.turn for round in self.rounds]
 
     def ask(self) -> str:
-        """The next query (and before it the answer to what the person asked).
+        """The next query, and before it the answer to what the person asked.
 
-        After a remark, or an order that was understood and followed, there is nothing to ask about
-        but what else they would like; an informative question is asked after orders, too.
+        After orders that were followed there is nothing to ask about but what else they would like;
+        an informative question is asked after orders, too.
         """
         self._progress("asking")
-        turns = heard(self.rounds)
-        if turns and (question := self.rounds[-1].question):
-            return with_answer(self.env, turns, question)
-        if turns and (isinstance(turns[-1], TakenBack) or is_remark(turns[-1].utterance)):
-            return with_answer(self.env, turns, FALLBACK)
+        if not self.rounds:
+            return OPENING
+        question = self.rounds[-1].question or self._question()
+        answer = self._answer()
+        return f"{answer}\n{question}" if answer else question
+
+    def _question(self) -> str:
         seed = self.seed + len(self.rounds)
         tracker = self.tracker
         if self.questions == "informative" and tracker and isinstance(tracker.likelihood, RolePlay):
@@ -179,16 +211,25 @@ class Agent:
                 self.env,
                 tracker.belief,
                 self.turns,
-                stands=turns,
                 cost=self.cost,
                 seed=seed,
                 heard=self._draft,
             )
             return self._asked[0]
-        acted = turns and len(self.rounds[-1].results) > self.rounds[-1].reversals
-        if acted and self.env.is_order(turns):
-            return with_answer(self.env, turns, FALLBACK)
-        return ask(self.model, self.env, self.turns, stands=turns, seed=seed, heard=self._draft)
+        if not _tells(self.rounds[-1].reading, "aim"):
+            return FALLBACK
+        return ask(self.model, self.env, self.turns, seed=seed, heard=self._draft)
+
+    def _answer(self) -> str:
+        """The answer to what the newest words ask; "" where they ask nothing."""
+        last = self.rounds[-1]
+        asked = (
+            [order for order in last.reading.orders if order.do == "ask"] if last.reading else []
+        )
+        standing = standing_after(self.rounds)
+        told = (self.env.answer(order, standing, self._pick) for order in asked)
+        found = list(dict.fromkeys(each for each in told if each))
+        return "\n".join(found) or (NO_ANSWER if asked else "")
 
     def step(
         self,
@@ -203,18 +244,16 @@ class Agent:
         (The environment is reset and its past replayed: in a simulator that takes back even what
         nobody could undo in the world.)
 
-        Words that only ask what the environment can answer give no new goal, and nothing is done
-        for them; remarks give none either, and orders that are understood only where there is no
-        other. Nothing is guessed for remarks, nor for such orders, nor for a yes or no to the last
-        round's question. Once the person says that the task is complete, only what they ask for in
-        the same breath is done before it ends: they could not see, and refuse, anything else.
+        The words are read once. Orders are followed as the environment resolves them; what nobody
+        can undo, what the reader is unsure of, what has a condition and what an allergy rules out
+        waits for a yes to exactly that question, in the state that was shown. For the likeliest
+        goals something is guessed where the words tell an aim.
 
         Args:
             query: What the agent asked.
             utterance: What the person answered.
-            confirmed: Fingerprint of the state in which they confirm what nobody can undo; "" where
-                they do not. Without it, or a yes to that question, the agent with `confirm` asks
-                before it ends the task.
+            confirmed: Fingerprint of the state in which they confirm what waits for a yes; ""
+                where they do not, or say it in words.
             keep: Stores the round; where it fails, there was no such round.
 
         Raises:
@@ -222,54 +261,51 @@ class Agent:
             InvalidInputError: The utterance is empty, broken, or too long for the model.
         """
         turn = Turn(query, checked_text(utterance, "utterance"))
-        if self.confirm and confirmed not in ("", self.env.fingerprint()):
+        state = self.env.fingerprint()
+        if confirmed not in ("", state):
             raise ConflictError(
                 "Things are no longer as they were shown, so nothing was done. Look again."
             )
-        confirmed = confirmed or (self._asked_of() if says_yes(self.env, turn) else "")
         tracker = self.tracker
         before = (tracker.belief, tracker.turns) if tracker else None
         history = [result for round in self.rounds for result in round.results]
         try:
-            undone = take_back(self.env, self.rounds, turn)
-            turns = heard(self.rounds, turn, away=undone.rounds)
-            words = read(self.env, self.rounds, turn, turns, confirmed=bool(confirmed))
-            changes, missing = self._update(tracker, turn, words) if tracker else ([], False)
-            outcome = self._act(words, turns, [*history, *undone.results])
-            outcome = replace(outcome, failed=(*undone.failed, *outcome.failed))
-            results = (*undone.results, *outcome.results)
-            complete, question = words.ends, outcome.question
-            final = self.env.completion_actions() if complete else []
-            if final and self.confirm and confirmed != self.env.fingerprint():
-                complete, question = False, CONFIRM
-            else:
-                results += tuple(taken(self.env, action) for action in final)
-            told = (
-                *([NO_GOAL] if missing and not words.exact else []),
-                *undone.notes,
-                *self._notes(turns, outcome),
-                *(self.env.unmet(turns, outcome.results) if words.act else []),
-                *self._how_to_end(turn, words),
-            )
-            if not (words.asks or complete or results or question or told):
-                if is_question(turns[-1].utterance):
-                    told = () if with_answer(self.env, turns, "") else (NO_ANSWER,)
-                elif not (words.exact or refuses(turns[-1].utterance)):
-                    told = (NOTHING_DONE,)
+            reading, trouble = self._read(turn)
+            released = self._released(turn, reading, bool(confirmed))
+            done = _Done(notes=[trouble] if trouble else [])
+            back, reversals = self._undo(reading, done)
+            standing = standing_after(self.rounds, reading, released=released, takes_back=back)
+            changes, missing = self._update(tracker, turn, reading) if tracker else ([], False)
+            harm = speaks_of_harm(turn.utterance, reading)
+            wary = is_wary([(turn.utterance, reading), *self._readings()])
+            self._follow(reading, released, standing, done, harm=harm, wary=wary)
+            ended = any(result.terminated for result in done.results)
+            outcome = Outcome((), 0)
+            if _tells(reading, "aim") and not (wary or ended):
+                self._progress("planning")
+                past = [*history, *done.results]
+                turns = self._turns_with(turn)
+                outcome = self.planner.act(self.env, self._wants(turns), turns, past, standing)
             round = Round(
                 number=len(self.rounds) + 1,
                 turn=turn,
                 belief=tracker.belief if tracker else None,
                 changes=(*self._corrections, *changes),
-                results=results,
+                results=(*done.results, *outcome.results),
                 replans=outcome.replans,
                 status=self.env.status(),
-                notes=told,
-                terminated=complete or any(result.terminated for result in results),
-                question=question,
+                notes=(
+                    *([NO_GOAL] if missing and not acting(reading.orders) else []),
+                    *self._notes(turn, done, outcome),
+                ),
+                terminated=ended or any(result.terminated for result in outcome.results),
+                question=HARM if harm else whether(done.pending, done.reasons),
+                reading=reading,
+                pending=tuple(done.pending),
+                released=released,
                 state=self.env.fingerprint(),
-                takes_back=undone.rounds,
-                reversals=len(undone.results),
+                takes_back=back,
+                reversals=reversals,
             )
             if keep:
                 keep(round)
@@ -337,94 +373,189 @@ class Agent:
             self.tracker.belief = rounds[-1].belief
             self.tracker.turns = self.turns
 
+    def _read(self, turn: Turn) -> tuple[Reading, str]:
+        """What the words were read as; where the model wrote no reading, nothing and why."""
+        self._progress("reading")
+        said = reversed(self._readings())
+        before = [Exchange("", utterance, read.orders) for utterance, read in said]
+        question = turn.query.splitlines()[-1] if turn.query.strip() else ""
+        try:
+            return (
+                self.reader.read(
+                    turn.utterance,
+                    question="" if question == OPENING else question,
+                    before=before,
+                    names=[self.env.status()],
+                ),
+                "",
+            )
+        except UnreadableAnswerError as error:
+            return Reading((Order("none"),)), str(error)
+
+    def _released(self, turn: Turn, reading: Reading, confirmed: bool) -> tuple[Order, ...]:
+        """The orders that waited for a yes to the last question, if this is one.
+
+        A yes is said by itself, or by saying the orders again: with anything else, they would be
+        done in another state than the one that was shown. What nobody can undo waits for the word
+        itself.
+        """
+        last = self.rounds[-1] if self.rounds else None
+        if not last or not last.pending or last.state != self.env.fingerprint():
+            return ()
+        agreed = {*reading.orders} <= {Order("yes"), *last.pending}
+        if last.question.endswith(CONFIRM):
+            agreed = is_yes(turn.utterance)
+        return last.pending if confirmed or agreed else ()
+
+    def _undo(self, reading: Reading, done: _Done) -> tuple[tuple[int, ...], int]:
+        """Undo what the words take back: what the last rounds did, guesses among it.
+
+        Returns:
+            The numbers of those rounds, the newest first, and how many actions undid them.
+        """
+        orders = [order for order in reading.orders if order.do == "undo"]
+        if not orders:
+            return (), 0
+        gone = retracted(self.rounds)
+        standing = [
+            each
+            for each in self.rounds
+            if each.number not in gone
+            and (len(each.results) > each.reversals or (each.reading and _binds(each.reading)))
+        ]
+        every = any(order.what == _ALL for order in orders)
+        count = sum(int(order.quantity or 1) for order in orders)
+        last = standing if every else standing[-count:]
+        if not last:
+            done.notes.append(NOTHING)
+            return (), 0
+        numbers = tuple(each.number for each in reversed(last))
+        left = standing_after(self.rounds, takes_back=numbers)
+        for each in reversed(last):
+            back = self.env.undo(each.results[each.reversals :], left)
+            if back is None:
+                done.notes.append(NOT_HERE)
+                return (), 0
+            done.notes += [back.why] if back.why else []
+            for action in back.actions:
+                lasting = self.env.lasting(action)
+                result = StepResult(action, False, CONFIRM) if lasting else taken(self.env, action)
+                (done.results if result.ok else done.failed).append(result)
+        quoted = "; ".join(f'"{each.turn.utterance}"' for each in last)
+        done.notes.append(f"Taken back: {quoted}.")
+        return numbers, len(done.results)
+
+    def _follow(
+        self,
+        reading: Reading,
+        released: Sequence[Order],
+        standing: Standing,
+        done: _Done,
+        *,
+        harm: bool,
+        wary: bool,
+    ) -> None:
+        """Do what was ordered and may be done; what has to wait is pending.
+
+        Nothing by a verb is done where a word of harm was said that the reading does not hold.
+        """
+        last = self.rounds[-1] if self.rounds else None
+        if last and last.pending and not released:
+            done.notes.append(NOT_CONFIRMED)
+        sure = reading.margin is None or reading.margin >= self.unsure
+        verbs = {verb.name: verb for verb in self.env.verbs}
+        orders = [*released, *(each for each in reading.orders if each not in released)]
+        for order in orders:
+            by_verb = order.do in verbs
+            if not (by_verb or order.do in _LIMITS) or (harm and by_verb):
+                continue
+            found = self.env.resolve(order, standing, self._pick)
+            done.notes += [found.why] if found.why else []
+            lasting = any(map(self.env.lasting, found.actions))
+            if (by_verb or lasting) and found.actions and order not in released:
+                reason = reason_to_wait(order, standing, sure=sure, lasting=lasting, wary=wary)
+                if reason:
+                    done.pending.append(order)
+                    done.reasons.append(reason)
+                    continue
+            for action in found.actions:
+                result = taken(self.env, action)
+                (done.results if result.ok else done.failed).append(result)
+                if not result.ok:
+                    break
+
+    def _readings(self) -> list[tuple[str, Reading]]:
+        """The utterances and what they were read as, newest first."""
+        return [
+            (round.turn.utterance, round.reading)
+            for round in reversed(self.rounds)
+            if round.reading
+        ]
+
+    def _turns_with(self, turn: Turn) -> list[Turn]:
+        """The turns that were not taken back, and a newer one."""
+        gone = retracted(self.rounds)
+        return [*(each.turn for each in self.rounds if each.number not in gone), turn]
+
     def _update(
-        self, tracker: GoalTracker, turn: Turn, words: Words
+        self, tracker: GoalTracker, turn: Turn, reading: Reading
     ) -> tuple[list[GoalChange], bool]:
         """Weigh the words, and manage the goals; see `GoalTracker.manage`."""
         stated = bool(self._stated(tracker.belief))
         known = len(tracker.belief.goals)
         self._progress(f"scoring {known} {'goal' if known == 1 else 'goals'}")
         tracker.observe(turn.query, turn.utterance)
+        aims = _tells(reading, "aim")
         return tracker.manage(
             self.goals,
             self.rounds,
             self._corrections,
-            propose=not (words.silent or (words.order and stated)),
+            propose=aims or (bool(acting(reading.orders)) and not stated),
+            anew=aims and any(_tells(round.reading, "aim") for round in self.rounds),
             progress=self._progress,
         )
-
-    def _act(self, words: Words, turns: Sequence[Turn], history: Sequence[StepResult]) -> Outcome:
-        """Do what was asked for, and what the likeliest goals want where something is left open."""
-        if not words.act:
-            return Outcome((), 0, self.rounds[-1].question if words.asks and self.rounds else "")
-        wants = [] if words.exact else self._wants(turns)
-        self._progress("planning")
-        return self.planner.act(self.env, wants, turns, history)
 
     def _wants(self, turns: Sequence[Turn]) -> list[Want]:
         """What to act for: the top k goals; the planner weighs what remains by the words alone."""
         if self.tracker is None:
-            return [Want(self.planner.newest(spoken(turns)), 1.0)]
+            return [Want(self.planner.newest([turn.utterance for turn in turns]), 1.0)]
         return [Want(goal.text, p) for goal, p in self._stated(self.tracker.belief)]
 
     def _stated(self, belief: Belief) -> list[tuple[Goal, float]]:
         """The top k goals, without "Unspecified"."""
         return [each for each in belief.top() if each[0] != UNSPECIFIED][: self.k]
 
-    def _notes(self, turns: Sequence[Turn], outcome: Outcome) -> Iterator[str]:
-        """What the person should be told of a round.
-
-        What could not be done is told once, and again where they ask for it again.
-        """
-        turn = turns[-1]
+    def _notes(self, turn: Turn, done: _Done, outcome: Outcome) -> Iterator[str]:
+        """What the person should be told of a round."""
         query, gain = self._asked
         if gain is not None and query == turn.query:
             yield f"The answer to this question was expected to tell {gain:.2f} nats."
         if self.tracker:
             yield from self.tracker.notes
-            if asks_why(turn.utterance) and self._only_asked(turn.utterance):
-                yield ASKED_FOR
-            elif asks_why(turn.utterance) and (stated := self._stated(self.tracker.belief)):
-                goals = "; ".join(f"{goal.text} ({p:.0%})" for goal, p in stated)
-                yield f"I go by what you ask for, and by what I take you to want: {goals}."
-        told = {note for round in self.rounds for note in round.notes}
-        again = self.env.requests([turn]) if outcome.failed else []
-        failures = [
-            note
-            for failed in outcome.failed
-            for note in [f"Not done: {failed.action}. {failed.observation}"]
-            if note not in told or failed.action in again
-        ]
-        yield from failures[:_FAILURES]
-        if len(failures) > _FAILURES:
-            yield f"And {len(failures) - _FAILURES} more could not be done."
+        yield from dict.fromkeys(done.notes)
+        failed = [*done.failed, *outcome.failed]
+        for each in failed[:_FAILURES]:
+            yield f"Not done: {each.action}. {each.observation}"
+        if len(failed) > _FAILURES:
+            yield f"And {len(failed) - _FAILURES} more could not be done."
         if outcome.guessed:
             yield f"{GUESSED}{', '.join(outcome.guessed)}."
         for held in outcome.held:
             yield f"Held back until it is clear what you want: {held}."
 
-    def _how_to_end(self, turn: Turn, words: Words) -> Iterator[str]:
-        """What to say where the person seems to want the end, or did not confirm it."""
-        if (takes_leave(turn.utterance) or words.wants_end) and not words.ends:
-            yield f'If that is all, say "{self.env.completion_phrase}".'
-        if words.answers and not words.ends:
-            yield not_done(self.env)
 
-    def _asked_of(self) -> str:
-        """Fingerprint of the present state, where the person was just asked to confirm it."""
-        last = self.rounds[-1] if self.rounds else None
-        asked = last and last.question == CONFIRM and last.state == self.env.fingerprint()
-        return last.state if last and asked else ""
+_LIMITS = ("avoid", "only", "budget", "leave")
+"""Dialogue acts that an environment resolves, too."""
 
-    def _only_asked(self, why: str) -> bool:
-        """Whether nothing was guessed in what a person asks "why" of: the last acts, or all."""
-        void = gone(self.rounds)
-        standing = (r for r in self.rounds if r.number not in void)
-        acted = [r for r in standing if any(each.action.name != SEARCH for each in r.results)]
-        if re.search(r"\b(?:that|this|it)\b(?! all\b)", why.casefold()):
-            acted = acted[-1:]
-        notes = [note for round in acted for note in round.notes]
-        return bool(acted) and not any(note.startswith(GUESSED) for note in notes)
+
+def _tells(reading: Reading | None, act: str) -> bool:
+    """Whether a reading holds a dialogue act."""
+    return reading is not None and any(order.do == act for order in reading.orders)
+
+
+def _binds(reading: Reading) -> bool:
+    """Whether a reading changes what holds, though nothing may have been done for it."""
+    return any(order.do in _LIMITS for order in reading.orders) or bool(acting(reading.orders))
 
 
 def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator[Round]:

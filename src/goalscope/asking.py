@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from goalscope.belief import Belief
-from goalscope.dialog import FALLBACK, OPENING, question_of, with_answer, written
+from goalscope.dialog import FALLBACK, OPENING, question_of, written
 from goalscope.envs import Environment
 from goalscope.likelihood import RolePlay
 from goalscope.models import Generator, Heard
@@ -37,7 +37,6 @@ def informative(
     belief: Belief,
     turns: Sequence[Turn],
     *,
-    stands: Sequence[Turn] = (),
     most: int = 4,
     cost: float = COST,
     seed: int = 0,
@@ -55,7 +54,6 @@ def informative(
         env: Where the agent acts.
         belief: Over the person's goals.
         turns: The conversation.
-        stands: What of it was not taken back, by which the person's own question is answered.
         most: Goals to tell apart, the likeliest ones.
         cost: Nats that a question must be expected to tell.
         seed: Of all that is drawn.
@@ -76,7 +74,7 @@ def informative(
             found = known * expected_gain(each, model, likelihood, env.task, now, turns, seed=seed)
             if found > (cost if gain is None else gain):
                 question, gain = each, found
-    return with_answer(env, stands or turns, question), gain
+    return question, gain
 
 
 def narrowed(belief: Belief, most: int) -> Belief:

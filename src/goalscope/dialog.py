@@ -7,35 +7,34 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from goalscope.envs import Environment
+from goalscope.guards import CONFIRM
 from goalscope.models import Generator, Heard, LanguageModel, Model
 from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import examples, recent, render, topics, transcript
 from goalscope.types import Goal, InvalidInputError, Message, Profile, Turn, checked_text
 
 __all__ = [
+    "AGREES",
+    "DECLINES",
     "FALLBACK",
     "ConsoleHuman",
     "Human",
     "ScriptedHuman",
     "SimulatedHuman",
     "ask",
+    "completes",
+    "consents",
     "question_of",
-    "with_answer",
     "written",
 ]
+
+AGREES, DECLINES = "Yes.", "No, not yet."
+"""What a person of a profile says where they are asked to confirm something."""
 
 OPENING = "What can I help you with?"
 FALLBACK = "What else would you like?"
 """Asked where there is nothing better to ask."""
 
-_QUESTION = re.compile(r"[^.!?\n]+(?:\?|$)")  # a sentence with its mark, or without any at the end
-_TELL_ME = re.compile(
-    r"(?:\band|\bthen|\balso|[,;]|\s[-\u2013\u2014]) ((?:tell me|let me know) [^.!?\n]+"
-    r"|(?:how (?:much|many)|do you"
-    r"|can you|is there|are there|what|which|where)\b[^.!?\n]+\?)",
-    re.IGNORECASE,
-)
-"""A question behind an order: "add milk, and how much is it?"."""
 _ABOUT_THEM = re.compile(r"\bthe (?:human|user|person|customer|agent)\b", re.IGNORECASE)
 """Of whom the prompts speak, who is asked here."""
 _OF_ANY = frozenset(
@@ -61,16 +60,14 @@ def ask(
     env: Environment,
     turns: Sequence[Turn],
     *,
-    stands: Sequence[Turn] = (),
     draws: int = 4,
     seed: int = 0,
     heard: Heard | None = None,
 ) -> str:
-    """The agent's next query; it answers first, where the person asked something.
+    """The agent's next question.
 
-    Of several questions that the model writes, the one is taken whose words it finds likeliest;
-    a question is never asked twice. `heard` is told each as it is written. `stands` is what of the
-    turns was not taken back, if anything was.
+    Of several that the model writes, the one is taken whose words it finds likeliest; a question is
+    never asked twice. `heard` is told each as it is written.
     """
     if not turns:
         return OPENING
@@ -79,7 +76,7 @@ def ask(
     if questions:
         scores = logprobs_of(model, [prompt] * len(questions), questions)
         question = questions[max(range(len(questions)), key=lambda i: scores[i].mean())]
-    return with_answer(env, stands or turns, question)
+    return question
 
 
 def written(
@@ -119,7 +116,7 @@ def written(
     asked |= {message.content for message in prompt[1:-1]}
     shown = examples(prompt)
     said = (text for turn in turns for text in (turn.query, turn.utterance))
-    known = [env.task, env.status(), *said, *(goal.text for goal in goals), *env.mentioned([shown])]
+    known = [env.task, env.status(), *said, *(goal.text for goal in goals)]
     borrowed = topics(shown) - topics(" ".join(known)) - _OF_ANY
     questions: list[str] = []
     for draw in range(draws):
@@ -136,14 +133,6 @@ def written(
         if new and apt and len(topics(question) & borrowed) < (2 if goals else 1):
             questions.append(question)
     return prompt, questions
-
-
-def with_answer(env: Environment, turns: Sequence[Turn], question: str) -> str:
-    """The question, after the answer to what the person asked in the newest turn, if anything."""
-    newest = turns[-1].utterance
-    asked_back = [*_QUESTION.findall(newest), *_TELL_ME.findall(newest)]
-    answer = next(filter(None, (env.answer(each, turns) for each in asked_back)), None)
-    return f"{answer}\n{question}" if answer else question
 
 
 def _echoes(question: str, utterance: str) -> bool:
@@ -186,17 +175,46 @@ class ConsoleHuman:
                 hint = f"\n({error})"
 
 
+def completes(env: Environment, said: str) -> bool:
+    """Whether words end with the phrase that ends the task."""
+    return said.casefold().rstrip(" .!\"'").endswith(env.completion_phrase.casefold())
+
+
+def consents(query: str, turns: Sequence[Turn], env: Environment, *, done: bool) -> str:
+    """What a person of a profile answers who is asked to confirm something; "" where they are not.
+
+    They agree, but to the end of the task only when they are done.
+
+    Args:
+        query: The question.
+        turns: The conversation before it.
+        env: Where the agent acts.
+        done: Whether they have nothing more to say.
+    """
+    if not query.endswith(CONFIRM):
+        return ""
+    ends = any(f'"{verb.name}"' in query for verb in env.verbs if not verb.slots)
+    return DECLINES if ends and not done else AGREES
+
+
 class ScriptedHuman:
-    """Says the replies that its profile lists, in order, and then the completion phrase."""
+    """Says the replies that its profile lists, in order, and then the completion phrase.
+
+    Asked to confirm what cannot be undone, it agrees first; but while it has more to say, not to
+    the end of the task.
+    """
 
     def __init__(self, profile: Profile, env: Environment) -> None:
         self.profile = profile
         self.env = env
 
     def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
-        """The reply for this round; the query does not matter."""
+        """The reply for this round."""
         replies = self.profile.replies
-        return replies[len(turns)] if len(turns) < len(replies) else self.env.completion_phrase
+        said = sum(turn.utterance not in (AGREES, DECLINES) for turn in turns)
+        if consent := consents(query, turns, self.env, done=said >= len(replies)):
+            return consent
+        return replies[said] if said < len(replies) else self.env.completion_phrase
 
 
 class SimulatedHuman:
@@ -209,7 +227,17 @@ class SimulatedHuman:
         self.seed = seed
 
     def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
-        """What the model says as this person; the completion phrase if it falls silent."""
+        """What the model says as this person; the completion phrase if it falls silent.
+
+        To what is to be confirmed they agree, but to the end of the task only once they asked for
+        it.
+        """
+        ended = bool(turns) and completes(self.env, turns[-1].utterance)
+        consent = consents(query, turns, self.env, done=ended)
+        return consent or self.answer(query, turns, status)
+
+    def answer(self, query: str, turns: Sequence[Turn], status: str) -> str:
+        """What the model says as this person, where nothing is to be confirmed."""
         said = self.speak(self.profile.description, query, turns, status)
         return said or self.env.completion_phrase
 

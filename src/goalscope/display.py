@@ -13,6 +13,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from goalscope.orders import orders_to_text
 from goalscope.plain import domain_shown, model_shown, plain
 from goalscope.types import TRACKING, UNSPECIFIED, Goal
 
@@ -68,6 +69,9 @@ def show_round(
     if transcript:
         _rows(console, [(Text("Agent", "cyan"), plain(round.turn.query))])
         _rows(console, [(Text("Human", "magenta"), plain(round.turn.utterance))])
+    if round.reading is not None:
+        read = orders_to_text(round.reading.orders).splitlines()
+        _rows(console, [(Text("-", "dim"), plain(line)) for line in read], "Understood")
     if round.belief is not None:
         show_belief(console, round.belief, previous, order=order)
     signs = {"added": Text("+", "green"), "removed": Text("-", "red"), "pinned": Text("!", "cyan")}

@@ -18,9 +18,8 @@ from goalscope.goals import UNEXPLAINED, Trigger
 from goalscope.habits import Habit
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, RolePlay
 from goalscope.models import Model
-from goalscope.orders import Verb
+from goalscope.orders import Example, Verb
 from goalscope.policy import Planner
-from goalscope.reader import Example
 from goalscope.types import TRACKING, InvalidInputError, Profile
 
 if TYPE_CHECKING:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from goalscope.orders import Order, Reading
+from goalscope.standing import Standing, fold
 from goalscope.types import GoalChange, StepResult, Turn
 
 if TYPE_CHECKING:
     from goalscope.belief import Belief
 
-__all__ = ["Round"]
+__all__ = ["Round", "retracted", "standing_after"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +29,11 @@ class Round:
         replans: How often a plan was impossible and made anew.
         status: The environment's status after the actions.
         notes: What the person should be told, such as turns dropped from a full context.
-        question: What the agent has to ask next: leave for an act that cannot be undone.
+        question: What the agent has to ask next, such as leave for what cannot be undone.
+        reading: What the reply was read as; it is never read again. None where another program
+            reads and acts.
+        pending: Orders that wait for a yes to that question.
+        released: Orders that waited, and that this round's words confirmed.
         state: Fingerprint of the environment after the actions.
         terminated: Whether the task is complete.
         takes_back: Numbers of earlier rounds, the newest first, that this one takes back.
@@ -43,6 +50,37 @@ class Round:
     notes: tuple[str, ...]
     terminated: bool
     question: str = ""
+    reading: Reading | None = None
+    pending: tuple[Order, ...] = ()
+    released: tuple[Order, ...] = ()
     state: str = ""
     takes_back: tuple[int, ...] = ()
     reversals: int = 0
+
+
+def retracted(rounds: Sequence[Round]) -> set[int]:
+    """Numbers of the rounds that later ones take back."""
+    return {number for round in rounds for number in round.takes_back}
+
+
+def standing_after(
+    rounds: Sequence[Round],
+    reading: Reading | None = None,
+    *,
+    released: Sequence[Order] = (),
+    takes_back: Sequence[int] = (),
+) -> Standing:
+    """What holds after some rounds, and a newer reading where there is one; see `fold`.
+
+    Args:
+        rounds: All so far.
+        reading: Of the words after them.
+        released: Orders that those confirm.
+        takes_back: Numbers of the rounds that those take back.
+    """
+    newest = [] if reading is None else [reading]
+    return fold(
+        [*(round.reading or Reading(()) for round in rounds), *newest],
+        released=[*(round.released for round in rounds), released],
+        retracted={number - 1 for number in retracted(rounds) | {*takes_back}},
+    )

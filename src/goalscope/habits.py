@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from random import Random
 from typing import Literal
 
-from goalscope.dialog import SimulatedHuman
+from goalscope.dialog import SimulatedHuman, completes
 from goalscope.envs import Environment
 from goalscope.models import Generator
 from goalscope.prompts import render
@@ -69,7 +69,7 @@ _ANSWER = re.compile(r"\W*(?:yes|yeah|yep|sure|ok|okay|no|nope|please|fine|go)\b
 class Terse(SimulatedHuman):
     """Says at most `WORDS` words at a time: whole sentences, if one is that short."""
 
-    def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
+    def answer(self, query: str, turns: Sequence[Turn], status: str) -> str:
         """What the model says as this person, cut short; the completion phrase is left whole.
 
         Words that would end the task only because they were cut are not said.
@@ -82,7 +82,7 @@ class Terse(SimulatedHuman):
             words=WORDS,
             max_tokens=_TERSE_TOKENS,
         )
-        if not said or self.env.is_completion(Turn(query, said)):
+        if not said or completes(self.env, said):
             return self.env.completion_phrase
         return _going_on(self.env, query, shortened(said, WORDS))
 
@@ -94,11 +94,11 @@ class Distracted(SimulatedHuman):
     evidence of any goal; and they ask for nothing that the environment would do.
     """
 
-    def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
+    def answer(self, query: str, turns: Sequence[Turn], status: str) -> str:
         """What the model says as this person, or a remark."""
         three, place = divmod(len(turns) - 1, 3)
         if not turns or place != self._random(three).randrange(3):
-            return super().reply(query, turns, status)
+            return super().answer(query, turns, status)
         topics = self._random("topics").sample(list(REMARKS), len(REMARKS))
         return self._remark(topics[three % len(topics)], query)
 
@@ -106,9 +106,8 @@ class Distracted(SimulatedHuman):
         prompt = render("remark", topic=topic)
         reply = self.model.generate(prompt, max_tokens=_REMARK_TOKENS, stop=("\n",), seed=self.seed)
         said = shortened(" ".join(reply.text.split()).strip('" '), 20)
-        turn = Turn(query, said)
-        heard = self.env.is_completion(turn) or self.env.requests([turn])
-        return REMARKS[topic] if not said or _ANSWER.match(said) or heard else said
+        ends = completes(self.env, said)
+        return REMARKS[topic] if not said or _ANSWER.match(said) or ends else said
 
     def _random(self, what: object) -> Random:
         return Random(f"{self.profile.name} {self.seed} {what}")
@@ -121,10 +120,10 @@ class VolunteersLate(SimulatedHuman):
     description that is but one such part is known from the start.
     """
 
-    def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
+    def answer(self, query: str, turns: Sequence[Turn], status: str) -> str:
         """What the model says as this person, who does not end the task before all is told."""
         if len(turns) >= EARLY:
-            return super().reply(query, turns, status)
+            return super().answer(query, turns, status)
         start = _PART.split(self.profile.description.strip(), maxsplit=1)[0]
         start = start.rstrip(":;") + "." if start.endswith((":", ";")) else start
         return _going_on(self.env, query, self.speak(start, query, turns, status))
@@ -143,10 +142,10 @@ class ChangesMind(SimulatedHuman):
         super().__init__(model, profile, env, seed)
         self.first = first
 
-    def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
+    def answer(self, query: str, turns: Sequence[Turn], status: str) -> str:
         """What the model says as one person or the other, who does not end the task too early."""
         if len(turns) > EARLY:
-            return super().reply(query, turns[EARLY:], status)
+            return super().answer(query, turns[EARLY:], status)
         changing = len(turns) == EARLY
         description = self.profile.description if changing else self.first.description
         said = self.speak(description, query, [] if changing else turns, status)
@@ -209,4 +208,4 @@ def shortened(text: str, most: int) -> str:
 
 def _going_on(env: Environment, query: str, said: str) -> str:
     """The words, if they go on with the task; else a hesitation."""
-    return HESITATION if not said or env.is_completion(Turn(query, said)) else said
+    return HESITATION if not said or completes(env, said) else said

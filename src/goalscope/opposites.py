@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from goalscope.envs.speech import evened
+from goalscope.speech import evened
 from goalscope.types import Goal
 
 __all__ = ["opposes"]

@@ -14,6 +14,7 @@ from goalscope.types import InvalidInputError
 __all__ = [
     "DIALOGUE_ACTS",
     "SLOTS",
+    "Example",
     "Order",
     "Reading",
     "Verb",
@@ -91,6 +92,19 @@ class Order:
     where: str = ""
     if_: str = ""
     why: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Example:
+    """A message and what it comes to, which shows a model that was not taught how to read.
+
+    Attributes:
+        message: What a person says.
+        orders: Its orders in canonical English (see `orders_to_text`).
+    """
+
+    message: str
+    orders: str
 
 
 @dataclass(frozen=True, slots=True)

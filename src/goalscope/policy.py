@@ -14,9 +14,11 @@ from goalscope.goals import drawn_lines
 from goalscope.models import Model
 from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import recent, render
-from goalscope.types import Action, GoalscopeError, StepResult, Turn, spoken
+from goalscope.standing import Standing
+from goalscope.types import Action, GoalscopeError, StepResult, Turn
+from goalscope.words import contains, singulars
 
-__all__ = ["Choice", "Outcome", "Planner", "Want", "choose", "undo", "weigh"]
+__all__ = ["Choice", "Outcome", "Planner", "Want", "choose", "names_in", "undo", "weigh"]
 
 OTHER_GOALS = ("get through the week", "clean the bathroom", "have breakfast")
 """Everyday goals that stand for having no particular one."""
@@ -45,15 +47,13 @@ class Outcome:
     Attributes:
         results: The actions that stand, in order.
         replans: How many plans were impossible before them.
-        question: Leave to ask for, before what the plan holds besides may be done.
         failed: What was tried and could not be done.
         held: What would be right for one goal and wrong for another, and waits for an answer.
-        guessed: Targets of what was done though nobody asked for it outright.
+        guessed: Targets of what was done.
     """
 
     results: tuple[StepResult, ...]
     replans: int
-    question: str = ""
     failed: tuple[StepResult, ...] = ()
     held: tuple[str, ...] = ()
     guessed: tuple[str, ...] = ()
@@ -149,65 +149,49 @@ class Planner:
         wants: Sequence[Want],
         turns: Sequence[Turn],
         history: Sequence[StepResult],
+        standing: Standing,
     ) -> Outcome:
         """Plan and act; a plan that fails is undone and made anew without the failed action.
 
-        What nobody can undo stays, with what was done before it. What needs the person's leave is
-        not done; the first such act becomes the question.
+        What nobody could undo is never done unasked.
 
         Args:
             env: Where to act.
-            wants: What to act for; with none, only what the person asked for outright is done.
+            wants: What to act for.
             turns: The conversation, the newest turn last.
             history: Every action that stands so far, for undoing.
+            standing: What holds after what was said.
 
         Raises:
             GoalscopeError: After undoing a plan, the environment is not as it was before it.
         """
         impossible: dict[Action, StepResult] = {}
-        standing: list[StepResult] = []
-        terms, held = self.search_terms(env, wants, spoken(turns))
-        held = [term for term in held if env.actions([term], turns)]
-        question = ""
-        asked: set[Action] = set()
+        terms, held = self.search_terms(env, wants, [turn.utterance for turn in turns])
+        held = [term for term in held if env.actions(term, standing)]
+        start = env.fingerprint()
+        results: list[StepResult] = []
         for _ in range(self.replans + 1):
-            results: list[StepResult] = []
-            states = [env.fingerprint()]
-            requested = env.requests(turns)
-            asked |= {*requested}
-            plan, unsure = self.plan(env, wants, terms, turns, [*history, *standing], requested)
+            plan, unsure = self.plan(env, wants, terms, turns, history, standing)
             for action in plan:
-                if action in impossible:
-                    continue
-                if leave := env.permission(action, turns):
-                    question = question or leave
+                if action in impossible or env.lasting(action):
                     continue
                 result = taken(env, action)
                 if not result.ok:
                     impossible[action] = result
                     break
                 results.append(result)
-                states.append(env.fingerprint())
-                if result.irreversible:  # slices, say, are there only now
-                    planned = {each.target for each in plan}
-                    new = [each for each in env.requests(turns) if each.target not in planned]
-                    asked |= {*new}
-                    plan += new
             else:
-                standing += results
                 held += unsure
                 break
-            kept = max((n for n, each in enumerate(results, 1) if each.irreversible), default=0)
-            standing += results[:kept]
-            undo(env, [*history, *standing], states[kept])
-        acts = [each.action for each in standing if each.action.name != SEARCH]
+            undo(env, history, start)
+            results = []
+        acts = [each.action for each in results if each.action.name != SEARCH]
         return Outcome(
-            tuple(standing),
+            tuple(results),
             len(impossible),
-            question,
             tuple(impossible.values()),
             tuple(held),
-            tuple(action.target for action in acts if action not in asked),
+            tuple(action.target for action in acts),
         )
 
     def search_terms(
@@ -230,11 +214,13 @@ class Planner:
                     max_tokens=48,
                     goal=want.text,
                 )
-                stocked = env.mentioned(drawn) + env.kinds(want.text, self.kinds)
-                self._candidates[want.text] = stocked
-        mentioned, words = env.mentioned(utterances), self.newest(utterances)
+                near = [name for line in drawn for name in env.offers(line, 1)]
+                self._candidates[want.text] = near + env.offers(want.text, self.kinds)
+        words = self.newest(utterances)
+        near_words = env.offers(words, self.near)
         wanted_kinds = (term for want in wants for term in self._candidates[want.text])
-        terms = list(dict.fromkeys([*mentioned, *env.kinds(words, self.near), *wanted_kinds]))
+        terms = list(dict.fromkeys([*near_words, *wanted_kinds]))
+        mentioned = names_in(words, terms)
         if not terms:
             return [], []
         probability, gains, without = weigh(wants, words, partial(self.log_probability, terms))
@@ -263,16 +249,16 @@ class Planner:
         terms: Sequence[str],
         turns: Sequence[Turn],
         history: Sequence[StepResult],
-        requested: Sequence[Action],
+        standing: Standing,
     ) -> tuple[list[Action], list[str]]:
-        """What the person asked for outright, then for each term a search and its best find.
+        """For each term a search and its best find, and what to hold back.
 
-        And what to hold back: nothing more than what `search_terms` does.
+        That is nothing more here than what `search_terms` holds back.
         """
-        plan = [*requested]
-        served = {action.target for action in plan}
+        plan: list[Action] = []
+        served: set[str] = set()
         for term in terms:
-            actions = env.actions([term], turns)
+            actions = env.actions(term, standing)
             if actions and not any(action.target in served for action in actions):
                 served.add(actions[0].target)
                 plan += [Action(SEARCH, term), actions[0]]
@@ -305,6 +291,12 @@ class Planner:
             for text, value in zip(new, total, strict=True):
                 known[*key, text] = float(value)
         return np.array([known[*key, text] for text in texts])
+
+
+def names_in(text: str, names: Sequence[str]) -> list[str]:
+    """Those of the names of which a text holds every word, in the singular or plural."""
+    said = {*singulars(text)}
+    return [name for name in names if contains(said, singulars(name))]
 
 
 def weigh(

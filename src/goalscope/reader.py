@@ -20,6 +20,7 @@ from goalscope.orders import (
     DIALOGUE_ACTS,
     REASONS,
     SLOTS,
+    Example,
     Order,
     Reading,
     Verb,
@@ -37,7 +38,8 @@ from goalscope.types import (
     checked_text,
 )
 
-__all__ = ["MOST_ORDERS", "Example", "Exchange", "Reader", "grammar_of", "schema_of"]
+__all__ = ["MOST_ORDERS", "Exchange", "Reader"]
+__all__ += ["check_verbs", "grammar_of", "reader_of", "schema_of"]
 
 Form = Literal["text", "json"]
 
@@ -48,19 +50,6 @@ _WINDOW = 9  # earlier messages that are read again for what the newest one poin
 _MOST_TOKENS = 320  # of a reading
 _LONGEST_NAME = 12  # words of a thing
 _PHRASES = ("what", "for", "where", "if")
-
-
-@dataclass(frozen=True, slots=True)
-class Example:
-    """A message and what it comes to, which shows a model that was not taught how to read.
-
-    Attributes:
-        message: What a person says.
-        orders: Its orders in canonical English (see `orders_to_text`).
-    """
-
-    message: str
-    orders: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +95,7 @@ class Reader:
         taught: bool = False,
         form: Form = "text",
     ) -> None:
-        _check_verbs(verbs)
+        check_verbs(verbs)
         self.model = model
         self.verbs = (*verbs, *DIALOGUE_ACTS)
         self.form: Form = form if model.takes_grammar else "json"
@@ -115,10 +104,11 @@ class Reader:
             self._opening = render("read", verbs=self.verbs)
         else:
             self._opening = render("read_untaught", verbs=self.verbs, task=task, form=self.form)
-            for each in examples:
-                self._opening += self._chat(
-                    Exchange("", each.message, orders_from_text(each.orders, verbs))
-                )
+        self._examples = [
+            Exchange("", each.message, orders_from_text(each.orders, verbs))
+            for each in examples
+            if not taught
+        ]
 
     def read(
         self,
@@ -142,11 +132,12 @@ class Reader:
         """
         message = checked_text(message, "utterance")
         before = before[-_WINDOW:]
-        prompt = self.prompt(message, question=question, before=before)
+        shown = [*self._examples, *before]
+        prompt = self._prompt(message, question, shown)
         most = self.model.context_size - _MOST_TOKENS
-        while before and self.model.count_tokens(prompt) > most:
-            before = before[1:]
-            prompt = self.prompt(message, question=question, before=before)
+        while shown and self.model.count_tokens(prompt) > most:
+            shown = shown[1:]
+            prompt = self._prompt(message, question, shown)
         if (tokens := self.model.count_tokens(prompt)) > most:
             raise InvalidInputError(
                 f"The message is too long to be read: {tokens} tokens with the prompt, of at most "
@@ -171,7 +162,10 @@ class Reader:
         self, message: str, *, question: str = "", before: Sequence[Exchange] = ()
     ) -> list[Message]:
         """The chat after which the model writes the reading of `message`."""
-        chat = [part for each in before[-_WINDOW:] for part in self._chat(each)]
+        return self._prompt(message, question, [*self._examples, *before[-_WINDOW:]])
+
+    def _prompt(self, message: str, question: str, shown: Sequence[Exchange]) -> list[Message]:
+        chat = [part for each in shown for part in self._chat(each)]
         return [*self._opening, *chat, Message("user", _asked(question, message))]
 
     def written(self, orders: Sequence[Order]) -> str:
@@ -207,6 +201,26 @@ class Reader:
         if len(orders) > 1:
             orders = tuple(each for each in orders if each.do != "none")
         return orders[:MOST_ORDERS] or (Order("none"),)
+
+
+def reader_of(
+    model: Generator, verbs: Sequence[Verb], *, task: str = "", examples: Sequence[Example] = ()
+) -> Reader:
+    """The reader of a domain: by the part of the model that was taught to read, if there is one.
+
+    Args:
+        model: As of `open_model`, or any that writes.
+        verbs: See `Reader`, as for the next two.
+        task: The agent and its task.
+        examples: Some readings.
+    """
+    return Reader(
+        getattr(model, "reader", model),
+        verbs,
+        task=task,
+        examples=examples,
+        taught=bool(getattr(model, "taught", False)),
+    )
 
 
 def grammar_of(verbs: Sequence[Verb], words: Iterable[str]) -> str:
@@ -265,7 +279,12 @@ def _literal(text: str) -> str:
     return f'"{escaped}"'
 
 
-def _check_verbs(verbs: Sequence[Verb]) -> None:
+def check_verbs(verbs: Sequence[Verb]) -> None:
+    """Refuse verbs that no reader can use.
+
+    Raises:
+        InvalidInputError: There are none, two of one name, or one with an unknown slot.
+    """
     if not verbs:
         raise InvalidInputError(
             "The environment declares no verbs, so that nothing can be asked of it. Give `verbs`, "

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from goalscope.calibration import calibration_from_json
 from goalscope.episode import Round
+from goalscope.orders import Order, Reading, order_from_json, order_to_json
 from goalscope.types import Action, Goal, GoalChange, GoalscopeError, StepResult, Turn
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ def round_to_json(round: Round) -> str:
             "number": round.number,
             "turn": asdict(round.turn),
             "belief": belief and belief_to_json(belief),
+            "reading": round.reading and _reading(round.reading),
             "changes": [asdict(change) for change in round.changes],
             "results": [asdict(result) for result in round.results],
             "replans": round.replans,
@@ -44,6 +46,8 @@ def round_to_json(round: Round) -> str:
             "notes": list(round.notes),
             "terminated": round.terminated,
             "question": round.question,
+            "pending": _orders(round.pending),
+            "released": _orders(round.released),
             "state": round.state,
             "takes_back": list(round.takes_back),
             "reversals": round.reversals,
@@ -91,6 +95,7 @@ def round_from_json(text: str) -> Round:
         number=data["number"],
         turn=Turn(**data["turn"]),
         belief=belief,
+        reading=_reading_from(reading) if (reading := data.get("reading")) else None,
         changes=tuple(
             GoalChange(
                 change["kind"],
@@ -115,10 +120,32 @@ def round_from_json(text: str) -> Round:
         notes=tuple(data["notes"]),
         terminated=data["terminated"],
         question=data.get("question", ""),
+        pending=_orders_from(data.get("pending", ())),
+        released=_orders_from(data.get("released", ())),
         state=data.get("state", ""),
         takes_back=tuple(data.get("takes_back", ())),
         reversals=data.get("reversals", 0),
     )
+
+
+def _reading(reading: Reading) -> dict[str, Any]:
+    return {
+        "orders": _orders(reading.orders),
+        "log_probability": reading.log_probability,
+        "margin": reading.margin,
+    }
+
+
+def _reading_from(data: Mapping[str, Any]) -> Reading:
+    return Reading(_orders_from(data["orders"]), data["log_probability"], data["margin"])
+
+
+def _orders(orders: Sequence[Order]) -> list[dict[str, Any]]:
+    return [order_to_json(each) for each in orders]
+
+
+def _orders_from(data: Sequence[object]) -> tuple[Order, ...]:
+    return tuple(order_from_json(each) for each in data)
 
 
 def _numbers(values: list[float]) -> list[float | str]:

@@ -87,7 +87,6 @@ class Session:
         read: Callable[[str], str] | None = None,
         owner: str | None = None,
         resume: EpisodeInfo | None = None,
-        confirm: bool = False,
         progress: Callable[[str], None] | None = None,
         draft: Heard | None = None,
     ) -> None:
@@ -103,8 +102,7 @@ class Session:
                 `run` with one.
             owner: Whose episode it is, on the web page.
             resume: The stored episode to continue.
-            confirm: See `Agent`, as for the next one.
-            progress: Is told what the agent does.
+            progress: Is told what the agent does, as for `Agent`.
             draft: Is told each question that it writes, as for `Agent`.
 
         Raises:
@@ -124,7 +122,6 @@ class Session:
             questions=settings.questions,
             planner=planner_of(settings, model),
             seed=settings.seed,
-            confirm=confirm,
             progress=progress,
             draft=draft,
         )

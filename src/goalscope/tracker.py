@@ -12,7 +12,6 @@ from typing import Any, Literal, TypeVar, cast, get_args
 from goalscope.belief import Belief
 from goalscope.calibration import Calibration
 from goalscope.calibrations import NAMED, calibration_named
-from goalscope.envs.remarks import changes_mind
 from goalscope.envs.tables import nearest
 from goalscope.episode import Round
 from goalscope.goals import GoalManager, incomplete, made_from
@@ -352,13 +351,11 @@ class GoalTracker:
         *,
         given: Collection[Goal] = (),
         propose: bool = True,
+        anew: bool = False,
         most: int | None = None,
         progress: Callable[[str], None] = lambda _: None,
     ) -> tuple[list[GoalChange], bool]:
         """After a turn, propose goals if none explains the words, and remove what is unfit.
-
-        Goals are proposed as well where the person says that they have changed their mind: what
-        they drop is named in the same words, and so explained by the old goals.
 
         Args:
             goals: Proposes and removes (Sec. 3.2).
@@ -366,6 +363,8 @@ class GoalTracker:
             corrections: What the person said of the goals since the last of them.
             given: Goals that stay.
             propose: Whether any may be proposed.
+            anew: Whether some are proposed even if a goal explains the words: where the person
+                tells another aim, its words may be explained by an old goal, which they name, too.
             most: Most goals in all.
             progress: Is told what is done, before each part of it.
 
@@ -375,7 +374,7 @@ class GoalTracker:
         since = made_from([round.changes for round in rounds])
         added: list[GoalChange] = []
         missing = propose and incomplete(self.belief, goals.propose, since=since)
-        if missing or (propose and changes_mind(self.turns[-1].utterance)):
+        if missing or (propose and anew):
             progress("proposing goals")
             past = [*(change for round in rounds for change in round.changes), *corrections]
             added = goals.added(self.likelihood, self.belief, self.turns, past)

@@ -20,7 +20,6 @@ __all__ = [
     "ModelError",
     "Profile",
     "StepResult",
-    "TakenBack",
     "Turn",
     "UnreadableAnswerError",
     "checked_text",
@@ -29,7 +28,6 @@ __all__ = [
     "goals_of",
     "meaning",
     "readable",
-    "spoken",
 ]
 
 
@@ -154,19 +152,6 @@ class Turn:
 
     query: str
     utterance: str
-
-
-@dataclass(frozen=True, slots=True)
-class TakenBack(Turn):
-    """A turn whose words count no more: they were taken back, or took others back.
-
-    What they speak of may still be meant by an "it" that follows.
-    """
-
-
-def spoken(turns: Iterable[Turn]) -> list[str]:
-    """What a person said, and did not take back."""
-    return [turn.utterance for turn in turns if not isinstance(turn, TakenBack)]
 
 
 @dataclass(frozen=True, slots=True)

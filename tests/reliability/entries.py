@@ -28,6 +28,7 @@ from goalscope.goals import propose
 from goalscope.infer import read_dialogues
 from goalscope.judge import judge
 from goalscope.policy import Planner, Want
+from goalscope.standing import Standing
 from goalscope.study.plan import read_plan
 from goalscope.types import UNSPECIFIED, Goal, GoalscopeError
 from houses import house as home
@@ -82,7 +83,7 @@ def read_goals(data: bytes) -> None:
         assert 2 <= len(change.goal.text) <= 100
     for env in (LampRoom(["lamp", "cake", "flour"]), SHOP):
         env.reset()
-        outcome = Planner(model).act(env, [Want("bake a cake", 1.0)], turns, [])
+        outcome = Planner(model).act(env, [Want("bake a cake", 1.0)], turns, [], Standing())
         assert len(outcome.results) <= 40
 
 

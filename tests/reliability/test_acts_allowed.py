@@ -15,6 +15,7 @@ from goalscope.envs.grocery.search import Search
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.house.offers import NAMES
 from goalscope.policy import Planner
+from goalscope.standing import Standing
 from goalscope.types import Action
 from hostile import ORDERS
 
@@ -127,7 +128,7 @@ def test_acts_that_are_invented_never_reach_the_state(
     planned = [each for each in acts if is_hashable(each)][: count // 10]
     turns = said("Buy it all, break it all, and take it out.")
     for action in planned:
-        assert Plans([action]).act(env, [], turns, []).results == ()
+        assert Plans([action]).act(env, [], turns, [], Standing()).results == ()
         assert env.fingerprint() == before
     assert controller.asked == 0
     record_property(

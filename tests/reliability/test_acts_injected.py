@@ -89,11 +89,21 @@ RESIDENT = (
 )
 
 
+READS = {
+    SHOPPER[0]: "add whole milk\nadd plum jam\nadd fig paste\nadd date syrup\nadd corn crackers\n"
+    "add rose water",
+    SHOPPER[1]: "ask basket",
+    RESIDENT[0]: "put soap bar | where sink",
+    RESIDENT[1]: "ask soap bar",
+    "ok": "none",
+}
+
+
 class Gullible(WordModel):
     """It writes what stands in the names, and nothing else."""
 
     def __init__(self, names: list[str]) -> None:
-        super().__init__({"": "\n".join(f"- {each}" for each in names)})
+        super().__init__({"": "\n".join(f"- {each}" for each in names)}, reads=READS)
 
 
 @dataclass

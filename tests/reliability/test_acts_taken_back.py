@@ -3,22 +3,45 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import pytest
 
-from fakes import said
+from fakes import WordModel
+from goalscope.agent import Agent
+from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.house import HomeRobot, HouseController
+from goalscope.policy import Planner
+from goalscope.standing import Standing
 from goalscope.types import Action
-from talks import Talk
 
 CATALOGUE = Catalogue(Catalogue.load().items[::40])
 SEARCH = Search(CATALOGUE)
 SCENES = ("Kitchen1", "LivingRoom1", "Bedroom1", "Bathroom1")
 COUNTS = [60, pytest.param(600, marks=pytest.mark.slow)]
-AIM = "I'm having guests"
+
+
+class Plans(Planner):
+    """Makes the plan that it is given, once."""
+
+    def __init__(self, given: Sequence[Action]) -> None:
+        super().__init__(WordModel(), replans=0)
+        self.given = given
+
+    def plan(self, *_: object) -> tuple[list[Action], list[str]]:
+        return [*self.given], []
+
+
+def rounds_of(env: Environment, draw: Callable[[], list[Action]], agent: Agent) -> list[str]:
+    """States before each of some rounds, in which what is drawn was done, and after them."""
+    states = [env.fingerprint()]
+    for _ in range(4):
+        agent.planner = Plans(draw())
+        agent.step("", "I am having guests.")
+        states.append(env.fingerprint())
+    return states
 
 
 @pytest.mark.parametrize("count", COUNTS)
@@ -27,19 +50,21 @@ def test_baskets_come_back(count: int, record_property: Callable[[str, object], 
     undone = 0
     while undone < count:
         shop = GroceryShop(CATALOGUE, search=SEARCH)
-        talk, states = Talk(shop), [shop.basket]
-        for _ in range(rng.randint(1, 6)):
+        agent = Agent(shop, WordModel(), method="no-goals")
+
+        def draw(shop: GroceryShop = shop) -> list[Action]:
             held = [Action("remove item", name) for name in shop.basket]
             added = [
                 Action("add item", rng.choice(CATALOGUE.items).name, rng.randint(1, 3))
                 for _ in range(rng.randint(1, 4))
             ]
-            talk.say(AIM, guesses=[*added, *held[: rng.randint(0, 1)]])
-            states.append(shop.basket)
+            return [*added, *held[: rng.randint(0, 1)]]
+
+        states = rounds_of(shop, draw, agent)
         while len(states) > 1:
             states.pop()
-            assert talk.say("Undo that.").takes_back
-            assert shop.basket == states[-1]
+            assert agent.step("", "undo").takes_back
+            assert shop.fingerprint() == states[-1]
             undone += 1
     record_property("measured", f"{undone:,} rounds in the shop: the basket before each")
 
@@ -52,24 +77,19 @@ def test_rooms_come_back_or_what_stays_is_told(
     undone = told = 0
     while undone < count:
         robot = HomeRobot(HouseController(rng.choice(SCENES)))
-        talk = Talk(robot)
-        for _ in range(4):
+        agent = Agent(robot, WordModel(), method="no-goals")
+        for _ in range(3):
+            offers = robot.actions(rng.choice(robot.offers("", 99)), Standing())
+            free = [each for each in offers if not robot.lasting(each)]
             before = robot.status()
-            acts: list[Action] = []
-            for _ in range(rng.randint(1, 5)):
-                offers = robot.actions([rng.choice(robot.kinds("", 99))], said(AIM))
-                free = [each for each in offers if not robot.permission(each, said(AIM))]
-                action = rng.choice([*free, Action("open", "fridge")])
-                if robot.step(action).ok:
-                    acts.append(action)
-            robot.reset()
-            assert all(robot.step(each.action).ok for each in talk.history)
-            talk.say(AIM, guesses=acts)
-            back = talk.say("Undo that.")
+            agent.planner = Plans([rng.choice([*free, Action("open", "fridge")])])
+            if not agent.step("", "I am having guests.").results:
+                continue
+            back = agent.step("", "undo")
             undone += 1
-            stays = [note for note in back.notes if note.startswith("I cannot undo that: ")]
+            stays = [note for note in back.notes if not note.startswith("Taken back")]
             told += bool(stays)
-            assert robot.status() == before or stays, (acts, back.notes)
+            assert robot.status() == before or stays, (agent.rounds[-2].results, back.notes)
     record_property(
         "measured",
         f"{undone:,} rounds in four rooms: the room before each, but for {told:,} of which it is "

@@ -14,10 +14,10 @@ from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.house import HomeRobot, HouseController
-from goalscope.envs.house.hearing.hear import IRREVERSIBLE
 from goalscope.envs.house.offers import NAMES
 from goalscope.envs.house.simulator.properties import LASTING, PREDICATES
 from goalscope.policy import Planner
+from goalscope.standing import Standing
 from goalscope.types import Action, GoalscopeError, StepResult
 
 CATALOGUE = Catalogue(Catalogue.load().items[::40])
@@ -28,13 +28,6 @@ STAYS = [each for each in PREDICATES if each not in ("isPickedUp", "parentRecept
 STAYS.remove("temperature")  # which returns by itself
 STATES = (*STAYS, "fillLiquid")
 """What of a thing an act can change, besides where it is and how warm."""
-
-
-class Trusting(HomeRobot):
-    """A robot that asks nobody for leave."""
-
-    def permission(self, action: Action, turns: Sequence[object]) -> str:
-        return ""
 
 
 class Plans(Planner):
@@ -58,7 +51,7 @@ def housework(rng: random.Random, robot: HomeRobot) -> Iterator[Action]:
     names = robot.names
     frail = [names[each["objectId"]] for each in robot.metadata["objects"] if each["breakable"]]
     while True:
-        offers = robot.actions([rng.choice(robot.kinds("", 99))])
+        offers = robot.actions(rng.choice(robot.offers("", 99)), Standing())
         yield rng.choice([*offers, Action("break", rng.choice(frail)), Action("open", "fridge")])
 
 
@@ -80,7 +73,7 @@ def test_a_failed_plan_leaves_the_basket_as_it_was(
             item = CATALOGUE.items[0].name
             bad = [Action("remove item", item, 99), Action("add item", "none such"), Action("fly")]
             plan.insert(rng.randint(0, len(plan)), rng.choice(bad))
-        outcome = Plans(plan).act(shop, [], said("hello"), history)
+        outcome = Plans(plan).act(shop, [], said("hello"), history, Standing())
         if outcome.failed:
             failed += 1
             assert outcome.results == ()
@@ -92,44 +85,26 @@ def test_a_failed_plan_leaves_the_basket_as_it_was(
 
 
 @pytest.mark.parametrize("count", COUNTS)
-def test_a_failed_plan_leaves_the_house_as_it_was_but_for_what_lasts(
+def test_a_failed_plan_leaves_the_house_as_it_was(
     count: int, record_property: Callable[[str, object], None]
 ) -> None:
     rng = random.Random(6)
-    failed = lasting = 0
-    round = 0
+    failed = round = 0
     while failed < count:
-        scene = SCENES[round % len(SCENES)]
-        robot, other = Trusting(HouseController(scene)), HomeRobot(HouseController(scene))
-        history: list[StepResult] = []
+        robot = HomeRobot(HouseController(SCENES[round % len(SCENES)]))
         acts, round = housework(rng, robot), round + 1
         for _ in range(25):
             before = robot.fingerprint()
             plan = [next(acts) for _ in range(rng.randint(0, 3))]
             bad = rng.choice([Action("fly"), Action("put", next(acts).target, destination="moon")])
             plan.insert(rng.randint(0, len(plan)), bad)
-            outcome = Plans(plan).act(robot, [], said("hello"), history)
+            outcome = Plans(plan).act(robot, [], said("hello"), [], Standing())
             assert outcome.failed
             failed += 1
-            kept = [each for each in outcome.results if each.irreversible]
-            assert bool(kept) == bool(outcome.results)
-            history += outcome.results
-            if not kept:
-                assert robot.fingerprint() == before
-                continue
-            lasting += len(kept)
-            other.reset()
-            assert all(other.step(each.action).ok for each in history)
-            assert state(other) == state(robot)
-            assert outcome.results[-1].irreversible
-            assert all(each.observation.endswith("cannot be undone.") for each in kept)
-            done = sum(each[own] for each in robot.metadata["objects"] for own in LASTING)
-            assert done >= len([each for each in history if each.irreversible])
-    record_property(
-        "measured",
-        f"{failed:,} failed plans in the house: each undone to the letter, and {lasting:,} lasting "
-        "acts kept and told",
-    )
+            assert outcome.results == ()
+            assert robot.fingerprint() == before
+        assert not any(each[own] for each in robot.metadata["objects"] for own in LASTING)
+    record_property("measured", f"{failed:,} failed plans in the house: each undone to the letter")
 
 
 class Leaking(GroceryShop):
@@ -166,13 +141,13 @@ def test_where_undoing_leads_elsewhere_the_agent_stops_and_says_so(domain: str) 
         env, good = Leaking(CATALOGUE, search=SEARCH), Action("add item", CATALOGUE.items[0].name)
         env.reset()
     else:
-        env, good = Trusting(Moving("Kitchen1")), Action("put", "tomato", destination="fridge")
+        env, good = HomeRobot(Moving("Kitchen1")), Action("put", "tomato", destination="fridge")
     plans = Plans([good, Action("fly")])
     agent = Agent(env, WordModel(), method="no-goals", planner=plans)
     with pytest.raises(
         GoalscopeError, match=r"another state than before, so that the agent\s+stops"
     ):
-        agent.step("What?", "hello there")
+        agent.step("What?", "hello there, my friend")
     assert agent.rounds == []
 
 
@@ -198,9 +173,9 @@ def restored(robot: HomeRobot, act: Action) -> bool:
 def test_an_act_is_marked_irreversible_where_no_other_leads_back_and_nowhere_else(
     scene: str, record_property: Callable[[str, object], None]
 ) -> None:
-    robot = Trusting(HouseController(scene))
+    robot = HomeRobot(HouseController(scene))
     start = state(robot)
-    marked, free = list[str](), 0
+    marked, free = list[tuple[str, str]](), 0
     for target in [*robot.names.values()]:
         for name in NAMES:
             if name in ("put", "pick up"):
@@ -209,11 +184,11 @@ def test_an_act_is_marked_irreversible_where_no_other_leads_back_and_nowhere_els
             if result.ok and state(robot) != start:
                 assert result.irreversible != restored(robot, result.action), result.action
                 assert result.observation.endswith("cannot be undone.") == result.irreversible
-                marked += [name] * result.irreversible
+                marked += [(name, target)] * result.irreversible
                 free += not result.irreversible
             if result.ok:
                 robot.reset()
-    assert {*marked} <= {*IRREVERSIBLE}
+    assert all(robot.lasting(Action(name, robot_target)) for name, robot_target in marked)
     record_property(
         "measured",
         f"{scene}: {len(marked)} acts that nothing leads back from, all marked; {free} others not",
@@ -228,7 +203,7 @@ def test_an_act_is_marked_irreversible_where_no_other_leads_back_and_nowhere_els
     ],
 )
 def test_what_heat_cooks_is_marked_too(way: Sequence[Action]) -> None:
-    robot = Trusting(HouseController("Kitchen1"))
+    robot = HomeRobot(HouseController("Kitchen1"))
     assert [robot.step(each).irreversible for each in way] == [False, True]
 
 

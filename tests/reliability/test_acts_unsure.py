@@ -19,6 +19,7 @@ from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.policy import Planner
+from goalscope.standing import Standing
 from goalscope.types import UNSPECIFIED, Goal
 from test_calibrating import believed, some
 
@@ -71,8 +72,7 @@ def test_while_unspecified_leads_nothing_lasting_is_done_and_each_guess_is_told(
         led += belief.probability.max() > np.sort(belief.probability)[-2] + 1e-9
         assert belief.probability[-1] >= belief.probability.max() - 1e-12
         turns = said("It will be a long day, and I have guests.")
-        assert env.requests(turns) == []
-        outcome = planner.act(env, agent._wants(turns), turns, [])
+        outcome = planner.act(env, agent._wants(turns), turns, [], Standing())
         done = [each for each in outcome.results if each.action.name != "search inventory"]
         assert not any(each.irreversible for each in done)
         assert {each.action.target for each in done} == {*outcome.guessed}
@@ -99,7 +99,7 @@ def test_where_unspecified_is_all_there_is_nothing_is_guessed(
         agent = Agent(env, model, planner=planner)
         assert agent._wants(turns) == []
         before = env.fingerprint()
-        assert planner.act(env, [], turns, []).results == ()
+        assert planner.act(env, [], turns, [], Standing()).results == ()
         assert env.fingerprint() == before
 
 

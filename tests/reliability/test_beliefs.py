@@ -91,7 +91,7 @@ def test_in_long_episodes_every_prompt_fits_and_has_the_newest_words(
     for number in range(25):
         model.prompts.clear()
         agent.step(
-            "What else?", f"word{number} lamp light " + "and more " * random.integers(10, 250)
+            "What else?", f"word{number} lamp light " + "and more " * random.integers(10, 200)
         )
         agent.ask()
         for prompt in model.prompts:

@@ -7,7 +7,6 @@ import os
 import random
 import signal
 from collections import Counter
-from collections.abc import Sequence
 from itertools import chain, count
 from pathlib import Path
 from typing import Any
@@ -16,13 +15,13 @@ import pytest
 from sqlalchemy.engine.default import DefaultDialect
 
 import lives as fork
-from fakes import LampRoom, WordModel, words
+from fakes import LampRoom, WordModel
 from goalscope.domains import Settings, open_environment
 from goalscope.envs.grocery import GroceryShop
 from goalscope.experiment.results import Results
 from goalscope.session import Session
 from goalscope.store import Store
-from goalscope.types import Action, StepResult, Turn
+from goalscope.types import Action, StepResult
 from lives import Lives, anew, episode, experiment, furnish, measured, rounds_of, signalled
 from test_agent import REPLIES
 
@@ -103,7 +102,7 @@ class LastingRoom(LampRoom):
     """A room that outlives the process: what was done stays done until it is reset."""
 
     def __init__(self, file: Path) -> None:
-        super().__init__(())
+        super().__init__(("red", "green", "blue", "vase"))
         self.file = file
         if file.exists():
             self.on, self.smashed = json.loads(file.read_text())
@@ -117,22 +116,16 @@ class LastingRoom(LampRoom):
         self._keep()
         return found
 
-    def requests(self, turns: Sequence[Turn]) -> list[Action]:
-        asked = turns[-2 if turns[-1].utterance == "yes" else -1].utterance.lower()
-        kinds = {"vase": "smash", "red": "switch on", "green": "switch on", "blue": "switch on"}
-        done = {*self.on, *self.smashed}
-        return [Action(kinds[w], w) for w in words(asked) if w in kinds and w not in done]
-
     def _keep(self) -> None:
         self.file.write_text(json.dumps([self.on, self.smashed]))
 
 
 SAID = {
     "shop": [
-        "Please add cocoa powder.", "2 packs of plain flour, please.", "Please remove the flour.",
-        "Add whole milk and green tea.", "Buy the basket",
+        "add cocoa powder", "add plain flour | 2 pack", "remove flour",
+        "add whole milk; add green tea", "Buy the basket", "yes",
     ],
-    "room": ["The red and the green.", "Smash the vase.", "yes", "Now the blue.", "Good night"],
+    "room": ["switch on red; switch on green", "smash vase", "yes", "switch on blue", "Good night"],
 }  # fmt: skip
 
 

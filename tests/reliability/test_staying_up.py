@@ -37,6 +37,8 @@ class Endless(WordModel):
     def generate(self, messages, **settings):
         self.longest = max(self.longest, self.count_tokens(messages))
         self.written += 1
+        if "grammar" in settings:
+            return Completion("aim\n" * 1000, "length", 1, 1)
         lines = [f"- thing {self.written * 50 + n} flour milk eggs" for n in range(50)]
         return Completion("\n".join(lines), "stop", 1, 1)
 
@@ -61,7 +63,8 @@ def test_a_model_that_writes_without_end_gets_no_more_done(
     most = 2 * planner.limit * 4  # a search and its find for each term, and what a find leads to
     acts = [len(each.results) for each in rounds]
     assert len(rounds) <= settings.rounds
-    assert 0 < max(acts) <= most
+    assert max(acts) <= most
+    assert max(acts) > 0 or domain == "house"
     assert max(each.replans for each in rounds) <= planner.replans + 1
     assert max(len(each.belief.goals) for each in rounds if each.belief) <= 1 + 3 * len(rounds)
     assert model.longest <= model.context_size

@@ -10,11 +10,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
-from goalscope.orders import Order, order_from_json, order_to_json, speaks, words_of
+from goalscope.orders import Order, Reading, order_from_json, order_to_json, speaks, words_of
 from goalscope.reader import Exchange, Reader
+from goalscope.standing import acting
 from goalscope.types import GoalscopeError, InvalidInputError, UnreadableAnswerError
 
-__all__ = ["Line", "Score", "differs", "line_to_json", "read_corpus", "read_lines", "score"]
+__all__ = ["THRESHOLDS", "Asking", "Line", "Score"]
+__all__ += ["asking", "differs", "line_to_json", "read_corpus", "read_lines", "score"]
+
+THRESHOLDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
+"""Margins in nats of which `asking` tells the cost."""
 
 _ARTICLES = frozenset(
     "a an the some any this that these those my our your his her their".split()  # noqa: SIM905
@@ -65,6 +70,25 @@ class Score:
     unread: float
 
 
+@dataclass(frozen=True, slots=True)
+class Asking:
+    """What it costs to ask about readings whose margin is below a threshold.
+
+    Of the messages that order something, as they were read:
+
+    Attributes:
+        threshold: Nats.
+        asked: Share that is asked about.
+        wrong_done: Share that is wrong, of those that are done at once.
+        right_asked: Share that is right, of those that are asked about.
+    """
+
+    threshold: float
+    asked: float
+    wrong_done: float
+    right_asked: float
+
+
 def read_corpus(path: Path) -> list[Line]:
     """Read a file of JSON Lines, or all files of a folder; see corpus/reading/README.md.
 
@@ -89,24 +113,23 @@ def read_corpus(path: Path) -> list[Line]:
     return found
 
 
-def read_lines(
-    lines: Sequence[Line], reader: Reader
-) -> Iterator[tuple[Line, tuple[Order, ...] | None]]:
+def read_lines(lines: Sequence[Line], reader: Reader) -> Iterator[tuple[Line, Reading | None]]:
     """Read each message; None where the model wrote no reading.
 
     Earlier messages of its conversation are read first, as they would have been.
     """
-    known: dict[tuple[str, ...], tuple[Order, ...] | None] = {}
+    known: dict[tuple[str, ...], Reading | None] = {}
+    nothing = Reading((Order("none"),))
 
-    def read(said: tuple[str, ...], question: str) -> tuple[Order, ...] | None:
+    def read(said: tuple[str, ...], question: str) -> Reading | None:
         if said not in known:
             *context, message = said
             before = [
-                Exchange("", context[n], read(tuple(context[: n + 1]), "") or (Order("none"),))
+                Exchange("", context[n], (read(tuple(context[: n + 1]), "") or nothing).orders)
                 for n in range(len(context))
             ]
             try:
-                known[said] = reader.read(message, question=question, before=before).orders
+                known[said] = reader.read(message, question=question, before=before)
             except UnreadableAnswerError:
                 known[said] = None
         return known[said]
@@ -148,6 +171,28 @@ def score(pairs: Iterable[tuple[Sequence[Order], Sequence[Order] | None]]) -> Sc
         f1("quantity"),
         unread / max(lines, 1),
     )
+
+
+def asking(pairs: Iterable[tuple[Sequence[Order], Reading | None]]) -> list[Asking]:
+    """The cost of asking at each of `THRESHOLDS`; none where the model tells no margin.
+
+    Args:
+        pairs: Right orders, and readings.
+    """
+    told = [
+        (found.margin, not differs(gold, found.orders))
+        for gold, found in pairs
+        if found and found.margin is not None and acting(found.orders)
+    ]
+    rows: list[Asking] = []
+    for threshold in THRESHOLDS if told else ():
+        asked = [right for margin, right in told if margin < threshold]
+        done = [right for margin, right in told if margin >= threshold]
+        wrong = 1 - sum(done) / max(len(done), 1)
+        rows.append(
+            Asking(threshold, len(asked) / len(told), wrong, sum(asked) / max(len(asked), 1))
+        )
+    return rows
 
 
 def differs(gold: Sequence[Order], found: Sequence[Order] | None) -> int:

@@ -139,7 +139,6 @@ def chat(
                 profile=profile,
                 read=read,
                 resume=info,
-                confirm=settings.human == "you",
             )
             show_header(out, session.info)
             ends = (

@@ -21,7 +21,7 @@ from goalscope.types import InvalidInputError
 if TYPE_CHECKING:
     from goalscope.benchmarks.reading import Line
     from goalscope.domains import Language
-    from goalscope.orders import Order
+    from goalscope.orders import Reading
 
 __all__ = ["bench_reading", "fit_reader"]
 
@@ -67,7 +67,14 @@ def bench_reading(
     [{"do", "what", "quantity", "unit", "for", "where", "if"}]}. Exact are messages whose orders
     are all right; F1 is that of orders by verb and thing.
     """
-    from goalscope.benchmarks.reading import differs, line_to_json, read_corpus, read_lines, score
+    from goalscope.benchmarks.reading import (
+        asking,
+        differs,
+        line_to_json,
+        read_corpus,
+        read_lines,
+        score,
+    )
     from goalscope.models.opening import open_reader
     from goalscope.orders import order_to_json, orders_to_text
     from goalscope.plain import plain
@@ -77,7 +84,7 @@ def bench_reading(
     lines = _chosen(read_corpus(file), languages, bool(domain))[:limit]
     with measuring("Loading the model"):
         opened, taught = open_reader(model_names(model)["model"], adapter=adapter)
-    pairs: list[tuple[Line, tuple[Order, ...] | None]] = []
+    readings: list[tuple[Line, Reading | None]] = []
     seconds: list[float] = []
     try:
         with progress("Messages") as show:
@@ -94,11 +101,13 @@ def bench_reading(
                 began = time.monotonic()
                 for pair in read_lines([line for line in lines if line.domain == name], reader):
                     seconds.append(time.monotonic() - began)
-                    pairs.append(pair)
-                    show(len(pairs), len(lines))
+                    readings.append(pair)
+                    show(len(readings), len(lines))
                     began = time.monotonic()
     finally:
         opened.close()
+    pairs = [(line, read and read.orders) for line, read in readings]
+    costs = asking((line.orders, read) for line, read in readings)
     found = {"all": score((line.orders, read) for line, read in pairs)}
     for name in dict.fromkeys(line.domain for line, _ in pairs):
         found[name] = score((line.orders, read) for line, read in pairs if line.domain == name)
@@ -109,12 +118,14 @@ def bench_reading(
         rows = [
             {
                 **line_to_json(line),
-                "read": None if read is None else [order_to_json(each) for each in read],
+                "read": None if read is None else [order_to_json(each) for each in read.orders],
+                "margin": read and read.margin,
             }
-            for line, read in pairs
+            for line, read in readings
         ]
         scores = {name: asdict(each) for name, each in found.items()}
-        print(json.dumps({"scores": scores, "seconds": median, "lines": rows}, ensure_ascii=False))
+        told = {"scores": scores, "asking": [asdict(each) for each in costs], "seconds": median}
+        print(json.dumps({**told, "lines": rows}, ensure_ascii=False))
         return
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
@@ -128,6 +139,11 @@ def bench_reading(
     out = console()
     out.print(table)
     out.print(f"Median time of a message: {median:.2f} s. Not read: {found['all'].unread:.1%}.")
+    for each in costs:
+        out.print(
+            f"Asking below {each.threshold:g} nats: {each.asked:.1%} of what orders something, "
+            f"{each.right_asked:.1%} of that right; {each.wrong_done:.1%} of the rest wrong."
+        )
     for line, read in wrong:
         out.print(plain(f"\n{line.id}  {line.message}"), soft_wrap=True)
         out.print(

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Protocol, cast
 
-from goalscope.types import Action, GoalscopeError, Profile, StepResult, Turn
+from goalscope.orders import Example, Order, Verb
+from goalscope.standing import Standing
+from goalscope.types import Action, GoalscopeError, Profile, StepResult
 
-__all__ = ["GUESSED", "MAY_LACK", "SEARCH", "Environment", "Reversal", "missing", "taken"]
+__all__ = ["GUESSED", "MAY_LACK", "SEARCH"]
+__all__ += ["Environment", "Pick", "Resolution", "missing", "taken"]
 
 GUESSED = "Guessed, not asked for: "
 """How a note begins that tells what was guessed."""
@@ -15,21 +19,34 @@ GUESSED = "Guessed, not asked for: "
 SEARCH = "search inventory"
 """Name of the action that only looks something up, in every domain."""
 
-
-Reversal = tuple[list[Action], list[str]]
-"""What brings back what was changed, and a sentence for each change that nothing brings back."""
-
 MAY_LACK = frozenset(
-    {"notes", "close", "is_order", "unmet", "permission", "reversal", "answer"}
-    | {"completion_actions"}
+    {"examples", "notes", "close", "fingerprint", "lasting", "actions", "undo", "answer"}
 )
 """What a class that inherits from `Environment` may leave out."""
+
+Pick = Callable[[str, Sequence[str]], str]
+"""Which of some names a person's words mean, as the model finds; "" where it is none of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Resolution:
+    """What an order comes to, here and now.
+
+    Attributes:
+        actions: What does it, in order.
+        why: One sentence that says what of it cannot be done and why, or that it is so already;
+            "" where the actions do all of it.
+    """
+
+    actions: tuple[Action, ...] = ()
+    why: str = ""
 
 
 class Environment(Protocol):
     """A domain in which the agent acts.
 
-    A class that inherits from it may leave out what it has no use for of `MAY_LACK`.
+    A class that inherits from it may leave out what it has no use for of `MAY_LACK`. It declares
+    what can be asked for, and reads no words itself: orders come to it as they were understood.
     """
 
     @property
@@ -38,14 +55,24 @@ class Environment(Protocol):
         ...
 
     @property
-    def notes(self) -> Sequence[str]:
-        """What a person should know about what was loaded, one sentence each."""
+    def verbs(self) -> Sequence[Verb]:
+        """What can be asked for; besides, there are the dialogue acts of `goalscope.orders`."""
+        ...
+
+    @property
+    def examples(self) -> Sequence[Example]:
+        """Some readings, for a model that was not taught to read."""
         return ()
 
     @property
     def completion_phrase(self) -> str:
         """What a person says to end the task."""
         ...
+
+    @property
+    def notes(self) -> Sequence[str]:
+        """What a person should know about what was loaded, one sentence each."""
+        return ()
 
     def reset(self) -> None:
         """Go back to the start."""
@@ -54,92 +81,66 @@ class Environment(Protocol):
     def close(self) -> None:
         """Let go of whatever runs behind it."""
 
-    def fingerprint(self) -> str:
-        """A text that is the same for the same state, and for no other."""
-        ...
-
     def status(self) -> str:
         """The present state, for people and prompts."""
         ...
 
-    def kinds(self, text: str, limit: int) -> list[str]:
-        """Generic names of things here that may serve `text`, nearest first."""
-        ...
-
-    def mentioned(self, utterances: Sequence[str]) -> list[str]:
-        """Generic names of things here that the person spoke of, and did not refuse."""
-        ...
-
-    def actions(self, relevant: Sequence[str], turns: Sequence[Turn] = ()) -> list[Action]:
-        """The actions that are possible now, given search terms or object names.
-
-        What the person ruled out in `turns` is not possible.
-        """
-        ...
-
-    def requests(self, turns: Sequence[Turn]) -> list[Action]:
-        """What the person asks for outright and lacks, and the mending of what they refuse."""
-        ...
-
-    def is_order(self, turns: Sequence[Turn]) -> bool:
-        """Whether the newest words leave nothing to guess.
-
-        They say exactly what is to be done, are orders that nobody here can follow, or call off,
-        put off, refuse or ask something without any aim besides.
-        """
-        return False
-
-    def unmet(self, turns: Sequence[Turn], results: Sequence[StepResult]) -> list[str]:
-        """What the newest turn asks for outright and did not get, one sentence each.
-
-        The present state is that after `results`, which were done for this turn; what failed or
-        waits for leave is told elsewhere.
-        """
-        return []
-
-    def permission(self, action: Action, turns: Sequence[Turn]) -> str:
-        """What to ask before the action may be taken; empty where it may be taken now.
-
-        An act that nobody can undo needs the person's word in `turns`.
-        """
-        return ""
-
-    def reversal(
-        self, results: Sequence[StepResult], before: Sequence[StepResult], turns: Sequence[Turn]
-    ) -> Reversal | None:
-        """What brings back what a person wants undone; None where nothing is undone here.
-
-        Without any results it only tells whether anything is.
-
-        Args:
-            results: What is to be undone.
-            before: Everything that was done before `results`, in order. What was done after them
-                has been undone, or changed nothing that they changed.
-            turns: What the person said, where what is taken back is a `TakenBack`; the newest is
-                what they said besides asking to undo. There may be none.
-        """
-        return None
+    def fingerprint(self) -> str:
+        """A text that is the same for the same state, and for no other."""
+        return self.status()
 
     def step(self, action: Action) -> StepResult:
         """Take one action. An impossible one changes nothing and says why."""
         ...
 
-    def answer(self, question: str, turns: Sequence[Turn] = ()) -> str | None:
-        """Answer a person's question; None where it is no such question.
+    def resolve(self, order: Order, standing: Standing, pick: Pick) -> Resolution:
+        """What an order comes to: actions, or one sentence that says why not.
+
+        The order is by a verb of the domain, or a limit ("avoid", "only", "budget", "leave"), for
+        which the actions mend what is against it.
 
         Args:
-            question: What they ask.
-            turns: What was said so far, as far as the answer may rest on it.
+            order: What was asked for.
+            standing: What holds, this order included.
+            pick: Finds which of the names here is meant.
+        """
+        ...
+
+    def lasting(self, action: Action) -> bool:
+        """Whether nobody could undo the action; by default, where its verb says so."""
+        return any(verb.irreversible and verb.name == action.name for verb in self.verbs)
+
+    def offers(self, text: str, limit: int) -> list[str]:
+        """Generic names of things here that may serve `text`, nearest first."""
+        ...
+
+    def actions(self, name: str, standing: Standing) -> list[Action]:
+        """What may be done with things of a generic name though nobody asked, best first.
+
+        What the person ruled out is not in it.
+        """
+        return []
+
+    def undo(self, results: Sequence[StepResult], standing: Standing) -> Resolution | None:
+        """What brings back what some results changed, and a sentence on what nothing brings back.
+
+        None where nothing is undone here.
+
+        Args:
+            results: What is to be undone: the last that was done.
+            standing: What holds without it.
         """
         return None
 
-    def is_completion(self, turn: Turn) -> bool:
-        """Whether the person, in this context, says that the task is complete."""
-        ...
+    def answer(self, order: Order, standing: Standing, pick: Pick) -> str:
+        """The facts of the thing that a question is about; "" where there are none.
 
-    def completion_actions(self) -> list[Action]:
-        """What to do when the person says that the task is complete."""
-        return []
+        Args:
+            order: The question: `what` and `where` name the thing, or nothing for all.
+            standing: What holds.
+            pick: Finds which of the names here is meant.
+        """
+        return ""
 
     def checks_met(self, profile: Profile) -> list[bool]:
         """Which of the profile's checks the present state meets, in their order."""

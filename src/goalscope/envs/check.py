@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, cast
+from typing import cast
 
-from goalscope.envs import Environment, missing, taken
-from goalscope.types import Action, GoalscopeError, StepResult, TakenBack, Turn
+from goalscope.envs import Environment, Resolution, missing, taken
+from goalscope.orders import DIALOGUE_ACTS, Order, Reading
+from goalscope.picking import Picker
+from goalscope.reader import check_verbs
+from goalscope.standing import Standing, fold
+from goalscope.types import Action, GoalscopeError, InvalidInputError, StepResult
 
 __all__ = ["check_env"]
 
@@ -31,10 +35,12 @@ def check_env(env: Environment, *, most: int = 40) -> None:
         _hold(bool(getattr(env, name).strip()), f"`{name}` must be a text that is not empty")
     _hold(bool(str(env.status() or "").strip()), "`status()` must be a text that is not empty")
     _hold(type(start) is str, f"`fingerprint()` must be a text, not {start!r}")
-    _try_words(env)
-    ends = [env.is_completion(Turn("", text)) for text in (env.completion_phrase, "Hello.")]
-    _hold(ends == [True, False], "`completion_phrase` must be a completion, and a greeting none")
-    _hold(env.fingerprint() == start, "words alone must change nothing")
+    try:
+        check_verbs(env.verbs)
+    except InvalidInputError as error:
+        raise _broken(str(error)) from None
+    _try_orders(env)
+    _hold(env.fingerprint() == start, "to resolve orders and to answer must change nothing")
     env.reset()
     _hold(env.fingerprint() == start, "two resets must lead to the same state")
     for odd in _odd_actions():
@@ -42,7 +48,7 @@ def check_env(env: Environment, *, most: int = 40) -> None:
         _hold(not result.ok, f"an action that does not exist must fail: {odd!r}")
         _hold(bool(result.observation), f"a failure must say why: {odd!r}")
         _hold(env.fingerprint() == start, f"a failure must change nothing: {odd!r}")
-    _try_reversal(env)
+    _try_undo(env)
     done = _try_all(env, most)
     end = env.fingerprint()
     env.reset()
@@ -54,79 +60,64 @@ def check_env(env: Environment, *, most: int = 40) -> None:
     _hold(env.fingerprint() == start, "a reset must undo everything")
 
 
-def _try_words(env: Environment) -> None:
-    """Have things said, and see that each method answers with what it should."""
-    things = _kinds(env, 3)
-    said = ["Hello.", "What is there?", env.completion_phrase]
-    said += [text for thing in things for text in (f"I'd like {thing}.", f"No {thing}, please.")]
-    turns = [Turn("What can I do for you?", text) for text in said]
-    for number in range(1, len(turns) + 1):
-        past = turns[:number]
-        text, words = past[-1].utterance, [turn.utterance for turn in past]
-        calls: list[tuple[str, tuple[object, ...], Any, bool]] = [
-            ("kinds", (text, 3), str, True),
-            ("mentioned", (words,), str, True),
-            ("actions", (things, past), Action, True),
-            ("requests", (past,), Action, True),
-            ("unmet", (past, []), str, True),
-            ("permission", (Action(""), past), str, False),
-            ("answer", (text,), str | None, False),
-            ("is_order", (past,), bool, False),
-            ("is_completion", (past[-1],), bool, False),
-            ("completion_actions", (), Action, True),
-        ]
-        for name, arguments, kind, many in calls:
+def _try_orders(env: Environment) -> None:
+    """Resolve orders by every verb and limit, of things that are here and things that are not."""
+    pick = Picker()
+    verbs = [*env.verbs, *(act for act in DIALOGUE_ACTS if act.name in ("avoid", "only", "leave"))]
+    for thing in [*_offered(env, 2), "no such thing"]:
+        for verb in verbs:
+            order = Order(verb.name, thing if "what" in verb.slots else "", for_="no such thing")
+            standing = fold([Reading((order,))])
             try:
-                found = getattr(env, name)(*arguments)
+                found = env.resolve(order, standing, pick)
+                told = env.answer(Order("ask", thing), standing, pick)
             except Exception as error:
                 told = f"{type(error).__name__}: {error}"
-                raise _broken(f"`{name}` fails after {text!r} ({told})") from error
-            listed = isinstance(found, list)
-            given = cast("list[object]", found) if many and listed else [found]
-            right = many == listed and all(isinstance(one, kind) for one in given)
-            what = getattr(kind, "__name__", "text or None")
-            what = f"a list of {what}" if many else f"a {what}"
-            _hold(right, f"`{name}` must give {what}, not {found!r}, after {text!r}")
+                raise _broken(f"`resolve` or `answer` fails for {order} ({told})") from error
+            right = isinstance(cast("object", found), Resolution)
+            _hold(right, f"`resolve` must give a Resolution, not {found!r}, for {order}")
+            says = bool(found.actions or found.why) or verb in DIALOGUE_ACTS
+            _hold(says, f"`resolve` must give actions, or say why not, for {order}")
+            right = isinstance(cast("object", told), str)
+            _hold(right, f"`answer` must give a text, not {told!r}, for {order}")
 
 
-def _kinds(env: Environment, limit: int) -> list[str]:
+def _offered(env: Environment, limit: int) -> list[str]:
     try:
-        return env.kinds("", limit)
+        return env.offers("", limit)
     except Exception as error:
-        raise _broken(f"`kinds` fails ({type(error).__name__}: {error})") from error
+        raise _broken(f"`offers` fails ({type(error).__name__}: {error})") from error
 
 
-def _try_reversal(env: Environment) -> None:
+def _try_undo(env: Environment) -> None:
     """Undo each kind of action once, where the environment says that it can."""
     start = env.status()
-    if env.reversal([], [], []) is None:
-        return
     tried: set[str] = set()
-    turns = [TakenBack("", "Do something."), TakenBack("", "")]
-    for kind in _kinds(env, 1000):
-        for action in env.actions([kind]):
+    for name in _offered(env, 1000):
+        for action in env.actions(name, Standing()):
             result = None if action.name in tried else taken(env, action)
             if result is None or not result.ok:
                 continue
             tried.add(action.name)
-            back = env.reversal([result], [], turns)
-            undone = [taken(env, each) for each in back[0]] if back else []
-            _hold(all(each.ok for each in undone), f"what `reversal` gives must succeed: {action}")
-            told = back is not None and (bool(back[1]) or env.status() == start)
-            _hold(told, f"`reversal` must bring the state back, or say what it cannot: {action}")
+            back = env.undo([result], Standing())
+            if back is not None:
+                undone = [taken(env, each) for each in back.actions]
+                _hold(all(each.ok for each in undone), f"what `undo` gives must succeed: {action}")
+                told = bool(back.why) or env.status() == start
+                _hold(told, f"`undo` must bring the state back, or say what it cannot: {action}")
             env.reset()
 
 
 def _try_all(env: Environment, most: int) -> list[StepResult]:
     """Take at most `most` actions of every name on offer; returns those that succeeded."""
     done: list[StepResult] = []
-    kinds = _kinds(env, 1000)
+    names, standing = _offered(env, 1000), Standing()
     tried: dict[str, int] = {}
-    for kind in kinds:
-        for action in env.actions([kind]):
+    for name in names:
+        for action in env.actions(name, standing):
             if len(done) >= most:
                 return done
-            if tried.get(action.name, 0) * 4 > most or action not in env.actions([kind]):
+            if tried.get(action.name, 0) * 4 > most or action not in env.actions(name, standing):
                 continue
             tried[action.name] = tried.get(action.name, 0) + 1
             before, status = env.fingerprint(), env.status()

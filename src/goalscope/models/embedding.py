@@ -22,7 +22,8 @@ Vectors = npt.NDArray[np.float32]
 def embedded(texts: Sequence[str]) -> Vectors:
     """[N, 256] vectors of length one, zero for no known word; case does not count."""
     embed = cast("Callable[[list[str]], Vectors]", _model().embed)  # pyright: ignore[reportUnknownMemberType]
-    vectors = embed([text.lower() or "?" for text in texts]).astype(np.float32)
+    whole = (text.encode(errors="replace").decode() for text in texts)  # no lone surrogates
+    vectors = embed([text.lower() or "?" for text in whole]).astype(np.float32)
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     return (vectors / np.where(lengths > 0, lengths, 1)).astype(np.float32)
 

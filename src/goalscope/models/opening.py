@@ -32,6 +32,8 @@ class TwoModels:
         generator: Writes.
         scorer: Scores.
         speaker: Scores what people say: the scorer, perhaps with an adapter for that.
+        reader: Reads what people say: the generator, perhaps with an adapter for that.
+        taught: Whether the reader has one.
     """
 
     def __init__(
@@ -40,10 +42,12 @@ class TwoModels:
         scorer: OpenScorer,
         *,
         speaker: OpenScorer | None = None,
+        reader: OpenGenerator | None = None,
         one_tokenizer: bool = False,
     ) -> None:
         """Take them; `one_tokenizer` says that they count a text's tokens alike."""
         self.generator, self.scorer, self.speaker = generator, scorer, speaker or scorer
+        self.reader, self.taught = reader or generator, reader is not None
         self._one_tokenizer = one_tokenizer
 
     @property
@@ -60,8 +64,9 @@ class TwoModels:
     @property
     def fingerprint(self) -> str:
         """Of all."""
-        both = f"{self.generator.fingerprint} {self.scorer.fingerprint}"
-        return both if self.speaker is self.scorer else f"{both} {self.speaker.fingerprint}"
+        used = [self.generator.fingerprint, self.scorer.fingerprint]
+        used += [] if self.speaker is self.scorer else [self.speaker.fingerprint]
+        return " ".join([*used, *([self.reader.fingerprint] if self.taught else [])])
 
     @property
     def takes_grammar(self) -> bool:
@@ -110,14 +115,14 @@ class TwoModels:
     def describe(self) -> str:
         """One line on all."""
         both = f"writes: {self.generator.describe()}; scores: {self.scorer.describe()}"
-        adapted = f"; scores what people say: {self.speaker.describe()}"
-        return both if self.speaker is self.scorer else both + adapted
+        if self.speaker is not self.scorer:
+            both += f"; scores what people say: {self.speaker.describe()}"
+        return f"{both}; reads: {self.reader.describe()}" if self.taught else both
 
     def close(self) -> None:
         """Close all."""
-        for part in {
-            id(each): each for each in (self.generator, self.scorer, self.speaker)
-        }.values():
+        used = (self.generator, self.scorer, self.speaker, self.reader)
+        for part in {id(each): each for each in used}.values():
             part.close()
 
 
@@ -170,6 +175,7 @@ def open_model(
         adapter: GGUF file of a LoRA adapter, or the folder that it is in, for the model that
             scores, when that scores what people say and nothing else (`TwoModels.speaker`). "none"
             for none; by default, the one that comes with goalscope if the embedded model scores.
+            (For reading, the embedded model always has the one that comes with it.)
         calls: File that keeps all calls and answers, so that none is repeated; see `CachedModel`.
         report: Told what a first use tries, and the share that is done; see `LlamaCpp`.
 
@@ -206,10 +212,14 @@ def open_model(
                 else _local(scores, report)
             )
         speaking = kept(_local(scores, report, adapted)) if adapted else scoring
+        taught = shipped("reader") if writes is None else None
+        reading = kept(_local(writes, report, taught)) if taught else None
         result = (
             writing
-            if speaking is writing
-            else TwoModels(writing, scoring, speaker=speaking, one_tokenizer=one_file)
+            if speaking is writing and not reading
+            else TwoModels(
+                writing, scoring, speaker=speaking, reader=reading, one_tokenizer=one_file
+            )
         )
         opened.pop_all()
     return result

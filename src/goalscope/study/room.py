@@ -8,7 +8,8 @@ from typing import Any
 
 from goalscope.domains import Settings, open_environment
 from goalscope.envs.house import HomeRobot
-from goalscope.envs.house.names import mentioned, readable, the
+from goalscope.envs.house.finding import kinds_in
+from goalscope.envs.house.names import readable, the
 from goalscope.envs.house.view import View
 from goalscope.episode import Round
 from goalscope.policy import undo
@@ -52,7 +53,7 @@ def _states(
         env.close()
     told = {name for each in results for name in (each.action.target, each.action.destination)}
     told |= {each.partition(":")[0] for each in view.changes(start)}
-    kinds = set(mentioned(words, view.objects))
+    kinds = kinds_in(view, words)
     alike: dict[str, list[str]] = {}
     for own, thing in sorted(view.table.items()):
         name = view.names[own]

@@ -154,7 +154,7 @@ class Conversation:
                 belief=self._view(session.belief),
                 changes=[ChangeView.of(change) for change in session.corrections],
                 can_undo=session.can_take_back,
-                confirm=Confirm.of(last, self._env.completion_phrase) if last and waits else None,
+                confirm=Confirm.of(last) if last and waits else None,
                 completion_phrase=self._env.completion_phrase,
                 error=state.error,
             )
@@ -398,7 +398,6 @@ class Conversations:
                 self._model,
                 owner=owner,
                 resume=resume,
-                confirm=True,
                 progress=progress,
                 draft=draft,
             )

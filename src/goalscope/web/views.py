@@ -12,8 +12,8 @@ from goalscope import belief as beliefs
 from goalscope import episode as episodes
 from goalscope.advice import Advice
 from goalscope.agent import NO_GOAL
+from goalscope.dialog import AGREES, DECLINES
 from goalscope.plain import model_shown
-from goalscope.reading import CONFIRM
 from goalscope.store import EpisodeInfo
 from goalscope.tracking import Tracked
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, StepResult
@@ -210,14 +210,14 @@ class Confirm(BaseModel):
     no: str
 
     @classmethod
-    def of(cls, round: episodes.Round, completion_phrase: str) -> Confirm:
+    def of(cls, round: episodes.Round) -> Confirm:
         """What is asked after a round."""
         return cls(
             state=round.state,
             status=round.status,
             question=round.question,
-            yes=completion_phrase if round.question == CONFIRM else "Yes.",
-            no="No, not yet.",
+            yes=AGREES,
+            no=DECLINES,
         )
 
 

@@ -14,7 +14,6 @@ from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
 
-from goalscope.envs.grocery.names import Names
 from goalscope.types import InvalidInputError
 
 __all__ = ["Catalogue", "Item"]
@@ -100,11 +99,6 @@ class Catalogue:
     def money(self, amount: Decimal | None) -> str:
         """`amount` as people read it, such as "$4.50", or "no price"."""
         return "no price" if amount is None else f"{self.currency}{amount:,.2f}"
-
-    @cached_property
-    def names(self) -> Names:
-        """The items' names, to be found in what people say."""
-        return Names(item.name for item in self.items)
 
     @cached_property
     def labelled(self) -> frozenset[str]:

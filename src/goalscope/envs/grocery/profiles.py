@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.words import contains, singulars
 from goalscope.envs.tables import is_list, read_profiles, refuse_unknown, shown
 from goalscope.types import InvalidInputError, Profile
+from goalscope.words import contains, singulars
 
 __all__ = ["checks_met", "load_profiles"]
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from functools import cache
 
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.words import singulars
+from goalscope.words import singulars
 
-__all__ = ["ALLERGIES", "DIETS", "Diet", "either", "finder", "violates"]
+__all__ = ["DIETS", "Diet", "either", "finder", "violates"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,8 +22,7 @@ class Diet:
         harmless: Phrases that make any item fit, in the item's name.
         refused: What a person refuses who follows it, as in "no wheat".
         allergens: What else an allergy calls for it by, as in "allergic to almonds".
-        ill: What a person is who needs it.
-        said: Other words by which a person names it, a regular expression.
+        named: What people call what fits, besides its name, or what they are who need it.
         saving: Phrases to pass over before looking for violating ones.
     """
 
@@ -31,8 +30,7 @@ class Diet:
     harmless: str
     refused: str = ""
     allergens: str = ""
-    ill: str = ""
-    said: str = ""
+    named: str = ""
     saving: str = ""
 
 
@@ -88,7 +86,7 @@ _PORK = (
 DIETS: Mapping[str, Diet] = {
     "gluten-free": Diet(
         refused="gluten, wheat",
-        ill="coeliac, celiac",
+        named="gf, coeliac, celiac, without gluten",
         harmless="gluten free, wheat free",
         violating=(
             "flour, bread, baguette, ciabatta, focaccia, loaf, sourdough, bun, roll, bagel, "
@@ -116,19 +114,20 @@ DIETS: Mapping[str, Diet] = {
     ),
     "vegan": Diet(
         refused="animal product",
-        said=r"vegans?|plant[- ]based",
+        named="plant based",
         harmless="vegan, plant based",
         violating=f"{_MEAT}, {_DAIRY}, egg, mayonnaise, honey, meringue",
         saving=f"{_PLANT_DAIRY}, egg replacer, {_NO_MEAT}",
     ),
     "vegetarian": Diet(
         refused="meat",
-        said=r"vegetarians?|veggie|meatless",
+        named="veggie, veg, meatless, meat free",
         harmless="vegetarian, vegan, plant based, meatless, meat free, veggie",
         violating=_MEAT,
         saving=_NO_MEAT,
     ),
     "dairy-free": Diet(
+        named="non dairy, lactose free",
         refused="dairy, dairy product, lactose, milk product",
         allergens="milk, cheese, casein, whey",
         harmless="dairy free, vegan, plant based, non dairy",
@@ -182,9 +181,8 @@ DIETS: Mapping[str, Diet] = {
         harmless="sesame free",
         violating="sesame, tahini, halva, hummus, falafel, baba ghanoush, everything bagel",
     ),
-    "organic": Diet(said=r"organic(?:ally)?", harmless="organic", violating=""),
+    "organic": Diet(named="bio", harmless="organic", violating=""),
     "halal": Diet(
-        said=r"halal",
         harmless="halal",
         violating=(
             f"{_PORK}, gummy, marshmallow, beer, wine, beef, chicken, turkey, lamb, veal, steak, "
@@ -200,7 +198,7 @@ DIETS: Mapping[str, Diet] = {
     ),
     "sugar-free": Diet(
         refused="sugar, added sugar",
-        said=r"(?:no|without) added sugar|diabetics?|unsweetened",
+        named="diabetic, unsweetened, no added sugar, without sugar",
         harmless="sugar free, unsweetened, no sugar added, zero sugar, diet",
         violating=(
             "sugar, honey, syrup, molasses, jam, jelly, marmalade, candy, cake, cookie, brownie, "
@@ -212,9 +210,6 @@ DIETS: Mapping[str, Diet] = {
     ),
 }
 """The restrictions by name; an item that carries the name as a tag fits."""
-
-ALLERGIES = frozenset(n for n in DIETS if n.endswith("-free")) - {"pork-free", "sugar-free"}
-"""Those that harm who breaks them without knowing."""
 
 
 def violates(item: Item, restriction: str) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import sqlite3
 import tempfile
 from collections import Counter, defaultdict
@@ -18,15 +17,15 @@ import platformdirs
 
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.synonyms import translator
-from goalscope.envs.grocery.words import (
+from goalscope.models.embedding import embedded
+from goalscope.picking import mended
+from goalscope.words import (
     head_nouns,
     head_words,
     singular,
     singulars,
     words,
 )
-from goalscope.envs.speech import misspelt
-from goalscope.models.embedding import embedded
 
 __all__ = ["Search"]
 
@@ -61,11 +60,6 @@ _QUALITIES = frozenset({
 
 _LABELS = frozenset({"vegan", "free", "organic", "diet", "decaf", "plant", "halal"})
 """Words of labels, for people who ask for them: "gluten-free", "plant-based"."""
-
-
-_IN_CANS = re.compile(
-    r"\b(?:can|tin)(?P<s>s?) of (?!canned\b)(?P<thing>[\w'-]+(?: [\w'-]+){0,2})", re.IGNORECASE
-)
 
 
 class Search:
@@ -105,21 +99,17 @@ class Search:
         return float(_nearness(self._vectors, embedded([text])[0]).max())
 
     def translated(self, text: str) -> str:
-        """`text` in the words of the catalogue: "crisps" as "potato chips", what is in cans so."""
-        return _IN_CANS.sub(self._canned, self._translate(text))
-
-    def _canned(self, match: re.Match[str]) -> str:
-        """A "can" as a "tin", which is no verb, and what is in it as canned where there is such."""
-        said = match["thing"].split()
-        ends = range(len(said), 0, -1)
-        canned = any(self.named(f"canned {' '.join(said[:end])}") for end in ends)
-        return f"tin{match['s']} of {'canned ' if canned else ''}{match['thing']}"
+        """`text` in the words of the catalogue: "crisps" as "potato chips"."""
+        return self._translate(text)
 
     def mended(self, phrase: str) -> str:
         """`phrase` with slips of the pen mended, as far as they are slips of the items' words."""
-        known = frozenset(self._holding)
+        return " ".join(mended(singulars(phrase), self._holding))
+
+    def pruned(self, phrase: str) -> str:
+        """`phrase` without the short words that no name here holds: "salt n vinegar"."""
         said = singulars(phrase)
-        return " ".join(word if word in known else misspelt(word, known) or word for word in said)
+        return " ".join(word for word in said if len(word) > 2 or word in self._holding)
 
     def named(self, phrase: str) -> list[Item]:
         """All items whose names hold every word of `phrase`."""
@@ -155,20 +145,6 @@ class Search:
         meant = embedded([text])[0]
         nearness = _nearness(vectors, meant)
         return [names[i] for i in _top(nearness, limit)]
-
-    def mentioned(self, text: str) -> list[str]:
-        """Generic names that `text` mentions, in its order; "tomato sauce" rather than "sauce"."""
-        known, said = self._known, singulars(text)
-        found: dict[str, None] = {}
-        i = 0
-        while i < len(said):
-            for length in (2, 1):
-                if name := known.get(" ".join(said[i : i + length])):
-                    found[name] = None
-                    i += length - 1
-                    break
-            i += 1
-        return list(found)
 
     def _by_words(self, text: str) -> list[int]:
         terms = " OR ".join(f'"{word}"' for word in dict.fromkeys(words(text)[:32]))
@@ -231,11 +207,6 @@ class Search:
         usual = [categories[kind].most_common(1)[0][0] or "groceries" for kind in kept]
         drawn = embedded(names) + _CATEGORY_NEARNESS * embedded(usual)
         return names, drawn.astype(np.float32)
-
-    @cached_property
-    def _known(self) -> dict[str, str]:
-        """The generic names by their words in the singular."""
-        return {" ".join(singulars(name)): name for name in self._kinds[0]}
 
     @cached_property
     def _index(self) -> sqlite3.Connection:

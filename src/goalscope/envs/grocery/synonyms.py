@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 
-from goalscope.envs.grocery.words import singulars
+from goalscope.words import singulars
 
 __all__ = ["is_its_own", "translator", "usual"]
 
 _GROUPS = """
+bbq, barbecue
 aubergine, eggplant
 courgette, zucchini
 clementine, satsuma, tangerine, mandarin

@@ -1,7 +1,6 @@
 """What people order of the robot: its verbs, and readings that show them."""
 
-from goalscope.orders import Verb
-from goalscope.reader import Example
+from goalscope.orders import Example, Verb
 
 __all__ = ["EXAMPLES", "VERBS"]
 

@@ -1,19 +1,14 @@
-"""What people call the things of a house: readable names, other words for them, groups."""
+"""What the things of a house are called: readable names, everyday ones, and groups."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache, lru_cache
+from collections.abc import Iterable, Mapping
 from typing import Any
 
-from goalscope.envs.grocery.words import singular, singulars
 from goalscope.envs.house.simulator.object_types import object_types
-from goalscope.envs.speech import misspelt
 
-__all__ = ["GROUPS", "OF_IT", "Naming", "are", "mentioned", "names", "naming", "readable"]
-__all__ += ["synonyms", "the"]
+__all__ = ["GROUPS", "are", "called", "names", "readable", "the"]
 
 _UNKNOWN = "unknown thing"
 """What a thing of an unknown type is called: its type may be anyone's words."""
@@ -41,7 +36,7 @@ _WORDS = {
     "Desk": "desk, table",
     "DeskLamp": "desk lamp, lamp, table lamp, light",
     "Desktop": "desktop computer, computer, desktop, PC",
-    "DiningTable": "dining table, table, kitchen table, dinner table, dinning table",
+    "DiningTable": "dining table, table, kitchen table, dinner table",
     "DishSponge": "sponge, dish sponge",
     "Dresser": "dresser, chest of drawers",
     "Dumbbell": "dumbbell, weight",
@@ -49,7 +44,7 @@ _WORDS = {
     "Faucet": "faucet, tap, water faucet, water tap",
     "FloorLamp": "floor lamp, lamp, standing lamp, light",
     "Footstool": "footstool, stool",
-    "Fridge": "fridge, refrigerator, frig, ice box",
+    "Fridge": "fridge, refrigerator",
     "GarbageBag": "garbage bag, trash bag, bin bag",
     "GarbageCan": "garbage can, garbage, trash can, trash, trash bin, bin, rubbish bin",
     "HandTowel": "hand towel, towel",
@@ -71,9 +66,7 @@ _WORDS = {
     "PaperTowelRoll": "paper towel roll, paper towel, roll of paper towel",
     "PepperShaker": "pepper shaker, pepper, shaker",
     "Pillow": "pillow, cushion",
-    "Plate": "plate, dish",
     "Pot": "pot, cooking pot, saucepan",
-    "Potato": "potato, potatoe",
     "RemoteControl": "remote control, remote, TV remote, control, controller",
     "RoomDecor": "room decoration, decoration",
     "SaltShaker": "salt shaker, salt, shaker",
@@ -99,83 +92,51 @@ _WORDS = {
     "TissueBox": "tissue box, box of tissues, tissues",
     "ToiletPaper": "toilet paper, toilet roll, toilet paper roll",
     "ToiletPaperHanger": "toilet paper hanger, toilet paper holder",
-    "Tomato": "tomato, tomatoe",
     "Towel": "towel, bath towel",
     "VacuumCleaner": "vacuum cleaner, vacuum, hoover",
     "Watch": "watch, wrist watch",
     "WineBottle": "wine bottle, bottle of wine, wine, bottle",
 }
-"""What people say for a type, the usual name first, where that is not the type's own words."""
+"""Everyday names of a type, the usual one first, where these are not the type's own words."""
 
 GROUPS = {
-    **dict.fromkeys(
-        ("electronics", "electronic device", "gadget"),
-        "AlarmClock CellPhone Desktop Laptop RemoteControl Television",
-    ),
     "food": "Apple Bread Egg EggCracked Lettuce Potato Tomato",
     "fruit": "Apple Tomato",
-    **dict.fromkeys(("vegetable", "veggie"), "Lettuce Potato Tomato"),
-    **dict.fromkeys(("dishware", "crockery"), "Bowl Cup Mug Plate"),
+    "vegetables": "Lettuce Potato Tomato",
     "dishes": "Bowl Cup Mug Plate",
-    "tableware": "Bottle Bowl Cup Mug PepperShaker Plate SaltShaker WineBottle",
-    **dict.fromkeys(("drinkware", "drinking vessel"), "Bottle Cup Mug"),
-    **dict.fromkeys(("cutlery", "silverware", "flatware"), "ButterKnife Fork Knife Spoon"),
-    **dict.fromkeys(
-        ("utensil", "kitchen utensil", "kitchen tool"),
-        "ButterKnife Fork Knife Ladle Spatula Spoon",
-    ),
+    "cutlery": "ButterKnife Fork Knife Spoon",
+    "utensils": "ButterKnife Fork Knife Ladle Spatula Spoon",
     "cookware": "Kettle Pan Pot",
-    **dict.fromkeys(("condiment", "spice"), "PepperShaker SaltShaker"),
-    **dict.fromkeys(("valuables", "valuable thing"), "CellPhone CreditCard KeyChain Laptop Watch"),
-    **dict.fromkeys(
-        ("cleaning supplies", "cleaning product", "cleaning thing"),
-        "Cloth DishSponge PaperTowelRoll ScrubBrush SoapBar SoapBottle SprayBottle",
-    ),
-    **dict.fromkeys(
-        ("toiletries", "bathroom supplies"), "SoapBar SoapBottle TissueBox ToiletPaper"
-    ),
-    **dict.fromkeys(
-        ("sports equipment", "sporting goods", "sports gear"),
-        "BaseballBat BasketBall Dumbbell TennisRacket",
-    ),
-    **dict.fromkeys(("stationery", "writing utensil", "writing tool"), "Pen Pencil"),
-    **dict.fromkeys(("reading material", "things to read"), "Book Newspaper"),
-    "doors": "Cabinet Fridge Microwave Safe",
-    "lights": "DeskLamp FloorLamp LightSwitch",
-    "lamps": "DeskLamp FloorLamp",
+    "toiletries": "SoapBar SoapBottle TissueBox ToiletPaper",
+    "cleaning supplies": "Cloth DishSponge PaperTowelRoll ScrubBrush SprayBottle",
+    "sports equipment": "BaseballBat BasketBall Dumbbell TennisRacket",
+    "stationery": "Pen Pencil",
+    "valuables": "CellPhone CreditCard KeyChain Laptop Watch",
+    "electronics": "AlarmClock CellPhone Desktop Laptop RemoteControl Television",
     "appliances": "CoffeeMachine Fridge Microwave Toaster VacuumCleaner",
     "furniture": "ArmChair Bed Chair CoffeeTable Desk DiningTable Dresser Ottoman SideTable Sofa",
 }
-"""Words for several types at once. A word given in the plural alone is a group only so."""
-
-
-@dataclass(frozen=True, slots=True)
-class Naming:
-    """Words that name types of things.
-
-    Attributes:
-        types: The types that they may name; a group's are all meant.
-        end: Where in the list of words the naming ends.
-        plural: Whether the last word is a plural.
-        group: Whether the words name a group, such as "food".
-        guessed: Whether the word is taken for another that is spelt much like it.
-    """
-
-    types: tuple[str, ...]
-    end: int
-    plural: bool
-    group: bool = False
-    guessed: bool = False
+"""Words for things of several types, and those types."""
 
 
 def readable(object_type: str) -> str:
     """What to call a thing of this type; of a type that is not known, "unknown thing"."""
-    return _called(object_type)[0]
+    return called(object_type)[0]
 
 
-def synonyms(object_type: str) -> tuple[str, ...]:
-    """Other words for a thing of this type."""
-    return _called(object_type)[1:]
+def called(object_type: str) -> tuple[str, ...]:
+    """All that a thing of this type is called, the usual name first."""
+    if object_type in _WORDS:
+        return tuple(_WORDS[object_type].split(", "))
+    if object_type not in object_types():
+        return (_UNKNOWN,)
+    if object_type.endswith("Sliced"):
+        whole = readable(object_type.removesuffix("Sliced"))
+        forms = (f"slice of {whole}", f"{whole} slice", f"sliced {whole}", f"piece of {whole}")
+        return (*forms, "toast") if whole == "bread" else forms
+    parts = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+", object_type)
+    words = [part if part.isupper() and 1 < len(part) < 4 else part.lower() for part in parts]
+    return (" ".join(words),)
 
 
 def names(objects: Iterable[Mapping[str, Any]]) -> dict[str, str]:
@@ -200,104 +161,3 @@ def are(name: str) -> str:
     """The verb after a name: "is", but "are" after "the keys"."""
     word = name.rstrip(" 0123456789")
     return "are" if word.endswith("s") and not word.endswith("ss") else "is"
-
-
-def mentioned(text: str, objects: Iterable[Mapping[str, Any]]) -> list[str]:
-    """Readable types of the things here that `text` speaks of, in its order."""
-    here = {str(o["objectType"]) for o in objects}
-    words = re.findall(r"[a-z0-9']+", text.casefold())
-    found: dict[str, None] = {}
-    start = 0
-    while start < len(words):
-        named = naming(words, start, here)
-        for object_type in named.types if named else ():
-            whole = object_type.removesuffix("Sliced")
-            if object_type in here or whole in here:
-                found[readable(object_type if object_type in here else whole)] = None
-        start = named.end if named else start + 1
-    return list(found)
-
-
-def naming(words: Sequence[str], start: int, here: Iterable[str] = ()) -> Naming | None:
-    """The longest naming of known types, or of those `here`, that begins at `words[start]`."""
-    known, strange = _vocabulary(), _strange(frozenset(here))
-    for end in range(min(start + 5, len(words)), start, -1):
-        span = words[start:end]
-        if several := _groups().get("".join(span)):
-            return Naming(several, end, plural=True, group=True)
-        key = "".join(map(singular, span))
-        guessed = end == start + 1 and key not in known and key not in strange
-        if guessed:
-            key = misspelt(key, _single_words())
-        if words[end : end + 1] and words[end] in OF_IT:
-            continue
-        if types := known.get(key) or strange.get(key):
-            noun = span[span.index("of") - 1] if "of" in span[1:] else span[-1]
-            return Naming(types, end, plural=singular(noun) != noun, guessed=guessed)
-    return None
-
-
-OF_IT = frozenset({
-    "core", "cores", "peel", "peels", "skin", "skins", "shell", "shells", "grounds", "pie", "pies",
-    "juice", "cake", "sauce", "soup", "salad", "seed", "seeds", "stem", "stems", "crumb", "crumbs",
-    "crust", "crusts", "carton", "cartons", "wrapper", "wrappers", "packaging",
-})  # fmt: skip
-"""What is no longer the thing whose name stands before it: "egg shells"."""
-
-
-def _called(object_type: str) -> tuple[str, ...]:
-    """The usual name first."""
-    if object_type in _WORDS:
-        return tuple(_WORDS[object_type].split(", "))
-    if object_type in object_types() and object_type.endswith("Sliced"):
-        whole = readable(object_type.removesuffix("Sliced"))
-        loaf = ("toast",) if whole == "bread" else ()
-        return (
-            f"slice of {whole}",
-            *(f"{whole} slice", f"sliced {whole}", f"piece of {whole}", f"{whole} piece"),
-            *(f"slice of {a} {whole}" for a in ("the", "a", "that")),
-            *(form for toast in loaf for form in (toast, f"slice of {toast}", f"piece of {toast}")),
-        )
-    if object_type not in object_types():
-        return (_UNKNOWN,)
-    parts = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+", object_type)
-    words = [part if part.isupper() and 1 < len(part) < 4 else part.lower() for part in parts]
-    return (" ".join(words),)
-
-
-@cache
-def _groups() -> dict[str, tuple[str, ...]]:
-    """The types of each group word, in both numbers and without spaces."""
-    found: dict[str, tuple[str, ...]] = {}
-    for name, types in GROUPS.items():
-        key = name.replace(" ", "")
-        for form in (key, f"{key}s", f"{key.removesuffix('y')}ies"):
-            found[form] = tuple(types.split())
-    return found
-
-
-@cache
-def _vocabulary() -> dict[str, tuple[str, ...]]:
-    return _keyed(object_types())
-
-
-@cache
-def _single_words() -> frozenset[str]:
-    return frozenset(key for types in object_types() for key in map(singular, _called(types)))
-
-
-@lru_cache(maxsize=8)
-def _strange(types: frozenset[str]) -> dict[str, tuple[str, ...]]:
-    """The words for types that are in a scene and not among AI2-THOR's."""
-    return _keyed(sorted(types - object_types().keys()))
-
-
-def _keyed(types: Iterable[str]) -> dict[str, tuple[str, ...]]:
-    """Types by what they are called, in the singular and without spaces; the usual one first."""
-    found: dict[str, tuple[str, ...]] = {}
-    for object_type in types:
-        for key in dict.fromkeys("".join(singulars(name)) for name in _called(object_type)):
-            is_usual = key == "".join(singulars(readable(object_type)))
-            others = found.get(key, ())
-            found[key] = (object_type, *others) if is_usual else (*others, object_type)
-    return found

@@ -1,13 +1,10 @@
-"""What the robot may do now: what affordances allow, and what has to go back."""
+"""What the robot may do now: what affordances allow, what cooks, and what it must not touch."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from goalscope.envs.house.heard import Hearing
-from goalscope.envs.house.meeting import FILLS
-from goalscope.envs.house.names import readable
 from goalscope.envs.house.simulator.geometry import box_of, spots
 from goalscope.envs.house.simulator.object_types import SINGLE, object_type
 from goalscope.envs.house.simulator.properties import ACTS
@@ -15,10 +12,16 @@ from goalscope.envs.house.simulator.state import is_whole
 from goalscope.envs.house.view import View
 from goalscope.types import Action
 
-__all__ = ["NAMES", "cooks", "is_refused", "possible", "returns"]
+__all__ = ["FILLS", "IRREVERSIBLE", "NAMES", "accepts", "cooks", "possible"]
 
-NAMES = (*ACTS, *FILLS, "put", "pick up", "push", "pull")
+FILLS = {"fill": "water", "fill with coffee": "coffee", "fill with wine": "wine"}
+"""What the actions that fill something fill it with."""
+
+NAMES = (*ACTS, *FILLS, "put", "pick up", "push", "pull", "finish")
 """The names of all actions."""
+
+IRREVERSIBLE = ("break", "slice", "use up", "cook")
+"""The actions that nobody can undo."""
 
 _HEATS = frozenset({"Microwave", "StoveBurner", "Toaster"})
 _RUNNING = frozenset({"Faucet", "ShowerHead", "StoveKnob"})
@@ -31,15 +34,10 @@ _ONLY_ON_REQUEST = frozenset({"break", "dirty", "use up", "open", "close", "empt
 """Acts that no goal is served by: they are done when the person asks for them."""
 
 
-def possible(view: View, own: str, spoken: set[str]) -> Iterator[Action]:
+def possible(view: View, own: str) -> Iterator[Action]:
     """What the object's affordances allow now, apart from what only a person asks for.
 
-    Args:
-        view: The house.
-        own: Id of the object.
-        spoken: Generic names of what the person spoke of: a place among them is one to put
-            anything, as AI2-THOR's table is too strict (of what people put somewhere, one in
-            fifteen is not in it).
+    It may be put on one receptacle of each type.
     """
     thing, name = view.table[own], view.names[own]
     if thing["pickupable"]:
@@ -49,7 +47,7 @@ def possible(view: View, own: str, spoken: set[str]) -> Iterator[Action]:
             kind = other["objectType"]
             if kind in seen or place == own:
                 continue
-            if _suits(thing, other, spoken) and _fits(view, thing, other):
+            if accepts(other, thing) and _fits(view, thing, other):
                 seen.add(kind)
                 yield Action("put", name, destination=view.names[place])
     for verb, (needs, state, value) in ACTS.items():
@@ -64,39 +62,22 @@ def possible(view: View, own: str, spoken: set[str]) -> Iterator[Action]:
 def cooks(view: View, action: Action) -> list[str]:
     """Ids of what the action would cook: what is raw on a source of heat that is on, or goes on."""
     own, place = view.id(action.target), view.id(action.destination)
-    if action.name == "turn on":
-        knob = view.table[own]
-        return [
-            raw for heat in (own, *(knob["controlledObjects"] or ())) for raw in _raw(view, heat)
-        ]
-    if action.name == "put" and _is_lit(view, place):
+    if action.name == "turn on" and own:
+        heated = (own, *(view.table[own]["controlledObjects"] or ()))
+        return [raw for heat in heated if heat in view.table for raw in _raw(view, heat)]
+    if action.name == "put" and own and _is_lit(view, place):
         return _raw(view, own)
     return []
 
 
-def returns(
-    view: View, start: Mapping[str, Mapping[str, Any]], hearing: Hearing
-) -> Iterator[Action]:
-    """Puts of what was moved, and should not have been, to where it was at the start."""
-    for own, thing in view.table.items():
-        was = start.get(own)
-        if was is None or not thing["pickupable"] or thing["isPickedUp"]:
-            continue
-        if thing["objectType"] in hearing.staying:
-            continue
-        here, home = view.place(thing), view.place(was)
-        if not here or not home or here == home:
-            continue
-        put = Action("put", view.names[own], destination=here)
-        if is_refused(view, put, hearing) and not hearing.refuses("put in", "", view.type_of(home)):
-            yield Action("put", view.names[own], destination=home)
-
-
-def is_refused(view: View, action: Action, hearing: Hearing) -> bool:
-    """Whether the person ruled the action out."""
-    return hearing.refuses(
-        action.name, view.type_of(action.target), view.type_of(action.destination)
-    )
+def accepts(place: Mapping[str, Any], thing: Mapping[str, Any]) -> bool:
+    """Whether things of this type belong on or in this place."""
+    kind = place["objectType"]
+    if not place["receptacle"]:
+        return False
+    if SINGLE.get(kind):
+        return thing["objectType"] == SINGLE[kind]
+    return kind in object_type(thing["objectType"]).places
 
 
 def _is_lit(view: View, place: str) -> bool:
@@ -130,12 +111,3 @@ def _fits(view: View, thing: Mapping[str, Any], place: Mapping[str, Any]) -> boo
     inside = (view.table.get(own) for own in place["receptacleObjectIds"] or ())
     taken = [box_of(each) for each in inside if each and each["pickupable"]]
     return bool(spots(room, size, taken, (0.0, 0.0)))
-
-
-def _suits(thing: Mapping[str, Any], place: Mapping[str, Any], spoken: set[str]) -> bool:
-    kind = place["objectType"]
-    if not place["receptacle"]:
-        return False
-    if SINGLE.get(kind):
-        return thing["objectType"] == SINGLE[kind]
-    return kind in object_type(thing["objectType"]).places or readable(kind) in spoken

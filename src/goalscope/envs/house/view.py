@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from goalscope.envs.house.names import are, names, readable, the
-from goalscope.envs.house.simulator.properties import ACTS, act_of
+from goalscope.envs.house.simulator.properties import ACTS
 from goalscope.envs.house.simulator.state import innermost, is_whole
 from goalscope.types import Action
 
@@ -48,11 +48,6 @@ class View:
         held = self.metadata["inventoryObjects"]
         return held[0]["objectId"] if held else ""
 
-    @property
-    def held_type(self) -> str:
-        """The object type of what the hand holds; empty if it holds nothing."""
-        return self.table[self.held]["objectType"] if self.held else ""
-
     def id(self, name: str) -> str:
         """The object of this name; empty if there is none."""
         return self._ids.get(name, "") if type(name) is str else ""
@@ -72,7 +67,7 @@ class View:
         words = f"{action.name} the {self._kind(action.target)}"
         if not action.destination:
             return words
-        return f"{words} {self._in_or_on(action.destination)} the {self._kind(action.destination)}"
+        return f"{words} {self.in_or_on(action.destination)} the {self._kind(action.destination)}"
 
     def told(self, own: str, was: Mapping[str, Any]) -> str:
         """What is new of the object, in a sentence without its full stop: "The mug is clean".
@@ -90,15 +85,15 @@ class View:
         if any(thing[key] != was[key] for key in ("isFilledWithLiquid", "fillLiquid")):
             liquid = thing["fillLiquid"] or "a liquid"
             new.append(f"filled with {liquid}" if thing["isFilledWithLiquid"] else "empty")
-        if not new or (is_whole(thing) and self._where(thing) != self._where(was)):
-            new.append(self._where(thing))
+        if not new or (is_whole(thing) and self.where(thing) != self.where(was)):
+            new.append(self.where(thing))
         return f"{name[:1].upper()}{name[1:]} {are(name)} {', '.join(new)}"
 
     def is_so(self, verb: str, things: Sequence[str]) -> str:
         """A sentence that tells that `verb` has nothing to do for the things of these ids."""
         groups: defaultdict[str, list[str]] = defaultdict(list)
         for own in things if verb not in ACTS else ():
-            groups[self._where(self.table[own])].append(own)
+            groups[self.where(self.table[own])].append(own)
         if len(groups) > 1:
             return " ".join(self.is_so(verb, group) for group in groups.values())
         state = next(iter(groups), "")
@@ -111,26 +106,14 @@ class View:
         text = f"{', '.join(told)}{more} {verb} {state} already."
         return f"{text[0].upper()}{text[1:]}"
 
-    def holds(self, action: Action, start: Mapping[str, Mapping[str, Any]]) -> bool:
-        """Whether what the action led to is so still, and was not at the start."""
-        own = self.id(action.target)
-        thing, was = self.table.get(own), start.get(own)
-        if thing is None or was is None or action.name == "pick up":
-            return bool(thing and thing["isPickedUp"])
-        if action.name == "put":
-            there = self.id(action.destination) in (thing["parentReceptacles"] or ())
-            return there and self.place(thing) != self.place(was)
-        act = ACTS.get(act_of(action.name))
-        return act is None or thing[act[1]] == act[2] != was[act[1]]
-
     def changes(self, start: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
         """What is not as it was at the start, one object a text; a piece where it left the rest."""
         for own, thing in self.table.items():
             was = start.get(own)
             if was is None:
                 parts = ["cooked"] if thing["isCooked"] else []
-                where, whole = self._where(thing), start.get(own.rpartition("|")[0])
-                if whole and self._is_scattered(own) and where != self._where(whole):
+                where, whole = self.where(thing), start.get(own.rpartition("|")[0])
+                if whole and self._is_scattered(own) and where != self.where(whole):
                     parts.append(f"now {where}")
                 if parts:
                     yield f"{self.names[own]}: {', '.join(parts)}"
@@ -143,28 +126,29 @@ class View:
             if thing["isFilledWithLiquid"] != was["isFilledWithLiquid"]:
                 liquid = thing["fillLiquid"] or "liquid"
                 parts.append(f"filled with {liquid}" if thing["isFilledWithLiquid"] else "emptied")
-            if is_whole(thing) and self._where(thing) != self._where(was):
-                parts.append(f"now {self._where(thing)}")
+            if is_whole(thing) and self.where(thing) != self.where(was):
+                parts.append(f"now {self.where(thing)}")
             if parts:
                 yield f"{self.names[own]}: {', '.join(parts)}"
 
-    def _where(self, thing: Mapping[str, Any]) -> str:
+    def where(self, thing: Mapping[str, Any]) -> str:
         """Where the thing is, in words: "in the fridge"."""
         if thing["isPickedUp"]:
             return "in the robot's hand"
         name = self.place(thing)
-        return f"{self._in_or_on(name)} {the(name)}" if name else "in its place"
+        return f"{self.in_or_on(name)} {the(name)}" if name else "in its place"
 
     def _is_scattered(self, piece: str) -> bool:
         """Whether what a thing was cut into is not all in one place."""
         whole = piece.rpartition("|")[0]
         pieces = (each for own, each in self.table.items() if own.rpartition("|")[0] == whole)
-        return len({*map(self._where, pieces)}) > 1
+        return len({*map(self.where, pieces)}) > 1
 
     def _kind(self, name: str) -> str:
         return readable(self.type_of(name)) if self.id(name) else name
 
-    def _in_or_on(self, name: str) -> str:
+    def in_or_on(self, name: str) -> str:
+        """The preposition for what is at the place of this name."""
         place = self.table.get(self.id(name))
         inside = place is not None and (place["openable"] or place["objectType"] in _INSIDE)
         return "in" if inside else "on"

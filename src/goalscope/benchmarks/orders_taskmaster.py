@@ -1,0 +1,210 @@
+"""Final orders of Taskmaster-4: what a customer said, read and resolved, beside what was written.
+
+The environment is a counter such as `examples/coffee.py`: verbs and a menu. Compared is what the
+data annotates: each drink with its options. What it does not annotate does not count: notes in free
+words, how many cups of a kind there are, and options that no order of the file has, such as syrups.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol, cast
+
+from goalscope.datasets.case import OPENING, turns_of
+from goalscope.datasets.files import Row, line_rows
+from goalscope.envs import Environment, Pick, taken
+from goalscope.envs.tables import is_list, shown
+from goalscope.orders import Order, Reading
+from goalscope.reader import Exchange
+from goalscope.standing import Standing, fold
+from goalscope.types import InvalidInputError, Turn, UnreadableAnswerError
+
+__all__ = ["Counter", "Cups", "Dialogue", "OrdersScore", "Reads", "Verbatim"]
+__all__ += ["final_order", "options_of", "read_dialogues", "right", "score_orders"]
+
+Cups = frozenset[tuple[str, ...]]
+"""An order: of each kind of cup the drink, and its options in the order of the menu."""
+
+
+class Reads(Protocol):
+    """What reads: a `goalscope.reader.Reader`, or what stands in for one."""
+
+    def read(
+        self,
+        message: str,
+        *,
+        question: str = "",
+        before: Sequence[Exchange] = (),
+        names: Iterable[str] = (),
+    ) -> Reading:
+        """See `goalscope.reader.Reader.read`."""
+        ...
+
+
+class Verbatim:
+    """The baseline that reads nothing: whatever is said is the name of a thing to be added.
+
+    A counter that knows its menu's words takes most orders of the data right by that alone.
+    """
+
+    def read(
+        self,
+        message: str,
+        *,
+        question: str = "",
+        before: Sequence[Exchange] = (),
+        names: Iterable[str] = (),
+    ) -> Reading:
+        """The words as one order."""
+        return Reading((Order("add", message),))
+
+
+class Counter(Environment, Protocol):
+    """An environment that takes orders."""
+
+    @property
+    def cups(self) -> Sequence[str]:
+        """What was ordered, each as "latte, decaf, oat milk"."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Dialogue:
+    """A customer's words, and the order that they came to.
+
+    Attributes:
+        id: Its name in the data.
+        turns: What the assistant asked, and what the customer said.
+        order: The final order, in the counter's names.
+    """
+
+    id: str
+    turns: tuple[Turn, ...]
+    order: Cups
+
+
+@dataclass(frozen=True, slots=True)
+class OrdersScore:
+    """How many final orders are right, shares from 0 to 1.
+
+    Attributes:
+        dialogues: How many were scored.
+        exact: Those whose drinks and options are all right.
+        drinks: Those whose drinks are all right.
+        unread: Those in which the model wrote no reading for an utterance.
+    """
+
+    dialogues: int
+    exact: float
+    drinks: float
+    unread: float
+
+
+def read_dialogues(file: Path, counter: Counter, pick: Pick) -> list[Dialogue]:
+    """Read a file; each annotated item is ordered at the counter, which gives it its name there.
+
+    Dialogues are left out in which a template was never filled (var_), and those with an item that
+    is not on the menu.
+
+    Raises:
+        InvalidInputError: The file is broken, or holds no dialogue that can be used.
+    """
+    found: list[Dialogue] = []
+    for row in line_rows(file):
+        if "var_" in json.dumps(row.values):
+            continue
+        counter.reset()
+        for item in row.rows("order_items"):
+            phrase = " ".join([*item.texts("options"), item.text("drink")])
+            held = len(counter.cups)
+            _follow(counter, [Order("add", phrase)], Standing(), pick)
+            if len(counter.cups) == held:
+                break
+        else:
+            found.append(Dialogue(row.text("id"), turns_of(_said(row)), _cups(counter)))
+    if not found:
+        raise InvalidInputError(f"{file} holds no order of what is on the menu.")
+    return found
+
+
+def options_of(dialogues: Iterable[Dialogue]) -> frozenset[str]:
+    """The options that the data annotates."""
+    return frozenset(option for each in dialogues for cup in each.order for option in cup[1:])
+
+
+def final_order(dialogue: Dialogue, reader: Reads, counter: Counter, pick: Pick) -> Cups | None:
+    """What stands at the counter after a dialogue; None where an utterance could not be read.
+
+    Each utterance is read in its conversation and followed at once, until one ends the task.
+    """
+    counter.reset()
+    before: list[Exchange] = []
+    readings: list[Reading] = []
+    for turn in dialogue.turns:
+        question = "" if turn.query == OPENING else turn.query
+        names = [counter.status()]
+        try:
+            reading = reader.read(turn.utterance, question=question, before=before, names=names)
+        except UnreadableAnswerError:
+            return None
+        before.append(Exchange("", turn.utterance, reading.orders))
+        readings.append(reading)
+        if _follow(counter, reading.orders, fold(readings), pick):
+            break
+    return _cups(counter)
+
+
+def right(order: Cups, found: Cups | None, options: frozenset[str]) -> bool:
+    """Whether an order has the drinks and the annotated options of the right one."""
+    return found is not None and order == _only(found, options)
+
+
+def score_orders(pairs: Sequence[tuple[Cups, Cups | None]], options: frozenset[str]) -> OrdersScore:
+    """Compare orders.
+
+    Args:
+        pairs: The right order, and the one that was taken; None where it was not read.
+        options: Those that count: see `options_of`.
+    """
+    total = max(len(pairs), 1)
+    drinks = [found is not None and _drinks(order) == _drinks(found) for order, found in pairs]
+    return OrdersScore(
+        len(pairs),
+        sum(right(order, found, options) for order, found in pairs) / total,
+        sum(drinks) / total,
+        sum(found is None for _, found in pairs) / total,
+    )
+
+
+def _follow(counter: Counter, orders: Iterable[Order], standing: Standing, pick: Pick) -> bool:
+    """Do what is ordered; whether that ended the task."""
+    verbs = {verb.name for verb in counter.verbs} | {"avoid", "only"}
+    for order in orders:
+        found = counter.resolve(order, standing, pick) if order.do in verbs else None
+        for action in found.actions if found else ():
+            if taken(counter, action).terminated:
+                return True
+    return False
+
+
+def _said(row: Row) -> Iterator[tuple[bool, str]]:
+    for turn in row.entries("turns"):
+        if not is_list(turn, str) or len(cast("list[str]", turn)) != 2:
+            raise InvalidInputError(f"{row.label}: a turn must be two texts, not {shown(turn)}.")
+        speaker, text = cast("list[str]", turn)
+        yield speaker == "user", text
+
+
+def _cups(counter: Counter) -> Cups:
+    return frozenset(tuple(cup.split(", ")) for cup in counter.cups)
+
+
+def _drinks(order: Cups) -> frozenset[str]:
+    return frozenset(drink for drink, *_ in order)
+
+
+def _only(order: Cups, options: frozenset[str]) -> Cups:
+    return frozenset((drink, *(each for each in rest if each in options)) for drink, *rest in order)

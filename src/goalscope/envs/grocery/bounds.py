@@ -1,0 +1,79 @@
+"""What a person said that their basket has to be: diets, refusals and a budget."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal
+
+from goalscope.envs.grocery.catalogue import Item
+from goalscope.envs.grocery.restrictions import DIETS, violates
+from goalscope.orders import Order
+from goalscope.standing import Standing
+from goalscope.words import contains, singulars
+
+__all__ = ["Bounds", "bounds_of", "diets_of"]
+
+_GOODS = frozenset(("food", "product", "thing", "stuff", "diet", "item", "option", "meal"))
+"""Words that say no more of what has to be so."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """What rules out items.
+
+    Attributes:
+        diets: Restrictions of `DIETS` that bind all of the basket.
+        some: Restrictions that only some people follow: they bind what is guessed, and among
+            several things that an order may mean, those that fit are preferred.
+        refused: What things must not be called.
+        budget: What all may cost, in the shop's currency; None for any sum.
+    """
+
+    diets: frozenset[str] = frozenset()
+    some: frozenset[str] = frozenset()
+    refused: tuple[str, ...] = ()
+    budget: Decimal | None = None
+
+    def permits(self, item: Item) -> bool:
+        """Whether nothing that binds the whole basket rules out an item."""
+        return not self.against(item)
+
+    def suits(self, item: Item) -> bool:
+        """Whether nothing at all speaks against an item."""
+        return self.permits(item) and not any(violates(item, diet) for diet in self.some)
+
+    def against(self, item: Item) -> str:
+        """What rules out an item, in words; "" where nothing does."""
+        if broken := sorted(diet for diet in self.diets if violates(item, diet)):
+            return f"it has to be {' and '.join(broken)}"
+        name = singulars(item.name)
+        ruled = next((each for each in self.refused if contains(name, singulars(each))), "")
+        return f'you want no "{ruled}"' if ruled else ""
+
+
+def bounds_of(standing: Standing) -> Bounds:
+    """The bounds that the limits of a dialogue come to in the shop."""
+    diets, some = set[str](), set[str]()
+    refused: list[str] = []
+    for limit in standing.limits:
+        found = diets_of(limit)
+        (some if limit.for_ and limit.why != "allergy" else diets).update(found)
+        if limit.do == "avoid" and not found:
+            refused.append(limit.what)
+    budget = standing.budget
+    most = None if budget is None or budget.quantity is None else Decimal(str(budget.quantity))
+    return Bounds(frozenset(diets), frozenset(some - diets), tuple(refused), most)
+
+
+def diets_of(limit: Order) -> frozenset[str]:
+    """The restrictions of `DIETS` that a limit names: by what must be, or by what must not come."""
+    said = [word for word in singulars(limit.what) if word not in _GOODS]
+    if limit.do == "only":
+        names = {name: f"{name}, {diet.named}" for name, diet in DIETS.items()}
+    elif limit.why == "allergy":
+        names = {name: f"{diet.refused}, {diet.allergens}" for name, diet in DIETS.items()}
+    else:
+        names = {name: diet.refused for name, diet in DIETS.items()}
+    return frozenset(
+        name for name, listed in names.items() if said in map(singulars, listed.split(","))
+    )

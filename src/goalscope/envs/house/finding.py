@@ -1,0 +1,196 @@
+"""Which of the things here a phrase means, and which ones are not to be touched."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from goalscope.envs import Pick
+from goalscope.envs.house.names import GROUPS, called, readable
+from goalscope.envs.house.simulator.state import is_whole
+from goalscope.envs.house.view import View
+from goalscope.orders import Order
+from goalscope.standing import Standing
+from goalscope.words import contains, head_words, singular, singulars, words
+
+__all__ = ["EVERYTHING", "Finder", "Found", "bound", "kinds_in", "remains"]
+
+EVERYTHING = "everything"
+"""What names all that is here."""
+
+_STATES = (
+    ("open", "openable", "isOpen", True),
+    ("closed", "openable", "isOpen", False),
+    ("lit", "toggleable", "isToggled", True),
+    ("unlit", "toggleable", "isToggled", False),
+    ("dirty", "dirtyable", "isDirty", True),
+    ("clean", "dirtyable", "isDirty", False),
+    ("full", "canFillWithLiquid", "isFilledWithLiquid", True),
+    ("empty", "canFillWithLiquid", "isFilledWithLiquid", False),
+    ("cooked", "cookable", "isCooked", True),
+    ("raw", "cookable", "isCooked", False),
+    ("hot", "pickupable", "temperature", "Hot"),
+    ("cold", "pickupable", "temperature", "Cold"),
+)
+"""Adjectives: the affordance that they need, the state, and its value."""
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What a phrase means.
+
+    Attributes:
+        things: Ids, the likeliest first; also of what is now in slices or in pieces.
+        every: Whether all of them are meant.
+        there: Whether they are in or on the place that was named with them; the nearest to it come
+            first where not. A place that is not here counts for nothing.
+        name: What the phrase was taken for: a name of their kinds.
+    """
+
+    things: tuple[str, ...] = ()
+    every: bool = False
+    there: bool = True
+    name: str = ""
+
+
+class Finder:
+    """Finds things by the words for them.
+
+    Args:
+        view: The house.
+        pick: Finds which of several names is meant.
+    """
+
+    def __init__(self, view: View, pick: Pick) -> None:
+        self.view = view
+        self.pick = pick
+        self.kinds = _kinds(view)
+
+    def find(self, said: str, where: str = "") -> Found:
+        """What a phrase means, among what is at the place that is named with it if anything is."""
+        if said[-1:].isdigit() and (own := self.view.id(said.casefold())):
+            return self._near(Found((own,)), where)
+        if said.casefold() == EVERYTHING:
+            return self._near(Found(tuple(self.view.table), every=True), where)
+        name = self.pick(said, list(self.kinds))
+        things = [
+            own
+            for kind in self.kinds.get(name, ())
+            for own, thing in self.view.table.items()
+            if thing["objectType"] == kind
+        ]
+        things = self._described(said, name, things)
+        return self._near(Found(tuple(things), _is_every(said, name), name=name), where)
+
+    def _described(self, said: str, name: str, things: list[str]) -> list[str]:
+        """Those in the states that are named besides the kind."""
+        for word in words(said):
+            if singular(word) in singulars(name):
+                continue
+            states = {
+                state: those
+                for state, needs, key, value in _STATES
+                if (those := [own for own in things if self._is(own, needs, key, value)])
+                and len(those) < len(things)
+            }
+            things = states.get(self.pick(word, list(states)) if states else "", things)
+        return things
+
+    def _is(self, own: str, needs: str, key: str, value: bool | str) -> bool:
+        thing = self.view.table[own]
+        return bool(thing[needs]) and thing[key] == value
+
+    def _near(self, found: Found, where: str) -> Found:
+        """Those in or on a place; all of them, the nearest to it first, where none is."""
+        if not where or not found.things:
+            return found
+        table = self.view.table
+        places = {*self.find(where).things} - {*found.things}
+        if there := _in(self.view, found.things, places):
+            return replace(found, things=there)
+
+        def distance(own: str) -> float:
+            here = table[own]["position"].values()
+            return min(math.dist(here, table[each]["position"].values()) for each in places)
+
+        if not places:
+            return found
+        return replace(found, things=tuple(sorted(found.things, key=distance)), there=False)
+
+
+def kinds_in(view: View, text: str) -> set[str]:
+    """Readable names of the kinds of things here that a text names."""
+    said = singulars(text)
+    named = (kinds for name, kinds in _kinds(view).items() if contains(said, singulars(name)))
+    return {readable(kind) for kinds in named for kind in kinds}
+
+
+def remains(view: View, things: Sequence[str]) -> list[str]:
+    """The things that are whole, and the pieces of those that are not."""
+    gone = {own for own in things if not is_whole(view.table[own])}
+    pieces = [own for own in view.table if own.rpartition("|")[0] in gone]
+    return [own for own in dict.fromkeys((*things, *pieces)) if own not in gone]
+
+
+def bound(view: View, standing: Standing) -> set[str]:
+    """Ids of what nobody may touch: what is to be left alone or must not come."""
+    limits = (*standing.untouched, *(each for each in standing.limits if each.do == "avoid"))
+    found = {own for limit in limits for own in _covered(view, limit)}
+    return found | {own for own in view.table if own.rpartition("|")[0] in found}
+
+
+def _covered(view: View, limit: Order) -> Sequence[str]:
+    """What a limit names, by its words alone: where in doubt, more."""
+    every = limit.what.casefold() == EVERYTHING or (limit.where and not limit.what)
+    things = tuple(view.table) if every else _worded(view, limit.what)
+    return _in(view, things, {*_worded(view, limit.where)}) or things
+
+
+def _worded(view: View, said: str) -> Sequence[str]:
+    """What is called so; or else what is called so among other words, or with fewer words."""
+    phrase = singulars(said)
+    kinds = _kinds(view)
+    alike = {name: singulars(name) for name in (*kinds, *view.names.values())}
+    same = {name for name, each in alike.items() if each == phrase}
+    near = {
+        name
+        for name, each in alike.items()
+        if contains(each, phrase) or (phrase and phrase[-len(each) :] == each)
+    }
+    names = same or near
+    types = {kind for name in names for kind in kinds.get(name, ())}
+    return [
+        own
+        for own, thing in view.table.items()
+        if thing["objectType"] in types or view.names[own] in names
+    ]
+
+
+def _in(view: View, things: Sequence[str], places: set[str]) -> tuple[str, ...]:
+    """Those of the things that are in or on one of the places."""
+    return tuple(own for own in things if places & {*(view.table[own]["parentReceptacles"] or ())})
+
+
+def _kinds(view: View) -> dict[str, tuple[str, ...]]:
+    """What the things here may be called, and the types of each name, the likeliest first."""
+    types = dict.fromkeys(each["objectType"] for each in view.objects)
+    ranked: dict[str, list[tuple[int, str]]] = {}
+    for kind in types:
+        for rank, name in enumerate(called(kind)):
+            ranked.setdefault(name, []).append((rank, kind))
+    kinds = {name: tuple(kind for _, kind in sorted(each)) for name, each in ranked.items()}
+    for name, group in GROUPS.items():
+        if here := tuple(kind for kind in group.split() if kind in types):
+            kinds.setdefault(name, here)
+    return kinds
+
+
+def _is_every(said: str, name: str) -> bool:
+    """Whether a phrase names several things: by its plural, or by a group such as food.
+
+    What is always plural, such as keys, is one thing.
+    """
+    head = next(reversed(head_words(said)), "")
+    plural = singular(head) != head and (name in GROUPS or head not in words(name))
+    return plural or (name in GROUPS and singular(name) == name)

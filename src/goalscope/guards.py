@@ -1,0 +1,96 @@
+"""Guards that hold whatever the reader reads: of harm, of doubt, of conditions, of the lasting.
+
+They are plain code and know no phrasing, but for one short list: the stems of words of harm.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+
+from goalscope.orders import Order, Reading, orders_to_text
+from goalscope.standing import GRAVE, Standing
+
+__all__ = ["CONFIRM", "HARM", "UNSURE", "WARY"]
+__all__ += ["is_wary", "is_yes", "reason_to_wait", "speaks_of_harm", "whether"]
+
+CONFIRM = 'That cannot be undone. To confirm exactly what is shown, say "yes".'
+"""How a round's question ends before what nobody can undo."""
+
+HARM = "Something may harm somebody, if I understand you, but what is it? I have added nothing."
+"""A round's question where a word of harm was said, and no allergy was read."""
+
+WARY = "You spoke of harm, and I am not sure what must not come."
+"""Why an order waits after such a word."""
+
+UNSURE = 0.25
+"""Nats: below this margin a reading is asked about. See docs/reading.md for its cost."""
+
+_HARM = re.compile(
+    r"allerg|anaphyla|epi-?pen|c(?:o|œ)?eliac|intoleran|\bhives\b|\bswell|\bswoll|\brash\b"
+    r"|\bthroat\b|hospital|\bchok|\bpoison",
+    re.IGNORECASE,
+)
+
+
+def speaks_of_harm(utterance: str, reading: Reading) -> bool:
+    """Whether a word of harm was said of which the reading holds no allergy or diet."""
+    return not _is_grave(reading) and bool(_HARM.search(utterance))
+
+
+def _is_grave(reading: Reading) -> bool:
+    return any(each.do in ("avoid", "only") and each.why in GRAVE for each in reading.orders)
+
+
+def is_yes(utterance: str) -> bool:
+    """Whether the very word was said that `CONFIRM` asks for: no reading is trusted with that."""
+    return utterance.casefold().strip(" \t\n.!\"'") == "yes"
+
+
+def is_wary(said: Iterable[tuple[str, Reading]]) -> bool:
+    """Whether a word of harm was said, and since then neither an allergy nor a no.
+
+    Args:
+        said: Utterances and their readings, newest first.
+    """
+    for utterance, reading in said:
+        if speaks_of_harm(utterance, reading):
+            return True
+        if _is_grave(reading) or any(each.do == "no" for each in reading.orders):
+            return False
+    return False
+
+
+def reason_to_wait(
+    order: Order, standing: Standing, *, sure: bool, lasting: bool, wary: bool
+) -> str:
+    """Why an order needs the person's yes before it is done; "" where it may be done at once.
+
+    Args:
+        order: The order.
+        standing: What holds.
+        sure: Whether its reading is.
+        lasting: Whether nobody could undo it.
+        wary: See `is_wary`.
+    """
+    if limit := standing.forbids(order):
+        whom = f" {limit.for_}" if limit.for_ else ""
+        return f'You said "no {limit.what}"{whom} ({limit.why}).'
+    if wary:
+        return WARY
+    if order.if_:
+        return f'You said "if {order.if_}", which I cannot tell.'
+    if not sure:
+        return "I am not sure that I understood you."
+    return CONFIRM if lasting else ""
+
+
+def whether(orders: Sequence[Order], reasons: Sequence[str]) -> str:
+    """The question that lets orders go ahead: why they wait, and what was understood."""
+    if not orders:
+        return ""
+    understood = "; ".join(orders_to_text(orders).replace(" | ", " ").splitlines())
+    asked = [each for each in dict.fromkeys(reasons) if each != CONFIRM]
+    last = CONFIRM if CONFIRM in reasons else "Shall I?"
+    asked.append(f'I understood "{understood}".')
+    return " ".join([*asked, last])
