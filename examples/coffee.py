@@ -22,7 +22,7 @@ OPTIONS: tuple[tuple[str, ...], ...] = (
 CHOICES = tuple(option for group in OPTIONS for option in group)
 VERBS = (
     Verb("add", "order a drink, or what is to be in it", ("what", "quantity")),
-    Verb("remove", "leave out a drink, or what is in it", ("what", "quantity")),
+    Verb("remove", "leave out a drink, or what is in it", ("what", "quantity"), takes_away=True),
     Verb("swap", "take one thing for another", ("what", "quantity", "for")),
     Verb("finish", "that is all", ()),
 )

@@ -16,7 +16,7 @@ THINGS: tuple[str, ...] = (
 )  # fmt: skip
 VERBS = (
     Verb("add", "plant or build a thing", ("what", "quantity", "where")),
-    Verb("remove", "take a thing out, or fell a tree", ("what", "quantity", "where")),
+    Verb("remove", "take out, or fell a tree", ("what", "quantity", "where"), takes_away=True),
     Verb("swap", "take one thing out for another", ("what", "quantity", "for", "where")),
     Verb("finish", "the garden is done", ()),
 )

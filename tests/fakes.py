@@ -102,7 +102,7 @@ class LampRoom(Environment):
     completion_phrase = "Good night"
     verbs = (
         Verb("switch on", "let there be light"),
-        Verb("switch off", "let there be none"),
+        Verb("switch off", "let there be none", takes_away=True),
         Verb("smash", "break it", irreversible=True),
         Verb("finish", "that is all", ()),
     )

@@ -355,6 +355,18 @@ def test_an_allergy_binds_every_order_until_the_person_confirms_the_contrary() -
     assert env.on == ["fan"]
 
 
+def test_to_be_rid_of_what_harms_needs_no_leave_and_lifts_no_allergy() -> None:
+    env = LampRoom(["fan"])
+    agent = agent_in(env)
+    agent.step("", "avoid fan | why allergy")
+    env.on.append("fan")
+    assert agent.step("", "switch off fan").pending == ()
+    assert env.on == []
+    agent.step("", "yes")
+    assert agent.step("", "switch on fan").pending
+    assert env.on == []
+
+
 def test_a_word_of_harm_without_an_allergy_in_the_reading_stops_every_order() -> None:
     env = LampRoom(["lamp", "fan"])
     reads = {"lamp, and my son is allergic to fans": "switch on lamp", "to fans": "switch on fans"}

@@ -48,6 +48,13 @@ def test_an_order_lifts_no_allergy_and_no_diet() -> None:
         assert limits(confirmed) == []
 
 
+def test_what_takes_a_thing_away_lifts_nothing() -> None:
+    for limit in ("avoid nuts | why allergy", "avoid nuts | why taste"):
+        said = read(limit, "add nuts")
+        for released in ((), [(), (Order("add", "nuts"),)]):
+            assert limits(fold(said, released=released, takes_away={"add"})) == ["nuts"]
+
+
 def test_undoing_leaves_readings_out_but_no_allergy() -> None:
     said = read("avoid nuts | why allergy\nadd milk", "budget | 30 $\navoid pork", "undo | 2")
     standing = fold(said, retracted={0, 1})

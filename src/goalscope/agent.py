@@ -226,7 +226,7 @@ class Agent:
         asked = (
             [order for order in last.reading.orders if order.do == "ask"] if last.reading else []
         )
-        standing = standing_after(self.rounds)
+        standing = self._standing()
         told = (self.env.answer(order, standing, self._pick) for order in asked)
         found = list(dict.fromkeys(each for each in told if each))
         return "\n".join(found) or (NO_ANSWER if asked else "")
@@ -274,7 +274,7 @@ class Agent:
             released = self._released(turn, reading, bool(confirmed))
             done = _Done(notes=[trouble] if trouble else [])
             back, reversals = self._undo(reading, done)
-            standing = standing_after(self.rounds, reading, released=released, takes_back=back)
+            standing = self._standing(reading, released=released, takes_back=back)
             changes, missing = self._update(tracker, turn, reading) if tracker else ([], False)
             harm = speaks_of_harm(turn.utterance, reading)
             wary = is_wary([(turn.utterance, reading), *self._readings()])
@@ -430,7 +430,7 @@ class Agent:
             done.notes.append(NOTHING)
             return (), 0
         numbers = tuple(each.number for each in reversed(last))
-        left = standing_after(self.rounds, takes_back=numbers)
+        left = self._standing(takes_back=numbers)
         for each in reversed(last):
             back = self.env.undo(each.results[each.reversals :], left)
             if back is None:
@@ -463,7 +463,7 @@ class Agent:
         if last and last.pending and not released:
             done.notes.append(NOT_CONFIRMED)
         sure = reading.margin is None or reading.margin >= self.unsure
-        verbs = {verb.name: verb for verb in self.env.verbs}
+        verbs = {verb.name for verb in self.env.verbs}
         orders = [*released, *(each for each in reading.orders if each not in released)]
         for order in orders:
             by_verb = order.do in verbs
@@ -473,7 +473,10 @@ class Agent:
             done.notes += [found.why] if found.why else []
             lasting = any(map(self.env.lasting, found.actions))
             if (by_verb or lasting) and found.actions and order not in released:
-                reason = reason_to_wait(order, standing, sure=sure, lasting=lasting, wary=wary)
+                away = order.do in self._takes_away
+                reason = reason_to_wait(
+                    order, standing, sure=sure, lasting=lasting, wary=wary, away=away
+                )
                 if reason:
                     done.pending.append(order)
                     done.reasons.append(reason)
@@ -483,6 +486,26 @@ class Agent:
                 (done.results if result.ok else done.failed).append(result)
                 if not result.ok:
                     break
+
+    @property
+    def _takes_away(self) -> set[str]:
+        return {verb.name for verb in self.env.verbs if verb.takes_away}
+
+    def _standing(
+        self,
+        reading: Reading | None = None,
+        *,
+        released: Sequence[Order] = (),
+        takes_back: Sequence[int] = (),
+    ) -> Standing:
+        """See `standing_after`."""
+        return standing_after(
+            self.rounds,
+            reading,
+            released=released,
+            takes_back=takes_back,
+            takes_away=self._takes_away,
+        )
 
     def _readings(self) -> list[tuple[str, Reading]]:
         """The utterances and what they were read as, newest first."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -69,6 +69,7 @@ def standing_after(
     *,
     released: Sequence[Order] = (),
     takes_back: Sequence[int] = (),
+    takes_away: Collection[str] = (),
 ) -> Standing:
     """What holds after some rounds, and a newer reading where there is one; see `fold`.
 
@@ -77,10 +78,12 @@ def standing_after(
         reading: Of the words after them.
         released: Orders that those confirm.
         takes_back: Numbers of the rounds that those take back.
+        takes_away: See `fold`.
     """
     newest = [] if reading is None else [reading]
     return fold(
         [*(round.reading or Reading(()) for round in rounds), *newest],
         released=[*(round.released for round in rounds), released],
         retracted={number - 1 for number in retracted(rounds) | {*takes_back}},
+        takes_away=takes_away,
     )

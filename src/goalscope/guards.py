@@ -62,7 +62,7 @@ def is_wary(said: Iterable[tuple[str, Reading]]) -> bool:
 
 
 def reason_to_wait(
-    order: Order, standing: Standing, *, sure: bool, lasting: bool, wary: bool
+    order: Order, standing: Standing, *, sure: bool, lasting: bool, wary: bool, away: bool = False
 ) -> str:
     """Why an order needs the person's yes before it is done; "" where it may be done at once.
 
@@ -72,8 +72,9 @@ def reason_to_wait(
         sure: Whether its reading is.
         lasting: Whether nobody could undo it.
         wary: See `is_wary`.
+        away: Whether what it names goes, so that no limit speaks against it.
     """
-    if limit := standing.forbids(order):
+    if not away and (limit := standing.forbids(order)):
         whom = f" {limit.for_}" if limit.for_ else ""
         return f'You said "no {limit.what}"{whom} ({limit.why}).'
     if wary:

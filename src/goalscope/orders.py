@@ -46,12 +46,14 @@ class Verb:
         doc: What it does, in one line, for the prompt.
         slots: Those of `SLOTS` that it takes besides `if`.
         irreversible: Whether nobody can undo it.
+        takes_away: Whether what it names goes: no limit speaks against that, and it lifts none.
     """
 
     name: str
     doc: str
     slots: tuple[str, ...] = ("what",)
     irreversible: bool = False
+    takes_away: bool = False
 
 
 DIALOGUE_ACTS: tuple[Verb, ...] = (

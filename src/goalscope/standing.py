@@ -59,6 +59,7 @@ def fold(
     *,
     released: Sequence[Sequence[Order]] = (),
     retracted: Collection[int] = (),
+    takes_away: Collection[str] = (),
 ) -> Standing:
     """What holds after readings, oldest first.
 
@@ -69,22 +70,24 @@ def fold(
         readings: Of all rounds.
         released: For each of them, the orders that it confirmed; () where none did.
         retracted: Places of the readings that were taken back.
+        takes_away: Names of the verbs whose orders lift nothing (see `Verb`).
     """
     standing = Standing()
     for place, reading in enumerate(readings):
         gone = place in retracted
         confirmed = released[place] if place < len(released) else ()
         for order in () if gone else confirmed:
-            standing = _lifted(standing, order, grave=True)
+            if order.do not in takes_away:
+                standing = _lifted(standing, order, grave=True)
             standing = replace(standing, asked=(*standing.asked, order))
         for order in reading.orders:
             if gone and not (order.do in ("avoid", "only") and order.why in GRAVE):
                 continue
-            standing = _with(standing, order)
+            standing = _with(standing, order, lifts=order.do not in takes_away)
     return standing
 
 
-def _with(standing: Standing, order: Order) -> Standing:
+def _with(standing: Standing, order: Order, *, lifts: bool) -> Standing:
     if order.do in ("avoid", "only") and order.what:
         known = [each for each in standing.limits if (each.do, each.what) != (order.do, order.what)]
         graver = [each for each in standing.limits if each.what == order.what and each.why in GRAVE]
@@ -96,7 +99,8 @@ def _with(standing: Standing, order: Order) -> Standing:
         return replace(standing, untouched=(*standing.untouched, order))
     if order.do in _ACTS:
         return standing
-    return replace(_lifted(standing, order, grave=False), asked=(*standing.asked, order))
+    standing = _lifted(standing, order, grave=False) if lifts else standing
+    return replace(standing, asked=(*standing.asked, order))
 
 
 def _lifted(standing: Standing, order: Order, *, grave: bool) -> Standing:

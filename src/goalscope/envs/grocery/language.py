@@ -6,7 +6,7 @@ __all__ = ["EXAMPLES", "VERBS"]
 
 VERBS = (
     Verb("add", "put into the basket", ("what", "quantity", "for", "where")),
-    Verb("remove", "take out of the basket", ("what", "quantity")),
+    Verb("remove", "take out of the basket", ("what", "quantity"), takes_away=True),
     Verb("set", "have exactly so many of it in the basket", ("what", "quantity")),
     Verb("swap", "take one thing out for another", ("what", "quantity", "for")),
     Verb("clear", "empty the basket", ()),
