@@ -22,6 +22,7 @@ __all__ = ["Picker", "mended"]
 _CANDIDATES = 8
 _LETTERS = 5  # of a word that may be a slip
 _NEAR = 0.5  # cosine from which on a thing may be meant by words that its name lacks
+_NATS = 8.0  # that a cosine of 1 counts for, beside the likelihood
 _ALIKE = 0.8  # share of letters in common, from which on a word is a slip of another
 
 
@@ -63,10 +64,7 @@ class Picker:
         return self._likeliest(said, near) if near else ""
 
     def _likeliest(self, said: str, names: Sequence[str]) -> str:
-        """The name under which the words gain most, against having no thing in mind.
-
-        Their nearness in meaning counts as nats, too.
-        """
+        """The name under which the words are likeliest; nearness in meaning counts as nats, too."""
         nearness = embedded([said, *names])
         value = _NATS * (nearness[1:] @ nearness[0])
         if self._model and len(names) > 1:
@@ -74,9 +72,6 @@ class Picker:
             scores = logprobs_of(self._model, contexts, [said] * len(names))
             value = value + np.array([float(score.sum()) for score in scores])
         return names[int(np.argmax(value))]
-
-
-_NATS = 8.0
 
 
 def mended(words: Sequence[str], known: Iterable[str]) -> list[str]:

@@ -106,8 +106,7 @@ class Reader:
             self._opening = render("read_untaught", verbs=self.verbs, task=task, form=self.form)
         self._examples = [
             Exchange("", each.message, orders_from_text(each.orders, verbs))
-            for each in examples
-            if not taught
+            for each in (() if taught else examples)
         ]
 
     def read(

@@ -1,4 +1,4 @@
-"""What people type, made even before a grammar reads it."""
+"""What people type, made even before patterns look for a yes or a denial (`advice`)."""
 
 from __future__ import annotations
 

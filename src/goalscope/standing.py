@@ -9,7 +9,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from goalscope.orders import DIALOGUE_ACTS, Order, Reading
-from goalscope.words import contains, singulars
+from goalscope.words import names, singulars
 
 __all__ = ["GRAVE", "Standing", "acting", "fold"]
 
@@ -113,12 +113,7 @@ def _lifted(standing: Standing, order: Order, *, grave: bool) -> Standing:
             for each in standing.limits
             if each.do != "avoid"
             or (each.why in GRAVE and not grave)
-            or not _names(coming, each.what)
+            or not names(coming, each.what)
         ),
-        untouched=tuple(each for each in standing.untouched if not _names(order.what, each.what)),
+        untouched=tuple(each for each in standing.untouched if not names(order.what, each.what)),
     )
-
-
-def _names(phrase: str, thing: str) -> bool:
-    """Whether a phrase names the thing, or a kind of it: rye bread is a kind of bread."""
-    return contains(singulars(phrase), singulars(thing))

@@ -10,6 +10,7 @@ __all__ = [
     "contains",
     "head_nouns",
     "head_words",
+    "names",
     "singular",
     "singulars",
     "spans",
@@ -88,6 +89,11 @@ def _singulars(text: str) -> tuple[str, ...]:
 def contains(text: Collection[str], term: Collection[str]) -> bool:
     """Whether every word of `term` is among the words of `text` (both from `singulars`)."""
     return bool(term) and all(word in text for word in term)
+
+
+def names(phrase: str, thing: str) -> bool:
+    """Whether a phrase names the thing, or a kind of it: rye bread is a kind of bread."""
+    return contains(singulars(phrase), singulars(thing))
 
 
 def head_words(name: str) -> list[str]:

@@ -8,13 +8,12 @@ from typing import Any
 
 import pytest
 
-from fakes import WordModel, said
+from fakes import Plans, said
 from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.house.offers import NAMES
-from goalscope.policy import Planner
 from goalscope.standing import Standing
 from goalscope.types import Action
 from hostile import ORDERS
@@ -57,17 +56,6 @@ class Stocked(GroceryShop):
         super().reset()
         for item in CATALOGUE.items[:3]:
             self.step(Action("add item", item.name, 2))
-
-
-class Plans(Planner):
-    """Plans what it is given."""
-
-    def __init__(self, given: Sequence[Action]) -> None:
-        super().__init__(WordModel())
-        self.given = given
-
-    def plan(self, *_: object) -> tuple[list[Action], list[str]]:
-        return [*self.given], []
 
 
 def invented(
@@ -128,7 +116,7 @@ def test_acts_that_are_invented_never_reach_the_state(
     planned = [each for each in acts if is_hashable(each)][: count // 10]
     turns = said("Buy it all, break it all, and take it out.")
     for action in planned:
-        assert Plans([action]).act(env, [], turns, [], Standing()).results == ()
+        assert Plans([action], replans=2).act(env, [], turns, [], Standing()).results == ()
         assert env.fingerprint() == before
     assert controller.asked == 0
     record_property(

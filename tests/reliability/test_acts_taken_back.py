@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import pytest
 
-from fakes import WordModel
+from fakes import Plans, WordModel
 from goalscope.agent import Agent
 from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.search import Search
 from goalscope.envs.house import HomeRobot, HouseController
-from goalscope.policy import Planner
 from goalscope.standing import Standing
 from goalscope.types import Action
 
@@ -21,17 +20,6 @@ CATALOGUE = Catalogue(Catalogue.load().items[::40])
 SEARCH = Search(CATALOGUE)
 SCENES = ("Kitchen1", "LivingRoom1", "Bedroom1", "Bathroom1")
 COUNTS = [60, pytest.param(600, marks=pytest.mark.slow)]
-
-
-class Plans(Planner):
-    """Makes the plan that it is given, once."""
-
-    def __init__(self, given: Sequence[Action]) -> None:
-        super().__init__(WordModel(), replans=0)
-        self.given = given
-
-    def plan(self, *_: object) -> tuple[list[Action], list[str]]:
-        return [*self.given], []
 
 
 def rounds_of(env: Environment, draw: Callable[[], list[Action]], agent: Agent) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from fakes import WordModel, said
+from fakes import Plans, WordModel, said
 from goalscope.agent import Agent
 from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop
@@ -16,7 +16,6 @@ from goalscope.envs.grocery.search import Search
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.house.offers import NAMES
 from goalscope.envs.house.simulator.properties import LASTING, PREDICATES
-from goalscope.policy import Planner
 from goalscope.standing import Standing
 from goalscope.types import Action, GoalscopeError, StepResult
 
@@ -28,17 +27,6 @@ STAYS = [each for each in PREDICATES if each not in ("isPickedUp", "parentRecept
 STAYS.remove("temperature")  # which returns by itself
 STATES = (*STAYS, "fillLiquid")
 """What of a thing an act can change, besides where it is and how warm."""
-
-
-class Plans(Planner):
-    """Makes the plan that it is given, once."""
-
-    def __init__(self, given: Sequence[Action]) -> None:
-        super().__init__(WordModel(), replans=0)
-        self.given = given
-
-    def plan(self, *_: object) -> tuple[list[Action], list[str]]:
-        return [*self.given], []
 
 
 def shopping(rng: random.Random) -> Iterator[Action]:

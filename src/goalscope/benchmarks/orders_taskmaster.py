@@ -18,30 +18,15 @@ from goalscope.datasets.files import Row, line_rows
 from goalscope.envs import Environment, Pick, taken
 from goalscope.envs.tables import is_list, shown
 from goalscope.orders import Order, Reading
-from goalscope.reader import Exchange
+from goalscope.reader import Exchange, Reader
 from goalscope.standing import Standing, fold
 from goalscope.types import InvalidInputError, Turn, UnreadableAnswerError
 
-__all__ = ["Counter", "Cups", "Dialogue", "OrdersScore", "Reads", "Verbatim"]
+__all__ = ["Counter", "Cups", "Dialogue", "OrdersScore", "Verbatim"]
 __all__ += ["final_order", "options_of", "read_dialogues", "right", "score_orders"]
 
 Cups = frozenset[tuple[str, ...]]
 """An order: of each kind of cup the drink, and its options in the order of the menu."""
-
-
-class Reads(Protocol):
-    """What reads: a `goalscope.reader.Reader`, or what stands in for one."""
-
-    def read(
-        self,
-        message: str,
-        *,
-        question: str = "",
-        before: Sequence[Exchange] = (),
-        names: Iterable[str] = (),
-    ) -> Reading:
-        """See `goalscope.reader.Reader.read`."""
-        ...
 
 
 class Verbatim:
@@ -135,7 +120,9 @@ def options_of(dialogues: Iterable[Dialogue]) -> frozenset[str]:
     return frozenset(option for each in dialogues for cup in each.order for option in cup[1:])
 
 
-def final_order(dialogue: Dialogue, reader: Reads, counter: Counter, pick: Pick) -> Cups | None:
+def final_order(
+    dialogue: Dialogue, reader: Reader | Verbatim, counter: Counter, pick: Pick
+) -> Cups | None:
     """What stands at the counter after a dialogue; None where an utterance could not be read.
 
     Each utterance is read in its conversation and followed at once, until one ends the task.

@@ -22,6 +22,8 @@ __all__ = [
     "Picture",
     "Propose",
     "Questions",
+    "ReadingAdapter",
+    "ReadingForm",
     "Scene",
     "Scorer",
     "Seed",
@@ -122,3 +124,17 @@ StoreFile = Annotated[
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="JSON on standard output, and nothing else.")]
+
+ReadingAdapter = Annotated[
+    str | None,
+    typer.Option(
+        "--adapter",
+        metavar="ADAPTER",
+        help="Fitted by `fit-reader`, or none.  [default: the one that comes with goalscope, for "
+        "its own model]",
+    ),
+]
+
+ReadingForm = Annotated[
+    Literal["text", "json"], typer.Option("--form", help="How a reading is written.")
+]

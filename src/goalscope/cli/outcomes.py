@@ -6,11 +6,11 @@ import json
 from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from goalscope.cli.options import Json, Method, Model, Seed
+from goalscope.cli.options import Json, Method, Model, ReadingAdapter, ReadingForm, Seed
 from goalscope.cli.terminal import console, measuring, model_names, opened_model, progress
 from goalscope.types import InvalidInputError
 
@@ -34,17 +34,8 @@ def bench_orders(
     data: Data = None,
     split: Split = None,
     model: Model = None,
-    adapter: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ADAPTER",
-            help="Fitted by `fit-reader`, or none.  [default: the one that comes with goalscope, "
-            "for its own model]",
-        ),
-    ] = None,
-    form: Annotated[
-        Literal["text", "json"], typer.Option(help="How a reading is written.")
-    ] = "text",
+    adapter: ReadingAdapter = None,
+    form: ReadingForm = "text",
     limit: Limit = None,
     worst: Annotated[int, typer.Option(min=0, help="Wrong orders to list.")] = 10,
     as_json: Json = False,
@@ -84,7 +75,7 @@ def bench_orders(
             opened,
             language.verbs,
             task=env.task,
-            examples=() if taught else language.examples,
+            examples=language.examples,
             taught=taught,
             form=form,
         )

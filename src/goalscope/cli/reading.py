@@ -9,12 +9,12 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from goalscope.cli.fit import Device, FitModel, base_of, check_fit, engine_of
-from goalscope.cli.options import Json, Model, Seed
+from goalscope.cli.options import Json, Model, ReadingAdapter, ReadingForm, Seed
 from goalscope.cli.terminal import console, measuring, model_names, progress
 from goalscope.types import InvalidInputError
 
@@ -46,17 +46,8 @@ def bench_reading(
     file: Corpus,
     domain: Domains = None,
     model: Model = None,
-    adapter: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ADAPTER",
-            help="Fitted by `fit-reader`, or none.  [default: the one that comes with goalscope, "
-            "for its own model]",
-        ),
-    ] = None,
-    form: Annotated[
-        Literal["text", "json"], typer.Option(help="How a reading is written.")
-    ] = "text",
+    adapter: ReadingAdapter = None,
+    form: ReadingForm = "text",
     limit: Annotated[int | None, typer.Option(min=1, help="Only so many, the first ones.")] = None,
     worst: Annotated[int, typer.Option(min=0, help="Messages to list, the worst first.")] = 10,
     as_json: Json = False,
@@ -94,7 +85,7 @@ def bench_reading(
                 reader = Reader(
                     opened,
                     each.verbs,
-                    examples=() if taught else each.examples,
+                    examples=each.examples,
                     taught=taught,
                     form=form,
                 )

@@ -16,7 +16,7 @@ __all__ = ["check_env"]
 
 
 def check_env(env: Environment, *, most: int = 40) -> None:
-    """Try an environment: words, failures that change nothing, replays to one state.
+    """Try an environment: orders, failures that change nothing, replays to one state.
 
     The environment is reset before and after.
 

@@ -9,7 +9,7 @@ from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.restrictions import DIETS, violates
 from goalscope.orders import Order
 from goalscope.standing import Standing
-from goalscope.words import contains, singulars
+from goalscope.words import names, singulars
 
 __all__ = ["Bounds", "bounds_of", "diets_of"]
 
@@ -46,8 +46,7 @@ class Bounds:
         """What rules out an item, in words; "" where nothing does."""
         if broken := sorted(diet for diet in self.diets if violates(item, diet)):
             return f"it has to be {' and '.join(broken)}"
-        name = singulars(item.name)
-        ruled = next((each for each in self.refused if contains(name, singulars(each))), "")
+        ruled = next((each for each in self.refused if names(item.name, each)), "")
         return f'you want no "{ruled}"' if ruled else ""
 
 

@@ -94,10 +94,6 @@ class Search:
             scores[index] += _CATEGORY_WEIGHT * shares[items[index].category]
         return [items[i] for i in sorted(scores, key=lambda i: (-scores[i], i))[:limit]]
 
-    def nearness(self, text: str) -> float:
-        """Cosine of `text` and the item nearest to it in meaning."""
-        return float(_nearness(self._vectors, embedded([text])[0]).max())
-
     def translated(self, text: str) -> str:
         """`text` in the words of the catalogue: "crisps" as "potato chips"."""
         return self._translate(text)

@@ -18,7 +18,7 @@ from goalscope.envs.grocery.search import Search
 from goalscope.orders import Order
 from goalscope.standing import Standing
 from goalscope.types import Action, Profile, StepResult
-from goalscope.words import contains, singulars
+from goalscope.words import names
 
 __all__ = ["NAMES", "GroceryShop"]
 
@@ -35,11 +35,9 @@ _SHOWN = 10
 class GroceryShop:
     """A shopping agent's world (Sec. 4.2); implements `goalscope.envs.Environment`.
 
-    What can be asked for is `verbs`.
-
-    The actions are `search inventory` (the target is a term), `add item` and `remove item` (the
-    target is an item's exact name, with a quantity from 1 to 99), and `buy basket`. After the
-    purchase only searching is possible, until `reset`.
+    What can be asked for is `verbs`. The actions are `search inventory` (the target is a term),
+    `add item` and `remove item` (the target is an item's exact name, with a quantity from 1 to 99),
+    and `buy basket`. After the purchase only searching is possible, until `reset`.
     """
 
     verbs = VERBS
@@ -126,7 +124,7 @@ class GroceryShop:
         what takes more than a share of what is left of the budget.
         """
         if self._bought or any(
-            each.do == "avoid" and _names(name, each) for each in standing.limits
+            each.do == "avoid" and names(name, each.what) for each in standing.limits
         ):
             return []
         bounds = bounds_of(standing)
@@ -344,8 +342,3 @@ class GroceryShop:
 def _change(name: str, number: int) -> Action:
     """An addition, or where the number is negative a removal."""
     return Action("add item" if number > 0 else "remove item", name, abs(number))
-
-
-def _names(name: str, limit: Order) -> bool:
-    """Whether a generic name is, or is a kind of, what a limit rules out."""
-    return contains(singulars(name), singulars(limit.what))
