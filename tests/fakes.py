@@ -35,7 +35,7 @@ class WordModel:
     name = "words"
     vocabulary = 1000
     takes_grammar = True
-    margin: float | None = None
+    margins: tuple[float, ...] | None = None
     boost = 50.0
 
     def __init__(
@@ -78,7 +78,7 @@ class WordModel:
             orders = self.reads.get(said, removed.replace("; ", "\n"))
             if not re.search(rf'"{re.escape(orders.split()[0])}( \w+)?"', grammar.splitlines()[0]):
                 orders = "aim"
-            return Completion(orders, "stop", 1, 1, -1.0, self.margin)
+            return Completion(orders, "stop", 1, 1, -1.0, self.margins)
         if heard := settings.get("heard"):
             for end in [match.end() for match in re.finditer(r"\S+", text)]:
                 heard(text[:end])

@@ -321,13 +321,22 @@ def test_a_yes_to_another_state_than_the_present_one_is_refused_before_anything_
 def test_what_the_reader_is_unsure_of_waits_and_says_what_was_understood() -> None:
     env = LampRoom(["lamp"])
     model = WordModel(REPLIES)
-    model.margin = 0.01
+    model.margins = (0.01,)
     agent = agent_in(env, model=model)
     round = agent.step("", "switch on lamp")
     assert env.on == []
     assert 'I understood "switch on lamp". Shall I?' in round.question
     agent.step(agent.ask(), "yes")
     assert env.on == ["lamp"]
+
+
+def test_what_is_sure_is_done_though_another_order_is_not() -> None:
+    env = LampRoom(["lamp", "lantern"])
+    model = WordModel(REPLIES)
+    model.margins = (0.01, 3.0)
+    round = agent_in(env, model=model).step("", "switch on lamp; switch on lantern")
+    assert env.on == ["lantern"]
+    assert 'I understood "switch on lamp". Shall I?' in round.question
 
 
 def test_a_condition_is_asked_about() -> None:

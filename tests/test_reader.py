@@ -27,13 +27,13 @@ class Writes:
 
     def generate(self, messages, **settings):
         self.asked.append({"messages": messages, **settings})
-        return Completion(self.text, "stop", 1, 1, -0.25, 1.5)
+        return Completion(self.text, "stop", 1, 1, -0.25, (1.5, 0.5))
 
 
 def test_a_reading_has_its_orders_and_how_sure_they_are():
     reading = Reader(Writes("add red peppers | 3\nfinish"), VERBS).read("Three red peppers, done!")
     assert reading.orders == (Order("add", "red peppers", 3.0), Order("finish"))
-    assert (reading.log_probability, reading.margin) == (-0.25, 1.5)
+    assert (reading.log_probability, reading.margins) == (-0.25, (1.5, 0.5))
 
 
 def test_a_thing_may_have_words_of_earlier_messages_and_of_what_is_shown():

@@ -108,7 +108,7 @@ class Agent:
         cost: Nats that an informative question must be expected to tell.
         planner: Chooses what to do; None for the one that fills a basket.
         seed: Seed of everything that is drawn.
-        unsure: Nats of a reading's margin below which the agent asks before it does what it read.
+        unsure: Nats of an order's margin below which the agent asks before it does what it read.
         progress: Is told what the agent does, before each part of it.
         draft: Is told each question that it writes, as it grows; it asks one of them.
 
@@ -462,7 +462,6 @@ class Agent:
         last = self.rounds[-1] if self.rounds else None
         if last and last.pending and not released:
             done.notes.append(NOT_CONFIRMED)
-        sure = reading.margin is None or reading.margin >= self.unsure
         verbs = {verb.name for verb in self.env.verbs}
         orders = [*released, *(each for each in reading.orders if each not in released)]
         for order in orders:
@@ -475,7 +474,12 @@ class Agent:
             if (by_verb or lasting) and found.actions and order not in released:
                 away = order.do in self._takes_away
                 reason = reason_to_wait(
-                    order, standing, sure=sure, lasting=lasting, wary=wary, away=away
+                    order,
+                    standing,
+                    sure=reading.sure(order, self.unsure),
+                    lasting=lasting,
+                    wary=wary,
+                    away=away,
                 )
                 if reason:
                     done.pending.append(order)

@@ -24,7 +24,7 @@ WARY = "You spoke of harm, and I am not sure what must not come."
 """Why an order waits after such a word."""
 
 UNSURE = 0.25
-"""Nats: below this margin a reading is asked about. See docs/reading.md for its cost."""
+"""Nats: below this margin an order is asked about. See docs/reading.md for its cost."""
 
 _HARM = re.compile(
     r"allerg|anaphyla|epi-?pen|c(?:o|œ)?eliac|intoleran|\bhives\b|\bswell|\bswoll|\brash\b"

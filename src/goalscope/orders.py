@@ -116,13 +116,20 @@ class Reading:
     Attributes:
         orders: In the order in which they were said; the only one is "none" where there is none.
         log_probability: Of this reading by the model, nats.
-        margin: Nats by which it was preferred to the next one where it was least sure: the
-            smallest lead of a token over the next likeliest. None where the model does not tell.
+        margins: Order by order, the nats by which it was preferred to another one where it was
+            least sure: the smallest lead of a token over the next likeliest. None where the model
+            does not tell.
     """
 
     orders: tuple[Order, ...]
     log_probability: float | None = None
-    margin: float | None = None
+    margins: tuple[float, ...] | None = None
+
+    def sure(self, order: Order, threshold: float) -> bool:
+        """Whether an order of it was read with a margin of so many nats, or nobody knows."""
+        if self.margins is None:
+            return True
+        return self.margins[self.orders.index(order)] >= threshold
 
 
 def order_to_json(order: Order) -> dict[str, str | int | float]:

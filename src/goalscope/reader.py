@@ -15,7 +15,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from goalscope.models import Generator
+from goalscope.models import Completion, Generator
 from goalscope.orders import (
     DIALOGUE_ACTS,
     REASONS,
@@ -49,6 +49,7 @@ MOST_ORDERS = 24
 _WINDOW = 9  # earlier messages that are read again for what the newest one points back to
 _MOST_TOKENS = 320  # of a reading
 _LONGEST_NAME = 12  # words of a thing
+_SUREST = 99.0  # nats, where the grammar allowed nothing else
 _PHRASES = ("what", "for", "where", "if")
 
 
@@ -155,7 +156,8 @@ class Reader:
                 prompt, max_tokens=3 * _MOST_TOKENS, schema=schema_of(self._own)
             )
         orders = self._orders(written.text, said)
-        return Reading(orders, written.log_probability, written.margin)
+        margins = self._margins(orders, written)
+        return Reading(orders, written.log_probability, margins)
 
     def prompt(
         self, message: str, *, question: str = "", before: Sequence[Exchange] = ()
@@ -176,6 +178,17 @@ class Reader:
     def _chat(self, exchange: Exchange) -> list[Message]:
         said = _asked(exchange.question, exchange.message)
         return [Message("user", said), Message("assistant", self.written(exchange.orders))]
+
+    def _margins(self, orders: Sequence[Order], written: Completion) -> tuple[float, ...] | None:
+        """Those of each order; where it is not written in a line of its own, those of the whole."""
+        if written.margins is None:
+            return None
+        found = dict.fromkeys(orders, min(written.margins))
+        if self.form == "text":
+            lines = orders_from_text(written.text, self._own)
+            for order, margin in reversed([*zip(lines, written.margins, strict=False)]):
+                found[order] = margin
+        return tuple(min(found[order], _SUREST) for order in orders)
 
     def _orders(self, text: str, said: Mapping[str, None]) -> tuple[Order, ...]:
         try:

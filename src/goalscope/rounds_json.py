@@ -132,12 +132,15 @@ def _reading(reading: Reading) -> dict[str, Any]:
     return {
         "orders": _orders(reading.orders),
         "log_probability": reading.log_probability,
-        "margin": reading.margin,
+        "margins": reading.margins,
     }
 
 
 def _reading_from(data: Mapping[str, Any]) -> Reading:
-    return Reading(_orders_from(data["orders"]), data["log_probability"], data["margin"])
+    margins = data["margins"]
+    return Reading(
+        _orders_from(data["orders"]), data["log_probability"], margins and tuple(margins)
+    )
 
 
 def _orders(orders: Sequence[Order]) -> list[dict[str, Any]]:

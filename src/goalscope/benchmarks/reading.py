@@ -72,9 +72,9 @@ class Score:
 
 @dataclass(frozen=True, slots=True)
 class Asking:
-    """What it costs to ask about readings whose margin is below a threshold.
+    """What it costs to ask about orders whose margin is below a threshold.
 
-    Of the messages that order something, as they were read:
+    Of the orders by a domain's verb, as they were read:
 
     Attributes:
         threshold: Nats.
@@ -179,11 +179,12 @@ def asking(pairs: Iterable[tuple[Sequence[Order], Reading | None]]) -> list[Aski
     Args:
         pairs: Right orders, and readings.
     """
-    told = [
-        (found.margin, not differs(gold, found.orders))
-        for gold, found in pairs
-        if found and found.margin is not None and acting(found.orders)
-    ]
+    told: list[tuple[float, bool]] = []
+    for gold, found in pairs:
+        right = _bag(gold, _whole)
+        for order, margin in zip(found.orders, found.margins or (), strict=False) if found else ():
+            if acting((order,)):
+                told.append((margin, bool(_bag((order,), _whole) & right)))
     rows: list[Asking] = []
     for threshold in THRESHOLDS if told else ():
         asked = [right for margin, right in told if margin < threshold]

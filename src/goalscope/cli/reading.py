@@ -110,7 +110,7 @@ def bench_reading(
             {
                 **line_to_json(line),
                 "read": None if read is None else [order_to_json(each) for each in read.orders],
-                "margin": read and read.margin,
+                "margins": read and read.margins,
             }
             for line, read in readings
         ]
@@ -132,7 +132,7 @@ def bench_reading(
     out.print(f"Median time of a message: {median:.2f} s. Not read: {found['all'].unread:.1%}.")
     for each in costs:
         out.print(
-            f"Asking below {each.threshold:g} nats: {each.asked:.1%} of what orders something, "
+            f"Asking below {each.threshold:g} nats: {each.asked:.1%} of the orders, "
             f"{each.right_asked:.1%} of that right; {each.wrong_done:.1%} of the rest wrong."
         )
     for line, read in wrong:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import random
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ import numpy as np
 from goalscope.benchmarks.reading import Line, line_to_json
 from goalscope.domains import Language
 from goalscope.fitting.learner import Learner
+from goalscope.fitting.recombining import Conversation, Recombining
 from goalscope.fitting.training import KEPT, Training, locked, writing_to
 from goalscope.likelihood import RolePlay
 from goalscope.models.adapters import FITTED_SOURCES, FITTED_TASK, read_adapter, write_adapter
@@ -25,10 +25,10 @@ from goalscope.models.trie import Trie
 from goalscope.reader import Exchange, Reader
 from goalscope.types import InvalidInputError
 
-__all__ = ["Conversation", "ReadingFit", "ReadingSettings", "conversations", "fit_reading"]
+__all__ = ["ReadingFit", "ReadingSettings", "conversations", "fit_reading"]
 
-Conversation = Sequence[Line]
-"""Lines of one person, each of which has those before it as its context."""
+Taught = list[tuple[list[int], list[int]]]
+"""Prompt and answer, in tokens, of each reading of a conversation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,9 @@ class ReadingSettings:
         learning_rate: Of AdamW at its highest; it falls to nearly 0 at the last step.
         batch_tokens: Tokens of one step, about.
         epochs: How often each conversation is learned from.
-        seed: Of the order.
+        renamed: Share of things that become others, each time anew.
+        joined: Share of conversations that begin with another one's first message, likewise.
+        seed: Of all that is drawn.
     """
 
     rank: int = 16
@@ -49,6 +51,8 @@ class ReadingSettings:
     learning_rate: float = 1e-3
     batch_tokens: int = 1200
     epochs: float = 2.0
+    renamed: float = 0.4
+    joined: float = 0.1
     seed: int = 1
 
 
@@ -90,8 +94,7 @@ class ReadingFit:
         self._readers = {
             name: Reader(learner.model, each.verbs, taught=True) for name, each in languages.items()
         }
-        examples = [self._example(each) for each in corpus]
-        self._batches = _batches(examples, settings)
+        self._batches = _batches(map(self._example, _drawn(corpus, settings)), settings)
         self.steps = len(self._batches)
         self.losses: list[float] = []
         self._training = Training(
@@ -120,12 +123,11 @@ class ReadingFit:
     def _resume(self, state: Mapping[str, Any]) -> None:
         self.losses = state["losses"]
 
-    def _example(self, conversation: Conversation) -> list[tuple[list[int], list[int]]]:
-        """Prompt and answer, in tokens, of each reading of a conversation."""
+    def _example(self, conversation: Conversation) -> Taught:
         tokenizer = self._learner.model.tokenizer
         reader = self._readers[conversation[0].domain]
         before: list[Exchange] = []
-        found: list[tuple[list[int], list[int]]] = []
+        found = Taught()
         for line in conversation:
             exchange = Exchange(line.question, line.message, line.orders)
             prompt = reader.prompt(line.message, question=line.question, before=before)
@@ -134,7 +136,7 @@ class ReadingFit:
             before.append(exchange)
         return found
 
-    def _loss(self, batch: Sequence[tuple[list[int], list[int]]]) -> Any:
+    def _loss(self, batch: Taught) -> Any:
         """Minus the mean log-probability of the tokens of the answers, nats."""
         trie, spots = Trie(), list[tuple[list[int], list[int]]]()
         for prompt, answer in batch:
@@ -144,25 +146,29 @@ class ReadingFit:
         return -sum(self._learner.answers(trie, spots)) / tokens
 
 
-def _batches(
-    examples: Sequence[list[tuple[list[int], list[int]]]], settings: ReadingSettings
-) -> list[list[tuple[list[int], list[int]]]]:
-    """Conversations in a drawn order, cut into steps; the last epoch may be a part of one."""
-    drawn = random.Random(settings.seed)
-    order: list[int] = []
-    for _ in range(math.ceil(settings.epochs)):
-        epoch = list(range(len(examples)))
-        drawn.shuffle(epoch)
-        order += epoch
-    order = order[: round(settings.epochs * len(examples))]
-    found: list[list[tuple[list[int], list[int]]]] = []
-    batch, size = list[tuple[list[int], list[int]]](), 0
-    for number in order:
-        prompt, answer = examples[number][-1]
+def _drawn(corpus: Sequence[Conversation], settings: ReadingSettings) -> Iterator[Conversation]:
+    """Conversations in a drawn order, recombined; the last epoch may be a part of one."""
+    draw = random.Random(settings.seed)
+    recombining = Recombining(corpus, renamed=settings.renamed, joined=settings.joined)
+    left = round(settings.epochs * len(corpus))
+    while left > 0:
+        epoch = [*corpus]
+        draw.shuffle(epoch)
+        for conversation in epoch[:left]:
+            yield recombining.drawn(conversation, draw)
+        left -= len(epoch)
+
+
+def _batches(examples: Iterable[Taught], settings: ReadingSettings) -> list[Taught]:
+    """Examples cut into steps."""
+    found = list[Taught]()
+    batch, size = Taught(), 0
+    for example in examples:
+        prompt, answer = example[-1]
         if batch and size + len(prompt) + len(answer) > settings.batch_tokens:
             found.append(batch)
             batch, size = [], 0
-        batch = [*batch, *examples[number]]
+        batch = [*batch, *example]
         size += len(prompt) + len(answer)
     return [*found, batch] if batch else found
 

@@ -45,7 +45,9 @@ class Completion:
         prompt_tokens: Tokens of the prompt.
         completion_tokens: Tokens written.
         log_probability: Of the text and its end, nats; None where the model does not tell.
-        margin: Nats by which the least sure token led the next likeliest; None likewise.
+        margins: Line by line, the nats by which its least sure token led the next likeliest that
+            could have come; None likewise. A line's end counts to what follows, the text's end to
+            the last line.
     """
 
     text: str
@@ -53,7 +55,7 @@ class Completion:
     prompt_tokens: int
     completion_tokens: int
     log_probability: float | None = None
-    margin: float | None = None
+    margins: tuple[float, ...] | None = None
 
 
 class LanguageModel(Protocol):

@@ -12,7 +12,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from goalscope.models import CLOSED, Array, Completion, Heard, unfinished_json
-from goalscope.models.sampling import Grammar, Logits, choose, lead, log_prob
+from goalscope.models.sampling import Grammar, Logits, choose, log_prob
 from goalscope.models.scoring import TokenScorer
 from goalscope.types import Message, ModelError
 
@@ -114,18 +114,20 @@ class LocalModel(TokenScorer):
         random = np.random.default_rng(seed)
         rules = schema if schema is not None else grammar
         form = self.grammar(rules) if rules is not None else None
-        total, margin = 0.0, np.inf
+        total, margins = 0.0, [np.inf]
         text, written, finish, told = "", list[int](), "length", ""
         logits = self.read(prompt, room)
         while len(written) < room:
-            token = choose(logits, temperature, random, form)
+            token, lead = choose(logits, temperature, random, form)
             total += log_prob(logits, token)
-            margin = min(margin, lead(logits, token))
             if self.tokenizer.is_control(token):
                 finish = "stop"
+                margins[-1] = min(margins[-1], lead)
                 break
             written.append(token)
             text = self.tokenizer.detokenize(written)
+            margins += [np.inf] * (text.count("\n") + 1 - len(margins))
+            margins[-1] = min(margins[-1], lead)
             cuts = [at for at in map(text.find, stop) if at >= 0]
             if cuts:
                 text, finish = text[: min(cuts)], "stop"
@@ -138,7 +140,7 @@ class LocalModel(TokenScorer):
             raise unfinished_json(room)
         if heard and text != told:
             heard(text)
-        return Completion(text, finish, len(prompt), len(written), total, float(margin))
+        return Completion(text, finish, len(prompt), len(written), total, tuple(margins))
 
     @alone
     def next_logprobs(self, prompt: Sequence[int]) -> Array:

@@ -16,10 +16,12 @@ from goalscope.models.native import Weights
 from goalscope.types import ModelError
 
 __all__ = ["MIN_P", "Grammar", "LLGuidanceGrammar", "LlamaGrammar", "Logits"]
-__all__ += ["choose", "lead", "log_prob"]
+__all__ += ["choose", "log_prob"]
 
 MIN_P = 0.05
 """Tokens less likely than this share of the likeliest are never sampled."""
+
+_NEAR = 32  # tokens among which the next likeliest is looked for, under a grammar
 
 Logits = npt.NDArray[np.float32]
 """[vocabulary] unnormalised log-probabilities of the next token."""
@@ -113,18 +115,30 @@ class LLGuidanceGrammar:
 
 def choose(
     logits: Logits, temperature: float, random: np.random.Generator, grammar: Grammar | None
-) -> int:
+) -> tuple[int, float]:
     """Sample the next token from its logits [vocabulary]; at temperature 0, take the likeliest.
 
     The whole vocabulary meets the grammar, which is slow, only if the first choice fails it.
+
+    Returns:
+        The token, and the nats by which it is likelier than the likeliest other one that may come;
+        below 0 if it is not.
     """
     token = _sample(logits, temperature, random)
-    if grammar is not None:
-        if np.isneginf(grammar.filter(logits, np.array([token], np.int32))[0]):
-            everything = np.arange(len(logits), dtype=np.int32)
-            token = _sample(grammar.filter(logits, everything), temperature, random)
-        grammar.accept(token)
-    return token
+    if grammar is None:
+        return token, _lead(logits, token)
+    near = np.argpartition(logits, -_NEAR)[-_NEAR:].astype(np.int32)
+    near = np.append(near[near != token], np.int32(token))
+    allowed = grammar.filter(logits, near)
+    if np.isneginf(allowed[-1]):
+        near = np.arange(len(logits), dtype=np.int32)
+        allowed = grammar.filter(logits, near)
+        token = _sample(allowed, temperature, random)
+        lead = _lead(allowed, token)
+    else:
+        lead = _lead(allowed, len(near) - 1)
+    grammar.accept(token)
+    return token, lead
 
 
 def _sample(logits: Logits, temperature: float, random: np.random.Generator) -> int:
@@ -143,7 +157,7 @@ def log_prob(logits: Logits, token: int) -> float:
     return float(logits[token]) - float(top) - float(np.log(total))
 
 
-def lead(logits: Logits, token: int) -> float:
+def _lead(logits: Logits, token: int) -> float:
     """Nats by which a token is likelier than the likeliest other one; below 0 if it is not."""
     rest = max(logits[:token].max(initial=-np.inf), logits[token + 1 :].max(initial=-np.inf))
     return float(logits[token]) - float(rest)
