@@ -325,16 +325,6 @@ def test_a_runs_calibration_and_trigger_are_kept_from_any_folder(
         assert [belief.calibration for belief in beliefs] == [used] * 2
 
 
-def test_how_questions_are_chosen_is_kept_and_needs_a_belief(shop, words, tmp_path):
-    file = tmp_path / "e.db"
-    options = [*shop, "--profile", "baker", "--store", file, "--questions", "informative"]
-    assert "'no-goals'" in fails(2, "run", *options, "--method", "no-goals")
-    assert invoke("run", *options, "--rounds", 2).exit_code == 0
-    with Store.open(file) as store:
-        (info,) = store.episodes()
-    assert info.settings["questions"] == "informative"
-
-
 def test_replay_and_episodes_need_no_model(store_file, monkeypatch):
     monkeypatch.setattr("goalscope.models.opening.open_model", None)
     with Store.open(store_file) as store:

@@ -22,7 +22,7 @@ LAYERS = [
         "calibrations",
         "opposites",
     },
-    {"likelihood", "goals", "dialog", "asking", "habits", "policy", "acting", "why"},
+    {"likelihood", "goals", "dialog", "habits", "policy", "acting", "why"},
     {"advice", "agent", "episode", "judge", "tracker"},
     {"database", "rounds_json", "store", "infer", "domains", "datasets"},
     {"session", "tracking", "display", "benchmarks", "calibrating"},

@@ -120,7 +120,6 @@ def test_what_is_of_the_wrong_kind_or_missing_is_said(tmp_path, text, cause):
         ("episodes = {domain = 'grocery', humans = ['you']}", "'you'", "scripted"),
         ("episodes = {domain = 'grocery', humans = 'tersee'}", "'tersee'", "'terse'"),
         ("episodes = {domain = 'grocery', layouts = 'goal-lst'}", "'goal-lst'", "'goal-last'"),
-        ("episodes = {domain = 'grocery', questions = 'inform'}", "'inform'", "'informative'"),
         ("episodes = {domain = 'grocery', profiles = 'souup'}", "'souup'", "'soup'"),
         ("dialogues = {set = 'teech'}", "'teech'", "'teach'"),
         ("dialogues = {set = 'mcq'}", "'mcq'", "teach"),
@@ -288,15 +287,6 @@ def test_episodes_have_the_calibration_of_their_model_or_those_that_are_named(
     specs = specs_of(read(tmp_path, part), None)
     assert list(dict.fromkeys(spec["settings"]["calibration"] for spec in specs)) == calibrations
     assert not {"temperature", "evidence"} & set(specs[0]["settings"])
-
-
-def test_informative_questions_are_for_the_method_that_has_a_belief(tmp_path):
-    part = "episodes = {{domain = 'house', questions = ['likeliest', 'informative'], {}}}"
-    specs = specs_of(read(tmp_path, part.format("methods = 'good'")), None)
-    asked = [spec["settings"]["questions"] for spec in specs]
-    assert asked == ["likeliest"] * (len(specs) // 2) + ["informative"] * (len(specs) // 2)
-    with pytest.raises(InvalidInputError, match='methods = "good"'):
-        specs_of(read(tmp_path, part.format("methods = ['good', 'no-goals']")), None)
 
 
 def test_a_calibration_is_a_name_or_a_file_beside_the_toml_whose_content_counts(tmp_path):

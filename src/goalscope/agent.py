@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Literal, get_args
+from typing import Literal
 
-from goalscope.asking import COST, informative
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL, Calibration
 from goalscope.dialog import FALLBACK, OPENING, Human, ask
@@ -45,13 +44,10 @@ from goalscope.types import (
 )
 
 __all__ = ["NOTHING", "NOT_CONFIRMED", "NOT_HERE", "NO_ANSWER", "NO_GOAL"]
-__all__ += ["Agent", "Method", "Questions", "run_episode"]
+__all__ += ["Agent", "Method", "run_episode"]
 
 Method = Literal["good", "no-goals", "no-inference"]
 """The paper's agent and its ablations (Sec. 4.3); see `Agent`."""
-
-Questions = Literal["likeliest", "informative"]
-"""How an agent chooses what it asks; see `Agent`."""
 
 NO_GOAL = "The goals do not explain the newest words, and no better ones were found."
 """A round's note where a goal is missing."""
@@ -103,9 +99,6 @@ class Agent:
         end_of_turn: Whether the end of the utterance is scored too.
         calibration: How evidence becomes probabilities; None for `USUAL`: what was calibrated on
             given goals is too unsure of goals that the agent proposes itself (LOG.md).
-        questions: "likeliest" asks the question whose words the model finds likeliest, as in the
-            paper; "informative" the one whose answer is expected to tell most (see `informative`).
-        cost: Nats that an informative question must be expected to tell.
         planner: Chooses what to do; None for the one that fills a basket.
         seed: Seed of everything that is drawn.
         unsure: Nats of an order's margin below which the agent asks before it does what it read.
@@ -113,8 +106,7 @@ class Agent:
         draft: Is told each question that it writes, as it grows; it asks one of them.
 
     Raises:
-        InvalidInputError: There is no such method or way to ask, or the method holds no belief
-            that questions could inform.
+        InvalidInputError: There is no such method.
     """
 
     def __init__(
@@ -131,8 +123,6 @@ class Agent:
         layout: Layout | None = None,
         end_of_turn: bool = False,
         calibration: Calibration | None = None,
-        questions: Questions = "likeliest",
-        cost: float = COST,
         planner: Planner | None = None,
         seed: int = 0,
         unsure: float = UNSURE,
@@ -142,8 +132,6 @@ class Agent:
         self.env = env
         self.model = model
         self.k = k
-        self.questions = questions
-        self.cost = cost
         self.seed = seed
         self.unsure = unsure
         self.reader = reader or reader_of(model, env.verbs, task=env.task, examples=env.examples)
@@ -162,7 +150,6 @@ class Agent:
         self.tracker: GoalTracker | None = None
         self._corrections: list[GoalChange] = []
         self._uncorrected: list[tuple[Belief, list[GoalChange]]] = []
-        self._asked: tuple[str, float | None] = ("", None)
         if method == "good":
             roleplay = RolePlay(model, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
             self.tracker = GoalTracker(
@@ -174,14 +161,6 @@ class Agent:
             raise InvalidInputError(
                 f'method must be "good", "no-goals" or "no-inference", not {method!r}'
             )
-        if questions not in get_args(Questions):
-            raise InvalidInputError(
-                f'questions must be "likeliest" or "informative", not {questions!r}'
-            )
-        if questions == "informative" and method != "good":
-            raise InvalidInputError(
-                f'Informative questions need the belief of the method "good", not {method!r}.'
-            )
 
     @property
     def turns(self) -> list[Turn]:
@@ -191,8 +170,7 @@ class Agent:
     def ask(self) -> str:
         """The next query, and before it the answer to what the person asked.
 
-        After orders that were followed there is nothing to ask about but what else they would like;
-        an informative question is asked after orders, too.
+        After orders that were followed there is nothing to ask about but what else they would like.
         """
         self._progress("asking")
         if not self.rounds:
@@ -203,19 +181,6 @@ class Agent:
 
     def _question(self) -> str:
         seed = self.seed + len(self.rounds)
-        tracker = self.tracker
-        if self.questions == "informative" and tracker and isinstance(tracker.likelihood, RolePlay):
-            self._asked = informative(
-                self.model,
-                tracker.likelihood,
-                self.env,
-                tracker.belief,
-                self.turns,
-                cost=self.cost,
-                seed=seed,
-                heard=self._draft,
-            )
-            return self._asked[0]
         if not _tells(self.rounds[-1].reading, "aim"):
             return FALLBACK
         return ask(self.model, self.env, self.turns, seed=seed, heard=self._draft)
@@ -296,7 +261,7 @@ class Agent:
                 status=self.env.status(),
                 notes=(
                     *([NO_GOAL] if missing and not acting(reading.orders) else []),
-                    *self._notes(turn, done, outcome),
+                    *self._notes(done, outcome),
                 ),
                 terminated=ended or any(result.terminated for result in outcome.results),
                 question=HARM if harm else whether(done.pending, done.reasons),
@@ -552,11 +517,8 @@ class Agent:
         """The top k goals, without "Unspecified"."""
         return [each for each in belief.top() if each[0] != UNSPECIFIED][: self.k]
 
-    def _notes(self, turn: Turn, done: _Done, outcome: Outcome) -> Iterator[str]:
+    def _notes(self, done: _Done, outcome: Outcome) -> Iterator[str]:
         """What the person should be told of a round."""
-        query, gain = self._asked
-        if gain is not None and query == turn.query:
-            yield f"The answer to this question was expected to tell {gain:.2f} nats."
         if self.tracker:
             yield from self.tracker.notes
         yield from dict.fromkeys(done.notes)

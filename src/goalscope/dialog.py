@@ -11,7 +11,7 @@ from goalscope.guards import CONFIRM
 from goalscope.models import Generator, Heard, LanguageModel, Model
 from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import examples, recent, render, topics, transcript
-from goalscope.types import Goal, InvalidInputError, Message, Profile, Turn, checked_text
+from goalscope.types import InvalidInputError, Message, Profile, Turn, checked_text
 
 __all__ = [
     "AGREES",
@@ -25,7 +25,6 @@ __all__ = [
     "completes",
     "consents",
     "question_of",
-    "written",
 ]
 
 AGREES, DECLINES = "Yes.", "No, not yet."
@@ -66,58 +65,20 @@ def ask(
 ) -> str:
     """The agent's next question.
 
-    Of several that the model writes, the one is taken whose words it finds likeliest; a question is
-    never asked twice. `heard` is told each as it is written.
+    Of several that the model writes, the one is taken whose words it finds likeliest. None is asked
+    twice, and none only echoes what the person said last, speaks of them as of another, or of what
+    the prompt's examples are about. `heard` is told each as it is written.
     """
     if not turns:
         return OPENING
-    prompt, questions = written(model, env, turns, draws=draws, seed=seed, heard=heard)
-    question = FALLBACK
-    if questions:
-        scores = logprobs_of(model, [prompt] * len(questions), questions)
-        question = questions[max(range(len(questions)), key=lambda i: scores[i].mean())]
-    return question
-
-
-def written(
-    model: Generator,
-    env: Environment,
-    turns: Sequence[Turn],
-    goals: Sequence[Goal] = (),
-    *,
-    draws: int = 4,
-    seed: int = 0,
-    heard: Heard | None = None,
-) -> tuple[list[Message], list[str]]:
-    """A prompt for the next question, and the distinct ones that the model writes.
-
-    None is old, and none only echoes what the person said last, speaks of them as of another, or
-    of what the prompt's examples are about.
-
-    Args:
-        model: Writes.
-        env: Where the agent acts.
-        turns: The conversation, at least one turn.
-        goals: What the person may want, which the questions are to tell apart; none for any
-            question, as in the paper.
-        draws: How often the model writes.
-        seed: Of the draws.
-        heard: Is told each as it is written.
-    """
     asked = {question_of(turn.query) for turn in turns}
     prompt = _with_status(
-        model,
-        "tell_apart" if goals else "query",
-        env.status(),
-        task=env.task,
-        turns=recent(model, turns, 4),
-        goals=goals,
+        model, "query", env.status(), task=env.task, turns=recent(model, turns, 4)
     )
     asked |= {message.content for message in prompt[1:-1]}
-    shown = examples(prompt)
     said = (text for turn in turns for text in (turn.query, turn.utterance))
-    known = [env.task, env.status(), *said, *(goal.text for goal in goals)]
-    borrowed = topics(shown) - topics(" ".join(known)) - _OF_ANY
+    known = topics(" ".join((env.task, env.status(), *said)))
+    borrowed = topics(examples(prompt)) - known - _OF_ANY
     questions: list[str] = []
     for draw in range(draws):
         reply = model.generate(
@@ -130,9 +91,12 @@ def written(
         question = question_of(reply.text)
         new = question.endswith("?") and question not in asked and question not in questions
         apt = not (_ABOUT_THEM.search(question) or _echoes(question, turns[-1].utterance))
-        if new and apt and len(topics(question) & borrowed) < (2 if goals else 1):
+        if new and apt and not topics(question) & borrowed:
             questions.append(question)
-    return prompt, questions
+    if not questions:
+        return FALLBACK
+    scores = logprobs_of(model, [prompt] * len(questions), questions)
+    return questions[max(range(len(questions)), key=lambda i: scores[i].mean())]
 
 
 def _echoes(question: str, utterance: str) -> bool:

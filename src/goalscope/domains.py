@@ -12,7 +12,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
-from goalscope.agent import Method, Questions
+from goalscope.agent import Method
 from goalscope.envs import Environment, missing
 from goalscope.goals import UNEXPLAINED, Trigger
 from goalscope.habits import Habit
@@ -71,7 +71,6 @@ class Settings:
         end_of_turn: Whether the end of the utterance is scored.
         calibration: Name or file of one; None for that of `Agent`.
         propose: See `Agent`.
-        questions: See `Agent`.
         seed: Seed of everything that is drawn.
         rounds: Most rounds.
     """
@@ -94,7 +93,6 @@ class Settings:
     end_of_turn: bool = False
     calibration: str | None = None
     propose: Trigger = UNEXPLAINED
-    questions: Questions = "likeliest"
     seed: int = 0
     rounds: int = 100
 

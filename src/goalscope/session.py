@@ -119,7 +119,6 @@ class Session:
             end_of_turn=settings.end_of_turn,
             calibration=calibration_named(settings.calibration) if settings.calibration else None,
             propose=settings.propose,
-            questions=settings.questions,
             planner=planner_of(settings, model),
             seed=settings.seed,
             progress=progress,

@@ -21,7 +21,6 @@ __all__ = [
     "Model",
     "Picture",
     "Propose",
-    "Questions",
     "ReadingAdapter",
     "ReadingForm",
     "Scene",
@@ -80,10 +79,6 @@ Propose = Annotated[
         help="Propose goals once Unspecified is likelier than this by the words since the newest "
         "goals; paper: once it is the likeliest.  [default: 0.5]",
     ),
-]
-Questions = Annotated[
-    Literal["likeliest", "informative"],
-    typer.Option(help="What the agent asks: what it is likeliest to, or what tells most."),
 ]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything that is drawn.")]
 Model = Annotated[

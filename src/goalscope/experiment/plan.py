@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from goalscope.agent import Method, Questions
+from goalscope.agent import Method
 from goalscope.benchmarks.dialogues import case_to_json
 from goalscope.benchmarks.mcq import read_questions
 from goalscope.datasets import DATASETS, load, read_cases
@@ -99,7 +99,6 @@ class EpisodesPart:
         layouts: Where the likelihood prompt states the goal.
         end_of_turn: Whether the end of the utterance is scored.
         calibrations: Names or files; that of `Agent` if there are none.
-        questions: How the agent chooses what it asks; see `Agent`.
         seeds: One run for each.
         rounds: Most rounds.
         catalogue: CSV file of the shop; None for the domain's own.
@@ -115,7 +114,6 @@ class EpisodesPart:
     layouts: tuple[Layout, ...] = (DEFAULT_LAYOUT,)
     end_of_turn: bool = False
     calibrations: tuple[str, ...] = ()
-    questions: tuple[Questions, ...] = ("likeliest",)
     seeds: tuple[int, ...] = (0,)
     rounds: int = 20
     catalogue: str | None = None
@@ -330,13 +328,10 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
     for name in names:
         if name not in known:
             raise InvalidInputError(f"There is no profile {shown(name)}; {nearest(name, known)}")
-    if "informative" in part.questions and set(part.methods) != {"good"}:
-        raise InvalidInputError('Informative questions need methods = "good", which has a belief.')
-    for human, seed, calibration, questions, layout, name, method in itertools.product(
+    for human, seed, calibration, layout, name, method in itertools.product(
         part.humans,
         part.seeds,
         part.calibrations or (None,),
-        part.questions,
         part.layouts,
         names,
         part.methods,
@@ -345,7 +340,6 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
             "human": human,
             "method": method,
             "calibration": calibration,
-            "questions": questions,
             "layout": layout,
         }
         yield {

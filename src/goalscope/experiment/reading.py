@@ -8,7 +8,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, cast, get_args
 
-from goalscope.agent import Method, Questions
+from goalscope.agent import Method
 from goalscope.calibrations import NAMED, calibration_named
 from goalscope.domains import Domain
 from goalscope.envs.tables import nearest, read_table, refuse_unknown, shown
@@ -110,7 +110,6 @@ _CHOICES: Mapping[str, Sequence[str]] = {
     "methods": get_args(Method),
     "humans": ("scripted", "simulated", *get_args(Habit)),
     "layouts": get_args(Layout),
-    "questions": get_args(Questions),
 }
 _LEAST = {"limit": 1, "turns": 1, "goals": 2, "change": 2, "rounds": 1, "trials": 1}
 
