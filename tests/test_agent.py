@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from fakes import LampRoom, RefusesAll, WordModel, said
-from goalscope.agent import NO_ANSWER, NOT_CONFIRMED, NOTHING, Agent, run_episode
+from goalscope.agent import NO_ANSWER, Agent, run_episode
 from goalscope.calibration import LAST_TURN, USUAL
 from goalscope.dialog import (
     AGREES,
@@ -16,6 +16,7 @@ from goalscope.dialog import (
     ask,
     question_of,
 )
+from goalscope.executor import NOT_CONFIRMED, NOTHING
 from goalscope.guards import CONFIRM, HARM
 from goalscope.orders import Order, Reading, Verb
 from goalscope.policy import Planner, Want
@@ -328,6 +329,18 @@ def test_what_the_reader_is_unsure_of_waits_and_says_what_was_understood() -> No
     assert 'I understood "switch on lamp". Shall I?' in round.question
     agent.step(agent.ask(), "yes")
     assert env.on == ["lamp"]
+
+
+def test_an_undo_that_was_not_surely_read_waits() -> None:
+    env = LampRoom(["lamp"])
+    model = WordModel(REPLIES)
+    agent = agent_in(env, model=model)
+    agent.step("", "switch on lamp")
+    model.margins = (0.01,)
+    round = agent.step("", "undo")
+    assert (env.on, 'I understood "undo". Shall I?' in round.question) == (["lamp"], True)
+    assert agent.step(agent.ask(), "yes").takes_back == (1,)
+    assert env.on == []
 
 
 def test_what_is_sure_is_done_though_another_order_is_not() -> None:

@@ -23,7 +23,7 @@ LAYERS = [
         "opposites",
     },
     {"likelihood", "goals", "dialog", "habits", "policy", "acting", "why"},
-    {"advice", "agent", "episode", "judge", "tracker"},
+    {"advice", "agent", "episode", "executor", "judge", "tracker"},
     {"database", "rounds_json", "store", "infer", "domains", "datasets"},
     {"session", "tracking", "display", "benchmarks", "calibrating"},
     {"experiment"},

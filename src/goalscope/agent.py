@@ -3,32 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
 from typing import Literal
 
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL, Calibration
 from goalscope.dialog import FALLBACK, OPENING, Human, ask
-from goalscope.envs import GUESSED, Environment, Pick, taken
-from goalscope.episode import Round, retracted, standing_after
+from goalscope.envs import GUESSED, Environment, Pick
+from goalscope.episode import Round, retracted
+from goalscope.executor import Execution, Executor, readings_of
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
-from goalscope.guards import (
-    CONFIRM,
-    HARM,
-    UNSURE,
-    is_wary,
-    is_yes,
-    reason_to_wait,
-    speaks_of_harm,
-    whether,
-)
+from goalscope.guards import HARM, UNSURE, whether
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
 from goalscope.models import Heard, Model
 from goalscope.orders import Order, Reading
 from goalscope.picking import Picker
 from goalscope.policy import Outcome, Planner, Want, undo
 from goalscope.reader import Exchange, Reader, reader_of
-from goalscope.standing import Standing, acting
+from goalscope.standing import acting
 from goalscope.tracker import UNCORRECTABLE, Correction, GoalTracker
 from goalscope.types import (
     UNSPECIFIED,
@@ -37,14 +28,12 @@ from goalscope.types import (
     GoalChange,
     GoalscopeError,
     InvalidInputError,
-    StepResult,
     Turn,
     UnreadableAnswerError,
     checked_text,
 )
 
-__all__ = ["NOTHING", "NOT_CONFIRMED", "NOT_HERE", "NO_ANSWER", "NO_GOAL"]
-__all__ += ["Agent", "Method", "run_episode"]
+__all__ = ["NO_ANSWER", "NO_GOAL", "Agent", "Method", "run_episode"]
 
 Method = Literal["good", "no-goals", "no-inference"]
 """The paper's agent and its ablations (Sec. 4.3); see `Agent`."""
@@ -55,31 +44,8 @@ NO_GOAL = "The goals do not explain the newest words, and no better ones were fo
 NO_ANSWER = "I cannot answer that."
 """What a question is answered by of which nothing is known here."""
 
-NOT_HERE = "I cannot undo anything here. Please say what is to change."
-"""A round's note where the environment undoes nothing."""
-
-NOTHING = "There is nothing to undo. Please say what is to change."
-"""A round's note where nothing was done that could be undone."""
-
-NOT_CONFIRMED = "Not done."
-"""A round's note where what waited for a yes got none."""
-
-_ALL = "everything"
-"""What an order to undo names for all."""
-
 _FAILURES = 3
 """Most failures that a round's notes tell one by one."""
-
-
-@dataclass(slots=True)
-class _Done:
-    """What came of orders so far: what was done, what failed, what waits and why, what to tell."""
-
-    results: list[StepResult] = field(default_factory=list[StepResult])
-    failed: list[StepResult] = field(default_factory=list[StepResult])
-    pending: list[Order] = field(default_factory=list[Order])
-    reasons: list[str] = field(default_factory=list[str])
-    notes: list[str] = field(default_factory=list[str])
 
 
 class Agent:
@@ -133,9 +99,9 @@ class Agent:
         self.model = model
         self.k = k
         self.seed = seed
-        self.unsure = unsure
         self.reader = reader or reader_of(model, env.verbs, task=env.task, examples=env.examples)
         self._pick = pick or Picker(model)
+        self._executor = Executor(env, self._pick, unsure)
         self._progress = progress or _silent
         self._draft = draft
         self.planner = planner or Planner(model, seed=seed)
@@ -191,7 +157,7 @@ class Agent:
         asked = (
             [order for order in last.reading.orders if order.do == "ask"] if last.reading else []
         )
-        standing = self._standing()
+        standing = self._executor.standing(self.rounds)
         told = (self.env.answer(order, standing, self._pick) for order in asked)
         found = list(dict.fromkeys(each for each in told if each))
         return "\n".join(found) or (NO_ANSWER if asked else "")
@@ -236,20 +202,19 @@ class Agent:
         history = [result for round in self.rounds for result in round.results]
         try:
             reading, trouble = self._read(turn)
-            released = self._released(turn, reading, bool(confirmed))
-            done = _Done(notes=[trouble] if trouble else [])
-            back, reversals = self._undo(reading, done)
-            standing = self._standing(reading, released=released, takes_back=back)
+            done = self._executor.begin(self.rounds, turn, reading, confirmed=bool(confirmed))
+            done.notes += [trouble] if trouble else []
+            standing = self._executor.standing(
+                self.rounds, reading, released=done.released, takes_back=done.takes_back
+            )
             changes, missing = self._update(tracker, turn, reading) if tracker else ([], False)
-            harm = speaks_of_harm(turn.utterance, reading)
-            wary = is_wary([(turn.utterance, reading), *self._readings()])
-            self._follow(reading, released, standing, done, harm=harm, wary=wary)
-            ended = any(result.terminated for result in done.results)
+            self._executor.follow(done, standing)
             outcome = Outcome((), 0)
-            if _tells(reading, "aim") and not (wary or ended):
+            if _tells(reading, "aim") and not (done.wary or done.ended):
                 self._progress("planning")
                 past = [*history, *done.results]
-                turns = self._turns_with(turn)
+                gone = retracted(self.rounds)
+                turns = [*(each.turn for each in self.rounds if each.number not in gone), turn]
                 outcome = self.planner.act(self.env, self._wants(turns), turns, past, standing)
             round = Round(
                 number=len(self.rounds) + 1,
@@ -263,14 +228,14 @@ class Agent:
                     *([NO_GOAL] if missing and not acting(reading.orders) else []),
                     *self._notes(done, outcome),
                 ),
-                terminated=ended or any(result.terminated for result in outcome.results),
-                question=HARM if harm else whether(done.pending, done.reasons),
+                terminated=done.ended or any(result.terminated for result in outcome.results),
+                question=HARM if done.harm else whether(done.pending, done.reasons),
                 reading=reading,
                 pending=tuple(done.pending),
-                released=released,
+                released=done.released,
                 state=self.env.fingerprint(),
-                takes_back=back,
-                reversals=reversals,
+                takes_back=done.takes_back,
+                reversals=done.reversals,
             )
             if keep:
                 keep(round)
@@ -341,7 +306,7 @@ class Agent:
     def _read(self, turn: Turn) -> tuple[Reading, str]:
         """What the words were read as; where the model wrote no reading, nothing and why."""
         self._progress("reading")
-        said = reversed(self._readings())
+        said = reversed(readings_of(self.rounds))
         before = [Exchange("", utterance, read.orders) for utterance, read in said]
         question = turn.query.splitlines()[-1] if turn.query.strip() else ""
         try:
@@ -356,138 +321,6 @@ class Agent:
             )
         except UnreadableAnswerError as error:
             return Reading((Order("none"),)), str(error)
-
-    def _released(self, turn: Turn, reading: Reading, confirmed: bool) -> tuple[Order, ...]:
-        """The orders that waited for a yes to the last question, if this is one.
-
-        A yes is said by itself, or by saying the orders again: with anything else, they would be
-        done in another state than the one that was shown. What nobody can undo waits for the word
-        itself.
-        """
-        last = self.rounds[-1] if self.rounds else None
-        if not last or not last.pending or last.state != self.env.fingerprint():
-            return ()
-        agreed = {*reading.orders} <= {Order("yes"), *last.pending}
-        if last.question.endswith(CONFIRM):
-            agreed = is_yes(turn.utterance)
-        return last.pending if confirmed or agreed else ()
-
-    def _undo(self, reading: Reading, done: _Done) -> tuple[tuple[int, ...], int]:
-        """Undo what the words take back: what the last rounds did, guesses among it.
-
-        Returns:
-            The numbers of those rounds, the newest first, and how many actions undid them.
-        """
-        orders = [order for order in reading.orders if order.do == "undo"]
-        if not orders:
-            return (), 0
-        gone = retracted(self.rounds)
-        standing = [
-            each
-            for each in self.rounds
-            if each.number not in gone
-            and (len(each.results) > each.reversals or (each.reading and _binds(each.reading)))
-        ]
-        every = any(order.what == _ALL for order in orders)
-        count = sum(int(order.quantity or 1) for order in orders)
-        last = standing if every else standing[-count:]
-        if not last:
-            done.notes.append(NOTHING)
-            return (), 0
-        numbers = tuple(each.number for each in reversed(last))
-        left = self._standing(takes_back=numbers)
-        for each in reversed(last):
-            back = self.env.undo(each.results[each.reversals :], left)
-            if back is None:
-                done.notes.append(NOT_HERE)
-                return (), 0
-            done.notes += [back.why] if back.why else []
-            for action in back.actions:
-                lasting = self.env.lasting(action)
-                result = StepResult(action, False, CONFIRM) if lasting else taken(self.env, action)
-                (done.results if result.ok else done.failed).append(result)
-        quoted = "; ".join(f'"{each.turn.utterance}"' for each in last)
-        done.notes.append(f"Taken back: {quoted}.")
-        return numbers, len(done.results)
-
-    def _follow(
-        self,
-        reading: Reading,
-        released: Sequence[Order],
-        standing: Standing,
-        done: _Done,
-        *,
-        harm: bool,
-        wary: bool,
-    ) -> None:
-        """Do what was ordered and may be done; what has to wait is pending.
-
-        Nothing by a verb is done where a word of harm was said that the reading does not hold.
-        """
-        last = self.rounds[-1] if self.rounds else None
-        if last and last.pending and not released:
-            done.notes.append(NOT_CONFIRMED)
-        verbs = {verb.name for verb in self.env.verbs}
-        orders = [*released, *(each for each in reading.orders if each not in released)]
-        for order in orders:
-            by_verb = order.do in verbs
-            if not (by_verb or order.do in _LIMITS) or (harm and by_verb):
-                continue
-            found = self.env.resolve(order, standing, self._pick)
-            done.notes += [found.why] if found.why else []
-            lasting = any(map(self.env.lasting, found.actions))
-            if (by_verb or lasting) and found.actions and order not in released:
-                away = order.do in self._takes_away
-                reason = reason_to_wait(
-                    order,
-                    standing,
-                    sure=reading.sure(order, self.unsure),
-                    lasting=lasting,
-                    wary=wary,
-                    away=away,
-                )
-                if reason:
-                    done.pending.append(order)
-                    done.reasons.append(reason)
-                    continue
-            for action in found.actions:
-                result = taken(self.env, action)
-                (done.results if result.ok else done.failed).append(result)
-                if not result.ok:
-                    break
-
-    @property
-    def _takes_away(self) -> set[str]:
-        return {verb.name for verb in self.env.verbs if verb.takes_away}
-
-    def _standing(
-        self,
-        reading: Reading | None = None,
-        *,
-        released: Sequence[Order] = (),
-        takes_back: Sequence[int] = (),
-    ) -> Standing:
-        """See `standing_after`."""
-        return standing_after(
-            self.rounds,
-            reading,
-            released=released,
-            takes_back=takes_back,
-            takes_away=self._takes_away,
-        )
-
-    def _readings(self) -> list[tuple[str, Reading]]:
-        """The utterances and what they were read as, newest first."""
-        return [
-            (round.turn.utterance, round.reading)
-            for round in reversed(self.rounds)
-            if round.reading
-        ]
-
-    def _turns_with(self, turn: Turn) -> list[Turn]:
-        """The turns that were not taken back, and a newer one."""
-        gone = retracted(self.rounds)
-        return [*(each.turn for each in self.rounds if each.number not in gone), turn]
 
     def _update(
         self, tracker: GoalTracker, turn: Turn, reading: Reading
@@ -517,7 +350,7 @@ class Agent:
         """The top k goals, without "Unspecified"."""
         return [each for each in belief.top() if each[0] != UNSPECIFIED][: self.k]
 
-    def _notes(self, done: _Done, outcome: Outcome) -> Iterator[str]:
+    def _notes(self, done: Execution, outcome: Outcome) -> Iterator[str]:
         """What the person should be told of a round."""
         if self.tracker:
             yield from self.tracker.notes
@@ -533,18 +366,9 @@ class Agent:
             yield f"Held back until it is clear what you want: {held}."
 
 
-_LIMITS = ("avoid", "only", "budget", "leave")
-"""Dialogue acts that an environment resolves, too."""
-
-
 def _tells(reading: Reading | None, act: str) -> bool:
     """Whether a reading holds a dialogue act."""
     return reading is not None and any(order.do == act for order in reading.orders)
-
-
-def _binds(reading: Reading) -> bool:
-    """Whether a reading changes what holds, though nothing may have been done for it."""
-    return any(order.do in _LIMITS for order in reading.orders) or bool(acting(reading.orders))
 
 
 def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator[Round]:

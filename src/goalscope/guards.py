@@ -62,7 +62,13 @@ def is_wary(said: Iterable[tuple[str, Reading]]) -> bool:
 
 
 def reason_to_wait(
-    order: Order, standing: Standing, *, sure: bool, lasting: bool, wary: bool, away: bool = False
+    order: Order,
+    standing: Standing,
+    *,
+    sure: bool,
+    lasting: bool = False,
+    wary: bool = False,
+    away: bool = False,
 ) -> str:
     """Why an order needs the person's yes before it is done; "" where it may be done at once.
 

@@ -11,10 +11,13 @@ from dataclasses import dataclass, replace
 from goalscope.orders import DIALOGUE_ACTS, Order, Reading
 from goalscope.words import names, singulars
 
-__all__ = ["GRAVE", "Standing", "acting", "fold"]
+__all__ = ["GRAVE", "LIMITS", "Standing", "acting", "fold"]
 
 GRAVE = ("allergy", "diet")
 """Reasons of limits that only the person's confirmation lifts."""
+
+LIMITS = ("avoid", "only", "budget", "leave")
+"""Dialogue acts that hold from then on; an environment resolves them, too."""
 
 _ACTS = frozenset(act.name for act in DIALOGUE_ACTS)
 

@@ -1,0 +1,228 @@
+"""What a person ordered is undone, done, or waits for a yes (see `goalscope.guards`)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from goalscope.envs import Environment, Pick, taken
+from goalscope.episode import Round, retracted, standing_after
+from goalscope.guards import CONFIRM, is_wary, is_yes, reason_to_wait, speaks_of_harm
+from goalscope.orders import Order, Reading
+from goalscope.standing import LIMITS, Standing, acting
+from goalscope.types import StepResult, Turn
+
+__all__ = ["NOTHING", "NOT_CONFIRMED", "NOT_HERE", "Execution", "Executor", "readings_of"]
+
+NOT_HERE = "I cannot undo anything here. Please say what is to change."
+"""A round's note where the environment undoes nothing."""
+
+NOTHING = "There is nothing to undo. Please say what is to change."
+"""A round's note where nothing was done that could be undone."""
+
+NOT_CONFIRMED = "Not done."
+"""A round's note where what waited for a yes got none."""
+
+_ALL = "everything"
+"""What an order to undo names for all."""
+
+
+@dataclass(slots=True)
+class Execution:
+    """What comes of the orders of one round.
+
+    Attributes:
+        turn: What was said.
+        reading: What it was read as.
+        released: Orders that waited for a yes, and have it.
+        harm: Whether a word of harm was said that the reading does not hold.
+        wary: Whether one was said lately; see `is_wary`.
+        takes_back: Numbers of the rounds that were undone, the newest first.
+        reversals: How many of the results undid them.
+        results: What was done.
+        failed: What could not be done.
+        pending: What waits for a yes.
+        reasons: Why, one by one.
+        notes: What to tell the person.
+    """
+
+    turn: Turn
+    reading: Reading
+    released: tuple[Order, ...] = ()
+    harm: bool = False
+    wary: bool = False
+    takes_back: tuple[int, ...] = ()
+    reversals: int = 0
+    results: list[StepResult] = field(default_factory=list[StepResult])
+    failed: list[StepResult] = field(default_factory=list[StepResult])
+    pending: list[Order] = field(default_factory=list[Order])
+    reasons: list[str] = field(default_factory=list[str])
+    notes: list[str] = field(default_factory=list[str])
+
+    @property
+    def orders(self) -> list[Order]:
+        """What was released, and then what was said."""
+        new = (each for each in self.reading.orders if each not in self.released)
+        return [*self.released, *new]
+
+    @property
+    def ended(self) -> bool:
+        """Whether the task ended."""
+        return any(result.terminated for result in self.results)
+
+
+class Executor:
+    """Does what people order.
+
+    Args:
+        env: Where.
+        pick: Finds which of the things that are here is meant.
+        unsure: Nats of an order's margin below which it waits for a yes.
+    """
+
+    def __init__(self, env: Environment, pick: Pick, unsure: float) -> None:
+        self._env = env
+        self._pick = pick
+        self._unsure = unsure
+        self._verbs = {verb.name for verb in env.verbs}
+        self._takes_away = {verb.name for verb in env.verbs if verb.takes_away}
+
+    def begin(
+        self, rounds: Sequence[Round], turn: Turn, reading: Reading, *, confirmed: bool
+    ) -> Execution:
+        """Undo what the words take back, and see what has the person's yes.
+
+        Args:
+            rounds: What came before.
+            turn: The newest words.
+            reading: What they come to.
+            confirmed: Whether the person confirmed what waited, other than in words.
+        """
+        done = Execution(
+            turn,
+            reading,
+            released=self._released(rounds, turn, reading, confirmed),
+            harm=speaks_of_harm(turn.utterance, reading),
+            wary=is_wary([(turn.utterance, reading), *readings_of(rounds)]),
+        )
+        if rounds and rounds[-1].pending and not done.released:
+            done.notes.append(NOT_CONFIRMED)
+        self._undo(rounds, done)
+        return done
+
+    def follow(self, done: Execution, standing: Standing) -> None:
+        """Do what was ordered and may be done; what has to wait is pending.
+
+        Nothing by a verb is done where a word of harm was said that the reading does not hold.
+        """
+        for order in done.orders:
+            by_verb = order.do in self._verbs
+            if not (by_verb or order.do in LIMITS) or (done.harm and by_verb):
+                continue
+            found = self._env.resolve(order, standing, self._pick)
+            done.notes += [found.why] if found.why else []
+            lasting = any(map(self._env.lasting, found.actions))
+            if (by_verb or lasting) and found.actions and order not in done.released:
+                reason = reason_to_wait(
+                    order,
+                    standing,
+                    sure=done.reading.sure(order, self._unsure),
+                    lasting=lasting,
+                    wary=done.wary,
+                    away=order.do in self._takes_away,
+                )
+                if reason:
+                    done.pending.append(order)
+                    done.reasons.append(reason)
+                    continue
+            for action in found.actions:
+                result = taken(self._env, action)
+                (done.results if result.ok else done.failed).append(result)
+                if not result.ok:
+                    break
+
+    def standing(
+        self,
+        rounds: Sequence[Round],
+        reading: Reading | None = None,
+        *,
+        released: Sequence[Order] = (),
+        takes_back: Sequence[int] = (),
+    ) -> Standing:
+        """See `standing_after`."""
+        return standing_after(
+            rounds,
+            reading,
+            released=released,
+            takes_back=takes_back,
+            takes_away=self._takes_away,
+        )
+
+    def _released(
+        self, rounds: Sequence[Round], turn: Turn, reading: Reading, confirmed: bool
+    ) -> tuple[Order, ...]:
+        """The orders that waited for a yes to the last question, if this is one.
+
+        A yes is said by itself, or by saying the orders again: with anything else, they would be
+        done in another state than the one that was shown. What nobody can undo waits for the word
+        itself.
+        """
+        last = rounds[-1] if rounds else None
+        if not last or not last.pending or last.state != self._env.fingerprint():
+            return ()
+        agreed = {*reading.orders} <= {Order("yes"), *last.pending}
+        if last.question.endswith(CONFIRM):
+            agreed = is_yes(turn.utterance)
+        return last.pending if confirmed or agreed else ()
+
+    def _undo(self, rounds: Sequence[Round], done: Execution) -> None:
+        """Undo what the last rounds did, guesses among it."""
+        orders: list[Order] = []
+        for order in done.orders:
+            if order.do != "undo":
+                continue
+            if order in done.released or done.reading.sure(order, self._unsure):
+                orders.append(order)
+            else:
+                done.pending.append(order)
+                done.reasons.append(reason_to_wait(order, Standing(), sure=False))
+        if not orders:
+            return
+        gone = retracted(rounds)
+        standing = [
+            each
+            for each in rounds
+            if each.number not in gone
+            and (len(each.results) > each.reversals or (each.reading and _binds(each.reading)))
+        ]
+        every = any(order.what == _ALL for order in orders)
+        count = sum(int(order.quantity or 1) for order in orders)
+        last = standing if every else standing[-count:]
+        if not last:
+            done.notes.append(NOTHING)
+            return
+        numbers = tuple(each.number for each in reversed(last))
+        left = self.standing(rounds, takes_back=numbers)
+        for each in reversed(last):
+            back = self._env.undo(each.results[each.reversals :], left)
+            if back is None:
+                done.notes.append(NOT_HERE)
+                return
+            done.notes += [back.why] if back.why else []
+            for action in back.actions:
+                lasting = self._env.lasting(action)
+                result = StepResult(action, False, CONFIRM) if lasting else taken(self._env, action)
+                (done.results if result.ok else done.failed).append(result)
+        quoted = "; ".join(f'"{each.turn.utterance}"' for each in last)
+        done.notes.append(f"Taken back: {quoted}.")
+        done.takes_back, done.reversals = numbers, len(done.results)
+
+
+def readings_of(rounds: Sequence[Round]) -> list[tuple[str, Reading]]:
+    """The utterances and what they were read as, newest first."""
+    return [(each.turn.utterance, each.reading) for each in reversed(rounds) if each.reading]
+
+
+def _binds(reading: Reading) -> bool:
+    """Whether a reading changes what holds, though nothing may have been done for it."""
+    return any(order.do in LIMITS for order in reading.orders) or bool(acting(reading.orders))
