@@ -115,12 +115,12 @@ class Choice:
         return [] if any(item.name in decided for item in offers) else offers
 
     def _nearly(self, phrase: str) -> Iterable[str]:
-        """`phrase` in the shop's words, without slips of the pen and short words of no thing."""
+        """`phrase` in the shop's words, without words of no thing and slips of the pen."""
         translated = self._search.translated(phrase)
         yield translated
-        mended = self._search.translated(self._search.mended(translated))
-        yield mended
-        yield self._search.pruned(mended)
+        short = self._search.translated(self._search.pruned(translated))
+        yield short
+        yield self._search.translated(self._search.mended(short))
 
     def _usual(self, phrase: str, diets: Collection[str], among: Sequence[Item]) -> list[Item]:
         """What people mean by a bare word, as far as it is `among` these; what fits diets first."""

@@ -58,6 +58,14 @@ _QUALITIES = frozenset({
 })  # fmt: skip
 """Words that say which one but not what it is, so that no generic name begins with them."""
 
+_EMPTY = frozenset({
+    "a", "an", "and", "any", "best", "big", "cheap", "cheapest", "decent", "favourite", "favorite",
+    "few", "for", "from", "good", "large", "little", "lovely", "nice", "normal", "of", "ordinary",
+    "other", "proper", "real", "regular", "small", "some", "standard", "tasty", "the", "usual",
+    "with",
+})  # fmt: skip
+"""Words of a phrase that tell nothing of which thing is meant, if no name here holds them all."""
+
 _LABELS = frozenset({"vegan", "free", "organic", "diet", "decaf", "plant", "halal"})
 """Words of labels, for people who ask for them: "gluten-free", "plant-based"."""
 
@@ -103,9 +111,10 @@ class Search:
         return " ".join(mended(singulars(phrase), self._holding))
 
     def pruned(self, phrase: str) -> str:
-        """`phrase` without the short words that no name here holds: "salt n vinegar"."""
+        """`phrase` without words that tell nothing of a thing: "real parmesan", "salt n vinegar"."""
         said = singulars(phrase)
-        return " ".join(word for word in said if len(word) > 2 or word in self._holding)
+        empty = {word for word in said if len(word) <= 2 and word not in self._holding}
+        return " ".join(word for word in said if word not in empty | _EMPTY)
 
     def named(self, phrase: str) -> list[Item]:
         """All items whose names hold every word of `phrase`."""

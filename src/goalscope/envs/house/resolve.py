@@ -34,11 +34,13 @@ class Resolver:
         view: The house.
         start: The house at the start.
         choose: Chooses what an order is about.
+        asked: What was asked for, oldest first.
     """
 
     view: View
     start: View
     choose: Chooser
+    asked: Sequence[Order] = ()
 
     def resolve(self, order: Order) -> Resolution:
         """The actions that the order still needs; a limit needs none."""
@@ -86,18 +88,20 @@ class Resolver:
         return self._or_so(actions, Order("pick up", order.what), things)
 
     def _put(self, order: Order) -> Resolution:
-        """To a place; to the person, or where none is said, into the hand.
+        """To a place; to the person, or where none was said, into the hand.
 
-        What the hand holds already is put back where it was, if no place is said.
+        If no place is said, what the hand holds is put back where it was, and another thing goes
+        where the one before it went.
         """
-        where = order.where.casefold()
+        where = order.where
         held = self.view.held
         if not where and held and held in self.choose.finder.find(order.what).things:
             where = "back"
-        if where in _PERSON or not where:
+        where = where or self._last_place(order)
+        if where.casefold() in _PERSON or not where:
             return self._pick_up(order)
         table, start = self.view.table, self.start.table
-        places = [] if where in _HOME else self.choose.places(order.where)
+        places = [] if where.casefold() in _HOME else self.choose.places(where)
 
         def goals(own: str) -> list[str]:
             home = innermost(start[own], start) if own in start else ""
@@ -117,6 +121,12 @@ class Resolver:
             taken.append(place)
             actions += self._moving(self.view.names[own], table[own], place)
         return self._or_so(actions, order, things)
+
+    def _last_place(self, order: Order) -> str:
+        """Where the put before this one went; "" if there was none."""
+        before = self.asked[: self.asked.index(order)] if order in self.asked else self.asked
+        places = [each.where for each in before if each.do == "put" and each.where]
+        return places[-1] if places else ""
 
     def _fill(self, order: Order) -> Resolution:
         """With water, or what is said; something else in it is poured out first."""

@@ -147,7 +147,7 @@ class HomeRobot:
         """See `Environment.resolve`; limits need no action, as they bind those that come."""
         view, done = self._view, [action for action, _ in self._done]
         chooser = Chooser(view, Finder(view, pick), done, bound(view, standing))
-        return Resolver(view, self._start, chooser).resolve(order)
+        return Resolver(view, self._start, chooser, standing.asked).resolve(order)
 
     def lasting(self, action: Action) -> bool:
         """Whether the action slices, breaks, uses up or cooks something.
