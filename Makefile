@@ -18,7 +18,7 @@ ADAPTERS := $(SETS:%=adapters/without-%/adapter.gguf) $(patsubst %,adapters/teac
 FIT := $(BIN)/goalscope fit --start none --out adapters
 SHORT := --steps 100 --every 100 --validation 20
 
-.PHONY: help demo demo-web test torch servers check package audit docs reliability fuzz pictures recording bench results adapter reader lock
+.PHONY: help demo demo-web test slow torch servers check package audit docs reliability fuzz pictures recording bench results adapter reader lock
 
 help:
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-13s%s\n", $$1, $$2}' Makefile
@@ -30,7 +30,10 @@ demo-web: $(READY)  ## the page, on the built-in model
 	$(BIN)/goalscope serve
 
 test: $(READY)  ## the whole test suite
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 4
+
+slow: $(READY)  ## the tests that take minutes each
+	$(BIN)/python -m pytest -m slow
 
 torch: $(READY)  ## the backend that runs models by Transformers, which `make test` then tests too
 	$(BIN)/python -m pip install --quiet "$(TORCH)" --editable ".[torch]"

@@ -24,6 +24,10 @@ from sites import address, visit  # noqa: F401
 settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")
 
+if workers := int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "0")):
+    # Threads of one process that wait for those of another waste the processors.
+    os.environ["OMP_NUM_THREADS"] = str(max(1, (os.cpu_count() or 1) // workers))
+
 _data = TemporaryDirectory(prefix="goalscope-tests-")
 os.environ["XDG_DATA_HOME"] = _data.name  # of the processes that tests start
 

@@ -63,6 +63,7 @@ def test_the_robot_cannot_tell_the_two_apart(unity: str) -> None:
         theirs.close()
 
 
+@pytest.mark.slow
 def test_a_run_in_thor_ends_as_a_run_in_the_house(
     unity: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -137,6 +137,7 @@ def test_what_is_not_there_is_said_in_one_line(
     assert len(result.stderr.strip().splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_a_hub_that_is_away_is_said_in_the_end(tmp_path: Path) -> None:
     result = goalscope(tmp_path, "http://127.0.0.1:9", "models", "pull", "owner/one", "m.gguf")
     assert result.returncode == 1

@@ -293,6 +293,7 @@ def whole(tmp_path_factory):
     return file, tables, cells
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="the system has no SIGKILL")
 def test_killed_again_and_again_it_comes_to_the_same_tables(whole, tmp_path):
     file, tables, cells = whole

@@ -236,6 +236,7 @@ class Lossy(httpx.BaseTransport):
         self._inner.handle_request(request).read()
 
 
+@pytest.mark.slow
 def test_a_thousand_answers_over_a_bad_network_are_a_thousand_rows(tmp_path: Path) -> None:
     with Store.open(tmp_path / "episodes.db") as store:
         fill(store, methods=("good", "no-goals"), people=5)

@@ -51,6 +51,7 @@ def keep(
         return tune(file or embedded_path(), 2, report)
 
 
+@pytest.mark.slow
 def test_a_real_tuning_is_as_exact_as_the_file_and_is_kept(folder: Path) -> None:
     steps: list[float] = []
     first = tuned(embedded_path(), 1, lambda _, share: steps.append(share))
