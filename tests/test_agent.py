@@ -367,7 +367,7 @@ def test_an_allergy_binds_every_order_until_the_person_confirms_the_contrary() -
     agent.step("", "avoid fan | for my son | why allergy")
     asked = agent.step("", "switch on fan")
     assert env.on == []
-    assert asked.question.startswith('You said "no fan" my son (allergy).')
+    assert asked.question.startswith('You said "no fan" (my son: allergy).')
     agent.step(agent.ask(), "no")
     agent.step("", "undo")
     assert agent.step("", "switch on fan").pending

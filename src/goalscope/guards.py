@@ -81,8 +81,8 @@ def reason_to_wait(
         away: Whether what it names goes, so that no limit speaks against it.
     """
     if not away and (limit := standing.forbids(order)):
-        whom = f" {limit.for_}" if limit.for_ else ""
-        return f'You said "no {limit.what}"{whom} ({limit.why}).'
+        whom = f"{limit.for_}: " if limit.for_ else ""
+        return f'You said "no {limit.what}" ({whom}{limit.why}).'
     if wary:
         return WARY
     if order.if_:
