@@ -428,25 +428,3 @@ def test_drafts_are_told_now_and_then(address: str, visit, monkeypatch) -> None:
     ann = visit(address)
     heard = heard_in_a_round(ann, ann.begin())
     assert len({each["draft"] for each in heard if each["draft"]}) <= 1
-
-
-def test_what_is_refused_at_the_desk_can_be_said_again(tmp_path: Path, visit, monkeypatch) -> None:
-    monkeypatch.setattr("goalscope.web.desk.WAITING", 1)
-    Slow.gate.set()
-    with site(tmp_path / "episodes.db", Slow(WRITES)) as address:
-        ann = visit(address)
-        one, two, three = (ann.begin() for _ in range(3))
-        for each in (one, two, three):
-            ann.live(each)
-        Slow.gate.clear()
-        Slow.at_work.clear()
-        ann.post(f"{one}/utterances", 202, text=CAKE, round=1)
-        assert Slow.at_work.wait(10)
-        ann.post(f"{two}/utterances", 202, text=CAKE, round=1)
-        refused = ann.http.post(f"{three}/utterances", json={"text": CAKE, "round": 1})
-        assert refused.status_code == 429
-        assert refused.headers["retry-after"] == "5"
-        Slow.gate.set()
-        ann.live(two)
-        assert ann.live(three)["round"] == 1
-        assert ann.say(three, CAKE)["round"] == 2

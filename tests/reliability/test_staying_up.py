@@ -97,7 +97,7 @@ def test_health_is_that_the_model_scores_a_word_in_time(
     wait: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, record_property: Callable
 ) -> None:
     model = Hangs()
-    monkeypatch.setattr("goalscope.web.health.WAIT", float(wait))
+    monkeypatch.setattr("goalscope.web.app.WAIT", float(wait))
     with site(tmp_path / "episodes.db", model) as address:
 
         def health() -> tuple[int, float, dict]:
@@ -115,7 +115,7 @@ def test_health_is_that_the_model_scores_a_word_in_time(
         status, took, told = health()
         assert status == 503
         assert f"has not answered for {wait} s" in told["error"]
-        monkeypatch.setattr("goalscope.web.health.WAIT", 0.2)
+        monkeypatch.setattr("goalscope.web.app.WAIT", 0.2)
         calls = model.calls
         assert {health()[0] for _ in range(5)} == {503}
         assert httpx.get(f"{address}/api/options", headers=PROGRAM).status_code == 200

@@ -64,10 +64,7 @@ def serve(
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 for a free one.")] = 8000,
     name: Annotated[
         list[str] | None,
-        typer.Option(
-            help="Another HOST[:PORT] under which browsers reach it, such as a proxy's, whose "
-            "visitors all count as one address."
-        ),
+        typer.Option(help="Another HOST[:PORT] under which browsers reach it, such as a proxy's."),
     ] = None,
     password: Annotated[
         str | None,
@@ -114,6 +111,11 @@ def serve(
         raise InvalidInputError(
             f"That key could be guessed. Give one of at least {SHORTEST_GIVEN} characters, or none "
             "(--key, GOALSCOPE_KEY): then one is made."
+        )
+    if password and len(password) < SHORTEST_GIVEN:
+        raise InvalidInputError(
+            f"That password could be guessed. Give one of at least {SHORTEST_GIVEN} characters "
+            "(--password, GOALSCOPE_PASSWORD)."
         )
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     with socket.socket(family) as listening:
@@ -164,6 +166,6 @@ def serve(
                 log_level="warning",
                 access_log=False,
                 timeout_graceful_shutdown=2,
-                proxy_headers=False,  # anybody may send them, and so have many addresses
+                proxy_headers=False,  # the guard reads the one that counts
             )
             uvicorn.Server(config).run(sockets=[listening])

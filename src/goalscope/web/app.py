@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from asyncio import wrap_future
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
@@ -25,13 +26,11 @@ from goalscope.models import Model, model_name
 from goalscope.plain import model_shown
 from goalscope.store import EpisodeInfo, Store
 from goalscope.tracking import Trackers
-from goalscope.types import TRACKING, Goal, GoalscopeError, InvalidInputError
+from goalscope.types import TRACKING, Goal, GoalscopeError, InvalidInputError, Message
 from goalscope.web.access import seen_by
 from goalscope.web.conversations import Conversation, Conversations
 from goalscope.web.exports import as_html, as_json, room_picture
 from goalscope.web.guard import Guest, Visitor
-from goalscope.web.health import Health, Probe
-from goalscope.web.limits import STREAMS, too_much
 from goalscope.web.refusals import Given, Refusal, refused
 from goalscope.web.study import study_router
 from goalscope.web.tracking import CorrectionGiven, tracking_routes
@@ -43,7 +42,9 @@ __all__ = ["create_app"]
 STATIC = Path(__file__).parent / "static"
 BEAT = 15.0
 """Seconds after which a silent connection is told that it still stands."""
-REFUSED = (400, 401, 403, 404, 405, 409, 413, 422, 429, 503)
+WAIT = 8.0
+"""Seconds that a model gets; one that works for others for so long counts as one that hangs."""
+REFUSED = (400, 401, 403, 404, 405, 409, 413, 422, 503)
 
 METHODS: dict[Method, str] = {
     "good": "infers goals, and plans for the likeliest",
@@ -114,6 +115,12 @@ class Stored(StoredEpisode):
     live: Live | None
 
 
+class Health(BaseModel):
+    """That the model works, and after how many seconds it had scored a word."""
+
+    seconds: float
+
+
 class Words(BaseModel):
     """Each word of an utterance with its evidence in nats."""
 
@@ -131,7 +138,6 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     settings = defaults or Settings()
     conversations = Conversations(store, model)
     domains = _domains(settings)
-    streams: list[str] = []
     scenes = {scene for domain in domains for scene in domain.scenes}
 
     @asynccontextmanager
@@ -177,12 +183,19 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
             methods=[MethodView(name=name, about=about) for name, about in METHODS.items()],
         )
 
-    probe = Probe(model, conversations.desk)
+    def score_a_word() -> None:
+        model.token_logprobs([[Message("user", "Are you there?")]], ["Yes."])
 
     @app.get("/api/health")
     async def health(visitor: Guest) -> Health:
         """Whether the model works: 503 where it fails, or does not answer within 8 seconds."""
-        return Health(seconds=await probe.answered())
+        start = time.monotonic()
+        try:
+            await asyncio.wait_for(wrap_future(conversations.desk.submit(score_a_word)), WAIT)
+        except TimeoutError:
+            told = f"The model has not answered for {WAIT:.0f} s: it works for others, or hangs."
+            raise HTTPException(503, told) from None
+        return Health(seconds=time.monotonic() - start)
 
     @app.get("/api/episodes")
     def episodes(
@@ -216,10 +229,7 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     @app.get("/api/episodes/{id}/events", response_class=StreamingResponse)
     async def events(id: str, visitor: Guest) -> StreamingResponse:
         conversation = await asyncio.to_thread(entered, id, visitor, again=True)
-        if streams.count(visitor.id) >= STREAMS:
-            raise too_much("You have this page open in too many windows. Close some.", 5)
-        stream = _stream(conversation, streams, visitor.id)
-        return StreamingResponse(stream, media_type="text/event-stream")
+        return StreamingResponse(_stream(conversation), media_type="text/event-stream")
 
     @app.post("/api/episodes/{id}/utterances", status_code=202)
     def say(id: str, given: Utterance, visitor: Guest) -> Live:
@@ -282,22 +292,18 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     return app
 
 
-async def _stream(conversation: Conversation, open: list[str], who: str) -> AsyncGenerator[str]:
+async def _stream(conversation: Conversation) -> AsyncGenerator[str]:
     """Server-sent events; a comment in long silences shows whether anybody still listens."""
-    open.append(who)
-    try:
-        with conversation.listening() as queue:
-            yield _event("live", conversation.live())
-            kind = ""
-            while kind != "ended":
-                try:
-                    kind, data = await asyncio.wait_for(queue.get(), BEAT)
-                except TimeoutError:
-                    yield ": still here\n\n"
-                else:
-                    yield _event(kind, data)
-    finally:
-        open.remove(who)
+    with conversation.listening() as queue:
+        yield _event("live", conversation.live())
+        kind = ""
+        while kind != "ended":
+            try:
+                kind, data = await asyncio.wait_for(queue.get(), BEAT)
+            except TimeoutError:
+                yield ": still here\n\n"
+            else:
+                yield _event(kind, data)
 
 
 def _event(kind: str, data: BaseModel) -> str:

@@ -73,7 +73,6 @@ class Conversation:
         desk: Where the model works.
         env: Where the agent acts.
         model: Of the session.
-        owner: Whose it is.
         open: Makes the session, given what is to be told of the agent's progress and of what it
             writes, and the episode that goes on.
         resumed: The stored episode that goes on; its session is opened at the desk.
@@ -84,11 +83,9 @@ class Conversation:
         desk: Desk,
         env: Environment,
         model: Model,
-        owner: str,
         open: Callable[[Heard, Heard, EpisodeInfo | None], Session],
         resumed: EpisodeInfo | None = None,
     ) -> None:
-        self.owner = owner
         self._desk, self._env, self._model = desk, env, model
         self._lock = RLock()
         self._state = _State(time.time_ns() // 1_000_000)
@@ -266,12 +263,11 @@ class Conversation:
         with self._lock:
             if self._state.phase != "idle":
                 raise ConflictError("The agent is still at work. Wait for it, and try again.")
-            self._desk.admit(self.owner)
             self._become(phase="waiting", step=step, utterance=utterance, error=None)
 
     def _submit(self, work: Callable[[], T]) -> Future[T]:
         """Do at the desk what was claimed; then, or if it is cancelled, it is the person's turn."""
-        future = self._desk.submit(self.owner, work, self._moved)
+        future = self._desk.submit(work, self._moved)
         future.add_done_callback(lambda _: self._become(phase="idle", place=0, step="", draft=""))
         return future
 
@@ -403,7 +399,7 @@ class Conversations:
             )
 
         try:
-            entered = Conversation(self.desk, env, self._model, owner, open, resume)
+            entered = Conversation(self.desk, env, self._model, open, resume)
         except BaseException:
             env.close()
             raise

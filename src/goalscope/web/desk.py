@@ -3,55 +3,31 @@
 from __future__ import annotations
 
 import logging
-from collections import OrderedDict, deque
 from collections.abc import Callable
-from concurrent.futures import Future
-from dataclasses import dataclass
-from threading import Condition, Thread
-from typing import Any
-
-from goalscope.web.limits import WAITING, too_much
+from concurrent.futures import Future, ThreadPoolExecutor
+from threading import RLock
+from typing import Any, TypeVar
 
 __all__ = ["Desk"]
 
-log = logging.getLogger(__name__)
-
+T = TypeVar("T")
 Moved = Callable[[int], None]
 
-
-@dataclass(eq=False, slots=True)
-class _Job:
-    work: Callable[[], Any]
-    moved: Moved
-    future: Future[Any]
-    place: int = 0
+log = logging.getLogger(__name__)
 
 
 class Desk:
-    """A fair queue before one worker: each person has a line of their own, served in rotation.
-
-    Whoever asks for much waits for themselves, not the others for them.
-    """
+    """A queue before one worker: first come, first served."""
 
     def __init__(self) -> None:
-        self._lines: OrderedDict[str, deque[_Job]] = OrderedDict()
-        self._busy = False
-        self._open = True
-        self._changed = Condition()
-        self._worker = Thread(target=self._serve, name="model", daemon=True)
-        self._worker.start()
+        self._worker = ThreadPoolExecutor(1, "model")
+        self._line: dict[Future[Any], Moved] = {}
+        self._lock = RLock()
 
-    def admit(self, who: str) -> None:
-        """Raise the HTTPException 429 where as much of theirs waits as may."""
-        with self._changed:
-            if len(self._lines.get(who, ())) >= WAITING:
-                raise too_much("Too much of yours waits for the model.", 5)
-
-    def submit(self, who: str, work: Callable[[], Any], moved: Moved) -> Future[Any]:
-        """Have something done when it is `who`'s turn.
+    def submit(self, work: Callable[[], T], moved: Moved = lambda place: None) -> Future[T]:
+        """Have something done when it is its turn.
 
         Args:
-            who: Whose line it joins.
             work: What is done, in the worker's thread.
             moved: Is told how many pieces of work are before it, whenever that changes; 0 when it
                 begins. It must return at once.
@@ -59,62 +35,29 @@ class Desk:
         Raises:
             RuntimeError: The desk is closed.
         """
-        job = _Job(work, moved, Future())
-        with self._changed:
-            if not self._open:
-                raise RuntimeError("the desk is closed")
-            self._lines.setdefault(who, deque()).append(job)
-            self._tell_all()
-            self._changed.notify()
-        return job.future
+        with self._lock:
+            future = self._worker.submit(work)
+            self._line[future] = moved
+            _tell(moved, len(self._line) - 1)
+        future.add_done_callback(self._left)
+        return future
 
     def close(self) -> None:
         """Finish what is being done, and cancel what waits."""
-        with self._changed:
-            self._open = False
-            waiting = [job for line in self._lines.values() for job in line]
-            self._lines.clear()
-            self._changed.notify()
-        for job in waiting:
-            job.future.cancel()
-        self._worker.join()
+        with self._lock:
+            self._worker.shutdown(wait=False, cancel_futures=True)
+        self._worker.shutdown()
 
-    def _serve(self) -> None:
-        while True:
-            with self._changed:
-                self._busy = False
-                while self._open and not self._lines:
-                    self._changed.wait()
-                if not self._open:
-                    return
-                who, line = self._lines.popitem(last=False)
-                job = line.popleft()
-                if line:
-                    self._lines[who] = line
-                self._busy = True
-                self._tell_all()
-            if job.future.set_running_or_notify_cancel():
-                _tell(job, 0)
-                try:
-                    job.future.set_result(job.work())
-                except BaseException as error:
-                    job.future.set_exception(error)
-
-    def _tell_all(self) -> None:
-        """Tell everybody who waits how many are before them, where that has changed."""
-        place = int(self._busy)
-        depth = max(map(len, self._lines.values()), default=0)
-        for row in range(depth):
-            for line in self._lines.values():
-                if row < len(line):
-                    if place not in (0, line[row].place):
-                        _tell(line[row], place)
-                    place += 1
+    def _left(self, future: Future[Any]) -> None:
+        with self._lock:
+            place = [*self._line].index(future)
+            del self._line[future]
+            for number, moved in enumerate([*self._line.values()][place:], place):
+                _tell(moved, number)
 
 
-def _tell(job: _Job, place: int) -> None:
-    job.place = place
+def _tell(moved: Moved, place: int) -> None:
     try:
-        job.moved(place)
+        moved(place)
     except Exception:
         log.exception("somebody could not be told their place")

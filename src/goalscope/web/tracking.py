@@ -86,10 +86,8 @@ def tracking_routes(trackers: Trackers, desk: Desk, store: Store) -> APIRouter:
         if not visitor.owns(seen(id, visitor).owner):
             raise HTTPException(403, "This is somebody else's session, which only they change.")
 
-    async def at_desk(visitor: Visitor, work: Callable[[], Tracked]) -> TrackerView:
-        desk.admit(visitor.id)
-        done = desk.submit(visitor.id, lambda: TrackerView.of(work()), lambda place: None)
-        return await wrap_future(done)
+    async def at_desk(work: Callable[[], Tracked]) -> TrackerView:
+        return await wrap_future(desk.submit(lambda: TrackerView.of(work())))
 
     @router.post("", status_code=201)
     async def open_session(given: OpenTracker, visitor: Guest) -> TrackerView:
@@ -99,8 +97,7 @@ def tracking_routes(trackers: Trackers, desk: Desk, store: Store) -> APIRouter:
         lists yours, so that one in which nothing was said can be deleted.
         """
         return await at_desk(
-            visitor,
-            lambda: trackers.open(given.task, given.goals, propose=given.propose, owner=visitor.id),
+            lambda: trackers.open(given.task, given.goals, propose=given.propose, owner=visitor.id)
         )
 
     @router.get("")
@@ -130,23 +127,19 @@ def tracking_routes(trackers: Trackers, desk: Desk, store: Store) -> APIRouter:
         answer; the same turn in other words, or one that is not the next, is a conflict (409).
         """
         await asyncio.to_thread(own, id, visitor)
-        return await at_desk(
-            visitor, lambda: trackers.observe(id, turn, given.query, given.utterance)
-        )
+        return await at_desk(lambda: trackers.observe(id, turn, given.query, given.utterance))
 
     @router.post("/{id}/goals")
     async def add_goals(id: str, given: GoalsGiven, visitor: Guest) -> TrackerView:
         """Add goals; those that are there already change nothing."""
         await asyncio.to_thread(own, id, visitor)
-        return await at_desk(visitor, lambda: trackers.add(id, given.goals))
+        return await at_desk(lambda: trackers.add(id, given.goals))
 
     @router.post("/{id}/corrections")
     async def correct(id: str, given: CorrectionGiven, visitor: Guest) -> TrackerView:
         """Take in what the person says of the goals themselves."""
         await asyncio.to_thread(own, id, visitor)
-        return await at_desk(
-            visitor, lambda: trackers.correct(id, given.kind, given.goal, given.text)
-        )
+        return await at_desk(lambda: trackers.correct(id, given.kind, given.goal, given.text))
 
     @router.get("/{id}/why")
     def why(id: str, visitor: Guest, goal: str = "") -> Why:
@@ -157,7 +150,7 @@ def tracking_routes(trackers: Trackers, desk: Desk, store: Store) -> APIRouter:
     async def close(id: str, visitor: Guest) -> TrackerView:
         """End a session; it can still be read."""
         await asyncio.to_thread(own, id, visitor)
-        return await at_desk(visitor, lambda: trackers.close(id))
+        return await at_desk(lambda: trackers.close(id))
 
     @router.delete("/{id}", status_code=204)
     def delete(id: str, visitor: Guest) -> None:

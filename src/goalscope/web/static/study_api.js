@@ -33,7 +33,7 @@ async function ask(method, path, body, waiting = () => {}) {
     }).catch(() => null);
     const said = await response?.json().catch(() => null);
     if (response?.ok && said) return said;
-    if (response && response.status < 500 && response.status !== 429 && !response.ok) {
+    if (response && response.status < 500 && !response.ok) {
       throw new RefusedError(said?.error ?? `The server answered ${response.status}.`, response.status);
     }
     waiting();
