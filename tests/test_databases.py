@@ -126,7 +126,7 @@ def test_a_study_is_deleted_while_somebody_joins(place, monkeypatch):
         book = Book(store)
         study = book.add(PLAN)
         monkeypatch.setattr("goalscope.study.book._order", slowly)
-        joins = pool.submit(book.join, study, "ann", None)
+        joins = pool.submit(book.join, study, "ann", "ann")
         assert begun.wait(60)
         deletes = pool.submit(book.delete, study)
         if place.startswith("postgresql"):  # where nobody waits before they have a lock

@@ -16,7 +16,6 @@ from goalscope.display import (
     show_header,
     show_round,
     show_scores,
-    show_studies,
     show_summary,
 )
 from goalscope.episode import Round
@@ -237,18 +236,6 @@ def test_a_tracking_session_goes_by_its_task() -> None:
 
 def test_an_empty_store_is_told_in_a_sentence():
     assert drawn(show_episodes, []) == "No episode is stored yet. `goalscope chat` begins one.\n"
-
-
-@pytest.mark.parametrize("count", [1, 9])
-@pytest.mark.parametrize("width", [40, 80, 120])
-def test_studies_are_always_rows(width, count):
-    heads = ("name", "made", "closed", "episodes", "agreed", "finished")
-    rows = [(f"study-{n}", EPISODE.created, None, 31, 17, 5) for n in range(count)]
-    text = drawn(show_studies, heads, rows, width=width)
-    lines = [line.split() for line in text.splitlines() if "study-" in line]
-    assert [line[0] for line in lines] == [f"study-{n}" for n in range(count)]
-    assert all(line[-1] == "5" for line in lines)
-    assert ("2020-01-01 00:00" in text) is (width >= 80)
 
 
 def test_people_read_the_name_by_which_they_know_the_embedded_model() -> None:

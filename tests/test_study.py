@@ -1,4 +1,4 @@
-"""Studies: what may be asked, who rates what, whose ratings count, and what they say."""
+"""Studies: what may be asked, who rates what, and what people say."""
 
 import csv
 import json
@@ -28,15 +28,13 @@ from goalscope.study.assignment import assigned
 from goalscope.study.book import Book
 from goalscope.study.export import as_csv
 from goalscope.study.items import DID, LEFT, chosen_episodes, item_of
-from goalscope.study.people import Answer, Participant, excluded
-from goalscope.study.plan import Check, Exclusion, Plan, Selection, read_plan
+from goalscope.study.plan import Plan, read_plan
 from goalscope.study.summary import study_tables
 from goalscope.types import TRACKING, Action, ConflictError, InvalidInputError, StepResult, Turn
 from test_summary import column, row
 
 EXAMPLE = Path(plan.__file__).with_name("example.toml")
-NOBODY = Exclusion(failed_checks=0, same_rating=False, same_explanation=False)
-PLAN = Plan("s", "Agree?", "Rate.", ratings_per_item=2, items_per_participant=2, exclusion=NOBODY)
+PLAN = Plan("s", "Agree?", "Rate.", ratings_per_item=2, items_per_participant=2)
 PEOPLE = [profile.name for profile in profiles_of(Settings())]
 
 
@@ -73,12 +71,9 @@ def rate(book, person, rating, text="because it fits"):
 def test_the_example_is_a_study():
     study = read_plan(EXAMPLE)
     assert study.name == "grocery"
-    assert study.checks[0].rating == 0
-    assert study.episodes.methods == ("good", "no-goals", "no-inference")
-    assert study.exclusion.min_seconds == 5
+    assert study.methods == ("good", "no-goals", "no-inference")
 
 
-TALKS = '[[check]]\nprofile = "p"\noutcome = "o"\nrating = 0\nconversation = ["a", "b"'
 GOOD = 'name = "a"\nconsent = "Agree?"\ninstructions = "Rate."\n'
 
 
@@ -94,18 +89,9 @@ GOOD = 'name = "a"\nconsent = "Agree?"\ninstructions = "Rate."\n'
         (GOOD + "transcript = 1", "true or false"),
         (GOOD + 'scale = ["a"]', "4 texts"),
         (GOOD + "scale = [1, 2, 3, 4]", "a list of texts"),
-        (GOOD + 'id_parameter = "key"', "PROLIFIC_PID"),
-        (GOOD + "episodes = 1", "must be a table"),
-        (GOOD + '[episodes]\nmethods = ["god"]', "did you mean 'good'"),
-        (GOOD + '[episodes]\ndomain = "shop"', "grocery"),
-        (GOOD + '[[check]]\nprofile = "p"\noutcome = "o"\nrating = 4', "check 1: 'rating'"),
-        (GOOD + '[[check]]\nprofile = "p"\noutcome = "o"', "'rating' is missing"),
-        (GOOD + "[check]\nrating = 1", "[[check]]"),
-        (GOOD + TALKS + "]", "transcript = true"),
-        (GOOD + "transcript = true\n" + TALKS + ', "c"]', "pairs"),
-        (GOOD + '[completion]\nurl = "javascript:alert(1)"', "https://"),
-        (GOOD + '[completion]\nurl = "https://[]a.test/x"', "https://"),
-        (GOOD + "[exclusion]\nfailed_checks = 1", "Add a [[check]]"),
+        (GOOD + 'methods = ["god"]', "did you mean 'good'"),
+        (GOOD + 'domain = "shop"', "grocery"),
+        (GOOD + "thanks = 1", "a text"),
     ],
 )
 def test_what_is_no_study_is_refused_with_the_place(tmp_path, text, said):
@@ -119,10 +105,9 @@ def test_what_is_no_study_is_refused_with_the_place(tmp_path, text, said):
 
 def test_a_study_shows_the_basket_and_hides_the_method(store):
     fill(store)
-    study = Book(store).add(replace(PLAN, checks=(Check("p", 0, "Choose 0."),)))
-    person = Book(store).join(study, "v", None)
-    shown = [Book(store).open(person, n)[0] for n in (1, 2, 3)]
-    assert {"Choose 0."} < {item.outcome for item in shown}
+    person = Book(store).join(Book(store).add(PLAN), "v", "ann")
+    shown = [Book(store).open(person, n)[0] for n in (1, 2)]
+    assert all(item.outcome.startswith("The basket holds:") for item in shown)
     assert all(item.transcript == () for item in shown)
     assert all(item.task == "You shop." for item in shown)
     assert not any("no-goals" in str(item) or "good" in str(item) for item in shown)
@@ -139,11 +124,11 @@ def test_a_robot_is_judged_by_what_it_did(store):
         StepResult(Action("slice", "watch"), False, "No."),
     )
     store.append(id, Round(1, Turn("What?", "Hide it."), None, (), results, 0, "", (), False))
-    with pytest.raises(InvalidInputError, match="No episode that has ended"):
+    with pytest.raises(InvalidInputError, match="No person has an episode that has ended"):
         Book(store).add(PLAN)
     store.finish(id, ended="truncated", score=0.0)
     book = Book(store)
-    person = book.join(book.add(replace(PLAN, transcript=True)), "v", None)
+    person = book.join(book.add(replace(PLAN, transcript=True)), "v", "v")
     item, _ = book.open(person, 1)
     done, _, left = item.outcome.partition(LEFT)
     assert done == f"{DID}\n- open: safe\n"
@@ -153,6 +138,31 @@ def test_a_robot_is_judged_by_what_it_did(store):
     assert "slice" not in item.outcome
     assert item.transcript == (Turn("What?", "Hide it."),)
     assert "slice" in " ".join(item.possible).lower()
+
+
+def test_only_people_with_whom_each_method_has_an_episode_are_rated(store):
+    ids = fill(store)
+    fill(store, ("good",), people=3)
+    talks = [
+        store.begin(domain=domain, method="good", model="m", task="You shop.", settings={})
+        for domain in ("grocery", TRACKING)
+    ]
+    for id in talks:
+        store.finish(id, ended="terminated")
+
+    def rated(**more):
+        return {info.id for info in chosen_episodes(store, replace(PLAN, **more))}
+
+    alike = {info.id for info in store.episodes() if info.profile in PEOPLE[:2]}
+    assert rated() == rated(transcript=True) == rated(methods=("good", "no-goals")) == alike
+    assert rated(methods=("no-goals",)) == {*ids[1::2]}
+    of_good = {info.id for info in store.episodes() if info.method == "good"} - {talks[1]}
+    assert rated(methods=("good",), transcript=True) == of_good
+    assert rated(methods=("good",)) == of_good - {talks[0]}
+    for more in ({"methods": ("good", "no-inference")}, {"domain": "house"}):
+        with pytest.raises(InvalidInputError, match="No person has an episode"):
+            Book(store).add(replace(PLAN, **more))
+    assert Book(store).all() == []
 
 
 @pytest.mark.parametrize("lost", [{"simulator": "thor"}, {"scene": "gone.json"}, {}])
@@ -166,68 +176,11 @@ def test_a_room_that_cannot_be_entered_again_has_its_last_status(store, lost):
     assert shown.endswith(f"{LEFT}\n{status}")
 
 
-def test_a_real_persons_episode_needs_the_conversation(store):
-    settings = asdict(Settings())
-    id = store.begin(
-        domain="grocery", method="good", model="m", task="You shop.", settings=settings
-    )
-    store.finish(id, ended="terminated")
-    named = replace(PLAN, episodes=Selection(ids=(id,)))
-    for study in (PLAN, named):
-        with pytest.raises(InvalidInputError, match="transcript = true"):
-            Book(store).add(study)
-    assert Book(store).all() == []
-    book = Book(store)
-    assert [*book.items(book.add(replace(named, transcript=True))).values()] == [id]
-
-
-def test_what_others_did_in_the_same_store_is_left_out(store):
-    ids = fill(store)
-    talks = [
-        store.begin(domain=domain, method="good", model="m", task="You shop.")
-        for domain in ("grocery", TRACKING)
-    ]
-    for id in talks:
-        store.finish(id, ended="terminated")
-    found, left_out = chosen_episodes(store, PLAN)
-    assert ([info.id for info in found], left_out) == (ids, 1)
-    assert [*Book(store).items(Book(store).add(PLAN)).values()] == ids
-    with pytest.raises(InvalidInputError, match="another program"):
-        Book(store).add(replace(PLAN, name="t", episodes=Selection(ids=(talks[1],))))
-
-
-def test_a_check_shows_a_conversation_where_items_do(store, tmp_path):
-    fill(store)
-    said = ("What can I do?", "Choose 0.", "Anything else?", "No.")
-    check = Check("p", 0, "Choose 0.", said)
-    study = Book(store).add(replace(PLAN, transcript=True, checks=(check,)))
-    person = Book(store).join(study, "v", None)
-    shown = [Book(store).open(person, n)[0] for n in (1, 2, 3)]
-    assert {len(item.transcript) for item in shown} == {1, 2}
-    (found,) = (item for item in shown if item.outcome == "Choose 0.")
-    assert found.transcript == (Turn(*said[:2]), Turn(*said[2:]))
-    assert Book(store).named("s").plan == study.plan
-
-
-def test_a_check_is_told_from_an_episode_by_its_profile_alone(store):
-    fill(store)
-    checks = (read_plan(EXAMPLE).checks[0], Check("Choose 3.", 3))
-    wide = replace(PLAN, transcript=True, checks=checks, items_per_participant=4)
-    book = Book(store)
-    person = book.join(book.add(wide), "v", None)
-    shown = [book.open(person, n)[0] for n in range(1, 7)]
-    asked = [item for item in shown if item.profile in {check.profile for check in checks}]
-    others = [replace(item, profile="") for item in shown if item not in asked]
-    alike = [replace(item, profile="") for item in asked]
-    assert len({item.outcome for item in alike}) == 2
-    assert all(item in others for item in alike)
-
-
 def test_a_closed_study_takes_nobody_new_and_who_began_may_finish(store, place):
     fill(store)
     book = Book(store)
     study = book.add(PLAN)
-    ann = book.join(study, "ann", None)
+    ann = book.join(study, "ann", "ann")
     with Store.open(place) as elsewhere:
         there = Book(elsewhere)
         assert there.over(there.named("s")) == ""
@@ -235,10 +188,10 @@ def test_a_closed_study_takes_nobody_new_and_who_began_may_finish(store, place):
         assert "is closed" in there.over(there.named("s"))
         for known in (study, there.named("s")):
             with pytest.raises(ConflictError, match="is closed"):
-                there.join(known, "ben", None)
-    assert book.join(study, "ann", None) == ann
+                there.join(known, "ben", "ben")
+    assert book.join(study, "ann", "ann") == ann
     rate(book, ann, 2)
-    assert book.participant(study, "ann", None).finished
+    assert book.participant(study, "ann", "ann").finished
     closed = book.named("s").closed
     book.close(study)
     assert book.named("s").closed == closed
@@ -270,7 +223,7 @@ def test_the_interval_of_a_score_is_that_of_other_raters(store):
     book = Book(store)
     study = book.add(replace(PLAN, ratings_per_item=20))
     for n in range(20):
-        rate(book, book.join(study, f"v{n}", None), 3 * (n % 2))
+        rate(book, book.join(study, f"v{n}", f"v{n}"), 3 * (n % 2))
     _, methods, episodes = study_tables(store, study)
     low, high = binom.ppf([0.025, 0.975], 20, 0.5) / 20
     (whole,) = column(methods, "human score")
@@ -284,10 +237,8 @@ def test_the_interval_of_a_score_is_that_of_other_raters(store):
 @given(st.integers(1, 9), st.integers(1, 12), st.integers(1, 5), st.integers(0, 99))
 def test_items_are_rated_evenly_until_all_have_enough(count, share, wanted, seed):
     ratings, rng, people = dict.fromkeys(range(count), 0), Random(seed), 0
-    while order := assigned(ratings, [-1], wanted=wanted, share=share, rng=rng):
+    while items := assigned(ratings, wanted=wanted, share=share, rng=rng):
         people += 1
-        items = [item for item in order if item >= 0]
-        assert order.count(-1) == 1
         assert len(items) == len(set(items)) == min(share, count)
         for item in items:
             ratings[item] += 1
@@ -297,50 +248,11 @@ def test_items_are_rated_evenly_until_all_have_enough(count, share, wanted, seed
 
 def test_ties_and_order_are_drawn_and_the_same_seed_draws_the_same():
     orders = Counter(
-        tuple(assigned(dict.fromkeys("abc", 0), [], wanted=1, share=2, rng=Random(seed)))
+        tuple(assigned(dict.fromkeys("abc", 0), wanted=1, share=2, rng=Random(seed)))
         for seed in range(600)
     )
     assert len(orders) == 6  # each pair in each order
     assert min(orders.values()) > 60
-
-
-def person(*ratings, texts=None, expected=None, seconds=None):
-    start = datetime(2026, 1, 1, tzinfo=UTC)
-    count = len(ratings)
-    texts = texts or [f"reason {n}" for n in range(count)]
-    expected, seconds = expected or [None] * count, seconds or [10.0] * count
-    ends = [(start + timedelta(seconds=each)).isoformat() for each in seconds]
-    answers = (
-        Answer(n, n, ratings[n], texts[n], 1, start.isoformat(), ends[n], expected[n], None)
-        for n in range(count)
-    )
-    return Participant(1, None, start.isoformat(), tuple(answers))
-
-
-@pytest.mark.parametrize(
-    ("who", "rules", "why"),
-    [
-        (person(1, 2, 3), {"min_seconds": 10}, ()),
-        (person(3, 3, 3), {}, ("the same rating everywhere",)),
-        (person(3, 3, 3), {"same_rating": False}, ()),
-        (person(3), {}, ()),
-        (person(1, 2, texts=["Good.", " good"]), {}, ("the same explanation everywhere",)),
-        (person(1, 2, 3, texts=["Good", "good", "bad"]), {}, ()),
-        (person(3, 3, 0, expected=[None, None, 0]), {}, ("the same rating everywhere",)),
-        (person(3, 2, 0, expected=[None, None, 0], texts=["ok", "Ok.", "A check"]), {},
-         ("the same explanation everywhere",)),
-        (person(3, 0, expected=[None, 0]), {}, ()),
-        (person(0, 0, texts=["ok", "ok"], expected=[None, 0]), {}, ()),
-        (person(1, 2, 1, expected=[None, None, 0]), {}, ("failed 1 of 1 check",)),
-        (person(1, 2, 1, expected=[None, None, 0]), {"failed_checks": 2}, ()),
-        (person(1, 2, 1, expected=[None, None, 0]), {"failed_checks": 0}, ()),
-        (person(1, 2, 3, seconds=[1.0, 3.9, 90.0]), {"min_seconds": 4},
-         ("a median of 3.9 seconds an item",)),
-        (person(1, 2, 3, seconds=[1.0, 4.0, 90.0]), {"min_seconds": 4}, ()),
-    ],
-)  # fmt: skip
-def test_who_is_excluded(who, rules, why):
-    assert excluded(who, replace(Exclusion(), **rules)) == why
 
 
 def test_alpha_of_krippendorffs_published_example():
@@ -367,24 +279,23 @@ def test_people_get_items_that_need_ratings_until_there_are_enough(store):
     counts = Counter(answer.item for each in people for answer in each.answers)
     assert sorted(counts.values()) == [2, 2, 2, 2]
     with pytest.raises(ConflictError, match="all the ratings"):
-        book.join(study, "late", None)
+        book.join(study, "late", "late")
     assert book.join(study, "visitor 1", "id 1") == people[1]
 
 
-def test_those_who_are_excluded_or_left_make_room(store):
+def test_those_who_left_make_room(store):
     fill(store)
     book = Book(store)
-    study = book.add(replace(PLAN, exclusion=Exclusion(failed_checks=0), ratings_per_item=1))
-    lazy, gone = (book.join(study, name, None) for name in ("lazy", "gone"))
-    rate(book, lazy, 2)  # the same everywhere
-    again = book.join(study, "again", None)
-    assert {a.item for a in again.answers} == {a.item for a in lazy.answers}
+    study = book.add(replace(PLAN, ratings_per_item=1))
+    stays, gone = (book.join(study, name, name) for name in ("stays", "gone"))
+    rate(book, stays, 2)
     with pytest.raises(ConflictError):
-        book.join(study, "more", None)
+        book.join(study, "more", "more")
     old = (datetime.now(UTC) - timedelta(minutes=61)).isoformat()
     with store.writing() as session:
-        session.get_one(ParticipantRow, gone.number).joined = old
-    more = book.join(study, "more", None)
+        for each in (stays, gone):
+            session.get_one(ParticipantRow, each.number).joined = old
+    more = book.join(study, "more", "more")
     assert {a.item for a in more.answers} == {a.item for a in gone.answers}
 
 
@@ -394,7 +305,6 @@ def test_an_id_belongs_to_the_browser_in_which_its_owner_agreed(store):
     study = book.add(PLAN)
     ann = book.join(study, "browser 1", "ann")
     assert book.participant(study, "browser 1", "ann") == ann
-    assert book.participant(study, "browser 1", None) == ann
     assert book.participant(study, "browser 2", "ben") is None
     with pytest.raises(ConflictError, match="another browser"):
         book.participant(study, "browser 2", "ann")
@@ -402,9 +312,6 @@ def test_an_id_belongs_to_the_browser_in_which_its_owner_agreed(store):
         book.join(study, "browser 2", "ann")
     with pytest.raises(ConflictError, match="this browser"):
         book.join(study, "browser 1", "ben")
-    strict = book.add(replace(PLAN, name="t", id_required=True))
-    with pytest.raises(InvalidInputError, match="PROLIFIC_PID"):
-        book.join(strict, "browser 1", None)
 
 
 def test_who_takes_back_their_consent_is_forgotten(store):
@@ -425,7 +332,7 @@ def test_who_takes_back_their_consent_is_forgotten(store):
 def test_an_older_answer_never_replaces_a_newer(store):
     fill(store)
     book = Book(store)
-    ann = book.join(book.add(PLAN), "v", None)
+    ann = book.join(book.add(PLAN), "v", "v")
     first = book.answer(ann, 1, 2, "first", 1)
     assert book.answer(ann, 1, 2, "first", 1) == first
     newer = book.answer(ann, 1, 3, "second", 2)
@@ -457,7 +364,7 @@ def test_scores_of_people_beside_those_of_the_judge_and_the_state(store):
     study = book.add(replace(PLAN, ratings_per_item=3))
     worth = dict(zip(ids, ([3, 1, 0], [1, 1, 3]), strict=True))
     for n in range(3):
-        rate(book, book.join(study, f"v{n}", None), lambda answer, n=n: worth[answer.episode][n])
+        rate(book, book.join(study, f"v{n}", f"v{n}"), lambda answer, n=n: worth[answer.episode][n])
     progress, methods, episodes = study_tables(store, study)
     good, other = row(methods, "grocery", "m", "good"), row(methods, "grocery", "m", "no-goals")
     assert good["human score"].form == "percent"
@@ -479,23 +386,12 @@ def test_all_scores_of_a_method_are_of_the_episodes_that_are_rated(store):
     store.finish(other, ended="terminated", score=0.0)
     book = Book(store)
     study = book.add(replace(PLAN, items_per_participant=1))
-    ann = book.join(study, "ann", None)
+    ann = book.join(study, "ann", "ann")
     rate(book, ann, 3)
     (_, methods, _) = study_tables(store, study)
     good = row(methods, "grocery", "m", "good")
     assert (good["episodes rated"], good["ratings"], good["human score"].value) == (1, 1, 1.0)
     assert good["state score"].value == (1.0 if ann.answers[0].episode == one else 0.0)
-
-
-def test_exclusions_are_told_and_their_ratings_do_not_count(store):
-    fill(store)
-    book = Book(store)
-    study = book.add(replace(PLAN, exclusion=Exclusion(failed_checks=0)))
-    rate(book, book.join(study, "v", None), 3)
-    progress, out, methods, _ = study_tables(store, study)
-    assert out.rows == ((1, "the same rating everywhere; the same explanation everywhere"),)
-    assert dict(progress.rows)["finished and do not count"] == 1
-    assert column(methods, "ratings") == [0, 0]
 
 
 @pytest.mark.parametrize("text", ["=1+1", "+1", "-1", "@x", "\tx", "\rx", "\n=1", "\uff1dx"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator
 from dataclasses import replace
@@ -12,22 +13,16 @@ from playwright.sync_api import Page, Route, expect
 from sqlalchemy import func, select
 
 from browsers import needs_chromium
-from goalscope.database.tables import AnswerRow
+from goalscope.database.tables import AnswerRow, ItemRow
 from goalscope.store import Store
 from goalscope.study.book import Book
-from goalscope.study.people import excluded
-from goalscope.study.plan import Check, Exclusion, Selection
 from sites import site
 from test_study import fill
 from test_study_web import WEB
 
 pytestmark = needs_chromium
 
-CHECK = Check("For this one, choose 0.", 0, "The basket holds:\n- 1 x Paper Towels")
-PLAN = replace(
-    WEB, items_per_participant=4, checks=(CHECK,),
-    exclusion=Exclusion(failed_checks=1, same_rating=True, same_explanation=True),
-)  # fmt: skip
+PLAN = replace(WEB, items_per_participant=5)
 COUNT = 5
 
 
@@ -35,7 +30,7 @@ COUNT = 5
 def file(tmp_path: Path) -> Path:
     path = tmp_path / "episodes.db"
     with Store.open(path) as store:
-        fill(store)
+        fill(store, methods=("good",), people=COUNT)
         Book(store).add(PLAN)
     return path
 
@@ -43,7 +38,7 @@ def file(tmp_path: Path) -> Path:
 @pytest.fixture
 def address(file: Path) -> Iterator[str]:
     with site(file, password="nobody-knows-it") as running:
-        yield f"{running}/study/shop?PROLIFIC_PID=ann"
+        yield f"{running}/study/shop?id=ann"
 
 
 def question(page: Page, number: int) -> None:
@@ -51,10 +46,8 @@ def question(page: Page, number: int) -> None:
 
 
 def rate(page: Page, number: int, rating: int = 2, why: str = "") -> tuple[int, str]:
-    """Fill in what a person who reads would; what then must be saved."""
+    """Fill in what a person would; what then must be saved."""
     question(page, number)
-    if page.get_by_text(CHECK.profile).is_visible():
-        rating = CHECK.rating
     text = why or f"It fits what they asked for in {number}."
     page.get_by_role("radio", name=str(rating)).check()
     page.get_by_label("Why?").fill(text)
@@ -67,7 +60,7 @@ def shown(page: Page) -> tuple[int, str]:
     return int(rating or -1), page.get_by_label("Why?").input_value()
 
 
-def test_from_consent_to_the_way_back_with_every_mishap(file: Path, address: str, enter) -> None:
+def test_from_consent_to_the_end_with_every_mishap(file: Path, address: str, enter) -> None:
     page = enter(address)
     following = page.get_by_role("button", name="Next")
     page.get_by_role("button", name="Take part").click()
@@ -132,10 +125,7 @@ def test_from_consent_to_the_way_back_with_every_mishap(file: Path, address: str
     following.click()
 
     expect(page.get_by_role("heading", name="Thank you")).to_be_visible()
-    expect(page.get_by_text("C0DE", exact=True)).to_be_visible()
-    page.context.route("https://app.prolific.com/**", lambda route: route.fulfill(body="Paid."))
-    page.get_by_role("link", name="Finish and go back").click()
-    expect(page).to_have_url(PLAN.completion.url)
+    expect(page.get_by_text(PLAN.thanks)).to_be_visible()
 
     with Store.open(file) as store:
         book = Book(store)
@@ -147,7 +137,6 @@ def test_from_consent_to_the_way_back_with_every_mishap(file: Path, address: str
     answers = enumerate((first, second, third, fourth, fifth), 1)
     assert sorted(saved) == [(place, *answer) for place, answer in answers]
     assert rows == len({each.item for each in ann.answers}) == COUNT
-    assert not excluded(ann, PLAN.exclusion)
 
 
 def test_by_keyboard_alone(file: Path, address: str, enter) -> None:
@@ -182,20 +171,17 @@ def test_each_list_stands_below_its_own_line(tmp_path: Path, enter) -> None:
     told = "It did this:\n- open: safe\nIn the end:\n- safe: open"
     with Store.open(tmp_path / "listed.db") as store:
         fill(store)
-        Book(store).add(replace(PLAN, episodes=Selection(), checks=(replace(CHECK, outcome=told),)))
+        Book(store).add(PLAN)
+        with store.writing() as session:
+            for item in session.scalars(select(ItemRow)):
+                item.view = json.dumps({**json.loads(item.view), "outcome": told})
     with site(tmp_path / "listed.db") as running:
-        page = enter(f"{running}/study/shop?PROLIFIC_PID=ann")
+        page = enter(f"{running}/study/shop?id=ann")
         page.get_by_role("checkbox").check()
         page.get_by_role("button", name="Take part").click()
-        number = 1
         page.get_by_role("link", name="Go to the questions").click()
-        question(page, number)
-        while not page.get_by_text(CHECK.profile).is_visible():
-            number += 1
-            page.goto(f"{running}/study/shop?PROLIFIC_PID=ann#/{number}")
-            question(page, number)
-        lines = page.locator(".outcome :is(p, li)").all_inner_texts()
-    assert lines == ["It did this:", "open: safe", "In the end:", "safe: open"]
+        lines = page.locator(".outcome :is(p, li)")
+        expect(lines).to_have_text(["It did this:", "open: safe", "In the end:", "safe: open"])
 
 
 def test_an_address_without_a_study_is_answered_in_a_sentence(address: str, browser) -> None:

@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 import httpx
 import pytest
@@ -18,16 +19,26 @@ from sqlalchemy import func, select
 from goalscope.database.tables import AnswerRow
 from goalscope.store import Store
 from goalscope.study.book import Book
-from goalscope.study.plan import Completion
 from sites import KEY, site
 from test_study import PLAN, fill
 
 SAID = "It fits what they asked for."
 WEB = replace(
-    PLAN, name="shop", min_explanation=5, ratings_per_item=100,
-    completion=Completion("C0DE", "https://app.prolific.com/x?cc=C0DE"),
-)  # fmt: skip
+    PLAN, name="shop", min_explanation=5, ratings_per_item=100, thanks="Your code is C0DE."
+)
 HOME = "/api/studies/shop"
+
+
+@pytest.fixture
+def visit(visit):
+    """Lets people visit who have a link of their own each."""
+
+    def enter(address: str) -> Any:
+        person = visit(address)
+        person.http.params = {"id": uuid4().hex}
+        return person
+
+    return enter
 
 
 @pytest.fixture(scope="module")
@@ -50,11 +61,11 @@ def put(person: Any, at: int, rating: int, revision: int, text: str = SAID, home
     return person.http.put(f"{home}/items/{at}", json=body)
 
 
-def test_from_consent_to_the_code(address: str, visit) -> None:
+def test_from_consent_to_the_end(address: str, visit) -> None:
     ann = visit(address)
     assert ann.http.get("/study/shop").headers["content-type"].startswith("text/html")
     before = ann.get(HOME)
-    assert before["answered"] is before["completion"] is None
+    assert before["answered"] is None
     assert ann.http.get(f"{HOME}/items/1").status_code == 403
     assert put(ann, 1, 2, 1).status_code == 403
     assert ann.http.post(f"{HOME}/consent", json={"agreed": False}).status_code == 400
@@ -64,10 +75,10 @@ def test_from_consent_to_the_code(address: str, visit) -> None:
     assert item["outcome"].startswith("The basket holds:")
     assert {*item} == {"task", "possible", "profile", "outcome", "transcript", "answer"}
     assert put(ann, 1, 2, 1).json() == {"rating": 2, "explanation": SAID, "revision": 1}
-    assert ann.get(HOME)["completion"] is None
     assert ann.get(HOME)["answered"] == [True, False]
     put(ann, 2, 3, 1)
-    assert ann.get(HOME)["completion"] == {"code": "C0DE", "url": WEB.completion.url}
+    after = ann.get(HOME)
+    assert (after["answered"], after["thanks"]) == ([True, True], WEB.thanks)
     assert put(ann, 1, 0, 2).json()["rating"] == 0
     assert ann.get(f"{HOME}/items/1")["answer"] == {
         "rating": 0, "explanation": SAID, "revision": 2,
@@ -119,6 +130,8 @@ def test_strangers_need_no_password_for_a_study_and_see_nothing_else(address: st
         for other in re.findall(r'from "\./([^"]+)"', ann.http.get(name).text):
             assert ann.http.get(f"/static/{other}").status_code == 200
     assert ann.http.get("/study/none").status_code == 404
+    lacks = httpx.get(f"{address}{HOME}", params={"id": " "})
+    assert (lacks.status_code, "lacks your id" in lacks.json()["error"]) == (403, True)
     assert ann.http.get("/api/studies/none").json() == {"error": "There is no such study."}
     headers = {"origin": "https://evil.example"}
     assert (
@@ -128,7 +141,7 @@ def test_strangers_need_no_password_for_a_study_and_see_nothing_else(address: st
 
 def test_an_id_goes_on_only_in_its_own_browser(address: str, visit) -> None:
     ann, thief, ben = (visit(address) for _ in range(3))
-    ann.http.params = thief.http.params = {"PROLIFIC_PID": "5f"}
+    ann.http.params = thief.http.params = {"id": "5f"}
     ann.get(HOME)
     ann.post(f"{HOME}/consent", agreed=True)
     put(ann, 1, 2, 1)
@@ -247,7 +260,7 @@ def test_a_thousand_answers_over_a_bad_network_are_a_thousand_rows(tmp_path: Pat
         rng = random.Random(number)
         with httpx.Client(
             base_url=address, headers={"origin": address}, timeout=60,
-            transport=Lossy(wire, number, late), params={"PROLIFIC_PID": f"person-{number}"},
+            transport=Lossy(wire, number, late), params={"id": f"person-{number}"},
         ) as http:  # fmt: skip
 
             def ask(method: str, path: str, body: Any = None) -> httpx.Response:

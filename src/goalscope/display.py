@@ -32,7 +32,6 @@ __all__ = [
     "show_round",
     "show_scores",
     "show_status",
-    "show_studies",
     "show_summary",
 ]
 
@@ -171,24 +170,6 @@ def show_episodes(console: Console, infos: Sequence[EpisodeInfo]) -> None:
     _columns(console, columns, ("started (UTC)", "method", "domain", "ended", "score"))
 
 
-def show_studies(
-    console: Console, headings: Sequence[str], rows: Sequence[Sequence[str | int | None]]
-) -> None:
-    """A table of studies, as `show_episodes`; times are in UTC and end at the minute."""
-    columns = {
-        heading: [
-            "-"
-            if each is None
-            else str(each)[:16].replace("T", " ")
-            if heading in ("made", "closed")
-            else str(each)
-            for each in column
-        ]
-        for heading, column in zip(headings, zip(*rows, strict=True), strict=True)
-    }
-    _columns(console, columns, ("made", "agreed", "closed", "episodes"))
-
-
 def _columns(console: Console, columns: Mapping[str, Sequence[str]], spare: Sequence[str]) -> None:
     """A table whose words stay whole: where it is too wide, columns of `spare` are left out."""
     shown = dict(columns)
@@ -198,7 +179,7 @@ def _columns(console: Console, columns: Mapping[str, Sequence[str]], spare: Sequ
         shown.pop(least, None)
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for name in shown:
-        numbers = name in ("rounds", "score", "episodes", "agreed", "finished")
+        numbers = name in ("rounds", "score")
         overflow = "ellipsis" if table.columns else "fold"  # the first is what one must type
         table.add_column(name, justify="right" if numbers else "left", overflow=overflow)
     for row in zip(*shown.values(), strict=True):

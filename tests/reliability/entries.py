@@ -139,18 +139,10 @@ name = "shop"
 consent = "C"
 instructions = "I"
 transcript = true
-[episodes]
 domain = "grocery"
 methods = ["good"]
-[[check]]
-profile = "P"
-outcome = "O"
-rating = 0
-conversation = ["Yes?", "Soup."]
-[exclusion]
-min_seconds = 3
-[completion]
-url = "https://a.test/x"
+scale = ["a", "b", "c", "d"]
+seed = 3
 """
 EXPERIMENT = b"""
 title = "T"

@@ -91,6 +91,7 @@ def test_every_commit_is_on_disk_before_it_is_told(
         Book(store).add(WEB)
         with site(tmp_path / "study.db") as address:
             ann = visit(address)
+            ann.http.params = {"id": "ann"}
             ann.post(f"{HOME}/consent", agreed=True)
             assert put(ann, 1, 2, 1).status_code == 200
     assert set(seen) == {("wal", 2, 1)}

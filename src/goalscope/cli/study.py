@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -30,11 +29,7 @@ def example() -> None:
 @study.command()
 def new(
     file: Annotated[Path, typer.Argument(help="What the study is, TOML; see `example`.")],
-    anyway: Annotated[
-        bool, typer.Option("--anyway", help="Make it though a method or person has no episode.")
-    ] = False,
     store: StoreFile = None,
-    as_json: Json = False,
 ) -> None:
     """Make a study of episodes in the store. It never changes afterwards."""
     from goalscope.store import Store
@@ -44,94 +39,45 @@ def new(
 
     plan = read_plan(file)
     with Store.open(store, new=False) as opened:
-        found, left_out = chosen_episodes(opened, plan)
-        chosen = plan.episodes
-        missing = [
-            *(f"method {each}" for each in chosen.methods if each not in {e.method for e in found}),
-            *(
-                f"person {each}"
-                for each in chosen.profiles
-                if each not in {e.profile for e in found}
-            ),
-        ]
-        if missing and not anyway:
-            raise InvalidInputError(
-                f"No episode that has ended fits the {', the '.join(missing)} of [episodes], and a "
-                "study never changes. `goalscope run` makes some; --anyway makes it without."
-            )
-        people_of = {e.method: {o.profile for o in found if o.method == e.method} for e in found}
-        shared = set[str | None].intersection(*people_of.values())
-        if not shared and not anyway:
-            raise InvalidInputError(
-                f"The methods {', '.join(people_of)} have no person in common, so that raters "
-                "would compare people, and not methods. Run each method for the same people; "
-                "--anyway makes it as it is."
-            )
+        found = chosen_episodes(opened, plan)
         Book(opened).add(plan)
-    episodes, real = len(found), sum(info.profile is None for info in found)
-    if as_json:
-        print(json.dumps({"name": plan.name, "path": f"/study/{plan.name}", "episodes": episodes}))
-        return
-    people = -(-episodes * plan.ratings_per_item // min(plan.items_per_participant, episodes))
-    out = console()
-    held = counted(episodes, "episode")
-    out.print(
-        f"Study {plan.name} has {held} to rate, which takes {_people(people)} or more. "
-        f"`goalscope serve` shows it at /study/{plan.name}.",
-        soft_wrap=True,
+    people = -(-len(found) * plan.ratings_per_item // min(plan.items_per_participant, len(found)))
+    told = (
+        f"Study {plan.name} has {counted(len(found), 'episode')} to rate, which takes "
+        f"{_people(people)} or more. `goalscope serve` shows it. Give each of them a link with an "
+        f"id of their own: /study/{plan.name}?id=..."
     )
-    if any(theirs != shared for theirs in people_of.values()):
-        out.print("The methods' episodes are not all of the same people.", soft_wrap=True)
-    if cut := sum(info.ended == "truncated" for info in found):
-        out.print(
-            f"{cut} of them ended as no more rounds were allowed, perhaps before all was done.",
-            soft_wrap=True,
-        )
-    if left_out:
-        out.print(
-            f"Left out: {left_out} with real people, whose wishes only the conversation tells. "
-            "transcript = true takes them in.",
-            soft_wrap=True,
-        )
-    if real:
-        out.print(
-            f"Raters will read what real people said in {real} of them. Do these know that?",
-            soft_wrap=True,
-        )
-    if plan.completion.url:
-        out.print(f"Its link for Prolific ends in /study/{plan.name}?{plan.id_parameter}="
-                  "{{%PROLIFIC_PID%}}", soft_wrap=True)  # fmt: skip
+    if real := sum(info.profile is None for info in found):
+        told += f" They will read what real people said in {real} of them. Do these know that?"
+    console().print(told, soft_wrap=True)
 
 
 @study.command(name="list")
 def list_studies(store: StoreFile = None, as_json: Json = False) -> None:
     """List the studies, and how many people have finished."""
     from goalscope.cli.experiments import show_tables
-    from goalscope.display import show_studies
-    from goalscope.experiment.summary import Table
+    from goalscope.experiment.summary import Entry, Table
     from goalscope.store import Store
     from goalscope.study.book import Book
 
+    rows: list[tuple[Entry, ...]] = []
     with Store.open(store, new=False) as opened:
         book = Book(opened)
-        rows: list[tuple[str | int | None, ...]] = []
         for each in book.all():
             people = book.participants(each)
             finished = sum(one.finished for one in people)
             items = len(book.items(each))
             rows.append((each.plan.name, each.created, each.closed, items, len(people), finished))
     columns = ("name", "made", "closed", "episodes", "agreed", "finished")
-    if as_json:
+    if rows or as_json:
         show_tables([Table("studies", "Studies", columns, tuple(rows))], as_json)
-    elif rows:
-        show_studies(console(), columns, rows)
     else:
         print("There is no study yet. `goalscope study new FILE` makes one.")
 
 
 @study.command()
 def show(name: Name, store: StoreFile = None, as_json: Json = False) -> None:
-    """Show how far a study is, who does not count and why, how raters agree, and the scores.
+    """Show how far a study is, how raters agree, and the scores.
 
     The evaluator's and the state's scores of the same episodes stand beside people's.
     """
@@ -182,11 +128,9 @@ def export(
     name: Name,
     out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Where to.")],
     store: StoreFile = None,
-    ids: Annotated[
-        bool, typer.Option(help="With the ids by which recruiting services know people.")
-    ] = True,
+    ids: Annotated[bool, typer.Option(help="With the ids in people's links.")] = True,
 ) -> None:
-    """Write every answer as CSV, one a line, with the reason where it does not count."""
+    """Write every answer as CSV, one a line."""
     from goalscope.store import Store
     from goalscope.study.book import Book
     from goalscope.study.export import as_csv

@@ -153,19 +153,18 @@ class StudyRow(Base):
 
 
 class ItemRow(Base):
-    """What is rated, as it is shown; a check has the one right rating instead of an episode."""
+    """What is rated, as it is shown."""
 
     __tablename__ = "study_items"
 
     number: Mapped[int] = mapped_column(primary_key=True)
     study: Mapped[int] = mapped_column(ForeignKey(StudyRow.number), index=True)
     view: Mapped[str] = mapped_column(Text)
-    episode: Mapped[str | None]
-    expected: Mapped[int | None]
+    episode: Mapped[str]
 
 
 class ParticipantRow(Base):
-    """Who has agreed to take part; `external` is how a recruiting service names them."""
+    """Who has agreed to take part, in one browser; `external` is the id in their link."""
 
     __tablename__ = "study_participants"
     __table_args__ = (
@@ -177,7 +176,7 @@ class ParticipantRow(Base):
     number: Mapped[int] = mapped_column(primary_key=True)
     study: Mapped[int] = mapped_column(ForeignKey(StudyRow.number))
     visitor: Mapped[str]
-    external: Mapped[str | None]
+    external: Mapped[str]
     joined: Mapped[str]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime, timedelta
 from random import Random
@@ -17,12 +17,15 @@ from goalscope.envs.tables import nearest
 from goalscope.rounds_json import dumps
 from goalscope.store import Store
 from goalscope.study.assignment import assigned
-from goalscope.study.items import Item, chosen_episodes, item_of, item_of_check
-from goalscope.study.people import Answer, Participant, excluded
+from goalscope.study.items import Item, chosen_episodes, item_of
+from goalscope.study.people import Answer, Participant
 from goalscope.study.plan import BEST, Plan, plan_of
 from goalscope.types import ConflictError, InvalidInputError, Turn
 
 __all__ = ["Book", "Study"]
+
+HOLD = timedelta(hours=1)
+"""For how long the items of people who have not finished are kept for them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,12 +57,10 @@ class Book:
         Raises:
             InvalidInputError: Its name is taken, or its episodes cannot be rated.
         """
-        found, _ = chosen_episodes(self._store, plan)
-        items = [(info.id, item_of(self._store, info, plan)) for info in found]
-        rows = [ItemRow(view=dumps(asdict(item)), episode=id) for id, item in items]
-        for number, check in enumerate(plan.checks):
-            item = item_of_check(check, items[number % len(items)][1])
-            rows.append(ItemRow(view=dumps(asdict(item)), expected=check.rating))
+        rows = [
+            ItemRow(view=dumps(asdict(item_of(self._store, info, plan))), episode=info.id)
+            for info in chosen_episodes(self._store, plan)
+        ]
         with self._store.writing() as session:
             study = StudyRow(name=plan.name, created=_now(), plan=dumps(asdict(plan)))
             session.add(study)
@@ -116,17 +117,17 @@ class Book:
 
     def items(self, study: Study) -> dict[int, str]:
         """The episodes by their items' numbers."""
-        query = select(ItemRow).where(ItemRow.study == study.number, ItemRow.episode.is_not(None))
+        query = select(ItemRow).where(ItemRow.study == study.number)
         with self._store.reading() as session:
-            return {row.number: row.episode or "" for row in session.scalars(query)}
+            return {row.number: row.episode for row in session.scalars(query)}
 
     def participants(self, study: Study) -> list[Participant]:
         """All who have agreed, with their answers."""
         with self._store.reading() as session:
             return _participants(session, study)
 
-    def participant(self, study: Study, visitor: str, external: str | None) -> Participant | None:
-        """Who takes part in this browser, if they have agreed.
+    def participant(self, study: Study, visitor: str, external: str) -> Participant | None:
+        """Who takes part by a link with this id in this browser, if they have agreed.
 
         An id belongs to the browser in which its owner agreed: ids are no secrets, and another
         browser could be anybody's.
@@ -137,19 +138,12 @@ class Book:
         with self._store.reading() as session:
             return _participant(session, study, visitor, external)
 
-    def join(self, study: Study, visitor: str, external: str | None) -> Participant:
+    def join(self, study: Study, visitor: str, external: str) -> Participant:
         """Note that somebody agrees, and give them their items; who has agreed keeps theirs.
 
         Raises:
             ConflictError: As for `participant`; or nobody new can take part (see `over`).
-            InvalidInputError: They should have an id.
         """
-        plan = study.plan
-        if plan.id_required and external is None:
-            raise InvalidInputError(
-                f"The address of this page lacks your id ({plan.id_parameter}). Please open it as "
-                "you were told to."
-            )
         with self._store.writing() as session:
             now = session.get_one(StudyRow, study.number, with_for_update=True)
             there = _participant(session, study, visitor, external)
@@ -236,11 +230,15 @@ def _order(session: Session, study: Study) -> list[int]:
     if study.closed:
         return []
     plan, others = study.plan, _participants(session, study)
-    query = select(ItemRow).where(ItemRow.study == study.number).order_by("number")
-    items = session.scalars(query).all()
+    items = select(ItemRow.number).where(ItemRow.study == study.number).order_by("number")
+    ratings = dict.fromkeys(session.scalars(items), 0)
+    since = datetime.now(UTC) - HOLD
+    for each in others:
+        if each.finished or datetime.fromisoformat(each.joined) > since:
+            for answer in each.answers:
+                ratings[answer.item] += 1
     return assigned(
-        _ratings(study, [row.number for row in items if row.episode], others),
-        [row.number for row in items if not row.episode],
+        ratings,
         wanted=plan.ratings_per_item,
         share=plan.items_per_participant,
         rng=Random(f"{plan.seed}:{len(others)}"),
@@ -252,20 +250,16 @@ def _over(study: Study) -> str:
     return f"This study {why}, so nobody new can take part. Thank you for your interest."
 
 
-def _participant(
-    session: Session, study: Study, visitor: str, external: str | None
-) -> Participant | None:
+def _participant(session: Session, study: Study, visitor: str, external: str) -> Participant | None:
     row = ParticipantRow
-    same = row.visitor == visitor
-    if external is not None:
-        same = or_(same, row.external == external)
+    same = or_(row.visitor == visitor, row.external == external)
     found = session.scalars(select(row).where(row.study == study.number, same)).all()
     for each in found:
         if each.visitor != visitor:
             raise ConflictError(
                 "This study was begun with your id in another browser. Please go on there."
             )
-        if external not in (None, each.external):
+        if each.external != external:
             raise ConflictError("Somebody has taken part in this study with this browser already.")
     return _read(session, found)[0] if found else None
 
@@ -290,23 +284,6 @@ def _read(session: Session, rows: Sequence[ParticipantRow]) -> list[Participant]
     ]
 
 
-def _ratings(
-    study: Study, items: Iterable[int], participants: Sequence[Participant]
-) -> dict[int, int]:
-    """How many ratings each item has of people who count, or is about to have."""
-    counts = dict.fromkeys(items, 0)
-    since = datetime.now(UTC) - timedelta(minutes=study.plan.hold_minutes)
-    for each in participants:
-        if each.finished:
-            counted = not excluded(each, study.plan.exclusion)
-        else:
-            counted = datetime.fromisoformat(each.joined) > since
-        for answer in each.answers if counted else ():
-            if answer.item in counts:
-                counts[answer.item] += 1
-    return counts
-
-
 def _answer(
     session: Session, participant: Participant, place: int, *, lock: bool = False
 ) -> AnswerRow:
@@ -327,7 +304,6 @@ def _as_answer(row: AnswerRow, item: ItemRow) -> Answer:
         row.revision,
         row.opened,
         row.answered,
-        item.expected,
         item.episode,
     )
 

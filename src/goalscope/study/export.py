@@ -8,24 +8,23 @@ import io
 from goalscope.experiment.summary import inert
 from goalscope.store import Store
 from goalscope.study.book import Book, Study
-from goalscope.study.people import excluded
 
 __all__ = ["as_csv"]
 
 COLUMNS = (
-    "study", "participant", "external_id", "joined", "finished", "excluded", "place", "item",
-    "episode", "domain", "profile", "method", "state_score", "expected", "rating", "explanation",
-    "revision", "opened", "answered", "seconds",
+    "study", "participant", "external_id", "joined", "finished", "place", "item", "episode",
+    "domain", "profile", "method", "state_score", "rating", "explanation", "revision", "opened",
+    "answered", "seconds",
 )  # fmt: skip
 
 
 def as_csv(store: Store, study: Study, *, ids: bool = True) -> str:
-    """One line for each answer, those of people who do not count, too.
+    """One line for each answer, those of people who have not finished, too.
 
     Args:
         store: Holds the study.
         study: Which one.
-        ids: Whether the ids of recruiting services are told.
+        ids: Whether the ids in people's links are told.
     """
     book = Book(store)
     infos = {id: store.episode(id) for id in book.items(study).values()}
@@ -33,19 +32,13 @@ def as_csv(store: Store, study: Study, *, ids: bool = True) -> str:
     writer = csv.writer(file)
     writer.writerow(COLUMNS)
     for each in book.participants(study):
-        why = "; ".join(excluded(each, study.plan.exclusion)) if each.finished else ""
-        person = (each.number, each.external if ids else None, each.joined, each.finished, why)
+        person = (each.number, each.external if ids else None, each.joined, each.finished)
         for answer in each.answers:
-            info = infos.get(answer.episode or "")
-            about = (
-                (info.id, info.domain, info.profile, info.method, info.score)
-                if info
-                else (None,) * 5
-            )
+            info = infos[answer.episode]
             line = (
-                study.plan.name, *person, answer.place, answer.item, *about, answer.expected,
-                answer.rating, answer.explanation, answer.revision, answer.opened, answer.answered,
-                answer.seconds,
+                study.plan.name, *person, answer.place, answer.item, info.id, info.domain,
+                info.profile, info.method, info.score, answer.rating, answer.explanation,
+                answer.revision, answer.opened, answer.answered, answer.seconds,
             )  # fmt: skip
             writer.writerow([inert(cell) if isinstance(cell, str) else cell for cell in line])
     return file.getvalue()

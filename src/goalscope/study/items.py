@@ -10,10 +10,10 @@ from goalscope.domains import Domain, Settings, profile_named, settings_of
 from goalscope.episode import Round
 from goalscope.judge import possible_actions
 from goalscope.store import EpisodeInfo, Store
-from goalscope.study.plan import Check, Plan
-from goalscope.types import InvalidInputError, Profile, Turn, counted
+from goalscope.study.plan import Plan
+from goalscope.types import InvalidInputError, Profile, Turn
 
-__all__ = ["Item", "chosen_episodes", "item_of", "item_of_check"]
+__all__ = ["Item", "chosen_episodes", "item_of"]
 
 NOTHING = "The assistant has done nothing."
 DID, LEFT = "It did this, in this order:", "This is how things are in the end:"
@@ -38,51 +38,33 @@ class Item:
     transcript: tuple[Turn, ...] = ()
 
 
-def chosen_episodes(store: Store, plan: Plan) -> tuple[list[EpisodeInfo], int]:
-    """The episodes of the store that fit all that is named, in the order in which they began.
+def chosen_episodes(store: Store, plan: Plan) -> list[EpisodeInfo]:
+    """The episodes of the store that are rated, in the order in which they began.
 
-    And how many were left out since they were with real people, whom nobody can judge for without
-    the conversation.
+    A person is in only if each method has an episode with them, so that methods are compared, and
+    not people; a real one only if the conversation is shown, by which alone others can judge.
 
     Raises:
-        InvalidInputError: There are none, or one that is named cannot be rated.
+        InvalidInputError: There are none.
     """
-    selection = plan.episodes
-    if selection.ids:
-        found = [store.episode(id) for id in selection.ids]
-        for info in found:
-            if info.ended is None:
-                raise InvalidInputError(f"Episode {info.id} has not ended, so it cannot be rated.")
-            if info.domain not in get_args(Domain):
-                raise InvalidInputError(
-                    f"In episode {info.id} another program acted, so it cannot be rated."
-                )
-            if not (info.profile or plan.transcript):
-                raise InvalidInputError(
-                    f"Episode {info.id} was with a real person, who has no profile, so raters must "
-                    "see the conversation: set transcript = true, or leave it out of [episodes]."
-                )
-    else:
-        found = [info for info in store.episodes() if info.ended]
     found = [
         info
-        for info in {info.id: info for info in found}.values()
-        if selection.domain in ("", info.domain)
-        and info.domain in get_args(Domain)
-        and (not selection.methods or info.method in selection.methods)
-        and (not selection.profiles or info.profile in selection.profiles)
+        for info in store.episodes()
+        if info.ended
+        and info.domain in ([plan.domain] if plan.domain else get_args(Domain))
+        and (not plan.methods or info.method in plan.methods)
+        and (info.profile or plan.transcript)
     ]
-    rateable = [info for info in found if info.profile or plan.transcript]
-    left_out = len(found) - len(rateable)
-    if not rateable:
+    methods = plan.methods or {info.method for info in found}
+    served = [{info.profile for info in found if info.method == each} for each in methods]
+    people = set[str | None]().union(*served).intersection(*served)
+    if not people:
         raise InvalidInputError(
-            f"All that fit ({counted(left_out, 'episode')}) were with real people, who have no "
-            "profile, so raters must see the conversations: set transcript = true."
-            if left_out
-            else "No episode that has ended fits [episodes] of the study. `goalscope episodes` "
-            "lists them all."
+            "No person has an episode that has ended with each of the study's methods "
+            f"({', '.join(methods) or 'any'}). `goalscope episodes` lists all, and `goalscope run` "
+            "makes some; transcript = true takes in those of real people."
         )
-    return rateable, left_out
+    return [info for info in found if info.profile in people]
 
 
 def item_of(store: Store, info: EpisodeInfo, plan: Plan) -> Item:
@@ -115,10 +97,3 @@ def _house(settings: Settings, person: Profile | None, rounds: Sequence[Round]) 
     said = " ".join(round.turn.utterance for round in rounds)
     left = room_left(settings, person, rounds, person.description if person else said)
     return f"{DID}\n{done}\n{LEFT}\n{left}" if left else done
-
-
-def item_of_check(check: Check, like: Item) -> Item:
-    """The item of a check: another one, but for what the check says itself."""
-    said = check.conversation
-    turns = tuple(map(Turn, said[::2], said[1::2])) or like.transcript
-    return Item(like.task, like.possible, check.profile, check.outcome or like.outcome, turns)

@@ -27,8 +27,8 @@ from goalscope.stats import RESAMPLES, Interval, pooled_sd_of_mean
 from goalscope.store import EpisodeInfo, Store
 from goalscope.study.agreement import krippendorff_alpha
 from goalscope.study.book import Book, Study
-from goalscope.study.people import Participant, excluded
-from goalscope.study.plan import BEST, Plan
+from goalscope.study.people import Participant
+from goalscope.study.plan import BEST
 
 __all__ = ["study_tables"]
 
@@ -41,7 +41,7 @@ class Rated:
 
     Attributes:
         info: The episode.
-        ratings: Of the people who count, by their number.
+        ratings: Of the people who have finished, by their number.
         readings: By the evaluator's label.
     """
 
@@ -56,41 +56,32 @@ class Rated:
 
 
 def study_tables(store: Store, study: Study) -> list[Table]:
-    """How far a study is, who does not count, and the scores by method and by episode."""
+    """How far a study is, and the scores by method and by episode."""
     book = Book(store)
     people = book.participants(study)
-    reasons = {each.number: excluded(each, study.plan.exclusion) for each in people}
-    counted = [each for each in people if each.finished and not reasons[each.number]]
     rated = {id: Rated(store.episode(id)) for id in book.items(study).values()}
-    for each in counted:
-        for answer in each.answers:
-            if answer.episode is not None and answer.rating is not None:
+    for each in people:
+        for answer in each.answers if each.finished else ():
+            if answer.rating is not None:
                 rated[answer.episode].ratings[each.number] = answer.rating
     judges = _judged(store, rated)
     found = list(rated.values())
-    tables = [_progress(study, people, counted, found), _methods(study, found, judges)]
-    tables.append(_episodes(study, found, judges))
-    left_out = [each for each in people if each.finished and reasons[each.number]]
-    if left_out:
-        rows = tuple((each.number, "; ".join(reasons[each.number])) for each in left_out)
-        columns = ("participant", "why")
-        tables.insert(1, Table(*_titled(study, "excluded", "who does not count"), columns, rows))
-    return tables
+    return [
+        _progress(study, people, found),
+        _methods(study, found, judges),
+        _episodes(study, found, judges),
+    ]
 
 
 def _titled(study: Study, kind: str, what: str) -> tuple[str, str]:
     return f"study-{study.plan.name}-{kind}", f"Study {study.plan.name}: {what}"
 
 
-def _progress(
-    study: Study, people: Sequence[Participant], counted: Sequence[Participant], rated: list[Rated]
-) -> Table:
+def _progress(study: Study, people: Sequence[Participant], rated: Sequence[Rated]) -> Table:
     wanted = study.plan.ratings_per_item
-    finished = sum(each.finished for each in people)
-    rows: list[tuple[Entry, ...]] = [
+    rows: tuple[tuple[Entry, ...], ...] = (
         ("agreed to take part", len(people)),
-        ("finished", finished),
-        ("finished and do not count", finished - len(counted)),
+        ("finished", sum(each.finished for each in people)),
         ("ratings that count", sum(len(each.ratings) for each in rated)),
         ("episodes", len(rated)),
         (
@@ -101,26 +92,9 @@ def _progress(
             "Krippendorff's alpha, ordinal",
             krippendorff_alpha([[*each.ratings.values()] for each in rated]),
         ),
-    ]
-    rules = "; ".join(_rules(study.plan)) or "none"
-    notes = (
-        "Only ratings of people who finished and broke no rule count. The rules, stated "
-        f"beforehand: {rules}.",
     )
-    return Table(*_titled(study, "progress", "how far it is"), ("what", "value"), (*rows,), notes)
-
-
-def _rules(plan: Plan) -> Iterator[str]:
-    """What one is excluded for."""
-    rules = plan.exclusion
-    if rules.failed_checks and plan.checks:
-        yield f"failed checks, {rules.failed_checks} or more"
-    if rules.same_rating:
-        yield "the same rating everywhere"
-    if rules.same_explanation:
-        yield "the same explanation everywhere"
-    if rules.min_seconds:
-        yield f"a median of less than {rules.min_seconds} seconds an item"
+    notes = ("Only ratings of people who finished count.",)
+    return Table(*_titled(study, "progress", "how far it is"), ("what", "value"), rows, notes)
 
 
 def _methods(study: Study, rated: Sequence[Rated], judges: Sequence[str]) -> Table:

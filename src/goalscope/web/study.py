@@ -5,7 +5,7 @@ from __future__ import annotations
 import pathlib
 from typing import Annotated
 
-from fastapi import APIRouter, HTTPException, Path, Request
+from fastapi import APIRouter, Depends, HTTPException, Path, Query
 from fastapi.responses import FileResponse
 from pydantic import BaseModel, Field
 
@@ -40,20 +40,13 @@ class Given(Body):
     revision: int = Field(ge=1, le=1_000_000)
 
 
-class CompletionView(BaseModel):
-    """What proves that one has finished."""
-
-    code: str
-    url: str
-
-
 class Participation(BaseModel):
     """A study, and how far one has come in it.
 
     Attributes:
         over: Why nobody new can take part, in a sentence; empty where they can.
         answered: Whether each item has a rating; None for who has not agreed.
-        completion: Once all items have one.
+        thanks: What the page says once all items have one.
     """
 
     title: str
@@ -64,7 +57,7 @@ class Participation(BaseModel):
     min_explanation: int
     over: str
     answered: list[bool] | None
-    completion: CompletionView | None
+    thanks: str
 
 
 class AnswerView(BaseModel):
@@ -98,6 +91,18 @@ class ItemView(BaseModel):
     answer: AnswerView
 
 
+def _id(id: Annotated[str, Query(max_length=LONGEST)] = "") -> str:
+    """How a participant's link names them."""
+    if not id.strip():
+        raise HTTPException(
+            403, "This address lacks your id. Please open the link that you were given."
+        )
+    return id.strip()
+
+
+Id = Annotated[str, Depends(_id)]
+
+
 def study_router(store: Store) -> APIRouter:
     """The pages of the studies in a store."""
     router = APIRouter()
@@ -109,8 +114,8 @@ def study_router(store: Store) -> APIRouter:
         except InvalidInputError:
             raise HTTPException(404, "There is no such study.") from None
 
-    def joined(study: Study, request: Request, visitor: Guest) -> Participant:
-        there = book.participant(study, visitor.browser, _external(study, request))
+    def joined(study: Study, id: str, visitor: Guest) -> Participant:
+        there = book.participant(study, visitor.browser, id)
         if there is None:
             raise HTTPException(403, "Agree to take part first.")
         return there
@@ -125,22 +130,21 @@ def study_router(store: Store) -> APIRouter:
         return FileResponse(PAGE)
 
     @router.get("/api/studies/{name}")
-    def participation(name: str, request: Request, visitor: Guest) -> Participation:
+    def participation(name: str, id: Id, visitor: Guest) -> Participation:
         study = named(name)
-        there = book.participant(study, visitor.browser, _external(study, request))
+        there = book.participant(study, visitor.browser, id)
         return _view(study, there, over="" if there else book.over(study))
 
     @router.post("/api/studies/{name}/consent")
-    def consent(name: str, given: Consent, request: Request, visitor: Guest) -> Participation:
+    def consent(name: str, given: Consent, id: Id, visitor: Guest) -> Participation:
         study = named(name)
         if not given.agreed:
             raise InvalidInputError("Only who agrees can take part.")
-        there = book.join(study, visitor.browser, _external(study, request))
-        return _view(study, there)
+        return _view(study, book.join(study, visitor.browser, id))
 
     @router.get("/api/studies/{name}/items/{place}")
-    def item(name: str, place: Place, request: Request, visitor: Guest) -> ItemView:
-        found, answer = book.open(joined(named(name), request, visitor), place)
+    def item(name: str, place: Place, id: Id, visitor: Guest) -> ItemView:
+        found, answer = book.open(joined(named(name), id, visitor), place)
         return ItemView(
             task=found.task,
             possible=list(found.possible),
@@ -151,11 +155,9 @@ def study_router(store: Store) -> APIRouter:
         )
 
     @router.put("/api/studies/{name}/items/{place}")
-    def answer(
-        name: str, place: Place, given: Given, request: Request, visitor: Guest
-    ) -> AnswerView:
+    def answer(name: str, place: Place, given: Given, id: Id, visitor: Guest) -> AnswerView:
         study = named(name)
-        participant = joined(study, request, visitor)
+        participant = joined(study, id, visitor)
         text = given.explanation.encode("utf-8", "replace").decode().replace("\0", "").strip()
         if len("".join(text.split())) < study.plan.min_explanation:
             raise InvalidInputError(
@@ -167,15 +169,8 @@ def study_router(store: Store) -> APIRouter:
     return router
 
 
-def _external(study: Study, request: Request) -> str | None:
-    """How a recruiting service names the participant, as the page's own address does."""
-    return request.query_params.get(study.plan.id_parameter, "").strip()[:LONGEST] or None
-
-
 def _view(study: Study, participant: Participant | None, *, over: str = "") -> Participation:
     plan = study.plan
-    done = participant is not None and participant.finished
-    completion = CompletionView(code=plan.completion.code, url=plan.completion.url)
     return Participation(
         title=plan.title,
         consent=plan.consent,
@@ -185,5 +180,5 @@ def _view(study: Study, participant: Participant | None, *, over: str = "") -> P
         min_explanation=plan.min_explanation,
         over=over,
         answered=participant and [each.rating is not None for each in participant.answers],
-        completion=completion if done else None,
+        thanks=plan.thanks,
     )

@@ -1,4 +1,4 @@
-/** A study: consent, instructions, one question after the other, and the code at the end. */
+/** A study: consent, instructions, one question after the other, and thanks at the end. */
 
 import { h } from "./dom.js";
 import { statusView } from "./status.js";
@@ -275,18 +275,11 @@ function end() {
     page("Not quite done", h("p", {}, "These questions have no answer yet:"), h("ul", { class: "open" }, ...links));
     return;
   }
-  const { code, url } = study.completion;
   page(
     "Thank you",
     progress()[0],
     h("p", {}, "All your answers are saved."),
-    code && h("p", {}, "Your completion code is ", h("strong", { class: "code" }, code)),
-    url &&
-      h(
-        "div",
-        { class: "buttons" },
-        h("a", { class: "button primary large", href: url, rel: "noreferrer" }, "Finish and go back"),
-      ),
+    ...paragraphs(study.thanks),
     h("p", { class: "soft" }, h("a", { href: "#/1" }, "Look at your answers again"), ", and change them if you like."),
   );
 }

@@ -5,8 +5,7 @@
  * @typedef {{task: string, possible: string[], profile: string, outcome: string,
  *   transcript: {query: string, utterance: string}[], answer: Answer}} Item
  * @typedef {{title: string, consent: string, instructions: string, question: string,
- *   scale: string[], min_explanation: number, answered: ?boolean[],
- *   completion: ?{code: string, url: string}}} Study
+ *   scale: string[], min_explanation: number, answered: ?boolean[], thanks: string}} Study
  */
 
 const PATH = `/api/studies/${location.pathname.split("/")[2]}`;

@@ -22,8 +22,7 @@ def upgrade() -> None:
         sa.Column("number", sa.Integer, primary_key=True),
         sa.Column("study", sa.Integer, sa.ForeignKey("studies.number"), nullable=False, index=True),
         sa.Column("view", sa.Text, nullable=False),
-        sa.Column("episode", sa.Text),
-        sa.Column("expected", sa.Integer),
+        sa.Column("episode", sa.Text, nullable=False),
         sqlite_strict=True,
     )
     op.create_table(
@@ -31,7 +30,7 @@ def upgrade() -> None:
         sa.Column("number", sa.Integer, primary_key=True),
         sa.Column("study", sa.Integer, sa.ForeignKey("studies.number"), nullable=False),
         sa.Column("visitor", sa.Text, nullable=False),
-        sa.Column("external", sa.Text),
+        sa.Column("external", sa.Text, nullable=False),
         sa.Column("joined", sa.Text, nullable=False),
         sa.UniqueConstraint("study", "visitor", name="study_participants_visitor_uq"),
         sa.UniqueConstraint("study", "external", name="study_participants_external_uq"),
