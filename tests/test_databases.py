@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import os
+import sqlite3
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from threading import Barrier, Event
 
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.config import Config
 from alembic.migration import MigrationContext
+from alembic.operations import Operations
 from alembic.script import ScriptDirectory
 from sqlalchemy import text
 
@@ -190,7 +193,7 @@ def test_of_threads_that_open_a_new_store_at_once_none_fails(database, request, 
             assert len(store.episodes()) == 6
 
 
-def test_the_revisions_make_the_tables_that_are_mapped(place):
+def test_the_revision_makes_the_tables_that_are_mapped(place):
     config = Config()
     config.set_main_option("script_location", "goalscope.database:migrations")
     assert ScriptDirectory.from_config(config).get_current_head() == REVISION
@@ -207,6 +210,29 @@ def test_a_store_that_is_up_to_date_opens_without_alembic(place):
     code += "assert 'alembic' not in sys.modules"
     env = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     subprocess.run([sys.executable, "-c", code, place], check=True, env=env)
+
+
+def test_tables_that_could_not_be_made_are_made_at_the_next_opening(place, monkeypatch):
+    made, make = [], Operations.create_table
+
+    def fails(self, name, *columns, **more):
+        if len(made) == 4:
+            raise GoalscopeError("The lights went out.")
+        made.append(name)
+        return make(self, name, *columns, **more)
+
+    monkeypatch.setattr(Operations, "create_table", fails)
+    with pytest.raises(GoalscopeError, match="lights"):
+        Store.open(place)
+    monkeypatch.undo()
+    assert len(made) == 4
+    if "://" not in place:
+        with closing(sqlite3.connect(place)) as file:
+            assert list(file.iterdump()) == ["BEGIN TRANSACTION;", "COMMIT;"]
+            assert file.execute("PRAGMA application_id").fetchone() == (0,)
+    with Store.open(place) as store:
+        id = store.begin(**EPISODE)
+        assert [each.id for each in store.episodes()] == [id]
 
 
 def test_a_newer_revision_is_refused(place):

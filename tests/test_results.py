@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import random
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
@@ -15,13 +14,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from goalscope.database.legacy import MIGRATIONS
-from goalscope.database.opening import APPLICATION, LEGACY
 from goalscope.experiment.results import Results, cell_key
 from goalscope.rounds_json import round_to_json
 from goalscope.store import Store
 from goalscope.types import GoalscopeError, InvalidInputError
-from test_store import EPISODE, a_round, pragma, values_of, with_connection
+from test_store import EPISODE, a_round, values_of
 
 CODE = {"code": "aaa", "prompts": "bbb", "model tiny": "ccc"}
 json_values = st.recursive(
@@ -147,34 +144,6 @@ def test_a_later_plan_with_the_same_settings_takes_the_place_of_the_earlier(resu
     results.ask_for(results.plan([spec(2, 0), spec(3, 0)]))
     asked = [(cell.spec["row"], cell.spec["seed"]) for cell in results.asked_for()]
     assert asked == [(2, 0), (1, 7), (3, 0)]
-
-
-def test_a_file_of_the_first_version_is_brought_up_to_date_and_keeps_its_episodes(tmp_path):
-    file = tmp_path / "old.db"
-    connection = sqlite3.connect(file)
-    connection.executescript(MIGRATIONS[0])
-    connection.execute(
-        "INSERT INTO episodes VALUES ('abc', '2026', 'grocery', NULL, 'good', 'm', 'Sell.', '{}',"
-        " NULL, NULL)"
-    )
-    connection.execute("INSERT INTO rounds VALUES ('abc', 1, ?)", [round_to_json(a_round())])
-    connection.execute(f"PRAGMA application_id = {APPLICATION}")
-    connection.execute("PRAGMA user_version = 1")
-    connection.commit()
-    connection.close()
-    for _ in range(2):
-        with Results.open(file) as results:
-            assert values_of(results.rounds("abc")[0]) == values_of(a_round())
-            assert len(results.plan([{"a": 1}])) == len(results.cells()) == 1
-            with results.reading() as session:
-                assert pragma(session, "user_version") == LEGACY + 1 == len(MIGRATIONS) + 1
-
-
-def test_a_file_of_a_newer_version_is_refused(tmp_path):
-    Results.open(tmp_path / "new.db").close()
-    with_connection(tmp_path / "new.db", f"PRAGMA user_version = {LEGACY + 2}")
-    with pytest.raises(GoalscopeError, match="Update goalscope"):
-        Results.open(tmp_path / "new.db")
 
 
 KEEPER = """

@@ -18,7 +18,7 @@ from hypothesis.extra import numpy as hnp
 
 from goalscope.belief import Belief
 from goalscope.calibration import Calibration
-from goalscope.database.opening import LEGACY, default_place
+from goalscope.database.opening import default_place
 from goalscope.episode import Round
 from goalscope.rounds_json import round_from_json, round_to_json
 from goalscope.store import Store
@@ -215,13 +215,6 @@ def test_a_round_is_never_overwritten(place):
         assert store.rounds(id)[0].status == "Basket: 2 x Milk"
 
 
-def test_a_newer_version_is_refused(tmp_path):
-    Store.open(tmp_path / "s.db").close()
-    with_connection(tmp_path / "s.db", f"PRAGMA user_version = {LEGACY + 2}")
-    with pytest.raises(GoalscopeError, match="Update goalscope"):
-        Store.open(tmp_path / "s.db")
-
-
 def test_another_programs_file_is_left_alone(tmp_path):
     with_connection(tmp_path / "s.db", "CREATE TABLE theirs (x)")
     before = (tmp_path / "s.db").read_bytes()
@@ -270,6 +263,17 @@ def test_a_damaged_round_is_explained(tmp_path):
     with_connection(tmp_path / "s.db", "UPDATE rounds SET json = '{}'")
     with Store.open(tmp_path / "s.db") as store, pytest.raises(GoalscopeError, match=id):
         store.rounds(id)
+
+
+def test_a_damaged_round_harms_no_other_episode(tmp_path):
+    with Store.open(tmp_path / "s.db") as store:
+        damaged, whole = (store.begin(**EPISODE) for _ in range(2))
+        for id in (damaged, whole):
+            store.append(id, a_round(1))
+    with_connection(tmp_path / "s.db", f"UPDATE rounds SET json = '{{' WHERE episode = '{damaged}'")
+    with Store.open(tmp_path / "s.db") as store:
+        assert [each.rounds for each in store.episodes()] == [1, 1]
+        assert values_of(store.rounds(whole)[0]) == values_of(a_round(1))
 
 
 def test_the_environment_variable_names_the_file(tmp_path, monkeypatch):

@@ -81,7 +81,7 @@ def belief_from_json(data: Mapping[str, Any]) -> Belief:
         table.reshape(len(data["log_likelihood"]), len(goals)),
         calibration_from_json(data["calibration"]),
         tuple((turns, Goal(text)) for turns, text in data["pinned"]),
-        tuple(map(Goal, data.get("ruled_out", ()))),
+        tuple(map(Goal, data["ruled_out"])),
     )
 
 
@@ -95,13 +95,13 @@ def round_from_json(text: str) -> Round:
         number=data["number"],
         turn=Turn(**data["turn"]),
         belief=belief,
-        reading=_reading_from(reading) if (reading := data.get("reading")) else None,
+        reading=_reading_from(reading) if (reading := data["reading"]) else None,
         changes=tuple(
             GoalChange(
                 change["kind"],
                 Goal(**change["goal"]),
                 change["reason"],
-                final=change.get("final", change["reason"].startswith(("unsafe", "irrelevant"))),
+                change["final"],
             )
             for change in data["changes"]
         ),
@@ -111,7 +111,7 @@ def round_from_json(text: str) -> Round:
                 result["ok"],
                 result["observation"],
                 result["terminated"],
-                result.get("irreversible", False),
+                result["irreversible"],
             )
             for result in data["results"]
         ),
@@ -119,12 +119,12 @@ def round_from_json(text: str) -> Round:
         status=data["status"],
         notes=tuple(data["notes"]),
         terminated=data["terminated"],
-        question=data.get("question", ""),
-        pending=_orders_from(data.get("pending", ())),
-        released=_orders_from(data.get("released", ())),
-        state=data.get("state", ""),
-        takes_back=tuple(data.get("takes_back", ())),
-        reversals=data.get("reversals", 0),
+        question=data["question"],
+        pending=_orders_from(data["pending"]),
+        released=_orders_from(data["released"]),
+        state=data["state"],
+        takes_back=tuple(data["takes_back"]),
+        reversals=data["reversals"],
     )
 
 

@@ -24,8 +24,6 @@ from goalscope.types import GoalscopeError, InvalidInputError
 __all__ = ["WRITING", "default_place", "opened"]
 
 APPLICATION = 0x474F4144  # "GOAD": marks a file as an episode store
-LEGACY = 4
-"""The last version of SQLite files before Alembic's revisions."""
 WAIT = 10
 """Seconds until a locked database is given up."""
 MOUNTS = Path("/proc/self/mounts")
@@ -142,21 +140,13 @@ def _journal(connection: sqlite3.Connection) -> str:
 
 
 def _refuse_others(connection: sqlite3.Connection, name: Path) -> None:
-    """Refuse another program's file, and a newer goalscope's."""
+    """Refuse another program's file."""
     connection.execute("BEGIN")  # a snapshot
-    application, version, tables = (
-        connection.execute(statement).fetchone()[0]
-        for statement in (
-            "PRAGMA application_id",
-            "PRAGMA user_version",
-            "SELECT count(*) FROM sqlite_master",
-        )
-    )
+    (application,) = connection.execute("PRAGMA application_id").fetchone()
+    (tables,) = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
     connection.execute("COMMIT")
     if tables and application != APPLICATION:
         raise InvalidInputError(f"{name} is another program's file. Name another one.")
-    if tables and version > LEGACY + 1:
-        raise _newer(name)
 
 
 def _address(text: str) -> URL:
@@ -214,7 +204,10 @@ def _revision(connection: Connection, name: str) -> str:
     version = table_named(VERSION_TABLE, column_named("version_num"))
     revision: str = connection.scalar(select(version.c.version_num)) or ""
     if revision > REVISION:
-        raise _newer(name)
+        raise GoalscopeError(
+            f"A newer goalscope made the episode store {name}. Update goalscope, or name another "
+            "store with --store."
+        )
     return revision
 
 
@@ -232,22 +225,9 @@ def _migrate(connection: Connection) -> None:
     from alembic import command  # takes longer to import than all the rest
     from alembic.config import Config
 
-    from goalscope.database.legacy import bring_over
-
     config = Config()
     config.set_main_option("script_location", "goalscope.database:migrations")
     config.attributes["connection"] = connection
     if connection.dialect.name == "sqlite":
-        version: int = connection.exec_driver_sql("PRAGMA user_version").scalar_one()
-        if 1 <= version <= LEGACY:
-            bring_over(connection, version, lambda: command.upgrade(config, "0002"))
         connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION}")
-        connection.exec_driver_sql(f"PRAGMA user_version = {LEGACY + 1}")
     command.upgrade(config, "head")
-
-
-def _newer(name: str | Path) -> GoalscopeError:
-    return GoalscopeError(
-        f"A newer goalscope made the episode store {name}. Update goalscope, or name another store "
-        "with --store."
-    )

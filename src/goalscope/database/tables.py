@@ -36,7 +36,7 @@ __all__ = [
     "Words",
 ]
 
-REVISION = "0004"
+REVISION = "0001"
 """The newest of migrations/versions. Their ids have four digits, and grow."""
 VERSION_TABLE = "goalscope_version"
 """Name of the table in which Alembic notes the revision."""
