@@ -111,7 +111,7 @@ class Search:
         return " ".join(mended(singulars(phrase), self._holding))
 
     def pruned(self, phrase: str) -> str:
-        """`phrase` without words that tell nothing of a thing: "real parmesan", "salt n vinegar"."""
+        """`phrase` without words that name nothing: "real parmesan", "salt n vinegar"."""
         said = singulars(phrase)
         empty = {word for word in said if len(word) <= 2 and word not in self._holding}
         return " ".join(word for word in said if word not in empty | _EMPTY)
