@@ -151,7 +151,7 @@ def chat(
                 before = round.belief
             if session.corrections and session.belief:
                 show_belief(out, session.belief, before)
-            draw = _drawing(out, env, picture)
+            draw = _drawing(env, picture)
             try:
                 with _resumable(session), busy:
                     for round in session.run():
@@ -245,7 +245,7 @@ def run(
                 session = Session(episodes, settings, env, engine, profile=person.name)
                 file = picture and picture.with_stem(f"{picture.stem}-{person.name}")
                 file = picture if len(people) == 1 else file
-                draw = _drawing(console(), env, file, quiet=as_json or len(people) > 1)
+                draw = _drawing(env, file)
                 infos.append(_run_one(session, draw, quiet=as_json, brief=len(people) > 1))
             if as_json and len(people) > 1:
                 typer.echo(f"{len(infos)} of {len(people)}: {person.name}", err=True)
@@ -361,26 +361,20 @@ def _refuse_others(context: typer.Context, info: EpisodeInfo) -> None:
         )
 
 
-def _drawing(
-    out: Console, env: Environment, file: Path | None, *, quiet: bool = False
-) -> Callable[[], None]:
-    """A function that draws the house's room as it now is; for another domain it does nothing."""
+def _drawing(env: Environment, file: Path | None) -> Callable[[], None]:
+    """A function that draws the house's room as it now is; without a file it does nothing."""
     from goalscope.envs.house import HomeRobot
 
-    if not isinstance(env, HomeRobot):
+    if file is None or not isinstance(env, HomeRobot):
         return lambda: None
     from goalscope.envs.house.picture.svg import svg_picture
-    from goalscope.envs.house.picture.terminal import terminal_picture
 
-    seen, drawn = [env.metadata], [""]
+    seen = env.metadata
 
     def draw() -> None:
-        state = env.fingerprint()
-        if not quiet and state != drawn[0]:
-            out.print(terminal_picture(env.metadata, seen[0], env.names))
-        if file is not None:
-            file.write_text(svg_picture(env.metadata, seen[0], env.names), encoding="utf-8")
-        seen[0], drawn[0] = env.metadata, state
+        nonlocal seen
+        file.write_text(svg_picture(env.metadata, seen, env.names), encoding="utf-8")
+        seen = env.metadata
 
     return draw
 

@@ -50,14 +50,14 @@ def show(
     scene: Annotated[str, typer.Argument(help="Name of a room, or its file.")],
     svg: Annotated[Path | None, typer.Option(help="Draw it into this file instead.")] = None,
 ) -> None:
-    """Draw a room from above, with what is in it."""
-    from goalscope.envs.house.picture.svg import svg_picture
-    from goalscope.envs.house.picture.terminal import terminal_picture
+    """Tell what is in a room, or draw it from above."""
+    from goalscope.envs.house.picture.floor_plan import floor_plan
+    from goalscope.envs.house.picture.svg import svg_picture, told
     from goalscope.envs.house.simulator.controller import HouseController
 
     metadata = HouseController(scene).last_event.metadata
     if svg is None:
-        console().print(terminal_picture(metadata))
+        console().print(told(floor_plan(metadata)))
         return
     try:
         svg.write_text(svg_picture(metadata), encoding="utf-8")

@@ -1,1 +1,1 @@
-"""A room from above, in a terminal or as an SVG."""
+"""A room from above, as an SVG."""

@@ -1,4 +1,4 @@
-"""What is where in a room, seen from above, and what changed: the facts that its pictures draw."""
+"""What is where in a room, seen from above, and what changed: the facts that its picture draws."""
 
 from __future__ import annotations
 
@@ -68,13 +68,9 @@ class Piece:
             pieces hang; all else is a thing.
         parts: Footprint as polygons, in (x, z) metres.
         at: Its middle, or `None` where it has no place.
-        height: Of its top, in m.
         marks: Names from `MARKS`; "filled" is followed by nothing, the liquid is in `liquid`.
         liquid: What it is filled with.
         parent: Id of what it is in or on, or "".
-        receptacle: Whether things go in or on it.
-        openable: Whether it opens.
-        pickupable: Whether it can be carried.
         held: Whether the robot holds it.
         hidden: Whether it is inside something closed.
         changed: Whether it is not as it was in the previous round.
@@ -85,13 +81,9 @@ class Piece:
     kind: Kind
     parts: tuple[tuple[Point, ...], ...]
     at: Point | None
-    height: float
     marks: tuple[str, ...]
     liquid: str
     parent: str
-    receptacle: bool
-    openable: bool
-    pickupable: bool
     held: bool
     hidden: bool
     changed: bool
@@ -203,14 +195,10 @@ def floor_plan(
                 kind=kind,
                 parts=parts if outline else (),
                 at=at,
-                height=max((corner[1] for corner in corners_of(each)), default=0.0),
                 marks=_marks(each),
                 liquid=clean(each.get("fillLiquid")),
                 parent="" if key in held or _type(by_id.get(parents[key])) == "Floor"
                 else parents[key],
-                receptacle=each.get("receptacle") is True,
-                openable=each.get("openable") is True,
-                pickupable=each.get("pickupable") is True,
                 held=key in held,
                 hidden=_is_hidden(key, by_id, parents),
                 changed=key in changed,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,9 +13,9 @@ from typing import Any
 from goalscope.envs.house.picture.floor_plan import Piece, Plan, floor_plan
 from goalscope.envs.house.picture.footprints import Box, Point, area, middle_of
 from goalscope.envs.house.picture.style import LEGEND, style
-from goalscope.envs.house.picture.terminal import numbered, ranges
+from goalscope.types import counted
 
-__all__ = ["svg_picture"]
+__all__ = ["svg_picture", "told"]
 
 WIDTH, HEIGHT = 480.0, 520.0  # of the map, at most
 MARGIN, TOP = 16.0, 56.0
@@ -53,7 +54,7 @@ class _Mark:
 
     @property
     def text(self) -> str:
-        names = ", ".join(ranges(piece.name for piece in self.pieces))
+        names = ", ".join(_ranges(piece.name for piece in self.pieces))
         return names + self.pieces[0].described.removeprefix(self.pieces[0].name)
 
 
@@ -81,7 +82,7 @@ class _Drawing:
             },
         )
         self._add("title", {"id": "title"}, f"{plan.name or 'A room'} from above")
-        self._add("desc", {"id": "desc"}, _told(plan))
+        self._add("desc", {"id": "desc"}, told(plan))
         self._add("style", {}, style())
         self._add("rect", {"class": "paper", "width": "100%", "height": "100%"})
         self._heading()
@@ -291,6 +292,8 @@ class _Drawing:
                 notes.append(f"In {piece.name}: {', '.join(_listed(hidden))}.")
         if others:
             notes.append(f"No room on the map for: {', '.join(mark.text for mark in others)}.")
+        if self.plan.left_out:
+            notes.append(f"Too many to show: {counted(self.plan.left_out, 'more object')}.")
         lines = [line for note in notes for line in wrap(note, self._fits(self.width))[:3]]
         for line in lines:
             self._text("soft", line, (MARGIN, y + 4))
@@ -315,21 +318,41 @@ def _alike(one: Piece, other: Piece) -> bool:
     """Whether one number may stand for both: two apples on a table, say."""
 
     def kind(piece: Piece) -> tuple[object, ...]:
-        return numbered(piece.name)[0], piece.kind, piece.parent, piece.shown_marks, piece.changed
+        return _numbered(piece.name)[0], piece.kind, piece.parent, piece.shown_marks, piece.changed
 
     return kind(one) == kind(other)
 
 
 def _listed(pieces: Sequence[Piece]) -> list[str]:
     plain = [piece.name for piece in pieces if not piece.marks]
-    return [*ranges(plain), *(piece.described for piece in pieces if piece.marks)]
+    return [*_ranges(plain), *(piece.described for piece in pieces if piece.marks)]
+
+
+def _numbered(name: str) -> tuple[str, int]:
+    """A name without its number, and that: 0 where it has none."""
+    found = re.fullmatch(r"(.*) ([0-9]{1,6})", name)
+    return (found[1], int(found[2])) if found else (name, 0)
+
+
+def _ranges(names: Iterable[str]) -> list[str]:
+    """Names with runs of numbers in one: "drawer 1-4"."""
+    runs: list[tuple[str, int, int]] = []
+    for name, number in sorted(map(_numbered, names)):
+        if runs and number and runs[-1][0] == name and runs[-1][2] == number - 1:
+            runs[-1] = (name, runs[-1][1], number)
+        else:
+            runs.append((name, number, number))
+    return [
+        name + (f" {first}" if first else "") + (f"-{last}" if last > first else "")
+        for name, first, last in runs
+    ]
 
 
 def _cut(text: str, most: int) -> str:
     return text if len(text) <= most else text[: max(most - 3, 0)] + "..."
 
 
-def _told(plan: Plan) -> str:
+def told(plan: Plan) -> str:
     """The picture in words."""
     furniture = [piece.described for piece in plan.pieces if piece.kind == "furniture"]
     things = [piece.described for piece in plan.pieces if piece.kind == "thing" and not piece.held]
