@@ -86,7 +86,7 @@ bench: torch  ## speed of a belief update beside other ways, as ratios in one ru
 
 results: $(READY) $(ADAPTERS)  ## every experiment, which takes hours and goes on where it stopped; like `adapter`
 	@failed=0; for each in experiments/*.toml; do $(BIN)/goalscope experiment run $$each || failed=1; done; \
-		$(BIN)/goalscope report results --markdown docs/results.md && exit $$failed
+		$(BIN)/goalscope report results --out docs/results.md && exit $$failed
 
 # The first set-up compiles the inference engine, which takes some minutes.
 $(READY): requirements.lock pyproject.toml

@@ -243,10 +243,8 @@ def measured(folder: Path) -> tuple[dict[str, Any], list[Any]]:
                     round_to_json(each) for each in results.rounds(found["episode"])
                 ]
             cells[cell.key] = (cell.spec, {k: v for k, v in found.items() if k != "seconds"})
-        tables = [table.to_dict() for table in tables_of(results)]
-        tables += [table.to_dict() for table in first_attempts(results)]
-    for table in tables:
-        table["command"] = ""
+        asked = results.asked_for()
+        tables = [each.to_dict() for each in (*tables_of(asked), *first_attempts(asked))]
     return cells, tables
 
 

@@ -181,7 +181,7 @@ def cell(id: str, group: str, evidence: str, forgetting: float = 0.0):
 
 def changes_table(*cells: tuple[dict, dict]) -> Table:
     (found,) = read_changes(cells)
-    return found.table(command="make")
+    return found.table()
 
 
 FIRST = "first goal leads, rounds 1-2"
@@ -202,7 +202,7 @@ def test_followed_is_that_the_second_goal_has_led_by_then() -> None:
     assert shares(table, "goalscope, without both") == [0, 0.5, 0.5, 0.75, 0.5]
     assert shares(table, "goalscope, told of the change") == [0.5, 0.5, 0.5, None, None]
     assert column(table, "n") == [2] * len(table.rows)
-    assert (table.name, table.command) == ("changes-teach-valid-small", "make")
+    assert table.name == "changes-teach-valid-small"
     title = "A change of mind at round 3: teach, valid, 3 random goals each, small, 2 dialogues"
     assert table.title == title
 

@@ -20,7 +20,7 @@ def test_on_the_command_line(tmp_path, monkeypatch):
     assert invoke("study", "example").stdout == EXAMPLE.read_text()
     assert "already" in fails(2, "study", "new", str(EXAMPLE))
     (table,) = json.loads(invoke("study", "list", "--json").stdout)
-    assert table["rows"][0][0] == "grocery"
+    assert table["rows"][0]["name"] == "grocery"
     assert "did you mean 'grocery'" in fails(2, "study", "show", "grocer")
     names = [
         each["name"] for each in json.loads(invoke("study", "show", "grocery", "--json").stdout)
@@ -52,7 +52,7 @@ def test_a_study_is_closed_and_deleted(tmp_path, monkeypatch):
     assert "no study" in fails(2, "study", "close", "grocer")
     assert "grocery is closed" in invoke("study", "close", "grocery").stdout
     (table,) = json.loads(invoke("study", "list", "--json").stdout)
-    row = dict(zip(table["columns"], table["rows"][0], strict=True))
+    (row,) = table["rows"]
     assert row["closed"] > row["made"]
     assert invoke("study", "delete", "grocery", input="n\n").exit_code == 1
     assert json.loads(invoke("study", "list", "--json").stdout)[0]["rows"]

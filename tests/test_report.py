@@ -1,14 +1,13 @@
-"""The report: a page that stands by itself, figures and tables beside it; nothing in it acts."""
+"""The report: Markdown with figures and tables beside it; nothing in it acts."""
 
 import json
 import re
 import sqlite3
 from dataclasses import asdict
-from html.parser import HTMLParser
 from pathlib import Path
+from urllib.parse import unquote
 from xml.dom import minidom
 
-import numpy as np
 import pytest
 from typer import Typer
 from typer.testing import CliRunner
@@ -20,12 +19,12 @@ from goalscope.episode import Round
 from goalscope.experiment.predictors import PREDICTORS, SEEN, UNIFORM
 from goalscope.experiment.results import Results, cell_key
 from goalscope.experiment.summary_dialogues import read_dialogues
-from goalscope.report import read_report, write_markdown, write_report
-from goalscope.report.drawing import clean, draw
-from goalscope.report.figures import accuracy_figure, belief_figure
+from goalscope.report import read_report, write_report
+from goalscope.report.drawing import draw
+from goalscope.report.figures import accuracy_figure
 from goalscope.rounds_json import round_to_json
 from goalscope.store import Store
-from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError, Turn
+from goalscope.types import Goal, GoalscopeError, InvalidInputError, Turn
 from test_changes import cell as change
 from test_summary_dialogues import SURE
 from test_summary_dialogues import dialogue as measured
@@ -118,63 +117,32 @@ def files(out: Path) -> dict[str, bytes]:
     }
 
 
-class Tags(HTMLParser):
-    """What elements there are, and the attributes of each."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.found: list[tuple[str, dict[str, str | None]]] = []
-        self.feed(text)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.found.append((tag, dict(attrs)))
-
-
-def test_the_page_acts_not_and_asks_for_nothing(folder: Path, tmp_path: Path) -> None:
-    page = write_report(read_report(folder), tmp_path / "out").read_text(encoding="utf-8")
-    tags = Tags(page).found
-    assert {"script", "iframe", "object", "img", "link", "form"}.isdisjoint(t for t, _ in tags)
-    for tag, attributes in tags:
-        assert not any(name.startswith("on") for name in attributes)
-        for name in ("href", "xlink:href", "src"):
-            assert re.match(r"#|figures/|tables/|$", attributes.get(name) or "")
-        if tag == "meta" and attributes.get("http-equiv"):
-            assert attributes["content"].startswith("default-src 'none'; style-src 'unsafe-inline'")
-    assert "@import" not in page
-    assert not re.search(r"url\((?!#)", page)
-    assert "&lt;script&gt;alert(1)" in page
-    assert "{{ 7*7 }}" in page
-    assert not set(page) & set("\x1b\u202e\uffff\ud800")
-
-
-def test_every_id_is_there_once_and_every_reference_leads_somewhere(
-    folder: Path, tmp_path: Path
-) -> None:
-    out = tmp_path / "out"
-    page = write_report(read_report(folder), out).read_text(encoding="utf-8")
-    tags = Tags(page).found
-    ids = [attributes["id"] for _, attributes in tags if "id" in attributes]
-    assert len(ids) == len(set(ids))
-    for _, attributes in tags:
-        target = attributes.get("href") or attributes.get("xlink:href") or "report.html"
-        assert target[1:] in ids if target.startswith("#") else (out / target).is_file()
-    assert set(re.findall(r"url\(#([^)]*)\)", page)) <= set(ids)
+def test_nothing_in_a_report_acts_or_asks_for_anything(folder: Path, tmp_path: Path) -> None:
+    write_report(read_report(folder), tmp_path / "out.md")
+    pages = [tmp_path / "out.md", *(tmp_path / "out").glob("*.md")]
+    text = "".join(page.read_text(encoding="utf-8") for page in pages)
+    assert "&lt;script&gt;alert(1)" in text
+    assert not set(text) & set("<\x1b\u202e\ud800")
+    for page in pages:
+        for target in re.findall(r"(?<!\\)\]\(([^)]*)\)", page.read_text(encoding="utf-8")):
+            assert (page.parent / unquote(target)).is_file(), target
+    pictures = [*(tmp_path / "out" / "figures").glob("*.svg")]
+    assert pictures
+    for file in pictures:
+        every = minidom.parseString(file.read_bytes()).getElementsByTagName("*")
+        assert {"script", "image", "foreignObject", "a"}.isdisjoint(e.nodeName for e in every)
+        found = [item for each in every for item in each.attributes.items()]
+        assert not [name for name, _ in found if name.startswith("on")]
+        assert all(value[0] == "#" for name, value in found if name.endswith("href"))
+        assert not re.search(r"url\((?!#)|@import", file.read_text(encoding="utf-8"))
 
 
 def test_the_same_results_give_the_same_bytes(folder: Path, tmp_path: Path) -> None:
     for out in ("one", "two"):
-        write_report(read_report(folder), tmp_path / out)
+        write_report(read_report(folder), tmp_path / out / "report.md")
     one, two = files(tmp_path / "one"), files(tmp_path / "two")
     assert one == two
-    names = {Path(name).parts[0] for name in one}
-    assert names == {"report.html", "figures", "tables"}
-    for name in one:
-        if name.endswith(".svg"):
-            assert str(Path(name).with_suffix(".png")) in one
-            minidom.parseString(one[name])
-    assert {n[:-4] for n in one if n.endswith(".csv")} == {
-        n[:-4] for n in one if n.endswith(".tex")
-    }
+    assert {Path(name).suffix for name in one} == {".md", ".svg", ".csv"}
 
 
 def test_all_ways_to_infer_have_a_line_but_goals_told_apart_have_none() -> None:
@@ -182,10 +150,10 @@ def test_all_ways_to_infer_have_a_line_but_goals_told_apart_have_none() -> None:
     answer = {"outright": [{"goal": 0, "sure": 1.0}], **likeness, "role-play": [SURE]}
     cells = [measured(n, 0, 1, seen=n % 2 == 0, **answer) for n in range(6)]
     (found,) = read_dialogues(cells)
-    assert {*PREDICTORS} == {predictor for predictor, _ in found.outcomes}
-    figure = accuracy_figure("x", found)
+    assert {*PREDICTORS} == {predictor for predictor, _ in found.beliefs}
+    figure = accuracy_figure(found)
     assert figure is not None
-    drawn = {name for name in PREDICTORS if f">{name}</text>" in figure.drawing.svg}
+    drawn = {name for name in PREDICTORS if f">{name}</text>" in figure.svg}
     assert drawn == {*PREDICTORS} - {*SEEN.values(), UNIFORM}
 
 
@@ -193,9 +161,10 @@ def test_all_ways_to_infer_have_a_line_but_goals_told_apart_have_none() -> None:
 def test_chance_goes_across_the_figure_and_the_last_turn_stands_apart(turns: int) -> None:
     lengths = [1, *[turns] * 5]
     cells = [measured(n, 0, t, **{"role-play": [SURE] * t}) for n, t in enumerate(lengths)]
-    figure = accuracy_figure("x", *read_dialogues(cells))
+    (found,) = read_dialogues(cells)
+    figure = accuracy_figure(found)
     assert figure is not None
-    svg = figure.drawing.svg
+    svg = figure.svg
     assert (">last</text>" in svg) is (turns > 1)
     assert svg.count(">n = 6</text>") == (1 if turns == 1 else 2)  # turns 2 and 3 have 5
     (chance,) = re.findall(r'<path d="([^"]*)" clip-path[^>]*dasharray: 1\.2,', svg)
@@ -205,89 +174,27 @@ def test_chance_goes_across_the_figure_and_the_last_turn_stands_apart(turns: int
 
 def test_the_figures_of_each_kind_are_there(folder: Path) -> None:
     found = {section.name: section for section in read_report(folder).sections}
-    assert [f.name.split("-")[1] for f in found["talk"].figures] == ["turns", "calibration"]
-    assert [f.name for f in found["mcq"].figures] == ["mcq-accuracy"]
-    people = found["people"].figures
-    assert [f.name.split("-")[1] for f in people] == ["methods", "belief", "belief"]
-    methods, *beliefs = people
-    assert "judge's score" in methods.drawing.svg
-    assert "pooled SD of the mean" in methods.caption
-    assert "95 %" in methods.caption
-    assert [bool(f.group) for f in people] == [False, True, True]
-    assert all("3 rounds, 3 goals" in f.caption for f in beliefs)
-    talk = " ".join(f.caption for f in found["talk"].figures)
-    assert "n = 6 dialogues" in talk
-    assert "ECE" in talk
-    assert "94.4 %" in found["mcq"].figures[0].caption
+    assert [f.name.split("-")[0] for f in found["talk"].figures] == ["turns", "calibration"]
+    (questions,) = found["mcq"].figures
+    assert (questions.name, "94.4 %" in questions.caption) == ("accuracy", True)
+    (methods,) = found["people"].figures
+    assert "judge's score" in methods.svg
+    for said in ("95 %", "pooled SD of the mean", "2 profiles"):
+        assert said in methods.caption
+    assert "n = 6 dialogues" in found["talk"].figures[0].caption
+    assert "ECE" in found["talk"].figures[1].svg
 
 
 def test_a_change_of_mind_has_a_table_and_a_figure(tmp_path: Path) -> None:
     file = fill(tmp_path / "mind.db", [change(str(n), "b", "bbCcc") for n in range(3)])
     (section,) = read_report(file).sections
-    assert [table.name for table in section.tables] == [
-        "mind-cells",
-        "mind-changes-teach-valid-small",
-    ]
+    assert [table.name for table in section.tables] == ["cells", "changes-teach-valid-small"]
     (figure,) = section.figures
-    assert figure.name == "mind-change-teach-valid-small"
-    assert "Mean of 3 dialogues; dotted: the change, at round 3" in figure.caption
-    for way in (str(row[0]) for row in section.tables[1].rows):
-        assert f">{way}</text>" in figure.drawing.svg
-    assert all(f">{round}</text>" in figure.drawing.svg for round in range(1, 6))
-
-
-def test_goals_are_drawn_as_they_are_written() -> None:
-    (text,) = re.findall(
-        r"<text[^>]*>(&lt;script.*?)</text>", belief_figure("b", "x", rounds(), "").drawing.svg
-    )
-    assert "$\\frac{x}$ --&gt; ]]&gt;" in text
-    assert "&lt;script&gt;" in text
-    for goal in ("$a$ $", "_hidden", "猫が好き", "\\$5 & <b>"):
-        own = [round_of(1, ["Unspecified", goal], [0.0, 1.0])]
-        svg = belief_figure("b", goal, own, "").drawing.svg
-        texts = [
-            "".join(child.data for child in node.childNodes)
-            for node in minidom.parseString(svg.encode()).getElementsByTagName("text")
-        ]
-        assert goal in texts
-
-
-def test_unspecified_is_grey_and_goals_keep_their_colours() -> None:
-    svg = belief_figure("b", "x", rounds(), "").drawing.svg
-    assert svg.count("#999999") >= 2  # its ribbon and its legend
-    more = [*rounds(), round_of(4, ["Unspecified", "soup", "pie"], [0.0, 1.0, 1.0])]
-    for colour in ("#0072b2", "#e69f00"):
-        assert colour in svg.lower()
-        assert colour in belief_figure("b", "x", more, "").drawing.svg.lower()
-
-
-def test_many_goals_share_a_ribbon_and_none_make_no_figure() -> None:
-    goals = ["Unspecified", *(f"goal {i}" for i in range(15))]
-    figure = belief_figure("b", "x", [round_of(1, goals, list(np.arange(16.0)))], "")
-    assert "6 other goals" in figure.drawing.svg
-    nothing = Round(1, Turn("?", "!"), None, (), (), 0, "", (), True)
-    assert belief_figure("b", "x", [nothing], "") is None
-    assert belief_figure("b", "x", [], "") is None
-    assert UNSPECIFIED.text == "Unspecified"
-
-
-def test_each_picture_has_a_title_and_text_as_text() -> None:
-    drawing = draw("pic", "A & B", (2, 1), lambda figure: figure.text(0, 0, "hello"))
-    root = minidom.parseString(drawing.svg.encode()).documentElement
-    assert root.firstChild.firstChild.data == "A & B"
-    assert root.getAttribute("aria-labelledby") == root.firstChild.getAttribute("id")
-    assert ">hello</text>" in drawing.svg
-    assert drawing.png.startswith(b"\x89PNG")
-    assert "<style" not in drawing.svg
-    assert not re.search(r"20\d\d-\d\d", drawing.svg)
-
-
-def test_users_settings_of_matplotlib_do_not_matter() -> None:
-    mpl = pytest.importorskip("matplotlib")
-    plain = draw("p", "p", (2, 1), lambda figure: figure.text(0, 0, "x")).svg
-    with mpl.rc_context({"font.size": 30, "svg.fonttype": "path"}):
-        assert draw("p", "p", (2, 1), lambda figure: figure.text(0, 0, "x")).svg == plain
-        assert mpl.rcParams["font.size"] == 30
+    assert figure.name == "change-teach-valid-small"
+    assert figure.caption.endswith("small, 3 dialogues. Dotted: the change, at round 3.")
+    for row in section.tables[1].rows:
+        assert f">{row['belief']}</text>" in figure.svg
+    assert all(f">{round}</text>" in figure.svg for round in range(1, 6))
 
 
 def test_what_is_missing_failed_or_mixed_is_said(tmp_path: Path) -> None:
@@ -300,14 +207,15 @@ def test_what_is_missing_failed_or_mixed_is_said(tmp_path: Path) -> None:
         results.keep(two.key, cells[1][1], {**IDENTITY, "code": "other"}, attempts=2)
         results.fail(three.key, "The server <b>is</b> away.")
     (section,) = read_report(tmp_path / "r.db", draw=False).sections
-    assert section.tables[0].rows == (("mcq", 4, 2, 1, 1, 1),)
+    assert [*section.tables[0].rows[0].values()] == ["mcq", 4, 2, 1, 1, 1]
     text = " ".join(section.warnings)
     assert "1 of 4 cells are not measured yet" in text
     assert "1 of 4 cells failed" in text
     assert "The server <b>is</b> away." in text
     assert "measured with another code than others are mixed" in text
-    values = [value for name, value in section.facts if name.startswith("measured with")]
-    assert values[0] == "version 1, code abc, prompts def, model small 123"
+    values = [fact for fact in section.facts if fact.startswith("measured with")]
+    told = "measured with (1 cell): code abc, prompts def, version 1, model small 123"
+    assert values[0] == told
     assert "code other" in values[1]
 
 
@@ -320,11 +228,10 @@ def test_episodes_without_an_experiment_are_reported(tmp_path: Path) -> None:
         store.begin(domain="grocery", method="good", model="m.gguf", task="t")
     (section,) = read_report(tmp_path / "episodes.db").sections
     (table,) = section.tables
-    shown = table.text_rows()
-    assert shown[0][2:] == ("grocery", "cake", "good", "m.gguf", "3", "terminated", "50.0 %")
+    _, *shown = table.texts()
+    assert shown[0][2:] == ["grocery", "cake", "good", "m.gguf", "3", "terminated", "50.0 %"]
     assert shown[1][3] == "a person"
-    assert [figure.group for figure in section.figures] == ["cake"]
-    write_report(read_report(tmp_path), tmp_path / "out")
+    write_report(read_report(tmp_path), tmp_path / "out.md")
 
 
 def test_reading_changes_nothing_while_another_writes(tmp_path: Path) -> None:
@@ -332,7 +239,7 @@ def test_reading_changes_nothing_while_another_writes(tmp_path: Path) -> None:
     with Results.open(tmp_path / "r.db") as other, other.writing() as session:
         session.connection()
         (section,) = read_report(tmp_path / "r.db", draw=False).sections
-    assert section.tables[0].rows[0][2] == 1
+    assert section.tables[0].rows[0]["done"] == 1
     old = tmp_path / "r.db"
     before = old.read_bytes()
     read_report(old, draw=False)
@@ -372,7 +279,9 @@ def test_where_there_are_no_results_it_says_how_to_make_some(tmp_path: Path) -> 
     fill(tmp_path / "summary.db", [mcq(1)])
     assert read_report(tmp_path / "summary.db", draw=False).sections[0].name == "summary-2"
     with pytest.raises(InvalidInputError, match="cannot be written"):
-        write_report(read_report(tmp_path, draw=False), tmp_path / "r.db" / "sub")
+        write_report(read_report(tmp_path, draw=False), tmp_path / "r.db" / "sub.md")
+    with pytest.raises(InvalidInputError, match=r"must end in \.md"):
+        write_report(read_report(tmp_path, draw=False), tmp_path / "sub")
 
 
 def test_files_of_one_name_do_not_overwrite_each_other(tmp_path: Path) -> None:
@@ -380,52 +289,31 @@ def test_files_of_one_name_do_not_overwrite_each_other(tmp_path: Path) -> None:
     fill(tmp_path / "b.db", [mcq(2)], name="X")
     found = read_report(tmp_path)
     assert [section.name for section in found.sections] == ["x", "X-2"]
-    names = [table.name for section in found.sections for table in section.tables]
-    assert names == ["x-cells", "x-mcq", "X-2-cells", "X-2-mcq"]
+    write_report(found, tmp_path / "out.md")
+    names = {file.stem for file in (tmp_path / "out" / "tables").iterdir()}
+    assert names == {"summary-mcq", "summary-parts", "x-cells", "x-mcq", "X-2-cells", "X-2-mcq"}
 
 
-def test_markdown_has_a_summary_and_a_page_with_all_tables_of_each_part(
+def test_a_report_has_a_summary_and_a_page_with_all_tables_of_each_part(
     folder: Path, tmp_path: Path
 ) -> None:
-    found = read_report(folder, draw=False)
-    write_markdown(found, tmp_path / "docs" / "results.md")
+    found = read_report(folder)
+    write_report(found, tmp_path / "docs" / "results.md")
     text = (tmp_path / "docs" / "results.md").read_text(encoding="utf-8")
     assert text.startswith("# Results\n")
     assert "Measured with one version of the code" in text
-    assert {f.stem for f in (tmp_path / "docs" / "results").iterdir()} == {
-        section.name for section in found.sections
-    }
-    made = 0
+    pages = {file.stem: file for file in (tmp_path / "docs" / "results").glob("*.md")}
+    assert {*pages} == {section.name for section in found.sections}
     for section in found.sections:
         assert f"| [{section.name}](results/{section.name}.md) |" in text
-        page = (tmp_path / "docs" / "results" / f"{section.name}.md").read_text(encoding="utf-8")
+        page = pages[section.name].read_text(encoding="utf-8")
         assert "[All results](../results.md)" in page
-        made += page.count("Made by ` make it `")
-        text += page
-        for table in section.tables:
-            assert page.count(f'<a id="{table.name}"></a>') == 1
-    assert made == 3
-    assert "<script" not in text
-    assert "\x1b" not in text
+        assert page.count("Made by: make it") == (section.name != "beliefs")
+        assert page.count("\n## ") == len(section.tables)
+        assert page.count("![") == len(section.figures)
 
 
-def test_each_figure_of_the_summary_stands_in_the_part_that_it_names(folder: Path) -> None:
-    found = read_report(folder, draw=False)
-    *kinds, parts = found.summary
-    assert [t.name.removeprefix("summary-") for t in kinds] == ["beliefs", "episodes", "mcq"]
-    assert [row[0] for row in parts.rows] == [section.name for section in found.sections]
-    assert {row[3] for row in parts.rows} == {"abc"}
-    rows = {s.name: [set(r) for t in s.tables for r in t.text_rows()] for s in found.sections}
-    for table in kinds:
-        shown = [i for i, column in enumerate(table.columns) if column not in ("part", "episodes")]
-        shown = [i for i in shown if table.columns[i] != "model"]
-        for row, text in zip(table.rows, table.text_rows(), strict=True):
-            assert any({text[i] for i in shown} <= each for each in rows[str(row[0])]), text
-
-
-def test_a_summary_shows_the_papers_belief_beside_goalscopes_of_the_same_model(
-    tmp_path: Path,
-) -> None:
+def test_the_summary_has_the_papers_belief_beside_goalscopes_of_each_model(tmp_path: Path) -> None:
     plain, adapted = ({"adapter": name} for name in ("none", "mine"))
     cells = [dialogue(n) for n in range(12)]
     both = [
@@ -435,16 +323,16 @@ def test_a_summary_shows_the_papers_belief_beside_goalscopes_of_the_same_model(
     ]
     fill(tmp_path / "r.db", both)
     beliefs, models, _ = read_report(tmp_path / "r.db", draw=False).summary
-    shown = [dict(zip(beliefs.columns, row, strict=True)) for row in beliefs.rows]
-    assert [(row["model"], row["belief"]) for row in shown] == [
-        (model, belief)
+    name = "SmolLM2-135M-Instruct"
+    assert [(row["model"], row["belief"]) for row in beliefs.rows] == [
+        (f"{name} {model}", belief)
         for model in ("without adapter", "+ mine")
         for belief in ("Eq. 1", "goalscope", "an agent's")
     ]
-    assert {row["n"] for row in shown} == {12}
-    assert [row[:5] for row in models.rows] == [
-        ("r", "own, 3 goals each", "+ mine", "SmolLM2-135M-Instruct without adapter", 12)
-    ]
+    assert {row["n"] for row in beliefs.rows} == {12}
+    (row,) = models.rows
+    assert (row["part"], row["of"], row["n"]) == ("r", "own, 3 goals each", 12)
+    assert row["model"] == f"{name} + mine"
     assert "cells so far" not in models.columns
 
 
@@ -455,15 +343,10 @@ def test_the_summary_marks_what_is_not_complete(tmp_path: Path) -> None:
         results.ask_for(planned)
         for cell, (_, result) in zip(planned[:3], cells, strict=False):
             results.keep(cell.key, result, {**IDENTITY, "code": cell.key})
-    found = read_report(tmp_path / "r.db", draw=False)
-    questions, parts = found.summary
-    assert questions.columns[-1] == "cells so far"
-    assert {row[-1] for row in questions.rows} == {"3 of 4"}
-    assert parts.rows[0][2] == "3 of 4"
+    questions, parts = read_report(tmp_path / "r.db", draw=False).summary
+    assert {row["cells so far"] for row in questions.rows} == {"3 of 4"}
+    assert parts.rows[0]["cells measured"] == "3 of 4"
     assert parts.notes[0].startswith("Measured with 3 versions of the code")
-    assert re.fullmatch(
-        r"Complete, except for: mcq, .* \(3 of 4\)\.", found.sections[0].warnings[0]
-    )
 
 
 def test_the_command_writes_or_prints(folder: Path, tmp_path: Path) -> None:
@@ -473,22 +356,25 @@ def test_the_command_writes_or_prints(folder: Path, tmp_path: Path) -> None:
     assert printed.exit_code == 0
     sections = json.loads(printed.stdout)
     assert [section["name"] for section in sections] == ["beliefs", "mcq", "people", "talk"]
-    assert sections[1]["tables"][1]["columns"][0] == "model"
-    assert not (folder / "report").exists()
-    written = CliRunner().invoke(
-        app, [str(folder / "mcq.db"), "--markdown", str(tmp_path / "m.md")]
-    )
+    assert sections[1]["tables"][1]["rows"][0]["prompt"] == "question"
+    assert not (folder / "report.md").exists()
+    written = CliRunner().invoke(app, [str(folder / "mcq.db")])
     assert written.exit_code == 0
-    assert (folder / "mcq-report" / "report.html").is_file()
-    assert not (folder / "report").exists()
-    assert (tmp_path / "m.md").is_file()
+    assert (folder / "mcq-report" / "figures" / "mcq-accuracy.svg").is_file()
     assert "2 tables, 1 figure." in written.stdout
-    assert str(tmp_path / "m.md") in written.stdout.replace("\n", "")
-    both = CliRunner().invoke(app, [str(folder / "mcq.db"), "--json", "--out", str(tmp_path / "o")])
+    place = str(tmp_path / "o.md")
+    both = CliRunner().invoke(app, [str(folder / "mcq.db"), "--json", "--out", place])
     assert json.loads(both.stdout)
-    assert (tmp_path / "o" / "report.html").is_file()
+    assert (tmp_path / "o.md").is_file()
 
 
-def test_clean_leaves_what_people_write() -> None:
-    assert clean("Crème brûlée, 猫, 👍\nnew") == "Crème brûlée, 猫, 👍\nnew"
-    assert set("\x00\x1b\u202e\ufffe\ufdd0").isdisjoint(clean("\x00\x1b\u202e\ufffe\ufdd0"))
+def test_a_picture_has_a_title_and_text_as_text_whatever_the_users_settings() -> None:
+    mpl = pytest.importorskip("matplotlib")
+    svg = draw("p", "A & B", (2, 1), lambda figure: figure.text(0, 0, "x"))
+    root = minidom.parseString(svg.encode()).documentElement
+    assert root.getElementsByTagName("title")[0].firstChild.data == "A & B"
+    assert ">x</text>" in svg
+    assert not re.search(r"20\d\d-\d\d", svg)
+    with mpl.rc_context({"font.size": 30, "svg.fonttype": "path"}):
+        assert draw("p", "A & B", (2, 1), lambda figure: figure.text(0, 0, "x")) == svg
+        assert mpl.rcParams["font.size"] == 30

@@ -377,8 +377,8 @@ def test_scores_of_people_beside_those_of_the_judge_and_the_state(store):
     assert other["judge score"].value == pytest.approx(0.25)
     assert other["judge SD"] is None
     assert column(episodes, "ratings") == [3, 3]
-    assert dict(progress.rows)["finished"] == 3
-    assert dict(progress.rows)["episodes with 3 ratings"] == 2
+    assert row(progress, "finished")["value"] == 3
+    assert row(progress, "episodes with 3 ratings")["value"] == 2
 
 
 def test_all_scores_of_a_method_are_of_the_episodes_that_are_rated(store):

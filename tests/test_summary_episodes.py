@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from goalscope.experiment.results import cell_key
-from goalscope.experiment.summary import Estimate
+from goalscope.experiment.results import Cell, cell_key
+from goalscope.experiment.summary import Estimate, Table
 from goalscope.experiment.summary_episodes import read_episodes
 from goalscope.stats import bootstrap_mean
 from test_summary import column, row
@@ -40,13 +40,22 @@ def judge(cell, trials: list, *, model: str = "judge", **more):
     )
 
 
+def episodes_of(cells: list, attempts: list | None = None) -> list[dict[str, Table]]:
+    """The tables of each domain and model, by their kind."""
+    tries = attempts or [1] * len(cells)
+    found = read_episodes(
+        [Cell(cell_key(s), s, n, None, None, r) for (s, r), n in zip(cells, tries, strict=True)]
+    )
+    return [{each.name.rpartition("-")[2]: each for each in one.tables()} for one in found]
+
+
 GOOD = [episode("good", "cake", 1.0), episode("good", "soup", 0.5, terminated=False)]
 NONE = [episode("no-goals", "cake", 0.5), episode("no-goals", "soup", 0.0, empty=True)]
 
 
 def test_methods_by_hand() -> None:
-    (found,) = read_episodes([*NONE, *GOOD], attempts=[1, 3, 1, 2])
-    table = found.by_method()
+    (found,) = episodes_of([*NONE, *GOOD], attempts=[1, 3, 1, 2])
+    table = found["methods"]
     assert column(table, "method") == ["good", "no-goals"]
     good = row(table, "good")
     interval = bootstrap_mean([1.0, 0.5])
@@ -55,14 +64,14 @@ def test_methods_by_hand() -> None:
     assert good["terminated"].value == 0.5
     assert good["SD"] is None  # one seed
     assert column(table, "retries") == [1, 2]
-    assert found.model == "x"
+    assert table.title == "Episodes, methods: grocery, scripted human, x"
     assert "judge score" not in table.columns
 
 
 def test_profiles_weigh_the_same_whatever_their_seeds() -> None:
     more = [episode("good", "cake", 0.5, seed=1), episode("good", "cake", 0.0, seed=2)]
-    (found,) = read_episodes([*GOOD, *more])
-    good = row(found.by_method(), "good")
+    (found,) = episodes_of([*GOOD, *more])
+    good = row(found["methods"], "good")
     assert good["runs"] == 4
     assert good["score"].value == 0.5  # profiles: (1 + .5 + 0) / 3 and .5
     pooled = math.sqrt(0.25 * (1 / 3 + 1)) / 2
@@ -71,22 +80,22 @@ def test_profiles_weigh_the_same_whatever_their_seeds() -> None:
 
 def test_unscored_trials_are_counted_and_in_no_mean() -> None:
     readings = [judge(GOOD[0], [3.0, 2.25, None, None]), judge(GOOD[1], [1.5, 1.5])]
-    (found,) = read_episodes([*GOOD, *readings])
-    good = row(found.by_method(), "good")
+    (found,) = episodes_of([*GOOD, *readings])
+    good = row(found["methods"], "good")
     assert good["judge score"].value == pytest.approx((0.875 + 0.5) / 2)
     assert (good["trials scored"], good["trials unscored"], good["runs judged"]) == (4, 2, 2)
     pooled = math.sqrt((2 * 0.125**2 + 0) / 2 * (1 / 2 + 1 / 2)) / 2
     assert good["judge SD"].value == pytest.approx(pooled)
     nothing = [judge(GOOD[0], [None, None])]
-    (found,) = read_episodes([*GOOD, *nothing])
-    good = row(found.by_method(), "good")
+    (found,) = episodes_of([*GOOD, *nothing])
+    good = row(found["methods"], "good")
     assert (good["judge score"], good["trials unscored"], good["runs judged"]) == (None, 2, 0)
 
 
 def test_a_run_that_left_nothing_scores_nothing_in_all_trials() -> None:
     for trials in ([3.0, None, 2.0, 1.0], []):
-        (found,) = read_episodes([*NONE, judge(NONE[1], trials)])
-        none = row(found.by_method(), "no-goals")
+        (found,) = episodes_of([*NONE, judge(NONE[1], trials)])
+        none = row(found["methods"], "no-goals")
         assert none["judge score"].value == 0
         assert (none["trials scored"], none["trials unscored"]) == (4, 0)
 
@@ -94,8 +103,8 @@ def test_a_run_that_left_nothing_scores_nothing_in_all_trials() -> None:
 def test_differences_pair_profiles() -> None:
     alone = episode("good", "pie", 0.0)
     readings = [judge(GOOD[0], [3.0]), judge(NONE[0], [1.5]), judge(GOOD[1], [3.0])]
-    (found,) = read_episodes([*GOOD, *NONE, alone, *readings])
-    table = found.differences()
+    (found,) = episodes_of([*GOOD, *NONE, alone, *readings])
+    table = found["differences"]
     score = row(table, "score", "good minus no-goals")
     assert score["profiles"] == 2
     assert score["difference"] == Estimate(0.5, None, "percent")  # equal in both
@@ -106,32 +115,32 @@ def test_differences_pair_profiles() -> None:
 
 
 def test_differences_need_common_seeds() -> None:
-    (found,) = read_episodes([GOOD[0], episode("no-goals", "cake", 0.0, seed=1)])
-    assert found.differences().text_rows() == (("score", "good minus no-goals", "0", "-", "-"),)
-    (found,) = read_episodes(NONE)
-    assert found.differences().rows == ()
+    (found,) = episodes_of([GOOD[0], episode("no-goals", "cake", 0.0, seed=1)])
+    assert found["differences"].texts()[1:] == [["score", "good minus no-goals", "0", "-", "-"]]
+    (found,) = episodes_of(NONE)
+    assert found["differences"].rows == []
 
 
 def test_profiles_show_what_was_not_run() -> None:
-    (found,) = read_episodes([*GOOD, NONE[0]])
-    table = found.by_profile()
-    assert [r[:4] for r in table.text_rows()] == [
-        ("cake", "good", "1", "100.0 %"),
-        ("cake", "no-goals", "1", "50.0 %"),
-        ("soup", "good", "1", "50.0 %"),
-        ("soup", "no-goals", "0", "-"),
+    (found,) = episodes_of([*GOOD, NONE[0]])
+    table = found["profiles"]
+    assert [r[:4] for r in table.texts()[1:]] == [
+        ["cake", "good", "1", "100.0 %"],
+        ["cake", "no-goals", "1", "50.0 %"],
+        ["soup", "good", "1", "50.0 %"],
+        ["soup", "no-goals", "0", "-"],
     ]
-    assert table.text_rows()[-1][4:] == ("-", "-", "-")
+    assert table.texts()[-1][4:] == ["-", "-", "-", "-", "0"]
 
 
 def test_a_reading_belongs_to_the_run_that_it_names() -> None:
     spec, result = GOOD[0]
     other = ({**spec, "model": {"model": "y"}}, result)
     stray = judge(episode("good", "elsewhere", 1.0), [0.0])
-    one, two = read_episodes([GOOD[0], other, judge(other, [3.0]), stray])
-    assert (one.model, one.judges, two.model, two.judges) == ("x", (), "y", ("judge",))
-    assert row(two.by_method(), "good")["judge score"].value == 1
-    assert "1 readings by the judge belong to no run" in two.by_method().notes[-1]
+    one, two = episodes_of([GOOD[0], other, judge(other, [3.0]), stray])
+    assert "judge score" not in one["methods"].columns
+    assert two["methods"].title.endswith("human, y")
+    assert row(two["methods"], "good")["judge score"].value == 1
 
 
 def compared(one, other, *orders):
@@ -148,13 +157,12 @@ def compared(one, other, *orders):
 def test_the_order_effect_counts_only_what_was_read_in_both_orders() -> None:
     steady = compared(GOOD[0], NONE[0], ((3, 1), (1, 3)), ((3, None), (1, 3)))
     swayed = compared(GOOD[1], NONE[1], ((3, 1), (3, 1)))
-    (found,) = read_episodes([*GOOD, *NONE, steady, swayed])
-    table = found.by_order()
+    (found,) = episodes_of([*GOOD, *NONE, steady, swayed])
+    table = found["order"]
     (only,) = table.rows
-    assert only[:5] == ("judge", "good, no-goals", 2, 3, 2)
-    assert only[5].value == 1.0  # 0 of cake and 2 of soup
-    assert found.tables()[-1] == table
-    assert table.name.endswith("-order")
+    *asked, effect = only.values()
+    assert asked == ["judge", "good, no-goals", 2, 3, 2]
+    assert effect.value == 1.0  # 0 of cake and 2 of soup
 
 
 def test_each_pair_of_methods_has_an_order_effect_and_all_together() -> None:
@@ -163,58 +171,36 @@ def test_each_pair_of_methods_has_an_order_effect_and_all_together() -> None:
         compared(GOOD[0], NONE[0], ((2, 1), (2, 1))),
         compared(GOOD[0], third, ((None, 1), (2, 1))),
     ]
-    (found,) = read_episodes([*GOOD, *NONE, third, *pairs])
-    assert [r[1:] for r in found.by_order().text_rows()] == [
-        ("all", "1", "2", "1", "1.000"),
-        ("good, no-goals", "1", "1", "1", "1.000"),
-        ("good, no-inference", "1", "1", "0", "-"),
+    (found,) = episodes_of([*GOOD, *NONE, third, *pairs])
+    assert [r[1:] for r in found["order"].texts()[1:]] == [
+        ["all", "1", "2", "1", "1.000"],
+        ["good, no-goals", "1", "1", "1", "1.000"],
+        ["good, no-inference", "1", "1", "0", "-"],
     ]
-
-
-def test_a_comparison_of_runs_that_are_not_here_is_counted_as_lost() -> None:
-    (found,) = read_episodes([GOOD[0], compared(GOOD[0], NONE[0], ((3, 1), (1, 3)))])
-    assert len(found.tables()) == 3
-    assert "1 readings by the judge belong to no run" in found.by_method().notes[-1]
 
 
 def test_each_judge_has_its_own_columns() -> None:
     readings = [judge(GOOD[0], [3.0]), judge(GOOD[0], [0.0], model="other")]
-    (found,) = read_episodes([GOOD[0], *readings])
-    good = row(found.by_method(), "good")
+    (found,) = episodes_of([GOOD[0], *readings])
+    good = row(found["methods"], "good")
     assert good["judge score by judge"].value == 1
     assert good["judge score by other"].value == 0
-    assert row(found.by_profile(), "cake")["judge score by other"].value == 0
-    assert len(found.differences().rows) == 0
-
-
-def test_notes_name_the_judge_and_how_it_was_asked() -> None:
-    (found,) = read_episodes([*GOOD, *NONE, judge(GOOD[0], [3.0]), compared(GOOD[0], NONE[0])])
-    asked = (
-        "The judge judge was asked 4 times about each run, at temperature 0.7 (the paper has 0)."
-    )
-    assert [table.notes.count(asked) for table in found.tables()] == [1, 1, 1, 0]
-    asked = "The judge judge was asked 2 times in each order of two runs, at temperature 0.7"
-    assert found.by_order().notes[-1].startswith(asked)
-    assert "also acted" not in " ".join(note for t in found.tables() for note in t.notes)
+    assert row(found["profiles"], "cake")["judge score by other"].value == 0
+    assert len(found["differences"].rows) == 0
 
 
 def test_notes_say_that_the_judge_also_acted() -> None:
     spec, result = judge(GOOD[0], [3.0])
     for model in (X, {"generator": X["model"], "scorer": "else"}):
-        (found,) = read_episodes([*GOOD, ({**spec, "model": model}, result)])
-        assert found.by_method().notes[-1].endswith("It is the model that also acted.")
-    assert not any("The judge" in note and "asked" in note for note in read_episodes(GOOD)[0].notes)
+        (found,) = episodes_of([*GOOD, ({**spec, "model": model}, result)])
+        assert found["methods"].notes[-1].endswith("It is the model that also acted.")
+    (found,) = episodes_of(GOOD)
+    assert not any("asked" in note for note in found["methods"].notes)
 
 
 def test_models_that_write_and_score_are_both_named() -> None:
     spec, result = GOOD[0]
-    (found,) = read_episodes([({**spec, "model": {"generator": "openai/gpt"}}, result)])
-    assert found.model == "gpt + SmolLM2-135M-Instruct"
-    names = [table.name for table in found.tables(command="make")]
-    assert names[0] == "episodes-grocery-scripted-gpt-SmolLM2-135M-Instruct-methods"
-    assert len(set(names)) == 3
-
-
-def test_attempts_are_given_for_each_cell() -> None:
-    with pytest.raises(ValueError, match="2 cells need as many attempts"):
-        read_episodes(GOOD, attempts=[1])
+    (found,) = episodes_of([({**spec, "model": {"generator": "openai/gpt"}}, result)])
+    assert found["methods"].title.endswith("gpt + SmolLM2-135M-Instruct")
+    name = "episodes-grocery-scripted-gpt-SmolLM2-135M-Instruct-methods"
+    assert found["methods"].name == name

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shlex
 import sys
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
-from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -26,14 +22,12 @@ from goalscope.cli.options import (
     Tokenizer,
     Writer,
 )
-from goalscope.cli.terminal import console, measuring, model_names, progress
+from goalscope.cli.tables import show_tables
+from goalscope.cli.terminal import measuring, model_names, progress
 from goalscope.types import GoalscopeError, InvalidInputError, counted
 
 if TYPE_CHECKING:
-    from rich.table import Table as Grid
-
     from goalscope.experiment.plan import Experiment
-    from goalscope.experiment.summary import Table
 
 __all__ = ["bench", "experiment"]
 
@@ -41,8 +35,6 @@ bench = typer.Typer(
     no_args_is_help=True, help="Infer goals that are known, and compare with simpler ways."
 )
 experiment = typer.Typer(no_args_is_help=True, help="Run experiments that TOML files describe.")
-
-EARLIER = "The turns before the last stand in the tables of `goalscope report`, and in --json."
 
 Data = Annotated[
     Path | None,
@@ -269,7 +261,7 @@ def _run(
             raise
         planned = kept.planned(specs)
         cells = kept.planned([*specs, *judging(plan, planned)])
-        show_tables([*tables_of(kept, cells), *first_attempts(kept, cells)], as_json)
+        show_tables([*tables_of(cells), *first_attempts(cells)], as_json)
     if failed:
         raise GoalscopeError(
             f"{len(failed)} of {counted(total, 'cell')} could not be measured, one of them so: "
@@ -289,98 +281,6 @@ def _missing(done: int, total: int, path: Path) -> str:
 def results_folder(given: Path | None) -> Path:
     """The folder that was named, or that of the environment, or `results` here."""
     return given or Path(os.environ.get("GOALSCOPE_RESULTS") or "results")
-
-
-def show_tables(tables: Sequence[Table], as_json: bool) -> None:
-    """Print tables, and below each what one must know to read it and was not yet said.
-
-    Of turns the last is shown. Of tables that are too wide for the terminal, one of few rows is
-    turned on its side, and others come in parts, each with the columns that name the rows.
-    """
-    from rich.padding import Padding
-
-    from goalscope.plain import plain
-
-    if as_json:
-        print(json.dumps([table.to_dict() for table in tables], allow_nan=False))
-        return
-    out, said = console(), set[str]()
-    for full in tables:
-        table = _last(full)
-        columns = [*zip(table.columns, *table.text_rows(), strict=True)]
-        kinds = zip(*table.rows, strict=True)
-        names = len([*takewhile(lambda entries: str in map(type, entries), kinds)])
-        if len(table.rows) <= 4 < len(columns) and not _fits(map(_width, columns), out.width):
-            columns, names = [*zip(*columns, strict=True)], 1
-        title = plain(table.title)
-        for grid in _grids(columns, max(names, 1), out.width):
-            grid.title, title = title, None
-            out.print(grid)
-        new = [note for note in dict.fromkeys(table.notes) if note not in said]
-        said.update(new)
-        for note in new:
-            out.print(Padding.indent(plain(note, "dim"), 2))
-        if new:
-            out.print()
-
-
-def _last(table: Table) -> Table:
-    """Of each dialogue the last turn alone, where the table has that."""
-    at = table.columns.index("turn") if "turn" in table.columns else 0
-    rows = tuple(row for row in table.rows if row[at] == "last")
-    if not 0 < len(rows) < len(table.rows):
-        return table
-    return replace(table, rows=rows, notes=(EARLIER, *table.notes))
-
-
-def _grids(columns: Sequence[Sequence[str]], names: int, room: int) -> Iterator[Grid]:
-    """The columns in as many grids as it takes for no figure to be broken.
-
-    Args:
-        columns: Texts, each after its heading.
-        names: How many of them each grid begins with.
-        room: Characters of a line.
-    """
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table as Grid
-
-    from goalscope.plain import plain
-
-    needs = [_width(column, word=24) for column in columns]
-    parts = [[*range(names)]]
-    for number in range(names, len(columns)):
-        if len(parts[-1]) > names and not _fits((needs[i] for i in (*parts[-1], number)), room):
-            parts.append([*range(names)])
-        parts[-1].append(number)
-    for part in parts:
-        spare = max(0, room - sum(needs[i] + 2 for i in part))
-        grid = Grid(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False, title_justify="left")
-        for number in part:
-            more = min(_width(columns[number]) - needs[number], spare)
-            spare -= more
-            heading = plain(columns[number][0])
-            grid.add_column(heading, width=needs[number] + more, overflow="fold")
-        for line in zip(*(columns[number][1:] for number in part), strict=True):
-            grid.add_row(*map(plain, line))
-        yield grid
-
-
-def _fits(widths: Iterable[int], room: int) -> bool:
-    return sum(width + 2 for width in widths) <= room
-
-
-def _width(column: Sequence[str], word: int | None = None) -> int:
-    """Characters of the widest text; or of the widest figure or word, of words at most `word`."""
-    from rich.cells import cell_len
-
-    if word is None:
-        return max(map(cell_len, column))
-    return max(
-        cell_len(text)
-        if re.match(r"[-<\d]", text)
-        else min(word, max(map(cell_len, text.split()), default=0))
-        for text in column
-    )
 
 
 def _model(

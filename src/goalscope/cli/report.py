@@ -1,4 +1,4 @@
-"""`goalscope report`: what was measured, as a page, figures and tables."""
+"""`goalscope report`: what was measured, as Markdown with tables and figures."""
 
 from __future__ import annotations
 
@@ -21,43 +21,38 @@ def report(
     out: Annotated[
         Path | None,
         typer.Option(
-            metavar="DIR", help="Folder to write into.  [default: report, or FILE-report]"
+            metavar="FILE.md", help="File to write.  [default: report.md, or NAME-report.md]"
         ),
-    ] = None,
-    markdown: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.md", help="Also the summary, and all tables in FILE/."),
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Make a page of results, which stands by itself: report.html, with figures and tables.
+    """Write a summary of results; in FILE/ a page a part, figures (SVG) and tables (CSV).
 
-    With --json the tables are printed, and a page is only made if --out names its folder.
+    With --json the tables are printed, and files are only written if --out names one.
     """
     from goalscope.plain import plain
-    from goalscope.report import read_report, write_markdown, write_report
-    from goalscope.report.overview import counts
+    from goalscope.report import read_report, write_report
 
-    folder = out or (None if as_json else _beside(source))
-    found = read_report(source, draw=folder is not None)
-    for why in found.skipped:
-        typer.echo(plain(f"Left out: {' '.join(why.split())}").plain, err=True)
-    for section in found.sections:
-        done, planned = counts(section)
-        if done < planned:
-            said = f"{section.name}: {done:,} of {planned:,} cells are measured."
-            typer.echo(plain(said).plain, err=True)
-    if markdown:
-        write_markdown(found, markdown)
-    page = write_report(found, folder) if folder else None
+    file = out or (None if as_json else _beside(source))
+    found = read_report(source, draw=file is not None)
+    said = [f"Left out: {' '.join(why.split())}" for why in found.skipped]
+    said += [
+        f"{section.name}: {section.done:,} of {section.planned:,} cells are measured."
+        for section in found.sections
+        if section.done < section.planned
+    ]
+    for line in said:
+        typer.echo(plain(line).plain, err=True)
+    if file:
+        write_report(found, file)
     if as_json:
         sections = [
             {
                 "name": section.name,
                 "title": section.title,
-                "source": section.source,
-                "command": section.command,
-                "warnings": list(section.warnings),
+                "commands": [*section.commands],
+                "facts": [*section.facts],
+                "warnings": [*section.warnings],
                 "tables": [table.to_dict() for table in section.tables],
             }
             for section in found.sections
@@ -66,12 +61,8 @@ def report(
         return
     tables = sum(len(section.tables) for section in found.sections)
     figures = sum(len(section.figures) for section in found.sections)
-    typer.echo(plain(f"{page}: {counted(tables, 'table')}, {counted(figures, 'figure')}.").plain)
-    if markdown:
-        typer.echo(
-            plain(f"{markdown}: the summary; all tables in {markdown.with_suffix('')}.").plain
-        )
+    typer.echo(plain(f"{file}: {counted(tables, 'table')}, {counted(figures, 'figure')}.").plain)
 
 
 def _beside(source: Path) -> Path:
-    return source / "report" if source.is_dir() else source.with_name(f"{source.stem}-report")
+    return source / "report.md" if source.is_dir() else source.with_name(f"{source.stem}-report.md")

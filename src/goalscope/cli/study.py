@@ -55,22 +55,23 @@ def new(
 @study.command(name="list")
 def list_studies(store: StoreFile = None, as_json: Json = False) -> None:
     """List the studies, and how many people have finished."""
-    from goalscope.cli.experiments import show_tables
-    from goalscope.experiment.summary import Entry, Table
+    from goalscope.cli.tables import show_tables
+    from goalscope.experiment.summary import Row, Table
     from goalscope.store import Store
     from goalscope.study.book import Book
 
-    rows: list[tuple[Entry, ...]] = []
+    rows: list[Row] = []
     with Store.open(store, new=False) as opened:
         book = Book(opened)
         for each in book.all():
             people = book.participants(each)
-            finished = sum(one.finished for one in people)
-            items = len(book.items(each))
-            rows.append((each.plan.name, each.created, each.closed, items, len(people), finished))
-    columns = ("name", "made", "closed", "episodes", "agreed", "finished")
+            rows.append({
+                "name": each.plan.name, "made": each.created, "closed": each.closed,
+                "episodes": len(book.items(each)), "agreed": len(people),
+                "finished": sum(one.finished for one in people),
+            })  # fmt: skip
     if rows or as_json:
-        show_tables([Table("studies", "Studies", columns, tuple(rows))], as_json)
+        show_tables([Table("studies", "Studies", rows)], as_json)
     else:
         print("There is no study yet. `goalscope study new FILE` makes one.")
 
@@ -81,7 +82,7 @@ def show(name: Name, store: StoreFile = None, as_json: Json = False) -> None:
 
     The evaluator's and the state's scores of the same episodes stand beside people's.
     """
-    from goalscope.cli.experiments import show_tables
+    from goalscope.cli.tables import show_tables
     from goalscope.store import Store
     from goalscope.study.book import Book
     from goalscope.study.summary import study_tables

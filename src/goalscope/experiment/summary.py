@@ -1,4 +1,4 @@
-"""Tables of figures: what a cell of one can be, and how it reads in each format."""
+"""Tables of figures: a row is a dict, and reads as text, Markdown, CSV or JSON."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from typing import Any, Literal
 
 from goalscope.models.opening import model_label
 from goalscope.plain import plain
-from goalscope.stats import Interval
+from goalscope.stats import Interval, bootstrap_mean
 
 __all__ = [
     "NO_INTERVAL",
@@ -24,7 +24,9 @@ __all__ = [
     "Estimate",
     "Labels",
     "Measured",
+    "Row",
     "Table",
+    "averaged",
     "chosen",
     "few_notes",
     "inert",
@@ -37,7 +39,6 @@ __all__ = [
 Measured = tuple[Mapping[str, Any], Mapping[str, Any]]
 """What was measured, and what came of it: a spec and its result."""
 
-MISSING = "-"
 NO_INTERVAL = "There is no interval where all values are equal."
 """For the notes of tables whose intervals are bootstrapped."""
 FEW = 10
@@ -52,7 +53,7 @@ class Estimate:
         value: The figure; a fraction where `form` is "percent".
         interval: In the same unit; None where there is none to give.
         form: Whether it is shown as a percentage.
-        groups: How many groups the interval comes from, where that is not the number of cases.
+        groups: How many people, or other groups of cases, the interval comes from, if known.
 
     Raises:
         ValueError: A number is not finite.
@@ -76,112 +77,94 @@ class Estimate:
         return f"{text} [{shown(self.interval.low)}, {shown(self.interval.high)}]"
 
 
-Entry = str | float | int | Estimate | Interval | None
-"""One cell of a table; None where there are no data. An interval alone is a span of its own."""
+Entry = str | float | int | Estimate | None
+"""What a row has in one column; None where there are no data."""
+
+Row = Mapping[str, Entry]
+"""Entries by the heading of their column."""
 
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Figures with what one needs to read them, and to make them again.
+    """Figures with what one needs to read them.
 
     Attributes:
-        name: For files and references: letters, digits, `.`, `_` and `-`.
+        name: For files: letters, digits, `.`, `_` and `-`.
         title: What it shows, in one line.
-        columns: Headings.
-        rows: As many entries each as there are columns.
+        rows: What a row lacks has no data.
         notes: What one must know to read it, a sentence each.
-        command: What makes it again.
-
-    Raises:
-        ValueError: A row has another number of entries, or a number is not finite.
     """
 
     name: str
     title: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[Entry, ...], ...]
+    rows: Sequence[Row]
     notes: tuple[str, ...] = ()
-    command: str = ""
 
-    def __post_init__(self) -> None:
+    @property
+    def columns(self) -> list[str]:
+        """The headings, in the order in which rows have them."""
+        return [*dict.fromkeys(name for row in self.rows for name in row)]
+
+    def texts(self) -> list[list[str]]:
+        """The headings; then each row as people read it, such as "72.0 % [65.1, 78.2]"."""
+        columns = self.columns
+        return [columns, *([_shown(row.get(name)) for name in columns] for row in self.rows)]
+
+    def flat(self) -> list[dict[str, str | float | None]]:
+        """The rows with full precision: percentages as fractions, ends of intervals by themselves.
+
+        The ends of `score` are called `score, low` and `score, high`.
+        """
+        spread = {
+            name
+            for row in self.rows
+            for name, entry in row.items()
+            if isinstance(entry, Estimate) and entry.interval
+        }
+        found: list[dict[str, str | float | None]] = []
         for row in self.rows:
-            if len(row) != len(self.columns):
-                raise ValueError(f"{len(self.columns)} columns need as many entries: {row}")
-            if not all(math.isfinite(each) for each in row if isinstance(each, float)):
-                raise ValueError(f"numbers must be finite: {row}")
-
-    def text_rows(self) -> tuple[tuple[str, ...], ...]:
-        """The rows as people read them, such as "72.0 % [65.1, 78.2]"; "-" without data."""
-        return tuple(tuple(_shown(each) for each in row) for row in self.rows)
+            line: dict[str, str | float | None] = {}
+            for name in self.columns:
+                entry = row.get(name)
+                value, ends = (
+                    (entry.value, entry.interval) if isinstance(entry, Estimate) else (entry, None)
+                )
+                line[name] = value
+                if name in spread:
+                    line[f"{name}, low"] = ends and ends.low
+                    line[f"{name}, high"] = ends and ends.high
+            found.append(line)
+        return found
 
     def to_dict(self) -> dict[str, Any]:
-        """For JSON: numbers as numbers.
-
-        An interval has `low` and `high`, and an estimate also `value` and `form`.
-        """
+        """For JSON, with the rows of `flat`."""
         return {
-            "name": self.name,
-            "title": self.title,
-            "columns": list(self.columns),
-            "rows": [[_json(each) for each in row] for row in self.rows],
-            "notes": list(self.notes),
-            "command": self.command,
-        }
+            "name": self.name, "title": self.title, "rows": self.flat(), "notes": [*self.notes]
+        }  # fmt: skip
 
     def to_csv(self) -> str:
-        """With full precision; percentages are fractions, and their ends have columns of their own.
-
-        Text that a spreadsheet would take for a formula gets an apostrophe before it.
-        """
-        parts = [_parts([row[i] for row in self.rows]) for i in range(len(self.columns))]
+        """The rows of `flat`; a text that a spreadsheet would run gets an apostrophe before it."""
+        rows = self.flat()
         file = io.StringIO()
         writer = csv.writer(file, lineterminator="\n")
-        heads: list[str] = []
-        for heading, part in zip(self.columns, parts, strict=True):
-            names = (heading, f"{heading}, low", f"{heading}, high")
-            heads += [inert(_line(name)) for name in names[part]]
-        writer.writerow(heads)
-        for row in self.rows:
-            line: list[str | float] = []
-            for entry, part in zip(row, parts, strict=True):
-                line += _spread(entry)[part]
-            writer.writerow(line)
+        for line in (*rows[:1], *(row.values() for row in rows)):
+            writer.writerow(
+                [inert(_line(each)) if isinstance(each, str) else each for each in line]
+            )
         return file.getvalue()
 
     def to_markdown(self) -> str:
-        """A heading, the table as GitHub reads it, the notes, and the command."""
-        rule = ["---" if self._is_text(i) else "---:" for i in range(len(self.columns))]
-        body = [
-            [markdown_text(_shown(each)) if isinstance(each, str) else _shown(each) for each in row]
-            for row in self.rows
-        ]
-        grid = [[markdown_text(each) for each in self.columns], rule, *body]
-        parts = [
-            f"### {markdown_text(self.title)}",
-            "\n".join(f"| {' | '.join(r)} |" for r in grid),
-        ]
-        if self.notes:
-            parts.append("\n".join(f"* {markdown_text(note)}" for note in self.notes))
-        if self.command:
-            fence = "`" * (1 + max((len(run) for run in re.findall("`+", self.command)), default=0))
-            parts.append(f"Made by {fence} {_line(self.command)} {fence}")
+        """A heading, the table as GitHub reads it, and the notes."""
+        words = [any(isinstance(row.get(name), str) for row in self.rows) for name in self.columns]
+        heads, *rows = self.texts()
+        lines = [[*map(markdown_text, heads)], ["---" if each else "---:" for each in words]]
+        for row in rows:
+            shown = zip(row, words, strict=True)
+            lines.append([markdown_text(t) if w else t.replace("<", "&lt;") for t, w in shown])
+        parts = [f"## {markdown_text(self.title)}"]
+        parts.append("\n".join(f"| {' | '.join(line)} |" for line in lines))
+        parts += ["\n".join(f"* {markdown_text(note)}" for note in self.notes)] * bool(self.notes)
         return "\n\n".join(parts) + "\n"
-
-    def to_latex(self) -> str:
-        r"""A `table` for the package booktabs, with `\label{tab:NAME}`; all text is escaped."""
-        align = "".join("l" if self._is_text(i) else "r" for i in range(len(self.columns)))
-        lines = [r"\begin{table}", r"\centering", rf"\caption{{{_latex(self.title)}}}"]
-        if self.command:
-            lines.insert(0, f"% {_line(self.command)}")
-        lines += [rf"\label{{tab:{slug(self.name)}}}", rf"\begin{{tabular}}{{{align}}}"]
-        lines += [r"\toprule", " & ".join(map(_latex, self.columns)) + r" \\", r"\midrule"]
-        lines += [" & ".join(map(_latex, row)) + r" \\" for row in self.text_rows()]
-        lines += [r"\bottomrule", r"\end{tabular}"]
-        lines += [rf"\par\footnotesize {_latex(note)}" for note in self.notes]
-        return "\n".join([*lines, r"\end{table}", ""])
-
-    def _is_text(self, column: int) -> bool:
-        return any(isinstance(row[column], str) for row in self.rows)
 
 
 class Labels:
@@ -213,20 +196,25 @@ class Labels:
 
 
 def few_notes(table: Table) -> tuple[str, ...]:
-    """What to say below a table with intervals of fewer than `FEW` people, groups or cases."""
-    counts = [name for name in ("profiles", "n") if name in table.columns][:1]
-    found = [
-        row[table.columns.index(name)] if each.groups is None else each.groups
-        for name in counts
-        for row in table.rows
-        for each in row
-        if isinstance(each, Estimate) and each.interval
-    ]
-    least = min((n for n in found if isinstance(n, int)), default=FEW)
+    """What to say below a table with intervals of fewer than `FEW` people or other groups."""
+    entries = [each for row in table.rows for each in row.values() if isinstance(each, Estimate)]
+    least = min((each.groups for each in entries if each.interval and each.groups), default=FEW)
     if least >= FEW:
         return ()
-    what = ("profile" if "profiles" in counts else "group") + "s" * (least != 1)
-    return (f"Of {least} {what} an interval says little: so few hardly tell how others differ.",)
+    return (f"Of {least} people or groups an interval says little about how others differ.",)
+
+
+def averaged(
+    values: Sequence[float],
+    groups: Sequence[str] | None = None,
+    form: Literal["percent", "number"] = "number",
+) -> Estimate | None:
+    """The mean with an interval that resamples groups, or else values; None of nothing."""
+    if not values:
+        return None
+    interval = bootstrap_mean(values, groups)
+    number = len(values if groups is None else {*groups})
+    return Estimate(math.fsum(values) / len(values), interval, form, number)
 
 
 def chosen(cells: Iterable[Measured], kind: str) -> list[Measured]:
@@ -252,6 +240,17 @@ def slug(text: str) -> str:
     return f"{short[:50]}-{hashlib.sha256(text.encode('utf-8', 'replace')).hexdigest()[:8]}"
 
 
+def inert(text: str) -> str:
+    """The text, after an apostrophe if a spreadsheet would take it for a formula."""
+    first = unicodedata.normalize("NFKC", text[:1])  # some take wide signs, too
+    return f"'{text}" if first and first in "=+-@\t\r\n" else text
+
+
+def markdown_text(text: str) -> str:
+    """`text` in one line, as Markdown that shows it as it is."""
+    return re.sub(r"([\\`*_\[\]|#!~$])", r"\\\1", html.escape(_line(text), quote=False))
+
+
 def _key(value: object) -> str:
     return json.dumps(value, sort_keys=True, default=str)
 
@@ -274,65 +273,7 @@ def _line(text: str) -> str:
 
 def _shown(entry: Entry) -> str:
     if entry is None:
-        return MISSING
+        return "-"
     if isinstance(entry, float):
         return _number(entry)
-    if isinstance(entry, Interval):
-        return f"{_number(entry.low)} to {_number(entry.high)}"
     return _line(entry) if isinstance(entry, str) else str(entry)
-
-
-def _json(entry: Entry) -> Any:
-    if isinstance(entry, Interval):
-        return {"low": entry.low, "high": entry.high}
-    if not isinstance(entry, Estimate):
-        return entry
-    low, high = (entry.interval.low, entry.interval.high) if entry.interval else (None, None)
-    return {"value": entry.value, "low": low, "high": high, "form": entry.form}
-
-
-def _parts(entries: Sequence[Entry]) -> slice:
-    """Which of the parts of `_spread` a column has: the value, the ends of its interval, or all."""
-    if any(isinstance(each, Estimate) for each in entries):
-        return slice(None)
-    return slice(1, None) if any(isinstance(each, Interval) for each in entries) else slice(1)
-
-
-def _spread(entry: Entry) -> list[str | float]:
-    """The value and, of an estimate, its ends; "" for what there is not."""
-    if isinstance(entry, Interval):
-        return ["", entry.low, entry.high]
-    if isinstance(entry, Estimate):
-        ends = (entry.interval.low, entry.interval.high) if entry.interval else ("", "")
-        return [entry.value, *ends]
-    if isinstance(entry, str):
-        return [inert(_line(entry)), "", ""]
-    return ["" if entry is None else entry, "", ""]
-
-
-def inert(text: str) -> str:
-    """The text, after an apostrophe if a spreadsheet would take it for a formula."""
-    first = unicodedata.normalize("NFKC", text[:1])  # some take wide signs, too
-    return f"'{text}" if first and first in "=+-@\t\r\n" else text
-
-
-def markdown_text(text: str) -> str:
-    """`text` in one line, as Markdown that shows it as it is."""
-    return re.sub(r"([\\`*_\[\]|#!~$])", r"\\\1", html.escape(_line(text), quote=False))
-
-
-_LATEX = {
-    **{each: "\\" + each for each in "{}$&#_%"},
-    "\\": r"\textbackslash{}",
-    "^": r"\textasciicircum{}",
-    "~": r"\textasciitilde{}",
-    "<": r"\textless{}",
-    ">": r"\textgreater{}",
-    "[": "{[}",  # after the end of a row, LaTeX would read it as the row's distance
-    "]": "{]}",
-    "*": "{*}",
-}
-
-
-def _latex(text: str) -> str:
-    return "".join(_LATEX.get(each, each) for each in _line(text))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -12,60 +13,59 @@ import numpy.typing as npt
 from goalscope.calibrating import Observed, Tables, observed_in
 from goalscope.calibration import PAPER, USUAL, Calibration, calibration_from_json
 from goalscope.experiment.predictors import GOALSCOPE, among_goals
-from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate, Measured, Table
-from goalscope.experiment.summary_dialogues import EPS, by_settings, mean_of
+from goalscope.experiment.summary import (
+    NO_INTERVAL,
+    Entry,
+    Estimate,
+    Measured,
+    Row,
+    Table,
+    averaged,
+)
+from goalscope.experiment.summary_dialogues import area, by_settings
 from goalscope.goals import UNEXPLAINED
-from goalscope.stats import auroc, reliability
+from goalscope.stats import reliability
 
-__all__ = ["AGENT", "PAPERS", "TURN", "belief_table"]
+__all__ = ["AGENT", "EQ1", "TURN", "belief_table"]
 
 Array = npt.NDArray[np.float64]
 
 TURN = 3
 """By this turn, or by the last of a shorter dialogue, it is to be known that a goal is missing."""
 
-PAPERS = "Eq. 1"
+EQ1 = "Eq. 1"
 AGENT = "an agent's"
+EPS = 0.1
+"""Share of misses of the conformal sets."""
 
-COLUMNS = (
-    *("dialogues", "model", "belief", "n", "top-1", "log-loss", "ECE"),
-    *("open log-loss", f"AUROC by turn {TURN}"),
-    *(f"proposes by turn {TURN} if {kind}" for kind in ("absent", "present")),
-    *(f"{100 * (1 - EPS):g} % set holds it if {kind}" for kind in ("present", "absent")),
-    f"goals in the {100 * (1 - EPS):g} % set",
-)
 NOTES = (
-    "Each line adds one part to the line above it: Eq. 1 as it stands in the paper; a prior "
-    "probability of Unspecified that does not depend on the number of goals; the temperature; the "
-    f"reference; the chance of a change of mind; and, in the line {GOALSCOPE}, forgetting: the "
-    f"whole. The first line without adapter is as the paper has it, the line {GOALSCOPE} with it "
-    f"is what goalscope does. {AGENT}: the calibration of an agent that proposes its goals itself.",
-    "They are fitted together, so that a part by itself may do harm. Switching and forgetting are "
-    "for minds that change, and cost log-loss where nobody changes theirs.",
+    f"Each line adds one part to the line above it: {EQ1} as it stands in the paper; a prior of "
+    "Unspecified that does not depend on the number of goals; the temperature; the reference; the "
+    f"chance of a change of mind; and, in the line {GOALSCOPE}, forgetting: the whole. They are "
+    f"fitted together, so that a part by itself may do harm. {AGENT}: the calibration of an agent "
+    "that proposes its goals itself.",
     "Top-1, log-loss (nats) and expected calibration error after the last turn, among the goals "
     "alone. Open log-loss: of what is true over all turns, half of the time with the true goal "
     "left out, where Unspecified is the truth, otherwise with a wrong goal left out.",
-    f"AUROC: how well the posterior of Unspecified tells the two apart after turn {TURN}, or the "
-    "last of a shorter dialogue; other tables have it after the last. Proposes: "
-    f"share of dialogues in which goals would be proposed after one of the first {TURN} turns, "
-    "which they should be if the true goal is absent: under Eq. 1 once Unspecified is the "
-    f"likeliest, otherwise once it has {100 * UNEXPLAINED:g} % of the probability.",
-    f"The {100 * (1 - EPS):g} % set is conformal, at a turn drawn at random; thresholds belong to "
-    "the whole calibration alone. What comes with goalscope was calibrated on dialogues of these "
-    "sets; `goalscope calibrate` says how good that is on dialogues of other people.",
+    f"AUROC: how well Unspecified tells the two apart after turn {TURN}, or the last of a shorter "
+    "dialogue. Proposes: share of dialogues in which goals would be proposed by then, as they "
+    f"should be if the true goal is absent: under {EQ1} once Unspecified is the likeliest, "
+    f"otherwise once it has {100 * UNEXPLAINED:g} % of the probability.",
+    f"The {100 * (1 - EPS):g} % set is conformal, at a turn drawn at random. What comes with "
+    "goalscope was calibrated on dialogues of these sets; `goalscope calibrate` says how good that "
+    "is on dialogues of other people.",
     f"Intervals are 95 %, by a bootstrap that resamples whole groups. {NO_INTERVAL} Dialogues from "
     "which the adapter has learned are left out.",
 )
 
 
-def belief_table(cells: Iterable[Measured], *, command: str = "") -> Table:
+def belief_table(cells: Iterable[Measured]) -> Table:
     """One table over all dialogues, whatever their set; no rows where there are none.
 
     Args:
         cells: Of any kind.
-        command: What makes it again.
     """
-    rows: list[tuple[Entry, ...]] = []
+    rows: list[Row] = []
     for (name, split, goal_set, model), found in by_settings(cells, "dialogue"):
         task = ", ".join([name] if goal_set == "own" else [name, split, goal_set])
         ways: dict[str, list[Measured]] = {}
@@ -74,13 +74,12 @@ def belief_table(cells: Iterable[Measured], *, command: str = "") -> Table:
                 ways.setdefault(json.dumps(cell[1]["calibration"]), []).append(cell)
         for own, same in ways.items():
             if observed := observed_in(same):
-                rows += [(task, model, *row) for row in _rows(observed, _read(own))]
-    title = "Beliefs before and after, and what each part gives"
-    return Table("beliefs", title, COLUMNS, tuple(rows), NOTES, command)
-
-
-def _read(calibration: str) -> Calibration:
-    return calibration_from_json(json.loads(calibration))
+                calibration = calibration_from_json(json.loads(own))
+                rows += [
+                    {"dialogues": task, "model": model, **row}
+                    for row in _rows(observed, calibration)
+                ]
+    return Table("beliefs", "Beliefs before and after, and what each part gives", rows, NOTES)
 
 
 def _parts(own: Calibration) -> Mapping[str, Calibration]:
@@ -90,7 +89,7 @@ def _parts(own: Calibration) -> Mapping[str, Calibration]:
     reference = replace(warm, reference=own.reference)
     changing = replace(reference, switching=own.switching)
     return {
-        PAPERS: PAPER,
+        EQ1: PAPER,
         "+ prior": prior,
         "+ temperature": warm,
         "+ reference": reference,
@@ -100,17 +99,22 @@ def _parts(own: Calibration) -> Mapping[str, Calibration]:
     }
 
 
-def _rows(dialogues: Sequence[Observed], own: Calibration) -> Iterator[tuple[Entry, ...]]:
+def _rows(dialogues: Sequence[Observed], own: Calibration) -> Iterator[dict[str, Entry]]:
     tables = Tables(dialogues)
     groups = [each.group for each in dialogues]
     everyone = np.arange(len(dialogues))
     by_then = np.minimum(TURN, tables.turns) - 1
+
+    def average(
+        values: Array | Sequence[float], form: Literal["percent", "number"] = "number"
+    ) -> Estimate | None:
+        return averaged(np.asarray(values, dtype=float).tolist(), groups, form)
+
     for name, way in _parts(own).items():
         closed = [among_goals(each.goals, way)[-1] for each in dialogues]
         top1 = [
             float(row.argmax() == each.truth) for row, each in zip(closed, dialogues, strict=True)
         ]
-        ece = reliability([float(np.exp(row.max())) for row in closed], top1).ece
         loss = [-float(row[each.truth]) for row, each in zip(closed, dialogues, strict=True)]
         beliefs = tables.believe(way)
         then: Array = beliefs[:, everyone, by_then]
@@ -118,32 +122,23 @@ def _rows(dialogues: Sequence[Observed], own: Calibration) -> Iterator[tuple[Ent
         late = np.greater(np.arange(len(beliefs[0, 0])), by_then[:, None])
         leads = beliefs[..., 0] > beliefs[..., 1:].max(-1)
         proposes = leads if way is PAPER else beliefs[..., 0] >= np.log(UNEXPLAINED)
-        present, absent = np.where(late, 0.0, proposes).max(-1).tolist()
-        yield (
-            name,
-            len(dialogues),
-            mean_of(top1, groups, "top1"),
-            mean_of(loss, groups, "log_loss"),
-            ece,
-            mean_of(tables.losses(beliefs).tolist(), groups, "log_loss"),
-            Estimate(*auroc(odds[1], odds[0], groups)) if len(set(groups)) > 1 else None,
-            mean_of(absent, groups, "leads"),
-            mean_of(present, groups, "leads"),
-            *_sets(tables, beliefs, way, groups),
-        )
-
-
-def _sets(
-    tables: Tables, beliefs: Array, calibration: Calibration, groups: Sequence[str]
-) -> tuple[Entry, Entry, Entry]:
-    """Coverage with the true goal and without it, and size; None without thresholds."""
-    threshold = dict(calibration.thresholds).get(EPS)
-    if threshold is None:
-        return None, None, None
-    held, sizes = tables.conformal_sets(beliefs, threshold)
-    present, absent = held.astype(float).tolist()
-    return (
-        mean_of(present, groups, "held"),
-        mean_of(absent, groups, "held"),
-        mean_of(sizes.mean(0).tolist(), groups, "size"),
-    )
+        present, absent = np.where(late, 0.0, proposes).max(-1)
+        row: dict[str, Entry] = {
+            "belief": name,
+            "n": len(dialogues),
+            "top-1": average(top1, "percent"),
+            "log-loss": average(loss),
+            "ECE": reliability([float(np.exp(row.max())) for row in closed], top1).ece,
+            "open log-loss": average(tables.losses(beliefs)),
+            f"AUROC by turn {TURN}": area(odds[1].tolist(), odds[0].tolist(), groups),
+            f"proposes by turn {TURN} if absent": average(absent, "percent"),
+            f"proposes by turn {TURN} if present": average(present, "percent"),
+        }
+        threshold = dict(way.thresholds).get(EPS)
+        if threshold is not None:
+            held, sizes = tables.conformal_sets(beliefs, threshold)
+            share = f"{100 * (1 - EPS):g} % set"
+            row[f"{share} holds it if present"] = average(held[0], "percent")
+            row[f"{share} holds it if absent"] = average(held[1], "percent")
+            row[f"goals in the {share}"] = average(sizes.mean(0))
+        yield row

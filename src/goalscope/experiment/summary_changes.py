@@ -11,8 +11,17 @@ import numpy.typing as npt
 from goalscope.calibration import PAPER, USUAL, calibration_from_json
 from goalscope.datasets.changes import AFTER
 from goalscope.experiment.predictors import AS_IN_PAPER, GOALSCOPE, among_goals
-from goalscope.experiment.summary import NO_INTERVAL, Entry, Estimate, Measured, Table, slug
-from goalscope.experiment.summary_dialogues import by_settings, mean_of
+from goalscope.experiment.summary import (
+    NO_INTERVAL,
+    Entry,
+    Estimate,
+    Measured,
+    Row,
+    Table,
+    averaged,
+    slug,
+)
+from goalscope.experiment.summary_dialogues import by_settings
 from goalscope.types import counted
 
 __all__ = ["FRESH", "Changes", "read_changes"]
@@ -31,9 +40,7 @@ NOTES = (
     "was the likeliest, in all of these rounds and in the last, and there its log-loss in nats.",
     f"{GOALSCOPE}: with the calibration known when it was measured; {AS_AGENT}: with that of an "
     f"agent that proposes its goals itself; {AS_IN_PAPER}: Bayes' rule as it stands in the paper; "
-    f"{FRESH}: the evidence before the change is left out, as if it were forgotten at once.",
-    "What comes with goalscope was calibrated on dialogues of these sets; whether a script's words "
-    "taught the adapter is not looked up.",
+    f"{FRESH}: the evidence before the change is left out.",
     "Beliefs are over the goals alone. Intervals are 95 %, by a bootstrap that resamples whole "
     "groups of dialogues with the same first goal, since these begin with the same people's words. "
     f"{NO_INTERVAL}",
@@ -62,55 +69,45 @@ class Changes:
     beliefs: Mapping[str, Array]
 
     @property
+    def name(self) -> str:
+        """For files."""
+        return "-".join(map(slug, (self.set, self.split, self.model)))
+
+    @property
     def title(self) -> str:
         """What changed, and with which model it was followed."""
         goals = self.beliefs[GOALSCOPE].shape[-1]
-        return f"{self.set}, {self.split}, {goals} random goals each, {self.model}"
+        return (
+            f"{self.set}, {self.split}, {goals} random goals each, {self.model}, "
+            f"{counted(len(self.groups), 'dialogue')}"
+        )
 
-    @property
-    def rounds(self) -> int:
-        """How many there are in all."""
-        return self.round + AFTER - 1
-
-    def table(self, *, command: str = "") -> Table:
+    def table(self) -> Table:
         """In how many dialogues each belief follows, and holds the first goal before that."""
-        rows: list[tuple[Entry, ...]] = []
+        rows: list[Row] = []
+        last = self.round - 1
         for way, beliefs in self.beliefs.items():
             followed = np.logical_or.accumulate(_leads(beliefs[:, -AFTER:], 1), axis=1)
-            before = [None] * 3 if way == FRESH else self._before(beliefs[:, :-AFTER])
-            after = (self._mean(followed[:, k], "leads") for k in range(AFTER))
-            rows.append((way, len(self.groups), *after, *before))
-        last = self.round - 1
-        return Table(
-            "-".join(map(slug, ("changes", self.set, self.split, self.model))),
-            f"A change of mind at round {self.round}: {self.title}, "
-            f"{counted(len(self.groups), 'dialogue')}",
-            (
-                *("belief", "n"),
-                *(f"followed within {k}" for k in range(1, AFTER + 1)),
-                *(f"first goal leads, rounds 1-{last}", f"round {last}", f"log-loss, round {last}"),
-            ),
-            tuple(rows),
-            NOTES,
-            command,
-        )
+            row: dict[str, Entry] = {"belief": way, "n": len(self.groups)}
+            row |= {f"followed within {k + 1}": self._share(followed[:, k]) for k in range(AFTER)}
+            if way != FRESH:
+                before = beliefs[:, :-AFTER]
+                leads = _leads(before, 0)
+                row[f"first goal leads, rounds 1-{last}"] = self._share(leads.mean(axis=1))
+                row[f"round {last}"] = self._share(leads[:, -1])
+                loss: list[float] = (-before[:, -1, 0]).tolist()
+                row[f"log-loss, round {last}"] = averaged(loss, self.groups)
+            rows.append(row)
+        title = f"A change of mind at round {self.round}: {self.title}"
+        return Table(f"changes-{self.name}", title, rows, NOTES)
 
     def probabilities(self, way: str) -> Array:
         """[T, 2] of the first and the second goal after each turn, mean over the dialogues."""
         mean: Array = np.exp(self.beliefs[way][:, :, :2]).mean(axis=0)
         return mean
 
-    def _before(self, beliefs: Array) -> list[Estimate]:
-        """What a table says of the first goal, from the beliefs before the change."""
-        leads = _leads(beliefs, 0)
-        return [
-            self._mean(leads.mean(axis=1), "leads"),
-            self._mean(leads[:, -1], "leads"),
-            self._mean(-beliefs[:, -1, 0], "log_loss"),
-        ]
-
-    def _mean(self, values: Array | Flags, field: str) -> Estimate:
-        return mean_of(values.astype(float).tolist(), self.groups, field)
+    def _share(self, values: Array | Flags) -> Estimate | None:
+        return averaged(values.astype(float).tolist(), self.groups, "percent")
 
 
 def read_changes(cells: Iterable[Measured]) -> tuple[Changes, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -37,61 +37,58 @@ from goalscope.experiment.summary import (
     Estimate,
     Labels,
     Measured,
+    Row,
     Table,
+    averaged,
     chosen,
     slug,
 )
-from goalscope.stats import Reliability, Scores, auroc, bootstrap_mean, reliability, scores
+from goalscope.stats import Reliability, auroc, reliability, scores
 from goalscope.types import counted
 
-__all__ = ["EPS", "Dialogues", "Openness", "Outcome", "by_settings", "mean_of", "read_dialogues"]
+__all__ = ["Dialogues", "area", "by_settings", "model_tables", "read_dialogues"]
 
 Array = npt.NDArray[np.float64]
+Field = Literal["top1", "reciprocal_rank", "log_loss", "brier", "leads_absent", "leads_present"]
 
 TURNS = (1, 2, 3, 4, 5, None)
 """Turns that tables show; None for each dialogue's last."""
+FIELDS: Mapping[str, Field] = {
+    "top-1": "top1",
+    "MRR": "reciprocal_rank",
+    "log-loss": "log_loss",
+    "Brier": "brier",
+}
+OPEN: Mapping[str, Field] = {
+    "leads if absent": "leads_absent",
+    "leads if present": "leads_present",
+}
+"""How often Unspecified is the likeliest, with the true goal left out, and a wrong one."""
+DIFFERENCE = ", difference"
 
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """One predictor's belief after one turn of one dialogue.
-
-    Attributes:
-        case: The dialogue, as it was measured.
-        scores: How good the belief was.
-        confidence: Probability of the likeliest goal.
-    """
-
-    case: Mapping[str, Any]
-    scores: Scores
-    confidence: float
-
-    @property
-    def group(self) -> str:
-        """Of the dialogue; intervals resample groups."""
-        return self.case["group"]
-
-
-@dataclass(frozen=True, slots=True)
-class Openness:
-    """How likely Unspecified is after one turn of one dialogue, as log-odds in nats.
-
-    Attributes:
-        group: Of the dialogue.
-        present: With the true goal among the goals, and one of the wrong ones left out.
-        absent: With the true goal left out.
-        leads: Whether Unspecified is the likeliest, with the true goal and without it.
-        held: Whether the conformal set (`EPS`) holds what is true, in the same order; None where
-            there is no threshold for it.
-        sizes: Number of goals in it; 0 where there is none.
-    """
-
-    group: str
-    present: float
-    absent: float
-    leads: tuple[bool, bool]
-    held: tuple[bool, bool] | None
-    sizes: tuple[int, int]
+NOTES = (
+    "n is the number of dialogues that have the turn; at the turn called last, each has its own. "
+    "All up to the calibration error is among the goals, without Unspecified.",
+    f"{GOALSCOPE}: with the calibration known when it was measured; {AS_IN_PAPER}: Bayes' rule as "
+    "it stands in the paper; goal seen: where the adapter was fitted on the text of the true goal.",
+    "Intervals are 95 %, by a bootstrap that resamples whole groups of dialogues that share "
+    f"people. Log-loss is in nats. {NO_INTERVAL}",
+    "ECE: expected calibration error; only above the errors of a perfectly calibrated forecaster "
+    "(95 % of them lie in the span) is a predictor too sure, or not sure enough.",
+    "AUROC: how well Unspecified tells that the true goal is left out from that a wrong one is; "
+    "0.5 is chance. Leads: how often Unspecified is the likeliest then.",
+    f"TF-IDF, BM25, embedding and {GOALS_ALONE} have a temperature that was fitted on the other "
+    f"folds of {FOLDS}, which favours them; of fewer than {FITTED_FROM} groups it is 1. "
+    f'"{GOALS_ALONE}" is a control that reads no dialogue, only the words that goals share.',
+    f'"{OUTRIGHT}" names a goal and says how sure it is, at most {100 * MOST_SURE:g} %; the rest '
+    "is spread evenly.",
+)
+MODEL_NOTES = (
+    "goalscope with each model, which has its own calibration. Difference: from the first model, "
+    "on the dialogues that both have met in the same words and with the same goals; Eq. 1: without "
+    "calibration, so that only the models differ.",
+    *NOTES[2:3],
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,10 +102,10 @@ class Dialogues:
         model: The model's label.
         n: Number of dialogues.
         goals: Most goals of a dialogue.
-        outcomes: By predictor and turn, where None stands for each dialogue's last; those of the
-            dialogues that have that turn and for which the predictor was run.
-        notes: What was fitted, and what could not be read.
-        openness: As `outcomes`, of the dialogues with more than two goals.
+        beliefs: By predictor and turn, where None stands for each dialogue's last, a dict for each
+            dialogue that has it: its `case`, its `group`, a `Field` each, `sure`, the probability
+            of the likeliest goal, and log-odds of Unspecified where goals are left out.
+        notes: What could not be read, or was learned from.
     """
 
     set: str
@@ -117,9 +114,14 @@ class Dialogues:
     model: str
     n: int
     goals: int
-    outcomes: Mapping[tuple[str, int | None], Sequence[Outcome]]
+    beliefs: Mapping[tuple[str, int | None], Sequence[Mapping[str, Any]]]
     notes: tuple[str, ...]
-    openness: Mapping[tuple[str, int | None], Sequence[Openness]]
+
+    @property
+    def name(self) -> str:
+        """For files."""
+        parts = (self.set, self.split, self.goal_set, self.model)
+        return "-".join(slug(part) for part in parts if part)
 
     @property
     def task(self) -> str:
@@ -133,163 +135,87 @@ class Dialogues:
         """What was inferred, and with which model."""
         return f"{self.task}, {self.model}"
 
-    def accuracy_by_turn(
-        self, turns: int = 10
-    ) -> dict[str, list[tuple[int | None, int, Estimate]]]:
-        """Turn, number of dialogues that have it, and top-1 accuracy, for each predictor.
+    def at(self, predictor: str, turn: int | None) -> Sequence[Mapping[str, Any]]:
+        """The beliefs of a predictor after a turn; None for the last."""
+        return self.beliefs.get((predictor, turn), ())
 
-        In the end stands None, each dialogue's last turn, where some have more than one.
-        """
-        last = (None,) if (UNIFORM, 2) in self.outcomes else ()
-        return {
-            predictor: [
-                (turn, len(found), estimate)
-                for turn in (*range(1, turns + 1), *last)
-                if (found := self.outcomes.get((predictor, turn), ()))
-                and (estimate := _estimate(found, "top1"))
-            ]
-            for predictor in PREDICTORS
-        }
-
-    def reliabilities(self) -> dict[str, Reliability]:
-        """Of each predictor that has any outcome, at each dialogue's last turn."""
-        found = {name: self.outcomes.get((name, None), ()) for name in PREDICTORS}
-        return {name: _reliability(outcomes) for name, outcomes in found.items() if outcomes}
-
-    def table(self, *, command: str = "") -> Table:
-        """What was predicted at turns 1 to 5, and at each dialogue's last."""
-        rows: list[tuple[Entry, ...]] = []
-        longer = any(turn and turn > 1 for _, turn in self.outcomes)
-        for predictor, turn in product(PREDICTORS, TURNS if longer else (1,)):
-            found = self.outcomes.get((predictor, turn))
-            if not found:
-                continue
-            made = _reliability(found)
-            rows.append(
-                (
-                    predictor,
-                    "last" if turn is None else str(turn),
-                    len(found),
-                    *(_estimate(found, each) for each in FIELDS),
-                    made.ece,
-                    made.band,
-                )
-            )
-        title = f"Goals inferred from dialogues: {self.title}, {counted(self.n, 'dialogue')}"
-        own = (note for name, note in NOTES_OF.items() if (name, None) in self.outcomes)
-        notes = (*self.notes, *NOTES, *own)
-        return Table(self._name("dialogues"), title, COLUMNS, tuple(rows), notes, command)
-
-    def open_set_table(self, *, command: str = "") -> Table:
-        """How well Unspecified tells that the true goal is not among the goals."""
-        rows: list[tuple[Entry, ...]] = []
-        for predictor, turn in product((GOALSCOPE, AS_IN_PAPER), TURNS):
-            found = self.openness.get((predictor, turn))
-            if not found:
-                continue
-            groups = [each.group for each in found]
-            sets = [(each.group, each.held, each.sizes) for each in found if each.held is not None]
-            people = [group for group, _, _ in sets]
-            rows.append(
-                (
-                    predictor,
-                    "last" if turn is None else str(turn),
-                    len(found),
-                    self.area(turn, predictor),
-                    mean_of([float(each.leads[1]) for each in found], groups, "leads"),
-                    mean_of([float(each.leads[0]) for each in found], groups, "leads"),
-                    *(
-                        (
-                            mean_of([float(held[0]) for _, held, _ in sets], people, "held"),
-                            mean_of([float(held[1]) for _, held, _ in sets], people, "held"),
-                            mean_of([sum(size) / 2 for _, _, size in sets], people, "size"),
-                        )
-                        if sets
-                        else (None, None, None)
-                    ),
-                )
-            )
-        title = f"Is the goal in the set? {self.title}, {counted(self.n, 'dialogue')}"
-        return Table(self._name("open-set"), title, OPEN_COLUMNS, tuple(rows), OPEN_NOTES, command)
+    def estimate(self, predictor: str, turn: int | None, field: Field) -> Estimate | None:
+        """A figure of a predictor after a turn; None without any."""
+        found = self.at(predictor, turn)
+        return _estimate([(each[field], each) for each in found if field in each], field)
 
     def area(self, turn: int | None, predictor: str = GOALSCOPE) -> Estimate | None:
-        """The AUROC of `open_set_table`; None where it is not defined."""
-        found = self.openness.get((predictor, turn), ())
-        groups = [each.group for each in found]
-        if len(set(groups)) < 2:
-            return None
-        area = auroc([e.absent for e in found], [e.present for e in found], groups)
-        return Estimate(*area, groups=len(set(groups)))
+        """How well Unspecified tells that the true goal is left out; None where it cannot be."""
+        found = [each for each in self.at(predictor, turn) if "absent" in each]
+        absent, present = ([each[kind] for each in found] for kind in ("absent", "present"))
+        return area(absent, present, [each["group"] for each in found])
 
-    def _name(self, what: str) -> str:
-        parts = [part for part in (self.set, self.split, self.goal_set, self.model) if part]
-        return "-".join(map(slug, (what, *parts)))
+    def reliability(self, predictor: str, turn: int | None) -> Reliability:
+        """Of beliefs that there are."""
+        found = self.at(predictor, turn)
+        return reliability([each["sure"] for each in found], [each["top1"] for each in found])
+
+    def table(self) -> Table:
+        """What was predicted at turns 1 to 5, and at each dialogue's last."""
+        rows: list[Row] = []
+        longer = any(turn and turn > 1 for _, turn in self.beliefs)
+        for predictor, turn in product(PREDICTORS, TURNS if longer else (1,)):
+            if not (found := self.at(predictor, turn)):
+                continue
+            made = self.reliability(predictor, turn)
+            row: dict[str, Entry] = {
+                "predictor": predictor, "turn": _after(turn), "n": len(found),
+                **{name: self.estimate(predictor, turn, each) for name, each in FIELDS.items()},
+                "ECE": made.ece, "if calibrated, from": made.band.low, "to": made.band.high,
+            }  # fmt: skip
+            if any("absent" in each for each in found):
+                row["AUROC"] = self.area(turn, predictor)
+                row |= {name: self.estimate(predictor, turn, each) for name, each in OPEN.items()}
+            rows.append(row)
+        title = f"Goals inferred from dialogues: {self.title}, {counted(self.n, 'dialogue')}"
+        return Table(f"dialogues-{self.name}", title, rows, (*self.notes, *NOTES))
 
 
-FIELDS = ("top1", "reciprocal_rank", "log_loss", "brier")
-COLUMNS = (
-    "predictor",
-    "turn",
-    "n",
-    "top-1",
-    "MRR",
-    "log-loss",
-    "Brier",
-    "ECE",
-    "ECE if calibrated",
-)
-EPS = 0.1
-"""Share of misses of the conformal sets that tables show."""
+def model_tables(found: Iterable[Dialogues]) -> Iterator[Table]:
+    """A table for each task that more than one model has met.
 
-OPEN_COLUMNS = (
-    *("belief", "turn", "n", "AUROC", "leads if absent", "leads if present"),
-    *(f"{100 * (1 - EPS):g} % set holds it if {kind}" for kind in ("present", "absent")),
-    "size",
-)
-OPEN_NOTES = (
-    "Each dialogue counts twice: with the true goal left out, and with one of the wrong goals left "
-    "out. AUROC: how well the posterior of Unspecified tells the two apart, for dialogues of "
-    "different groups; 0.5 is chance, 1 is always.",
-    "Then the share of dialogues in which Unspecified is the likeliest: it should be if the true "
-    "goal is absent, and should not be if it is present.",
-    f"The {100 * (1 - EPS):g} % set is conformal: it holds what is true (Unspecified if the true "
-    "goal is absent) in such a share of dialogues like those of the calibration, at a turn drawn "
-    "at random.",
-    "n is the number of dialogues that have the turn; intervals are 95 %, by a bootstrap that "
-    f"resamples whole groups. {NO_INTERVAL}",
-    f"{GOALSCOPE}: with the calibration known when it was measured; {AS_IN_PAPER}: neither "
-    "evidence nor prior changed.",
-)
-NOTES = (
-    "n is the number of dialogues that have the turn; at the turn called last, each has its own. "
-    "All is among the goals, without Unspecified: how often that leads stands with the open set.",
-    "Intervals are 95 %, by a bootstrap that resamples whole groups of dialogues that share "
-    "people. Goals that tie share the top, or have their mean rank. Log-loss is in nats. "
-    f"{NO_INTERVAL}",
-    f"{GOALSCOPE}: with the calibration known when it was measured; {AS_IN_PAPER}: Bayes' rule as "
-    "it stands in the paper.",
-    "ECE: expected calibration error. If calibrated: where that of a perfectly calibrated "
-    "forecaster with the same confidences lies in 95 % of samples of this size, which is no "
-    "interval of the ECE. Only above it is a predictor too sure, or not sure enough.",
-    "TF-IDF, BM25 and embedding compare each goal with all of the person's words so far. Their "
-    f"similarities become probabilities by a temperature that has the least log-loss on the "
-    f"other folds of {FOLDS} (groups stay together), which favours them: goalscope's is fixed. Of "
-    f"fewer than {FITTED_FROM} groups none is fitted: it is 1, and only top-1 and MRR compare them "
-    "fairly.",
-    f'"{GOALS_ALONE}" is a control that reads no dialogue: a goal is the likelier, the more words '
-    "it shares with the other goals on average (Jaccard); its temperature is fitted likewise. "
-    "Where wrong goals were made from the true one, this gives it away, and a predictor that sees "
-    "the list of goals, such as the model that is asked outright, could use it; goalscope scores "
-    "each goal without seeing the others.",
-)
-NOTES_OF = {
-    SEEN[True]: "goal seen: goalscope where the adapter was fitted on the text of the true goal, "
-    "with other people's words; goal unseen: where it was not.",
-    OUTRIGHT: "The model that is asked outright names a goal and says how sure it is; the rest is "
-    "spread evenly. Its certainty is taken between an even share, or just above, and "
-    f"{100 * MOST_SURE:g} %, which favours it; a certainty that it does not give is the least.",
-}
-"""What is said only of predictors that were run."""
+    Args:
+        found: Of each task and model; the first model is what the others are compared with.
+    """
+    tasks: dict[str, list[Dialogues]] = {}
+    for each in found:
+        tasks.setdefault(each.task, []).append(each)
+    for task, every in tasks.items():
+        if len(every) > 1:
+            rows = [
+                _compared(each, every[0], turn)
+                for turn in (1, 2, 3, None)
+                for each in every
+                if each.at(GOALSCOPE, turn)
+            ]
+            yield Table(f"models-{slug(task)}", f"Models compared: {task}", rows, MODEL_NOTES)
+
+
+def _compared(own: Dialogues, first: Dialogues, turn: int | None) -> Row:
+    """How good a belief is with one model, and how much more its figures are than another's."""
+
+    def difference(predictor: str, field: Field) -> Estimate | None:
+        before = {each["case"]["id"]: each for each in first.at(predictor, turn)}
+        pairs = [
+            (each[field] - before[id][field], each)
+            for each in own.at(predictor, turn)
+            if (id := each["case"]["id"]) in before and before[id]["case"] == each["case"]
+        ]
+        return None if own is first else _estimate(pairs, field)
+
+    row: dict[str, Entry] = {
+        "model": own.model, "turn": _after(turn), "n": len(own.at(GOALSCOPE, turn))
+    }  # fmt: skip
+    for name in ("top-1", "log-loss"):
+        row[name] = own.estimate(GOALSCOPE, turn, FIELDS[name])
+        row[name + DIFFERENCE] = difference(GOALSCOPE, FIELDS[name])
+    row[f"Eq. 1: log-loss{DIFFERENCE}"] = difference(AS_IN_PAPER, "log_loss")
+    return {**row, "open-set AUROC": own.area(turn)}
 
 
 def read_dialogues(cells: Iterable[Measured]) -> tuple[Dialogues, ...]:
@@ -298,7 +224,16 @@ def read_dialogues(cells: Iterable[Measured]) -> tuple[Dialogues, ...]:
     Args:
         cells: Of any kind.
     """
-    return tuple(_read(key, group) for key, group in by_settings(cells, "dialogue"))
+    return tuple(
+        Dialogues(
+            *key,
+            len(group),
+            max(len(spec["case"]["goals"]) for spec, _ in group),
+            _beliefs(group),
+            tuple(_notes(group)),
+        )
+        for key, group in by_settings(cells, "dialogue")
+    )
 
 
 def by_settings(
@@ -326,112 +261,89 @@ def by_settings(
             yield (*task, label), [*group.values()]
 
 
+def area(
+    absent: Sequence[float], present: Sequence[float], groups: Sequence[str]
+) -> Estimate | None:
+    """The AUROC of log-odds of Unspecified with its interval; None for a single group."""
+    n = len({*groups})
+    return Estimate(*auroc(absent, present, groups), groups=n) if n > 1 else None
+
+
 def _settings(spec: Mapping[str, Any]) -> dict[str, Any]:
     own = ("kind", "set", "split", "goal_set", "case", "outright")
     return {key: value for key, value in spec.items() if key not in own}
 
 
-def _read(key: tuple[str, str, str, str], cells: Sequence[Measured]) -> Dialogues:
-    """Let each predictor believe, and score what it believes."""
-    outcomes: dict[tuple[str, int | None], list[Outcome]] = {}
-    openness: dict[tuple[str, int | None], list[Openness]] = {}
-    notes: list[str] = []
-
-    def keep(predictor: str, cell: Measured, table: Iterable[Array]) -> None:
-        case, last = cell[0]["case"], None
-        for turn, belief in enumerate(table, 1):
-            scored = scores(belief, case["truth"])
-            last = Outcome(case, scored, float(np.exp(belief.max())))
-            outcomes.setdefault((predictor, turn), []).append(last)
-        if last:
-            outcomes.setdefault((predictor, None), []).append(last)
-
+def _beliefs(cells: Sequence[Measured]) -> dict[tuple[str, int | None], list[dict[str, Any]]]:
+    """Let each predictor believe, and score what it believes; see `Dialogues`."""
+    found: dict[tuple[str, int | None], list[dict[str, Any]]] = {}
     known = {result["seen"] for _, result in cells if result.get("seen") is not None}
-    unread = asked = 0
+
+    def keep(
+        predictor: str, cell: Measured, table: Iterable[Array], way: Calibration | None = None
+    ) -> None:
+        case = cell[0]["case"]
+        beside = _left_out(cell, way) if way and len(case["goals"]) > 2 else []
+        kept: dict[str, Any] = {}
+        for turn, belief in enumerate(table):
+            good = scores(belief, case["truth"])
+            kept = {"case": case, "group": case["group"], "sure": float(np.exp(belief.max()))}
+            kept |= {each: getattr(good, each) for each in FIELDS.values()}
+            kept |= beside[turn] if beside else {}
+            found.setdefault((predictor, turn + 1), []).append(kept)
+        if kept:
+            found.setdefault((predictor, None), []).append(kept)
+
     for cell in cells:
         spec, result = cell
         goals, turns = len(spec["case"]["goals"]), len(spec["case"]["turns"])
         keep(UNIFORM, cell, np.full((turns, goals), -np.log(goals)))
         if result.get("role-play"):
             own = calibration_from_json(result["calibration"])
-            for predictor, way in ((GOALSCOPE, own), (AS_IN_PAPER, PAPER)):
-                keep(predictor, cell, role_play(result, way))
-                if goals > 2:
-                    last = None
-                    for turn, last in enumerate(_openness(cell, way), 1):
-                        openness.setdefault((predictor, turn), []).append(last)
-                    if last:
-                        openness.setdefault((predictor, None), []).append(last)
+            keep(GOALSCOPE, cell, role_play(result, own), own)
+            keep(AS_IN_PAPER, cell, role_play(result, PAPER), PAPER)
             if len(known) == 2 and result.get("seen") is not None:
                 keep(SEEN[result["seen"]], cell, role_play(result, own))
-        if answers := result.get("outright"):
-            keep(OUTRIGHT, cell, [outright_belief(answer, goals) for answer in answers])
-            asked += len(answers)
-            unread += sum(answer["goal"] is None for answer in answers)
+        answers = result.get("outright") or ()
+        keep(OUTRIGHT, cell, [outright_belief(answer, goals) for answer in answers])
     for predictor in (GOALS_ALONE, *SIMILARITIES):
-        found = [(cell, likeness(cell, predictor)) for cell in cells]
-        own = [(cell, table) for cell, table in found if table.size]
-        fitted = fitted_temperatures(own)
-        for (cell, table), temperature in zip(own, fitted, strict=True):
-            keep(predictor, cell, log_softmax(table / temperature))
-        if fitted:
-            low, high = min(fitted), max(fitted)
-            span = f"{low:.2g}" if low == high else f"{low:.2g} to {high:.2g}"
-            notes.append(f"{predictor}: temperature {span}.")
-    if unread:
-        notes.append(
-            f"{unread:,} of {asked:,} answers of the model that is asked could not be read; they "
-            "are scored as uniform."
-        )
-    if learned := sum(bool(result.get("learned")) for _, result in cells):
-        notes.insert(0, f"The model's adapter has LEARNED from {learned:,} of these dialogues.")
-    goals = max(len(spec["case"]["goals"]) for spec, _ in cells)
-    return Dialogues(*key, len(cells), goals, outcomes, tuple(notes), openness)
+        likes = [(cell, table) for cell in cells if (table := likeness(cell, predictor)).size]
+        for (cell, table), heat in zip(likes, fitted_temperatures(likes), strict=True):
+            keep(predictor, cell, log_softmax(table / heat))
+    return found
 
 
-def _openness(cell: Measured, calibration: Calibration) -> Iterator[Openness]:
-    """Turn by turn."""
+def _left_out(cell: Measured, calibration: Calibration) -> list[dict[str, float]]:
+    """Unspecified turn by turn with the true goal left out (absent), and a wrong one (present)."""
     case, result = cell[0]["case"], cell[1]
     table = np.column_stack([result["unspecified"], result["role-play"]])
     truth = case["truth"] + 1
     wrong = [place for place in range(1, table.shape[1]) if place != truth]
-    out = chance(0, case["id"]).choice(wrong)
-    beliefs = [
-        beside_unspecified(np.delete(table, gone, axis=1), calibration) for gone in (out, truth)
-    ]
-    place = truth - (out < truth)  # of the true goal, once a wrong one is left out
-    threshold = dict(calibration.thresholds).get(EPS)
-    for present, absent in zip(*beliefs, strict=True):
-        held, sizes = None, (0, 0)
-        if threshold is not None:
-            sets = [np.exp(row) >= min(threshold, np.exp(row.max())) for row in (present, absent)]
-            held = bool(sets[0][place]), bool(sets[1][0])
-            sizes = int(sets[0].sum()), int(sets[1].sum())
-        yield Openness(
-            case["group"],
-            float(present[0] - np.logaddexp.reduce(present[1:])),
-            float(absent[0] - np.logaddexp.reduce(absent[1:])),
-            (bool(present[0] > present[1:].max()), bool(absent[0] > absent[1:].max())),
-            held,
-            sizes,
+    rows: list[dict[str, float]] = [{} for _ in table]
+    for kind, out in (("absent", truth), ("present", chance(0, case["id"]).choice(wrong))):
+        beliefs = beside_unspecified(np.delete(table, out, axis=1), calibration)
+        for row, belief in zip(rows, beliefs, strict=True):
+            row[kind] = float(belief[0] - np.logaddexp.reduce(belief[1:]))
+            row[f"leads_{kind}"] = float(belief[0] > belief[1:].max())
+    return rows
+
+
+def _notes(cells: Sequence[Measured]) -> Iterator[str]:
+    if learned := sum(bool(result.get("learned")) for _, result in cells):
+        yield f"The model's adapter has LEARNED from {learned:,} of these dialogues."
+    answers = [each for _, result in cells for each in result.get("outright") or ()]
+    if unread := sum(each["goal"] is None for each in answers):
+        yield (
+            f"{unread:,} of {len(answers):,} answers of the model that is asked could not be read; "
+            "they are scored as uniform."
         )
 
 
-def _estimate(outcomes: Sequence[Outcome], field: str) -> Estimate | None:
-    if not outcomes:
-        return None
-    values: list[float] = [getattr(each.scores, field) for each in outcomes]
-    return mean_of(values, [each.group for each in outcomes], field)
+def _after(turn: int | None) -> str:
+    return "last" if turn is None else str(turn)
 
 
-def mean_of(values: Sequence[float], groups: Sequence[str], field: str) -> Estimate:
-    """Mean of a figure (one of the `Scores`, or a share), with an interval over groups."""
-    form = "percent" if field in ("top1", "leads", "held") else "number"
-    interval = bootstrap_mean(values, groups)
-    return Estimate(sum(values) / len(values), interval, form, len(set(groups)))
-
-
-def _reliability(outcomes: Sequence[Outcome]) -> Reliability:
-    return reliability(
-        [each.confidence for each in outcomes], [each.scores.top1 for each in outcomes]
-    )
+def _estimate(values: Sequence[tuple[float, Mapping[str, Any]]], field: Field) -> Estimate | None:
+    form = "percent" if field in ("top1", "leads_absent", "leads_present") else "number"
+    groups = [each["group"] for _, each in values]
+    return averaged([value for value, _ in values], groups, form)

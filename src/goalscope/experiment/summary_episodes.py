@@ -3,37 +3,73 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
-from goalscope.experiment.results import cell_key
+from goalscope.experiment.results import Cell, cell_key
 from goalscope.experiment.summary import (
     NO_INTERVAL,
     Entry,
     Estimate,
     Labels,
-    Measured,
+    Row,
     Table,
+    averaged,
     chosen,
     mean,
     percent,
     slug,
 )
-from goalscope.experiment.summary_compare import Comparison, comparisons_table, read_comparison
-from goalscope.experiment.summary_judge import (
-    JUDGE_NOTES,
-    Reading,
-    evaluator_of,
-    how_asked,
-    reading_of,
-)
-from goalscope.stats import bootstrap_mean, paired_difference, pooled_sd_of_mean
+from goalscope.judge import JUDGE_TEMPERATURE, Pair, Trial, order_effect
+from goalscope.stats import paired_difference, pooled_sd_of_mean
+from goalscope.types import counted
 
-__all__ = ["Episodes", "Run", "read_episodes"]
+__all__ = ["JUDGE_NOTES", "Episodes", "Reading", "Run", "evaluator_of", "read_episodes",
+           "reading_of"]  # fmt: skip
 
 METHODS = ("good", "no-goals", "no-inference")
 """First those of the paper (Sec. 4.3), in its order; others follow by name."""
+TOP = 3.0
+"""The best that the evaluator can give (Sec. 5)."""
+
+JUDGE_NOTES = (
+    "The judge's score is a share of its best, 3. Trials whose answer could not be read are "
+    "counted as unscored and are in no mean; a run that left nothing scores 0 in all its trials.",
+)
+NOTES = (
+    "Score: share of the profile's conditions that hold in the end. It and the judge's are means "
+    "over profiles of the means over their runs, with a 95 % bootstrap interval over profiles. "
+    f"{NO_INTERVAL}",
+    "SD: pooled standard deviation of the mean, the noise of repeated runs of a profile (score), "
+    "or of repeated trials on a run (judge, Sec. 5.1), and not of the choice of profiles; the "
+    "paper gives no formula.",
+    "Rounds, replans and terminated are means over runs; retries are attempts beyond the first.",
+)
+PAIR_NOTES = (
+    "In percentage points, over profiles that both methods ran (with the same seeds, averaged), "
+    f"with a 95 % paired bootstrap interval over profiles. {NO_INTERVAL} p is two-sided, from a "
+    "sign-flip permutation test, and not corrected for several comparisons.",
+)
+ORDER_NOTES = (
+    "Two methods' outcomes for one person, scored side by side in both orders. Order effect: mean "
+    "score of what was shown first less that of what was shown second, of 3 points; 0 for a judge "
+    "whom the order does not sway. A comparison counts if all four of its scores could be read. "
+    f"Intervals are 95 %, by a bootstrap over profiles. {NO_INTERVAL}",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What one evaluator made of one run.
+
+    Attributes:
+        trials: Fractions of the best score; all 0 where the run left nothing (Sec. 5.1).
+        unscored: Trials whose answer could not be read.
+    """
+
+    trials: tuple[float, ...]
+    unscored: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +80,6 @@ class Run:
         method: See `Agent`.
         profile: Name of the person.
         seed: Of everything that was drawn.
-        key: Of the episode's cell.
         result: Of the episode's cell.
         attempts: How often it came to a result or an error.
         readings: By the evaluator's label.
@@ -53,10 +88,15 @@ class Run:
     method: str
     profile: str
     seed: int
-    key: str
     result: Mapping[str, Any]
     attempts: int
     readings: dict[str, Reading] = field(default_factory=dict[str, Reading])
+
+    def score(self, judge: str | None = None) -> float | None:
+        """By the state in the end, or the mean by an evaluator; None where it gave none."""
+        if judge is None:
+            return float(self.result["score"])
+        return mean(self.readings[judge].trials) if judge in self.readings else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,22 +108,22 @@ class Episodes:
         human: "scripted", "simulated", or a `Habit`.
         model: The label of the model, and of all other settings that differ between groups.
         runs: By method, profile and seed.
-        judges: Labels of the evaluators.
-        comparisons: Runs of two methods that an evaluator saw side by side, in both orders.
-        judging: Who the evaluators are, and how they were asked: one sentence for each.
-        comparing: The same of those that saw two runs side by side.
-        notes: What of the evaluators' readings belongs to no run.
+        comparisons: The evaluator, the two methods, the profile, and each time that it scored both
+            outcomes side by side in both orders.
+        notes: Who the evaluators are, and how they were asked.
     """
 
     domain: str
     human: str
     model: str
-    runs: tuple[Run, ...]
-    judges: tuple[str, ...]
-    comparisons: tuple[Comparison, ...]
-    judging: tuple[str, ...]
-    comparing: tuple[str, ...]
+    runs: Sequence[Run]
+    comparisons: Sequence[tuple[str, str, str, Sequence[tuple[Pair, Pair]]]]
     notes: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """For files."""
+        return "-".join(map(slug, (self.domain, self.human, self.model)))
 
     @property
     def title(self) -> str:
@@ -94,215 +134,183 @@ class Episodes:
     def methods(self) -> tuple[str, ...]:
         """Those that were run."""
         found = {run.method for run in self.runs}
-        return (*(m for m in METHODS if m in found), *sorted(found - set(METHODS)))
+        return (*(m for m in METHODS if m in found), *sorted(found - {*METHODS}))
 
-    def of(self, method: str, profile: str | None = None) -> list[Run]:
-        """The runs of a method, and of one person where `profile` is given."""
-        return [r for r in self.runs if r.method == method and profile in (None, r.profile)]
+    @property
+    def judges(self) -> dict[str, str]:
+        """Labels of the evaluators, and what is added to the headings of their columns."""
+        found = [*dict.fromkeys(judge for run in self.runs for judge in run.readings)]
+        return {judge: f" by {judge}" if len(found) > 1 else "" for judge in found}
 
-    def tables(self, *, command: str = "") -> tuple[Table, ...]:
+    def tables(self) -> list[Table]:
         """By method, the paired differences, by profile, and how steady the evaluator is."""
-        found = (self.by_method(command), self.differences(command), self.by_profile(command))
-        return (*found, self.by_order(command)) if self.comparisons else found
+        judged = (*(JUDGE_NOTES if self.judges else ()), *self.notes)
+        profiles = sorted({run.profile for run in self.runs})
+        every = [
+            ("methods", self.by_method(), (*NOTES, *judged)),
+            ("differences", self.differences(), (*PAIR_NOTES, *judged)),
+            ("profiles", [row for each in profiles for row in self.by_method(each)], judged),
+            ("order", self.by_order(), (*ORDER_NOTES, *self.notes)),
+        ]
+        return [
+            Table(f"episodes-{self.name}-{kind}", f"Episodes, {kind}: {self.title}", rows, notes)
+            for kind, rows, notes in every
+        ]
 
-    def by_method(self, command: str = "") -> Table:
-        """One row for each method."""
-        columns = ("method", "profiles", "runs", "score", "SD")
-        columns += ("rounds", "terminated", "replans", "retries")
-        rows: list[tuple[Entry, ...]] = []
+    def by_method(self, profile: str | None = None) -> list[Row]:
+        """A row for each method, of all people or of one."""
+        rows: list[Row] = []
         for method in self.methods:
-            runs = self.of(method)
-            by_profile = _by_profile(runs, _score)
-            row: list[Entry] = [method, len(by_profile), len(runs), _over_profiles(by_profile)]
-            row += [percent(pooled_sd_of_mean(list(by_profile.values()))), *_course(runs)]
-            row.append(sum(max(run.attempts - 1, 0) for run in runs))
-            for judge in self.judges:
-                read = [run for run in runs if judge in run.readings]
-                scored = _by_profile(read, lambda run, judge=judge: _judged(run, judge))
-                trials = [run.readings[judge].trials for run in read if run.readings[judge].trials]
-                row += [len(trials), _over_profiles(scored), percent(pooled_sd_of_mean(trials))]
-                row += _counts(read, judge)
-            rows.append(tuple(row))
-        for judge in self.judges:
-            columns += (f"runs judged{self._by(judge)}", f"judge score{self._by(judge)}")
-            columns += (f"judge SD{self._by(judge)}",)
-            columns += (f"trials scored{self._by(judge)}", f"trials unscored{self._by(judge)}")
-        return self._table("methods", "methods", columns, rows, METHOD_NOTES, command)
+            runs = [r for r in self.runs if r.method == method and profile in (None, r.profile)]
+            states = _by_profile(runs)
+            row: dict[str, Entry] = {"profile": profile} if profile else {}
+            row |= {"method": method} if profile else {"method": method, "profiles": len(states)}
+            row |= {"runs": len(runs), "score": _over_profiles(states)}
+            row["SD"] = percent(pooled_sd_of_mean([*states.values()]))
+            for key in ("rounds", "terminated", "replans"):
+                value = mean([float(run.result[key]) for run in runs])
+                row[key] = percent(value) if key == "terminated" else value
+            row["retries"] = sum(max(run.attempts - 1, 0) for run in runs)
+            for judge, by in self.judges.items():
+                read = [run.readings[judge] for run in runs if judge in run.readings]
+                trials = [each.trials for each in read if each.trials]
+                row[f"runs judged{by}"] = len(trials)
+                row[f"judge score{by}"] = _over_profiles(_by_profile(runs, judge))
+                row[f"judge SD{by}"] = percent(pooled_sd_of_mean(trials))
+                row[f"trials scored{by}"] = sum(map(len, trials))
+                row[f"trials unscored{by}"] = sum(each.unscored for each in read)
+            rows.append(row)
+        return rows
 
-    def differences(self, command: str = "") -> Table:
+    def differences(self) -> list[Row]:
         """GOOD minus each other method, paired by profile."""
-        rows: list[tuple[Entry, ...]] = []
+        rows: list[Row] = []
         others = [method for method in self.methods if method != "good"]
-        for judge in (None, *self.judges) if "good" in self.methods else ():
-            measure = "score" if judge is None else f"judge score{self._by(judge)}"
+        judges = {None: "score", **{j: f"judge score{by}" for j, by in self.judges.items()}}
+        for judge, measure in judges.items() if "good" in self.methods else ():
             for other in others:
                 a, b = self._pairs(other, judge)
-                row: tuple[Entry, ...] = (measure, f"good minus {other}", len(a), None, None)
+                row: dict[str, Entry] = {"measure": measure, "methods": f"good minus {other}"}
+                row |= {"profiles": len(a), "difference": None, "p": None}
                 if a:
                     found = paired_difference(a, b)
-                    gap = Estimate(found.difference, found.interval, "percent")
-                    row = (*row[:3], gap, found.p)
+                    gap = Estimate(found.difference, found.interval, "percent", len(a))
+                    row |= {"difference": gap, "p": found.p}
                 rows.append(row)
-        columns = ("measure", "methods", "profiles", "difference", "p")
-        return self._table("differences", "paired differences", columns, rows, PAIR_NOTES, command)
+        return rows
 
-    def by_profile(self, command: str = "") -> Table:
-        """One row for each profile and method."""
-        rows: list[tuple[Entry, ...]] = []
-        for profile in sorted({run.profile for run in self.runs}):
-            for method in self.methods:
-                runs = self.of(method, profile)
-                score = percent(mean([_score(run) for run in runs]))
-                row: list[Entry] = [profile, method, len(runs), score, *_course(runs)]
-                for judge in self.judges:
-                    read = [run for run in runs if judge in run.readings]
-                    given = [value for run in read if (value := _judged(run, judge)) is not None]
-                    row += [percent(mean(given)), *_counts(read, judge)]
-                rows.append(tuple(row))
-        columns = ("profile", "method", "runs", "score", "rounds", "terminated", "replans")
-        for judge in self.judges:
-            columns += (f"judge score{self._by(judge)}",)
-            columns += (f"trials scored{self._by(judge)}", f"trials unscored{self._by(judge)}")
-        return self._table("profiles", "profiles", columns, rows, PROFILE_NOTES, command)
-
-    def by_order(self, command: str = "") -> Table:
+    def by_order(self) -> list[Row]:
         """What it does to an evaluator's scores which of two outcomes it is shown first."""
-        columns, rows, notes = comparisons_table(self.comparisons)
-        return self._table("order", "the judge's order effect", columns, rows, notes, command)
-
-    def _by(self, judge: str) -> str:
-        return f" by {judge}" if len(self.judges) > 1 else ""
+        rows: list[Row] = []
+        for judge in dict.fromkeys(judge for judge, *_ in self.comparisons):
+            own = [each for each in self.comparisons if each[0] == judge]
+            pairs = [*dict.fromkeys(methods for _, methods, _, _ in own)]
+            for which in ("all", *pairs) if len(pairs) > 1 else pairs:
+                part = [each for each in own if which in ("all", each[1])]
+                effects = [
+                    (profile, order_effect([both]).mean)
+                    for _, _, profile, orders in part
+                    for both in orders
+                ]
+                read = [(profile, value) for profile, value in effects if value is not None]
+                rows.append({
+                    "judge": judge, "methods": which,
+                    "profiles": len({profile for _, _, profile, _ in part}),
+                    "comparisons asked": len(effects), "read": len(read),
+                    "order effect": averaged([v for _, v in read], [each for each, _ in read]),
+                })  # fmt: skip
+        return rows
 
     def _pairs(self, other: str, judge: str | None) -> tuple[list[float], list[float]]:
         """GOOD's and the other method's mean for each profile, over the seeds that both have."""
-        pairs: dict[str, list[tuple[float, float]]] = {}
-        second = {(run.profile, run.seed): run for run in self.of(other)}
-        for run in self.of("good"):
-            twin = second.get((run.profile, run.seed))
-            if twin is None:
-                continue
-            a, b = (_score(r) if judge is None else _judged(r, judge) for r in (run, twin))
-            if a is not None and b is not None:
-                pairs.setdefault(run.profile, []).append((a, b))
-        means = [tuple(math.fsum(x) / len(x) for x in zip(*p, strict=True)) for p in pairs.values()]
-        return [a for a, _ in means], [b for _, b in means]
-
-    def _table(
-        self,
-        kind: str,
-        what: str,
-        columns: tuple[str, ...],
-        rows: Sequence[tuple[Entry, ...]],
-        notes: tuple[str, ...],
-        command: str,
-    ) -> Table:
-        name = "-".join(map(slug, ("episodes", self.domain, self.human, self.model, kind)))
-        title = f"Episodes, {what}: {self.title}"
-        judged = (*JUDGE_NOTES, *self.judging) if self.judges else ()
-        if kind == "order":
-            judged = self.comparing
-        return Table(name, title, columns, tuple(rows), (*notes, *judged, *self.notes), command)
+        second = {(run.profile, run.seed): run for run in self.runs if run.method == other}
+        first = [run for run in self.runs if run.method == "good"]
+        both = [(run, twin) for run in first if (twin := second.get((run.profile, run.seed)))]
+        known = [pair for pair in both if all(each.score(judge) is not None for each in pair)]
+        a, b = (_by_profile((pair[i] for pair in known), judge) for i in (0, 1))
+        return _means(a), _means(b)
 
 
-METHOD_NOTES = (
-    "Score: share of the profile's conditions that hold in the end. It and the judge's are means "
-    "over profiles of the means over their runs, with a 95 % bootstrap interval over profiles. "
-    f"{NO_INTERVAL}",
-    "SD: pooled standard deviation of the mean, the noise of repeated runs of a profile (score), "
-    "or of repeated trials on a run (judge, Sec. 5.1), and not of the choice of profiles; the "
-    "paper gives no formula.",
-    "Rounds, replans and terminated are means over runs; retries are attempts beyond the first.",
-)
-PAIR_NOTES = (
-    "In percentage points, over profiles that both methods ran (with the same seeds, averaged). "
-    "The 95 % interval is a paired bootstrap over profiles. "
-    f"{NO_INTERVAL}",
-    "p is two-sided, from a sign-flip permutation test, and not corrected for several comparisons.",
-)
-PROFILE_NOTES = ("Means over the runs of a profile.",)
-
-
-def read_episodes(
-    cells: Sequence[Measured], *, attempts: Sequence[int] | None = None
-) -> tuple[Episodes, ...]:
+def read_episodes(cells: Sequence[Cell]) -> tuple[Episodes, ...]:
     """The cells of the kind "episode" with the readings of those of the kind "judge".
 
     Args:
-        cells: Of any kind.
-        attempts: How often the work of each cell was begun, in the cells' order; once if None.
-
-    Raises:
-        ValueError: `attempts` has another length than `cells`.
+        cells: Of any kind, which have results.
     """
-    tries = [1] * len(cells) if attempts is None else list(attempts)
-    if len(tries) != len(cells):
-        raise ValueError(f"{len(cells)} cells need as many attempts, not {len(tries)}")
-    found = [(*cell, n) for cell, n in zip(cells, tries, strict=True) if _is(cell, "episode")]
-    labels = Labels(_shared(spec) for spec, _, _ in found)
-    groups: dict[tuple[str, str, str], list[Run]] = {}
-    group_of: dict[str, tuple[str, str, str]] = {}
+    measured = [(cell.spec, cell.result or {}) for cell in cells]
+    labels = Labels(_shared(spec) for spec, _ in chosen(measured, "episode"))
+    groups: dict[tuple[str, str, str], dict[str, Run]] = {}
     acting: dict[tuple[str, str, str], Mapping[str, Any]] = {}
-    for spec, result, n in found:
-        settings, key = spec["settings"], cell_key(spec)
-        run = Run(settings["method"], spec["profile"], settings["seed"], key, result, n)
-        group_of[key] = (settings["domain"], settings["human"], labels[_shared(spec)])
-        groups.setdefault(group_of[key], []).append(run)
-        acting[group_of[key]] = spec["model"]
-    runs = {run.key: run for each in groups.values() for run in each}
-    judged = chosen(cells, "judge")
-    judging = Labels(evaluator_of(spec) for spec, _ in judged)
-    judges, lost = _attach(judged, runs, judging)
-    compared: dict[tuple[str, str, str], list[Comparison]] = {}
-    pairs = chosen(cells, "compare")
-    comparing = Labels(evaluator_of(spec) for spec, _ in pairs)
-    for spec, result in pairs:
-        homes = {group_of.get(of["key"]) for of in spec["of"]}
-        home = homes.pop()
-        if home is None or homes:
-            lost += 1
+    for cell in cells:
+        if cell.spec.get("kind") != "episode":
             continue
-        found_pair = read_comparison(spec, result, comparing[evaluator_of(spec)])
-        compared.setdefault(home, []).append(found_pair)
-    note = (f"{lost} readings by the judge belong to no run that is here.",) if lost else ()
-    return tuple(
-        Episodes(
-            *key,
-            tuple(sorted(runs, key=lambda run: (run.method, run.profile, run.seed))),
-            tuple(judge for judge in judges if any(judge in run.readings for run in runs)),
-            tuple(compared.get(key, ())),
-            how_asked(
-                (spec for spec, _ in judged if group_of.get(spec["of"]["key"]) == key),
-                judging,
-                acting[key],
-            ),
-            how_asked(
-                (spec for spec, _ in pairs if group_of.get(spec["of"][0]["key"]) == key),
-                comparing,
-                acting[key],
-            ),
-            note,
-        )
-        for key, runs in sorted(groups.items())
+        settings = cell.spec["settings"]
+        key = settings["domain"], settings["human"], labels[_shared(cell.spec)]
+        acting[key] = cell.spec["model"]
+        groups.setdefault(key, {})[cell_key(cell.spec)] = Run(
+            settings["method"], cell.spec["profile"], settings["seed"],
+            cell.result or {}, cell.attempts,
+        )  # fmt: skip
+    found: list[Episodes] = []
+    judged, compared = chosen(measured, "judge"), chosen(measured, "compare")
+    names, pair_names = (
+        Labels(evaluator_of(spec) for spec, _ in each) for each in (judged, compared)
+    )
+    for key, runs in sorted(groups.items()):
+        notes: dict[str, None] = {}
+        for spec, result in judged:
+            if run := runs.get(spec["of"]["key"]):
+                judge = names[evaluator_of(spec)]
+                run.readings[judge] = reading_of(spec, result, empty=run.result["empty"])
+                notes[_how_asked(judge, spec, acting[key])] = None
+        comparisons: list[tuple[str, str, str, Sequence[tuple[Pair, Pair]]]] = []
+        for spec, result in compared:
+            if all(each["key"] in runs for each in spec["of"]):
+                methods = ", ".join(each["settings"]["method"] for each in spec["of"])
+                judge, profile = pair_names[evaluator_of(spec)], spec["of"][0]["profile"]
+                orders = [_orders(each) for each in result["orders"]]
+                comparisons.append((judge, methods, profile, orders))
+                notes[_how_asked(judge, spec, acting[key])] = None
+        order = sorted(runs.values(), key=lambda run: (run.method, run.profile, run.seed))
+        found.append(Episodes(*key, order, comparisons, tuple(notes)))
+    return tuple(found)
+
+
+def reading_of(spec: Mapping[str, Any], result: Mapping[str, Any], *, empty: bool) -> Reading:
+    """A cell of the kind "judge"; `empty` where the run left nothing."""
+    given = [trial["score"] for trial in result["trials"]]
+    if spec["empty"] or empty:
+        return Reading((0.0,) * (len(given) or spec["trials"]), 0)
+    scored = tuple(score / TOP for score in given if score is not None)
+    return Reading(scored, len(given) - len(scored))
+
+
+def evaluator_of(spec: Mapping[str, Any]) -> dict[str, Any]:
+    """What tells evaluators apart, of a cell of the kind "judge" or "compare"."""
+    return {name: spec.get(name) for name in ("model", "trials", "comparisons", "seed")}
+
+
+def _how_asked(judge: str, spec: Mapping[str, Any], acting: Mapping[str, Any]) -> str:
+    """An evaluator's name, how often and how warm it was asked, and whether it acted."""
+    often = (
+        f"{counted(spec['comparisons'], 'time')} in each order of two runs"
+        if spec["kind"] == "compare"
+        else f"{counted(spec['trials'], 'time')} about each run"
+    )
+    same = _writer(spec["model"]) == _writer(acting)
+    return (
+        f"The judge {judge} was asked {often}, at temperature {JUDGE_TEMPERATURE:g} (the paper has "
+        f"0).{' It is the model that also acted.' * same}"
     )
 
 
-def _attach(
-    cells: Sequence[Measured], runs: Mapping[str, Run], labels: Labels
-) -> tuple[tuple[str, ...], int]:
-    """Give each reading to its run; the evaluators' labels, and how many readings have no run."""
-    lost = 0
-    for spec, result in cells:
-        run = runs.get(spec["of"]["key"])
-        if run is None:
-            lost += 1
-        else:
-            reading = reading_of(spec, result, empty=run.result["empty"])
-            run.readings[labels[evaluator_of(spec)]] = reading
-    return tuple(dict.fromkeys(labels[evaluator_of(spec)] for spec, _ in cells)), lost
+def _writer(model: Mapping[str, Any]) -> object:
+    return model.get("generator") or model.get("model")
 
 
-def _is(cell: Measured, kind: str) -> bool:
-    return cell[0].get("kind") == kind
+def _orders(both: Sequence[Sequence[Mapping[str, Any]]]) -> tuple[Pair, Pair]:
+    one, other = (cast("Pair", tuple(Trial(**trial) for trial in pair)) for pair in both)
+    return one, other
 
 
 def _shared(spec: Mapping[str, Any]) -> dict[str, Any]:
@@ -312,44 +320,17 @@ def _shared(spec: Mapping[str, Any]) -> dict[str, Any]:
     return {**kept, "model": spec["model"]}
 
 
-def _score(run: Run) -> float:
-    return float(run.result["score"])
-
-
-def _judged(run: Run, judge: str) -> float | None:
-    """Mean of the scored trials; None where there are none."""
-    reading = run.readings.get(judge)
-    return mean(reading.trials) if reading else None
-
-
-def _by_profile(
-    runs: Iterable[Run], measure: Callable[[Run], float | None]
-) -> dict[str, list[float]]:
+def _by_profile(runs: Iterable[Run], judge: str | None = None) -> dict[str, list[float]]:
     found: dict[str, list[float]] = {}
     for run in runs:
-        value = measure(run)
-        if value is not None:
+        if (value := run.score(judge)) is not None:
             found.setdefault(run.profile, []).append(value)
     return found
 
 
+def _means(values: Mapping[str, Sequence[float]]) -> list[float]:
+    return [math.fsum(each) / len(each) for each in values.values()]
+
+
 def _over_profiles(values: Mapping[str, Sequence[float]]) -> Estimate | None:
-    means = [math.fsum(each) / len(each) for each in values.values()]
-    if not means:
-        return None
-    return Estimate(math.fsum(means) / len(means), bootstrap_mean(means), "percent")
-
-
-def _course(runs: Sequence[Run]) -> tuple[Entry, ...]:
-    """Rounds, share terminated and replans."""
-    rounds, terminated, replans = (
-        mean([float(run.result[key]) for run in runs])
-        for key in ("rounds", "terminated", "replans")
-    )
-    return rounds, percent(terminated), replans
-
-
-def _counts(runs: Iterable[Run], judge: str) -> tuple[int, int]:
-    """Trials that were scored, and those that were not."""
-    readings = [run.readings[judge] for run in runs]
-    return sum(len(each.trials) for each in readings), sum(each.unscored for each in readings)
+    return averaged(_means(values), form="percent")

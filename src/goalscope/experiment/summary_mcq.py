@@ -15,10 +15,12 @@ from goalscope.experiment.summary import (
     Estimate,
     Labels,
     Measured,
+    Row,
     Table,
+    averaged,
     chosen,
 )
-from goalscope.stats import bootstrap_mean, proportion
+from goalscope.stats import proportion
 
 __all__ = ["mcq_tables"]
 
@@ -30,69 +32,58 @@ PROMPTS = {
     "others": "question and other choices",
     "blank": "no question",
 }
-"""How the prompt of each condition is called; other conditions go by their own name."""
+"""How the prompt of each condition is called."""
 
 NOTES = (
-    "Right if the likeliest goal is a rephrasing of the right choice (Sec. 4.1); goals that tie "
-    'share. "With" Unspecified it is among the goals, and wrong where it wins.',
-    "The utterance has the same tokens under each goal, so that the sum and the per-token mean of "
-    "its log-probabilities put goals in the same order: accuracy is the same, and log-loss is not.",
-    'The paper\'s row is "question and choices". In "question and other choices" the one that the '
-    "person takes is not shown, so that there is nothing to copy.",
-    "Log-loss is that of the right choice in nats, the posterior summed over its rephrasings.",
-    "Word overlap asks no model: the goal that shares most words with the utterance wins.",
-    "Choices in the same words as the right one are right, too.",
+    "Right if the likeliest goal is a rephrasing of the right choice, or of one in the same words "
+    '(Sec. 4.1); goals that tie share. "With" Unspecified it is among the goals, and wrong where '
+    "it wins. Log-loss is that of the right choice in nats, summed over its rephrasings.",
+    'The paper\'s row is "question and choices": 94.4 % without and 93.2 % with Unspecified '
+    '(Llama 3 8B Instruct). In "question and other choices" the one that the person takes is not '
+    "shown. Word overlap asks no model: the goal that shares most words with the utterance wins.",
     f"Accuracy has Wilson's 95 % interval, log-loss that of a bootstrap over rows. {NO_INTERVAL}",
-    "The paper has 94.4 % without and 93.2 % with Unspecified (Llama 3 8B Instruct).",
 )
 
 
-def mcq_tables(cells: Iterable[Measured], *, command: str = "") -> tuple[Table, ...]:
+def mcq_tables(cells: Iterable[Measured]) -> list[Table]:
     """The table of all cells of the kind "mcq"; none where there are no such cells.
 
     Args:
         cells: Of any kind.
-        command: What made them.
     """
     found = chosen(cells, "mcq")
     if not found:
-        return ()
+        return []
     labels = Labels(_settings(spec) for spec, _ in found)
     groups: dict[str, list[Measured]] = {}
     for cell in found:
         groups.setdefault(labels[_settings(cell[0])], []).append(cell)
-    rows: list[tuple[Entry, ...]] = []
+    rows: list[Row] = []
     for label, group in groups.items():
-        names = dict.fromkeys([*PROMPTS, *(c for _, result in group for c in result["conditions"])])
-        for name in names:
-            for unspecified in (False, True):
-                figures = _figures(group, name, unspecified=unspecified)
-                with_it = "with" if unspecified else "without"
-                rows.append((label, PROMPTS.get(name, name), with_it, *figures))
-    rows.append(("word overlap", None, "without", *_overlap(found)))
-    columns = (
-        "model",
-        "prompt",
-        "Unspecified",
-        "n",
-        "accuracy",
-        "log-loss, sum",
-        "log-loss, per-token mean",
-    )
-    title = "Isolated inference on multiple-choice questions"
-    return (Table("mcq", title, columns, tuple(rows), NOTES, command),)
+        for name, prompt in PROMPTS.items():
+            for way in ("without", "with"):
+                row = {"model": label, "prompt": prompt, "Unspecified": way}
+                rows.append({**row, **_figures(group, name, unspecified=way == "with")})
+    overlaps = {
+        json.dumps(spec["row"], sort_keys=True): _share(
+            np.array(result["overlap"], dtype=np.float64), _right(spec, result)
+        )
+        for spec, result in found
+        if result.get("overlap")
+    }
+    head: dict[str, Entry] = {"model": "word overlap", "prompt": None, "Unspecified": "without"}
+    rows.append({**head, "n": len(overlaps), "accuracy": _accuracy([*overlaps.values()])})
+    return [Table("mcq", "Isolated inference on multiple-choice questions", rows, NOTES)]
 
 
 def _settings(spec: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in spec.items() if key not in ("kind", "row")}
 
 
-def _figures(
-    cells: Iterable[Measured], name: str, *, unspecified: bool
-) -> tuple[int, Estimate | None, Estimate | None, Estimate | None]:
-    """Rows, accuracy, and log-loss by the sum and by the per-token mean, under one condition."""
+def _figures(cells: Iterable[Measured], name: str, *, unspecified: bool) -> Row:
+    """Rows, accuracy and log-loss under one condition."""
     won: list[float] = []
-    losses: tuple[list[float], list[float]] = ([], [])
+    losses: list[float] = []
     for spec, result in cells:
         condition = result["conditions"].get(name)
         if not condition or (unspecified and condition.get("unspecified") is None):
@@ -102,20 +93,8 @@ def _figures(
             values, right = [*values, condition["unspecified"]], np.append(right, False)
         evidence = np.array(values, dtype=np.float64)
         won.append(_share(evidence, right))
-        for kept, scale in zip(losses, (1, result["tokens"]), strict=True):
-            kept.append(_log_loss(evidence / scale, right))
-    return len(won), _accuracy(won), _mean(losses[0]), _mean(losses[1])
-
-
-def _overlap(cells: Iterable[Measured]) -> tuple[int, Estimate | None, None, None]:
-    won = {
-        json.dumps(spec["row"], sort_keys=True): _share(
-            np.array(result["overlap"], dtype=np.float64), _right(spec, result)
-        )
-        for spec, result in cells
-        if result.get("overlap")
-    }
-    return len(won), _accuracy(list(won.values())), None, None
+        losses.append(float(np.logaddexp.reduce(evidence) - np.logaddexp.reduce(evidence[right])))
+    return {"n": len(won), "accuracy": _accuracy(won), "log-loss": averaged(losses)}
 
 
 def _right(spec: Mapping[str, Any], result: Mapping[str, Any]) -> npt.NDArray[np.bool_]:
@@ -129,15 +108,7 @@ def _share(values: Array, right: npt.NDArray[np.bool_]) -> float:
     return float(right[values == values.max()].mean())
 
 
-def _log_loss(evidence: Array, right: npt.NDArray[np.bool_]) -> float:
-    return float(np.logaddexp.reduce(evidence) - np.logaddexp.reduce(evidence[right]))
-
-
 def _accuracy(won: list[float]) -> Estimate | None:
     if not won:
         return None
-    return Estimate(sum(won) / len(won), proportion(sum(won), len(won)), "percent")
-
-
-def _mean(values: list[float]) -> Estimate | None:
-    return Estimate(sum(values) / len(values), bootstrap_mean(values)) if values else None
+    return Estimate(sum(won) / len(won), proportion(sum(won), len(won)), "percent", len(won))

@@ -5,32 +5,29 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from goalscope.experiment.results import Cell, Results
+from goalscope.experiment.results import Cell
 from goalscope.experiment.summary import Table, few_notes
 from goalscope.experiment.summary_changes import read_changes
-from goalscope.experiment.summary_dialogues import read_dialogues
+from goalscope.experiment.summary_dialogues import model_tables, read_dialogues
 from goalscope.experiment.summary_episodes import read_episodes
 from goalscope.experiment.summary_mcq import mcq_tables
-from goalscope.experiment.summary_models import model_tables
 
 __all__ = ["first_attempts", "tables_of", "warnings_of"]
 
 
-def tables_of(results: Results, cells: Sequence[Cell] | None = None) -> list[Table]:
-    """The tables of some cells, those that have results; by default of each newest plan."""
-    asked = results.asked_for() if cells is None else cells
-    done = [cell for cell in asked if cell.result is not None]
+def tables_of(cells: Sequence[Cell]) -> list[Table]:
+    """The tables of those cells that have results."""
+    done = [cell for cell in cells if cell.result is not None]
     measured = [(cell.spec, cell.result or {}) for cell in done]
-    command = "; ".join(results.commands(asked))
-    tables = list(mcq_tables(measured, command=command))
-    found = read_dialogues(measured)
-    tables += model_tables(found, command=command)
-    for dialogues in found:
-        tables += [dialogues.table(command=command), dialogues.open_set_table(command=command)]
-    tables += [changes.table(command=command) for changes in read_changes(measured)]
-    for episodes in read_episodes(measured, attempts=[cell.attempts for cell in done]):
-        tables += episodes.tables(command=command)
-    notes = tuple(warnings_of(asked))
+    dialogues = read_dialogues(measured)
+    tables = [
+        *mcq_tables(measured),
+        *model_tables(dialogues),
+        *(each.table() for each in dialogues),
+        *(each.table() for each in read_changes(measured)),
+        *(table for each in read_episodes(done) for table in each.tables()),
+    ]
+    notes = tuple(warnings_of(cells))
     return [
         replace(table, notes=(*notes, *few_notes(table), *table.notes))
         for table in tables
@@ -38,16 +35,15 @@ def tables_of(results: Results, cells: Sequence[Cell] | None = None) -> list[Tab
     ]
 
 
-def first_attempts(results: Results, cells: Sequence[Cell] | None = None) -> list[Table]:
+def first_attempts(cells: Sequence[Cell]) -> list[Table]:
     """The tables without the cells that took more than one attempt; none where no cell did.
 
     What made a cell fail at first may have to do with what it measures.
     """
-    asked = results.asked_for() if cells is None else cells
-    retried = {cell.key for cell in asked if cell.attempts > 1}
-    kept = [cell for cell in asked if retried.isdisjoint({cell.key, *_judged_by(cell)})]
-    left_out = len(asked) - len(kept)
-    note = f"Without {left_out:,} of {len(asked):,} cells: they, or the runs that they judge, took "
+    retried = {cell.key for cell in cells if cell.attempts > 1}
+    kept = [cell for cell in cells if retried.isdisjoint({cell.key, *_judged_by(cell)})]
+    left_out = len(cells) - len(kept)
+    note = f"Without {left_out:,} of {len(cells):,} cells: they, or the runs that they judge, took "
     return [
         replace(
             table,
@@ -55,7 +51,7 @@ def first_attempts(results: Results, cells: Sequence[Cell] | None = None) -> lis
             title=f"{table.title}, first attempts alone",
             notes=(f"{note}more than one attempt.", *table.notes),
         )
-        for table in (tables_of(results, kept) if left_out else [])
+        for table in (tables_of(kept) if left_out else [])
     ]
 
 

@@ -78,4 +78,4 @@ def curve(history: Sequence[Validation]) -> str:
         right.set(title="top-1 and open-set AUROC", xlabel="step", ylim=(0, 1.02))
         right.legend(["top-1", "AUROC"])
 
-    return draw("curve", "Validation by step", (7.0, 2.6), paint).svg
+    return draw("curve", "Validation by step", (7.0, 2.6), paint)

@@ -1,17 +1,26 @@
-"""Results as a page, figures and tables that stand by themselves."""
+"""Results as Markdown pages with figures, and tables as CSV."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import quote
 
-from goalscope.experiment.summary import Table
+from goalscope.experiment.summary import Table, markdown_text
 from goalscope.report.overview import summary_of
-from goalscope.report.page import markdown, page, part_markdown
-from goalscope.report.sections import Section, sections_of
+from goalscope.report.sections import Section, sections_of, unique
 from goalscope.types import InvalidInputError
 
-__all__ = ["Report", "Section", "read_report", "write_markdown", "write_report"]
+__all__ = ["Report", "Section", "read_report", "write_report"]
+
+INTRODUCTION = (
+    "What agents that infer people's goals believed, did and achieved. Made by `goalscope report`: "
+    "every figure is computed from cells that were each measured once. Brackets hold 95 % "
+    "intervals. Each part has a page with all of its tables, the "
+    "command that makes them again, and hashes of the code, the prompts and the model weights."
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,9 +33,9 @@ class Report:
         skipped: Why other files of the folder are not among them.
     """
 
-    sections: tuple[Section, ...]
-    summary: tuple[Table, ...]
-    skipped: tuple[str, ...]
+    sections: Sequence[Section]
+    summary: Sequence[Table]
+    skipped: Sequence[str]
 
 
 def read_report(source: Path, *, draw: bool = True) -> Report:
@@ -41,53 +50,61 @@ def read_report(source: Path, *, draw: bool = True) -> Report:
         GoalscopeError: The file cannot be read, or packages are missing.
     """
     sections, skipped = sections_of(source, draw=draw)
-    return Report(tuple(sections), summary_of(sections), tuple(skipped))
+    return Report(sections, summary_of(sections), skipped)
 
 
-def write_report(report: Report, out: Path) -> Path:
-    """Write the page, and beside it `figures/` (SVG, PNG) and `tables/` (CSV, LaTeX).
+def write_report(report: Report, file: Path) -> None:
+    """Write the summary, and in a folder of its name a page a part, `figures/` and `tables/`.
 
     The same results give the same bytes.
 
     Args:
         report: What is reported.
-        out: The folder, which may exist.
-
-    Returns:
-        The page.
-
-    Raises:
-        InvalidInputError: The folder cannot be written.
-    """
-    target = out / "report.html"
-    for section in report.sections:
-        for figure in section.figures:
-            _write(out / "figures" / f"{figure.name}.svg", figure.drawing.svg)
-            _write(out / "figures" / f"{figure.name}.png", figure.drawing.png)
-    for table in (*report.summary, *(each for part in report.sections for each in part.tables)):
-        _write(out / "tables" / f"{table.name}.csv", table.to_csv())
-        _write(out / "tables" / f"{table.name}.tex", table.to_latex())
-    _write(target, page(report.sections, report.summary, report.skipped))
-    return target
-
-
-def write_markdown(report: Report, file: Path) -> None:
-    """Write the summary, and all tables as a document for each part in a folder of its name.
+        file: Of the summary; it ends in `.md`.
 
     Raises:
         InvalidInputError: The file cannot be written.
     """
-    folder = file.with_suffix("")
+    if file.suffix != ".md":
+        raise InvalidInputError(f"The report is Markdown: {file} must end in .md.")
+    folder, taken = file.with_suffix(""), set[str]()
+    for table in report.summary:
+        _write(folder / "tables" / f"{table.name}.csv", table.to_csv())
     for section in report.sections:
-        _write(folder / f"{section.name}.md", part_markdown(section, file.name))
-    _write(file, markdown(report.summary, report.skipped, folder.name))
+        figures: list[str] = []
+        for figure in section.figures:
+            name = unique(f"{section.name}-{figure.name}", taken)
+            _write(folder / "figures" / f"{name}.svg", figure.svg)
+            caption = markdown_text(figure.caption)
+            figures.append(f"![{caption}](figures/{quote(name)}.svg)\n\n{caption}")
+        for table in section.tables:
+            name = unique(f"{section.name}-{table.name}", taken)
+            _write(folder / "tables" / f"{name}.csv", table.to_csv())
+        _write(folder / f"{section.name}.md", _page(section, figures, file.name))
+    parts = ["# Results", INTRODUCTION]
+    parts += [f"Left out: {markdown_text(why)}" for why in report.skipped]
+    text = "\n\n".join([*parts, *(table.to_markdown().strip() for table in report.summary)])
+    for section in report.sections:
+        name = markdown_text(section.name)
+        link = f"| [{name}]({quote(folder.name)}/{quote(section.name)}.md) |"
+        text = re.sub(rf"^\| {re.escape(name)} \|", lambda _, link=link: link, text, flags=re.M)
+    _write(file, f"{text}\n")
 
 
-def _write(file: Path, content: str | bytes) -> None:
-    data = content.encode("utf-8", "replace") if isinstance(content, str) else content
+def _page(section: Section, figures: Sequence[str], back: str) -> str:
+    """All tables and figures of a part, with a link back to the summary."""
+    parts = [f"# {markdown_text(section.title)}", f"[All results](../{quote(back)})"]
+    parts.append("\n".join(f"> * {markdown_text(warning)}" for warning in section.warnings))
+    parts.append("\n".join(f"* {markdown_text(fact)}" for fact in section.facts))
+    parts += [f"Made by: {markdown_text(command)}" for command in section.commands]
+    parts += [*figures, *(table.to_markdown().strip() for table in section.tables)]
+    return "\n\n".join(filter(None, parts)) + "\n"
+
+
+def _write(file: Path, content: str) -> None:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(data)
+        file.write_bytes(content.encode("utf-8", "replace"))
     except OSError as error:
         raise InvalidInputError(
             f"{file} cannot be written: {error.strerror or error}. Name another place."

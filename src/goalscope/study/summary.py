@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,12 +16,13 @@ from goalscope.experiment.summary import (
     Estimate,
     Labels,
     Measured,
+    Row,
     Table,
     chosen,
     mean,
     percent,
 )
-from goalscope.experiment.summary_judge import JUDGE_NOTES, Reading, evaluator_of, reading_of
+from goalscope.experiment.summary_episodes import JUDGE_NOTES, Reading, evaluator_of, reading_of
 from goalscope.plain import model_shown
 from goalscope.stats import RESAMPLES, Interval, pooled_sd_of_mean
 from goalscope.store import EpisodeInfo, Store
@@ -79,22 +80,21 @@ def _titled(study: Study, kind: str, what: str) -> tuple[str, str]:
 
 def _progress(study: Study, people: Sequence[Participant], rated: Sequence[Rated]) -> Table:
     wanted = study.plan.ratings_per_item
-    rows: tuple[tuple[Entry, ...], ...] = (
-        ("agreed to take part", len(people)),
-        ("finished", sum(each.finished for each in people)),
-        ("ratings that count", sum(len(each.ratings) for each in rated)),
-        ("episodes", len(rated)),
-        (
-            f"episodes with {wanted} rating{'s' * (wanted > 1)}",
-            sum(len(each.ratings) >= wanted for each in rated),
+    values: dict[str, Entry] = {
+        "agreed to take part": len(people),
+        "finished": sum(each.finished for each in people),
+        "ratings that count": sum(len(each.ratings) for each in rated),
+        "episodes": len(rated),
+        f"episodes with {wanted} rating{'s' * (wanted > 1)}": sum(
+            len(each.ratings) >= wanted for each in rated
         ),
-        (
-            "Krippendorff's alpha, ordinal",
-            krippendorff_alpha([[*each.ratings.values()] for each in rated]),
+        "Krippendorff's alpha, ordinal": krippendorff_alpha(
+            [[*each.ratings.values()] for each in rated]
         ),
-    )
+    }
+    rows: list[Row] = [{"what": what, "value": value} for what, value in values.items()]
     notes = ("Only ratings of people who finished count.",)
-    return Table(*_titled(study, "progress", "how far it is"), ("what", "value"), rows, notes)
+    return Table(*_titled(study, "progress", "how far it is"), rows, notes)
 
 
 def _methods(study: Study, rated: Sequence[Rated], judges: Sequence[str]) -> Table:
@@ -102,33 +102,39 @@ def _methods(study: Study, rated: Sequence[Rated], judges: Sequence[str]) -> Tab
     for each in rated:
         key = (each.info.domain, model_shown(each.info.model), each.info.method)
         groups.setdefault(key, []).append(each)
-    rows: list[tuple[Entry, ...]] = []
+    rows: list[Row] = []
+    by = _headed(judges)
     for key, every in sorted(groups.items()):
         group = [each for each in every if each.ratings]
         trials = [each.trials for each in group]
-        row: list[Entry] = [*key, len(group), sum(map(len, trials))]
-        row += [_human(group), _sd(trials)]
-        row.append(_over_people(group, lambda each: each.info.score))
+        row: dict[str, Entry] = dict(zip(("domain", "model", "method"), key, strict=True))
+        row |= {"episodes rated": len(group), "ratings": sum(map(len, trials))}
+        row |= {"human score": _human(group), "human SD": _sd(trials)}
+        row["state score"] = _over_people(group, lambda each: each.info.score)
         for judge in judges:
             read = [each.readings[judge].trials for each in group if judge in each.readings]
-            row.append(_over_people(group, lambda each, judge=judge: _judge(each, judge)))
-            row.append(_sd([each for each in read if each]))
-        rows.append(tuple(row))
-    columns = ("domain", "model", "method", "episodes rated", "ratings", "human score", "human SD")
-    columns = (*columns, "state score", *_headed(judges, "judge score", "judge SD"))
-    return Table(*_titled(study, "methods", "methods"), columns, tuple(rows), _notes(judges))
+            score = _over_people(group, lambda each, judge=judge: _judge(each, judge))
+            row[f"judge score{by[judge]}"] = score
+            row[f"judge SD{by[judge]}"] = _sd([each for each in read if each])
+        rows.append(row)
+    return Table(*_titled(study, "methods", "methods"), rows, _notes(judges))
 
 
 def _episodes(study: Study, rated: Sequence[Rated], judges: Sequence[str]) -> Table:
-    rows: list[tuple[Entry, ...]] = []
-    for each in rated:
-        info = each.info
-        row: list[Entry] = [info.id, info.profile or "a person", info.method, len(each.ratings)]
-        row += [_human([each]), percent(info.score)]
-        rows.append((*row, *(percent(_judge(each, judge)) for judge in judges)))
-    columns = ("episode", "profile", "method", "ratings", "human score", "state score")
-    columns = (*columns, *_headed(judges, "judge score"))
-    return Table(*_titled(study, "episodes", "episodes"), columns, tuple(rows))
+    by = _headed(judges)
+    rows: list[Row] = [
+        {
+            "episode": each.info.id,
+            "profile": each.info.profile or "a person",
+            "method": each.info.method,
+            "ratings": len(each.ratings),
+            "human score": _human([each]),
+            "state score": percent(each.info.score),
+            **{f"judge score{by[judge]}": percent(_judge(each, judge)) for judge in judges},
+        }
+        for each in rated
+    ]
+    return Table(*_titled(study, "episodes", "episodes"), rows)
 
 
 def _notes(judges: Sequence[str]) -> tuple[str, ...]:
@@ -144,9 +150,9 @@ def _notes(judges: Sequence[str]) -> tuple[str, ...]:
     )
 
 
-def _headed(judges: Sequence[str], *columns: str) -> Iterator[str]:
-    for judge in judges:
-        yield from (f"{each} by {judge}" if len(judges) > 1 else each for each in columns)
+def _headed(judges: Sequence[str]) -> dict[str, str]:
+    """What is added to the headings of each evaluator's columns."""
+    return {judge: f" by {judge}" if len(judges) > 1 else "" for judge in judges}
 
 
 def _judged(store: Store, rated: Mapping[str, Rated]) -> tuple[str, ...]:
