@@ -75,8 +75,8 @@ def write_report(report: Report, file: Path) -> None:
         for figure in section.figures:
             name = unique(f"{section.name}-{figure.name}", taken)
             _write(folder / "figures" / f"{name}.svg", figure.svg)
-            caption = markdown_text(figure.caption)
-            figures.append(f"![{caption}](figures/{quote(name)}.svg)\n\n{caption}")
+            alt, caption = map(markdown_text, (figure.caption.partition(". ")[0], figure.caption))
+            figures.append(f"![{alt}](figures/{quote(name)}.svg)\n\n{caption}")
         for table in section.tables:
             name = unique(f"{section.name}-{table.name}", taken)
             _write(folder / "tables" / f"{name}.csv", table.to_csv())

@@ -274,7 +274,7 @@ def _mcq(rows: Sequence[Row]) -> Figure | None:
 
 
 def _figure(name: str, caption: str, size: tuple[float, float], paint: Any) -> Figure:
-    return Figure(name, caption, draw(name, caption.partition(".")[0], size, paint))
+    return Figure(name, caption, draw(name, caption.partition(". ")[0], size, paint))
 
 
 def _whisker(lines: Any, at: float, value: Estimate, colour: str) -> None:
