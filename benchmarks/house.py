@@ -1,34 +1,27 @@
-"""How fast the embedded house is, and beside it AI2-THOR's own Controller with the house behind it.
+"""How fast the embedded house is.
 
     python benchmarks/house.py --scenes DIR      # AI2-THOR's scenes; default: $GOALSCOPE_DATA/...
     python benchmarks/house.py --json FILE
 
 In the scene with the most objects (without a folder: our own Kitchen1) random actions are drawn,
 and those that succeed are kept. They are taken again from the start; so are the first `REPLAYED`
-alone. The Controller takes the first `DRIVEN` of the same actions over a pipe (FIFO) and over HTTP
-(WSGI); that part needs `goalscope[thor]` and is left out without it.
+alone.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import logging
 import os
 import platform
 import random
-import shlex
 import sys
-import tempfile
 import time
-import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.table import Table
 
 from goalscope.envs.house.simulator.controller import HouseController
 from goalscope.envs.house.simulator.scene import Scene
@@ -37,7 +30,6 @@ from goalscope.models.tune import processor
 
 STEPS = 10_000
 REPLAYED = 200
-DRIVEN = 1000
 NEEDS = {
     "PickupObject": "pickupable", "PutObject": "receptacle", "OpenObject": "openable",
     "CloseObject": "openable", "ToggleObjectOn": "toggleable", "ToggleObjectOff": "toggleable",
@@ -67,13 +59,7 @@ def main() -> None:
         "steps": options.steps,
         "steps_per_second": options.steps / seconds(lambda: replay(house, taken)),
         "replay_seconds": replayed,
-        "ms_per_step": {},
     }
-    results["ms_per_step"]["embedded house"] = 1000 / results["steps_per_second"]
-    for server in ("FIFO", "WSGI"):
-        time_ = drive(server, scene, taken[:DRIVEN])
-        if time_ is not None:
-            results["ms_per_step"][f"AI2-THOR's Controller, {server}"] = time_
     show(results)
     if options.json:
         options.json.write_text(json.dumps(results, indent=1) + "\n")
@@ -130,54 +116,6 @@ def seconds(work: Callable[[], object]) -> float:
     return time.perf_counter() - start
 
 
-def drive(server: str, scene: Scene, actions: Sequence[dict[str, Any]]) -> float | None:
-    """Milliseconds of a step with AI2-THOR's Controller; None where it is not installed."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        try:
-            from ai2thor.controller import Controller
-            from ai2thor.fifo_server import FifoServer
-            from ai2thor.wsgi_server import WsgiServer
-        except ImportError:
-            return None
-    logging.disable(logging.INFO)
-    with stand_in(scene) as program:
-        controller = Controller(
-            local_executable_path=str(program),
-            scene="Bench",
-            x_display=":0",
-            server_class={"FIFO": FifoServer, "WSGI": WsgiServer}[server],
-        )
-        try:
-            replay(controller, actions[:20])
-            controller.reset()
-            return (
-                1000 * seconds(lambda: [controller.step(each) for each in actions]) / len(actions)
-            )
-        finally:
-            controller.stop()
-
-
-@contextmanager
-def stand_in(scene: Scene) -> Iterator[Path]:
-    """The program in Unity's place, with this scene; AI2-THOR writes its log beside it."""
-    with tempfile.TemporaryDirectory() as folder:
-        kept = {"sceneName": "Bench", "agent": scene.agent, "objects": scene.objects}
-        Path(folder, "Bench.json").write_text(json.dumps(kept))
-        code = "from goalscope.envs.house.simulator import unity; unity.main()"
-        program = Path(folder, "program")
-        program.write_text(f'#!/bin/sh\nexec {shlex.join([sys.executable, "-c", code])} "$@"\n')
-        program.chmod(0o755)
-        before = {name: os.environ.get(name) for name in ("HOME", "GOALSCOPE_SCENES")}
-        os.environ |= dict.fromkeys(before, folder)
-        try:
-            yield program
-        finally:
-            for name, value in before.items():
-                os.environ.pop(name)
-                os.environ |= {name: value} if value is not None else {}
-
-
 def show(results: dict[str, Any]) -> None:
     """Print the table."""
     console = Console()
@@ -185,10 +123,7 @@ def show(results: dict[str, Any]) -> None:
         f"{results['processor']}, Python {results['python']}; {results['scene']} with "
         f"{results['objects']} objects; {results['steps']:,} random actions"
     )
-    table = Table("way", "ms a step", "steps a second")
-    for way, time_ in results["ms_per_step"].items():
-        table.add_row(way, f"{time_:.2f}", f"{1000 / time_:,.0f}")
-    console.print(table)
+    console.print(f"{results['steps_per_second']:,.0f} steps a second")
     console.print(f"reset and replay of {REPLAYED} actions: {results['replay_seconds']:.3f} s")
 
 

@@ -1,4 +1,4 @@
-"""The same robot in AI2-THOR's own Controller, with `goalscope-unity` where Unity stands."""
+"""The same robot in AI2-THOR's own Controller, which starts `unity.py` in place of Unity."""
 
 import os
 import sys
@@ -15,8 +15,8 @@ from goalscope.orders import Order
 from goalscope.picking import Picker
 from goalscope.standing import Standing
 from goalscope.types import Action, GoalscopeError, InvalidInputError
+from unity import executable
 
-UNITY = Path(sys.executable).with_name("goalscope-unity")
 pytestmark = [
     pytest.mark.filterwarnings("ignore::ResourceWarning"),  # AI2-THOR never closes its log
     pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
@@ -26,10 +26,8 @@ pytestmark = [
 @pytest.fixture
 def unity(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     pytest.importorskip("ai2thor", reason="the extra [thor] is not installed")
-    if not UNITY.exists():
-        pytest.skip("goalscope is not installed with its commands")
     monkeypatch.setenv("HOME", str(tmp_path))
-    return str(UNITY)
+    return str(executable(tmp_path))
 
 
 def test_the_laws_of_an_environment_hold_under_the_real_controller(unity: str) -> None:
@@ -75,18 +73,16 @@ def test_a_run_in_thor_ends_as_a_run_in_the_house(
     )
     common = ["run", "house", "--profile", "cold", "--method", "no-goals", "--json"]
     common += ["--profiles", str(tmp_path / "people.toml")]
-    for extra in ([], ["--simulator", "thor", "--unity", unity]):
+    for extra in ([], ["--scene", "Kitchen1", "--simulator", "thor", "--unity", unity]):
         result = CliRunner().invoke(app, [*common, *extra])
         assert result.exit_code == 0, result.output
         assert '"score": 1.0' in result.stdout
 
 
-def test_a_unity_that_is_killed_stops_the_robot_with_a_clear_error(
-    unity: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("goalscope.envs.house.simulator.thor.PATIENCE", 2.0)
+def test_a_unity_that_is_killed_stops_the_robot_with_a_clear_error(unity: str) -> None:
     controller: Any = start_thor("Kitchen1", unity)
     robot = HomeRobot(controller)
+    controller.server.timeout = 2.0
     os.kill(controller.unity_pid, 9)
     with pytest.raises(GoalscopeError, match="stopped answering"):
         robot.step(Action("put", "tomato", destination="fridge"))

@@ -44,7 +44,7 @@ Domain = Literal["grocery", "house"]
 """The shop, or the home robot."""
 SCENE = "Kitchen1"
 THOR_SCENE = "FloorPlan1"
-"""Where the robot is when nobody says, in the embedded house and in AI2-THOR's own build."""
+"""Where the robot is when nobody says, in the embedded house and in AI2-THOR."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,13 +223,12 @@ def open_environment(settings: Settings, profile: Profile | None = None) -> Envi
 
     scene = settings.scene or (profile.scene if profile else "")
     if settings.simulator == "thor":
-        if profile and not (settings.scene or settings.unity):
+        if profile and not settings.scene:
             raise InvalidInputError(
-                f"AI2-THOR's own build has no {scene}, where {profile.name} is at home. Name one "
-                "of its scenes with --scene, or `goalscope-unity` with --unity."
+                f"{profile.name} is at home in {scene}, which AI2-THOR may not have. Name one of "
+                "its scenes with --scene."
             )
-        own = SCENE if settings.unity else THOR_SCENE
-        return HomeRobot(start_thor(scene or own, settings.unity))
+        return HomeRobot(start_thor(scene or THOR_SCENE, settings.unity))
     loaded = load_scene(scene or SCENE)
     notes = loaded.notes
     if profile and settings.scene and settings.scene != profile.scene:

@@ -89,22 +89,6 @@ def import_file(
 
 
 @house.command()
-def unity() -> None:
-    """Say where the program is that AI2-THOR's Controller starts in place of Unity.
-
-    In Python: Controller(local_executable_path=PATH, scene="Kitchen1", x_display=":0").
-    """
-    import shutil
-    import sys
-
-    beside = Path(sys.executable).with_name("goalscope-unity")
-    found = str(beside) if beside.exists() else shutil.which("goalscope-unity")
-    if not found:
-        raise InvalidInputError("goalscope-unity is not installed; run `pip install goalscope`.")
-    print(found)
-
-
-@house.command()
 def conformance(
     paths: Annotated[
         list[Path] | None,

@@ -1,4 +1,4 @@
-"""AI2-THOR's own Controller, started on a Unity build or on what stands where Unity stands."""
+"""AI2-THOR's own Controller, started on a Unity build."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def start(scene: str, unity: str | None = None) -> Controller:
 
     Args:
         scene: Name of the scene, as the build knows it.
-        unity: Path of a Unity build, or of `goalscope-unity`; None takes AI2-THOR's own build,
-            which it fetches at the first use. Without a display that one renders unseen.
+        unity: Path of a Unity build; None takes AI2-THOR's own, which it fetches at the first
+            use. Without a display that one renders unseen.
 
     Raises:
         InvalidInputError: AI2-THOR is not installed, or there is no such program.
@@ -66,5 +66,5 @@ def start(scene: str, unity: str | None = None) -> Controller:
         reason = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
         raise GoalscopeError(
             f"AI2-THOR does not start ({reason}). Its log is ~/.ai2thor/log/unity.log. "
-            "Without a build, `--unity $(goalscope house unity)` or `--simulator house` will do."
+            "Without a build, `--simulator house` will do."
         ) from error
