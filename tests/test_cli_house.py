@@ -121,35 +121,6 @@ def test_picture_is_drawn_into_a_file(tmp_path: Path) -> None:
     assert ElementTree.parse(tmp_path / "room.svg").getroot().tag.endswith("svg")
 
 
-def test_conformance_of_the_house_with_itself_is_whole(tmp_path: Path) -> None:
-    controller = HouseController("Kitchen1")
-    tomato = next(
-        o for o in controller.last_event.metadata["objects"] if o["objectType"] == "Tomato"
-    )
-    rows = [{"action": {"action": "Initialize"}, "metadata": controller.last_event.metadata}]
-    for name in ("PickupObject", "DropHandObject", "SliceObject", "SliceObject"):
-        action = {"action": name, "forceAction": True}
-        if name != "DropHandObject":
-            action["objectId"] = tomato["objectId"]
-        rows.append({"action": action, "metadata": controller.step(action).metadata})
-    file = tmp_path / "trace.jsonl"
-    file.write_text("\n".join(map(json.dumps, rows)))
-    told = json.loads(invoke("house", "conformance", file, "--json").stdout)
-    assert (told["steps"], told["success_agreement"], told["f1"]) == (4, 1.0, 1.0)
-    rows[2]["metadata"]["lastActionSuccess"] = False
-    file.write_text("\n".join(map(json.dumps, rows)))
-    told = json.loads(invoke("house", "conformance", tmp_path, "--json").stdout)
-    assert told["success_agreement"] == 0.75
-    assert "trace.jsonl, line 2" in refused("house", "conformance", _broken(file))
-    assert "Name recordings" in refused("house", "conformance")
-
-
-def _broken(file: Path) -> Path:
-    first = file.read_text().splitlines()[0]
-    file.write_text(f"{first}\nnonsense")
-    return file
-
-
 def test_run_asks_before_it_slices_and_scores_the_final_state(tmp_path: Path) -> None:
     (tmp_path / "people.toml").write_text(ORDERS)
     args = ["run", "house", "--profile", "tidy", "--profiles", tmp_path / "people.toml"]

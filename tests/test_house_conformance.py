@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import json
 import os
+import sys
 from collections import Counter
 from collections.abc import Callable
 from itertools import islice
@@ -13,18 +14,23 @@ from typing import Any
 
 import pytest
 
-from goalscope.envs.house.simulator.conformance import (
-    PREDICATES,
+from goalscope.envs.house.simulator.properties import PREDICATES
+from goalscope.envs.house.simulator.scenes import load_scene
+from goalscope.types import InvalidInputError
+from houses import facts, house, named, run
+
+sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
+
+from conformance import (
     Agreement,
     compare_episode,
+    main,
     recordings,
+    replay_game,
+    replay_games,
     rows,
     triples,
 )
-from goalscope.envs.house.simulator.scenes import load_scene
-from goalscope.envs.house.simulator.teach import replay_game, replay_games
-from goalscope.types import InvalidInputError
-from houses import facts, house, named, run
 
 STEPS = ["OpenObject Fridge", "PickupObject Egg", "OpenObject Apple", "PutObject CounterTop"]
 """Their changes: isOpen; isPickedUp and parentReceptacles; none, it fails; both again, and Cold
@@ -328,17 +334,39 @@ def test_games_are_read_with_their_scenes(tmp_path: Path) -> None:
     things = {each["objectId"]: each for each in home.metadata()["objects"]}
     (tmp_path / "Kitchen1.json.gz").write_bytes(gzip.compress(json.dumps(things).encode()))
     path = write(tmp_path / "games.jsonl.gz", [game("Open Fridge"), game("Slice Apple")])
-    agreement, games = Agreement(), list[int]()
-    replay_games(path, tmp_path, agreement, lambda: games.append(1))
-    assert (len(games), agreement.steps, agreement.f1) == (2, 2, 1.0)
+    agreement = Agreement()
+    replay_games(path, tmp_path, agreement)
+    assert (agreement.steps, agreement.f1) == (2, 1.0)
     row = game("Open Fridge")
     del row["final_objects"]
     write(path, [row])
-    with pytest.raises(InvalidInputError, match="line 1: the key 'final_objects' is missing"):
-        replay_games(path, tmp_path, agreement, lambda: None)
+    with pytest.raises(InvalidInputError, match=r"line 1: not a TEACh game .*'final_objects'"):
+        replay_games(path, tmp_path, agreement)
     write(path, [game("Open Fridge") | {"world": "Nowhere"}])
     with pytest.raises(InvalidInputError, match=r"Nowhere\.json\.gz cannot be read"):
-        replay_games(path, tmp_path, agreement, lambda: None)
+        replay_games(path, tmp_path, agreement)
+
+
+def test_the_script_tells_and_writes_the_figures(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def called(*arguments: object) -> None:
+        monkeypatch.setattr(sys, "argv", ["conformance.py", *map(str, arguments)])
+        main()
+
+    folder, told = tmp_path / "recordings", tmp_path / "told.json"
+    folder.mkdir()
+    episode = record(*STEPS)
+    first_fails(episode)
+    write(folder / "episode.jsonl", episode)
+    called(folder, "--json", told)
+    assert json.loads(told.read_text())["recordings"]["success_agreement"] == 0.75
+    assert "4 actions, success agrees in 75.0%" in " ".join(capsys.readouterr().out.split())
+    with pytest.raises(SystemExit, match="There is no file"):
+        called(tmp_path / "none.jsonl")
+    with pytest.raises(SystemExit):
+        called()
+    assert "Name recordings" in capsys.readouterr().err
 
 
 @pytest.fixture
@@ -362,7 +390,7 @@ def test_the_house_ends_as_real_games_ended(data: Path, tmp_path: Path) -> None:
     games = data / "dialogue" / "teach" / "teach_valid_seen.jsonl.gz"
     first = write(tmp_path / "games.jsonl", list(islice(rows(games), 20)))
     agreement = Agreement()
-    replay_games(first, data / "thor" / "scenes", agreement, lambda: None)
+    replay_games(first, data / "thor" / "scenes", agreement)
     assert agreement.steps > 200
     assert agreement.success_agreement >= 0.97
     assert agreement.f1 >= 0.85

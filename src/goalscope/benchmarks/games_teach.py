@@ -22,8 +22,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from goalscope.benchmarks.rooms_teach import room_at_start
 from goalscope.datasets.files import Row, line_rows
-from goalscope.envs.house.simulator import teach
 from goalscope.envs.house.simulator.object_types import object_type
 from goalscope.envs.house.simulator.scene import Scene
 from goalscope.envs.house.simulator.scenes import load_scene, read_scene
@@ -307,9 +307,6 @@ def _holders(own: str, table: Mapping[str, Thing]) -> set[str]:
 
 
 def _game(row: Row, scene: Scene) -> Game:
-    # What a replay begins with.
-    made, linked = teach._object, teach._linked  # pyright: ignore[reportPrivateUsage]
-    start = {each["objectId"]: made(each, scene) for each in row.values["initial_objects"]}
     classes: dict[str, set[str]] = {}
     for each in row.values["initial_objects"]:
         classes.setdefault(each["objectType"], set()).update(each.get("simbotObjectClass", ()))
@@ -324,6 +321,6 @@ def _game(row: Row, scene: Scene) -> Game:
         ),
         {key: row.values[key] for key in ("components", "relations")},
         {kind: frozenset(names) for kind, names in classes.items()},
-        Scene(scene.name, linked(start)),
+        room_at_start(row.values["initial_objects"], scene),
         tuple(row.values["final_objects"]),
     )

@@ -1,9 +1,24 @@
-"""How far the embedded house does what real AI2-THOR did, measured on recorded episodes."""
+"""How far the embedded house does what real AI2-THOR did.
+
+    python benchmarks/conformance.py RECORDINGS...       # files or folders: .jsonl, .jsonl.gz
+    python benchmarks/conformance.py --teach FILE --scenes DIR
+
+A recording of AI2-THOR 5 has one step a line: {"action": {...}, "metadata": what AI2-THOR said
+after it}. The house is set to each real state, given the next action, and compared with the next
+state.
+
+TEACh's games (AI2-THOR 3.1) are replayed from their start by what people did with success:
+"success agrees" is then the share that the house accepts, and F1 is that of the final object
+states.
+"""
 
 from __future__ import annotations
 
+import argparse
 import gzip
 import json
+import os
+import sys
 import zlib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,17 +26,33 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from goalscope.benchmarks.rooms_teach import predicates, room_at_start
+from goalscope.envs.house.simulator.object_types import type_of
 from goalscope.envs.house.simulator.properties import PREDICATES
 from goalscope.envs.house.simulator.scene import Scene
+from goalscope.envs.house.simulator.scenes import load_scene, read_scene
 from goalscope.envs.house.simulator.state import by_id
 from goalscope.envs.house.simulator.world import House
-from goalscope.types import InvalidInputError
-
-__all__ = ["Agreement", "compare_episode", "recordings", "rows", "triples"]
+from goalscope.types import InvalidInputError, counted
 
 LONGEST_LINE = 64 * 2**20
 _NEW_STARTS = ("Initialize", "Reset")
 """Rows of a recording that begin a scene anew."""
+
+_ACTIONS = {
+    "Pickup": "PickupObject",
+    "Place": "PutObject",
+    "Open": "OpenObject",
+    "Close": "CloseObject",
+    "ToggleOn": "ToggleObjectOn",
+    "ToggleOff": "ToggleObjectOff",
+    "Slice": "SliceObject",
+}
+"""TEACh's names of what AI2-THOR has an action for; "Pour" is two."""
 
 Triple = tuple[str, str, object]
 """An object's id, a predicate, and the value that it changed to."""
@@ -102,6 +133,68 @@ class Agreement:
             ],
             "examples": self.examples,
         }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    data = os.environ.get("GOALSCOPE_DATA")
+    folder = Path(data) / "thor" / "scenes" if data else None
+    parser.add_argument("recordings", type=Path, nargs="*")
+    parser.add_argument("--teach", type=Path, metavar="FILE", help="games of TEACh")
+    parser.add_argument(
+        "--scenes", type=Path, default=folder, metavar="DIR",
+        help="AI2-THOR's scenes (default: $GOALSCOPE_DATA/thor/scenes, or imported ones)",
+    )  # fmt: skip
+    parser.add_argument("--json", type=Path, metavar="FILE")
+    options = parser.parse_args()
+    if not options.recordings and options.teach is None:
+        parser.error("Name recordings, or a file of TEACh games with --teach.")
+    results: dict[str, Agreement] = {}
+    try:
+        if options.recordings:
+            results["recordings"] = Agreement()
+            for file in track(recordings(options.recordings), "Recordings"):
+                compare_episode(file, results["recordings"])
+        if options.teach:
+            results["teach"] = Agreement()
+            replay_games(options.teach, options.scenes, results["teach"])
+    except InvalidInputError as error:
+        sys.exit(str(error))
+    for name, each in results.items():
+        show(name, each)
+    if options.json:
+        told = {name: each.as_json() for name, each in results.items()}
+        options.json.write_text(json.dumps(told, indent=1) + "\n")
+
+
+def replay_games(path: Path, scenes: Path | None, agreement: Agreement) -> None:
+    """Replay every game of a file.
+
+    Args:
+        path: Games, JSON Lines: "world", "interactions", "initial_objects", "final_objects".
+        scenes: Folder of AI2-THOR's scenes, named as "world" names them, with `.json.gz`; None
+            looks among those that were imported.
+        agreement: Takes the counts.
+
+    Raises:
+        InvalidInputError: A file is missing, or is not of this form.
+    """
+    known: dict[str, Scene] = {}
+    for number, game in enumerate(track([*rows(path)], "Games"), 1):
+        try:
+            world = str(game["world"])
+            if world not in known:
+                file = scenes / f"{world}.json.gz" if scenes else None
+                known[world] = read_scene(file) if file else load_scene(world)
+            replay_game(game, known[world], agreement)
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
+            if isinstance(error, InvalidInputError):
+                raise
+            raise InvalidInputError(
+                f"{path.name}, line {number}: not a TEACh game ({type(error).__name__}: {error})."
+            ) from None
 
 
 def recordings(paths: Sequence[Path]) -> list[Path]:
@@ -212,3 +305,78 @@ def _value(thing: Mapping[str, Any], predicate: str) -> object:
     if predicate == "temperature":
         return value or "RoomTemp"
     return bool(value)
+
+
+def replay_game(game: Mapping[str, Any], scene: Scene, agreement: Agreement) -> None:
+    """Do again what the person who drove the robot did with success, and compare the end."""
+    house = House(room_at_start(game["initial_objects"], scene))
+    began = by_id(house.metadata()["objects"])
+    clock = 0.0
+    for act in _acts(game["interactions"]):
+        seconds = float(act["t"]) - clock
+        house.advance(max(seconds, 0.0))
+        clock = float(act["t"])
+        agreement.steps += 1
+        error = _do(house, act)
+        if error is None:
+            agreement.agreed += 1
+        else:
+            agreement.refused[str(act["action"]), _general(error)] += 1
+    real = {each["objectId"]: predicates(each) for each in game["final_objects"]}
+    first = {each["objectId"]: predicates(each) for each in game["initial_objects"]}
+    agreement.count(
+        "game", triples(first, real), triples(began, by_id(house.metadata()["objects"]))
+    )
+
+
+def _acts(interactions: Any) -> Iterator[Mapping[str, Any]]:
+    for each in interactions:
+        if each["agent"] == "driver" and each["success"] and "oid" in each:
+            yield each
+
+
+def _do(house: House, act: Mapping[str, Any]) -> str | None:
+    """The house's error, or None where it accepted the act."""
+    own, name = act["oid"], act["action"]
+    if name != "Pour":
+        step = {"action": _ACTIONS[name], "objectId": own, "forceAction": True}
+        return house.step(step)["errorMessage"] or None
+    held = house.state.held
+    if held is None:
+        return "Nothing to pour from."
+    liquid = house.state.objects[held]["fillLiquid"] or "water"
+    error = house.step({"action": "EmptyLiquidFromObject", "objectId": held, "forceAction": True})[
+        "errorMessage"
+    ]
+    target = house.state.objects.get(own)
+    if not error and target and target["canFillWithLiquid"] and not target["isFilledWithLiquid"]:
+        fill = {"action": "FillObjectWithLiquid", "objectId": own, "fillLiquid": liquid}
+        error = house.step({**fill, "forceAction": True})["errorMessage"]
+    return error or None
+
+
+def _general(error: str) -> str:
+    """The message with types in place of ids."""
+    return " ".join(type_of(word) if "|" in word else word for word in error.split())
+
+
+def show(name: str, agreement: Agreement) -> None:
+    """Print the figures, and the commonest differences."""
+    out = Console(markup=False, highlight=False)
+    out.print(
+        f"{name}: {counted(agreement.steps, 'action')}, success agrees in "
+        f"{agreement.success_agreement:.1%}; changed states: precision {agreement.precision:.3f}, "
+        f"recall {agreement.recall:.3f}, F1 {agreement.f1:.3f}"
+    )
+    table = Table("difference", "action", "predicate", "count")
+    for kind, counts in (("missed", agreement.missed), ("extra", agreement.extra)):
+        for (action, predicate), count in counts.most_common(12):
+            table.add_row(kind, action, predicate, str(count))
+    for (action, message), count in agreement.refused.most_common(12):
+        table.add_row("success", action, message, str(count))
+    if table.row_count:
+        out.print(table)
+
+
+if __name__ == "__main__":
+    main()
