@@ -29,12 +29,12 @@ from goalscope.tracking import Trackers
 from goalscope.types import TRACKING, Goal, GoalscopeError, InvalidInputError, Message
 from goalscope.web.access import seen_by
 from goalscope.web.conversations import Conversation, Conversations
-from goalscope.web.exports import as_html, as_json, room_picture
+from goalscope.web.exports import as_html, room_picture
 from goalscope.web.guard import Guest, Visitor
 from goalscope.web.refusals import Given, Refusal, refused
 from goalscope.web.study import study_router
 from goalscope.web.tracking import CorrectionGiven, tracking_routes
-from goalscope.web.views import EpisodeView, Live, RoundView, StoredEpisode, Why
+from goalscope.web.views import EpisodeView, Live, StoredEpisode, Why
 from goalscope.why import reasons
 
 __all__ = ["create_app"]
@@ -166,9 +166,6 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
     def goes_on(info: EpisodeInfo, visitor: Visitor) -> bool:
         return visitor.owns(info.owner) and not info.ended and info.domain != TRACKING
 
-    def view(info: EpisodeInfo, visitor: Visitor) -> EpisodeView:
-        return EpisodeView.of(info, mine=visitor.owns(info.owner))
-
     @app.get("/", include_in_schema=False)
     def page() -> FileResponse:
         return FileResponse(STATIC / "index.html")
@@ -209,7 +206,8 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
             owner=owner, text=text, newest_first=True, limit=limit, offset=offset
         )
         total = store.count(owner=owner, text=text)
-        return EpisodeList(episodes=[view(info, visitor) for info in found], total=total)
+        shown = [EpisodeView.of(info, mine=visitor.owns(info.owner)) for info in found]
+        return EpisodeList(episodes=shown, total=total)
 
     @app.post("/api/episodes", status_code=201)
     def begin(given: Begin, visitor: Guest) -> Begun:
@@ -223,8 +221,8 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         info = seen(id, visitor)
         live = conversations.resume(info).live() if goes_on(info, visitor) else None
         info = seen(id, visitor)  # it may have ended meanwhile
-        rounds = [RoundView.of(round) for round in store.rounds(info.id)]
-        return Stored(episode=view(info, visitor), rounds=rounds, live=None if info.ended else live)
+        stored = StoredEpisode.of(info, store.rounds(info.id), mine=visitor.owns(info.owner))
+        return Stored(**dict(stored), live=None if info.ended else live)
 
     @app.get("/api/episodes/{id}/events", response_class=StreamingResponse)
     async def events(id: str, visitor: Guest) -> StreamingResponse:
@@ -279,9 +277,10 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         info = seen(id, visitor)
         rounds = store.rounds(info.id)
         headers = {"content-disposition": f'attachment; filename="goalscope-{info.id}.{form}"'}
-        if form == "json":
-            return Response(as_json(info, rounds), media_type="application/json", headers=headers)
-        return Response(as_html(info, rounds), media_type="text/html", headers=headers)
+        if form == "html":
+            return Response(as_html(info, rounds), media_type="text/html", headers=headers)
+        text = StoredEpisode.of(info, rounds, mine=True).model_dump_json(indent=1)
+        return Response(text, media_type="application/json", headers=headers)
 
     trackers = Trackers(store, lambda: model, settings)
     app.include_router(tracking_routes(trackers, conversations.desk, store))

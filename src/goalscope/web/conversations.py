@@ -9,7 +9,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Generator
 from concurrent.futures import Future
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from threading import RLock
 from typing import Any, Literal, TypeVar
@@ -127,33 +127,20 @@ class Conversation:
         """How it stands."""
         with self._lock:
             state, session = self._state, self._opened
+            told: dict[str, Any] = asdict(state)
+            told["completion_phrase"] = self._env.completion_phrase
             if session is None:
-                return Live(
-                    version=state.version,
-                    phase=state.phase,
-                    place=state.place,
-                    step=state.step,
-                    error=state.error,
-                    completion_phrase=self._env.completion_phrase,
-                )
+                return Live(**told)
             last = session.rounds[-1] if session.rounds else None
             asked = bool(last and last.question and (state.query or "").endswith(last.question))
             waits = asked and state.utterance is None
             return Live(
-                version=state.version,
-                phase=state.phase,
-                place=state.place,
-                step=state.step,
-                draft=state.draft,
-                query=state.query,
+                **told,
                 round=len(session.rounds) + 1,
-                utterance=state.utterance,
                 belief=self._view(session.belief),
                 changes=[ChangeView.of(change) for change in session.corrections],
                 can_undo=session.can_take_back,
                 confirm=Confirm.of(last) if last and waits else None,
-                completion_phrase=self._env.completion_phrase,
-                error=state.error,
             )
 
     def _view(self, belief: Belief | None) -> BeliefView | None:
@@ -175,6 +162,7 @@ class Conversation:
                 return
             self._claim("opening")
             self._opened = None
+            self._become(query=None)
         self._submit(lambda: self._reopen(info))
 
     def say(self, text: str, round: int, confirmed: str = "") -> Live:

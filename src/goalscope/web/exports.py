@@ -19,22 +19,17 @@ from goalscope.policy import undo
 from goalscope.store import EpisodeInfo
 from goalscope.types import TRACKING, GoalscopeError, InvalidInputError, counted
 from goalscope.web.ribbons import HEIGHT, WIDTH, ribbons
-from goalscope.web.views import BeliefView, EpisodeView, GoalView, RoundView, StoredEpisode
+from goalscope.web.views import BeliefView, GoalView, StoredEpisode
 
-__all__ = ["as_html", "as_json", "room_picture"]
+__all__ = ["as_html", "room_picture"]
 
 STATIC = Path(__file__).parent / "static"
 STYLES = ("style.css", "belief.css", "talk.css", "saved.css")
 
 
-def as_json(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
-    """An episode with all its rounds, as the page reads them."""
-    return _stored(info, rounds).model_dump_json(indent=1)
-
-
 def as_html(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
     """An episode to read and print, without any script."""
-    stored = _stored(info, rounds)
+    stored = StoredEpisode.of(info, rounds, mine=True)
     believed = [round for round in stored.rounds if round.belief]
     drawn = ribbons([round.belief for round in believed if round.belief])
     colours = {ribbon.goal: ribbon.colour for ribbon in drawn}
@@ -136,9 +131,3 @@ def room_picture(info: EpisodeInfo, rounds: Sequence[Round]) -> str:
         return svg_picture(env.metadata, before, env.names)
     finally:
         env.close()
-
-
-def _stored(info: EpisodeInfo, rounds: Sequence[Round]) -> StoredEpisode:
-    return StoredEpisode(
-        episode=EpisodeView.of(info, mine=True), rounds=[RoundView.of(round) for round in rounds]
-    )

@@ -54,33 +54,10 @@ def ribbons(beliefs: Sequence[BeliefView]) -> list[Ribbon]:
 
 
 def _outline(tops: Sequence[float], bottoms: Sequence[float]) -> str:
-    """Level in the middle of each column, and a curve to the next; back below."""
-    half, last = LEVEL * WIDTH / 2, len(tops) - 1
-    middles = [(place + 0.5) * WIDTH for place in range(len(tops))]
-    ends = [
-        (0.0 if place == 0 else x - half, (last + 1.0) * WIDTH if place == last else x + half)
-        for place, x in enumerate(middles)
-    ]
-    there = [(x, y) for pair, y in zip(ends, tops, strict=True) for x in pair]
-    back = [
-        (x, y)
-        for pair, y in zip(reversed(ends), reversed(bottoms), strict=True)
-        for x in reversed(pair)
-    ]
-    return f"M{_points(there)} L{_points(back)} Z"
-
-
-def _points(line: Sequence[tuple[float, float]]) -> str:
-    """Points in pairs: straight within a pair, curved to the next."""
-    path = ""
-    for place, (x, y) in enumerate(line):
-        at = f"{x:.1f} {y * HEIGHT:.2f}"
-        if place == 0:
-            path = at
-        elif place % 2:
-            path += f" L{at}"
-        else:
-            before, height = line[place - 1]
-            middle = (before + x) / 2
-            path += f" C{middle:.1f} {height * HEIGHT:.2f} {middle:.1f} {y * HEIGHT:.2f} {at}"
-    return path
+    """Level in the middle of each column, and straight to the next; back below."""
+    places = [place + 0.5 + side for place in range(len(tops)) for side in (-LEVEL / 2, LEVEL / 2)]
+    places[0], places[-1] = 0.0, float(len(tops))
+    there = zip(places, [y for y in tops for _ in range(2)], strict=True)
+    back = zip(places, [y for y in bottoms for _ in range(2)], strict=True)
+    points = [*there, *reversed([*back])]
+    return f"M{' L'.join(f'{x * WIDTH:.1f} {y * HEIGHT:.2f}' for x, y in points)} Z"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pathlib
+from dataclasses import asdict
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, HTTPException, Path, Query
@@ -13,7 +14,7 @@ from goalscope.store import Store
 from goalscope.study.book import Book, Study
 from goalscope.study.people import Answer, Participant
 from goalscope.study.plan import BEST
-from goalscope.types import InvalidInputError
+from goalscope.types import InvalidInputError, Turn
 from goalscope.web.guard import Guest
 from goalscope.web.refusals import Given as Body
 
@@ -73,13 +74,6 @@ class AnswerView(BaseModel):
         return cls(rating=answer.rating, explanation=answer.explanation, revision=answer.revision)
 
 
-class TurnView(BaseModel):
-    """What the assistant asked, and what the person said."""
-
-    query: str
-    utterance: str
-
-
 class ItemView(BaseModel):
     """What is to be rated, and the answer to it so far."""
 
@@ -87,15 +81,15 @@ class ItemView(BaseModel):
     possible: list[str]
     profile: str
     outcome: str
-    transcript: list[TurnView]
+    transcript: list[Turn]
     answer: AnswerView
 
 
 def _id(id: Annotated[str, Query(max_length=LONGEST)] = "") -> str:
     """How a participant's link names them."""
     if not id.strip():
-        raise HTTPException(
-            403, "This address lacks your id. Please open the link that you were given."
+        raise InvalidInputError(
+            "This address lacks your id. Please open the link that you were given."
         )
     return id.strip()
 
@@ -145,14 +139,7 @@ def study_router(store: Store) -> APIRouter:
     @router.get("/api/studies/{name}/items/{place}")
     def item(name: str, place: Place, id: Id, visitor: Guest) -> ItemView:
         found, answer = book.open(joined(named(name), id, visitor), place)
-        return ItemView(
-            task=found.task,
-            possible=list(found.possible),
-            profile=found.profile,
-            outcome=found.outcome,
-            transcript=[TurnView(query=t.query, utterance=t.utterance) for t in found.transcript],
-            answer=AnswerView.of(answer),
-        )
+        return ItemView(**asdict(found), answer=AnswerView.of(answer))
 
     @router.put("/api/studies/{name}/items/{place}")
     def answer(name: str, place: Place, given: Given, id: Id, visitor: Guest) -> AnswerView:

@@ -26,7 +26,6 @@ __all__ = [
     "EpisodeView",
     "GoalView",
     "Live",
-    "ReasonView",
     "RoundView",
     "StoredEpisode",
     "TrackerView",
@@ -175,19 +174,7 @@ class EpisodeView(BaseModel):
     @classmethod
     def of(cls, info: EpisodeInfo, *, mine: bool) -> EpisodeView:
         """The view of an episode, as one person sees it."""
-        return cls(
-            id=info.id,
-            created=info.created,
-            domain=info.domain,
-            profile=info.profile,
-            method=info.method,
-            model=model_shown(info.model),
-            task=info.task,
-            ended=info.ended,
-            score=info.score,
-            rounds=info.rounds,
-            mine=mine,
-        )
+        return cls.model_validate({**asdict(info), "model": model_shown(info.model), "mine": mine})
 
 
 class StoredEpisode(BaseModel):
@@ -195,6 +182,15 @@ class StoredEpisode(BaseModel):
 
     episode: EpisodeView
     rounds: list[RoundView]
+
+    @classmethod
+    def of(
+        cls, info: EpisodeInfo, rounds: Sequence[episodes.Round], *, mine: bool
+    ) -> StoredEpisode:
+        """The view of an episode, as one person sees it."""
+        return StoredEpisode(
+            episode=EpisodeView.of(info, mine=mine), rounds=[RoundView.of(each) for each in rounds]
+        )
 
 
 class Confirm(BaseModel):
@@ -292,27 +288,13 @@ class TrackerView(BaseModel):
         )
 
 
-class ReasonView(BaseModel):
-    """What an utterance does to the belief in a goal.
-
-    `evidence` is in nats against the mean of the other goals; `probability` that of the goal after
-    the turn, and `without` what it would be at the end, had this not been said.
-    """
-
-    turn: int
-    utterance: str
-    evidence: float
-    probability: float
-    without: float
-
-
 class Why(BaseModel):
     """What each utterance says for a goal."""
 
     goal: str
-    reasons: list[ReasonView]
+    reasons: list[Reason]
 
     @classmethod
     def of(cls, goal: Goal, reasons: Sequence[Reason]) -> Why:
         """The view of what `goalscope.why` found."""
-        return cls(goal=goal.text, reasons=[ReasonView(**asdict(each)) for each in reasons])
+        return cls(goal=goal.text, reasons=[*reasons])
