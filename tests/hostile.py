@@ -69,7 +69,9 @@ class Hostile:
         **_: object,
     ) -> Completion:
         if grammar:
-            return Completion(self.reading(grammar), "stop", 1, 1, -1.0, self.random.uniform(0, 9))
+            text = self.reading(grammar)
+            margins = tuple(self.random.uniform(0, 9) for _ in text.split("\n"))
+            return Completion(text, "stop", 1, 1, -1.0, margins)
         lines = self.random.sample(ORDERS, self.random.randint(1, 6))
         text = self.filled(schema) if schema else "\n".join(lines)
         return Completion(text, self.random.choice(["stop", "length"]), 1, 1)

@@ -49,7 +49,6 @@ MOST_ORDERS = 24
 _WINDOW = 9  # earlier messages that are read again for what the newest one points back to
 _MOST_TOKENS = 320  # of a reading
 _LONGEST_NAME = 12  # words of a thing
-_SUREST = 99.0  # nats, where the grammar allowed nothing else
 _PHRASES = ("what", "for", "where", "if")
 
 
@@ -188,7 +187,7 @@ class Reader:
             lines = orders_from_text(written.text, self._own)
             for order, margin in reversed([*zip(lines, written.margins, strict=False)]):
                 found[order] = margin
-        return tuple(min(found[order], _SUREST) for order in orders)
+        return tuple(found[order] for order in orders)
 
     def _orders(self, text: str, said: Mapping[str, None]) -> tuple[Order, ...]:
         try:

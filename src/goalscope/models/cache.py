@@ -7,7 +7,7 @@ import json
 import sqlite3
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from threading import Lock
 from typing import Any, cast
@@ -113,7 +113,8 @@ class CachedModel:
             self._keep({key: answer})
         elif heard:
             heard(answer["text"])
-        return Completion(**answer)
+        written = Completion(**answer)
+        return replace(written, margins=written.margins and tuple(written.margins))
 
     def token_logprobs(
         self,

@@ -18,6 +18,9 @@ from goalscope.types import Message, ModelError
 
 __all__ = ["LocalModel", "alone"]
 
+_SUREST = 99.0
+"""Nats by which a token leads at most: all, where the grammar allows no other."""
+
 _Method = TypeVar("_Method", bound=Callable[..., Any])
 
 
@@ -114,7 +117,7 @@ class LocalModel(TokenScorer):
         random = np.random.default_rng(seed)
         rules = schema if schema is not None else grammar
         form = self.grammar(rules) if rules is not None else None
-        total, margins = 0.0, [np.inf]
+        total, margins = 0.0, [_SUREST]
         text, written, finish, told = "", list[int](), "length", ""
         logits = self.read(prompt, room)
         while len(written) < room:
@@ -126,7 +129,7 @@ class LocalModel(TokenScorer):
                 break
             written.append(token)
             text = self.tokenizer.detokenize(written)
-            margins += [np.inf] * (text.count("\n") + 1 - len(margins))
+            margins += [_SUREST] * (text.count("\n") + 1 - len(margins))
             margins[-1] = min(margins[-1], lead)
             cuts = [at for at in map(text.find, stop) if at >= 0]
             if cuts:
