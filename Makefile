@@ -29,7 +29,7 @@ demo: $(READY)  ## one grocery episode with a scripted human, on the built-in mo
 demo-web: $(READY)  ## the page, on the built-in model
 	$(BIN)/goalscope serve
 
-test: $(READY)  ## the whole test suite
+test: $(READY)  ## the test suite, but for what takes minutes
 	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 4
 
 slow: $(READY)  ## the tests that take minutes each

@@ -30,11 +30,10 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from goalscope.benchmarks.rooms_teach import predicates, room_at_start
+from goalscope.benchmarks.rooms_teach import predicates, room_at_start, worlds
 from goalscope.envs.house.simulator.object_types import type_of
 from goalscope.envs.house.simulator.properties import PREDICATES
 from goalscope.envs.house.simulator.scene import Scene
-from goalscope.envs.house.simulator.scenes import load_scene, read_scene
 from goalscope.envs.house.simulator.state import by_id
 from goalscope.envs.house.simulator.world import House
 from goalscope.types import InvalidInputError, counted
@@ -181,14 +180,10 @@ def replay_games(path: Path, scenes: Path | None, agreement: Agreement) -> None:
     Raises:
         InvalidInputError: A file is missing, or is not of this form.
     """
-    known: dict[str, Scene] = {}
+    world = worlds(scenes)
     for number, game in enumerate(track([*rows(path)], "Games"), 1):
         try:
-            world = str(game["world"])
-            if world not in known:
-                file = scenes / f"{world}.json.gz" if scenes else None
-                known[world] = read_scene(file) if file else load_scene(world)
-            replay_game(game, known[world], agreement)
+            replay_game(game, world(str(game["world"])), agreement)
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             if isinstance(error, InvalidInputError):
                 raise

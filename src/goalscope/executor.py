@@ -65,6 +65,15 @@ class Execution:
         new = (each for each in self.reading.orders if each not in self.released)
         return [*self.released, *new]
 
+    def record(self, result: StepResult) -> None:
+        """Note what came of an action."""
+        (self.results if result.ok else self.failed).append(result)
+
+    def hold(self, order: Order, reason: str) -> None:
+        """Have an order wait for a yes."""
+        self.pending.append(order)
+        self.reasons.append(reason)
+
     @property
     def ended(self) -> bool:
         """Whether the task ended."""
@@ -132,12 +141,11 @@ class Executor:
                     away=order.do in self._takes_away,
                 )
                 if reason:
-                    done.pending.append(order)
-                    done.reasons.append(reason)
+                    done.hold(order, reason)
                     continue
             for action in found.actions:
                 result = taken(self._env, action)
-                (done.results if result.ok else done.failed).append(result)
+                done.record(result)
                 if not result.ok:
                     break
 
@@ -184,8 +192,7 @@ class Executor:
             if order in done.released or done.reading.sure(order, self._unsure):
                 orders.append(order)
             else:
-                done.pending.append(order)
-                done.reasons.append(reason_to_wait(order, Standing(), sure=False))
+                done.hold(order, reason_to_wait(order, Standing(), sure=False))
         if not orders:
             return
         gone = retracted(rounds)
@@ -211,8 +218,9 @@ class Executor:
             done.notes += [back.why] if back.why else []
             for action in back.actions:
                 lasting = self._env.lasting(action)
-                result = StepResult(action, False, CONFIRM) if lasting else taken(self._env, action)
-                (done.results if result.ok else done.failed).append(result)
+                done.record(
+                    StepResult(action, False, CONFIRM) if lasting else taken(self._env, action)
+                )
         quoted = "; ".join(f'"{each.turn.utterance}"' for each in last)
         done.notes.append(f"Taken back: {quoted}.")
         done.takes_back, done.reversals = numbers, len(done.results)

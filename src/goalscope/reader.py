@@ -15,7 +15,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from goalscope.models import Completion, Generator
+from goalscope.models import Generator
 from goalscope.orders import (
     DIALOGUE_ACTS,
     REASONS,
@@ -154,8 +154,12 @@ class Reader:
             written = self.model.generate(
                 prompt, max_tokens=3 * _MOST_TOKENS, schema=schema_of(self._own)
             )
-        orders = self._orders(written.text, said)
-        margins = self._margins(orders, written)
+        lines = self._lines(written.text, said)
+        orders = tuple(dict.fromkeys(lines))
+        if len(orders) > 1:
+            orders = tuple(each for each in orders if each.do != "none")
+        orders = orders[:MOST_ORDERS] or (Order("none"),)
+        margins = written.margins and self._margins(orders, lines, written.margins)
         return Reading(orders, written.log_probability, margins)
 
     def prompt(
@@ -178,18 +182,18 @@ class Reader:
         said = _asked(exchange.question, exchange.message)
         return [Message("user", said), Message("assistant", self.written(exchange.orders))]
 
-    def _margins(self, orders: Sequence[Order], written: Completion) -> tuple[float, ...] | None:
-        """Those of each order; where it is not written in a line of its own, those of the whole."""
-        if written.margins is None:
-            return None
-        found = dict.fromkeys(orders, min(written.margins))
+    def _margins(
+        self, orders: Sequence[Order], lines: Sequence[Order], margins: Sequence[float]
+    ) -> tuple[float, ...]:
+        """That of each order's first line; of the whole, where lines are no orders."""
+        found = dict.fromkeys(orders, min(margins))
         if self.form == "text":
-            lines = orders_from_text(written.text, self._own)
-            for order, margin in reversed([*zip(lines, written.margins, strict=False)]):
+            for order, margin in reversed([*zip(lines, margins, strict=False)]):
                 found[order] = margin
         return tuple(found[order] for order in orders)
 
-    def _orders(self, text: str, said: Mapping[str, None]) -> tuple[Order, ...]:
+    def _lines(self, text: str, said: Mapping[str, None]) -> tuple[Order, ...]:
+        """The orders that were written, one after another, of words that were said."""
         try:
             if self.form == "text":
                 orders = orders_from_text(text, self._own)
@@ -208,10 +212,7 @@ class Reader:
                         f"The model read {unsaid[0]!r}, which nobody said and nothing here is "
                         "called. Please say it in other words."
                     )
-        orders = tuple(dict.fromkeys(orders))
-        if len(orders) > 1:
-            orders = tuple(each for each in orders if each.do != "none")
-        return orders[:MOST_ORDERS] or (Order("none"),)
+        return orders
 
 
 def reader_of(

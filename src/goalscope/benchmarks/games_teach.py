@@ -22,11 +22,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from goalscope.benchmarks.rooms_teach import room_at_start
+from goalscope.benchmarks.rooms_teach import room_at_start, worlds
 from goalscope.datasets.files import Row, line_rows
 from goalscope.envs.house.simulator.object_types import object_type
 from goalscope.envs.house.simulator.scene import Scene
-from goalscope.envs.house.simulator.scenes import load_scene, read_scene
 from goalscope.types import InvalidInputError
 
 __all__ = ["Asks", "Game", "Progress", "Talks", "boiling", "play", "progress", "read_games"]
@@ -117,14 +116,11 @@ def read_games(file: Path, scenes: Path | None = None) -> Iterator[Game]:
     Raises:
         InvalidInputError: A file is missing or broken, or a game is not of this form.
     """
-    rooms: dict[str, Scene] = {}
+    world = worlds(scenes)
     for row in line_rows(file):
-        world = row.text("world")
-        if world not in rooms:
-            path = scenes / f"{world}.json.gz" if scenes else None
-            rooms[world] = read_scene(path) if path else load_scene(world)
+        scene = world(row.text("world"))
         try:
-            game = _game(row, rooms[world])
+            game = _game(row, scene)
             progress(game, game.end)
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             if isinstance(error, InvalidInputError):

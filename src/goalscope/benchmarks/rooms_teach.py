@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 from goalscope.envs.house.simulator.geometry import moved
@@ -10,8 +12,24 @@ from goalscope.envs.house.simulator.making import new_object
 from goalscope.envs.house.simulator.object_types import object_type
 from goalscope.envs.house.simulator.properties import PREDICATES
 from goalscope.envs.house.simulator.scene import Scene
+from goalscope.envs.house.simulator.scenes import load_scene, read_scene
 
-__all__ = ["predicates", "room_at_start"]
+__all__ = ["predicates", "room_at_start", "worlds"]
+
+
+def worlds(scenes: Path | None) -> Callable[[str], Scene]:
+    """A function that gives AI2-THOR's scene of a game's "world", and reads each once.
+
+    Args:
+        scenes: Folder of the scenes, named as the world with `.json.gz`; None looks among those
+            that were imported.
+    """
+
+    @cache
+    def world(name: str) -> Scene:
+        return read_scene(scenes / f"{name}.json.gz") if scenes else load_scene(name)
+
+    return world
 
 
 def room_at_start(objects: Iterable[Mapping[str, Any]], scene: Scene) -> Scene:

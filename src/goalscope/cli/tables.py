@@ -55,7 +55,7 @@ def _grids(table: Table, room: int) -> Iterator[Grid]:
     from goalscope.plain import plain
 
     columns = [*zip(*table.texts(), strict=True)]
-    words = [any(isinstance(row.get(name), str) for row in table.rows) for name in table.columns]
+    words = table.worded
     names = max(words.index(False), 1) if False in words else 1
     needs = [
         max(

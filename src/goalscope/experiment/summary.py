@@ -105,6 +105,11 @@ class Table:
         """The headings, in the order in which rows have them."""
         return [*dict.fromkeys(name for row in self.rows for name in row)]
 
+    @property
+    def worded(self) -> list[bool]:
+        """Of each column, whether it has words, and not figures alone."""
+        return [any(isinstance(row.get(name), str) for row in self.rows) for name in self.columns]
+
     def texts(self) -> list[list[str]]:
         """The headings; then each row as people read it, such as "72.0 % [65.1, 78.2]"."""
         columns = self.columns
@@ -155,7 +160,7 @@ class Table:
 
     def to_markdown(self) -> str:
         """A heading, the table as GitHub reads it, and the notes."""
-        words = [any(isinstance(row.get(name), str) for row in self.rows) for name in self.columns]
+        words = self.worded
         heads, *rows = self.texts()
         lines = [[*map(markdown_text, heads)], ["---" if each else "---:" for each in words]]
         for row in rows:

@@ -13,14 +13,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from goalscope.benchmarks.reading import Line
-from goalscope.orders import DIALOGUE_ACTS, Order, speaks, words_of
+from goalscope.orders import Order, speaks, words_of
+from goalscope.standing import acting
 
 __all__ = ["Conversation", "Recombining"]
 
 Conversation = Sequence[Line]
 """Lines of one person, each of which has those before it as its context."""
-
-_ACTS = frozenset(verb.name for verb in DIALOGUE_ACTS)
 
 
 class Recombining:
@@ -42,8 +41,8 @@ class Recombining:
             if not line.question and all(each.do != "undo" for each in line.orders):
                 self._first[line.domain].append(line)
             for line in conversation:
-                for order in line.orders:
-                    if order.do not in _ACTS and order.what:
+                for order in acting(line.orders):
+                    if order.what:
                         things[_kind(line.domain, order)][order.what] = None
         self._things = {kind: [*names] for kind, names in things.items()}
 
@@ -70,15 +69,14 @@ class Recombining:
         named = {
             order.what: _kind(line.domain, order)
             for line in conversation
-            for order in line.orders
-            if order.do not in _ACTS and order.what
+            for order in acting(line.orders)
+            if order.what
         }
         for what, kind in named.items():
             if draw.random() < self._renamed:
                 other = draw.choice(self._things[kind])
-                found = [_with(line, what, other) for line in conversation]
                 if _alone(what, conversation) and not _shares(other, conversation):
-                    conversation = found
+                    conversation = [_with(line, what, other) for line in conversation]
         return conversation
 
 

@@ -318,7 +318,13 @@ def _alike(one: Piece, other: Piece) -> bool:
     """Whether one number may stand for both: two apples on a table, say."""
 
     def kind(piece: Piece) -> tuple[object, ...]:
-        return _numbered(piece.name)[0], piece.kind, piece.parent, piece.shown_marks, piece.changed
+        return (
+            _name_and_number(piece.name)[0],
+            piece.kind,
+            piece.parent,
+            piece.shown_marks,
+            piece.changed,
+        )
 
     return kind(one) == kind(other)
 
@@ -328,7 +334,7 @@ def _listed(pieces: Sequence[Piece]) -> list[str]:
     return [*_ranges(plain), *(piece.described for piece in pieces if piece.marks)]
 
 
-def _numbered(name: str) -> tuple[str, int]:
+def _name_and_number(name: str) -> tuple[str, int]:
     """A name without its number, and that: 0 where it has none."""
     found = re.fullmatch(r"(.*) ([0-9]{1,6})", name)
     return (found[1], int(found[2])) if found else (name, 0)
@@ -337,7 +343,7 @@ def _numbered(name: str) -> tuple[str, int]:
 def _ranges(names: Iterable[str]) -> list[str]:
     """Names with runs of numbers in one: "drawer 1-4"."""
     runs: list[tuple[str, int, int]] = []
-    for name, number in sorted(map(_numbered, names)):
+    for name, number in sorted(map(_name_and_number, names)):
         if runs and number and runs[-1][0] == name and runs[-1][2] == number - 1:
             runs[-1] = (name, runs[-1][1], number)
         else:
