@@ -21,7 +21,7 @@ from goalscope.likelihood import PromptedRanking, RolePlay
 from goalscope.rounds_json import round_from_json, round_to_json
 from goalscope.tracker import GoalTracker
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError
-from test_agent import RANKS, REPLIES
+from lamps import RANKS, REPLIES
 from test_cli import invoke, shop, store_file, words  # noqa: F401
 from test_store import a_round
 

@@ -16,7 +16,7 @@ from goalscope.domains import Settings
 from goalscope.session import Session
 from goalscope.store import Store
 from goalscope.types import Goal
-from test_agent import RANKS, REPLIES
+from lamps import RANKS, REPLIES
 from test_cli import invoke, shop, store_file, words  # noqa: F401
 
 LAMP, SLEEP, TEA = Goal("have lamp light"), Goal("sleep without light"), Goal("drink tea")
@@ -73,7 +73,7 @@ from goalscope.cli.why import correct
 from goalscope.domains import Settings
 from goalscope.session import Session
 from goalscope.store import Store
-from test_agent import REPLIES
+from lamps import REPLIES
 
 def read(query):
     if not session.turns:

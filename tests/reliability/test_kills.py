@@ -22,8 +22,8 @@ from goalscope.experiment.results import Results
 from goalscope.session import Session
 from goalscope.store import Store
 from goalscope.types import Action, StepResult
+from lamps import REPLIES
 from lives import Lives, anew, episode, experiment, furnish, measured, rounds_of, signalled
-from test_agent import REPLIES
 
 lives, whole = fork.lives, fork.whole
 DATABASES = ("sqlite", "postgresql")

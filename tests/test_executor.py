@@ -1,0 +1,174 @@
+"""What waits for a yes, what a yes releases, and what undo takes back, in a room with a lamp."""
+
+import pytest
+
+from fakes import LampRoom, WordModel
+from goalscope.executor import NOT_CONFIRMED, NOTHING
+from goalscope.guards import CONFIRM, HARM
+from goalscope.orders import Order
+from goalscope.types import (
+    Action,
+    ConflictError,
+)
+from lamps import REPLIES, ROOM, agent_in
+
+
+def test_what_lasts_waits_for_a_yes_to_exactly_that_question_in_that_state() -> None:
+    env = LampRoom(["vase", "lamp"])
+    agent = agent_in(env)
+    round = agent.step("", "smash vase")
+    assert (env.smashed, round.pending) == ([], (Order("smash", "vase"),))
+    assert round.question == f'I understood "smash vase". {CONFIRM}'
+    assert agent.ask() == round.question
+    again = agent.step(agent.ask(), "yes; switch on lamp")  # another state than the one shown
+    assert (env.smashed, env.on, again.pending) == ([], ["lamp"], ())
+    agent.step("", "smash vase")
+    declined = agent.step(agent.ask(), "no")
+    assert (env.smashed, declined.notes) == ([], (NOT_CONFIRMED,))
+    assert agent.step(agent.ask(), "yes").results == ()
+    agent.step("", "smash vase")
+    confirmed = agent.step(agent.ask(), "yes")
+    assert (env.smashed, confirmed.released) == (["vase"], (Order("smash", "vase"),))
+
+
+def test_no_reading_but_the_word_itself_or_a_card_confirms_what_lasts() -> None:
+    env = LampRoom(["vase", "bowl"])
+    agent = agent_in(env, model=WordModel(REPLIES, reads={"rather not": "yes", "YES!": "none"}))
+    agent.step("", "smash vase")
+    agent.step(agent.ask(), "rather not")
+    agent.step("", "smash vase")
+    agent.step(agent.ask(), "smash vase")
+    assert env.smashed == []
+    agent.step(agent.ask(), "YES!")
+    state = agent.step("", "smash bowl").state
+    agent.step(agent.ask(), "none", confirmed=state)
+    assert env.smashed == ["vase", "bowl"]
+
+
+def test_to_say_an_order_again_is_a_yes_where_it_can_be_undone() -> None:
+    env = LampRoom(["lamp"])
+    agent = agent_in(env)
+    agent.step("", "switch on lamp | if it is dark")
+    agent.step(agent.ask(), "switch on lamp | if it is dark")
+    assert env.on == ["lamp"]
+
+
+def test_a_yes_to_another_state_than_the_present_one_is_refused_before_anything_is_done() -> None:
+    env = LampRoom(["vase", "lamp"])
+    agent = agent_in(env)
+    shown = agent.step("What?", "smash vase").state
+    env.step(Action("switch on", "lamp"))
+    before, belief = env.fingerprint(), agent.tracker and agent.tracker.belief
+    with pytest.raises(ConflictError, match="no longer"):
+        agent.step(agent.ask(), "yes", confirmed=shown)
+    assert (env.fingerprint(), len(agent.rounds)) == (before, 1)
+    assert agent.tracker is not None
+    assert agent.tracker.belief is belief
+    assert agent.step("", "yes").results == ()  # by words neither
+
+
+def test_what_the_reader_is_unsure_of_waits_and_says_what_was_understood() -> None:
+    env = LampRoom(["lamp"])
+    model = WordModel(REPLIES)
+    model.margins = (0.01,)
+    agent = agent_in(env, model=model)
+    round = agent.step("", "switch on lamp")
+    assert env.on == []
+    assert 'I understood "switch on lamp". Shall I?' in round.question
+    agent.step(agent.ask(), "yes")
+    assert env.on == ["lamp"]
+
+
+def test_an_undo_that_was_not_surely_read_waits() -> None:
+    env = LampRoom(["lamp"])
+    model = WordModel(REPLIES)
+    agent = agent_in(env, model=model)
+    agent.step("", "switch on lamp")
+    model.margins = (0.01,)
+    round = agent.step("", "undo")
+    assert (env.on, 'I understood "undo". Shall I?' in round.question) == (["lamp"], True)
+    assert agent.step(agent.ask(), "yes").takes_back == (1,)
+    assert env.on == []
+
+
+def test_what_is_sure_is_done_though_another_order_is_not() -> None:
+    env = LampRoom(["lamp", "lantern"])
+    model = WordModel(REPLIES)
+    model.margins = (0.01, 3.0)
+    round = agent_in(env, model=model).step("", "switch on lamp; switch on lantern")
+    assert env.on == ["lantern"]
+    assert 'I understood "switch on lamp". Shall I?' in round.question
+
+
+def test_a_condition_is_asked_about() -> None:
+    env = LampRoom(["lamp"])
+    agent = agent_in(env)
+    round = agent.step("", "switch on lamp | if it is dark")
+    assert (env.on, 'You said "if it is dark"' in round.question) == ([], True)
+    agent.step(agent.ask(), "yes")
+    assert env.on == ["lamp"]
+
+
+def test_an_allergy_binds_every_order_until_the_person_confirms_the_contrary() -> None:
+    env = LampRoom(["lamp", "fan"])
+    agent = agent_in(env)
+    agent.step("", "avoid fan | for my son | why allergy")
+    asked = agent.step("", "switch on fan")
+    assert env.on == []
+    assert asked.question.startswith('You said "no fan" (my son: allergy).')
+    agent.step(agent.ask(), "no")
+    agent.step("", "undo")
+    assert agent.step("", "switch on fan").pending
+    agent.step(agent.ask(), "yes")
+    assert env.on == ["fan"]
+    agent.step("", "switch off fan; switch on fan")
+    assert env.on == ["fan"]
+
+
+def test_to_be_rid_of_what_harms_needs_no_leave_and_lifts_no_allergy() -> None:
+    env = LampRoom(["fan"])
+    agent = agent_in(env)
+    agent.step("", "avoid fan | why allergy")
+    env.on.append("fan")
+    assert agent.step("", "switch off fan").pending == ()
+    assert env.on == []
+    agent.step("", "yes")
+    assert agent.step("", "switch on fan").pending
+    assert env.on == []
+
+
+def test_a_word_of_harm_without_an_allergy_in_the_reading_stops_every_order() -> None:
+    env = LampRoom(["lamp", "fan"])
+    reads = {"lamp, and my son is allergic to fans": "switch on lamp", "to fans": "switch on fans"}
+    agent = agent_in(env, model=WordModel(REPLIES, reads=reads))
+    round = agent.step("", "lamp, and my son is allergic to fans")
+    assert (env.on, round.question) == ([], HARM)
+    assert agent.step(agent.ask(), "to fans").pending  # it may be the very thing that harms
+    assert env.on == []
+    agent.step("", "avoid fan | why allergy")
+    agent.step("", "switch on lamp")
+    assert env.on == ["lamp"]
+
+
+def test_undo_takes_back_the_last_rounds_that_did_something() -> None:
+    env = LampRoom(ROOM)
+    agent = agent_in(env)
+    for words in ("switch on lamp", "switch on fan", "ask fan"):
+        agent.step("", words)
+    round = agent.step("", "undo")
+    assert (env.on, round.takes_back, round.reversals) == (["lamp"], (2,), 1)
+    assert round.notes == ('Taken back: "switch on fan".',)
+    agent.step("", "switch on fan")
+    assert agent.step("", "undo | 2").takes_back == (5, 1)
+    assert env.on == []
+    assert agent.step("", "undo").notes == (NOTHING,)
+
+
+def test_undo_everything_leaves_what_lasts_and_says_so() -> None:
+    env = LampRoom(["vase", "lamp"])
+    agent = agent_in(env)
+    for words in ("smash vase", "yes", "switch on lamp"):
+        agent.step("", words)
+    round = agent.step("", "undo everything")
+    assert (env.on, env.smashed) == ([], ["vase"])
+    assert "The vase stays in pieces." in round.notes
