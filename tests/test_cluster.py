@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -34,13 +34,29 @@ def perform(spec: Mapping[str, Any]) -> dict[str, Any]:
     return {"square": spec.get("number", 0) ** 2, "third": spec.get("number", 0) / 3}
 
 
-def workers() -> list[int]:
+Workers = Callable[[], list[int]]
+
+
+@pytest.fixture
+def workers() -> Workers:
+    """The processes that the test has started; what other tests share stands beside them."""
     others = ("resource_tracker", "lives.py")
-    children = {each.pid: " ".join(each.cmdline()) for each in psutil.Process().children(True)}
-    return [pid for pid, line in children.items() if not any(each in line for each in others)]
+    this = psutil.Process()
+    shared = set(this.children())
+
+    def started() -> list[int]:
+        direct = [each for each in this.children() if each not in shared]
+        below = {each: " ".join(each.cmdline()) for top in direct for each in family(top)}
+        return [each.pid for each, line in below.items() if not any(o in line for o in others)]
+
+    return started
 
 
-def test_every_cell_has_one_outcome_whatever_dies(tmp_path: Path) -> None:
+def family(process: Any) -> list[Any]:
+    return [process, *process.children(True)]
+
+
+def test_every_cell_has_one_outcome_whatever_dies(tmp_path: Path, workers: Workers) -> None:
     cells = {f"plain {n}": {"number": n, "journal": str(tmp_path / str(n))} for n in range(8)}
     expected = {key: perform({"number": n}) for n, key in enumerate(cells)}
     cells["error"] = {"error": "this cell is wrong", "journal": str(tmp_path / "error")}
@@ -63,7 +79,9 @@ def test_every_cell_has_one_outcome_whatever_dies(tmp_path: Path) -> None:
     assert workers() == []
 
 
-def test_to_close_the_generator_ends_the_workers_in_mid_cell(tmp_path: Path) -> None:
+def test_to_close_the_generator_ends_the_workers_in_mid_cell(
+    tmp_path: Path, workers: Workers
+) -> None:
     journal = tmp_path / "long"
     cells = [("long", {"seconds": 600, "journal": str(journal)}), ("short", {"number": 2})]
     outcomes = on_cluster(cells, perform)
@@ -110,7 +128,7 @@ def test_an_existing_cluster_is_used_and_left_running(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_used_is_refused_before_anything_starts(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, workers: Workers
 ) -> None:
     with pytest.raises(InvalidInputError, match="at least one worker"):
         on_cluster([], perform, workers=0)
