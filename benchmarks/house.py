@@ -97,16 +97,16 @@ def play(house: HouseController, steps: int) -> list[dict[str, Any]]:
             action["fillLiquid"] = "water"
         if name == "Teleport":
             action["position"] = chance.choice(places)
-        if house.step(action):
+        if house.step(**action):
             taken.append(action)
     return taken
 
 
-def replay(controller: Any, actions: Sequence[dict[str, Any]]) -> None:
+def replay(controller: HouseController, actions: Sequence[dict[str, Any]]) -> None:
     """Start anew, and take the actions."""
     controller.reset()
     for action in actions:
-        controller.step(action)
+        controller.step(**action)
 
 
 def seconds(work: Callable[[], object]) -> float:

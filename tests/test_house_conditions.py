@@ -282,7 +282,7 @@ def test_the_robot_of_the_house_can_reach_the_goal_without_force(profile: Profil
     def take(action: str, own: str, **more: Any) -> None:
         poses = house.step({"action": "GetInteractablePoses", "objectId": own})["actionReturn"]
         if poses and not more.get("forceAction"):
-            house.step({"action": "TeleportFull", **poses[0]})
+            house.step({"action": "Teleport", **poses[0]})
         after = house.step({"action": action, "objectId": own, **more})
         assert after["lastActionSuccess"], (action, own, after["errorMessage"])
 

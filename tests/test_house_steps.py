@@ -154,15 +154,11 @@ def test_failed_action_is_taken_back_whole() -> None:
 class Drifting(HouseController):
     """A house in which the second start differs from the first."""
 
-    def reset(self, scene: Any = None, **parameters: Any) -> Any:
-        event = super().reset(scene, **parameters)
+    def reset(self) -> Any:
+        event = super().reset()
         if getattr(self, "started", 0) > 1:
-            apple = event.get_object(next(o for o in self._house.state.objects if "Apple" in o))
-            assert apple
-            self._house.step(
-                {"action": "DropHandObject"}
-                | {"action": "PickupObject", "objectId": apple["objectId"], "forceAction": True}
-            )
+            apple = next(each for each in self._house.state.objects if "Apple" in each)
+            super().step("PickupObject", objectId=apple, forceAction=True)
             event = super().step("DropHandObject", forceAction=True)
         self.started = getattr(self, "started", 0) + 1
         return event
@@ -283,9 +279,9 @@ class Refusing(Counting):
 
     starts = 0
 
-    def reset(self, scene: Any = None, **parameters: Any) -> Any:
+    def reset(self) -> Any:
         self.starts += 1
-        return super().reset(scene, **parameters)
+        return super().reset()
 
     def step(self, action: Any = None, **arguments: Any) -> Any:
         if self.starts > 2 and action == "Teleport":

@@ -112,8 +112,8 @@ class Moving(HouseController):
 
     resets = 0
 
-    def reset(self, scene: Any = None, **parameters: Any) -> Any:
-        event = super().reset(scene, **parameters)
+    def reset(self) -> Any:
+        event = super().reset()
         self.resets += 1
         if self.resets > 2:
             own = next(each for each in self._house.state.objects if each.startswith("Apple"))

@@ -27,11 +27,12 @@ from goalscope.envs.house.picture.footprints import (
 from goalscope.envs.house.simulator.state import is_whole
 from goalscope.plain import plain
 
-__all__ = ["MARKS", "Piece", "Plan", "clean", "floor_plan"]
+__all__ = ["Piece", "Plan", "floor_plan"]
 
 Kind = Literal["furniture", "fitted", "wall", "thing"]
 
 MOST = 300
+LONGEST = 40  # characters of a name
 SMALL = 0.12  # m2; what has a smaller footprint is a thing on a piece of furniture
 SMALL_PLACE = 0.06  # m2; the same for what other things stand on
 BESIDE = 1.0  # m; furniture reaches at most so far over the edge of the floor
@@ -150,11 +151,11 @@ class Plan:
         return tuple(piece for piece in self.pieces if piece.held)
 
 
-def clean(text: object, length: int = 40) -> str:
+def clean(text: object) -> str:
     """One short line of text that is safe to show."""
-    raw = str(text)[: length + 1] if isinstance(text, str) else ""
+    raw = text[: LONGEST + 1] if isinstance(text, str) else ""
     shown = " ".join(plain(raw).plain.split()).replace("\ufffe", "").replace("\uffff", "")
-    return shown if len(shown) <= length else shown[: length - 3] + "..."
+    return shown if len(shown) <= LONGEST else shown[: LONGEST - 3] + "..."
 
 
 def floor_plan(

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any, TypeVar, cast
+from collections.abc import Callable, Mapping
+from typing import Any, cast
 
-from goalscope.envs.house.simulator.acts import drop_hand_object
-from goalscope.envs.house.simulator.geometry import Pose, Vec, as_dict, box_of, reachable, sees, vec
+from goalscope.envs.house.simulator.geometry import Pose, Vec, as_dict, box_of, sees, vec
 from goalscope.envs.house.simulator.state import (
     EYE_HEIGHT,
-    RANGES,
+    GRID,
+    REACH,
     Failure,
     State,
     is_whole,
@@ -28,8 +28,6 @@ ROTATIONS = (0.0, 90.0, 180.0, 270.0)
 
 MOST_OFF = 0.1
 """How far above or below the height at which it stands the agent may be set, in m."""
-
-_Value = TypeVar("_Value")
 
 
 def teleport(
@@ -71,35 +69,15 @@ def teleport(
     _stand(state, vec(to), yaw=yaw, horizon=down, standing=standing)
 
 
-def teleport_full(
-    state: State,
-    position: Mapping[str, float] | None = None,
-    rotation: Mapping[str, float] | float | None = None,
-    horizon: float | None = None,
-    standing: bool | None = None,
-    forceAction: bool = False,
-    x: float | None = None,
-    y: float | None = None,
-    z: float | None = None,
-) -> None:
-    """Teleport with every part of the pose given."""
-    where: Any = position if position is not None or x is None else {"x": x, "y": y, "z": z}
-    pose = {"position": where, "rotation": rotation, "horizon": horizon, "standing": standing}
-    missing = [name for name, value in pose.items() if value is None]
-    if missing:
-        raise Failure(f"TeleportFull needs {', '.join(missing)}", "MissingArguments")
-    teleport(state, where, rotation, horizon, standing, forceAction)
-
-
 def _walk(turn: float) -> Callable[..., None]:
     def walk(state: State, moveMagnitude: float | None = None, forceAction: bool = False) -> None:
-        way = state.grid if moveMagnitude is None else number(moveMagnitude, "moveMagnitude")
-        way = way or state.grid
+        way = GRID if moveMagnitude is None else number(moveMagnitude, "moveMagnitude")
+        way = way or GRID
         pose = state.pose
         yaw = math.radians(pose.yaw + turn)
         x, y, z = pose.position
         ahead, aside = way * math.cos(yaw), way * math.sin(yaw)
-        steps = math.ceil(abs(way) / state.grid)
+        steps = math.ceil(abs(way) / GRID)
         shares = (step / steps for step in range(1, steps + 1))
         if not forceAction and not all(
             _is_free(state, x + share * aside, z + share * ahead) for share in shares
@@ -141,112 +119,32 @@ def wait(state: State) -> None:
     """Do nothing."""
 
 
-def move_held_object(state: State, ahead: float = 0.0, right: float = 0.0, up: float = 0.0) -> None:
-    _keep_in_hand(state, ahead, right, up)
+def get_reachable_positions(state: State) -> list[dict[str, float]]:
+    return [as_dict(each) for each in state.reachable()]
 
 
-def nudge_held_object(state: State, moveMagnitude: float = 0.0) -> None:
-    _keep_in_hand(state, moveMagnitude)
-
-
-def rotate_held_object(
-    state: State,
-    pitch: float = 0.0,
-    yaw: float = 0.0,
-    roll: float = 0.0,
-    rotation: Mapping[str, float] | None = None,
-) -> None:
-    turn = _point(rotation or {}, "rotation")
-    _keep_in_hand(state, pitch, yaw, roll, *turn.values())
-
-
-def _keep_in_hand(state: State, *amounts: Any) -> None:
-    """Leave the hand where it is: its place says nothing of what is so in the room."""
-    for each in amounts:
-        number(each, "How far the hand moves or turns")
-    if state.held is None:
-        raise Failure("The agent's hand is empty, there is nothing to move.")
-
-
-def throw_object(state: State, moveMagnitude: float, forceAction: bool = False) -> dict[str, float]:
-    """Drop what the hand holds: without physics it flies nowhere."""
-    number(moveMagnitude, "moveMagnitude")
-    return drop_hand_object(state, forceAction)
-
-
-def advance_physics_step(
-    state: State,
-    timeStep: float = 0.02,
-    simSeconds: float | None = None,
-    allowAutoSimulation: bool = False,
-) -> None:
-    """Do nothing: all is at rest after every action."""
-
-
-def set_hand_sphere_radius(state: State, radius: float) -> None:
-    if not 0.04 <= number(radius, "radius") <= 0.5:
-        raise Failure("radius must be between 0.04 and 0.5 m", "InvalidArgument")
-
-
-def get_reachable_positions(state: State, gridSize: float | None = None) -> list[dict[str, float]]:
-    places = state.reachable()
-    if gridSize is not None and gridSize != state.grid:
-        low, high = RANGES["gridSize"]
-        if not low <= number(gridSize, "gridSize") <= high:
-            raise Failure(f"gridSize must be between {low} and {high} m", "InvalidArgument")
-        start = state.scene.agent["position"] if state.scene.agent else as_dict(places[0])
-        places = reachable(state.floor, state.solids, vec(start), gridSize)
-    return [as_dict(each) for each in places]
-
-
-def get_interactable_poses(
-    state: State,
-    objectId: str,
-    positions: Iterable[Mapping[str, float]] | None = None,
-    rotations: Iterable[float] | None = None,
-    horizons: Iterable[float] | None = None,
-    standings: Iterable[bool] | None = None,
-    maxPoses: int | None = None,
-) -> list[dict[str, Any]]:
+def get_interactable_poses(state: State, objectId: str) -> list[dict[str, Any]]:
     """Poses from which the object can be seen and reached, the nearest positions first."""
     thing = state.objects.get(objectId)
     if thing is None:
         raise Failure("Object ID appears to be invalid.")
-    places = state.reachable() if positions is None else _each(positions, "positions", _place)
-    yaws = ROTATIONS if rotations is None else _each(rotations, "rotations", number)
-    tilts = HORIZONS if horizons is None else _each(horizons, "horizons", number)
-    postures = (True, False) if standings is None else _each(standings, "standings", _flag)
-    most = math.inf if maxPoses is None else number(maxPoses, "maxPoses")
-    if most < 1:
-        raise Failure("maxPoses must be at least 1", "InvalidArgument")
-    box = box_of(thing)
     if not is_whole(thing):
         return []
-    near = [each for each in places if box.distance(each[0], each[2]) <= state.reach]
+    box = box_of(thing)
+    near = [each for each in state.reachable() if box.distance(each[0], each[2]) <= REACH]
     near.sort(key=lambda each: math.dist((each[0], each[2]), (box.center[0], box.center[2])))
-    found: list[dict[str, Any]] = []
-    for place in near:
-        for standing in postures:
-            for horizon in tilts:
-                for yaw in yaws:
-                    pose = Pose(place, yaw, horizon, standing)
-                    if sees(pose, box, state.reach):
-                        found.append(
-                            {
-                                **as_dict(place),
-                                "rotation": yaw,
-                                "standing": standing,
-                                "horizon": horizon,
-                            }
-                        )
-                        if len(found) >= most:
-                            return found
-    return found
+    return [
+        {**as_dict(place), "rotation": yaw, "standing": standing, "horizon": horizon}
+        for place in near
+        for standing in (True, False)
+        for horizon in HORIZONS
+        for yaw in ROTATIONS
+        if sees(Pose(place, yaw, horizon, standing), box, REACH)
+    ]
 
 
 MOTIONS: Mapping[str, Callable[..., Any]] = {
     "Teleport": teleport,
-    "TeleportFull": teleport_full,
     "MoveAhead": _walk(0),
     "MoveRight": _walk(90),
     "MoveBack": _walk(180),
@@ -258,17 +156,7 @@ MOTIONS: Mapping[str, Callable[..., Any]] = {
     "Stand": _posture(True),
     "Crouch": _posture(False),
     "Pass": wait,
-    "Done": wait,
-    "MoveHeldObject": move_held_object,
-    **{f"MoveHeldObject{way}": nudge_held_object
-       for way in ("Ahead", "Back", "Left", "Right", "Up", "Down")},
-    "RotateHeldObject": rotate_held_object,
-    "ThrowObject": throw_object,
-    "AdvancePhysicsStep": advance_physics_step,
-    "PausePhysicsAutoSim": wait,
-    "UnpausePhysicsAutoSim": wait,
-    "SetHandSphereRadius": set_hand_sphere_radius,
-}  # fmt: skip
+}
 """AI2-THOR's name of each motion; the arguments after the state are AI2-THOR's, too."""
 
 QUERIES: Mapping[str, Callable[..., Any]] = {
@@ -278,32 +166,10 @@ QUERIES: Mapping[str, Callable[..., Any]] = {
 """Actions that only ask: the house is as before, and no time has passed."""
 
 
-def _each(values: Any, name: str, read: Callable[[Any, str], _Value]) -> list[_Value]:
-    if not isinstance(values, Iterable) or isinstance(values, str | Mapping):
-        given = cast("object", values)
-        raise Failure(f"{name} must be a list, not {shown(given)}", "InvalidArgument")
-    return [read(each, name) for each in cast("Iterable[Any]", values)]
-
-
-def _point(value: Any, name: str = "position") -> Mapping[str, Any]:
+def _point(value: Any) -> Mapping[str, Any]:
     if not isinstance(value, Mapping):
-        raise Failure(f"{name} must be {{x, y, z}}, not {shown(value)}", "InvalidArgument")
+        raise Failure(f"position must be {{x, y, z}}, not {shown(value)}", "InvalidArgument")
     return cast("Mapping[str, Any]", value)
-
-
-def _place(value: Any, name: str) -> Vec:
-    point = _point(value, name)
-    return (
-        number(point.get("x"), name),
-        number(point.get("y"), name),
-        number(point.get("z"), name),
-    )
-
-
-def _flag(value: Any, name: str) -> bool:
-    if not isinstance(value, bool):
-        raise Failure(f"{name} must be true or false, not {shown(value)}", "InvalidArgument")
-    return value
 
 
 def _is_free(state: State, x: float, z: float) -> bool:

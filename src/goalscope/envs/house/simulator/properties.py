@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from goalscope.envs.house.simulator.object_types import object_types
 from goalscope.envs.tables import shown
 
-__all__ = ["ACTS", "LASTING", "PREDICATES", "STATES", "act_of", "unfit_state"]
+__all__ = ["ACTS", "LASTING", "PREDICATES", "STATES", "unfit_state"]
 
 PREDICATES = (
     "isToggled",
@@ -62,11 +62,6 @@ _WORDS = {
     "temperature": ("Cold", "RoomTemp", "Hot"),
     "fillLiquid": ("water", "coffee", "wine"),
 }
-
-
-def act_of(name: str) -> str:
-    """The act that an action's name stands for: "fill" of "fill with coffee"."""
-    return "fill" if name.startswith("fill") else name
 
 
 def unfit_state(name: str, value: object, types: Iterable[str]) -> str:

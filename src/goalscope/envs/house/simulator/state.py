@@ -44,9 +44,6 @@ EYE_HEIGHT = 0.9
 HAND = (0.38, 0.515)
 """How far ahead of the agent's position, and above it, the hand is, in m."""
 
-RANGES = {"gridSize": (0.05, 5.0), "visibilityDistance": (0.1, 100.0)}
-"""What the two may be, in m."""
-
 MOST_FLOOR = 100.0
 """Longest side of a floor, in m."""
 
@@ -118,19 +115,10 @@ class State:
         clock: Seconds of the simulation since the start.
         floor: The walkable rectangle, seen from above.
         solids: What the agent cannot walk through.
-        reach: How far the agent sees and reaches, in m.
-        grid: Distance between reachable positions, in m.
     """
 
-    def __init__(self, scene: Scene, *, grid: float = GRID, reach: float = REACH) -> None:
-        for (name, (low, high)), value in zip(RANGES.items(), (grid, reach), strict=True):
-            if type(value) not in (int, float) or not low <= value <= high:
-                raise InvalidInputError(
-                    f"{name} must be a number between {low} and {high} m, not {shown(value)}."
-                )
+    def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        self.grid = grid
-        self.reach = reach
         self.clock = 0.0
         self.cooling: dict[str, float] = {}
         self.objects = {each["objectId"]: dict(each) for each in scene.objects}
@@ -168,7 +156,7 @@ class State:
     def reachable(self) -> list[Vec]:
         """Where the agent can stand: the points of a grid through its first position."""
         if self._reachable is None:
-            self._reachable = reachable(self.floor, self.solids, self._start, self.grid)
+            self._reachable = reachable(self.floor, self.solids, self._start, GRID)
         return self._reachable
 
     def target(self, object_id: str, *, force: bool) -> dict[str, Any]:
@@ -185,7 +173,7 @@ class State:
         if force or thing["visible"] or object_id == self.held:
             return thing
         x, _, z = vec(self.agent["position"])
-        if box_of(thing).distance(x, z) > self.reach:
+        if box_of(thing).distance(x, z) > REACH:
             raise Failure(f"{object_id} is too far away to be interacted with")
         if self.is_enclosed(thing):
             raise Failure(
@@ -253,8 +241,8 @@ class State:
         x, y, z = pose.position
         for own, each in self.objects.items():
             seen = (
-                _may_reach(each["axisAlignedBoundingBox"], x, z, self.reach)
-                and sees(pose, box_of(each), self.reach)
+                _may_reach(each["axisAlignedBoundingBox"], x, z)
+                and sees(pose, box_of(each), REACH)
                 and is_whole(each)
                 and not self.is_enclosed(each)
             )
@@ -266,7 +254,7 @@ class State:
         """An agent at the free position nearest to the middle of the room."""
         x, _, z = self.floor.center
         middle = (x, self.floor.high(1) + EYE_HEIGHT, z)
-        free = reachable(self.floor, self.solids, middle, self.grid)
+        free = reachable(self.floor, self.solids, middle, GRID)
         if not free:
             raise InvalidInputError(
                 f"{self.scene.name}: there is no free floor to stand on. Give the scene an agent "
@@ -282,12 +270,12 @@ class State:
         }
 
 
-def _may_reach(bounds: Mapping[str, Any], x: float, z: float, reach: float) -> bool:
+def _may_reach(bounds: Mapping[str, Any], x: float, z: float) -> bool:
     """A quick no for most of what is too far away."""
     center, size = bounds["center"], bounds["size"]
     return (
-        abs(center["x"] - x) - size["x"] / 2 <= reach
-        and abs(center["z"] - z) - size["z"] / 2 <= reach
+        abs(center["x"] - x) - size["x"] / 2 <= REACH
+        and abs(center["z"] - z) - size["z"] / 2 <= REACH
     )
 
 

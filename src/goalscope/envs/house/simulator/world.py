@@ -12,7 +12,7 @@ from goalscope.envs.house.simulator.effects import settle
 from goalscope.envs.house.simulator.geometry import STANDING_CAMERA, Pose, as_dict, box_of
 from goalscope.envs.house.simulator.motion import MOTIONS, QUERIES
 from goalscope.envs.house.simulator.scene import Scene
-from goalscope.envs.house.simulator.state import GRID, HAND, REACH, Failure, State
+from goalscope.envs.house.simulator.state import HAND, Failure, State
 
 __all__ = ["ACTIONS", "House"]
 
@@ -60,12 +60,10 @@ class House:
 
     Args:
         scene: What stands where at the start.
-        grid: Distance between the positions where the agent can stand, in m.
-        reach: How far the agent sees and reaches, in m.
     """
 
-    def __init__(self, scene: Scene, *, grid: float = GRID, reach: float = REACH) -> None:
-        self.state = State(scene, grid=grid, reach=reach)
+    def __init__(self, scene: Scene) -> None:
+        self.state = State(scene)
         self._bounds = _extent(self.state)
 
     def step(self, action: Mapping[str, Any]) -> dict[str, Any]:
