@@ -180,6 +180,8 @@ def test_kinds_lead_to_items_and_the_nearest_fit_the_goal() -> None:
         (["avoid mushrooms", "add mushrooms"], {"Cremini Mushrooms": 1}),
         (["avoid peanuts | for Jim | why allergy", "add creamy peanut butter"], {}),
         (["add unicorn steak; add thing"], {}),
+        (["add white granulated sugar; add trahs bags"], {"Granulated Sugar": 1, "Trash Bags": 1}),
+        (["add low salt soy sauce; add pineapple rings in juice"], {}),
     ],
 )
 def test_orders_come_to_the_things_that_they_name(said: list[str], basket: dict[str, int]) -> None:

@@ -6,7 +6,7 @@ candidates, and the likelihood of the words given each of them decides, as it do
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from difflib import get_close_matches
 
 import numpy as np
@@ -15,7 +15,7 @@ from goalscope.models import LikelihoodModel
 from goalscope.models.embedding import embedded
 from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import render
-from goalscope.words import singulars
+from goalscope.words import singular, singulars, words
 
 __all__ = ["Picker", "mended"]
 
@@ -42,20 +42,20 @@ class Picker:
         The same words and names always give the same one.
         """
         names = list(dict.fromkeys(names))
-        words = mended(singulars(said), (word for name in names for word in singulars(name)))
-        if not words or not names:
+        spoken = mended(said, (word for name in names for word in singulars(name)))
+        if not spoken or not names:
             return ""
         held = {name: singulars(name) for name in names}
-        if exact := [name for name, own in held.items() if own == words]:
+        if exact := [name for name, own in held.items() if own == spoken]:
             return exact[0]
-        named = [name for name, own in held.items() if {*words} <= {*own}]
-        headed = [name for name in named if held[name][-1] == words[-1]]
+        named = [name for name, own in held.items() if {*spoken} <= {*own}]
+        headed = [name for name in named if held[name][-1] == spoken[-1]]
         if few := headed or named:
             least = min(len(held[name]) for name in few)
             few = [name for name in few if len(held[name]) == least]
             return few[0] if len(few) == 1 else self._likeliest(said, few)
-        within = [name for name, own in held.items() if {*own} <= {*words}]
-        if headed := [name for name in within if held[name][-1] == words[-1]]:
+        within = [name for name, own in held.items() if {*own} <= {*spoken}]
+        if headed := [name for name in within if held[name][-1] == spoken[-1]]:
             return max(headed, key=lambda name: len(held[name]))
         vectors = embedded([said, *names])
         nearness = vectors[1:] @ vectors[0]
@@ -74,17 +74,21 @@ class Picker:
         return names[int(np.argmax(value))]
 
 
-def mended(words: Sequence[str], known: Iterable[str]) -> list[str]:
-    """Words in the singular, slips of the pen in them mended by those that are `known`.
+def mended(text: str, known: Iterable[str]) -> list[str]:
+    """The words of a text in the singular, slips of the pen in them mended by words `known`.
 
     A slip has five letters or more, and the first of them is right.
     """
     names = dict.fromkeys(known)
-    return [
-        word if word in names or len(word) < _LETTERS else _meant_by(word, names) for word in words
-    ]
+    return [_meant_by(word, names) for word in words(text)]
 
 
-def _meant_by(word: str, names: Iterable[str]) -> str:
+def _meant_by(word: str, names: Collection[str]) -> str:
+    one = singular(word)
+    if one in names or len(word) < _LETTERS:
+        return one
     alike = [name for name in names if name[:1] == word[0]]
-    return next(iter(get_close_matches(word, alike, n=1, cutoff=_ALIKE)), word)
+    for spelled in (one, word):
+        if close := get_close_matches(spelled, alike, n=1, cutoff=_ALIKE):
+            return close[0]
+    return one

@@ -47,7 +47,8 @@ class Choice:
         for text in dict.fromkeys((phrase, *self._nearly(phrase))):
             if found := self._meant(text, bounds, basket):
                 return found
-        return None
+        ending = filter(bounds.permits, self._search.ending(phrase))
+        return max(ending, key=lambda item: len(words(item.name)), default=None)
 
     def _meant(self, phrase: str, bounds: Bounds, basket: Collection[str]) -> Item | None:
         _, kind = _labelled(phrase, self._tags)
@@ -118,9 +119,9 @@ class Choice:
         """`phrase` in the shop's words, without words of no thing and slips of the pen."""
         translated = self._search.translated(phrase)
         yield translated
-        short = self._search.translated(self._search.pruned(translated))
-        yield short
-        yield self._search.translated(self._search.mended(short))
+        yield self._search.translated(self._search.pruned(translated))
+        mended = self._search.translated(self._search.mended(phrase))
+        yield self._search.translated(self._search.pruned(mended))
 
     def _usual(self, phrase: str, diets: Collection[str], among: Sequence[Item]) -> list[Item]:
         """What people mean by a bare word, as far as it is `among` these; what fits diets first."""

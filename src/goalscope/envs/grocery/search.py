@@ -66,7 +66,9 @@ _EMPTY = frozenset({
 })  # fmt: skip
 """Words of a phrase that tell nothing of which thing is meant, if no name here holds them all."""
 
-_LABELS = frozenset({"vegan", "free", "organic", "diet", "decaf", "plant", "halal"})
+_LABELS = frozenset({
+    "vegan", "free", "organic", "diet", "decaf", "plant", "halal", "kosher", "low", "reduced",
+})  # fmt: skip
 """Words of labels, for people who ask for them: "gluten-free", "plant-based"."""
 
 
@@ -107,8 +109,8 @@ class Search:
         return self._translate(text)
 
     def mended(self, phrase: str) -> str:
-        """`phrase` with slips of the pen mended, as far as they are slips of the items' words."""
-        return " ".join(mended(singulars(phrase), self._holding))
+        """`phrase` in the singular, slips of the pen mended by words of the items' names."""
+        return " ".join(mended(phrase, self._holding))
 
     def pruned(self, phrase: str) -> str:
         """`phrase` without words that name nothing: "real parmesan", "salt n vinegar"."""
@@ -123,6 +125,21 @@ class Search:
         for word in said[1:]:
             common = common & self._holding.get(word, set[int]())
         return [self._catalogue.items[place] for place in sorted(common)]
+
+    def ending(self, phrase: str) -> list[Item]:
+        """Items with whose whole name `phrase` ends: "white granulated sugar".
+
+        A name has two words or more: no steak for a "unicorn steak". No word of a label stands
+        before it, since "vegan" is meant where it is said.
+        """
+        said = singulars(phrase)
+        items = [self._catalogue.items[i] for i in self._heads.get(said[-1], ())] if said else []
+        sizes = {item: len(singulars(item.name)) for item in items}
+        return [
+            item
+            for item, size in sizes.items()
+            if size > 1 and said[-size:] == singulars(item.name) and not {*said[:-size]} & _LABELS
+        ]
 
     def labels(self, item: Item, phrase: str) -> int:
         """How many words of the item's name, and not of `phrase`, label it for a diet."""
