@@ -88,7 +88,7 @@ class CoffeeCounter(Environment):
 
 def named(said, pick):
     """The drink that a noun phrase names, or "", and the options."""
-    words = mended(singulars(said), singulars(" ".join((*DRINKS, *CHOICES))))
+    words = mended(said, singulars(" ".join((*DRINKS, *CHOICES))))
     drinks = [name for name in DRINKS if contains(words, singulars(name))]
     drink = max(drinks, key=lambda name: len(name.split()), default="")
     words = [word for word in words if word not in singulars(drink)]

@@ -8,7 +8,6 @@ import pytest
 
 from fits import OLD_NAME, tiny_folder
 from goalscope.benchmarks.reading import Line
-from goalscope.domains import Language
 from goalscope.fitting.reading import ReadingSettings, conversations, fit_reading
 from goalscope.models.adapters import FITTED_TASK, adapter_metadata, read_adapter
 from goalscope.models.transformers import Transformers
@@ -16,7 +15,7 @@ from goalscope.orders import Order, Verb
 from goalscope.types import InvalidInputError
 
 pytestmark = OLD_NAME
-LANGUAGES = {"grocery": Language((Verb("add", ""), Verb("clear", "", ())))}
+VERBS = {"grocery": (Verb("add", ""), Verb("clear", "", ()))}
 QUICK = ReadingSettings(rank=4, learning_rate=0.01, batch_tokens=300, epochs=4)
 
 
@@ -41,7 +40,7 @@ def tiny(tmp_path):
 
 def fit(model, out, settings=QUICK, lines=LINES):
     return fit_reading(
-        model, LANGUAGES, lines, settings, out, base="tiny", corpus=["ann"], command="test"
+        model, VERBS, lines, settings, out, base="tiny", corpus=["ann"], command="test"
     )
 
 

@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from goalscope.domains import language_of
+from goalscope.envs.grocery import GroceryShop
+from goalscope.envs.house import HomeRobot
 from goalscope.orders import (
     DIALOGUE_ACTS,
     REASONS,
@@ -97,11 +98,10 @@ def test_words_have_no_marks_around_them():
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize("domain", ["grocery", "house"])
+@pytest.mark.parametrize("domain", [GroceryShop, HomeRobot])
 def test_examples_are_in_the_domains_own_verbs(domain):
-    language = language_of(domain)
-    for each in language.examples:
-        assert orders_to_text(orders_from_text(each.orders, language.verbs)) == each.orders
+    for each in domain.examples:
+        assert orders_to_text(orders_from_text(each.orders, domain.verbs)) == each.orders
 
 
 def test_an_allergy_is_the_gravest_reason():

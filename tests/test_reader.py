@@ -2,7 +2,7 @@
 
 import pytest
 
-from goalscope.domains import language_of
+from goalscope.envs.grocery import GroceryShop
 from goalscope.models import Completion
 from goalscope.orders import Order, Verb, orders_from_text, orders_to_text, words_of
 from goalscope.reader import MOST_ORDERS, Exchange, Reader, grammar_of
@@ -133,7 +133,7 @@ def test_verbs_that_cannot_be_read_are_refused(verbs, told):
     ],
 )
 def test_what_a_person_types_is_only_words_to_the_grammar(model, message):
-    verbs, said = language_of("grocery").verbs, words_of(message)
+    verbs, said = GroceryShop.verbs, words_of(message)
     reader = Reader(model, verbs)
     rules = grammar_of(verbs, said).replace("{0,23}", "{0,1}").replace("{0,11}", "{0,2}")
     written = model.generate(reader.prompt(message), max_tokens=200, grammar=rules).text

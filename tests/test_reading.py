@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from goalscope.benchmarks.reading import Line, line_to_json, read_corpus, read_lines, score
-from goalscope.domains import language_of
+from goalscope.envs.grocery import GroceryShop
+from goalscope.envs.house import HomeRobot
 from goalscope.models import Completion
 from goalscope.orders import Order, orders_from_text, orders_to_text, words_of
 from goalscope.reader import Reader
@@ -104,7 +105,7 @@ def test_earlier_messages_are_read_as_they_would_have_been():
             return Completion(f"add {messages[-1].content}", "stop", 1, 1)
 
     asked: list[list[str]] = []
-    reader = Reader(Copies(), language_of("grocery").verbs, taught=True)
+    reader = Reader(Copies(), GroceryShop.verbs, taught=True)
     line = Line("a", "grocery", ("milk", "eggs"), "", "flour", (EGGS,))
     ((_, found),) = read_lines([line], reader)
     assert found is not None
@@ -136,5 +137,5 @@ def test_every_order_of_the_corpus_is_canonical():
         ids = [line.id for line in lines]
         assert len(ids) == len({*ids}), name
         for line in lines:
-            verbs = language_of(line.domain).verbs
+            verbs = {"grocery": GroceryShop, "house": HomeRobot}[line.domain].verbs
             assert len(orders_from_text(orders_to_text(line.orders), verbs)) == len(line.orders)

@@ -10,7 +10,7 @@ from goalscope.calibration import USUAL, Calibration
 from goalscope.dialog import FALLBACK, OPENING, Human, ask
 from goalscope.envs import GUESSED, Environment, Pick
 from goalscope.episode import Round, retracted
-from goalscope.executor import Execution, Executor, readings_of
+from goalscope.executor import Execution, Executor
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
 from goalscope.guards import HARM, UNSURE, whether
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
@@ -306,14 +306,16 @@ class Agent:
     def _read(self, turn: Turn) -> tuple[Reading, str]:
         """What the words were read as; where the model wrote no reading, nothing and why."""
         self._progress("reading")
-        said = reversed(readings_of(self.rounds))
-        before = [Exchange("", utterance, read.orders) for utterance, read in said]
-        question = turn.query.splitlines()[-1] if turn.query.strip() else ""
+        before = [
+            Exchange(_asked(each.turn), each.turn.utterance, each.reading.orders)
+            for each in self.rounds
+            if each.reading
+        ]
         try:
             return (
                 self.reader.read(
                     turn.utterance,
-                    question="" if question == OPENING else question,
+                    question=_asked(turn),
                     before=before,
                     names=[self.env.status()],
                 ),
@@ -364,6 +366,12 @@ class Agent:
             yield f"{GUESSED}{', '.join(outcome.guessed)}."
         for held in outcome.held:
             yield f"Held back until it is clear what you want: {held}."
+
+
+def _asked(turn: Turn) -> str:
+    """The question that the words answer; "" where they were free to say anything."""
+    question = turn.query.splitlines()[-1] if turn.query.strip() else ""
+    return "" if question in (OPENING, FALLBACK) else question
 
 
 def _tells(reading: Reading | None, act: str) -> bool:

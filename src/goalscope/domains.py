@@ -18,7 +18,6 @@ from goalscope.goals import UNEXPLAINED, Trigger
 from goalscope.habits import Habit
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, RolePlay
 from goalscope.models import Model
-from goalscope.orders import Example, Verb
 from goalscope.policy import Planner
 from goalscope.types import TRACKING, InvalidInputError, Profile
 
@@ -28,9 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Domain",
-    "Language",
     "Settings",
-    "language_of",
     "load_domain",
     "open_environment",
     "planner_of",
@@ -160,42 +157,6 @@ def _own(domain: str) -> Any:
             "command line, such as `goalscope chat FILE.py --resume ID`."
         )
     return _OWN[domain]
-
-
-@dataclass(frozen=True, slots=True)
-class Language:
-    """What can be asked for in a domain.
-
-    Attributes:
-        verbs: Its own.
-        examples: Readings that show them to a model that was not taught to read.
-    """
-
-    verbs: tuple[Verb, ...]
-    examples: tuple[Example, ...] = ()
-
-
-def language_of(domain: str) -> Language:
-    """What can be asked for in a domain; a file of Python declares it as VERBS and EXAMPLES.
-
-    Args:
-        domain: As `load_domain` returns it.
-
-    Raises:
-        InvalidInputError: The file declares no verbs.
-    """
-    if domain == "grocery":
-        from goalscope.envs.grocery import language
-    elif domain == "house":
-        from goalscope.envs.house import language
-    else:
-        language = _own(domain)
-    verbs = getattr(language, "VERBS", ())
-    if not verbs:
-        raise InvalidInputError(
-            f'{domain} declares no verbs. Give it VERBS, such as (Verb("add", "plant it"),).'
-        )
-    return Language(tuple(verbs), tuple(getattr(language, "EXAMPLES", ())))
 
 
 def open_environment(settings: Settings, profile: Profile | None = None) -> Environment:

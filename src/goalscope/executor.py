@@ -12,7 +12,7 @@ from goalscope.orders import Order, Reading
 from goalscope.standing import LIMITS, Standing, acting
 from goalscope.types import StepResult, Turn
 
-__all__ = ["NOTHING", "NOT_CONFIRMED", "NOT_HERE", "Execution", "Executor", "readings_of"]
+__all__ = ["NOTHING", "NOT_CONFIRMED", "NOT_HERE", "Execution", "Executor"]
 
 NOT_HERE = "I cannot undo anything here. Please say what is to change."
 """A round's note where the environment undoes nothing."""

@@ -137,7 +137,7 @@ def final_order(
             reading = reader.read(turn.utterance, question=question, before=before, names=names)
         except UnreadableAnswerError:
             return None
-        before.append(Exchange("", turn.utterance, reading.orders))
+        before.append(Exchange(question, turn.utterance, reading.orders))
         readings.append(reading)
         if _follow(counter, reading.orders, fold(readings), pick):
             break

@@ -118,26 +118,29 @@ def read_lines(lines: Sequence[Line], reader: Reader) -> Iterator[tuple[Line, Re
 
     Earlier messages of its conversation are read first, as they would have been.
     """
+    asked: dict[tuple[str, ...], str] = {}
     known: dict[tuple[str, ...], Reading | None] = {}
     nothing = Reading((Order("none"),))
 
-    def read(said: tuple[str, ...], question: str) -> Reading | None:
+    def read(said: tuple[str, ...]) -> Reading | None:
         if said not in known:
-            *context, message = said
+            earlier = [said[: n + 1] for n in range(len(said) - 1)]
             before = [
-                Exchange("", context[n], (read(tuple(context[: n + 1]), "") or nothing).orders)
-                for n in range(len(context))
+                Exchange(asked.get(each, ""), each[-1], (read(each) or nothing).orders)
+                for each in earlier
             ]
             try:
-                known[said] = reader.read(message, question=question, before=before)
+                known[said] = reader.read(said[-1], question=asked.get(said, ""), before=before)
             except UnreadableAnswerError:
                 known[said] = None
         return known[said]
 
     for line in lines:
         said = (*line.context, line.message)
-        known.pop(said, None)
-        yield line, read(said, line.question)
+        if asked.get(said) != line.question:
+            asked[said] = line.question
+            known.pop(said, None)
+        yield line, read(said)
 
 
 def score(pairs: Iterable[tuple[Sequence[Order], Sequence[Order] | None]]) -> Score:

@@ -54,15 +54,13 @@ def bench_orders(
         score_orders,
     )
     from goalscope.datasets import DATASETS, data_folder
-    from goalscope.domains import Settings, language_of, load_domain, open_environment
+    from goalscope.domains import Settings, load_domain, open_environment
     from goalscope.models.opening import open_reader
     from goalscope.picking import Picker
     from goalscope.plain import plain
     from goalscope.reader import Reader
 
-    domain = load_domain(counter)
-    language = language_of(domain)
-    env = open_environment(Settings(domain=domain))
+    env = open_environment(Settings(domain=load_domain(counter)))
     if not hasattr(env, "cups"):
         raise InvalidInputError(f"{counter} takes no orders: its environment has no `cups`.")
     env, pick = cast("Counter", env), Picker()
@@ -73,9 +71,9 @@ def bench_orders(
     try:
         reader = Reader(
             opened,
-            language.verbs,
+            env.verbs,
             task=env.task,
-            examples=language.examples,
+            examples=env.examples,
             taught=taught,
             form=form,
         )

@@ -20,7 +20,7 @@ from goalscope.types import InvalidInputError
 
 if TYPE_CHECKING:
     from goalscope.benchmarks.reading import Line
-    from goalscope.domains import Language
+    from goalscope.envs import Environment
     from goalscope.orders import Reading
 
 __all__ = ["bench_reading", "fit_reader"]
@@ -71,8 +71,8 @@ def bench_reading(
     from goalscope.plain import plain
     from goalscope.reader import Reader
 
-    languages = _languages(domain)
-    lines = _chosen(read_corpus(file), languages, bool(domain))[:limit]
+    envs = _environments(domain)
+    lines = _chosen(read_corpus(file), envs, bool(domain))[:limit]
     with measuring("Loading the model"):
         opened, taught = open_reader(model_names(model)["model"], adapter=adapter)
     readings: list[tuple[Line, Reading | None]] = []
@@ -81,10 +81,11 @@ def bench_reading(
         with progress("Messages") as show:
             show(0, len(lines))
             for name in dict.fromkeys(line.domain for line in lines):
-                each = languages[name]
+                each = envs[name]
                 reader = Reader(
                     opened,
                     each.verbs,
+                    task=each.task,
                     examples=each.examples,
                     taught=taught,
                     form=form,
@@ -172,9 +173,9 @@ def fit_reader(
     from goalscope.models.adapters import adapter_file
 
     check_fit(model, learning_rate)
-    languages = _languages(domain)
+    envs = _environments(domain)
     lines = [line for path in corpus for line in read_corpus(path)]
-    lines = _chosen(lines, languages, bool(domain))
+    lines = _chosen(lines, envs, bool(domain))
     settings = ReadingSettings(rank=rank, learning_rate=learning_rate, epochs=epochs, seed=seed)
     engine = engine_of(model, device)
     err = console(stderr=True)
@@ -182,7 +183,7 @@ def fit_reader(
         with progress("Steps") as show:
             for step, steps, loss in fit_reading(
                 engine,
-                languages,
+                {name: env.verbs for name, env in envs.items()},
                 lines,
                 settings,
                 out,
@@ -199,18 +200,19 @@ def fit_reader(
     err.print(f"Measure it with: goalscope bench reading FILE.jsonl --adapter {out}")
 
 
-def _languages(domains: Sequence[str] | None) -> dict[str, Language]:
-    """What can be asked for, by the name that lines have for the domain."""
-    from goalscope.domains import language_of, load_domain
+def _environments(domains: Sequence[str] | None) -> dict[str, Environment]:
+    """Where orders are given, by the name that lines have for the domain."""
+    from goalscope.domains import Settings, load_domain, open_environment
 
-    found: dict[str, Language] = {}
+    found: dict[str, Environment] = {}
     for name in domains or ("grocery", "house"):
         known = load_domain(ALIASES.get(name, name))
-        found[known if known in ("grocery", "house") else Path(known).stem] = language_of(known)
+        label = known if known in ("grocery", "house") else Path(known).stem
+        found[label] = open_environment(Settings(domain=known))
     return found
 
 
-def _chosen(lines: Sequence[Line], languages: dict[str, Language], only: bool) -> list[Line]:
+def _chosen(lines: Sequence[Line], envs: dict[str, Environment], only: bool) -> list[Line]:
     """The lines of the domains, each under its one name.
 
     Raises:
@@ -221,17 +223,17 @@ def _chosen(lines: Sequence[Line], languages: dict[str, Language], only: bool) -
 
     named = [replace(line, domain=ALIASES.get(line.domain, line.domain)) for line in lines]
     for line in named:
-        if not only and line.domain not in languages:
+        if not only and line.domain not in envs:
             raise InvalidInputError(
                 f"{line.id} was said in {line.domain!r}, which is no domain here. Name its file "
                 "with --domain FILE.py, and each other domain that is meant."
             )
-    found = [line for line in named if line.domain in languages]
+    found = [line for line in named if line.domain in envs]
     if not found:
-        raise InvalidInputError(f"There are no messages of {' or '.join(languages)} in the corpus.")
+        raise InvalidInputError(f"There are no messages of {' or '.join(envs)} in the corpus.")
     known = {
         name: sorted(verb.name for verb in (*each.verbs, *DIALOGUE_ACTS))
-        for name, each in languages.items()
+        for name, each in envs.items()
     }
     for line in found:
         for order in line.orders:

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from goalscope.benchmarks.reading import Line, line_to_json
-from goalscope.domains import Language
 from goalscope.fitting.learner import Learner
 from goalscope.fitting.recombining import Conversation, Recombining
 from goalscope.fitting.training import KEPT, Training, locked, writing_to
@@ -22,6 +21,7 @@ from goalscope.likelihood import RolePlay
 from goalscope.models.adapters import FITTED_SOURCES, FITTED_TASK, read_adapter, write_adapter
 from goalscope.models.transformers import Transformers
 from goalscope.models.trie import Trie
+from goalscope.orders import Verb
 from goalscope.reader import Exchange, Reader
 from goalscope.types import InvalidInputError
 
@@ -79,7 +79,7 @@ class ReadingFit:
     def __init__(
         self,
         learner: Learner,
-        languages: Mapping[str, Language],
+        verbs: Mapping[str, Sequence[Verb]],
         corpus: Sequence[Conversation],
         settings: ReadingSettings,
         folder: Path,
@@ -92,7 +92,7 @@ class ReadingFit:
         """
         self._learner = learner
         self._readers = {
-            name: Reader(learner.model, each.verbs, taught=True) for name, each in languages.items()
+            name: Reader(learner.model, each, taught=True) for name, each in verbs.items()
         }
         self._batches = _batches(map(self._example, _drawn(corpus, settings)), settings)
         self.steps = len(self._batches)
@@ -175,7 +175,7 @@ def _batches(examples: Iterable[Taught], settings: ReadingSettings) -> list[Taug
 
 def fit_reading(
     model: Transformers,
-    languages: Mapping[str, Language],
+    verbs: Mapping[str, Sequence[Verb]],
     lines: Sequence[Line],
     settings: ReadingSettings,
     folder: Path,
@@ -191,7 +191,7 @@ def fit_reading(
 
     Args:
         model: The model to adapt; it is changed.
-        languages: What can be asked for, by domain.
+        verbs: What can be asked for, by domain.
         lines: What to learn from.
         settings: How.
         folder: Of the adapter.
@@ -227,7 +227,7 @@ def fit_reading(
                 "writers": len({line.id.rpartition("-")[0] for line in lines}),
             },
         }
-        fit = ReadingFit(learner, languages, conversations(lines), settings, folder, about)
+        fit = ReadingFit(learner, verbs, conversations(lines), settings, folder, about)
         for step, loss in fit.run():
             yield step, fit.steps, loss
         metadata = {
