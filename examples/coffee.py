@@ -66,7 +66,10 @@ class CoffeeCounter(Environment):
     def resolve(self, order, standing, pick):
         if order.do == "finish":
             return Resolution((Action("finish"),))
+        if order.do in ("only", "budget", "leave"):
+            return Resolution()
         goes, comes = ("", order.what) if order.do == "add" else (order.what, order.for_)
+        comes = "" if order.do == "avoid" else comes
         (drink, without), (new, more) = named(goes, pick), named(comes, pick)
         if order.do == "add" and new:
             return Resolution((Action("add", cup_of(new, *more), int(order.quantity or 1)),))

@@ -90,7 +90,10 @@ class Hostile:
             what = " ".join(
                 self.random.sample(words, min(len(words), 1 + (self.random.random() < 0.3)))
             )
-            lines.append(f"{verb} {what}" if named else verb)
+            must = form.startswith(f'"{verb}" " " words')
+            line = f"{verb} {what}" if named or must else verb
+            conditional = self.random.random() < 0.2
+            lines.append(f"{line} | if {self.random.choice(words)}" if conditional else line)
         return "\n".join(lines)
 
     def filled(self, schema: Mapping[str, Any]) -> str:

@@ -4,7 +4,7 @@ import pytest
 
 from fakes import LampRoom, WordModel
 from goalscope.executor import NOT_CONFIRMED, NOTHING
-from goalscope.guards import CONFIRM, HARM
+from goalscope.guards import CONFIRM, HARM, SAY_YES
 from goalscope.orders import Order
 from goalscope.types import (
     Action,
@@ -43,6 +43,30 @@ def test_no_reading_but_the_word_itself_or_a_card_confirms_what_lasts() -> None:
     state = agent.step("", "smash bowl").state
     agent.step(agent.ask(), "none", confirmed=state)
     assert env.smashed == ["vase", "bowl"]
+
+
+@pytest.mark.parametrize(
+    ("before", "order"),
+    [
+        ("none", "smash vase | if it is ugly"),
+        ("avoid vase | why allergy", "smash vase"),
+        ("none", "smash vase"),
+    ],
+)
+def test_what_lasts_waits_for_the_word_whatever_else_it_waits_for(before: str, order: str) -> None:
+    env = LampRoom(["vase"])
+    model = WordModel(REPLIES, reads={"rather not": "yes"})
+    agent = agent_in(env, model=model)
+    agent.step("", before)
+    model.margins = (0.01,)
+    asked = agent.step("", order)
+    assert asked.question.endswith(SAY_YES)
+    for words in ("rather not", order):
+        agent.step(asked.question, words)
+        assert env.smashed == []
+    asked = agent.rounds[-1] if agent.rounds[-1].pending else agent.step("", order)
+    agent.step(asked.question, "Yes.")
+    assert env.smashed == ["vase"]
 
 
 def test_to_say_an_order_again_is_a_yes_where_it_can_be_undone() -> None:
@@ -119,6 +143,9 @@ def test_an_allergy_binds_every_order_until_the_person_confirms_the_contrary() -
     agent.step(agent.ask(), "no")
     agent.step("", "undo")
     assert agent.step("", "switch on fan").pending
+    agent.step(agent.ask(), "yes; none")  # only the very word lifts it
+    assert env.on == []
+    assert agent.step("", "switch on fan").question.endswith(SAY_YES)
     agent.step(agent.ask(), "yes")
     assert env.on == ["fan"]
     agent.step("", "switch off fan; switch on fan")
@@ -150,6 +177,35 @@ def test_a_word_of_harm_without_an_allergy_in_the_reading_stops_every_order() ->
     assert env.on == ["lamp"]
 
 
+def test_a_yes_in_which_a_word_of_harm_is_said_releases_nothing() -> None:
+    env = LampRoom(["fan"])
+    reads = {"though his throat swells": "yes"}
+    agent = agent_in(env, model=WordModel(REPLIES, reads=reads))
+    agent.step("", "avoid fan | why allergy")
+    agent.step("", "switch on fan")
+    round = agent.step(agent.ask(), "though his throat swells")
+    assert (env.on, round.question, round.released) == ([], HARM, ())
+    agent.step(agent.ask(), "no")
+    assert agent.step("", "switch on fan").pending
+
+
+def test_an_allergy_to_nothing_is_no_answer_to_a_word_of_harm() -> None:
+    env = LampRoom(["lamp"])
+    reads = {"lamp, and he gets hives": "switch on lamp; avoid | why allergy"}
+    round = agent_in(env, model=WordModel(REPLIES, reads=reads)).step("", "lamp, and he gets hives")
+    assert (env.on, round.question) == ([], HARM)
+
+
+def test_what_waits_changes_nothing_of_what_holds() -> None:
+    env = LampRoom(["lamp"])
+    agent = agent_in(env)
+    agent.step("", "leave lamp; avoid lamp | why taste")
+    agent.step("", "switch on lamp | if it is dark")
+    agent.step("", "no")
+    standing = agent._executor.standing(agent.rounds)
+    assert (len(standing.limits), len(standing.untouched), standing.asked) == (1, 1, ())
+
+
 def test_undo_takes_back_the_last_rounds_that_did_something() -> None:
     env = LampRoom(ROOM)
     agent = agent_in(env)
@@ -162,6 +218,26 @@ def test_undo_takes_back_the_last_rounds_that_did_something() -> None:
     assert agent.step("", "undo | 2").takes_back == (5, 1)
     assert env.on == []
     assert agent.step("", "undo").notes == (NOTHING,)
+
+
+def test_undo_counts_rounds_that_did_something_and_knows_no_names() -> None:
+    env = LampRoom(ROOM)
+    agent = agent_in(env)
+    for words in ("switch on lamp", "switch on fan", "switch on unicorn"):
+        agent.step("", words)
+    assert agent.step("", "undo lamp").notes == (NOTHING,)
+    assert agent.step("", "undo | 0.5").takes_back == (2,)
+    assert env.on == ["lamp"]
+
+
+def test_what_could_not_be_brought_back_is_not_taken_back() -> None:
+    env = LampRoom(["lamp"])
+    agent = agent_in(env)
+    agent.step("", "switch on lamp")
+    env.on.clear()
+    round = agent.step("", "undo")
+    assert (round.takes_back, len(round.results)) == ((), 0)
+    assert "Not done: " in round.notes[-1]
 
 
 def test_undo_everything_leaves_what_lasts_and_says_so() -> None:

@@ -66,6 +66,24 @@ def test_a_milder_word_does_not_weaken_an_allergy() -> None:
     assert limit.why == "allergy"
 
 
+def test_one_person_need_not_follow_anothers_diet_nor_weakens_their_allergy() -> None:
+    said = read("avoid nuts | why allergy", "avoid nuts | for my sister | why diet")
+    assert [each.why for each in fold(said).limits] == ["allergy", "diet"]
+
+
+def test_the_kind_without_it_lifts_no_limit() -> None:
+    for why in ("taste", "allergy"):
+        order = Order("add", "nut-free granola")
+        said = [*read(f"avoid nuts | why {why}"), Reading((order,))]
+        assert limits(fold(said, released=[(), (order,)])) == ["nuts"]
+
+
+def test_what_waits_counts_for_nothing_but_an_allergy_does() -> None:
+    said = read("avoid mushrooms | why taste", "add mushrooms\navoid nuts | why allergy")
+    standing = fold(said, waiting=[(), said[1].orders])
+    assert (limits(standing), standing.asked) == (["mushrooms", "nuts"], ())
+
+
 def test_the_newest_budget_holds_and_what_is_left_alone_is_known() -> None:
     standing = fold(read("budget | 30 $\nleave milk", "budget | 20 $"))
     assert standing.budget == Order("budget", quantity=20, unit="$")

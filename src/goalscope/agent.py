@@ -12,7 +12,7 @@ from goalscope.envs import GUESSED, Environment, Pick
 from goalscope.episode import Round, retracted
 from goalscope.executor import Execution, Executor
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
-from goalscope.guards import HARM, UNSURE, whether
+from goalscope.guards import UNSURE
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
 from goalscope.models import Heard, Model
 from goalscope.orders import Order, Reading
@@ -229,7 +229,7 @@ class Agent:
                     *self._notes(done, outcome),
                 ),
                 terminated=done.ended or any(result.terminated for result in outcome.results),
-                question=HARM if done.harm else whether(done.pending, done.reasons),
+                question=done.question,
                 reading=reading,
                 pending=tuple(done.pending),
                 released=done.released,

@@ -6,8 +6,9 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from goalscope.guards import HARM
 from goalscope.orders import Order, Reading
-from goalscope.standing import Standing, fold
+from goalscope.standing import Standing, acting, fold
 from goalscope.types import GoalChange, StepResult, Turn
 
 if TYPE_CHECKING:
@@ -84,6 +85,13 @@ def standing_after(
     return fold(
         [*(round.reading or Reading(()) for round in rounds), *newest],
         released=[*(round.released for round in rounds), released],
+        waiting=[_waiting(round) for round in rounds],
         retracted={number - 1 for number in retracted(rounds) | {*takes_back}},
         takes_away=takes_away,
     )
+
+
+def _waiting(round: Round) -> tuple[Order, ...]:
+    """The orders that were not followed: all of them where a word of harm was not understood."""
+    read = round.reading.orders if round.reading and round.question == HARM else ()
+    return (*round.pending, *acting(read))

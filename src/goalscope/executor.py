@@ -7,9 +7,18 @@ from dataclasses import dataclass, field
 
 from goalscope.envs import Environment, Pick, taken
 from goalscope.episode import Round, retracted, standing_after
-from goalscope.guards import CONFIRM, is_wary, is_yes, reason_to_wait, speaks_of_harm
+from goalscope.guards import (
+    CONFIRM,
+    HARM,
+    SAY_YES,
+    is_wary,
+    is_yes,
+    reason_to_wait,
+    speaks_of_harm,
+    whether,
+)
 from goalscope.orders import Order, Reading
-from goalscope.standing import LIMITS, Standing, acting
+from goalscope.standing import LIMITS, Standing
 from goalscope.types import StepResult, Turn
 
 __all__ = ["NOTHING", "NOT_CONFIRMED", "NOT_HERE", "Execution", "Executor"]
@@ -22,6 +31,9 @@ NOTHING = "There is nothing to undo. Please say what is to change."
 
 NOT_CONFIRMED = "Not done."
 """A round's note where what waited for a yes got none."""
+
+NOT_BACK = "Nobody can take that back."
+"""Why an action is not undone."""
 
 _ALL = "everything"
 """What an order to undo names for all."""
@@ -43,6 +55,7 @@ class Execution:
         failed: What could not be done.
         pending: What waits for a yes.
         reasons: Why, one by one.
+        end: How the question whether it shall be done ends.
         notes: What to tell the person.
     """
 
@@ -57,6 +70,7 @@ class Execution:
     failed: list[StepResult] = field(default_factory=list[StepResult])
     pending: list[Order] = field(default_factory=list[Order])
     reasons: list[str] = field(default_factory=list[str])
+    end: str = "Shall I?"
     notes: list[str] = field(default_factory=list[str])
 
     @property
@@ -69,10 +83,21 @@ class Execution:
         """Note what came of an action."""
         (self.results if result.ok else self.failed).append(result)
 
-    def hold(self, order: Order, reason: str) -> None:
-        """Have an order wait for a yes."""
+    def hold(
+        self, order: Order, reason: str, *, lasting: bool = False, grave: bool = False
+    ) -> None:
+        """Have an order wait for a yes: for the very word, if it lasts or lifts an allergy."""
         self.pending.append(order)
         self.reasons.append(reason)
+        if lasting:
+            self.end = CONFIRM
+        elif grave and self.end != CONFIRM:
+            self.end = SAY_YES
+
+    @property
+    def question(self) -> str:
+        """What has to be asked next; "" where nothing has."""
+        return HARM if self.harm else whether(self.pending, self.reasons, self.end)
 
     @property
     def ended(self) -> bool:
@@ -107,11 +132,12 @@ class Executor:
             reading: What they come to.
             confirmed: Whether the person confirmed what waited, other than in words.
         """
+        harm = speaks_of_harm(turn.utterance, reading)
         done = Execution(
             turn,
             reading,
-            released=self._released(rounds, turn, reading, confirmed),
-            harm=speaks_of_harm(turn.utterance, reading),
+            released=() if harm else self._released(rounds, turn, reading, confirmed),
+            harm=harm,
             wary=is_wary([(turn.utterance, reading), *readings_of(rounds)]),
         )
         if rounds and rounds[-1].pending and not done.released:
@@ -122,27 +148,28 @@ class Executor:
     def follow(self, done: Execution, standing: Standing) -> None:
         """Do what was ordered and may be done; what has to wait is pending.
 
-        Nothing by a verb is done where a word of harm was said that the reading does not hold.
+        Where a word of harm was said that the reading does not hold, nothing by a verb is done, and
+        nothing that lasts.
         """
         for order in done.orders:
             by_verb = order.do in self._verbs
             if not (by_verb or order.do in LIMITS) or (done.harm and by_verb):
                 continue
+            new, away = order not in done.released, order.do in self._takes_away
+            reason = ""
+            if by_verb and new:
+                sure = done.reading.sure(order, self._unsure)
+                reason = reason_to_wait(order, standing, sure=sure, wary=done.wary, away=away)
+            if reason and not away and standing.forbids(order):
+                done.hold(order, reason, grave=True)
+                continue
             found = self._env.resolve(order, standing, self._pick)
             done.notes += [found.why] if found.why else []
             lasting = any(map(self._env.lasting, found.actions))
-            if (by_verb or lasting) and found.actions and order not in done.released:
-                reason = reason_to_wait(
-                    order,
-                    standing,
-                    sure=done.reading.sure(order, self._unsure),
-                    lasting=lasting,
-                    wary=done.wary,
-                    away=order.do in self._takes_away,
-                )
-                if reason:
-                    done.hold(order, reason)
-                    continue
+            if new and found.actions and (reason or lasting):
+                if not done.harm:
+                    done.hold(order, reason, lasting=lasting)
+                continue
             for action in found.actions:
                 result = taken(self._env, action)
                 done.record(result)
@@ -176,10 +203,10 @@ class Executor:
         itself.
         """
         last = rounds[-1] if rounds else None
-        if not last or not last.pending or last.state != self._env.fingerprint():
+        if not last or last.question == HARM or last.state != self._env.fingerprint():
             return ()
         agreed = {*reading.orders} <= {Order("yes"), *last.pending}
-        if last.question.endswith(CONFIRM):
+        if last.question.endswith(SAY_YES):
             agreed = is_yes(turn.utterance)
         return last.pending if confirmed or agreed else ()
 
@@ -203,27 +230,32 @@ class Executor:
             and (len(each.results) > each.reversals or (each.reading and _binds(each.reading)))
         ]
         every = any(order.what == _ALL for order in orders)
-        count = sum(int(order.quantity or 1) for order in orders)
-        last = standing if every else standing[-count:]
+        named = any(order.what not in ("", _ALL) for order in orders)
+        count = sum(max(1, round(order.quantity or 1)) for order in orders)
+        last = standing if every else [] if named else standing[-count:]
         if not last:
             done.notes.append(NOTHING)
             return
-        numbers = tuple(each.number for each in reversed(last))
-        left = self.standing(rounds, takes_back=numbers)
+        left = self.standing(rounds, takes_back=[each.number for each in last])
+        back: list[Round] = []
         for each in reversed(last):
-            back = self._env.undo(each.results[each.reversals :], left)
-            if back is None:
+            found = self._env.undo(each.results[each.reversals :], left)
+            if found is None:
                 done.notes.append(NOT_HERE)
                 return
-            done.notes += [back.why] if back.why else []
-            for action in back.actions:
+            done.notes += [found.why] if found.why else []
+            failed = len(done.failed)
+            for action in found.actions:
                 lasting = self._env.lasting(action)
                 done.record(
-                    StepResult(action, False, CONFIRM) if lasting else taken(self._env, action)
+                    StepResult(action, False, NOT_BACK) if lasting else taken(self._env, action)
                 )
-        quoted = "; ".join(f'"{each.turn.utterance}"' for each in last)
-        done.notes.append(f"Taken back: {quoted}.")
-        done.takes_back, done.reversals = numbers, len(done.results)
+            back += [each] if len(done.failed) == failed else []
+        if back:
+            quoted = "; ".join(f'"{each.turn.utterance}"' for each in reversed(back))
+            done.notes.append(f"Taken back: {quoted}.")
+        done.takes_back = tuple(each.number for each in back)
+        done.reversals = len(done.results)
 
 
 def readings_of(rounds: Sequence[Round]) -> list[tuple[str, Reading]]:
@@ -233,4 +265,4 @@ def readings_of(rounds: Sequence[Round]) -> list[tuple[str, Reading]]:
 
 def _binds(reading: Reading) -> bool:
     """Whether a reading changes what holds, though nothing may have been done for it."""
-    return any(order.do in LIMITS for order in reading.orders) or bool(acting(reading.orders))
+    return any(order.do in LIMITS for order in reading.orders)

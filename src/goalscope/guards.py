@@ -11,10 +11,13 @@ from collections.abc import Iterable, Sequence
 from goalscope.orders import Order, Reading, orders_to_text
 from goalscope.standing import GRAVE, Standing
 
-__all__ = ["CONFIRM", "HARM", "UNSURE", "WARY"]
+__all__ = ["CONFIRM", "HARM", "SAY_YES", "UNSURE", "WARY"]
 __all__ += ["is_wary", "is_yes", "reason_to_wait", "speaks_of_harm", "whether"]
 
-CONFIRM = 'That cannot be undone. To confirm exactly what is shown, say "yes".'
+SAY_YES = 'To confirm exactly what is shown, say "yes".'
+"""How a question ends that only the very word answers: see `is_yes`."""
+
+CONFIRM = f"That cannot be undone. {SAY_YES}"
 """How a round's question ends before what nobody can undo."""
 
 HARM = "Something may harm somebody, if I understand you, but what is it? I have added nothing."
@@ -39,11 +42,13 @@ def speaks_of_harm(utterance: str, reading: Reading) -> bool:
 
 
 def _is_grave(reading: Reading) -> bool:
-    return any(each.do in ("avoid", "only") and each.why in GRAVE for each in reading.orders)
+    return any(
+        each.do in ("avoid", "only") and each.what and each.why in GRAVE for each in reading.orders
+    )
 
 
 def is_yes(utterance: str) -> bool:
-    """Whether the very word was said that `CONFIRM` asks for: no reading is trusted with that."""
+    """Whether the very word was said that `SAY_YES` asks for: no reading is trusted with that."""
     return utterance.casefold().strip(" \t\n.!\"'") == "yes"
 
 
@@ -66,17 +71,15 @@ def reason_to_wait(
     standing: Standing,
     *,
     sure: bool,
-    lasting: bool = False,
     wary: bool = False,
     away: bool = False,
 ) -> str:
-    """Why an order needs the person's yes before it is done; "" where it may be done at once.
+    """Why an order needs the person's yes, whatever it does; "" where it needs none.
 
     Args:
         order: The order.
         standing: What holds.
         sure: Whether its reading is.
-        lasting: Whether nobody could undo it.
         wary: See `is_wary`.
         away: Whether what it names goes, so that no limit speaks against it.
     """
@@ -87,17 +90,13 @@ def reason_to_wait(
         return WARY
     if order.if_:
         return f'You said "if {order.if_}", which I cannot tell.'
-    if not sure:
-        return "I am not sure that I understood you."
-    return CONFIRM if lasting else ""
+    return "" if sure else "I am not sure that I understood you."
 
 
-def whether(orders: Sequence[Order], reasons: Sequence[str]) -> str:
-    """The question that lets orders go ahead: why they wait, and what was understood."""
+def whether(orders: Sequence[Order], reasons: Sequence[str], end: str) -> str:
+    """The question that lets orders go ahead: why they wait, what was understood, and its end."""
     if not orders:
         return ""
     understood = "; ".join(orders_to_text(orders).replace(" | ", " ").splitlines())
-    asked = [each for each in dict.fromkeys(reasons) if each != CONFIRM]
-    last = CONFIRM if CONFIRM in reasons else "Shall I?"
-    asked.append(f'I understood "{understood}".')
-    return " ".join([*asked, last])
+    why = filter(None, dict.fromkeys(reasons))
+    return " ".join([*why, f'I understood "{understood}".', end])

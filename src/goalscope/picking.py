@@ -41,7 +41,7 @@ class Picker:
 
         The same words and names always give the same one.
         """
-        names = list(dict.fromkeys(names))
+        names = [name for name in dict.fromkeys(names) if singulars(name)]
         spoken = mended(said, (word for name in names for word in singulars(name)))
         if not spoken or not names:
             return ""

@@ -50,6 +50,7 @@ _WINDOW = 9  # earlier messages that are read again for what the newest one poin
 _MOST_TOKENS = 320  # of a reading
 _LONGEST_NAME = 12  # words of a thing
 _PHRASES = ("what", "for", "where", "if")
+_NAMING = ("avoid", "only")  # acts that say nothing without a thing
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,7 +204,7 @@ class Reader:
                     raise InvalidInputError("A reading must be a list of orders.")
                 orders = tuple(order_from_json(each) for each in data)  # pyright: ignore
                 orders = orders_from_text(orders_to_text(orders), self._own)
-        except (ValueError, InvalidInputError) as error:
+        except (ValueError, OverflowError, RecursionError, InvalidInputError) as error:
             raise UnreadableAnswerError(f"The model wrote no reading: {error}") from None
         for order in orders:
             for phrase in (order.what, order.for_, order.where, order.if_):
@@ -254,7 +255,7 @@ def grammar_of(verbs: Sequence[Verb], words: Iterable[str]) -> str:
             if slot not in (*verb.slots, "if"):
                 continue
             if slot == "what":
-                parts.append('(" " words)?')
+                parts.append('" " words' if verb.name in _NAMING else '(" " words)?')
             elif slot == "quantity":
                 parts.append('(" | " quantity)?')
             else:

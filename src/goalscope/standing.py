@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-from goalscope.orders import DIALOGUE_ACTS, Order, Reading
+from goalscope.orders import DIALOGUE_ACTS, REASONS, Order, Reading
 from goalscope.words import names, singulars
 
 __all__ = ["GRAVE", "LIMITS", "Standing", "acting", "fold"]
@@ -44,12 +44,8 @@ class Standing:
         None where none does. (Gluten-free bread is no gluten: what is in a thing, the environment
         knows.)
         """
-        coming = singulars(order.for_ or order.what)
-        for limit in self.limits:
-            thing = singulars(limit.what)
-            if limit.do == "avoid" and limit.why in GRAVE and coming[-len(thing) :] == thing:
-                return limit
-        return None
+        ruling = (each for each in self.limits if each.why in GRAVE and _rules_out(each, order))
+        return next(ruling, None)
 
 
 def acting(orders: Sequence[Order]) -> tuple[Order, ...]:
@@ -61,30 +57,36 @@ def fold(
     readings: Sequence[Reading],
     *,
     released: Sequence[Sequence[Order]] = (),
+    waiting: Sequence[Sequence[Order]] = (),
     retracted: Collection[int] = (),
     takes_away: Collection[str] = (),
 ) -> Standing:
     """What holds after readings, oldest first.
 
-    A later order lifts a dislike that rules out what it names, but no allergy or diet: those end
-    where an order that names what they rule out was confirmed.
+    A later order lifts a dislike that rules out the very thing that it names, but no allergy or
+    diet: those end where such an order was confirmed. What one person must not have, and for a
+    graver reason, holds beside what another one must not. An order that waits counts for nothing.
 
     Args:
         readings: Of all rounds.
-        released: For each of them, the orders that it confirmed; () where none did.
+        released: For each of them, the orders that it confirmed; none where it is shorter.
+        waiting: For each of them, those of its orders that were not followed; likewise.
         retracted: Places of the readings that were taken back.
         takes_away: Names of the verbs whose orders lift nothing (see `Verb`).
     """
     standing = Standing()
     for place, reading in enumerate(readings):
         gone = place in retracted
-        confirmed = released[place] if place < len(released) else ()
+        confirmed, waits = (
+            each[place] if place < len(each) else () for each in (released, waiting)
+        )
         for order in () if gone else confirmed:
             if order.do not in takes_away:
                 standing = _lifted(standing, order, grave=True)
             standing = replace(standing, asked=(*standing.asked, order))
         for order in reading.orders:
-            if gone and not (order.do in ("avoid", "only") and order.why in GRAVE):
+            grave = order.do in ("avoid", "only") and order.why in GRAVE
+            if not grave and (gone or order in waits):
                 continue
             standing = _with(standing, order, lifts=order.do not in takes_away)
     return standing
@@ -92,10 +94,9 @@ def fold(
 
 def _with(standing: Standing, order: Order, *, lifts: bool) -> Standing:
     if order.do in ("avoid", "only") and order.what:
-        known = [each for each in standing.limits if (each.do, each.what) != (order.do, order.what)]
-        graver = [each for each in standing.limits if each.what == order.what and each.why in GRAVE]
-        kept = order if order.why in GRAVE or not graver else graver[0]
-        return replace(standing, limits=(*known, kept))
+        same = [each for each in standing.limits if _about(each) == _about(order)]
+        others = [each for each in standing.limits if each not in same]
+        return replace(standing, limits=(*others, min((order, *same), key=_gravity)))
     if order.do == "budget":
         return replace(standing, budget=order)
     if order.do == "leave":
@@ -108,15 +109,29 @@ def _with(standing: Standing, order: Order, *, lifts: bool) -> Standing:
 
 def _lifted(standing: Standing, order: Order, *, grave: bool) -> Standing:
     """Without the limits that an order for the very thing speaks against."""
-    coming = order.for_ or order.what
     return replace(
         standing,
         limits=tuple(
             each
             for each in standing.limits
-            if each.do != "avoid"
-            or (each.why in GRAVE and not grave)
-            or not names(coming, each.what)
+            if (each.why in GRAVE and not grave) or not _rules_out(each, order)
         ),
         untouched=tuple(each for each in standing.untouched if not names(order.what, each.what)),
     )
+
+
+def _rules_out(limit: Order, order: Order) -> bool:
+    """Whether a limit is against the very thing that an order names to come: the end of its name.
+
+    Rye bread is bread; gluten-free bread is no gluten.
+    """
+    thing, coming = singulars(limit.what), singulars(order.for_ or order.what)
+    return limit.do == "avoid" and bool(thing) and coming[-len(thing) :] == thing
+
+
+def _about(limit: Order) -> tuple[str, str, str]:
+    return limit.do, limit.what, limit.for_
+
+
+def _gravity(limit: Order) -> int:
+    return REASONS.index(limit.why or REASONS[-1])

@@ -36,7 +36,7 @@ _Counted = Literal["packages", "pieces", "dozens", "grams", "millilitres"]
 
 
 def packages(order: Order, item: Item) -> int:
-    """How many units of `item` an order comes to, at least 1.
+    """How many units of `item` an order comes to, at least 1 where it is not for none.
 
     Two dozen eggs are two of a unit "12 ct", six bagels one of "6 ct", ten bananas two of "1 kg,
     about 7", and 1.5 kg two of "1 kg". Where the unit does not say how many pieces it holds, a
@@ -57,7 +57,7 @@ def packages(order: Order, item: Item) -> int:
             number = math.ceil(number / pieces)
         elif counted == "dozens" and unit != "each":
             number = math.ceil(number / 12)
-    return max(math.ceil(number), 1)
+    return max(math.ceil(number), order.quantity != 0)
 
 
 def _counted(order: Order) -> tuple[float, _Counted]:

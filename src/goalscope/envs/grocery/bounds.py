@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from decimal import Decimal
 
 from goalscope.envs.grocery.catalogue import Item
-from goalscope.envs.grocery.restrictions import DIETS, violates
+from goalscope.envs.grocery.restrictions import DIETS, finder, violates
 from goalscope.orders import Order
 from goalscope.standing import Standing
 from goalscope.words import names, singulars
 
-__all__ = ["Bounds", "bounds_of", "diets_of"]
+__all__ = ["Bounds", "bounds_of", "diets_of", "refusal"]
 
 _GOODS = frozenset(("food", "product", "thing", "stuff", "diet", "item", "option", "meal"))
 """Words that say no more of what has to be so."""
@@ -58,21 +58,37 @@ def bounds_of(standing: Standing) -> Bounds:
         found = diets_of(limit)
         (some if limit.for_ and limit.why != "allergy" else diets).update(found)
         if limit.do == "avoid" and not found:
-            refused.append(limit.what)
+            refused.append(refusal(limit))
     budget = standing.budget
     most = None if budget is None or budget.quantity is None else Decimal(str(budget.quantity))
     return Bounds(frozenset(diets), frozenset(some - diets), tuple(refused), most)
 
 
+def refusal(limit: Order) -> str:
+    """What a thing must not be called; of an allergy the head noun alone, since kinds do not count.
+
+    "Fresh strawberries" rule out strawberry jam.
+    """
+    return (singulars(limit.what) or [""])[-1] if limit.why == "allergy" else limit.what
+
+
 def diets_of(limit: Order) -> frozenset[str]:
-    """The restrictions of `DIETS` that a limit names: by what must be, or by what must not come."""
+    """The restrictions of `DIETS` that a limit names: by what must be, or by what must not come.
+
+    An allergy names each of which it holds a word: "brazil nuts" rule out all nuts.
+    """
     said = [word for word in singulars(limit.what) if word not in _GOODS]
     if limit.do == "only":
         names = {name: f"{name}, {diet.named}" for name, diet in DIETS.items()}
     elif limit.why == "allergy":
-        names = {name: f"{diet.refused}, {diet.allergens}" for name, diet in DIETS.items()}
+        told = " ".join(said)
+        return frozenset(
+            name
+            for name, diet in DIETS.items()
+            if finder(f"{diet.refused}, {diet.allergens}").search(told)
+        )
     else:
         names = {name: diet.refused for name, diet in DIETS.items()}
     return frozenset(
-        name for name, listed in names.items() if said in map(singulars, listed.split(","))
+        name for name, listed in names.items() if said and said in map(singulars, listed.split(","))
     )

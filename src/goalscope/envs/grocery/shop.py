@@ -9,7 +9,7 @@ from goalscope import envs
 from goalscope.envs import Pick, Resolution
 from goalscope.envs.grocery.amounts import MOST, packages
 from goalscope.envs.grocery.answers import told_of
-from goalscope.envs.grocery.bounds import Bounds, bounds_of, diets_of
+from goalscope.envs.grocery.bounds import Bounds, bounds_of, diets_of, refusal
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import Choice
 from goalscope.envs.grocery.language import EXAMPLES, VERBS
@@ -221,10 +221,10 @@ class GroceryShop:
         if item is None:
             return Resolution(why=self._choice.lacking(order.what, bounds))
         number, held = packages(order, item), self._basket.get(item.name, 0)
-        if order.do == "set":
-            number = (0 if order.quantity == 0 else number) - held
-        elif order.quantity is None and held:
-            return Resolution(why=f"The basket holds {held} x {item.name} already.")
+        if order.quantity is None and held:
+            number = 0
+        elif order.do == "set":
+            number -= held
         room = min(number, MOST - held)
         over = "" if room == number else f"The basket may hold {MOST} of {item.name}."
         if not number:
@@ -243,20 +243,25 @@ class GroceryShop:
             return Resolution(tuple(self._out((i, self._basket[i.name]) for i in found)))
         item = found[0]
         held = self._basket[item.name]
-        number = int(order.quantity) if order.quantity <= held else packages(order, item)
-        return Resolution((_change(item.name, -min(number, held)),))
+        counts_units = not order.unit and order.quantity <= held
+        number = round(order.quantity) if counts_units else packages(order, item)
+        return Resolution((_change(item.name, -min(number, held)),) if number else ())
 
     def _swap(self, order: Order, bounds: Bounds, pick: Pick) -> Resolution:
         """One thing for as many of another; where there is no such thing, the other comes."""
         item = self._choice.meant(order.for_, bounds, self._basket)
         if item is None:
             return Resolution(why=self._choice.lacking(order.for_, bounds))
-        old = [each for each in self._held(order.what, pick)[:1] if each != item]
+        old, held = self._held(order.what, pick)[:1], self._basket.get(item.name, 0)
+        if old == [item]:
+            return Resolution(why=f"The basket holds {held} x {item.name} already.")
         count = self._basket[old[0].name] if old else 1
         if old and order.quantity is not None:
             count = min(count, int(order.quantity) or 1)
         number = count if old else packages(order, item)
-        number = min(number, MOST - self._basket.get(item.name, 0))
+        number = min(number, MOST - held)
+        if number < 1:
+            return Resolution(why=f"The basket may hold {MOST} of {item.name}.")
         out = [_change(each.name, -count) for each in old]
         missed = "" if old else f'The basket held nothing called "{order.what}".'
         return Resolution((*out, _change(item.name, number)), missed)
@@ -264,9 +269,12 @@ class GroceryShop:
     def _bind(self, order: Order, bounds: Bounds) -> Resolution:
         """What a limit takes out of the basket; what names and labels cannot tell is said."""
         against = [(item, n) for item, n in self._contents() if not bounds.permits(item)]
-        if order.do == "only" and not diets_of(order):
-            return Resolution(why=f'I cannot tell by names and labels what is "{order.what}".')
-        return Resolution(tuple(self._out(against)))
+        told = order.do == "avoid" and (
+            order.why != "allergy"
+            or any(names(item.name, refusal(order)) for item in self.catalogue.items)
+        )
+        why = f'I cannot tell by names and labels what is "{order.what}".'
+        return Resolution(tuple(self._out(against)), "" if told or diets_of(order) else why)
 
     def _held(self, phrase: str, pick: Pick) -> list[Item]:
         """What of the basket a phrase means."""

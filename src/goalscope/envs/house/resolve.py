@@ -124,7 +124,8 @@ class Resolver:
 
     def _last_place(self, order: Order) -> str:
         """Where the put before this one went; "" if there was none."""
-        before = self.asked[: self.asked.index(order)] if order in self.asked else self.asked
+        asked = [*self.asked]
+        before = asked[: len(asked) - 1 - asked[::-1].index(order)] if order in asked else asked
         places = [each.where for each in before if each.do == "put" and each.where]
         return places[-1] if places else ""
 
@@ -231,6 +232,9 @@ class Resolver:
         if not place or self.view.table[place]["objectType"] not in SINGLE:
             return []
         others = self.choose.others(place, own)
+        if held := [each for each in others if each in self.choose.bound]:
+            name = self.view.names[held[0]]
+            raise WhyNotError(f"I leave the {name} alone, as you asked, and it is in the way.")
         return [
             act
             for each in others
