@@ -15,9 +15,9 @@ THINGS: tuple[str, ...] = (
     "swing", "vegetable patch", "tomatoes", "strawberries", "herbs", "compost heap", "greenhouse",
 )  # fmt: skip
 VERBS = (
-    Verb("add", "plant or build a thing", ("what", "quantity", "where")),
-    Verb("remove", "take out, or fell a tree", ("what", "quantity", "where"), takes_away=True),
-    Verb("swap", "take one thing out for another", ("what", "quantity", "for", "where")),
+    Verb("add", "plant or build a thing"),
+    Verb("remove", "take out, or fell a tree", takes_away=True),
+    Verb("swap", "take one thing out for another", ("what", "for")),
     Verb("finish", "the garden is done", ()),
 )
 EXAMPLES = (Example("We'd love our own food. A pond too, no roses.", "aim\nadd pond\navoid roses"),)

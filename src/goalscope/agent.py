@@ -42,7 +42,7 @@ NO_GOAL = "The goals do not explain the newest words, and no better ones were fo
 """A round's note where a goal is missing."""
 
 NO_ANSWER = "I cannot answer that."
-"""What a question is answered by of which nothing is known here."""
+"""The answer to a question about something that is not known here."""
 
 _FAILURES = 3
 """Most failures that a round's notes tell one by one."""

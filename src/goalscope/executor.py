@@ -1,4 +1,4 @@
-"""What a person ordered is undone, done, or waits for a yes (see `goalscope.guards`)."""
+"""Carries out orders: undoes, acts, or waits for a yes (see `goalscope.guards`)."""
 
 from __future__ import annotations
 

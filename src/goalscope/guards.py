@@ -24,7 +24,7 @@ HARM = "Something may harm somebody, if I understand you, but what is it? I have
 """A round's question where a word of harm was said, and no allergy was read."""
 
 WARY = "You spoke of harm, and I am not sure what must not come."
-"""Why an order waits after such a word."""
+"""Why an order waits after a word of harm."""
 
 UNSURE = 0.25
 """Nats: below this margin an order is asked about. See docs/reading.md for its cost."""

@@ -46,7 +46,7 @@ class Verb:
         doc: What it does, in one line, for the prompt.
         slots: Those of `SLOTS` that it takes besides `if`.
         irreversible: Whether nobody can undo it.
-        takes_away: Whether what it names goes: no limit speaks against that, and it lifts none.
+        takes_away: Whether it removes what it names: no limit forbids that, and none is lifted.
     """
 
     name: str

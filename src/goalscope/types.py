@@ -55,7 +55,7 @@ _UNSEEN = frozenset({"Cc", "Cf", "Zs", "Zl", "Zp"})  # controls, marks of format
 
 
 def readable(text: object, what: str) -> str:
-    """Return `text` as it is, perhaps empty, refusing what is none.
+    """Return `text` as it is, perhaps empty; refuse what is no text.
 
     Raises:
         InvalidInputError: It is no text, or holds a lone surrogate (half of a character).

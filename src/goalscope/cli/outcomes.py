@@ -133,8 +133,8 @@ def bench_games(
     """Play TEACh's games in the embedded house: the commander's words are those that people typed.
 
     Every utterance is said in its turn, whatever the agent asks, and "Yes." where it asks for
-    confirmation. Told are the share of goal conditions that hold, and the games wholly done: at the
-    start, at the end, and when people had played the game.
+    confirmation. The table shows the share of goal conditions that hold, and of games wholly done:
+    at the start, at the end, and when people had played the game.
     """
     from goalscope.agent import Agent
     from goalscope.benchmarks.games_teach import play, read_games

@@ -101,11 +101,6 @@ class Catalogue:
         return "no price" if amount is None else f"{self.currency}{amount:,.2f}"
 
     @cached_property
-    def labelled(self) -> frozenset[str]:
-        """The categories of which some things have tags."""
-        return frozenset(item.category for item in self.items if item.tags)
-
-    @cached_property
     def fingerprint(self) -> str:
         """Equal for catalogues with equal names and categories; the search index goes by it."""
         digest = hashlib.sha256()

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
-__all__ = ["FLAGS", "SINGLE", "ObjectType", "object_type", "object_types", "type_of"]
+__all__ = ["FLAGS", "SINGLE", "ObjectType", "object_type", "object_types"]
 
 FLAGS = (
     "pickupable",
@@ -79,10 +79,3 @@ def object_type(name: str) -> ObjectType:
     """The object type of this name; one without affordances where it is unknown."""
     known = object_types().get(name)
     return known or ObjectType(name, frozenset(), (), 0.0, (0.3, 0.3, 0.3), frozenset())
-
-
-def type_of(object_id: str) -> str:
-    """The type in an AI2-THOR id: "Egg" of "Egg|+00.50|+00.80|+00.78", "SinkBasin" of a basin's."""
-    first, *rest = object_id.split("|")
-    last = rest[-1] if len(rest) > 3 else first
-    return last.rstrip("0123456789").rstrip("_") or first
