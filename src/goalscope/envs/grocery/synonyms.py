@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 
 from goalscope.words import singulars
@@ -166,8 +165,6 @@ _OF_ITS_OWN = frozenset({
 })  # fmt: skip
 """Words for things that are not what shops name after them: no vodka is in "vodka sauce"."""
 
-_WORD_ENDS = r"(?<![\w-])(?:{})(?![\w-])"
-
 
 def translator(has: Callable[[str], bool]) -> Callable[[str], str]:
     """A function that says in the shop's words what people say in theirs.
@@ -177,20 +174,23 @@ def translator(has: Callable[[str], bool]) -> Callable[[str], str]:
     Args:
         has: Whether the shop has anything by a name.
     """
-    known: dict[str, str] = {}
+    known: dict[tuple[str, ...], str] = {}
     for line in _GROUPS.strip().splitlines():
         names = line.split(", ")
         there = next((name for name in reversed(names) if has(name)), "")
-        known |= {name: there for name in names if there and not has(name)}
-    if not known:
-        return lambda text: text
-    spelled = {form: name for name in known for form in (name, *_plurals(name))}
-    pattern = re.compile(
-        _WORD_ENDS.format("|".join(map(re.escape, sorted(spelled, key=len, reverse=True)))),
-        re.IGNORECASE,
-    )
+        known |= {(*singulars(name),): there for name in names if there and not has(name)}
+    longest = max(map(len, known), default=0)
 
-    return lambda text: pattern.sub(lambda found: known[spelled[found[0].casefold()]], text)
+    def translate(text: str) -> str:
+        rest, said = singulars(text), list[str]()
+        while rest:
+            sizes = range(min(longest, len(rest)), 0, -1)
+            size = next((size for size in sizes if (*rest[:size],) in known), 0)
+            said.append(known[(*rest[:size],)] if size else rest[0])
+            rest = rest[size or 1 :]
+        return " ".join(said)
+
+    return translate
 
 
 def usual(phrase: str) -> Sequence[str]:
@@ -201,7 +201,3 @@ def usual(phrase: str) -> Sequence[str]:
 def is_its_own(phrase: str) -> bool:
     """Whether things with `phrase` in their names are it only where they are named so last."""
     return not _OF_ITS_OWN.isdisjoint(singulars(phrase)[-1:])
-
-
-def _plurals(name: str) -> tuple[str, str, str]:
-    return f"{name}s", f"{name}es", f"{name[:-1]}ies"
