@@ -10,13 +10,24 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
-from goalscope.orders import Order, Reading, order_from_json, order_to_json, speaks, words_of
-from goalscope.reader import Exchange, Reader
+from goalscope.envs.tables import is_list, read_table, refuse_unknown
+from goalscope.orders import (
+    Example,
+    Order,
+    Reading,
+    Verb,
+    order_from_json,
+    order_to_json,
+    speaks,
+    words_of,
+)
+from goalscope.reader import Exchange, Reader, check_verbs
 from goalscope.standing import acting
 from goalscope.types import GoalscopeError, InvalidInputError, UnreadableAnswerError
 
-__all__ = ["THRESHOLDS", "Asking", "Line", "Score"]
-__all__ += ["asking", "differs", "line_to_json", "read_corpus", "read_lines", "score"]
+__all__ = ["THRESHOLDS", "Asking", "Language", "Line", "Score"]
+__all__ += ["asking", "differs", "line_to_json"]
+__all__ += ["read_corpus", "read_languages", "read_lines", "score"]
 
 THRESHOLDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
 """Margins in nats of which `asking` tells the cost."""
@@ -87,6 +98,49 @@ class Asking:
     asked: float
     wrong_done: float
     right_asked: float
+
+
+@dataclass(frozen=True, slots=True)
+class Language:
+    """What can be asked for in a domain.
+
+    Attributes:
+        verbs: Its own.
+        task: The agent and its task.
+        examples: Some readings.
+    """
+
+    verbs: tuple[Verb, ...]
+    task: str = ""
+    examples: tuple[Example, ...] = ()
+
+
+def read_languages(path: Path) -> dict[str, Language]:
+    """Domains that a TOML file declares by their verbs, for a corpus without environments.
+
+    A table of the file is a domain: `[florist]` with `task`, and for each verb its slots, such as
+    `verbs = { add = ["what", "quantity"], finish = [] }`.
+
+    Raises:
+        InvalidInputError: The file is no such TOML, or a domain's verbs are none.
+    """
+    found: dict[str, Language] = {}
+    for name, table in read_table(path, f"The domains {path} are").items():
+        label = f"{path.name}, [{name}]"
+        if not isinstance(table, dict):
+            raise InvalidInputError(f"{label} must be a table with `task` and `verbs`.")
+        values = cast("dict[str, Any]", table)
+        refuse_unknown(values, ("task", "verbs"), label)
+        verbs = values.get("verbs")
+        if not isinstance(verbs, dict) or not all(
+            is_list(slots, str) for slots in cast("dict[str, object]", verbs).values()
+        ):
+            raise InvalidInputError(f"{label}: `verbs` must give each verb a list of its slots.")
+        declared = cast("dict[str, list[str]]", verbs)
+        own = tuple(Verb(verb, "", tuple(slots)) for verb, slots in declared.items())
+        check_verbs(own)
+        found[name] = Language(own, str(values.get("task", "")))
+    return found
 
 
 def read_corpus(path: Path) -> list[Line]:

@@ -19,8 +19,7 @@ from goalscope.cli.terminal import console, measuring, model_names, progress
 from goalscope.types import InvalidInputError
 
 if TYPE_CHECKING:
-    from goalscope.benchmarks.reading import Line
-    from goalscope.envs import Environment
+    from goalscope.benchmarks.reading import Language, Line
     from goalscope.orders import Reading
 
 __all__ = ["bench_reading", "fit_reader"]
@@ -35,9 +34,9 @@ Domains = Annotated[
     list[str] | None,
     typer.Option(
         "--domain",
-        metavar="grocery|house|FILE.py",
-        help="Only this one's messages. A file is your own domain; the messages are those of its "
-        "name. May be repeated.",
+        metavar="grocery|house|FILE.py|FILE.toml",
+        help="Only this one's messages. A file of Python is your own domain, and the messages are "
+        "those of its name; one in TOML declares domains by their verbs. May be repeated.",
     ),
 ]
 
@@ -71,8 +70,8 @@ def bench_reading(
     from goalscope.plain import plain
     from goalscope.reader import Reader
 
-    envs = _environments(domain)
-    lines = _chosen(read_corpus(file), envs, bool(domain))[:limit]
+    languages = _languages(domain)
+    lines = _chosen(read_corpus(file), languages, bool(domain))[:limit]
     with measuring("Loading the model"):
         opened, taught = open_reader(model_names(model)["model"], adapter=adapter)
     readings: list[tuple[Line, Reading | None]] = []
@@ -81,7 +80,7 @@ def bench_reading(
         with progress("Messages") as show:
             show(0, len(lines))
             for name in dict.fromkeys(line.domain for line in lines):
-                each = envs[name]
+                each = languages[name]
                 reader = Reader(
                     opened,
                     each.verbs,
@@ -173,9 +172,9 @@ def fit_reader(
     from goalscope.models.adapters import adapter_file
 
     check_fit(model, learning_rate)
-    envs = _environments(domain)
+    languages = _languages(domain)
     lines = [line for path in corpus for line in read_corpus(path)]
-    lines = _chosen(lines, envs, bool(domain))
+    lines = _chosen(lines, languages, bool(domain))
     settings = ReadingSettings(rank=rank, learning_rate=learning_rate, epochs=epochs, seed=seed)
     engine = engine_of(model, device)
     err = console(stderr=True)
@@ -183,7 +182,7 @@ def fit_reader(
         with progress("Steps") as show:
             for step, steps, loss in fit_reading(
                 engine,
-                {name: env.verbs for name, env in envs.items()},
+                {name: each.verbs for name, each in languages.items()},
                 lines,
                 settings,
                 out,
@@ -200,19 +199,24 @@ def fit_reader(
     err.print(f"Measure it with: goalscope bench reading FILE.jsonl --adapter {out}")
 
 
-def _environments(domains: Sequence[str] | None) -> dict[str, Environment]:
-    """Where orders are given, by the name that lines have for the domain."""
+def _languages(domains: Sequence[str] | None) -> dict[str, Language]:
+    """What can be asked for, by the name that lines have for the domain."""
+    from goalscope.benchmarks.reading import Language, read_languages
     from goalscope.domains import Settings, load_domain, open_environment
 
-    found: dict[str, Environment] = {}
+    found: dict[str, Language] = {}
     for name in domains or ("grocery", "house"):
+        if name.endswith(".toml"):
+            found |= read_languages(Path(name))
+            continue
         known = load_domain(ALIASES.get(name, name))
         label = known if known in ("grocery", "house") else Path(known).stem
-        found[label] = open_environment(Settings(domain=known))
+        env = open_environment(Settings(domain=known))
+        found[label] = Language(tuple(env.verbs), env.task, tuple(env.examples))
     return found
 
 
-def _chosen(lines: Sequence[Line], envs: dict[str, Environment], only: bool) -> list[Line]:
+def _chosen(lines: Sequence[Line], languages: dict[str, Language], only: bool) -> list[Line]:
     """The lines of the domains, each under its one name.
 
     Raises:
@@ -223,17 +227,17 @@ def _chosen(lines: Sequence[Line], envs: dict[str, Environment], only: bool) -> 
 
     named = [replace(line, domain=ALIASES.get(line.domain, line.domain)) for line in lines]
     for line in named:
-        if not only and line.domain not in envs:
+        if not only and line.domain not in languages:
             raise InvalidInputError(
                 f"{line.id} was said in {line.domain!r}, which is no domain here. Name its file "
                 "with --domain FILE.py, and each other domain that is meant."
             )
-    found = [line for line in named if line.domain in envs]
+    found = [line for line in named if line.domain in languages]
     if not found:
-        raise InvalidInputError(f"There are no messages of {' or '.join(envs)} in the corpus.")
+        raise InvalidInputError(f"There are no messages of {' or '.join(languages)} in the corpus.")
     known = {
         name: sorted(verb.name for verb in (*each.verbs, *DIALOGUE_ACTS))
-        for name, each in envs.items()
+        for name, each in languages.items()
     }
     for line in found:
         for order in line.orders:
