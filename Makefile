@@ -118,7 +118,8 @@ reader: adapters/reader/adapter.gguf  ## the adapter that reads; after `make tor
 
 # Some hours on two cores, minutes on a GPU; it goes on where it stopped.
 adapters/reader/adapter.gguf: | $(READY)
-	$(BIN)/goalscope fit-reader corpus/reading/train --out adapters/reader --epochs 3
+	$(BIN)/goalscope fit-reader corpus/reading/train corpus/reading/others/train --out adapters/reader --epochs 3 \
+		--domain grocery --domain house --domain corpus/reading/others/verbs.toml
 
 lock:  ## pin the newest versions that pyproject.toml allows
 	uv pip compile pyproject.toml --extra cluster --extra experiments --extra mcp --extra postgres --extra remote \

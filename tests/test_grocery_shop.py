@@ -187,7 +187,18 @@ def test_kinds_lead_to_items_and_the_nearest_fit_the_goal() -> None:
         (["add milk | 3", "set milk"], {"Whole Milk": 3}),
         (["add milk | 3", "swap milk | for whole milk"], {"Whole Milk": 3}),
         (["add sugar | 2 bag", "remove sugar | 0.5 kg"], {"Cane Sugar": 1}),
+        (["avoid meat | why diet", "add salmon fillets; add bacon"], {"Salmon Fillets": 1}),
         (["add milk | 0"], {}),
+        (
+            ["only gluten-free | why diet", "add penne; add beer"],
+            {"Gluten-Free Penne": 1, "Gluten-Free Beer": 1},
+        ),
+        (["only halal meat | why diet", "add chicken drumsticks"], {"Halal Chicken Drumsticks": 1}),
+        (
+            ["add fresh dates", "add AA batteries | 8 piece; add lager | 12 bottle"],
+            {"Dates": 1, "AA Batteries": 2, "Lager Beer": 2},
+        ),
+        (["add lager | 2 six-pack"], {"Lager Beer": 2}),
         (["add milk | 99; add eggs", "swap eggs | for milk"], {"Whole Milk": 99, "Large Eggs": 1}),
         (["add unicorn steak; add thing"], {}),
         (["add white granulated sugar; add trahs bags"], {"Granulated Sugar": 1, "Trash Bags": 1}),
@@ -329,3 +340,14 @@ def test_a_wrong_basket_scores_less_than_a_right_one() -> None:
     profile = next(p for p in SHOPPERS if p.name == "gluten-allergy-cake")
     right, wrong = shop({"Almond Flour": 1}), shop({"Bread Flour": 1})
     assert sum(right.checks_met(profile)) > sum(wrong.checks_met(profile))
+
+
+def test_a_guess_counts_towards_what_is_asked_for() -> None:
+    opened = shop({"Whole Turkey": 1, "Apple Pie": 1, "Pecan Pie": 1})
+    for said, acts in (
+        ("add whole turkey | 1", []),
+        ("add whole turkey | 3", [Action("add item", "Whole Turkey", 2)]),
+        ("swap pecan pie | for apple pie", [Action("remove item", "Pecan Pie", 1)]),
+    ):
+        standing = standing_after(said)
+        assert [*opened.resolve(standing.asked[-1], standing, PICK).actions] == acts

@@ -5,7 +5,15 @@ from pathlib import Path
 
 import pytest
 
-from goalscope.benchmarks.reading import Line, line_to_json, read_corpus, read_lines, score
+from goalscope.benchmarks.reading import (
+    Language,
+    Line,
+    line_to_json,
+    read_corpus,
+    read_languages,
+    read_lines,
+    score,
+)
 from goalscope.envs.grocery import GroceryShop
 from goalscope.envs.house import HomeRobot
 from goalscope.models import Completion
@@ -14,6 +22,11 @@ from goalscope.reader import Reader
 from goalscope.types import InvalidInputError
 
 CORPUS = Path(__file__).parents[1] / "corpus" / "reading"
+LANGUAGES = {
+    "grocery": Language(GroceryShop.verbs),
+    "house": Language(HomeRobot.verbs),
+    **read_languages(CORPUS / "others" / "verbs.toml"),
+}
 MILK, EGGS = Order("add", "milk", 2.0, "bottle"), Order("add", "eggs")
 
 
@@ -114,7 +127,39 @@ def test_earlier_messages_are_read_as_they_would_have_been():
 
 
 def splits() -> dict[str, list[Line]]:
-    return {name: read_corpus(CORPUS / name) for name in ("train", "dev")}
+    return {
+        name: [*read_corpus(CORPUS / name), *read_corpus(CORPUS / "others" / name)]
+        for name in ("train", "dev")
+    }
+
+
+def test_domains_are_declared_by_their_verbs(tmp_path):
+    file = tmp_path / "verbs.toml"
+    file.write_text(
+        '[bar]\ntask = "A bar."\nverbs = { pour = ["what", "quantity"], finish = [] }\n'
+    )
+    bar = read_languages(file)["bar"]
+    assert (bar.task, [verb.name for verb in bar.verbs]) == ("A bar.", ["pour", "finish"])
+    assert bar.verbs[0].slots == ("what", "quantity")
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("bar = 1", "must be a table"),
+        ("[bar]\nverbs = 1", "a list of its slots"),
+        ("[bar]\nverbs = { pour = [1] }", "a list of its slots"),
+        ("[bar]\nverbs = {}", "declares no verbs"),
+        ('[bar]\nverbs = { pour = ["size"] }', "a slot 'size'"),
+        ("[bar]\nverbs = { add = [] }\nspeed = 1", "'speed' is unknown"),
+        ("[bar", "not valid TOML"),
+    ],
+)
+def test_what_declares_no_domain_is_refused(tmp_path, text, told):
+    file = tmp_path / "verbs.toml"
+    file.write_text(text)
+    with pytest.raises(InvalidInputError, match=told):
+        read_languages(file)
 
 
 def test_no_writer_is_in_both_splits():
@@ -137,5 +182,5 @@ def test_every_order_of_the_corpus_is_canonical():
         ids = [line.id for line in lines]
         assert len(ids) == len({*ids}), name
         for line in lines:
-            verbs = {"grocery": GroceryShop, "house": HomeRobot}[line.domain].verbs
+            verbs = LANGUAGES[line.domain].verbs
             assert len(orders_from_text(orders_to_text(line.orders), verbs)) == len(line.orders)

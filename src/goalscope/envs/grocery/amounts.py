@@ -29,6 +29,9 @@ _MILLILITRES = {
     **dict.fromkeys(("quart",), 946.0),
     **dict.fromkeys(("gal", "gallon"), 3785.0),
 }
+_PACKAGES = frozenset(
+    ("pack", "packet", "package", "pkg", "box", "bag", "carton", "case", "crate", "sixpack", "tray")
+)
 _SIZE = re.compile(rf"(\d+(?:\.\d+)?)\s*({'|'.join([*_GRAMS, *_MILLILITRES])})\b")
 _PIECES = re.compile(r"(\d+)\s*(?:ct|count|pack|pk|pcs|pieces)\b|.*, about (\d+)$")
 
@@ -41,7 +44,7 @@ def packages(order: Order, item: Item) -> int:
     Two dozen eggs are two of a unit "12 ct", six bagels one of "6 ct", ten bananas two of "1 kg,
     about 7", and 1.5 kg two of "1 kg". Where the unit does not say how many pieces it holds, a
     piece and a dozen are taken for one unit; so is any weight or volume that the unit cannot be
-    compared with. Any other unit, such as a bottle, is one of the item's.
+    compared with. A bottle or a roll is a piece, and a pack or a box a unit of the item.
     """
     number, counted = _counted(order)
     unit = item.unit.lower()
@@ -63,11 +66,11 @@ def packages(order: Order, item: Item) -> int:
 def _counted(order: Order) -> tuple[float, _Counted]:
     """The number, and what it counts."""
     number = 1.0 if order.quantity is None else order.quantity
-    unit = singular(order.unit.casefold().strip("."))
+    unit = singular(order.unit.casefold().strip(".").replace("-", " "))
     if unit in _GRAMS:
         return number * _GRAMS[unit], "grams"
     if unit in _MILLILITRES:
         return number * _MILLILITRES[unit], "millilitres"
     if unit == "dozen":
         return number * 12, "dozens"
-    return number, "packages" if unit else "pieces"
+    return number, "packages" if _PACKAGES.intersection(unit.split()) else "pieces"

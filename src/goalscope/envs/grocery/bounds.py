@@ -8,7 +8,7 @@ from decimal import Decimal
 from goalscope.envs.grocery.catalogue import Item
 from goalscope.envs.grocery.restrictions import DIETS, finder, violates
 from goalscope.orders import Order
-from goalscope.standing import Standing
+from goalscope.standing import GRAVE, Standing
 from goalscope.words import names, singulars
 
 __all__ = ["Bounds", "bounds_of", "diets_of", "refusal"]
@@ -57,6 +57,7 @@ def bounds_of(standing: Standing) -> Bounds:
     for limit in standing.limits:
         found = diets_of(limit)
         (some if limit.for_ and limit.why != "allergy" else diets).update(found)
+        some.update(filter(None, (DIETS[name].guessed for name in found)))
         if limit.do == "avoid" and not found:
             refused.append(refusal(limit))
     budget = standing.budget
@@ -75,20 +76,18 @@ def refusal(limit: Order) -> str:
 def diets_of(limit: Order) -> frozenset[str]:
     """The restrictions of `DIETS` that a limit names: by what must be, or by what must not come.
 
-    An allergy names each of which it holds a word: "brazil nuts" rule out all nuts.
+    An allergy names each of which it holds a word, and so does what all must be for more than
+    taste: "brazil nuts" rule out all nuts, and "halal meat" asks for halal.
     """
     said = [word for word in singulars(limit.what) if word not in _GOODS]
     if limit.do == "only":
         names = {name: f"{name}, {diet.named}" for name, diet in DIETS.items()}
     elif limit.why == "allergy":
-        told = " ".join(said)
-        return frozenset(
-            name
-            for name, diet in DIETS.items()
-            if finder(f"{diet.refused}, {diet.allergens}").search(told)
-        )
+        names = {name: f"{diet.refused}, {diet.allergens}" for name, diet in DIETS.items()}
     else:
         names = {name: diet.refused for name, diet in DIETS.items()}
+    if limit.why == "allergy" or (limit.do == "only" and limit.why in GRAVE):
+        return frozenset(n for n, listed in names.items() if finder(listed).search(" ".join(said)))
     return frozenset(
         name for name, listed in names.items() if said and said in map(singulars, listed.split(","))
     )

@@ -40,8 +40,9 @@ class Choice:
 
         Among several, one that fits the diets of only some people is preferred.
         """
-        if exact := self._names.get(" ".join(phrase.casefold().split())):
-            return exact if bounds.permits(exact) else None
+        exact = self._names.get(" ".join(phrase.casefold().split()))
+        if exact and bounds.permits(exact):
+            return exact
         if is_vague(phrase):
             return None
         for text in dict.fromkeys((phrase, *self._nearly(phrase))):
@@ -62,11 +63,12 @@ class Choice:
         named = called(phrase, every)
         meant = [item for item in named if item.name in basket]
         usual_ones = self._usual(kind, diets, every if kind == phrase else named)
-        labelled = diets and any(diets <= item.tags for item in named)
+        labelled = bool(diets) and any(diets <= item.tags for item in named)
         meant = meant or (not labelled and (usual_ones or called(phrase, plain))) or named
 
-        def unfit(item: Item) -> tuple[bool, bool, tuple[int, ...]]:
+        def unfit(item: Item) -> tuple[bool, bool, bool, tuple[int, ...]]:
             return (
+                labelled and not diets <= item.tags,
                 not (diets <= item.tags or bounds.suits(item)),
                 item not in usual_ones,
                 self._search.plainness(item, phrase),

@@ -24,6 +24,7 @@ class Diet:
         allergens: What else an allergy calls for it by, as in "allergic to almonds".
         named: What people call what fits, besides its name, or what they are who need it.
         saving: Phrases to pass over before looking for violating ones.
+        guessed: The stricter restriction that guesses keep to.
     """
 
     violating: str
@@ -32,6 +33,7 @@ class Diet:
     allergens: str = ""
     named: str = ""
     saving: str = ""
+    guessed: str = ""
 
 
 _FISH = (
@@ -45,11 +47,12 @@ _SHELLFISH = (
     "scampi, clam, mussel, oyster, scallop, cockle, squid, calamari, octopus, surimi, paella"
 )
 _NO_SHELLFISH = "oyster mushroom, crab apple"
-_MEAT = (
+_LAND = (
     "beef, pork, chicken, turkey, lamb, veal, duck, bacon, ham, sausage, bratwurst, salami, "
     "pepperoni, chorizo, prosciutto, pancetta, mortadella, steak, meatball, hot dog, liver, "
-    f"brisket, rib, jerky, gelatin, bolognese, gummy, marshmallow, lard, {_FISH}, {_SHELLFISH}"
+    "brisket, rib, jerky, gelatin, bolognese, gummy, marshmallow, lard"
 )
+_MEAT = f"{_LAND}, {_FISH}, {_SHELLFISH}"
 _NO_MEAT = f"dog food, cat food, {_NO_FISH}, {_NO_SHELLFISH}"
 _BAKED = (
     "cake, cupcake, muffin, donut, doughnut, brownie, cookie, danish, cinnamon roll, pie, "
@@ -120,11 +123,18 @@ DIETS: Mapping[str, Diet] = {
         saving=f"{_PLANT_DAIRY}, egg replacer, {_NO_MEAT}",
     ),
     "vegetarian": Diet(
-        refused="meat",
         named="veggie, veg, meatless, meat free",
         harmless="vegetarian, vegan, plant based, meatless, meat free, veggie",
         violating=_MEAT,
         saving=_NO_MEAT,
+    ),
+    "meat-free": Diet(
+        refused="meat",
+        named="pescatarian, pescetarian",
+        harmless="vegetarian, vegan, plant based, meatless, meat free, veggie",
+        violating=_LAND,
+        saving=_NO_MEAT,
+        guessed="vegetarian",
     ),
     "dairy-free": Diet(
         named="non dairy, lactose free",

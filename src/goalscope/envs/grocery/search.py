@@ -129,8 +129,8 @@ class Search:
     def ending(self, phrase: str) -> list[Item]:
         """Items with whose whole name `phrase` ends: "white granulated sugar".
 
-        A name has two words or more: no steak for a "unicorn steak". No word of a label stands
-        before it, since "vegan" is meant where it is said.
+        Before a name of one word stand mere qualities: dates for "fresh dates", but no steak for a
+        "unicorn steak". No word of a label does, since "vegan" is meant where it is said.
         """
         said = singulars(phrase)
         items = [self._catalogue.items[i] for i in self._heads.get(said[-1], ())] if said else []
@@ -138,7 +138,9 @@ class Search:
         return [
             item
             for item, size in sizes.items()
-            if size > 1 and said[-size:] == singulars(item.name) and not {*said[:-size]} & _LABELS
+            if said[-size:] == singulars(item.name)
+            and (size > 1 or {*said[:-1]} <= _QUALITIES)
+            and not {*said[:-size]} & _LABELS
         ]
 
     def labels(self, item: Item, phrase: str) -> int:
