@@ -3,6 +3,7 @@
 import pytest
 
 from fakes import LampRoom, WordModel
+from goalscope.envs import Resolution
 from goalscope.executor import NOT_CONFIRMED, NOTHING
 from goalscope.guards import CONFIRM, HARM, SAY_YES
 from goalscope.orders import Order
@@ -194,6 +195,25 @@ def test_an_allergy_to_nothing_is_no_answer_to_a_word_of_harm() -> None:
     reads = {"lamp, and he gets hives": "switch on lamp; avoid | why allergy"}
     round = agent_in(env, model=WordModel(REPLIES, reads=reads)).step("", "lamp, and he gets hives")
     assert (env.on, round.question) == ([], HARM)
+
+
+def test_to_leave_a_thing_as_it_then_is_binds_no_order_of_the_same_breath() -> None:
+    env = LeavingRoom(["lamp", "fan"])
+    agent = agent_in(env)
+    agent.step("", "switch on lamp; leave lamp")
+    assert env.on == ["lamp"]
+    agent.step("", "switch on fan; leave fan | where desk")
+    assert env.on == ["lamp", "fan"]
+    assert len(agent._executor.standing(agent.rounds).untouched) == 2
+
+
+class LeavingRoom(LampRoom):
+    """A room in which what is to be left alone is."""
+
+    def resolve(self, order, standing, pick):
+        if any(each.what == order.what for each in standing.untouched):
+            return Resolution(why="I leave it alone.")
+        return super().resolve(order, standing, pick)
 
 
 def test_what_waits_changes_nothing_of_what_holds() -> None:

@@ -223,6 +223,12 @@ def test_limits_bind_orders(robot: HomeRobot, limit: str, said: str, actions: li
     assert robot.resolve(order(limit), bound, pick).actions == ()
 
 
+def test_nothing_is_guessed_with_what_was_ordered(robot: HomeRobot) -> None:
+    assert robot.actions("apple", FREE)
+    assert robot.actions("apple", standing("put apple | where fridge")) == []
+    assert robot.actions("tomato", standing("put apple | where fridge"))
+
+
 def test_limits_bind_what_is_done_unasked(robot: HomeRobot) -> None:
     assert robot.actions("apple", FREE)
     assert robot.actions("apple", standing("leave apple")) == []

@@ -163,7 +163,8 @@ class Executor:
             if reason and not away and standing.forbids(order):
                 done.hold(order, reason, grave=True)
                 continue
-            found = self._env.resolve(order, standing, self._pick)
+            binding = standing.beside(order, done.reading.orders)
+            found = self._env.resolve(order, binding, self._pick)
             done.notes += [found.why] if found.why else []
             lasting = any(map(self._env.lasting, found.actions))
             if new and found.actions and (reason or lasting):

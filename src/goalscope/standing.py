@@ -47,6 +47,20 @@ class Standing:
         ruling = (each for each in self.limits if each.why in GRAVE and _rules_out(each, order))
         return next(ruling, None)
 
+    def beside(self, order: Order, said: Collection[Order]) -> Standing:
+        """What binds an order, of those that were said in one breath.
+
+        "Turn off the laptop, but leave it there" turns it off: what is to be left as it then is
+        binds no order for the same thing. ("Put the phone into the drawer, and leave the phone on
+        the sofa" speaks of two.)
+        """
+
+        def same(limit: Order) -> bool:
+            two = limit.where and order.where
+            return limit in said and names(order.what, limit.what) and not two
+
+        return replace(self, untouched=tuple(each for each in self.untouched if not same(each)))
+
 
 def acting(orders: Sequence[Order]) -> tuple[Order, ...]:
     """The orders by a domain's own verbs: no dialogue acts."""

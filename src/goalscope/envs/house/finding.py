@@ -14,7 +14,7 @@ from goalscope.orders import Order
 from goalscope.standing import Standing
 from goalscope.words import contains, head_words, singular, singulars, words
 
-__all__ = ["EVERYTHING", "Finder", "Found", "bound", "kinds_in", "remains"]
+__all__ = ["EVERYTHING", "Finder", "Found", "asked_about", "bound", "kinds_in", "remains"]
 
 EVERYTHING = "everything"
 """What names all that is here."""
@@ -138,6 +138,11 @@ def bound(view: View, standing: Standing) -> set[str]:
     limits = (*standing.untouched, *(each for each in standing.limits if each.do == "avoid"))
     found = {own for limit in limits for own in _covered(view, limit)}
     return found | {own for own in view.table if own.rpartition("|")[0] in found}
+
+
+def asked_about(view: View, standing: Standing) -> set[str]:
+    """Ids of the things that the person has ordered something to be done with."""
+    return {own for order in standing.asked for own in _worded(view, order.what)}
 
 
 def _covered(view: View, limit: Order) -> Sequence[str]:

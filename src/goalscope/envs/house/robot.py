@@ -14,7 +14,7 @@ from goalscope.envs import Pick, Resolution
 from goalscope.envs.house.answers import told_of
 from goalscope.envs.house.choosing import Chooser
 from goalscope.envs.house.conditions import conditions_met
-from goalscope.envs.house.finding import Finder, bound
+from goalscope.envs.house.finding import Finder, asked_about, bound
 from goalscope.envs.house.language import EXAMPLES, VERBS
 from goalscope.envs.house.names import readable, the
 from goalscope.envs.house.offers import FILLS, IRREVERSIBLE, NAMES, cooks, possible
@@ -170,14 +170,16 @@ class HomeRobot:
         """What can be done with the objects of a name or generic name.
 
         For each object: a put into or onto each kind of receptacle that is viable for it, and what
-        its affordances allow. What the person ruled out is not offered, nor what only they ask for.
+        its affordances allow. What the person ruled out is not offered, nor what only they ask for,
+        nor anything with a thing that they have ordered something for.
         """
         view, untouched = self._view, bound(self._view, standing)
+        decided = asked_about(view, standing)
         return [
             action
             for own, thing in view.table.items()
             if name in (view.names[own], readable(thing["objectType"])) and is_whole(thing)
-            if own not in untouched
+            if own not in untouched | decided
             for action in possible(view, own)
             if view.id(action.destination) not in untouched
         ]
