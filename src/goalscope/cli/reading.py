@@ -47,7 +47,7 @@ def bench_reading(
     model: Model = None,
     adapter: ReadingAdapter = None,
     form: ReadingForm = "text",
-    limit: Annotated[int | None, typer.Option(min=1, help="Only so many, the first ones.")] = None,
+    limit: Annotated[int | None, typer.Option(min=1, help="Only so many, evenly spread.")] = None,
     worst: Annotated[int, typer.Option(min=0, help="Messages to list, the worst first.")] = 10,
     as_json: Json = False,
 ) -> None:
@@ -71,7 +71,9 @@ def bench_reading(
     from goalscope.reader import Reader
 
     languages = _languages(domain)
-    lines = _chosen(read_corpus(file), languages, bool(domain))[:limit]
+    lines = _chosen(read_corpus(file), languages, bool(domain))
+    if limit and limit < len(lines):
+        lines = [lines[number * len(lines) // limit] for number in range(limit)]
     with measuring("Loading the model"):
         opened, taught = open_reader(model_names(model)["model"], adapter=adapter)
     readings: list[tuple[Line, Reading | None]] = []
