@@ -25,7 +25,7 @@ COMMAND = ("chat", "examples/garden.py")
 WORDS = (
     "We want to grow as much of our own food as we can.",
     "I don't want the old walnut tree any more, it takes all the sun.",
-    "Yes, go ahead.",
+    "Yes.",
     "The garden is done.",
 )
 COLUMNS, ROWS = 80, 30
