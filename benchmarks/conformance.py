@@ -31,7 +31,6 @@ from rich.progress import track
 from rich.table import Table
 
 from goalscope.benchmarks.rooms_teach import predicates, room_at_start, worlds
-from goalscope.envs.house.simulator.object_types import type_of
 from goalscope.envs.house.simulator.properties import PREDICATES
 from goalscope.envs.house.simulator.scene import Scene
 from goalscope.envs.house.simulator.state import by_id
@@ -132,6 +131,13 @@ class Agreement:
             ],
             "examples": self.examples,
         }
+
+
+def type_of(object_id: str) -> str:
+    """The type in an AI2-THOR id: "Egg" of "Egg|+00.50|+00.80|+00.78", "SinkBasin" of a basin's."""
+    first, *rest = object_id.split("|")
+    last = rest[-1] if len(rest) > 3 else first
+    return last.rstrip("0123456789").rstrip("_") or first
 
 
 def main() -> None:
