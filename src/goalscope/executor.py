@@ -155,14 +155,14 @@ class Executor:
             by_verb = order.do in self._verbs
             if not (by_verb or order.do in LIMITS) or (done.harm and by_verb):
                 continue
-            new, away = order not in done.released, order.do in self._takes_away
-            reason = ""
+            new, reason = order not in done.released, ""
             if by_verb and new:
+                limit = None if order.do in self._takes_away else standing.forbids(order)
                 sure = done.reading.sure(order, self._unsure)
-                reason = reason_to_wait(order, standing, sure=sure, wary=done.wary, away=away)
-            if reason and not away and standing.forbids(order):
-                done.hold(order, reason, grave=True)
-                continue
+                reason = reason_to_wait(order, limit, sure=sure, wary=done.wary)
+                if limit:
+                    done.hold(order, reason, grave=True)
+                    continue
             binding = standing.beside(order, done.reading.orders)
             found = self._env.resolve(order, binding, self._pick)
             done.notes += [found.why] if found.why else []
@@ -220,7 +220,7 @@ class Executor:
             if order in done.released or done.reading.sure(order, self._unsure):
                 orders.append(order)
             else:
-                done.hold(order, reason_to_wait(order, Standing(), sure=False))
+                done.hold(order, reason_to_wait(order, sure=False))
         if not orders:
             return
         gone = retracted(rounds)

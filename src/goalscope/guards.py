@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterable, Sequence
 
 from goalscope.orders import Order, Reading, orders_to_text
-from goalscope.standing import GRAVE, Standing
+from goalscope.standing import GRAVE
 
 __all__ = ["CONFIRM", "HARM", "SAY_YES", "UNSURE", "WARY"]
 __all__ += ["is_wary", "is_yes", "reason_to_wait", "speaks_of_harm", "whether"]
@@ -67,23 +67,17 @@ def is_wary(said: Iterable[tuple[str, Reading]]) -> bool:
 
 
 def reason_to_wait(
-    order: Order,
-    standing: Standing,
-    *,
-    sure: bool,
-    wary: bool = False,
-    away: bool = False,
+    order: Order, limit: Order | None = None, *, sure: bool, wary: bool = False
 ) -> str:
     """Why an order needs the person's yes, whatever it does; "" where it needs none.
 
     Args:
         order: The order.
-        standing: What holds.
+        limit: The allergy or diet that forbids it; see `Standing.forbids`.
         sure: Whether its reading is.
         wary: See `is_wary`.
-        away: Whether what it names goes, so that no limit speaks against it.
     """
-    if not away and (limit := standing.forbids(order)):
+    if limit:
         whom = f"{limit.for_}: " if limit.for_ else ""
         return f'You said "no {limit.what}" ({whom}{limit.why}).'
     if wary:

@@ -53,6 +53,7 @@ _LAND = (
     "brisket, rib, jerky, gelatin, bolognese, gummy, marshmallow, lard"
 )
 _MEAT = f"{_LAND}, {_FISH}, {_SHELLFISH}"
+_MEATLESS = "vegetarian, vegan, plant based, meatless, meat free, veggie"
 _NO_MEAT = f"dog food, cat food, {_NO_FISH}, {_NO_SHELLFISH}"
 _BAKED = (
     "cake, cupcake, muffin, donut, doughnut, brownie, cookie, danish, cinnamon roll, pie, "
@@ -124,14 +125,14 @@ DIETS: Mapping[str, Diet] = {
     ),
     "vegetarian": Diet(
         named="veggie, veg, meatless, meat free",
-        harmless="vegetarian, vegan, plant based, meatless, meat free, veggie",
+        harmless=_MEATLESS,
         violating=_MEAT,
         saving=_NO_MEAT,
     ),
     "meat-free": Diet(
         refused="meat",
         named="pescatarian, pescetarian",
-        harmless="vegetarian, vegan, plant based, meatless, meat free, veggie",
+        harmless=_MEATLESS,
         violating=_LAND,
         saving=_NO_MEAT,
         guessed="vegetarian",

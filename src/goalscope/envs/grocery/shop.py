@@ -143,11 +143,11 @@ class GroceryShop:
         bounds = bounds_of(standing)
         match order.do:
             case "add" | "set":
-                return self._add(order, standing)
+                return self._add(order, bounds, standing)
             case "remove":
                 return self._remove(order, pick)
             case "swap":
-                return self._swap(order, standing, pick)
+                return self._swap(order, bounds, standing, pick)
             case "clear":
                 return Resolution(tuple(self._out(self._contents())), self._if_empty())
             case "buy":
@@ -215,16 +215,15 @@ class GroceryShop:
         """Which of the profile's checks the basket meets; an empty basket meets none."""
         return checks_met(profile.checks, self._contents(), bought=self._bought)
 
-    def _add(self, order: Order, standing: Standing) -> Resolution:
+    def _add(self, order: Order, bounds: Bounds, standing: Standing) -> Resolution:
         """More of a thing, or exactly so many of it; a guess counts towards what is asked for."""
-        bounds = bounds_of(standing)
         item = self._choice.meant(order.what, bounds, self._basket)
         if item is None:
             return Resolution(why=self._choice.lacking(order.what, bounds))
         number, held = packages(order, item), self._basket.get(item.name, 0)
         if order.quantity is None and held:
             number = 0
-        elif order.do == "set" or self._is_guess(item, order, standing):
+        elif order.do == "set" or self._is_guess(item, order, bounds, standing):
             number -= held
         room = min(number, MOST - held)
         over = "" if room == number else f"The basket may hold {MOST} of {item.name}."
@@ -235,12 +234,11 @@ class GroceryShop:
             (_change(item.name, room),) if room else (), over or self._over(bounds, price)
         )
 
-    def _is_guess(self, item: Item, order: Order, standing: Standing) -> bool:
+    def _is_guess(self, item: Item, order: Order, bounds: Bounds, standing: Standing) -> bool:
         """Whether nobody has asked for an item before this order."""
         before = [each for each in standing.asked if each.do in ("add", "set", "swap")]
         if order in before:
             before.remove(order)
-        bounds = bounds_of(standing)
         phrases = (each.for_ if each.do == "swap" else each.what for each in before)
         return all(self._choice.meant(each, bounds, self._basket) != item for each in phrases)
 
@@ -257,9 +255,8 @@ class GroceryShop:
         number = round(order.quantity) if counts_units else packages(order, item)
         return Resolution((_change(item.name, -min(number, held)),) if number else ())
 
-    def _swap(self, order: Order, standing: Standing, pick: Pick) -> Resolution:
+    def _swap(self, order: Order, bounds: Bounds, standing: Standing, pick: Pick) -> Resolution:
         """One thing for as many of another; where there is no such thing, the other comes."""
-        bounds = bounds_of(standing)
         item = self._choice.meant(order.for_, bounds, self._basket)
         if item is None:
             return Resolution(why=self._choice.lacking(order.for_, bounds))
@@ -270,7 +267,7 @@ class GroceryShop:
         if old and order.quantity is not None:
             count = min(count, int(order.quantity) or 1)
         number = count if old else packages(order, item)
-        if self._is_guess(item, order, standing):
+        if self._is_guess(item, order, bounds, standing):
             number = max(number - held, 0)
         number = min(number, MOST - held)
         if held == MOST:

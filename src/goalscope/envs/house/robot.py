@@ -174,12 +174,12 @@ class HomeRobot:
         nor anything with a thing that they have ordered something for.
         """
         view, untouched = self._view, bound(self._view, standing)
-        decided = asked_about(view, standing)
+        taken = untouched | asked_about(view, standing)
         return [
             action
             for own, thing in view.table.items()
             if name in (view.names[own], readable(thing["objectType"])) and is_whole(thing)
-            if own not in untouched | decided
+            if own not in taken
             for action in possible(view, own)
             if view.id(action.destination) not in untouched
         ]
