@@ -124,10 +124,14 @@ def test_the_whole_basket_is_shown_before_it_is_bought(
             expect(buy).to_be_in_viewport(ratio=1)
             continue
         expect(buy).not_to_be_in_viewport()
+        log = page.get_by_role("log")
+        height = log.evaluate("log => log.scrollHeight")
         page.get_by_role("button", name="More below").click()
         expect(buy).to_be_in_viewport(ratio=1)
         expect(card.get_by_text(re.compile("^Total"))).to_be_in_viewport(ratio=1)
         expect(page.get_by_role("button", name="More below")).to_be_hidden()
+        # Nothing moves under a pointer that is about to buy.
+        assert log.evaluate("log => log.scrollHeight") == height
 
 
 def test_what_was_guessed_is_marked_until_it_is_asked_for(address: str, enter) -> None:
