@@ -73,7 +73,7 @@ fuzz: $(READY)  ## the readers of others' text, a minute each, by a fuzzer that 
 	PYTHONPATH=tests:tests/reliability $(BIN)/python tests/reliability/fuzz.py
 
 pictures: $(READY)  ## those of the page in docs/, by the tests that look at it; after `make servers`
-	GOALSCOPE_PICTURES=docs $(BIN)/python -m pytest tests/test_page_pictures.py
+	GOALSCOPE_PICTURES=docs $(BIN)/python -m pytest -m slow tests/test_page_pictures.py
 	$(BIN)/python docs/belief_picture.py
 	$(BIN)/python docs/house_picture.py
 

@@ -32,17 +32,14 @@ PROFILES = """
 [[profile]]
 name = "baker"
 description = "You want to bake a chocolate cake."
-replies = ["I need cocoa powder to bake a cake.", "Flour and eggs, please.", "And milk."]
+replies = ["I need cocoa powder to bake a cake.", "And milk."]
 checks = [{must_have = ["cocoa"]}, {bought = true}]
 """
 TALKER = """
 [[profile]]
 name = "talker"
 description = "You want to bake a chocolate cake."
-replies = [
-    "I need cocoa powder to bake a cake.", "It is for Sunday.", "Flour, please.", "The plain kind.",
-    "And milk.",
-]
+replies = ["I need cocoa powder to bake a cake.", "It is for Sunday.", "And milk."]
 checks = [{must_have = ["cocoa"]}]
 """
 ROW = {
@@ -350,25 +347,32 @@ def test_run_prints_the_outcomes_as_json_and_replays(shop, store_file):
     }
     assert (outcome["profile"], outcome["method"]) == ("baker", "good")
     assert outcome["terminated"] is True
-    assert outcome["rounds"] == 5
+    assert outcome["rounds"] == 4
     assert 0 <= outcome["score"] <= 1
     assert "complete" in fails(2, "chat", "--resume", outcome["episode"])
     shown = invoke("replay", outcome["episode"]).stdout
     assert "cocoa" in shown
-    again = invoke("run", "--profile", "baker", *shop).stdout
-    assert (
-        shown[shown.index("Checks") : shown.index("Episode")]
-        == (again[again.index("Checks") : again.index("Episode")])
-    )
     told = json.loads(invoke("replay", outcome["episode"], "--json").stdout)
-    assert (told["id"], len(told["rounds"])) == (outcome["episode"], 5)
+    assert (told["id"], len(told["rounds"])) == (outcome["episode"], 4)
     assert sum(told["rounds"][0]["belief"]["probability"]) == pytest.approx(1)
     assert told["rounds"][0]["turn"]["utterance"] in shown
+    end_again(store_file, outcome)
     Path(shop[3]).write_text("")
     assert "checks were met cannot be shown" in invoke("replay", outcome["episode"]).stdout
 
 
-def test_of_many_people_it_is_said_who_is_done_and_the_json_stays_one_value(shop):
+def end_again(store_file, outcome):
+    """Resume an episode whose process ended between its last round and the note of its end."""
+    with closing(sqlite3.connect(store_file)) as file, file:
+        file.execute("UPDATE episodes SET ended = NULL, score = NULL")
+    assert invoke("chat", "--resume", outcome["episode"]).exit_code == 0
+    with Store.open(store_file) as store:
+        info = store.episode(outcome["episode"])
+    assert (info.ended, info.rounds) == ("terminated", outcome["rounds"])
+    assert info.score == outcome["score"]
+
+
+def test_of_many_people_it_is_said_who_is_done_and_the_json_stays_one_value(shop, words):
     people = Path(shop[3])
     people.write_text(PROFILES + PROFILES.replace('"baker"', '"other"'))
     result = invoke("run", "--profile", "all", "--rounds", 1, "--json", *shop)
@@ -383,30 +387,23 @@ def test_who_is_to_be_simulated_is_asked_for_by_name(shop):
     assert "Is there such a file" in fails(2, "run", "nofile.py")
 
 
-def test_an_episode_whose_end_an_older_version_could_not_note_is_ended(shop, store_file):
-    assert invoke("run", "--profile", "baker", *shop).exit_code == 0
-    with closing(sqlite3.connect(store_file)) as file, file:
-        file.execute("UPDATE episodes SET ended = NULL, score = NULL")
-    with Store.open(store_file) as store:
-        (info,) = store.episodes()
-    assert info.ended is None
-    assert invoke("chat", "--resume", info.id).exit_code == 0
-    with Store.open(store_file) as store:
-        after = store.episode(info.id)
-    assert (after.ended, after.rounds) == ("terminated", info.rounds)
-    assert after.score > 0
-
-
-def test_a_profile_may_have_any_name(shop, tmp_path):
+def test_a_profile_may_have_any_name(shop, store_file, words, tmp_path):
     name = "a [/b] \x1b[31m"
     text = PROFILES.replace('"baker"', json.dumps(name))
     (tmp_path / "people.toml").write_text(text)
-    assert invoke("run", "--profile", name, *shop, "--rounds", "1").exit_code == 0
+    result = invoke("run", "--profile", name, *shop, "--rounds", "1")
+    assert result.exit_code == 0
+    checks = result.stdout[result.stdout.index("Checks") : result.stdout.index("Episode")]
+    assert "cocoa" in checks
+    with Store.open(store_file) as store:
+        (info,) = store.episodes()
+    assert checks in invoke("replay", info.id).stdout
     assert "\x1b" not in fails(2, "run", "--profile", "nobody", *shop)
 
 
 def test_a_chat_that_ends_early_is_kept_and_goes_on(shop, store_file):
-    first = invoke("chat", *shop[:2], input="I need cocoa powder for a cake.\n")
+    plain = ["--method", "no-goals", *shop[:2]]
+    first = invoke("chat", *plain, input="I need cocoa powder for a cake.\n")
     assert first.exit_code == 0, first.output
     with Store.open(store_file) as store:
         (info,) = store.episodes()
@@ -475,12 +472,11 @@ def test_an_adapter_is_kept_with_an_episode(shop, store_file, words, tmp_path, m
 
 
 @pytest.mark.skipif(os.name == "nt", reason="the system has no POSIX signals")
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
-def test_an_interrupted_run_keeps_every_finished_round(shop, store_file, tmp_path, how):
+def test_an_interrupted_run_says_how_to_go_on(shop, store_file, tmp_path):
     (tmp_path / "people.toml").write_text(PROFILES + TALKER)
     env = os.environ | {"PYTHONPATH": SOURCE}
     with subprocess.Popen(
-        [*MAIN, "run", "--profile", "talker", *shop],
+        [*MAIN, "run", "--profile", "talker", "--method", "no-goals", *shop],
         env=env,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
@@ -495,24 +491,20 @@ def test_an_interrupted_run_keeps_every_finished_round(shop, store_file, tmp_pat
             if store_file.exists():
                 with Store.open(store_file) as store:
                     seen = sum(info.rounds for info in store.episodes())
-        process.send_signal(how)
+        process.send_signal(signal.SIGINT)
         _, said = process.communicate()
     with Store.open(store_file) as store:
         (info,) = store.episodes()
         assert seen >= 1
         assert info.ended is None, "the run was over before the signal"
         assert len(store.rounds(info.id)) == info.rounds >= seen
-    connection = sqlite3.connect(store_file)
-    assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
-    connection.close()
-    if how == signal.SIGINT:
-        assert process.returncode == 130
-        assert f"goalscope chat --resume {info.id}" in said
-        assert "Traceback" not in said
-        resumed = invoke("chat", "--resume", info.id)
-        assert resumed.exit_code == 0, resumed.output
-        with Store.open(store_file) as store:
-            assert store.episode(info.id).ended == "terminated"
+    assert process.returncode == 130
+    assert f"goalscope chat --resume {info.id}" in said
+    assert "Traceback" not in said
+    resumed = invoke("chat", "--resume", info.id)
+    assert resumed.exit_code == 0, resumed.output
+    with Store.open(store_file) as store:
+        assert store.episode(info.id).ended == "terminated"
 
 
 def test_doctor_calls_the_model_as_people_do_and_tells_its_calibration(words, monkeypatch):

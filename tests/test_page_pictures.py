@@ -21,7 +21,7 @@ from goalscope.study.book import Book
 from goalscope.study.plan import Plan
 from sites import site
 
-pytestmark = needs_chromium
+pytestmark = [needs_chromium, pytest.mark.slow]
 
 LOOKS = Path(__file__).with_name("looks.js").read_text(encoding="utf-8")
 SLOW = 180_000

@@ -40,7 +40,10 @@ def exact(exact_gguf: Path) -> Iterator[LlamaCpp]:
     engine.close()
 
 
-@pytest.fixture(scope="session", params=["llama_server", "llama_cpp_python"])
+@pytest.fixture(
+    scope="session",
+    params=["llama_server", pytest.param("llama_cpp_python", marks=pytest.mark.slow)],
+)
 def scorer(request: pytest.FixtureRequest, exact: LlamaCpp) -> Iterator[ServedScorer]:
     """A real server's scorer, found once."""
     scorer = ServedScorer(
@@ -132,6 +135,7 @@ def test_a_text_beyond_a_real_servers_context_is_refused(
     assert scorer.server.usage.retries == before
 
 
+@pytest.mark.slow
 def test_llama_cpp_pythons_numbers_for_text_without_a_bos_token_are_refused(
     llama_cpp_python_address: str, exact: LlamaCpp
 ) -> None:
