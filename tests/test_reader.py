@@ -4,7 +4,7 @@ import pytest
 
 from goalscope.envs.grocery import GroceryShop
 from goalscope.models import Completion
-from goalscope.orders import Order, Verb, orders_from_text, orders_to_text, words_of
+from goalscope.orders import Example, Order, Verb, orders_from_text, orders_to_text, words_of
 from goalscope.reader import MOST_ORDERS, Exchange, Reader, grammar_of
 from goalscope.types import InvalidInputError, UnreadableAnswerError
 
@@ -107,6 +107,16 @@ def test_what_was_said_long_ago_makes_room():
     said = [each.content for each in model.asked[0]["messages"]]
     assert said[-1] == "hello"
     assert not any(each.startswith("0 ") for each in said)
+
+
+def test_only_a_model_that_was_not_taught_is_shown_examples():
+    examples = [Example("Go on then.", "add milk", question="Shall I add milk?")]
+    for taught in (False, True):
+        model = Writes("none")
+        Reader(model, VERBS, examples=examples, taught=taught).read("Hello.")
+        chat = [(each.role, each.content) for each in model.asked[0]["messages"][1:]]
+        shown = [("user", "(Asked: Shall I add milk?)\nGo on then."), ("assistant", "add milk")]
+        assert chat == [*([] if taught else shown), ("user", "Hello.")]
 
 
 @pytest.mark.parametrize(

@@ -103,10 +103,12 @@ class Example:
     Attributes:
         message: What a person says.
         orders: Its orders in canonical English (see `orders_to_text`).
+        question: What they had been asked.
     """
 
     message: str
     orders: str
+    question: str = ""
 
 
 @dataclass(frozen=True, slots=True)

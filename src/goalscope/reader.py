@@ -106,7 +106,7 @@ class Reader:
         else:
             self._opening = render("read_untaught", verbs=self.verbs, task=task, form=self.form)
         self._examples = [
-            Exchange("", each.message, orders_from_text(each.orders, verbs))
+            Exchange(each.question, each.message, orders_from_text(each.orders, verbs))
             for each in (() if taught else examples)
         ]
 
