@@ -227,7 +227,7 @@ def test_a_study_of_what_came_of_it(tour: Tour) -> None:
     assert page.evaluate(LOOKS)["faults"] == []
     with Store.open(tour.file) as store:
         Book(store).add(STUDY)
-    tour.show("/study/pictures", DESKTOP)
+    tour.show("/study/pictures?id=ann", DESKTOP)
     page.get_by_role("checkbox").check()
     page.get_by_role("button", name="Take part").click()
     page.get_by_role("link", name="Go to the questions").click()
