@@ -343,7 +343,8 @@ def test_run_prints_the_outcomes_as_json_and_replays(shop, store_file):
     assert result.exit_code == 0, result.output
     (outcome,) = json.loads(result.stdout)
     assert set(outcome) == {
-        *("profile", "method", "model", "seed", "score", "rounds", "terminated", "episode")
+        *("profile", "method", "model", "seed", "score", "rounds", "terminated", "episode"),
+        "unwanted",
     }
     assert (outcome["profile"], outcome["method"]) == ("baker", "good")
     assert outcome["terminated"] is True

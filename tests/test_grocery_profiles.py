@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from goalscope.envs.grocery import Item, load_profiles
-from goalscope.envs.grocery.profiles import checks_met
-from goalscope.types import InvalidInputError
+from goalscope.envs.grocery.profiles import checks_met, unwanted
+from goalscope.types import InvalidInputError, Profile
 
 GOOD = """[[profile]]
 name = "a"
@@ -32,6 +32,7 @@ FLOUR = Item(2, "Wheat Flour", price=None)
         (GOOD.replace('"d"', "3"), "'description' must be a text"),
         (GOOD.replace('["r"]', '"r"'), "'replies' must be a list of texts"),
         (GOOD.replace("must_have", "must_hav"), "check 1: .* did you mean 'must_have'"),
+        (GOOD + "welcome = 'eggs'", "'welcome' must be a list of texts"),
         (GOOD.replace('["eggs"]', '"eggs"'), "'must_have' must be a list of terms"),
         (GOOD.replace('{must_have = ["eggs"]}', "{}"), "exactly one of the keys"),
         (GOOD.replace('must_have = ["eggs"]', "max_total = true"), "a number above 0"),
@@ -80,6 +81,13 @@ def test_a_right_file_is_read(tmp_path: Path) -> None:
 )
 def test_checks_mean_what_the_documentation_says(check: dict[str, object], *, met: bool) -> None:
     assert checks_met([check], [(EGGS, 2), (FLOUR, 1)], bought=False) == [met]
+
+
+def test_what_no_check_asks_for_and_is_not_welcome_is_unwanted() -> None:
+    checks = ({"must_have": ["egg"]}, {"must_not_have": ["flour"]})
+    basket = [(EGGS, 2), (FLOUR, 1)]
+    assert unwanted(Profile("p", "d", ("r",), checks), basket) == [FLOUR.name]
+    assert unwanted(Profile("p", "d", ("r",), checks, welcome=("flours",)), basket) == []
 
 
 def test_an_empty_basket_meets_nothing() -> None:

@@ -13,7 +13,7 @@ from goalscope.envs.check import check_env
 from goalscope.envs.house import HomeRobot, HouseController, load_profiles
 from goalscope.policy import Want, undo
 from goalscope.standing import Standing
-from goalscope.types import Action, GoalscopeError, StepResult
+from goalscope.types import Action, GoalscopeError, Profile, StepResult
 
 FREE = Standing()
 
@@ -223,6 +223,16 @@ def test_no_check_is_met_while_nothing_was_done() -> None:
     for profile in load_profiles():
         robot = HomeRobot(HouseController(profile.scene))
         assert not any(robot.checks_met(profile))
+
+
+def test_what_changed_of_a_type_that_the_profile_names_nowhere_is_unwanted(
+    robot: HomeRobot,
+) -> None:
+    checks = ({"object": "Apple", "in": "Fridge"},)
+    assert robot.step(Action("put", "apple", destination="fridge")).ok
+    assert robot.step(Action("turn on", "coffee machine")).ok
+    assert robot.unwanted(Profile("p", "d", ("r",), checks)) == ["coffee machine"]
+    assert robot.unwanted(Profile("p", "d", ("r",), checks, welcome=("CoffeeMachine",))) == []
 
 
 def test_planner_takes_what_the_goal_speaks_for_and_leaves_the_rest(robot: HomeRobot) -> None:

@@ -33,6 +33,7 @@ __all__ = [
     "show_scores",
     "show_status",
     "show_summary",
+    "show_unwanted",
 ]
 
 BAR = 20
@@ -130,18 +131,36 @@ def show_checks(console: Console, checks: Sequence[Mapping[str, Any]], met: Sequ
     _rows(console, rows, "Checks")
 
 
-def show_scores(console: Console, infos: Sequence[EpisodeInfo]) -> None:
-    """One line a profile, and the mean."""
+def show_unwanted(console: Console, unwanted: Sequence[str]) -> None:
+    """What nobody asked for, and nobody would have liked."""
+    told = ", ".join(unwanted) or "nothing"
+    console.print(plain(f"Neither asked for nor welcome: {told}", "dim"), soft_wrap=True)
+
+
+def show_scores(
+    console: Console, infos: Sequence[EpisodeInfo], unwanted: Mapping[str, Sequence[str]]
+) -> None:
+    """One line a profile, and the mean.
+
+    Args:
+        console: Where to.
+        infos: The episodes.
+        unwanted: By id, what is neither asked for nor welcome, where the profile says what is.
+    """
     table = Table("profile", "ended", "episode")
-    table.add_column("rounds", justify="right")
-    table.add_column("score", justify="right")
+    for heading in ("rounds", "score", *(["unwanted"] if unwanted else [])):
+        table.add_column(heading, justify="right")
     for info in infos:
         score = "" if info.score is None else f"{info.score:.2f}"
-        table.add_row(plain(info.profile or ""), info.ending, info.id, str(info.rounds), score)
+        row = (plain(info.profile or ""), info.ending, info.id, str(info.rounds), score)
+        count = f"{len(unwanted[info.id])}" if info.id in unwanted else ""
+        table.add_row(*row, *([count] if unwanted else []))
     scores = [info.score for info in infos if info.score is not None]
     if scores:
         table.add_section()
-        table.add_row("mean", "", "", "", f"{sum(scores) / len(scores):.2f}")
+        counts = [len(each) for each in unwanted.values()]
+        mean = [f"{sum(counts) / len(counts):.1f}"] if counts else []
+        table.add_row("mean", "", "", "", f"{sum(scores) / len(scores):.2f}", *mean)
     console.print(table)
 
 

@@ -230,6 +230,8 @@ class Profile:
         replies: What the scripted human says, in order; afterwards the completion phrase.
         checks: Conditions on the final state, in the form that the environment documents.
         scene: Name of the place where it happens, in environments that have several.
+        welcome: What they would not mind in the outcome, besides what the checks ask for, in the
+            form that the environment documents; empty where nobody has said.
     """
 
     name: str
@@ -237,3 +239,4 @@ class Profile:
     replies: tuple[str, ...]
     checks: tuple[Mapping[str, Any], ...] = field(default=())
     scene: str = ""
+    welcome: tuple[str, ...] = ()

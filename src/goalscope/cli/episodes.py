@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -235,10 +235,11 @@ def run(
         raise InvalidInputError(f"Say who is to be simulated: --profile all, or one of {names}.")
     people = everyone if profile == "all" else (profile_named(settings, profile),)
     infos: list[EpisodeInfo] = []
+    unwanted: dict[str, list[str]] = {}
     with (
         Store.open(store) as episodes,
         engine_of(settings, calls) as engine,
-        _printed_at_the_end(infos, as_json),
+        _printed_at_the_end(infos, unwanted, as_json),
     ):
         for person in people:
             with _environment(settings, person) as env:
@@ -247,10 +248,12 @@ def run(
                 file = picture if len(people) == 1 else file
                 draw = _drawing(env, file)
                 infos.append(_run_one(session, draw, quiet=as_json, brief=len(people) > 1))
+                if person.welcome:
+                    unwanted[session.id] = session.unwanted()
             if as_json and len(people) > 1:
                 typer.echo(f"{len(infos)} of {len(people)}: {person.name}", err=True)
     if len(people) > 1 and not as_json:
-        show_scores(console(), infos)
+        show_scores(console(), infos, unwanted)
 
 
 def replay(
@@ -402,7 +405,13 @@ def _run_one(
     """Run a simulated episode, drawing each round unless it is one of many."""
     import time
 
-    from goalscope.display import show_checks, show_header, show_round, show_summary
+    from goalscope.display import (
+        show_checks,
+        show_header,
+        show_round,
+        show_summary,
+        show_unwanted,
+    )
     from goalscope.plain import plain
 
     out, start, before = console(), time.monotonic(), None
@@ -419,19 +428,24 @@ def _run_one(
     info = session.info
     if session.profile and not (quiet or brief):
         show_checks(out, session.profile.checks, session.checks_met())
+        if session.profile.welcome:
+            show_unwanted(out, session.unwanted())
     if not quiet:
         show_summary(out, info, time.monotonic() - start)
     return info
 
 
 @contextmanager
-def _printed_at_the_end(infos: Sequence[EpisodeInfo], as_json: bool) -> Generator[None]:
+def _printed_at_the_end(
+    infos: Sequence[EpisodeInfo], unwanted: Mapping[str, list[str]], as_json: bool
+) -> Generator[None]:
     """Print the outcomes as one JSON value, also those of before an interruption."""
     try:
         yield
     finally:
         if as_json and infos:
-            print(json.dumps([*map(_outcome, infos)]))
+            rows = [_outcome(info) | {"unwanted": unwanted.get(info.id)} for info in infos]
+            print(json.dumps(rows))
 
 
 def _told(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:

@@ -20,7 +20,17 @@ SEARCH = "search inventory"
 """Name of the action that only looks something up, in every domain."""
 
 MAY_LACK = frozenset(
-    {"examples", "notes", "close", "fingerprint", "lasting", "actions", "undo", "answer"}
+    {
+        "examples",
+        "notes",
+        "close",
+        "fingerprint",
+        "lasting",
+        "actions",
+        "undo",
+        "answer",
+        "unwanted",
+    }
 )
 """What a class that inherits from `Environment` may leave out."""
 
@@ -145,6 +155,10 @@ class Environment(Protocol):
     def checks_met(self, profile: Profile) -> list[bool]:
         """Which of the profile's checks the present state meets, in their order."""
         ...
+
+    def unwanted(self, profile: Profile) -> list[str]:
+        """Names of what came about that neither the profile's checks nor its `welcome` ask for."""
+        return []
 
 
 def missing(env: object) -> list[str]:

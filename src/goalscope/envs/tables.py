@@ -150,7 +150,7 @@ def _profile(
     if isinstance(name, str):
         label = f"{label} {shown(name)}"
     keys = (*texts, "replies", "checks")
-    refuse_unknown(row, keys, label)
+    refuse_unknown(row, (*keys, "welcome"), label)
     for key in keys:
         if key not in row:
             raise InvalidInputError(f"{label}: the key {key!r} is missing.")
@@ -164,5 +164,8 @@ def _profile(
         raise InvalidInputError(f"{label}: 'checks' must be a list of tables.")
     for number, check in enumerate(checks, 1):
         examine(check, f"{label}, check {number}")
-    scene = row.get("scene", "")
-    return Profile(row["name"], row["description"], tuple(replies), tuple(checks), scene)
+    scene, welcome = row.get("scene", ""), row.get("welcome", [])
+    if not is_list(welcome, str) or not all(each.strip() for each in welcome):
+        raise InvalidInputError(f"{label}: 'welcome' must be a list of texts, none empty.")
+    texts = (row["name"], row["description"])
+    return Profile(*texts, tuple(replies), tuple(checks), scene, tuple(welcome))

@@ -52,7 +52,7 @@ def _states(
     finally:
         env.close()
     told = {name for each in results for name in (each.action.target, each.action.destination)}
-    told |= {each.partition(":")[0] for each in view.changes(start)}
+    told |= {view.names[own] for own, _ in view.changes(start)}
     kinds = kinds_in(view, words)
     alike: dict[str, list[str]] = {}
     for own, thing in sorted(view.table.items()):

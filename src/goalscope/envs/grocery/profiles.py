@@ -13,7 +13,7 @@ from goalscope.envs.tables import is_list, read_profiles, refuse_unknown, shown
 from goalscope.types import InvalidInputError, Profile
 from goalscope.words import contains, singulars
 
-__all__ = ["checks_met", "load_profiles"]
+__all__ = ["checks_met", "load_profiles", "unwanted"]
 
 _FORMS: Mapping[str, tuple[str, ...]] = {
     "must_have": ("tag", "min_quantity", "max_quantity"),
@@ -40,6 +40,8 @@ def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
     * `{max_total = 60}`: the priced items cost at most so much.
     * `{bought = true}`: the basket was purchased (or, with `false`, was not).
 
+    Beside them may stand `welcome`, a list of terms: what the person would not mind in the basket.
+
     An item matches a term if all words of the term occur in the item's name, in singular or
     plural. No check is met by an empty basket.
 
@@ -58,6 +60,12 @@ def checks_met(
 ) -> list[bool]:
     """Which of the `checks` the basket meets; an empty basket meets none."""
     return [bool(basket) and _is_met(check, basket, bought) for check in checks]
+
+
+def unwanted(profile: Profile, basket: Sequence[tuple[Item, int]]) -> list[str]:
+    """Names of the items that match no term of a `must_have`, and none that is welcome."""
+    wanted = [term for check in profile.checks for term in check.get("must_have", ())]
+    return [item.name for item, _ in basket if not _matches(item, (*wanted, *profile.welcome))]
 
 
 def _is_met(check: Mapping[str, Any], basket: Sequence[tuple[Item, int]], bought: bool) -> bool:

@@ -13,7 +13,7 @@ from goalscope.envs.grocery.bounds import Bounds, bounds_of, diets_of, refusal
 from goalscope.envs.grocery.catalogue import Catalogue, Item
 from goalscope.envs.grocery.choosing import Choice
 from goalscope.envs.grocery.language import EXAMPLES, VERBS
-from goalscope.envs.grocery.profiles import checks_met
+from goalscope.envs.grocery.profiles import checks_met, unwanted
 from goalscope.envs.grocery.search import Search
 from goalscope.orders import Order
 from goalscope.standing import Standing
@@ -214,6 +214,10 @@ class GroceryShop:
     def checks_met(self, profile: Profile) -> list[bool]:
         """Which of the profile's checks the basket meets; an empty basket meets none."""
         return checks_met(profile.checks, self._contents(), bought=self._bought)
+
+    def unwanted(self, profile: Profile) -> list[str]:
+        """Items in the basket that no `must_have` of the profile asks for, and none is welcome."""
+        return unwanted(profile, self._contents())
 
     def _add(self, order: Order, bounds: Bounds, standing: Standing) -> Resolution:
         """More of a thing, or exactly so many of it; a guess counts towards what is asked for."""

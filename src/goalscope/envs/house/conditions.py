@@ -13,7 +13,7 @@ from goalscope.envs.house.simulator.state import by_id, is_whole
 from goalscope.envs.tables import is_list, nearest, read_profiles, refuse_unknown, shown
 from goalscope.types import InvalidInputError, Profile
 
-__all__ = ["conditions_met", "load_profiles"]
+__all__ = ["conditions_met", "load_profiles", "types_in"]
 
 _FORMS: Mapping[str, tuple[str, ...]] = {"object": ("count",), "every": (), "no": ()}
 """The forms of a check by their leading key, with the keys that may stand beside it."""
@@ -37,6 +37,9 @@ def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
     a plate on a table is on the table too; on the floor is only what nothing else holds. What was
     sliced, or a thing that went to pieces, counts only where the check says isSliced or isBroken.
 
+    Beside them may stand `welcome`, a list of object types: what the person would not mind being
+    changed.
+
     Raises:
         InvalidInputError: The file cannot be read, or a profile is not of this form; the message
             names the file, the profile, the key, and the nearest key or type that is known.
@@ -44,7 +47,11 @@ def load_profiles(path: Path | str | None = None) -> tuple[Profile, ...]:
     source = (
         files("goalscope.envs.house") / "data" / "profiles.toml" if path is None else Path(path)
     )
-    return read_profiles(source, _examine, scenes=True)
+    profiles = read_profiles(source, _examine, scenes=True)
+    for profile in profiles:
+        if profile.welcome:
+            _examine_types("welcome", [*profile.welcome], f"{source.name}, {shown(profile.name)}")
+    return profiles
 
 
 def conditions_met(
@@ -53,6 +60,15 @@ def conditions_met(
     """Which of the `checks` (see `load_profiles`) hold of the `objects`, AI2-THOR's metadata."""
     table = by_id(objects)
     return [_is_met(check, table) for check in checks]
+
+
+def types_in(profile: Profile) -> set[str]:
+    """The object types that a profile's checks name, those of places among them, or `welcome`."""
+    keys = (*_FORMS, "in", "on")
+    named = [
+        kind for check in profile.checks for key in keys for kind in _types(check.get(key, []))
+    ]
+    return {*named, *profile.welcome}
 
 
 def _is_met(check: Mapping[str, Any], by_id: Mapping[str, Mapping[str, Any]]) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 from goalscope.envs import Pick, Resolution
 from goalscope.envs.house.answers import told_of
 from goalscope.envs.house.choosing import Chooser
-from goalscope.envs.house.conditions import conditions_met
+from goalscope.envs.house.conditions import conditions_met, types_in
 from goalscope.envs.house.finding import Finder, asked_about, bound
 from goalscope.envs.house.language import EXAMPLES, VERBS
 from goalscope.envs.house.names import readable, the
@@ -135,7 +135,7 @@ class HomeRobot:
         """What is in the hand, and what has changed since the start, one object a line."""
         held = self._view.held
         hand = f"The robot's hand {f'holds {the(self._view.names[held])}' if held else 'is empty'}."
-        changes = list(self._view.changes(self._start.table))
+        changes = [text for _, text in self._view.changes(self._start.table)]
         if not changes:
             return f"{hand} Nothing has been changed yet."
         lines = [hand, "Changed so far:", *(f"- {each}" for each in changes[:_SHOWN])]
@@ -268,6 +268,14 @@ class HomeRobot:
         """Which of the profile's goal conditions hold now; none while nothing has been changed."""
         met = conditions_met(profile.checks, self._view.objects)
         return [any(self._view.changes(self._start.table)) and each for each in met]
+
+    def unwanted(self, profile: Profile) -> list[str]:
+        """Names of what has changed, of types that the profile names nowhere."""
+        changed = (own for own, _ in self._view.changes(self._start.table))
+        kinds = types_in(profile)
+        return [
+            self.names[own] for own in changed if self._view.table[own]["objectType"] not in kinds
+        ]
 
     def _named(self, text: str) -> str:
         """The text with the objects' names in place of their ids."""

@@ -106,8 +106,8 @@ class View:
         text = f"{', '.join(told)}{more} {verb} {state} already."
         return f"{text[0].upper()}{text[1:]}"
 
-    def changes(self, start: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
-        """What is not as it was at the start, one object a text; a piece where it left the rest."""
+    def changes(self, start: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, str]]:
+        """Ids of what is not as it was at the start, and texts; a piece where it left the rest."""
         for own, thing in self.table.items():
             was = start.get(own)
             if was is None:
@@ -116,7 +116,7 @@ class View:
                 if whole and self._is_scattered(own) and where != self.where(whole):
                     parts.append(f"now {where}")
                 if parts:
-                    yield f"{self.names[own]}: {', '.join(parts)}"
+                    yield own, f"{self.names[own]}: {', '.join(parts)}"
                 continue
             parts = [
                 word if thing[key] else f"no longer {word}"
@@ -129,7 +129,7 @@ class View:
             if is_whole(thing) and self.where(thing) != self.where(was):
                 parts.append(f"now {self.where(thing)}")
             if parts:
-                yield f"{self.names[own]}: {', '.join(parts)}"
+                yield own, f"{self.names[own]}: {', '.join(parts)}"
 
     def where(self, thing: Mapping[str, Any]) -> str:
         """Where the thing is, in words: "in the fridge"."""
