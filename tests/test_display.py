@@ -17,6 +17,7 @@ from goalscope.display import (
     show_round,
     show_scores,
     show_summary,
+    show_unwanted,
 )
 from goalscope.episode import Round
 from goalscope.models.llamacpp import embedded_path
@@ -187,9 +188,16 @@ def test_the_frame_of_an_episode():
     )  # fmt: skip
     assert "ab12" in drawn(show_header, info)
     assert "done after 4 rounds, score 0.75, 1.5 s" in drawn(show_summary, info, 1.5)
-    table = drawn(show_scores, [info, info])
+    table = drawn(show_scores, [info, info], {})
     assert table.count("baker") == 2
     assert "mean" in table
+    assert "unwanted" not in table
+    other = replace(info, id="cd34")
+    told = drawn(show_scores, [info, other], {"cd34": ["Balloons", "Nappies", "Soap"]})
+    assert "unwanted" in told
+    assert "3.0" in told.splitlines()[-2]
+    assert drawn(show_unwanted, ["Balloons"]).strip().endswith("welcome: Balloons")
+    assert drawn(show_unwanted, []).strip().endswith("welcome: nothing")
 
 
 EPISODE = EpisodeInfo(
