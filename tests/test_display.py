@@ -188,12 +188,12 @@ def test_the_frame_of_an_episode():
     )  # fmt: skip
     assert "ab12" in drawn(show_header, info)
     assert "done after 4 rounds, score 0.75, 1.5 s" in drawn(show_summary, info, 1.5)
-    table = drawn(show_scores, [info, info], {})
+    table = drawn(show_scores, [(info, None), (info, None)])
     assert table.count("baker") == 2
     assert "mean" in table
     assert "unwanted" not in table
     other = replace(info, id="cd34")
-    told = drawn(show_scores, [info, other], {"cd34": ["Balloons", "Nappies", "Soap"]})
+    told = drawn(show_scores, [(info, None), (other, ["Balloons", "Nappies", "Soap"])])
     assert "unwanted" in told
     assert "3.0" in told.splitlines()[-2]
     assert drawn(show_unwanted, ["Balloons"]).strip().endswith("welcome: Balloons")

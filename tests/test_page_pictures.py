@@ -215,7 +215,6 @@ def test_a_saved_page(tour: Tour) -> None:
             assert tour.page.evaluate(LOOKS)["faults"] == []
 
 
-@pytest.mark.slow
 def test_a_study_of_what_came_of_it(tour: Tour) -> None:
     page = tour.page
     tour.show(f"/#/talk/{tour.grocery}", DESKTOP)

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from goalscope.store import EpisodeInfo
     from goalscope.why import Reason
 
+    Scored = tuple[EpisodeInfo, Sequence[str] | None]
+    """An episode, and what was unwanted in its end, where the profile says what is welcome."""
+
 __all__ = [
     "show_belief",
     "show_checks",
@@ -137,28 +140,20 @@ def show_unwanted(console: Console, unwanted: Sequence[str]) -> None:
     console.print(plain(f"Neither asked for nor welcome: {told}", "dim"), soft_wrap=True)
 
 
-def show_scores(
-    console: Console, infos: Sequence[EpisodeInfo], unwanted: Mapping[str, Sequence[str]]
-) -> None:
-    """One line a profile, and the mean.
-
-    Args:
-        console: Where to.
-        infos: The episodes.
-        unwanted: By id, what is neither asked for nor welcome, where the profile says what is.
-    """
+def show_scores(console: Console, scored: Sequence[Scored]) -> None:
+    """One line a profile, and the mean; things that were unwanted, where a profile tells."""
+    scores = [info.score for info, _ in scored if info.score is not None]
+    counts = [len(unwanted) for _, unwanted in scored if unwanted is not None]
     table = Table("profile", "ended", "episode")
-    for heading in ("rounds", "score", *(["unwanted"] if unwanted else [])):
+    for heading in ("rounds", "score", *(["unwanted"] if counts else [])):
         table.add_column(heading, justify="right")
-    for info in infos:
+    for info, unwanted in scored:
         score = "" if info.score is None else f"{info.score:.2f}"
+        count = "" if unwanted is None else f"{len(unwanted)}"
         row = (plain(info.profile or ""), info.ending, info.id, str(info.rounds), score)
-        count = f"{len(unwanted[info.id])}" if info.id in unwanted else ""
-        table.add_row(*row, *([count] if unwanted else []))
-    scores = [info.score for info in infos if info.score is not None]
+        table.add_row(*row, *([count] if counts else []))
     if scores:
         table.add_section()
-        counts = [len(each) for each in unwanted.values()]
         mean = [f"{sum(counts) / len(counts):.1f}"] if counts else []
         table.add_row("mean", "", "", "", f"{sum(scores) / len(scores):.2f}", *mean)
     console.print(table)

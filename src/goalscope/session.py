@@ -222,9 +222,10 @@ class Session:
         """Which of the profile's checks the present state meets; none without a profile."""
         return self._env.checks_met(self.profile) if self.profile else []
 
-    def unwanted(self) -> list[str]:
-        """What came about that neither a check nor `welcome` asks for; none without a profile."""
-        return self._env.unwanted(self.profile) if self.profile else []
+    def unwanted(self) -> list[str] | None:
+        """What came about that neither a check nor `welcome` asks for; None if there is no list."""
+        profile = self.profile
+        return self._env.unwanted(profile) if profile and profile.welcome else None
 
     def _make_human(self, model: Model, read: Callable[[str], str] | None) -> Human | None:
         human, seed = self._settings.human, self._settings.seed

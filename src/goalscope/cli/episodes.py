@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -41,6 +41,7 @@ from goalscope.types import GoalscopeError, InvalidInputError, counted
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from goalscope.display import Scored
     from goalscope.domains import Settings
     from goalscope.envs import Environment
     from goalscope.episode import Round
@@ -234,12 +235,11 @@ def run(
         names = ", ".join(person.name for person in everyone)
         raise InvalidInputError(f"Say who is to be simulated: --profile all, or one of {names}.")
     people = everyone if profile == "all" else (profile_named(settings, profile),)
-    infos: list[EpisodeInfo] = []
-    unwanted: dict[str, list[str]] = {}
+    scored: list[Scored] = []
     with (
         Store.open(store) as episodes,
         engine_of(settings, calls) as engine,
-        _printed_at_the_end(infos, unwanted, as_json),
+        _printed_at_the_end(scored, as_json),
     ):
         for person in people:
             with _environment(settings, person) as env:
@@ -247,13 +247,11 @@ def run(
                 file = picture and picture.with_stem(f"{picture.stem}-{person.name}")
                 file = picture if len(people) == 1 else file
                 draw = _drawing(env, file)
-                infos.append(_run_one(session, draw, quiet=as_json, brief=len(people) > 1))
-                if person.welcome:
-                    unwanted[session.id] = session.unwanted()
+                scored.append(_run_one(session, draw, quiet=as_json, brief=len(people) > 1))
             if as_json and len(people) > 1:
-                typer.echo(f"{len(infos)} of {len(people)}: {person.name}", err=True)
+                typer.echo(f"{len(scored)} of {len(people)}: {person.name}", err=True)
     if len(people) > 1 and not as_json:
-        show_scores(console(), infos, unwanted)
+        show_scores(console(), scored)
 
 
 def replay(
@@ -399,9 +397,7 @@ def _resumable(session: Session) -> Generator[None]:
         raise
 
 
-def _run_one(
-    session: Session, draw: Callable[[], None], *, quiet: bool, brief: bool
-) -> EpisodeInfo:
+def _run_one(session: Session, draw: Callable[[], None], *, quiet: bool, brief: bool) -> Scored:
     """Run a simulated episode, drawing each round unless it is one of many."""
     import time
 
@@ -425,27 +421,24 @@ def _run_one(
                 show_round(out, round, before, order=session.info.method == "no-inference")
             draw()
             before = round.belief
-    info = session.info
+    info, unwanted = session.info, session.unwanted()
     if session.profile and not (quiet or brief):
         show_checks(out, session.profile.checks, session.checks_met())
-        if session.profile.welcome:
-            show_unwanted(out, session.unwanted())
+        if unwanted is not None:
+            show_unwanted(out, unwanted)
     if not quiet:
         show_summary(out, info, time.monotonic() - start)
-    return info
+    return info, unwanted
 
 
 @contextmanager
-def _printed_at_the_end(
-    infos: Sequence[EpisodeInfo], unwanted: Mapping[str, list[str]], as_json: bool
-) -> Generator[None]:
+def _printed_at_the_end(scored: Sequence[Scored], as_json: bool) -> Generator[None]:
     """Print the outcomes as one JSON value, also those of before an interruption."""
     try:
         yield
     finally:
-        if as_json and infos:
-            rows = [_outcome(info) | {"unwanted": unwanted.get(info.id)} for info in infos]
-            print(json.dumps(rows))
+        if as_json and scored:
+            print(json.dumps([_outcome(*each) for each in scored]))
 
 
 def _told(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
@@ -462,7 +455,7 @@ def _told(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
     return {**asdict(info), "model": model_shown(info.model), "rounds": told}
 
 
-def _outcome(info: EpisodeInfo) -> dict[str, Any]:
+def _outcome(info: EpisodeInfo, unwanted: Sequence[str] | None) -> dict[str, Any]:
     from goalscope.plain import model_shown
 
     return {
@@ -474,4 +467,5 @@ def _outcome(info: EpisodeInfo) -> dict[str, Any]:
         "rounds": info.rounds,
         "terminated": info.ended == "terminated",
         "episode": info.id,
+        "unwanted": unwanted,
     }
