@@ -1,0 +1,242 @@
+"""Episodes on the command line: chat, run and replay; what is kept, and how one goes on."""
+
+import json
+import os
+import signal
+import sqlite3
+import subprocess
+import time
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import test_cli
+from goalscope.calibration import PAPER, USUAL
+from goalscope.calibrations import keep_calibration
+from goalscope.store import Store
+from test_cli import MAIN, PROFILES, ROW, SOURCE, fails, invoke, rows_file
+from test_store import a_round
+
+shop, store_file, words = test_cli.shop, test_cli.store_file, test_cli.words
+
+TALKER = """
+[[profile]]
+name = "talker"
+description = "You want to bake a chocolate cake."
+replies = ["I need cocoa powder to bake a cake.", "It is for Sunday.", "And milk."]
+checks = [{must_have = ["cocoa"]}]
+"""
+
+
+def test_a_runs_calibration_and_trigger_are_kept_from_any_folder(
+    shop, words, tmp_path, monkeypatch
+):
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    mine = replace(USUAL, temperature=7.0)
+    keep_calibration(Path("mine.json"), mine, {})
+    said = {"input": "I need cocoa powder for a cake.\n"}
+    for name, kept, used, propose in [
+        ("mine.json", str(tmp_path / "here" / "mine.json"), mine, 0.7),
+        ("paper", "paper", PAPER, "paper"),
+    ]:
+        file = tmp_path / f"{name}.db"
+        options = ["--store", file, "--calibration", name, "--propose", propose]
+        assert invoke("chat", *shop[:2], *options, **said).exit_code == 0
+        with Store.open(file) as store:
+            (info,) = store.episodes()
+        assert (info.settings["calibration"], info.settings["propose"]) == (kept, propose)
+        with monkeypatch.context() as elsewhere:
+            elsewhere.chdir(tmp_path)
+            assert invoke("chat", "--resume", info.id, *options[:2], **said).exit_code == 0
+        with Store.open(file) as store:
+            beliefs = [round.belief for round in store.rounds(info.id)]
+        assert [belief.calibration for belief in beliefs] == [used] * 2
+
+
+def test_replay_and_episodes_need_no_model(store_file, monkeypatch):
+    monkeypatch.setattr("goalscope.models.opening.open_model", None)
+    with Store.open(store_file) as store:
+        inner = "Smollm2 135M 8k Lc100K Mix1 Ep2"
+        id = store.begin(domain="grocery", method="good", model=inner, task="Sell.")
+        store.append(id, a_round(1))
+    shown = invoke("replay", id[:6])
+    assert shown.exit_code == 0
+    assert "make tea" in shown.stdout
+    assert "Milk" in shown.stdout
+    listed = invoke("episodes", "--json")
+    (info,) = json.loads(listed.stdout)
+    assert (info["id"], info["model"]) == (id, "SmolLM2-135M-Instruct")
+    assert id in invoke("episodes").stdout
+
+
+def test_run_prints_the_outcomes_as_json_and_replays(shop, store_file):
+    result = invoke("run", "grocery", "--profile", "all", "--json", *shop)
+    assert result.exit_code == 0, result.output
+    (outcome,) = json.loads(result.stdout)
+    assert set(outcome) == {
+        *("profile", "method", "model", "seed", "score", "rounds", "terminated", "episode"),
+        "unwanted",
+    }
+    assert (outcome["profile"], outcome["method"]) == ("baker", "good")
+    assert outcome["terminated"] is True
+    assert outcome["rounds"] == 4
+    assert 0 <= outcome["score"] <= 1
+    assert "complete" in fails(2, "chat", "--resume", outcome["episode"])
+    shown = invoke("replay", outcome["episode"]).stdout
+    assert "cocoa" in shown
+    told = json.loads(invoke("replay", outcome["episode"], "--json").stdout)
+    assert (told["id"], len(told["rounds"])) == (outcome["episode"], 4)
+    assert sum(told["rounds"][0]["belief"]["probability"]) == pytest.approx(1)
+    assert told["rounds"][0]["turn"]["utterance"] in shown
+    end_again(store_file, outcome)
+    Path(shop[3]).write_text("")
+    assert "checks were met cannot be shown" in invoke("replay", outcome["episode"]).stdout
+
+
+def end_again(store_file, outcome):
+    """Resume an episode whose process ended between its last round and the note of its end."""
+    with closing(sqlite3.connect(store_file)) as file, file:
+        file.execute("UPDATE episodes SET ended = NULL, score = NULL")
+    assert invoke("chat", "--resume", outcome["episode"]).exit_code == 0
+    with Store.open(store_file) as store:
+        info = store.episode(outcome["episode"])
+    assert (info.ended, info.rounds) == ("terminated", outcome["rounds"])
+    assert info.score == outcome["score"]
+
+
+def test_of_many_people_it_is_said_who_is_done_and_the_json_stays_one_value(shop, words):
+    people = Path(shop[3])
+    people.write_text(PROFILES + PROFILES.replace('"baker"', '"other"'))
+    result = invoke("run", "--profile", "all", "--rounds", 1, "--json", *shop)
+    assert [row["profile"] for row in json.loads(result.stdout)] == ["baker", "other"]
+    assert result.stderr.splitlines() == ["1 of 2: baker", "2 of 2: other"]
+
+
+def test_who_is_to_be_simulated_is_asked_for_by_name(shop):
+    assert fails(2, "run", *shop) == (
+        "Error: Say who is to be simulated: --profile all, or one of baker."
+    )
+    assert "Is there such a file" in fails(2, "run", "nofile.py")
+
+
+def test_a_profile_may_have_any_name(shop, store_file, words, tmp_path):
+    name = "a [/b] \x1b[31m"
+    text = PROFILES.replace('"baker"', json.dumps(name))
+    (tmp_path / "people.toml").write_text(text)
+    result = invoke("run", "--profile", name, *shop, "--rounds", "1")
+    assert result.exit_code == 0
+    checks = result.stdout[result.stdout.index("Checks") : result.stdout.index("Episode")]
+    assert "cocoa" in checks
+    with Store.open(store_file) as store:
+        (info,) = store.episodes()
+    assert checks in invoke("replay", info.id).stdout
+    assert "\x1b" not in fails(2, "run", "--profile", "nobody", *shop)
+
+
+def test_a_chat_that_ends_early_is_kept_and_goes_on(shop, store_file):
+    plain = ["--method", "no-goals", *shop[:2]]
+    first = invoke("chat", *plain, input="I need cocoa powder for a cake.\n")
+    assert first.exit_code == 0, first.output
+    with Store.open(store_file) as store:
+        (info,) = store.episodes()
+    assert info.rounds == 1
+    assert f"--resume {info.id}" in first.stderr
+    second = invoke("chat", "--resume", info.id, "--rounds", "2", input="\nAnd milk.\n")
+    assert second.exit_code == 0, second.output
+    assert "empty" in second.stdout  # the blank line was asked again
+    with Store.open(store_file) as store:
+        assert store.episode(info.id).ended == "truncated"
+        assert [round.turn.utterance for round in store.rounds(info.id)] == [
+            "I need cocoa powder for a cake.",
+            "And milk.",
+        ]
+    assert "--rounds 4" in fails(2, "chat", "--resume", info.id, "--rounds", "2")
+
+
+def test_a_resumed_episode_takes_no_options_that_it_would_not_heed(shop, store_file, words):
+    first = invoke("chat", *shop[:2], "--seed", "3", input="I need cocoa powder for a cake.\n")
+    assert first.exit_code == 0, first.output
+    with Store.open(store_file) as store:
+        (info,) = store.episodes()
+    resume = ("chat", "--resume", info.id)
+    for options in (["--seed", 3], ["--method", "good"], ["--end-of-turn"], ["--propose", "paper"]):
+        assert f"leave out {options[0]}," in fails(2, *resume, *options)
+    assert "leave out domain, --seed," in fails(2, "chat", "house", *resume[1:], "--seed", 0)
+    assert "--picture is not for" in fails(2, *resume, "--picture", "x.svg")
+    free = ["grocery", "--rounds", 9, "--store", store_file]
+    assert invoke(*resume, *free, input="Milk.\n").exit_code == 0
+    with Store.open(store_file) as store:
+        assert store.episode(info.id).rounds == 2
+
+
+@pytest.mark.parametrize("method", ["no-goals", "no-inference"])
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--propose", "0.5"],
+        ["--calibration", "usual"],
+        ["--layout", "goal-last"],
+        ["--end-of-turn"],
+    ],
+)
+def test_options_of_the_likelihood_are_refused_where_there_is_none(shop, words, method, options):
+    said = fails(2, "run", "--profile", "baker", *shop, "--method", method, *options)
+    assert options[0] in said
+    assert method in said
+    good = [*shop, "--method", "good", "--rounds", 1, *options]
+    assert invoke("run", "--profile", "baker", *good).exit_code == 0
+
+
+def test_an_adapter_is_kept_with_an_episode(shop, store_file, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    said = {"input": "I need cocoa powder for a cake.\n"}
+    assert invoke("chat", *shop[:2], "--adapter", "mine", **said).exit_code == 0
+    with Store.open(store_file) as store:
+        (info,) = store.episodes()
+    assert info.settings["adapter"] == str(tmp_path / "mine")
+    assert invoke("chat", "--resume", info.id, **said).exit_code == 0
+    people = ["--profile", "baker", "--rounds", "1", *shop]
+    assert invoke("run", *people, "--adapter", "none").exit_code == 0
+    rows = [rows_file(tmp_path, ROW), "--out", tmp_path / "out.jsonl"]
+    assert invoke("infer", *rows, "--adapter", "mine").exit_code == 0
+    assert invoke("infer", *rows).exit_code == 0
+    assert words == [str(tmp_path / "mine")] * 2 + ["none", str(tmp_path / "mine"), None]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the system has no POSIX signals")
+def test_an_interrupted_run_says_how_to_go_on(shop, store_file, tmp_path):
+    (tmp_path / "people.toml").write_text(PROFILES + TALKER)
+    env = os.environ | {"PYTHONPATH": SOURCE}
+    with subprocess.Popen(
+        [*MAIN, "run", "--profile", "talker", "--method", "no-goals", *shop],
+        env=env,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        # A test run in the background may have SIGINT ignored, and a child inherits that.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    ) as process:
+        seen = 0
+        deadline = time.monotonic() + 300
+        while seen == 0 and process.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.02)
+            if store_file.exists():
+                with Store.open(store_file) as store:
+                    seen = sum(info.rounds for info in store.episodes())
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate()
+    with Store.open(store_file) as store:
+        (info,) = store.episodes()
+        assert seen >= 1
+        assert info.ended is None, "the run was over before the signal"
+        assert len(store.rounds(info.id)) == info.rounds >= seen
+    assert process.returncode == 130
+    assert f"goalscope chat --resume {info.id}" in said
+    assert "Traceback" not in said
+    resumed = invoke("chat", "--resume", info.id)
+    assert resumed.exit_code == 0, resumed.output
+    with Store.open(store_file) as store:
+        assert store.episode(info.id).ended == "terminated"
