@@ -26,7 +26,7 @@ from goalscope.standing import acting
 from goalscope.types import GoalscopeError, InvalidInputError, UnreadableAnswerError
 
 __all__ = ["THRESHOLDS", "Asking", "Language", "Line", "Score"]
-__all__ += ["asking", "differs", "line_to_json"]
+__all__ += ["asking", "differs", "line_from_json", "line_to_json"]
 __all__ += ["read_corpus", "read_languages", "read_lines", "score"]
 
 THRESHOLDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
@@ -161,7 +161,7 @@ def read_corpus(path: Path) -> list[Line]:
         for number, text in enumerate(texts, 1):
             if text.strip():
                 try:
-                    found.append(_line(json.loads(text)))
+                    found.append(line_from_json(json.loads(text)))
                 except (ValueError, LookupError, TypeError, GoalscopeError) as error:
                     raise InvalidInputError(f"{file.name}, line {number}: {error}") from None
     return found
@@ -259,7 +259,12 @@ def differs(gold: Sequence[Order], found: Sequence[Order] | None) -> int:
     return ((wanted - given) + (given - wanted)).total()
 
 
-def _line(data: object) -> Line:
+def line_from_json(data: object) -> Line:
+    """A message from a line's object.
+
+    Raises:
+        InvalidInputError: A key is missing, or its value is of another kind.
+    """
     if not isinstance(data, dict):
         raise InvalidInputError("a line must be an object")
     each = cast("dict[str, Any]", data)

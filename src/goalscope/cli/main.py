@@ -22,7 +22,7 @@ from goalscope.cli.infer import infer
 from goalscope.cli.mcp import mcp
 from goalscope.cli.models import doctor, models
 from goalscope.cli.outcomes import bench_games, bench_orders
-from goalscope.cli.reading import bench_reading, fit_reader
+from goalscope.cli.reading import bench_reading, fit_writer
 from goalscope.cli.report import report
 from goalscope.cli.serve import serve
 from goalscope.cli.study import study
@@ -94,7 +94,7 @@ app.command()(mcp)
 
 app.command()(infer)
 app.command()(fit)
-app.command()(fit_reader)
+app.command()(fit_writer)
 bench.command(name="reading")(bench_reading)
 bench.command(name="orders")(bench_orders)
 bench.command(name="games")(bench_games)

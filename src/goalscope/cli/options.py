@@ -125,7 +125,7 @@ ReadingAdapter = Annotated[
     typer.Option(
         "--adapter",
         metavar="ADAPTER",
-        help="Fitted by `fit-reader`, or none.  [default: the one that comes with goalscope, for "
+        help="Fitted by `fit-writer`, or none.  [default: the one that comes with goalscope, for "
         "its own model]",
     ),
 ]

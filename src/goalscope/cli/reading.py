@@ -1,4 +1,4 @@
-"""`goalscope bench reading` and `fit-reader`: how well messages are read, and teaching it."""
+"""`goalscope bench reading` and `fit-writer`: how well messages are read, and teaching it."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ from goalscope.types import InvalidInputError
 
 if TYPE_CHECKING:
     from goalscope.benchmarks.reading import Language, Line
+    from goalscope.fitting.lessons import Taught
     from goalscope.orders import Reading
 
-__all__ = ["bench_reading", "fit_reader"]
+__all__ = ["bench_reading", "fit_writer"]
 
 ALIASES = {"shop": "grocery", "robot": "house"}
 """Other names that a corpus may have for a domain."""
@@ -146,51 +147,68 @@ def bench_reading(
         out.print(plain(f"  read   {told}".replace("\n", "; ")), soft_wrap=True)
 
 
-def fit_reader(
+def fit_writer(
     corpus: Annotated[
-        list[Path], typer.Argument(metavar="CORPUS...", help="JSONL files, or folders of them.")
+        list[Path],
+        typer.Argument(
+            metavar="CORPUS...",
+            help="JSONL files, or folders of them; one named twice is learned from twice as often.",
+        ),
     ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the adapter.")],
     domain: Domains = None,
     model: FitModel = None,
     start: Annotated[
-        Path | None, typer.Option(metavar="ADAPTER", help="Reading adapter to begin with.")
+        Path | None, typer.Option(metavar="ADAPTER", help="Writing adapter to begin with.")
+    ] = None,
+    validate: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="CORPUS", help="What it is tried on in the end; repeatable."),
     ] = None,
     epochs: Annotated[
         float, typer.Option(min=0.001, help="How often each conversation is learned from.")
     ] = 2.0,
     learning_rate: Annotated[float, typer.Option(help="At its highest.")] = 1e-3,
-    rank: Annotated[int, typer.Option(min=1, help="Of the adapter.")] = 16,
+    batch_tokens: Annotated[int, typer.Option(min=100, help="Of one step, about.")] = 1200,
+    rank: Annotated[int, typer.Option(min=1, help="Of the adapter.")] = 32,
     seed: Seed = 1,
     device: Device = None,
 ) -> None:
-    """Teach a model to read what people say, from messages whose orders are written down.
+    """Teach a model to read what people say, to name goals and their needs, and to ask.
 
-    Run again, it goes on where it stopped. The folder then holds the adapter;
-    `goalscope bench reading FILE.jsonl --adapter DIR` measures it.
+    A corpus holds messages with their orders, talks with their goals and the next question, or
+    occasions with what they call for (or recipes). Run again, it goes on where it stopped. The
+    folder then holds the adapter; `goalscope bench reading FILE.jsonl --adapter DIR` measures how
+    it reads, and `fit.json` tells how well it knows what --validate names.
     """
-    from goalscope.benchmarks.reading import read_corpus
-    from goalscope.fitting.reading import ReadingSettings, fit_reading
+    from goalscope.fitting.lessons import corpus_facts, lessons_of, read_lessons
+    from goalscope.fitting.writing import WritingSettings, fit_writing
     from goalscope.models.adapters import adapter_file
 
     check_fit(model, learning_rate)
     languages = _languages(domain)
-    lines = [line for path in corpus for line in read_corpus(path)]
-    lines = _chosen(lines, languages, bool(domain))
-    settings = ReadingSettings(rank=rank, learning_rate=learning_rate, epochs=epochs, seed=seed)
+    taught = [each for path in corpus for each in read_lessons(path)]
+    tried = [each for path in validate or () for each in read_lessons(path)]
+    checked = [_taught(each, languages, bool(domain)) for each in (taught, tried)]
+    settings = WritingSettings(
+        rank=rank, learning_rate=learning_rate, batch_tokens=batch_tokens, epochs=epochs, seed=seed
+    )
     engine = engine_of(model, device)
     err = console(stderr=True)
     try:
+        lessons, validation = (
+            lessons_of(each, engine, languages, settings, known=checked[0]) for each in checked
+        )
         with progress("Steps") as show:
-            for step, steps, loss in fit_reading(
+            for step, steps, loss in fit_writing(
                 engine,
-                {name: each.verbs for name, each in languages.items()},
-                lines,
+                lessons,
                 settings,
                 out,
+                validation=validation,
                 start=adapter_file(start) if start else None,
                 base=base_of(model),
-                corpus=[str(path) for path in corpus],
+                corpus=corpus_facts(checked[0], [str(path) for path in corpus]),
                 command=shlex.join(["goalscope", *sys.argv[1:]]),
             ):
                 show(step, steps)
@@ -199,6 +217,17 @@ def fit_reader(
     finally:
         engine.close()
     err.print(f"Measure it with: goalscope bench reading FILE.jsonl --adapter {out}")
+
+
+def _taught(
+    found: Sequence[Taught], languages: dict[str, Language], only: bool
+) -> list[Taught]:
+    """The same; of the messages only those that `_chosen` takes."""
+    from goalscope.benchmarks.reading import Line
+
+    lines = [each for each in found if isinstance(each, Line)]
+    rest = [each for each in found if not isinstance(each, Line)]
+    return [*(_chosen(lines, languages, only) if lines else ()), *rest]
 
 
 def _languages(domains: Sequence[str] | None) -> dict[str, Language]:

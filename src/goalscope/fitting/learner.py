@@ -142,13 +142,23 @@ class Learner:
 
     def answers(self, trie: Trie, spots: Sequence[tuple[list[int], list[int]]]) -> list[Any]:
         """How likely the tokens of each answer are after the nodes that lead to them, nats."""
-        places = sorted({node for nodes, _ in spots for node in nodes})
+        nodes = [node for each, _ in spots for node in each]
+        logprobs, _ = self.at(trie, nodes, [token for _, answer in spots for token in answer])
+        return [each.sum() for each in logprobs.split([len(answer) for _, answer in spots])]
+
+    def at(self, trie: Trie, nodes: Sequence[int], tokens: Sequence[int]) -> tuple[Any, Any]:
+        """[N] how likely each of N tokens is after its node, nats, and whether it is likeliest."""
+        torch = package("torch")
+        places = sorted({*nodes})
         row_of = {node: row for row, node in enumerate(places)}
         logits = self.model.network.learn(
             np.array([trie.tokens]), np.array([trie.depths]), _ancestors(trie)[None], places
         )
-        logprobs = package("torch").log_softmax(logits.float(), -1)
-        return [logprobs[[row_of[node] for node in nodes], answer].sum() for nodes, answer in spots]
+        device = self.model.network.device
+        rows = torch.tensor([row_of[node] for node in nodes], device=device)
+        wanted = torch.tensor([*tokens], device=device)
+        logprobs = torch.log_softmax(logits.float(), -1)
+        return logprobs[rows, wanted], logprobs.argmax(-1)[rows] == wanted
 
     @contextmanager
     def enough_memory(self) -> Generator[None]:

@@ -31,6 +31,9 @@ __all__ = [
     "write_adapter",
 ]
 
+_BLOCK = 32
+"""Numbers of a row that share one scale in Q8_0."""
+
 Floats = npt.NDArray[np.float32]
 
 NO_ADAPTER = "none"
@@ -118,7 +121,9 @@ def adapter_file(name: str | Path) -> Path:
 
 
 def write_adapter(path: Path, adapter: Adapter, config: Any) -> None:
-    """Write an adapter, in 16-bit floats, for a model with this configuration of Transformers.
+    """Write an adapter for a model with this configuration of Transformers.
+
+    Its numbers are of 8 bits (Q8_0) where the rank is a multiple of 32, else of 16.
 
     Raises:
         ModelError: llama.cpp knows no such architecture by these layers.
@@ -140,9 +145,12 @@ def write_adapter(path: Path, adapter: Adapter, config: Any) -> None:
         writer.add_string(key, value)
     for (layer, name), (a, b) in adapter.layers.items():
         heads = _heads(architecture, name, config)
-        down, up = (x.astype(np.float16) for x in (a, _interleaved(b, heads)))
-        writer.add_tensor(f"blk.{layer}.{MODULES[name]}.weight.lora_a", np.ascontiguousarray(down))
-        writer.add_tensor(f"blk.{layer}.{MODULES[name]}.weight.lora_b", np.ascontiguousarray(up))
+        kind = gguf.GGMLQuantizationType
+        kind = kind.F16 if a.shape[0] % _BLOCK or a.shape[1] % _BLOCK else kind.Q8_0
+        for letter, weights in (("a", a), ("b", _interleaved(b, heads))):
+            data = gguf.quantize(np.ascontiguousarray(weights, np.float32), kind)
+            tensor = f"blk.{layer}.{MODULES[name]}.weight.lora_{letter}"
+            writer.add_tensor(tensor, data, raw_dtype=kind)
     writer.write_header_to_file()
     writer.write_kv_data_to_file()
     writer.write_tensors_to_file()

@@ -254,7 +254,7 @@ def open_reader(
         opened.close()
         raise InvalidInputError(
             f"The adapter {adapter} was not fitted on reading. Name one that `goalscope "
-            "fit-reader` made, or none."
+            "fit-writer` made, or none."
         )
     return opened, taught
 

@@ -1,4 +1,4 @@
-"""Teach a model to read: an adapter fitted on conversations whose orders are written down."""
+"""Teach a model to write: an adapter fitted on lessons, each a prompt and what is right after it."""
 
 from __future__ import annotations
 
@@ -13,26 +13,24 @@ from typing import Any
 
 import numpy as np
 
-from goalscope.benchmarks.reading import Line, line_to_json
+from goalscope.extras import package
 from goalscope.fitting.learner import Learner
-from goalscope.fitting.recombining import Conversation, Recombining
+from goalscope.fitting.lessons import Lesson, Lessons
 from goalscope.fitting.training import KEPT, Training, locked, writing_to
 from goalscope.likelihood import RolePlay
 from goalscope.models.adapters import FITTED_SOURCES, FITTED_TASK, read_adapter, write_adapter
 from goalscope.models.transformers import Transformers
 from goalscope.models.trie import Trie
-from goalscope.orders import Verb
-from goalscope.reader import Exchange, Reader
 from goalscope.types import InvalidInputError
 
-__all__ = ["ReadingFit", "ReadingSettings", "conversations", "fit_reading"]
+__all__ = ["WritingFit", "WritingSettings", "fit_writing", "validated"]
 
 Taught = list[tuple[list[int], list[int]]]
-"""Prompt and answer, in tokens, of each reading of a conversation."""
+"""Prompt and answer, in tokens, of lessons that share beginnings."""
 
 
 @dataclass(frozen=True, slots=True)
-class ReadingSettings:
+class WritingSettings:
     """How to fit.
 
     Attributes:
@@ -40,13 +38,13 @@ class ReadingSettings:
         layers: The share of the model's layers, the last ones, that are adapted.
         learning_rate: Of AdamW at its highest; it falls to nearly 0 at the last step.
         batch_tokens: Tokens of one step, about.
-        epochs: How often each conversation is learned from.
-        renamed: Share of things that become others, each time anew.
+        epochs: How often each conversation, talk and occasion is learned from.
+        renamed: Share of ordered things that become others, each time anew.
         joined: Share of conversations that begin with another one's first message, likewise.
         seed: Of all that is drawn.
     """
 
-    rank: int = 16
+    rank: int = 32
     layers: float = 1.0
     learning_rate: float = 1e-3
     batch_tokens: int = 1200
@@ -56,32 +54,19 @@ class ReadingSettings:
     seed: int = 1
 
 
-def conversations(lines: Sequence[Line]) -> list[Conversation]:
-    """Lines that follow one another in one conversation, together."""
-    found: list[Conversation] = []
-    for line in lines:
-        last = found[-1][-1] if found else None
-        if last and line.context and line.context[-1] == last.message:
-            found[-1] = [*found[-1], line]
-        else:
-            found.append([line])
-    return found
-
-
-class ReadingFit:
+class WritingFit:
     """The fitting of one adapter; its state is on disk every ten steps.
 
     Attributes:
         steps: Steps in all.
-        losses: Mean nats a token of the readings, step by step.
+        losses: Mean nats a token of the answers, step by step.
     """
 
     def __init__(
         self,
         learner: Learner,
-        verbs: Mapping[str, Sequence[Verb]],
-        corpus: Sequence[Conversation],
-        settings: ReadingSettings,
+        lessons: Sequence[Lessons],
+        settings: WritingSettings,
         folder: Path,
         about: Mapping[str, Any],
     ) -> None:
@@ -91,10 +76,9 @@ class ReadingFit:
             InvalidInputError: The folder holds a fit with other settings or another corpus.
         """
         self._learner = learner
-        self._readers = {
-            name: Reader(learner.model, each, taught=True) for name, each in verbs.items()
-        }
-        self._batches = _batches(map(self._example, _drawn(corpus, settings)), settings)
+        self._batches = _batches(
+            (_taught(learner, each) for each in _drawn(lessons, settings)), settings
+        )
         self.steps = len(self._batches)
         self.losses: list[float] = []
         self._training = Training(
@@ -114,7 +98,8 @@ class ReadingFit:
     def run(self) -> Iterator[tuple[int, float]]:
         """Do what is left, step by step: the number of steps done, and the loss of the last one."""
         while self.step < self.steps:
-            loss = self._training.learn([self._loss(self._batches[self.step])])
+            logprobs, _ = _answers(self._learner, self._batches[self.step])
+            loss = self._training.learn([-logprobs.mean()])
             self.losses.append(loss)
             if self.step % KEPT == 0:
                 self._training.keep(losses=self.losses)
@@ -123,66 +108,98 @@ class ReadingFit:
     def _resume(self, state: Mapping[str, Any]) -> None:
         self.losses = state["losses"]
 
-    def _example(self, conversation: Conversation) -> Taught:
-        tokenizer = self._learner.model.tokenizer
-        reader = self._readers[conversation[0].domain]
-        before: list[Exchange] = []
-        found = Taught()
-        for line in conversation:
-            exchange = Exchange(line.question, line.message, line.orders)
-            prompt = reader.prompt(line.message, question=line.question, before=before)
-            answer = tokenizer.tokenize(reader.written(line.orders))
-            found.append(([*tokenizer.render(prompt)], [*answer, tokenizer.end_of_turn]))
-            before.append(exchange)
-        return found
 
-    def _loss(self, batch: Taught) -> Any:
-        """Minus the mean log-probability of the tokens of the answers, nats."""
-        trie, spots = Trie(), list[tuple[list[int], list[int]]]()
-        for prompt, answer in batch:
-            path = trie.paths[trie.add([*prompt, *answer[:-1]])]
-            spots.append((path[len(prompt) - 1 :], answer))
-        tokens = sum(len(answer) for _, answer in spots)
-        return -sum(self._learner.answers(trie, spots)) / tokens
+def validated(
+    learner: Learner, lessons: Sequence[Lessons], settings: WritingSettings
+) -> dict[str, dict[str, float]]:
+    """How well lessons are known, by kind: `answers`, `nats` a token, and the share `right`.
 
-
-def _drawn(corpus: Sequence[Conversation], settings: ReadingSettings) -> Iterator[Conversation]:
-    """Conversations in a drawn order, recombined; the last epoch may be a part of one."""
+    An answer is right where each of its tokens is the likeliest after those before it: it is what
+    the model would write.
+    """
+    found: dict[str, list[tuple[float, int, bool]]] = {}
     draw = random.Random(settings.seed)
-    recombining = Recombining(corpus, renamed=settings.renamed, joined=settings.joined)
-    left = round(settings.epochs * len(corpus))
+    with package("torch").no_grad():
+        for each in lessons:
+            for index in range(each.size):
+                drawn = each.drawn(index, draw)
+                for kind in {lesson.kind for lesson in drawn}:
+                    batch = _taught(learner, [one for one in drawn if one.kind == kind])
+                    logprobs, likeliest = _answers(learner, batch)
+                    at = 0
+                    for _, answer in batch:
+                        part = slice(at, at + len(answer))
+                        at += len(answer)
+                        row = float(logprobs[part].sum()), len(answer), bool(likeliest[part].all())
+                        found.setdefault(kind, []).append(row)
+    return {
+        kind: {
+            "answers": len(rows),
+            "nats": round(-sum(row[0] for row in rows) / sum(row[1] for row in rows), 4),
+            "right": round(sum(row[2] for row in rows) / len(rows), 4),
+        }
+        for kind, rows in sorted(found.items())
+    }
+
+
+def _taught(learner: Learner, lessons: Sequence[Lesson]) -> Taught:
+    tokenizer = learner.model.tokenizer
+    return [
+        (
+            [*tokenizer.render(each.prompt)],
+            [*tokenizer.tokenize(each.answer), tokenizer.end_of_turn],
+        )
+        for each in lessons
+    ]
+
+
+def _answers(learner: Learner, batch: Taught) -> tuple[Any, Any]:
+    """[tokens] log-probabilities of the answers, in nats, and whether each token is likeliest."""
+    trie = Trie()
+    nodes: list[int] = []
+    for prompt, answer in batch:
+        nodes += trie.paths[trie.add([*prompt, *answer[:-1]])][len(prompt) - 1 :]
+    return learner.at(trie, nodes, [token for _, answer in batch for token in answer])
+
+
+def _drawn(lessons: Sequence[Lessons], settings: WritingSettings) -> Iterator[list[Lesson]]:
+    """Lessons in a drawn order; the last epoch may be a part of one."""
+    draw = random.Random(settings.seed)
+    places = [(each, index) for each in lessons for index in range(each.size)]
+    left = round(settings.epochs * len(places))
     while left > 0:
-        epoch = [*corpus]
-        draw.shuffle(epoch)
-        for conversation in epoch[:left]:
-            yield recombining.drawn(conversation, draw)
-        left -= len(epoch)
+        draw.shuffle(places)
+        for each, index in places[:left]:
+            yield each.drawn(index, draw)
+        left -= len(places)
 
 
-def _batches(examples: Iterable[Taught], settings: ReadingSettings) -> list[Taught]:
+def _batches(examples: Iterable[Taught], settings: WritingSettings) -> list[Taught]:
     """Examples cut into steps."""
     found = list[Taught]()
     batch, size = Taught(), 0
     for example in examples:
-        prompt, answer = example[-1]
-        if batch and size + len(prompt) + len(answer) > settings.batch_tokens:
+        trie = Trie()
+        for prompt, answer in example:
+            trie.add([*prompt, *answer])
+        if batch and size + len(trie) > settings.batch_tokens:
             found.append(batch)
             batch, size = [], 0
         batch = [*batch, *example]
-        size += len(prompt) + len(answer)
+        size += len(trie)
     return [*found, batch] if batch else found
 
 
-def fit_reading(
+def fit_writing(
     model: Transformers,
-    verbs: Mapping[str, Sequence[Verb]],
-    lines: Sequence[Line],
-    settings: ReadingSettings,
+    lessons: Sequence[Lessons],
+    settings: WritingSettings,
     folder: Path,
     *,
+    validation: Sequence[Lessons] = (),
     start: Path | None = None,
     base: str,
-    corpus: Sequence[str],
+    corpus: Mapping[str, Any],
     command: str,
 ) -> Iterator[tuple[int, int, float]]:
     """Fit an adapter, yielding steps done, steps in all, and the last loss, nats a token.
@@ -191,13 +208,13 @@ def fit_reading(
 
     Args:
         model: The model to adapt; it is changed.
-        verbs: What can be asked for, by domain.
-        lines: What to learn from.
+        lessons: What to learn from.
         settings: How.
         folder: Of the adapter.
+        validation: What it is tried on in the end.
         start: File of an adapter to begin with, whose rank and layers are then taken.
         base: What others call the model.
-        corpus: Where the lines come from.
+        corpus: Where the lessons come from, for `fit.json`; with "files", a list.
         command: What asked for it.
 
     Raises:
@@ -216,25 +233,19 @@ def fit_reading(
             seed=settings.seed,
             start=read_adapter(start, config) if start else None,
         )
-        written = "\n".join(json.dumps(line_to_json(line), sort_keys=True) for line in lines)
         about = {
             "base": base,
             "start": hashlib.sha256(start.read_bytes()).hexdigest() if start else "",
-            "corpus": {
-                "files": list(corpus),
-                "sha256": hashlib.sha256(written.encode()).hexdigest(),
-                "messages": dict(Counter(line.domain for line in lines)),
-                "writers": len({line.id.rpartition("-")[0] for line in lines}),
-            },
+            "corpus": dict(corpus),
         }
-        fit = ReadingFit(learner, verbs, conversations(lines), settings, folder, about)
+        fit = WritingFit(learner, lessons, settings, folder, about)
         for step, loss in fit.run():
             yield step, fit.steps, loss
         metadata = {
             "general.name": folder.name,
             "goalscope.base": base,
-            FITTED_TASK: "reading",
-            FITTED_SOURCES: ", ".join(corpus),
+            FITTED_TASK: "writing",
+            FITTED_SOURCES: ", ".join(corpus["files"]),
         }
         tens = [fit.losses[i : i + 10] for i in range(0, len(fit.losses), 10)]
         facts = {
@@ -244,6 +255,7 @@ def fit_reading(
             "settings": asdict(settings),
             "steps": fit.steps,
             "losses": [round(float(np.mean(each)), 4) for each in tens],
+            "validation": validated(learner, validation, settings),
         }
         with writing_to(folder):
             write_adapter(folder / "adapter.gguf", learner.adapter(metadata), config)

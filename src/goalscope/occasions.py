@@ -1,0 +1,157 @@
+"""What aims call for, from life: occasions with their needs, and a look-up of those like a talk.
+
+A small model holds few of them in its weights; those nearest to what a person says are put into its
+prompt (retrieval-augmented generation; Lewis et al., 2020).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.models.embedding import embedded
+from goalscope.types import InvalidInputError
+from goalscope.words import singulars
+
+__all__ = ["Nearest", "Occasion", "occasion_from_json", "shipped_occasions"]
+
+_LISTS = ("said", "needed", "nice", "unwanted")
+_WORDS = 0.3  # weight of words in common, beside that of what texts mean
+_FLAT, _LONG = 1.2, 0.75  # of BM25 (Robertson & Zaragoza, 2009)
+
+
+@dataclass(frozen=True, slots=True)
+class Occasion:
+    """An aim, and what it calls for.
+
+    Attributes:
+        id: Its name.
+        domain: Where it is told, such as "grocery".
+        aim: In one phrase.
+        said: Ways in which people tell it first.
+        needed: What it cannot do without, the most important first.
+        nice: What many would be glad of.
+        unwanted: What these words may suggest, and nobody wants here.
+        room: What is there, where that matters.
+    """
+
+    id: str
+    domain: str
+    aim: str
+    said: tuple[str, ...]
+    needed: tuple[str, ...]
+    nice: tuple[str, ...] = ()
+    unwanted: tuple[str, ...] = ()
+    room: str = ""
+
+
+class Nearest:
+    """Finds the occasions nearest to words, by what they mean and by words in common.
+
+    Args:
+        occasions: Among which to find.
+    """
+
+    def __init__(self, occasions: Sequence[Occasion]) -> None:
+        self.occasions = tuple(occasions)
+        texts = [(each.aim, *each.said) for each in occasions]
+        self._owner = np.repeat(np.arange(len(texts)), [len(each) for each in texts])
+        self._parts = embedded([text for each in texts for text in each])
+        self._whole = embedded([" ".join(each) for each in texts])
+        counts = [Counter(singulars(" ".join(each))) for each in texts]
+        sizes = np.array([each.total() for each in counts])
+        known = Counter(word for each in counts for word in each)
+        self._rarity = {
+            word: math.log(1 + (len(texts) - count + 0.5) / (count + 0.5))
+            for word, count in known.items()
+        }
+        norm = _FLAT * (1 - _LONG + _LONG * sizes / max(1.0, float(sizes.mean())))
+        self._weights: dict[str, dict[int, float]] = {}
+        for i, each in enumerate(counts):
+            for word, count in each.items():
+                weight = self._rarity[word] * count * (_FLAT + 1) / (count + norm[i])
+                self._weights.setdefault(word, {})[i] = float(weight)
+
+    def __call__(self, text: str, most: int, *, without: str = "") -> list[Occasion]:
+        """The `most` nearest occasions, nearest first; not the one whose id is `without`."""
+        if not self.occasions:
+            return []
+        vector = embedded([text])[0]
+        best = np.full(len(self.occasions), -1.0)
+        np.maximum.at(best, self._owner, self._parts @ vector)
+        shared = self._shared(text)
+        near = (best + self._whole @ vector) / 2 + _WORDS * shared
+        order = np.argsort(-near, kind="stable")[: most + 1]
+        found = [self.occasions[i] for i in order.tolist()]
+        return [each for each in found if each.id != without][:most]
+
+    def _shared(self, text: str) -> npt.NDArray[np.float64]:
+        """[N] words in common with a text, 1 for the most."""
+        found = np.zeros(len(self.occasions))
+        for word in {*singulars(text)}:
+            for i, weight in self._weights.get(word, {}).items():
+                found[i] += weight
+        return found / max(found.max(initial=0.0), 1e-9)
+
+
+@cache
+def shipped_occasions(domain: str) -> Nearest:
+    """Those that come with goalscope for a domain."""
+    folder = files("goalscope") / "needs"
+    lines = (
+        line
+        for file in sorted(folder.iterdir(), key=lambda each: each.name)
+        if file.name.endswith(".jsonl")
+        for line in file.read_text(encoding="utf-8").splitlines()
+    )
+    found = (occasion_from_json(json.loads(line)) for line in lines if line.strip())
+    return Nearest([each for each in found if each.domain == domain])
+
+
+def read_occasions(paths: Iterable[Path]) -> list[Occasion]:
+    """Those of files of JSON Lines; see corpus/needs/README.md.
+
+    Raises:
+        InvalidInputError: A line is wrong; says which and why.
+    """
+    found: list[Occasion] = []
+    for path in paths:
+        for number, text in enumerate(path.read_text(encoding="utf-8-sig").splitlines(), 1):
+            try:
+                found += [occasion_from_json(json.loads(text))] if text.strip() else []
+            except (ValueError, InvalidInputError) as error:
+                raise InvalidInputError(f"{path.name}, line {number}: {error}") from None
+    return found
+
+
+def occasion_from_json(data: object) -> Occasion:
+    """One from a line's object.
+
+    Raises:
+        InvalidInputError: A key is missing, or its value is of another kind.
+    """
+    if not isinstance(data, dict):
+        raise InvalidInputError("a line must be an object")
+    each = cast("dict[str, Any]", data)
+    for key in ("id", "domain", "aim"):
+        if not isinstance(each.get(key), str) or not each[key].strip():
+            raise InvalidInputError(f"{key!r} must be a text")
+    lists: dict[str, tuple[str, ...]] = {}
+    for key in _LISTS:
+        values = each.get(key, [])
+        if not isinstance(values, list) or not all(
+            isinstance(value, str) and value.strip() for value in cast("list[object]", values)
+        ):
+            raise InvalidInputError(f"{key!r} must be a list of texts")
+        lists[key] = tuple(cast("list[str]", values))
+    return Occasion(each["id"], each["domain"], each["aim"], **lists, room=str(each.get("room", "")))
