@@ -15,11 +15,12 @@ from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
 from goalscope.guards import UNSURE
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
 from goalscope.models import Heard, Model
+from goalscope.modules import Modules, modules_of
 from goalscope.orders import Order, Reading
 from goalscope.picking import Picker
-from goalscope.policy import Outcome, Planner, Want, undo
+from goalscope.policy import Guess, Outcome, Want, undo
 from goalscope.reader import Exchange, Reader, reader_of
-from goalscope.standing import acting
+from goalscope.standing import Standing, acting
 from goalscope.tracker import UNCORRECTABLE, Correction, GoalTracker
 from goalscope.types import (
     UNSPECIFIED,
@@ -28,6 +29,7 @@ from goalscope.types import (
     GoalChange,
     GoalscopeError,
     InvalidInputError,
+    StepResult,
     Turn,
     UnreadableAnswerError,
     checked_text,
@@ -65,11 +67,10 @@ class Agent:
         end_of_turn: Whether the end of the utterance is scored too.
         calibration: How evidence becomes probabilities; None for `USUAL`: what was calibrated on
             given goals is too unsure of goals that the agent proposes itself (LOG.md).
-        planner: Chooses what to do; None for the one that fills a basket.
-        seed: Seed of everything that is drawn.
+        modules: Who proposes, removes, plans and asks; by default, those of the model.
         unsure: Nats of an order's margin below which the agent asks before it does what it read.
         progress: Is told what the agent does, before each part of it.
-        draft: Is told each question that it writes, as it grows; it asks one of them.
+        draft: Is told its question as it grows, where that is written as it is asked.
 
     Raises:
         InvalidInputError: There is no such method.
@@ -89,8 +90,7 @@ class Agent:
         layout: Layout | None = None,
         end_of_turn: bool = False,
         calibration: Calibration | None = None,
-        planner: Planner | None = None,
-        seed: int = 0,
+        modules: Modules | None = None,
         unsure: float = UNSURE,
         progress: Callable[[str], None] | None = None,
         draft: Heard | None = None,
@@ -98,19 +98,19 @@ class Agent:
         self.env = env
         self.model = model
         self.k = k
-        self.seed = seed
         self.reader = reader or reader_of(model, env.verbs, task=env.task, examples=env.examples)
         self._pick = pick or Picker(model)
         self._executor = Executor(env, self._pick, unsure)
         self._progress = progress or _silent
         self._draft = draft
-        self.planner = planner or Planner(model, seed=seed)
+        self.modules = modules or modules_of(model)
         self.goals = GoalManager(
+            self.modules.proposer,
             model,
             env.task,
+            remover=self.modules.remover,
             propose="paper" if method == "no-inference" else propose,
             patience=patience,
-            seed=seed,
         )
         self.rounds: list[Round] = []
         self.tracker: GoalTracker | None = None
@@ -146,10 +146,25 @@ class Agent:
         return f"{answer}\n{question}" if answer else question
 
     def _question(self) -> str:
-        seed = self.seed + len(self.rounds)
         if not _tells(self.rounds[-1].reading, "aim"):
             return FALLBACK
-        return ask(self.model, self.env, self.turns, seed=seed, heard=self._draft)
+        goals = [goal.text for goal, _ in self._stated(self.rounds[-1].belief)]
+        return ask(self.modules.asker, self.env, self.turns, self._done(), goals, self._draft)
+
+    def _done(self) -> str:
+        """What stands of what was done, in words."""
+        gone = retracted(self.rounds)
+        results = [
+            result.action
+            for round in self.rounds
+            for result in round.results
+            if round.number not in gone and result.ok
+        ]
+        found: dict[str, list[str]] = {}
+        for action in results:
+            place = f" {action.destination}" if action.destination else ""
+            found.setdefault(action.name, []).append(f"{action.target}{place}")
+        return "; ".join(f"{name}: {', '.join(each)}" for name, each in found.items())
 
     def _answer(self) -> str:
         """The answer to what the newest words ask; "" where they ask nothing."""
@@ -209,13 +224,13 @@ class Agent:
             )
             changes, missing = self._update(tracker, turn, reading) if tracker else ([], False)
             self._executor.follow(done, standing)
-            outcome = Outcome((), 0)
+            outcome = Outcome()
             if _tells(reading, "aim") and not (done.wary or done.ended):
                 self._progress("planning")
                 past = [*history, *done.results]
                 gone = retracted(self.rounds)
                 turns = [*(each.turn for each in self.rounds if each.number not in gone), turn]
-                outcome = self.planner.act(self.env, self._wants(turns), turns, past, standing)
+                outcome = self._planned(turns, past, standing, done.notes)
             round = Round(
                 number=len(self.rounds) + 1,
                 turn=turn,
@@ -342,15 +357,26 @@ class Agent:
             progress=self._progress,
         )
 
-    def _wants(self, turns: Sequence[Turn]) -> list[Want]:
-        """What to act for: the top k goals; the planner weighs what remains by the words alone."""
-        if self.tracker is None:
-            return [Want(self.planner.newest([turn.utterance for turn in turns]), 1.0)]
-        return [Want(goal.text, p) for goal, p in self._stated(self.tracker.belief)]
+    def _planned(
+        self,
+        turns: Sequence[Turn],
+        history: Sequence[StepResult],
+        standing: Standing,
+        notes: list[str],
+    ) -> Outcome:
+        """What is done for the top k goals; the planner weighs the rest by the words alone."""
+        belief = self.tracker.belief if self.tracker else None
+        wants = [Want(goal.text, p) for goal, p in self._stated(belief)]
+        try:
+            return self.modules.planner.act(self.env, wants, turns, history, standing)
+        except UnreadableAnswerError as error:
+            notes.append(f"No plan was made. {error}")
+            return Outcome()
 
-    def _stated(self, belief: Belief) -> list[tuple[Goal, float]]:
+    def _stated(self, belief: Belief | None) -> list[tuple[Goal, float]]:
         """The top k goals, without "Unspecified"."""
-        return [each for each in belief.top() if each[0] != UNSPECIFIED][: self.k]
+        ranked = belief.top() if belief else ()
+        return [each for each in ranked if each[0] != UNSPECIFIED][: self.k]
 
     def _notes(self, done: Execution, outcome: Outcome) -> Iterator[str]:
         """What the person should be told of a round."""
@@ -363,9 +389,19 @@ class Agent:
         if len(failed) > _FAILURES:
             yield f"And {len(failed) - _FAILURES} more could not be done."
         if outcome.guessed:
-            yield f"{GUESSED}{', '.join(outcome.guessed)}."
+            yield f"{GUESSED}{_told(outcome.guessed)}."
         for held in outcome.held:
             yield f"Held back until it is clear what you want: {held}."
+
+
+def _told(guessed: Sequence[Guess]) -> str:
+    """What was guessed, with the goal that it is for."""
+    found: dict[str, list[str]] = {}
+    for guess in guessed:
+        found.setdefault(guess.goal, []).append(guess.target)
+    return "; ".join(
+        f"{', '.join(targets)}{f' (to {goal})' if goal else ''}" for goal, targets in found.items()
+    )
 
 
 def _asked(turn: Turn) -> str:

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from goalscope.envs import Environment
 from goalscope.guards import CONFIRM
-from goalscope.models import Generator, Heard, LanguageModel, Model
-from goalscope.models.scoring import logprobs_of
-from goalscope.prompts import examples, recent, render, topics, transcript
+from goalscope.models import Generator, Heard, LanguageModel
+from goalscope.prompts import recent, render, transcript
 from goalscope.types import InvalidInputError, Message, Profile, Turn, checked_text
 
 __all__ = [
     "AGREES",
     "DECLINES",
     "FALLBACK",
+    "Asker",
     "ConsoleHuman",
     "Human",
     "ScriptedHuman",
@@ -34,16 +33,32 @@ OPENING = "What can I help you with?"
 FALLBACK = "What else would you like?"
 """Asked where there is nothing better to ask."""
 
-_ABOUT_THEM = re.compile(r"\bthe (?:human|user|person|customer|agent)\b", re.IGNORECASE)
-"""Of whom the prompts speak, who is asked here."""
-_OF_ANY = frozenset(
-    ("like", "likes", "would", "rather", "your", "much", "does", "something", "which", "home")
-)
-"""Words of the prompts' examples that a question about anything may have."""
-_ECHO = 0.8
-"""Share of a question's words that were the person's last ones, from which on it is an echo."""
 _REPLY = 80
 """Most tokens of what is written in the conversation."""
+
+
+class Asker(Protocol):
+    """Asks; see `goalscope.writer.Writer` and `goalscope.prompted.PromptedWriter`."""
+
+    def question(
+        self,
+        task: str,
+        turns: Sequence[Turn],
+        done: str,
+        goals: Sequence[str],
+        *,
+        heard: Heard | None = None,
+    ) -> str:
+        """The next question; "" where there is nothing to ask.
+
+        Args:
+            task: The agent and its task.
+            turns: The conversation.
+            done: What the agent has done, in words.
+            goals: The likeliest ones.
+            heard: Is told the question as it grows, where it is written as it is asked.
+        """
+        ...
 
 
 class Human(Protocol):
@@ -55,53 +70,28 @@ class Human(Protocol):
 
 
 def ask(
-    model: Model,
+    writer: Asker,
     env: Environment,
     turns: Sequence[Turn],
-    *,
-    draws: int = 4,
-    seed: int = 0,
+    done: str,
+    goals: Sequence[str],
     heard: Heard | None = None,
 ) -> str:
-    """The agent's next question.
+    """The agent's next question; none is asked twice.
 
-    Of several that the model writes, the one is taken whose words it finds likeliest. None is asked
-    twice, and none only echoes what the person said last, speaks of them as of another, or of what
-    the prompt's examples are about. `heard` is told each as it is written.
+    Args:
+        writer: Writes it.
+        env: Where the agent acts.
+        turns: The conversation.
+        done: What the agent has done, in words.
+        goals: The likeliest ones.
+        heard: Is told the question as it grows.
     """
     if not turns:
         return OPENING
+    question = question_of(writer.question(env.task, turns, done, goals, heard=heard))
     asked = {question_of(turn.query) for turn in turns}
-    prompt = _with_status(
-        model, "query", env.status(), task=env.task, turns=recent(model, turns, 4)
-    )
-    asked |= {message.content for message in prompt[1:-1]}
-    said = (text for turn in turns for text in (turn.query, turn.utterance))
-    known = topics(" ".join((env.task, env.status(), *said)))
-    borrowed = topics(examples(prompt)) - known - _OF_ANY
-    questions: list[str] = []
-    for draw in range(draws):
-        reply = model.generate(
-            prompt,
-            max_tokens=_REPLY // 2,
-            temperature=0.6 if draw else 0.0,
-            seed=seed + draw,
-            heard=heard,
-        )
-        question = question_of(reply.text)
-        new = question.endswith("?") and question not in asked and question not in questions
-        apt = not (_ABOUT_THEM.search(question) or _echoes(question, turns[-1].utterance))
-        if new and apt and not topics(question) & borrowed:
-            questions.append(question)
-    if not questions:
-        return FALLBACK
-    scores = logprobs_of(model, [prompt] * len(questions), questions)
-    return questions[max(range(len(questions)), key=lambda i: scores[i].mean())]
-
-
-def _echoes(question: str, utterance: str) -> bool:
-    said, words = ({*re.findall(r"[a-z0-9']+", text.casefold())} for text in (utterance, question))
-    return len(words & said) >= _ECHO * len(words)
+    return question if question.endswith("?") and question not in asked else FALLBACK
 
 
 def question_of(text: str) -> str:

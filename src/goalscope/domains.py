@@ -7,7 +7,7 @@ import os
 import sys
 import traceback
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -18,7 +18,7 @@ from goalscope.goals import UNEXPLAINED, Trigger
 from goalscope.habits import Habit
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, RolePlay
 from goalscope.models import Model
-from goalscope.policy import Planner
+from goalscope.modules import Module, Modules, modules_of
 from goalscope.types import TRACKING, InvalidInputError, Profile
 
 if TYPE_CHECKING:
@@ -29,8 +29,8 @@ __all__ = [
     "Domain",
     "Settings",
     "load_domain",
+    "modules_for",
     "open_environment",
-    "planner_of",
     "profile_named",
     "profiles_of",
     "roleplay_of",
@@ -68,6 +68,7 @@ class Settings:
         end_of_turn: Whether the end of the utterance is scored.
         calibration: Name or file of one; None for that of `Agent`.
         propose: See `Agent`.
+        prompted: Modules that the paper's prompts do, whatever the model was taught.
         seed: Seed of everything that is drawn.
         rounds: Most rounds.
     """
@@ -90,13 +91,16 @@ class Settings:
     end_of_turn: bool = False
     calibration: str | None = None
     propose: Trigger = UNEXPLAINED
+    prompted: tuple[Module, ...] = ()
     seed: int = 0
     rounds: int = 100
 
 
 def settings_of(stored: Mapping[str, Any]) -> Settings:
     """The settings that an episode was stored with, less what concerns tracking alone."""
-    return Settings(**{key: value for key, value in stored.items() if key != TRACKING})
+    given: dict[str, Any] = {key: value for key, value in stored.items() if key != TRACKING}
+    given["prompted"] = tuple(given.get("prompted", ()))
+    return Settings(**given)
 
 
 def load_domain(name: str) -> str:
@@ -211,16 +215,13 @@ def _stock(
     return catalogue, Search(catalogue)
 
 
-def planner_of(settings: Settings, model: Model) -> Planner:
-    """What chooses the actions in the domain."""
-    if settings.domain == "grocery":
-        return Planner(model, seed=settings.seed)
-    if settings.domain != "house":
+def modules_for(settings: Settings, model: Model) -> Modules:
+    """Who proposes, removes, plans and asks in the domain."""
+    found = modules_of(model, settings.prompted)
+    own = None
+    if settings.domain not in get_args(Domain):
         own = getattr(_own(settings.domain), "open_planner", None)
-        return own(model, settings.seed) if own else Planner(model, seed=settings.seed)
-    from goalscope.acting import ActionPlanner
-
-    return ActionPlanner(model, seed=settings.seed)
+    return replace(found, planner=own(model, settings.seed)) if own else found
 
 
 def roleplay_of(settings: Settings, model: Model) -> RolePlay:

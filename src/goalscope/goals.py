@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 
 from goalscope.belief import Belief
 from goalscope.likelihood import Likelihood, PromptedRanking
-from goalscope.models import Generator, LikelihoodModel, Model
+from goalscope.models import LikelihoodModel
 from goalscope.models.scoring import logprobs_of
-from goalscope.prompts import examples, recent, render, topics
+from goalscope.prompts import render
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError, Turn, meaning
 
 __all__ = [
     "UNEXPLAINED",
     "GoalManager",
+    "Proposer",
+    "Remover",
     "Trigger",
-    "drawn_lines",
     "incomplete",
     "irrelevant",
     "made_from",
@@ -44,16 +44,8 @@ _SPEAKERS = {
 }
 """Who is asked what: those who answer with something harmful, and with something harmless."""
 
-_BORROWED = 2
-"""Words of the prompt's examples that nobody said, from which on a goal speaks of those."""
-
-_NOT_ONE = re.compile(r":(?: |$)|;")
-"""In a line that holds several things, or their heading."""
-
 _DETERMINERS = frozenset(("a", "an", "the", "my", "your", "our", "his", "her", "their", "some"))
 """Words by which two goals hardly differ."""
-
-_BULLET = re.compile(r"^\s*(?:[-*•]|\d+[.)])\s*")
 
 
 def incomplete(belief: Belief, propose: Trigger = UNEXPLAINED, *, since: int = 0) -> bool:
@@ -85,26 +77,50 @@ def made_from(changes: Sequence[Sequence[GoalChange]]) -> int:
     return made
 
 
+class Proposer(Protocol):
+    """Names goals; see `goalscope.writer.Writer` and `goalscope.prompted.PromptedWriter`."""
+
+    def goals(self, task: str, turns: Sequence[Turn], held: Sequence[str]) -> list[str]:
+        """Goals that explain what was said, likeliest first.
+
+        Args:
+            task: The agent and its task.
+            turns: The conversation.
+            held: Goals that are known.
+        """
+        ...
+
+
+class Remover(Protocol):
+    """Removes goals by a prompt; see `goalscope.prompted.PromptedWriter`."""
+
+    def unfit(self, task: str, turns: Sequence[Turn], goals: Sequence[Goal]) -> list[GoalChange]:
+        """Those of the goals that are to be removed."""
+        ...
+
+
 class GoalManager:
     """Decides which goals the belief is over (Sec. 3.2): proposes some, and removes some.
 
     Args:
-        model: Writes goals, and tells which are relevant and safe.
+        writer: Names goals.
+        model: Tells which are relevant and safe.
         task: The agent's task.
+        remover: Removes goals by a prompt instead.
         propose: Goals are proposed once Unspecified is likelier than this by the words since the
             newest goals; in the "paper", once it is the likeliest.
         patience: A goal goes when it was the least likely for more than this many rounds (n).
-        seed: Seed of what is drawn.
     """
 
     def __init__(
         self,
-        model: Model,
+        writer: Proposer,
+        model: LikelihoodModel,
         task: str,
         *,
+        remover: Remover | None = None,
         propose: Trigger = UNEXPLAINED,
         patience: int = 3,
-        seed: int = 0,
     ) -> None:
         try:
             known = propose == "paper" or 0 <= propose < 1
@@ -115,11 +131,12 @@ class GoalManager:
                 f'propose must be a probability below 1, such as {UNEXPLAINED}, or "paper", not '
                 f"{propose!r}"
             )
+        self.writer = writer
         self.model = model
         self.task = task
+        self.remover = remover
         self.propose: Trigger = propose
         self.patience = patience
-        self.seed = seed
         self._cleared: set[Goal] = set()
 
     def added(
@@ -143,16 +160,15 @@ class GoalManager:
         out = {meaning(goal.text) for goal in (*belief.goals, *ruled_out)}
         past = {meaning(change.goal.text): change.goal for change in removed}
         return propose(
-            self.model,
+            self.writer,
             None if isinstance(likelihood, PromptedRanking) else likelihood,
             self.task,
             turns,
             [*belief.goals, *ruled_out],
             past=[goal for text, goal in past.items() if text not in out],
-            seed=self.seed + 100 * len(turns),
         )
 
-    def removed(self, beliefs: Sequence[Belief]) -> list[GoalChange]:
+    def removed(self, beliefs: Sequence[Belief], turns: Sequence[Turn]) -> list[GoalChange]:
         """Goals to remove: irrelevant, unsafe, and long the least likely ones.
 
         The likeliest goal stays, if otherwise none would. What the person has confirmed is
@@ -160,13 +176,17 @@ class GoalManager:
 
         Args:
             beliefs: The belief after each round, the present one last.
+            turns: The transcript.
         """
         belief = beliefs[-1]
         pinned = {goal for _, goal in belief.pinned}
         new = [goal for goal in belief.goals if goal not in self._cleared]
         free = [goal for goal in new if goal not in pinned]
         unfit: list[GoalChange] = []
-        if new:
+        if self.remover:
+            stated = [goal for goal in belief.goals if goal not in (UNSPECIFIED, *pinned)]
+            unfit += self.remover.unfit(self.task, turns, stated)
+        elif new:
             unfit += irrelevant(self.model, self.task, free)
             unfit += objectionable(self.model, self.task, new)
         self._cleared |= {*new} - {change.goal for change in unfit}
@@ -178,96 +198,35 @@ class GoalManager:
         return list(found.values())
 
 
-def drawn_lines(
-    generator: Generator,
-    prompt: str,
-    *,
-    draws: int,
-    seed: int,
-    max_tokens: int = 96,
-    **values: object,
-) -> list[str]:
-    """Distinct lines of several lists that a model writes, in the order of their first mention.
-
-    The first draw is the likeliest text, the others are sampled: a small model that repeats
-    itself in one draw says something else in another.
-
-    Raises:
-        InvalidInputError: `generator` is no model that writes.
-    """
-    _check_writes(generator)
-    messages = render(prompt, **values)
-    lines: dict[str, str] = {}
-    for draw in range(draws):
-        reply = generator.generate(
-            messages, max_tokens=max_tokens, temperature=0.8 if draw else 0.0, seed=seed + draw
-        )
-        whole = reply.text.split("\n")
-        if reply.finish == "length":
-            whole = whole[:-1]
-        for line in whole:
-            text = " ".join(_BULLET.sub("", line).split()).strip(" .,;\"'")
-            if 2 <= len(text) <= 100 and not _NOT_ONE.search(text):
-                lines.setdefault(meaning(text), text)
-    return list(lines.values())
-
-
-def _check_writes(generator: object) -> None:
-    needs = ("generate", "count_tokens", "context_size")
-    lacks = [each for each in needs if not hasattr(generator, each)]
-    if lacks or isinstance(generator, type):
-        raise InvalidInputError(
-            "generator must be a model that is open and can write, such as "
-            f"open_model('model.gguf'), not {generator!r}"
-            f"{f', which lacks {lacks[0]}' if 0 < len(lacks) < len(needs) else ''}."
-        )
-
-
 def _gist(text: str) -> str:
     """What is equal for goals that say the same in the same words, determiners aside."""
     return " ".join(word for word in meaning(text).split() if word not in _DETERMINERS)
 
 
 def propose(
-    generator: Generator,
+    writer: Proposer,
     likelihood: Likelihood | None,
     task: str,
     turns: Sequence[Turn],
     goals: Sequence[Goal],
     *,
     past: Sequence[Goal] = (),
-    draws: int = 4,
     keep: int = 3,
-    seed: int = 0,
 ) -> list[GoalChange]:
     """Goals to add, given the task, the transcript and the known goals.
 
     Known are those of the belief, and its `ruled_out`.
 
-    Several lists are drawn from the model. With a likelihood, those `keep` candidates are taken
-    that explain the person's words best, and better than no goal; without one, the first
-    `keep`. Goals of the `past`, which were removed when other words had been said, are candidates
-    again, where there is a likelihood. What speaks of the prompt's examples is none, nor what
-    differs from another goal by an article or the like.
-
-    Raises:
-        InvalidInputError: `generator` is no model that writes.
+    The writer lists goals, likeliest first. With a likelihood, those `keep` are taken that explain
+    the person's words best, and better than no goal; without one, the first `keep`. Goals of the
+    `past`, which were removed when other words had been said, are candidates again, where there is
+    a likelihood. What differs from another goal by an article or the like is none.
     """
-    _check_writes(generator)
     known = {_gist(goal.text) for goal in (*goals, *past)}
-    shown = examples(render("propose", task=task, turns=(), goals=()))
-    borrowed = topics(shown) - topics(" ".join([task, *(turn.utterance for turn in turns)]))
     candidates = [*past] if likelihood else []
-    for text in drawn_lines(
-        generator,
-        "propose",
-        draws=draws,
-        seed=seed,
-        task=task,
-        turns=recent(generator, turns, 6),
-        goals=[goal for goal in goals if goal != UNSPECIFIED],
-    ):
-        if _gist(text) not in known and len(topics(text) & borrowed) < _BORROWED:
+    held = [goal.text for goal in goals if goal != UNSPECIFIED]
+    for text in writer.goals(task, turns, held):
+        if _gist(text) not in known:
             candidates.append(Goal(text))
             known.add(_gist(text))
     if likelihood is None:

@@ -91,8 +91,8 @@ class Nearest:
         np.maximum.at(best, self._owner, self._parts @ vector)
         shared = self._shared(text)
         near = (best + self._whole @ vector) / 2 + _WORDS * shared
-        order = np.argsort(-near, kind="stable")[: most + 1]
-        found = [self.occasions[i] for i in order.tolist()]
+        order: list[int] = np.argsort(-near, kind="stable")[: most + 1].tolist()
+        found = [self.occasions[i] for i in order]
         return [each for each in found if each.id != without][:most]
 
     def _shared(self, text: str) -> npt.NDArray[np.float64]:
@@ -154,4 +154,6 @@ def occasion_from_json(data: object) -> Occasion:
         ):
             raise InvalidInputError(f"{key!r} must be a list of texts")
         lists[key] = tuple(cast("list[str]", values))
-    return Occasion(each["id"], each["domain"], each["aim"], **lists, room=str(each.get("room", "")))
+    return Occasion(
+        each["id"], each["domain"], each["aim"], **lists, room=str(each.get("room", ""))
+    )

@@ -31,10 +31,11 @@ class Picker:
 
     Args:
         model: Scores the words given each candidate; None where nearness in meaning shall do.
+        strict: Whether only names that share words with what was said are meant.
     """
 
-    def __init__(self, model: LikelihoodModel | None = None) -> None:
-        self._model = model
+    def __init__(self, model: LikelihoodModel | None = None, *, strict: bool = False) -> None:
+        self._model, self._strict = model, strict
 
     def __call__(self, said: str, names: Sequence[str]) -> str:
         """The name that the words mean; "" where it is none of them.
@@ -57,6 +58,8 @@ class Picker:
         within = [name for name, own in held.items() if {*own} <= {*spoken}]
         if headed := [name for name in within if held[name][-1] == spoken[-1]]:
             return max(headed, key=lambda name: len(held[name]))
+        if self._strict:
+            return ""
         vectors = embedded([said, *names])
         nearness = vectors[1:] @ vectors[0]
         order: list[int] = np.argsort(-nearness, kind="stable")[:_CANDIDATES].tolist()

@@ -1,36 +1,32 @@
-"""Acting on likely goals (Sec. 3.2 and 4.2): act, hold back or not; a plan, and replanning."""
+"""Acting on likely goals (Sec. 3.2 and 4.2): what they call for, and whether to do it unasked."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.envs import SEARCH, Environment, taken
-from goalscope.goals import drawn_lines
-from goalscope.models import Model
-from goalscope.models.scoring import logprobs_of
-from goalscope.prompts import recent, render
+from goalscope.envs import Environment, taken
+from goalscope.occasions import Occasion
+from goalscope.prompts import recent
 from goalscope.standing import Standing
 from goalscope.types import Action, GoalscopeError, StepResult, Turn
-from goalscope.words import contains, singulars
+from goalscope.writer import LIKE, Writer
 
-__all__ = ["Choice", "Outcome", "Planner", "Want", "choose", "names_in", "undo", "weigh"]
-
-OTHER_GOALS = ("get through the week", "clean the bathroom", "have breakfast")
-"""Everyday goals that stand for having no particular one."""
+__all__ = ["Choice", "Guess", "NeedPlanner", "Outcome", "Planner", "Want"]
+__all__ += ["attempted", "choose", "undo"]
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
-Wordings = tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Want:
-    """Something to act for: a goal, or in No Goals the person's own words.
+    """Something to act for: a goal, or "" where only the person's words are known.
 
     Where the probabilities of all that is wanted do not sum to 1, the rest is that of other goals,
     of which nothing is known but what the person said.
@@ -41,22 +37,30 @@ class Want:
 
 
 @dataclass(frozen=True, slots=True)
+class Guess:
+    """Something that was done though nobody asked for it: with what, and for which goal."""
+
+    target: str
+    goal: str
+
+
+@dataclass(frozen=True, slots=True)
 class Outcome:
     """What came of planning.
 
     Attributes:
         results: The actions that stand, in order.
-        replans: How many plans were impossible before them.
         failed: What was tried and could not be done.
         held: What would be right for one goal and wrong for another, and waits for an answer.
-        guessed: Targets of what was done.
+        guessed: What was done.
+        replans: How many plans were made anew.
     """
 
-    results: tuple[StepResult, ...]
-    replans: int
+    results: tuple[StepResult, ...] = ()
     failed: tuple[StepResult, ...] = ()
     held: tuple[str, ...] = ()
-    guessed: tuple[str, ...] = ()
+    guessed: tuple[Guess, ...] = ()
+    replans: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,83 +70,37 @@ class Choice:
     Attributes:
         act: [n] whether to act at once.
         hold: [n] whether an answer is worth a question's cost before that.
+        value: [n] expected value of acting at once, from -1 to 1.
     """
 
     act: Flags
     hold: Flags
+    value: Array
 
 
-def choose(probability: Array, advantage: Array, cost: float) -> Choice:
+def choose(probability: Array, right: Array, cost: float) -> Choice:
     """Act, hold back for an answer, or do nothing: whichever has the greatest expected value.
 
-    To act is worth tanh(advantage / 2) under a goal: the probability that it is right less that
-    it is wrong, if both were as likely before. To do nothing is worth nothing. To ask, and then to
-    act if that is right, saves the expected harm of acting now, and has its cost (value of perfect
-    information; Howard, 1966).
+    To do what is right is worth 1, what is wrong -1, and nothing 0. To ask, and then to act if that
+    is right, saves the expected harm of acting now, and has its cost (value of perfect information;
+    Howard, 1966).
 
     Args:
         probability: [G] of each goal; sums to 1.
-        advantage: [G, n] nats by which each goal speaks for something, as `weigh` finds them.
-        cost: Of a question, where something wrong costs 1.
+        right: [G, n] probability that something is right under each goal.
+        cost: Of a question.
     """
-    value = np.tanh(advantage / 2)
+    value = 2 * right - 1
     now = probability @ value
     asked = probability @ np.maximum(value, 0) - cost
     act = (now > 0) & (now >= asked)
-    return Choice(act=act, hold=~act & (asked > 0))
+    return Choice(act=act, hold=~act & (asked > 0), value=now)
 
 
-class Planner:
-    """Chooses what to act on by how much more likely it is under a goal than without it.
+class Planner(Protocol):
+    """Chooses what to do unasked, and does it."""
 
-    A model that writes badly still scores well, so it only proposes: search terms are the kinds
-    of things here that several drawn lists name, and those near the goal or the person's words;
-    log-probability chooses among them. What is possible, the environment says.
-
-    Args:
-        model: Writes and scores.
-        draws: Lists of search terms to draw for each want.
-        kinds: Kinds of things that the environment may add for each want.
-        near: Kinds of things that it may add for the person's words.
-        limit: Most search terms that one round acts on.
-        bar: Nats by which a goal must make a term likelier that nobody mentioned.
-        cost: Of a question before acting (see `choose`).
-        discount: Weight of a term's log-probability without the goal. At 1 rare things are
-            favoured, at 0 things that people need for anything.
-        replans: Most plans to make in one round after the first.
-        seed: Seed of the draws.
-    """
-
-    wordings: Wordings = (("relevant", "- {}"), ("need", "I need {}"))
-    """Prompts under which a term is likely or not, and how it is said there."""
-
-    def __init__(
-        self,
-        model: Model,
-        *,
-        draws: int = 2,
-        kinds: int = 120,
-        near: int = 20,
-        limit: int = 8,
-        bar: float = 0.0,
-        cost: float = 0.2,
-        discount: float = 0.6,
-        replans: int = 2,
-        seed: int = 0,
-    ) -> None:
-        self.model = model
-        self.draws = draws
-        self.kinds = kinds
-        self.near = near
-        self.limit = limit
-        self.bar = bar
-        self.cost = cost
-        self.discount = discount
-        self.replans = replans
-        self.seed = seed
-        self._candidates: dict[str, list[str]] = {}
-        self._log_probability: dict[tuple[str, Wordings, str], float] = {}
-
+    @abstractmethod
     def act(
         self,
         env: Environment,
@@ -151,7 +109,7 @@ class Planner:
         history: Sequence[StepResult],
         standing: Standing,
     ) -> Outcome:
-        """Plan and act; a plan that fails is undone and made anew without the failed action.
+        """Plan and act; what fails leaves nothing half done.
 
         What nobody could undo is never done unasked.
 
@@ -163,161 +121,149 @@ class Planner:
             standing: What holds after what was said.
 
         Raises:
-            GoalscopeError: After undoing a plan, the environment is not as it was before it.
+            GoalscopeError: After undoing something, the environment is not as it was before.
         """
-        impossible: dict[Action, StepResult] = {}
-        terms, held = self.search_terms(env, wants, [turn.utterance for turn in turns])
-        held = [term for term in held if env.actions(term, standing)]
-        start = env.fingerprint()
-        results: list[StepResult] = []
-        for _ in range(self.replans + 1):
-            plan, unsure = self.plan(env, wants, terms, turns, history, standing)
-            for action in plan:
-                if action in impossible or env.lasting(action):
-                    continue
-                result = taken(env, action)
-                if not result.ok:
-                    impossible[action] = result
-                    break
-                results.append(result)
-            else:
-                held += unsure
-                break
-            undo(env, history, start)
-            results = []
-        acts = [each.action for each in results if each.action.name != SEARCH]
-        return Outcome(
-            tuple(results),
-            len(impossible),
-            tuple(impossible.values()),
-            tuple(held),
-            tuple(action.target for action in acts),
-        )
+        ...
 
-    def search_terms(
-        self, env: Environment, wants: Sequence[Want], utterances: Sequence[str]
-    ) -> tuple[list[str], list[str]]:
-        """What to look for, best first, and what to hold back until a question is answered.
 
-        All must be likelier with what is wanted than without it. Things that the person mentioned
-        come first; of those that nobody mentioned there are at most `limit`.
-        """
-        if not wants:
-            return [], []
-        for want in wants:
-            if want.text not in self._candidates:
-                drawn = drawn_lines(
-                    self.model,
-                    "relevant",
-                    draws=self.draws,
-                    seed=self.seed,
-                    max_tokens=48,
-                    goal=want.text,
-                )
-                near = [name for line in drawn for name in env.offers(line, 1)]
-                self._candidates[want.text] = near + env.offers(want.text, self.kinds)
-        words = self.newest(utterances)
-        near_words = env.offers(words, self.near)
-        wanted_kinds = (term for want in wants for term in self._candidates[want.text])
-        terms = list(dict.fromkeys([*near_words, *wanted_kinds]))
-        mentioned = names_in(words, terms)
-        if not terms:
-            return [], []
-        probability, gains, without = weigh(wants, words, partial(self.log_probability, terms))
-        mean = probability @ gains
-        choice = choose(probability, gains - self.bar, self.cost)
-        best: list[int] = np.argsort(
-            -(mean + (1 - self.discount) * without), kind="stable"
-        ).tolist()
-        named = [
-            term for term, gain in zip(terms, mean, strict=True) if gain > 0 and term in mentioned
-        ]
-        unnamed = [i for i in best if terms[i] not in mentioned]
-        act = [terms[i] for i in unnamed if choice.act[i]]
-        hold = [terms[i] for i in unnamed if choice.hold[i]]
-        return named + act[: self.limit], hold[: self.limit]
+class NeedPlanner:
+    """Does what the likely goals call for, as a taught writer and occasions from life know it.
 
-    def newest(self, utterances: Sequence[str]) -> str:
-        """The newest of the person's words, as many as a prompt can hold."""
-        turns = recent(self.model, [Turn("", utterance) for utterance in utterances], 6)
-        return " ".join(turn.utterance for turn in turns)
+    The writer lists what the likeliest goal calls for; the occasions nearest to the person's words
+    add what they call for. Then the writer judges each of these under each goal. What several
+    goals share comes first.
 
-    def plan(
+    Args:
+        writer: Lists and judges.
+        limit: Most things done in one round.
+        most: Most candidates that are judged.
+        nice: Probability of being right of what would be nice.
+        cost: Of a question before acting (see `choose`).
+    """
+
+    def __init__(
+        self,
+        writer: Writer,
+        *,
+        limit: int = 8,
+        most: int = 24,
+        nice: float = 0.5,
+        cost: float = 0.2,
+    ) -> None:
+        self.writer = writer
+        self.limit = limit
+        self.most = most
+        self.nice = nice
+        self.cost = cost
+
+    def act(
         self,
         env: Environment,
         wants: Sequence[Want],
-        terms: Sequence[str],
         turns: Sequence[Turn],
         history: Sequence[StepResult],
         standing: Standing,
-    ) -> tuple[list[Action], list[str]]:
-        """For each term a search and its best find, and what to hold back.
+    ) -> Outcome:
+        """See `Planner.act`."""
+        needs, held, goals = self.needs(env, wants, turns, standing)
+        results, failed, guessed = list[StepResult](), list[StepResult](), list[Guess]()
+        used = {name for each in history for name in (each.action.target, each.action.destination)}
+        for need in needs:
+            actions = env.serving(need, standing)
+            if any(each.target in used or env.lasting(each) for each in actions):
+                continue
+            done, problem = attempted(env, actions, [*history, *results])
+            results += done
+            failed += [problem] if problem else []
+            guessed += [Guess(actions[-1].target, goals[need])] if done else []
+        return Outcome(tuple(results), tuple(failed), tuple(held), tuple(guessed))
 
-        That is nothing more here than what `search_terms` holds back.
-        """
-        plan: list[Action] = []
-        served: set[str] = set()
-        for term in terms:
-            actions = env.actions(term, standing)
-            if actions and not any(action.target in served for action in actions):
-                served.add(actions[0].target)
-                plan += [Action(SEARCH, term), actions[0]]
-        return plan, []
+    def needs(
+        self, env: Environment, wants: Sequence[Want], turns: Sequence[Turn], standing: Standing
+    ) -> tuple[list[str], list[str], dict[str, str]]:
+        """What to do, in order; what to hold back; and the goal that each is for."""
+        said = self.said(turns)
+        aims = {want.text: want.probability for want in wants}
+        if not aims or sum(aims.values()) < 1 - _LITTLE:
+            aims[""] = aims.get("", 0.0) + 1 - sum(aims.values())
+        leading = max(aims, key=lambda aim: (aim != "", aims[aim]))
+        like = env.like(f"{said} {leading}".strip(), LIKE)
+        room = env.here()
+        written = self.writer.needs(leading, said, like, room)
+        things = _candidates(env, written, like, standing)[: self.most]
+        if not things:
+            return [], [], {}
+        judged = self.writer.judged(things, [*aims], said, like, room)
+        right = judged[:, :, 0] + self.nice * judged[:, :, 1]
+        weights = np.array([*aims.values()]) / sum(aims.values())
+        choice = choose(weights, right, self.cost)
+        leaders: list[int] = (weights[:, None] * right).argmax(axis=0).tolist()
+        best = [[*aims][leader] for leader in leaders]
+        order: list[int] = np.argsort(-choice.value, kind="stable").tolist()
+        act = [things[i] for i in order if choice.act[i]][: self.limit]
+        steps = [thing for thing in written if thing in act]
+        held = [things[i] for i in order if choice.hold[i] and env.serving(things[i], standing)]
+        return (
+            list(dict.fromkeys([*steps, *act])),
+            held[: self.limit],
+            dict(zip(things, best, strict=True)),
+        )
 
-    def log_probability(
-        self, texts: Sequence[str], goal: str, wordings: Wordings = (), **values: str
-    ) -> Array:
-        """[len(texts)] in nats: how likely each text is, given this goal.
-
-        The mean over the wordings; each text and goal is scored once.
-
-        Args:
-            texts: Such as search terms: what a person with this goal names.
-            goal: The goal.
-            wordings: As `self.wordings`, which stand for none.
-            **values: What else the prompts use.
-        """
-        wordings = wordings or self.wordings
-        known, key = self._log_probability, (goal, wordings)
-        new = [text for text in texts if (*key, text) not in known]
-        if new:
-            total = np.zeros(len(new))
-            for prompt, said in wordings:
-                context = render(prompt, goal=goal, **values)
-                scores = logprobs_of(
-                    self.model, [context] * len(new), [said.format(text) for text in new]
-                )
-                total += np.array([float(score.sum()) for score in scores]) / len(wordings)
-            for text, value in zip(new, total, strict=True):
-                known[*key, text] = float(value)
-        return np.array([known[*key, text] for text in texts])
+    def said(self, turns: Sequence[Turn]) -> str:
+        """The newest of the person's words, as many as a prompt can hold."""
+        shown = recent(self.writer.model, [Turn("", turn.utterance) for turn in turns], 6)
+        return " ".join(turn.utterance for turn in shown)
 
 
-def names_in(text: str, names: Sequence[str]) -> list[str]:
-    """Those of the names of which a text holds every word, in the singular or plural."""
-    said = {*singulars(text)}
-    return [name for name in names if contains(said, singulars(name))]
+_LITTLE = 0.1
+"""Probability of other goals below which what they call for is not asked."""
 
 
-def weigh(
-    wants: Sequence[Want], words: str, score: Callable[[str], Array]
-) -> tuple[Array, Array, Array]:
-    """How much each goal, and what the person said, half each, speak for something.
+def _candidates(
+    env: Environment, written: Sequence[str], like: Sequence[Occasion], standing: Standing
+) -> list[str]:
+    """Needs that may be served here, those first that most speaks for.
+
+    What was written is kept even if it cannot be done yet: what comes before may make it possible.
+    """
+    votes = {thing: 2 - rank / 20 for rank, thing in enumerate(written)}
+    for each in like:
+        for things, weight in ((each.needed, 1.0), (each.nice, 0.5), (each.unwanted, -1.0)):
+            for rank, thing in enumerate(things):
+                votes[thing] = votes.get(thing, 0.0) + weight * (1 - rank / 40)
+    found: list[str] = []
+    seen = set[tuple[Action, ...]]()
+    for thing in sorted(votes, key=lambda thing: -votes[thing]):
+        actions = tuple(env.serving(thing, standing))
+        if (actions or thing in written) and actions not in seen:
+            found.append(thing)
+        seen |= {actions} if actions else set()
+    return found
+
+
+def attempted(
+    env: Environment, actions: Sequence[Action], history: Sequence[StepResult]
+) -> tuple[list[StepResult], StepResult | None]:
+    """Take actions, all or none: what came of them, and the one that was impossible, if one was.
 
     Args:
-        wants: What is wanted.
-        words: The person's own.
-        score: [n] log-probabilities in nats, given a goal or words.
+        env: Where to act.
+        actions: In order.
+        history: Every action that stands before them, for undoing.
 
-    Returns:
-        [G + 1] probabilities of what is wanted, and of other goals at the end; [G + 1, n] gains in
-        nats against having no particular goal; and [n] log-probabilities without one.
+    Raises:
+        GoalscopeError: After undoing some, the environment is not as it was before.
     """
-    without = np.mean([score(goal) for goal in OTHER_GOALS], axis=0)
-    known = np.array([want.probability for want in wants])
-    given = np.array([*(score(want.text) for want in wants), without])
-    probability = np.append(known, max(0.0, 1.0 - known.sum()))
-    return probability / probability.sum(), (given + score(words)) / 2 - without, without
+    start = env.fingerprint()
+    results: list[StepResult] = []
+    for action in actions:
+        result = taken(env, action)
+        if not result.ok:
+            if results:
+                undo(env, history, start)
+            return [], result
+        results.append(result)
+    return results, None
 
 
 def undo(env: Environment, history: Sequence[StepResult], expected: str | None = None) -> None:

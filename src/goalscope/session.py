@@ -14,7 +14,7 @@ from goalscope.dialog import ConsoleHuman, Human, ScriptedHuman, SimulatedHuman
 from goalscope.domains import (
     Domain,
     Settings,
-    planner_of,
+    modules_for,
     profile_named,
     profiles_of,
     settings_of,
@@ -119,8 +119,7 @@ class Session:
             end_of_turn=settings.end_of_turn,
             calibration=calibration_named(settings.calibration) if settings.calibration else None,
             propose=settings.propose,
-            planner=planner_of(settings, model),
-            seed=settings.seed,
+            modules=modules_for(settings, model),
             progress=progress,
             draft=draft,
         )

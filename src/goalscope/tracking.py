@@ -16,6 +16,7 @@ from goalscope.domains import Settings, roleplay_of, settings_of
 from goalscope.episode import Round
 from goalscope.goals import GoalManager, made_from
 from goalscope.models import Model, model_name
+from goalscope.modules import modules_of
 from goalscope.store import EpisodeInfo, Store
 from goalscope.tracker import YOURS, Correction, GoalTracker
 from goalscope.types import (
@@ -404,7 +405,14 @@ class _Session:
         if not self.begun["propose"]:
             return []
         settings = settings_of(self.info.settings)
-        goals = GoalManager(model, tracker.task, propose=settings.propose, seed=settings.seed)
+        modules = modules_of(model, settings.prompted)
+        goals = GoalManager(
+            modules.proposer,
+            model,
+            tracker.task,
+            remover=modules.remover,
+            propose=settings.propose,
+        )
         earlier = () if self.rounds else self.earlier
         past = [*(change for round in self.rounds for change in round.changes), *earlier]
         named = {each.goal for each in past if each.kind == "added" and each.reason != GIVEN}

@@ -1,40 +1,142 @@
-"""The writer: a model that was taught to name goals, what they call for, and the next question."""
+"""The writer: names goals that explain a talk, what an aim calls for, and the next question.
+
+A `Writer` is a model that was taught these jobs (see `goalscope.fitting.lessons`); its prompts are
+short, since it knows what is asked of it. Other models are asked by `goalscope.prompted`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from goalscope.occasions import Occasion
-from goalscope.prompts import render
-from goalscope.types import Message, Turn
+import numpy as np
+import numpy.typing as npt
 
-__all__ = ["LIKE", "NEEDED", "NICE", "NOT", "goals_written", "needs_written", "prompts"]
+from goalscope.models import Heard, Model
+from goalscope.models.scoring import logprobs_of
+from goalscope.occasions import Occasion
+from goalscope.prompts import recent, render
+from goalscope.types import Message, Turn, meaning
+
+__all__ = ["JUDGEMENTS", "LIKE", "NOTHING", "Writer"]
+__all__ += ["goals_prompt", "needs_prompt", "needs_written", "question_prompt"]
 
 LIKE = 4
 """Occasions in the prompt that asks what an aim calls for."""
 
-NEEDED, NICE, NOT = "needed", "nice", "not"
-"""What is said of a thing."""
+JUDGEMENTS = ("needed", "nice", "not")
+"""What is said of a thing under an aim: it is needed, would be nice, or nobody wants it."""
+
+NOTHING = "none"
+"""What is written where there is no goal, or no question."""
+
+_TURNS = 6
+_MOST_TOKENS = {"goals": 96, "question": 32, "needs": 128}
+
+Array = npt.NDArray[np.float64]
 
 
-class prompts:
-    @staticmethod
-    def goals(task: str, turns: Sequence[Turn]) -> list[Message]:
-        return render("write_goals", task=task, turns=turns)
+class Writer:
+    """A model that was taught to name goals, needs and questions.
 
-    @staticmethod
-    def question(task: str, turns: Sequence[Turn], done: str, goals: Sequence[str]) -> list[Message]:
-        return render("write_question", task=task, turns=turns, done=done, goals=goals)
+    Args:
+        model: Writes and scores.
+    """
 
-    @staticmethod
-    def needs(aim: str, said: str, like: Sequence[Occasion], room: str = "", thing: str = "") -> list[Message]:
-        return render("write_needs", aim=aim, said=said, like=like, room=room, thing=thing)
+    def __init__(self, model: Model) -> None:
+        self.model = model
+
+    def goals(self, task: str, turns: Sequence[Turn], held: Sequence[str] = ()) -> list[str]:
+        """See `goalscope.goals.Proposer`; goals that are held already may be told again."""
+        written = self._written("goals", goals_prompt(task, recent(self.model, turns, _TURNS)))
+        lines = [" ".join(line.split()) for line in written.split("\n")]
+        distinct = {meaning(line): line for line in reversed(lines) if 2 < len(line) <= 120}
+        return [line for line in reversed(distinct.values()) if line != NOTHING]
+
+    def question(
+        self,
+        task: str,
+        turns: Sequence[Turn],
+        done: str,
+        goals: Sequence[str],
+        *,
+        heard: Heard | None = None,
+    ) -> str:
+        """See `goalscope.dialog.Asker`."""
+        shown = recent(self.model, turns, _TURNS)
+        written = self._written("question", question_prompt(task, shown, done, goals), heard)
+        line = " ".join(written.split("\n")[0].split())
+        return "" if line == NOTHING or not line.endswith("?") else line
+
+    def needs(self, aim: str, said: str, like: Sequence[Occasion], room: str = "") -> list[str]:
+        """What an aim calls for, in the words of occasions, the most needed first.
+
+        Args:
+            aim: In one phrase; "" where only the words are known.
+            said: The person's words.
+            like: Occasions like it.
+            room: What is there, where that matters.
+        """
+        written = self._written("needs", needs_prompt(aim, said, like, room))
+        found: dict[str, None] = {}
+        for line in written.split("\n"):
+            head, _, rest = line.partition(":")
+            if head in JUDGEMENTS[:2]:
+                found |= dict.fromkeys(filter(None, (each.strip() for each in rest.split(","))))
+        return [*found]
+
+    def judged(
+        self,
+        things: Sequence[str],
+        aims: Sequence[str],
+        said: str,
+        like: Sequence[Occasion],
+        room: str = "",
+    ) -> Array:
+        """[aims, things, 3] probabilities of `JUDGEMENTS`.
+
+        Args:
+            things: What may be needed.
+            aims: As of `needs`, for the next ones, too.
+            said: The person's words.
+            like: Occasions like it.
+            room: What is there.
+        """
+        prompts = [needs_prompt(aim, said, like, room, thing) for aim in aims for thing in things]
+        contexts = [prompt for prompt in prompts for _ in JUDGEMENTS]
+        scores = logprobs_of(self.model, contexts, [*JUDGEMENTS] * len(prompts))
+        nats = np.array([float(score.sum()) for score in scores])
+        nats = nats.reshape(len(aims), len(things), len(JUDGEMENTS))
+        shares = np.exp(nats - nats.max(axis=-1, keepdims=True))
+        return shares / shares.sum(axis=-1, keepdims=True)
+
+    def _written(self, kind: str, prompt: Sequence[Message], heard: Heard | None = None) -> str:
+        """Text; of one that was cut short, without the last of its lines or things."""
+        reply = self.model.generate(prompt, max_tokens=_MOST_TOKENS[kind], heard=heard)
+        if reply.finish != "length":
+            return reply.text
+        return reply.text.rpartition("," if kind == "needs" else "\n")[0]
 
 
-def goals_written(goals: Sequence[str]) -> str:
-    return "\n".join(goals) or "none"
+def goals_prompt(task: str, turns: Sequence[Turn]) -> list[Message]:
+    """The chat after which goals are written."""
+    return render("write_goals", task=task, turns=turns)
+
+
+def question_prompt(
+    task: str, turns: Sequence[Turn], done: str, goals: Sequence[str]
+) -> list[Message]:
+    """The chat after which a question is written."""
+    return render("write_question", task=task, turns=turns, done=done, goals=goals)
+
+
+def needs_prompt(
+    aim: str, said: str, like: Sequence[Occasion], room: str = "", thing: str = ""
+) -> list[Message]:
+    """The chat after which needs are written; with a `thing`, one of `JUDGEMENTS`."""
+    return render("write_needs", aim=aim, said=said, like=like, room=room, thing=thing)
 
 
 def needs_written(needed: Sequence[str], nice: Sequence[str]) -> str:
-    lines = [f"{NEEDED}: {', '.join(needed)}", *([f"{NICE}: {', '.join(nice)}"] if nice else [])]
-    return "\n".join(lines)
+    """What is written after `needs_prompt`."""
+    lists = zip(JUDGEMENTS, (needed, nice), strict=False)
+    return "\n".join(f"{head}: {', '.join(each)}" for head, each in lists if each)

@@ -20,6 +20,7 @@ __all__ = [
     "Method",
     "Model",
     "Picture",
+    "Prompted",
     "Propose",
     "ReadingAdapter",
     "ReadingForm",
@@ -78,6 +79,14 @@ Propose = Annotated[
         metavar="PROBABILITY|paper",
         help="Propose goals once Unspecified is likelier than this by the words since the newest "
         "goals; paper: once it is the likeliest.  [default: 0.5]",
+    ),
+]
+Prompted = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="all|propose|remove|plan|query",
+        help="Have the paper's prompts do this, whatever the model was taught; repeatable. A model "
+        "that was taught nothing proposes, plans and asks by them in any case.",
     ),
 ]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything that is drawn.")]

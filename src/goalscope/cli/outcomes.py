@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from goalscope.cli.options import Json, Method, Model, ReadingAdapter, ReadingForm, Seed
+from goalscope.cli.options import Json, Method, Model, ReadingAdapter, ReadingForm
 from goalscope.cli.terminal import console, measuring, model_names, opened_model, progress
 from goalscope.types import InvalidInputError
 
@@ -126,7 +126,6 @@ def bench_games(
     split: Split = None,
     method: Method = "good",
     model: Model = None,
-    seed: Seed = 1,
     limit: Limit = None,
     as_json: Json = False,
 ) -> None:
@@ -140,19 +139,16 @@ def bench_games(
     from goalscope.benchmarks.games_teach import play, read_games
     from goalscope.benchmarks.games_teach import progress as held
     from goalscope.datasets import DATASETS, data_folder
-    from goalscope.domains import Settings, planner_of
     from goalscope.envs.house import HomeRobot, HouseController
 
     folder = data_folder(data)
     file = DATASETS["teach"].file(folder, split)
     games = list(read_games(file, folder / "thor" / "scenes"))[:limit]
-    settings = Settings(domain="house", seed=seed)
     played: list[tuple[str, str, list[Progress]]] = []
     with opened_model(model_names(model)) as engine, progress("Games") as show:
         for number, game in enumerate(games, 1):
             env = HomeRobot(HouseController(game.start))
-            planner = planner_of(settings, engine)
-            agent = Agent(env, engine, method=method, planner=planner, seed=seed)
+            agent = Agent(env, engine, method=method)
             end = play(agent, game, lambda env=env: env.metadata["objects"])
             start, people = held(game, game.start.objects), held(game, game.end)
             played.append((game.id, game.task, [start, end, people]))

@@ -219,9 +219,7 @@ def fit_writer(
     err.print(f"Measure it with: goalscope bench reading FILE.jsonl --adapter {out}")
 
 
-def _taught(
-    found: Sequence[Taught], languages: dict[str, Language], only: bool
-) -> list[Taught]:
+def _taught(found: Sequence[Taught], languages: dict[str, Language], only: bool) -> list[Taught]:
     """The same; of the messages only those that `_chosen` takes."""
     from goalscope.benchmarks.reading import Line
 

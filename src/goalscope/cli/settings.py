@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from goalscope.domains import Settings
     from goalscope.goals import Trigger
     from goalscope.models import OpenModel
+    from goalscope.modules import Module
 
 __all__ = ["check_picture", "engine_of", "settings_given"]
 
@@ -46,6 +47,7 @@ def settings_given(picture: Path | None = None, **given: Any) -> Settings:
         "scene": _scene,
         "calibration": _calibration,
         "propose": _propose,
+        "prompted": _prompted,
     }
     names = model_names(**{key: given.pop(key) for key in MODEL_KEYS if key in given})
     read = {key: readers[key](value) if key in readers else value for key, value in given.items()}
@@ -117,6 +119,12 @@ def _propose(given: str | None) -> Trigger:
         raise InvalidInputError(
             f'--propose takes a probability or "paper", not "{given}".'
         ) from None
+
+
+def _prompted(given: list[str] | None) -> tuple[Module, ...]:
+    from goalscope.modules import modules_named
+
+    return modules_named(given or ())
 
 
 def _columns(given: list[str] | None) -> dict[str, str]:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol, cast
 
+from goalscope.occasions import Occasion
 from goalscope.orders import Example, Order, Verb
 from goalscope.standing import Standing
 from goalscope.types import Action, GoalscopeError, Profile, StepResult
@@ -27,6 +28,10 @@ MAY_LACK = frozenset(
         "fingerprint",
         "lasting",
         "actions",
+        "phrase",
+        "serving",
+        "like",
+        "here",
         "undo",
         "answer",
         "unwanted",
@@ -130,6 +135,27 @@ class Environment(Protocol):
         What the person ruled out is not in it.
         """
         return []
+
+    def phrase(self, action: Action) -> str:
+        """The action in words."""
+        return str(action)
+
+    def serving(self, need: str, standing: Standing) -> list[Action]:
+        """What does one thing that an aim calls for, such as "flour"; none where nothing does.
+
+        Args:
+            need: As occasions and the writer have it (see `like`); by default, a generic name.
+            standing: What holds.
+        """
+        return self.actions(need, standing)[:1]
+
+    def like(self, text: str, most: int) -> list[Occasion]:
+        """Occasions like what a text tells, nearest first, with needs that may be served here."""
+        return []
+
+    def here(self) -> str:
+        """What is here, in words, where what an aim calls for depends on it."""
+        return ""
 
     def undo(self, results: Sequence[StepResult], standing: Standing) -> Resolution | None:
         """What brings back what some results changed, and a sentence on what nothing brings back.

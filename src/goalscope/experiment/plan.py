@@ -17,8 +17,10 @@ from goalscope.domains import Domain, Settings, profiles_of
 from goalscope.envs.tables import nearest, shown
 from goalscope.experiment.files import hashes_of, person_of
 from goalscope.experiment.results import Cell
+from goalscope.goals import Trigger
 from goalscope.habits import Habit
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout
+from goalscope.modules import modules_named
 from goalscope.types import InvalidInputError
 
 __all__ = [
@@ -99,6 +101,8 @@ class EpisodesPart:
         layouts: Where the likelihood prompt states the goal.
         end_of_turn: Whether the end of the utterance is scored.
         calibrations: Names or files; that of `Agent` if there are none.
+        propose: See `Agent`; None for its own.
+        prompted: Modules that the paper's prompts do; "all" stands for each.
         seeds: One run for each.
         rounds: Most rounds.
         catalogue: CSV file of the shop; None for the domain's own.
@@ -114,6 +118,8 @@ class EpisodesPart:
     layouts: tuple[Layout, ...] = (DEFAULT_LAYOUT,)
     end_of_turn: bool = False
     calibrations: tuple[str, ...] = ()
+    propose: Trigger | None = None
+    prompted: tuple[str, ...] = ()
     seeds: tuple[int, ...] = (0,)
     rounds: int = 20
     catalogue: str | None = None
@@ -317,6 +323,10 @@ def _episode_specs(part: EpisodesPart, model: Model) -> Iterator[dict[str, Any]]
         "end_of_turn": part.end_of_turn,
         "rounds": part.rounds,
     }
+    if part.propose is not None:
+        fixed["propose"] = part.propose
+    if part.prompted:
+        fixed["prompted"] = [*modules_named(part.prompted)]
     settings = Settings(
         domain=part.domain,
         profiles=fixed["profiles"],

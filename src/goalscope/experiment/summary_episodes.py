@@ -44,6 +44,8 @@ NOTES = (
     "SD: pooled standard deviation of the mean, the noise of repeated runs of a profile (score), "
     "or of repeated trials on a run (judge, Sec. 5.1), and not of the choice of profiles; the "
     "paper gives no formula.",
+    "Unwanted: things in the basket, or changed in the room, that the profile neither asks for nor "
+    "would welcome; a mean over the runs whose profile says what it would.",
     "Rounds, replans and terminated are means over runs; retries are attempts beyond the first.",
 )
 PAIR_NOTES = (
@@ -171,6 +173,8 @@ class Episodes:
                 value = mean([float(run.result[key]) for run in runs])
                 row[key] = percent(value) if key == "terminated" else value
             row["retries"] = sum(max(run.attempts - 1, 0) for run in runs)
+            counts = [len(each) for run in runs if (each := run.result.get("unwanted")) is not None]
+            row["unwanted"] = mean([float(count) for count in counts]) if counts else None
             for judge, by in self.judges.items():
                 read = [run.readings[judge] for run in runs if judge in run.readings]
                 trials = [each.trials for each in read if each.trials]

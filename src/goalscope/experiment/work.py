@@ -12,7 +12,7 @@ from typing import Any
 
 from goalscope.benchmarks.dialogues import case_from_json, measure_dialogue, measure_evidence
 from goalscope.benchmarks.mcq import Question, measure_question, rephrase
-from goalscope.domains import Settings, open_environment, profile_named
+from goalscope.domains import open_environment, profile_named, settings_of
 from goalscope.envs.grocery import GroceryShop
 from goalscope.experiment.files import hashes_of, person_of
 from goalscope.experiment.identity import identity_of, opened
@@ -75,7 +75,8 @@ def _dialogue(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _episode(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
-    settings = Settings(**spec["settings"], **{key: spec["model"].get(key) for key in MODEL_KEYS})
+    model_names = {key: spec["model"].get(key) for key in MODEL_KEYS}
+    settings = settings_of({**spec["settings"], **model_names})
     profile = profile_named(settings, spec["profile"])
     if person_of(profile) != spec["person"] or hashes_of(settings) != spec["files"]:
         raise InvalidInputError(
@@ -91,7 +92,7 @@ def _episode(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
         ):
             session = Session(store, settings, env, model, profile=profile.name)
             rounds = list(session.run())
-            info, met = session.info, session.checks_met()
+            info, met, unwanted = session.info, session.checks_met(), session.unwanted()
     finally:
         env.close()
     results = [result for round in rounds for result in round.results if result.ok]
@@ -112,6 +113,7 @@ def _episode(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
         },
         "score": info.score,
         "checks": met,
+        "unwanted": unwanted,
         "rounds": len(rounds),
         "terminated": info.ended == "terminated",
         "replans": sum(round.replans for round in rounds),

@@ -21,7 +21,15 @@ from goalscope.occasions import Nearest, Occasion, occasion_from_json
 from goalscope.reader import Exchange, Reader
 from goalscope.types import GoalscopeError, InvalidInputError, Message, Turn
 from goalscope.words import singulars
-from goalscope.writer import LIKE, NEEDED, NICE, NOT, goals_written, needs_written, prompts
+from goalscope.writer import (
+    JUDGEMENTS,
+    LIKE,
+    NOTHING,
+    goals_prompt,
+    needs_prompt,
+    needs_written,
+    question_prompt,
+)
 
 __all__ = ["Lesson", "Lessons", "Talk", "Taught", "corpus_facts", "lessons_of", "read_lessons"]
 
@@ -146,11 +154,11 @@ class TalkLessons:
         if len(goals) > 1 and draw.random() < 0.3:  # others are held, too, as they may be later
             draw.shuffle(goals)
         return [
-            Lesson("goals", prompts.goals(task, talk.turns), goals_written(talk.goals)),
+            Lesson("goals", goals_prompt(task, talk.turns), "\n".join(talk.goals) or NOTHING),
             Lesson(
                 "question",
-                prompts.question(task, talk.turns, talk.done, goals),
-                talk.question or "none",
+                question_prompt(task, talk.turns, talk.done, goals),
+                talk.question or NOTHING,
             ),
         ]
 
@@ -184,9 +192,9 @@ class NeedLessons:
         if draw.random() < 0.1:
             like = []
         written = needs_written(each.needed, each.nice)
-        found = [Lesson("needs", prompts.needs(aim, said, like, each.room), written)]
+        found = [Lesson("needs", needs_prompt(aim, said, like, each.room), written)]
         for thing, label in self._judged(each, like, draw):
-            prompt = prompts.needs(aim, said, like, each.room, thing)
+            prompt = needs_prompt(aim, said, like, each.room, thing)
             found.append(Lesson("judging", prompt, label))
         return found
 
@@ -194,21 +202,22 @@ class NeedLessons:
         self, each: Occasion, like: Sequence[Occasion], draw: random.Random
     ) -> Iterator[tuple[str, str]]:
         """Things with what is to be said of them."""
+        needed, nice, unwanted = JUDGEMENTS
         own = {" ".join(singulars(thing)) for thing in each.needed + each.nice}
         words = {word for thing in own for word in thing.split()}
         near = {thing for other in like for thing in other.needed + other.nice + other.unwanted}
         for thing in draw.sample(each.needed, min(_POSITIVES, len(each.needed))):
-            yield thing, NEEDED
+            yield thing, needed
         for thing in draw.sample(each.nice, min(_POSITIVES // 2, len(each.nice))):
-            yield thing, NICE
+            yield thing, nice
         for thing in each.unwanted:
-            yield thing, NOT
+            yield thing, unwanted
         pools = {"near": sorted(near), "any": self._things[each.domain]}
         for name, count in _NEGATIVES:
             for thing in draw.sample(pools[name], min(count, len(pools[name]))):
                 stem = singulars(thing)
                 if thing not in each.unwanted and not (stem and stem[-1] in words):
-                    yield thing, NOT
+                    yield thing, unwanted
 
 
 def read_lessons(path: Path) -> list[Taught]:
@@ -233,49 +242,53 @@ def read_lessons(path: Path) -> list[Taught]:
         for number, text in enumerate(texts, 1):
             if text.strip():
                 try:
-                    data = json.loads(text)
-                    if isinstance(data, dict) and "ingredients" in data:
-                        found += _recipe(cast("dict[str, Any]", data), number)
-                    else:
-                        found.append(_lesson(data))
+                    found += _lessons(json.loads(text), number)
                 except (ValueError, LookupError, TypeError, GoalscopeError) as error:
                     raise InvalidInputError(f"{file.name}, line {number}: {error}") from None
     return found
 
 
-def _lesson(data: object) -> Taught:
+def _lessons(data: object, number: int) -> list[Taught]:
+    """What a row teaches: one thing, or of some recipes nothing."""
     if not isinstance(data, dict):
         raise InvalidInputError("a line must be an object")
     each = cast("dict[str, Any]", data)
+    if "ingredients" in each:
+        return [*_recipe(each, number)]
     if "orders" in each:
-        return line_from_json(each)
+        return [line_from_json(each)]
     if "needed" in each:
-        return occasion_from_json(each)
+        return [occasion_from_json(each)]
     if "goals" not in each:
         raise InvalidInputError("a line must have 'orders', 'goals' or 'needed'")
     turns = tuple(Turn(str(turn["query"]), str(turn["utterance"])) for turn in each["turns"])
     if not turns:
         raise InvalidInputError("there are no turns")
-    return Talk(
-        str(each["id"]),
-        str(each["domain"]),
-        turns,
-        str(each.get("done") or ""),
-        tuple(map(str, each["goals"])),
-        str(each.get("question") or ""),
-    )
+    return [
+        Talk(
+            str(each["id"]),
+            str(each["domain"]),
+            turns,
+            str(each.get("done") or ""),
+            tuple(map(str, each["goals"])),
+            str(each.get("question") or ""),
+        )
+    ]
 
 
 _ASIDE = re.compile(r"\([^)]*\)|,.*| - .*|\bor\b.*|\bto taste\b.*|[®™*]")
-_AMOUNT = re.compile(
-    r"^(?:[\d\s/.\u00bc-\u00be\u2150-\u215e\u2009-]+|(?:an?|one|two|few|pinch|dash|large|small|medium|fresh|freshly"
-    r"|finely|chopped|minced|ground black(?= pepper)|grated|shredded|sliced|diced|crushed|packed|cold|warm|hot|ripe"
-    r"|softened|melted|cooked|uncooked|peeled|whole(?= \w)|cups?|tablespoons?|teaspoons?|tbsps?|tsps?|pounds?|lbs?"
-    r"|ounces?|ozs?|cans?|cloves?|packages?|pkgs?|packets?|envelopes?|bunch(?:es)?|sticks?|slices?|stalks?|heads?"
-    r"|sprigs?|quarts?|pints?|gallons?|grams?|g|kg|ml|jars?|bottles?|bags?|containers?|inch(?:es)?|of)\b\.?\s*)+",
-    re.IGNORECASE,
+# What stands before an ingredient and is no part of it.
+_BEFORE = (
+    r"a|an|one|two|few|pinch|dash|large|small|medium|fresh|freshly|finely|chopped|minced|grated|"
+    r"shredded|sliced|diced|crushed|packed|cold|warm|hot|ripe|softened|melted|cooked|uncooked|"
+    r"peeled|whole|cup|tablespoon|teaspoon|tbsp|tsp|pound|lb|ounce|oz|can|clove|package|pkg|"
+    r"packet|envelope|bunch|stick|slice|stalk|head|sprig|quart|pint|gallon|gram|g|kg|ml|jar|"
+    r"bottle|bag|container|inch|of|and"
 )
+_NUMBERS = r"[\d\s/.\u00bc-\u00be\u2150-\u215e\u2009-]+"
+_AMOUNT = re.compile(rf"^(?:{_NUMBERS}|(?:{_BEFORE})(?:s|es)?\b\.?\s*)+", re.IGNORECASE)
 _LONGEST = 3  # words of an ingredient
+_AT_HOME = ("water", "salt", "ice")
 
 
 def _recipe(data: Mapping[str, Any], number: int) -> list[Occasion]:
@@ -285,8 +298,9 @@ def _recipe(data: Mapping[str, Any], number: int) -> list[Occasion]:
     for text in map(str, data["ingredients"]):
         name = " ".join(_AMOUNT.sub("", _ASIDE.sub("", text).strip()).lower().split())
         if 1 <= len(name.split()) <= _LONGEST and re.fullmatch(r"[a-z' -]+", name):
-            if name not in ("water", "salt", "ice"):
-                found[name] = None
+            found[name] = None
+    for each in _AT_HOME:
+        found.pop(each, None)
     if not 3 <= len(found) <= 14 or not 2 <= len(title.split()) <= 7:
         return []
     return [Occasion(f"recipe-{number}", "grocery", f"make {title.lower()}", (), tuple(found))]
@@ -301,7 +315,7 @@ def _conversations(lines: Sequence[Line]) -> list[Conversation]:
             found[-1].append(line)
         else:
             found.append([line])
-    return found
+    return [*found]
 
 
 def lessons_of(
@@ -339,14 +353,10 @@ def lessons_of(
     return lessons
 
 
-def corpus_facts(
-    found: Sequence[Taught], files: Sequence[str]
-) -> dict[str, Any]:
+def corpus_facts(found: Sequence[Taught], files: Sequence[str]) -> dict[str, Any]:
     """Of what was read from a corpus: its files, hash, and how many of what kind it holds."""
     text = "\n".join(map(repr, found))
-    counts = Counter(
-        f"{_KINDS[type(each)]}, {each.domain}" for each in found
-    )
+    counts = Counter(f"{_KINDS[type(each)]}, {each.domain}" for each in found)
     return {
         "files": list(files),
         "sha256": hashlib.sha256(text.encode()).hexdigest(),

@@ -1,11 +1,10 @@
-"""Teach a model to write: an adapter fitted on lessons, each a prompt and what is right after it."""
+"""Teach a model to write: an adapter fitted on lessons, prompts with what is right after them."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import random
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path

@@ -163,17 +163,6 @@ class Weights:
         """Value of a key of the GGUF file, as text; None if it has no such key."""
         return _text(partial(self.lib.llama_model_meta_val_str, self.model, key.encode()))
 
-    def adapter_metadata(self) -> dict[str, str]:
-        """What the adapter's file says, as texts by their keys; nothing where there is none."""
-        if not self.adapter:
-            return {}
-        lib, found = self.lib, dict[str, str]()
-        for number in range(lib.llama_adapter_meta_count(self.adapter)):
-            key = _text(partial(lib.llama_adapter_meta_key_by_index, self.adapter, number)) or ""
-            value = _text(partial(lib.llama_adapter_meta_val_str, self.adapter, key.encode()))
-            found[key] = value or ""
-        return found
-
     def tokenize(self, text: str, *, markup: bool) -> list[int]:
         """Token ids of `text`; names of control tokens become those only with `markup`."""
         data = text.encode()

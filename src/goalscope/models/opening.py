@@ -34,6 +34,8 @@ class TwoModels:
         speaker: Scores what people say: the scorer, perhaps with an adapter for that.
         reader: Reads what people say: the generator, perhaps with an adapter for that.
         taught: Whether the reader has one.
+        writer: Names goals, what they call for, and questions, by an adapter for that; None where
+            there is none.
     """
 
     def __init__(
@@ -43,11 +45,13 @@ class TwoModels:
         *,
         speaker: OpenScorer | None = None,
         reader: OpenGenerator | None = None,
+        writer: OpenModel | None = None,
         one_tokenizer: bool = False,
     ) -> None:
         """Take them; `one_tokenizer` says that they count a text's tokens alike."""
         self.generator, self.scorer, self.speaker = generator, scorer, speaker or scorer
         self.reader, self.taught = reader or generator, reader is not None
+        self.writer = writer
         self._one_tokenizer = one_tokenizer
 
     @property
@@ -66,7 +70,8 @@ class TwoModels:
         """Of all."""
         used = [self.generator.fingerprint, self.scorer.fingerprint]
         used += [] if self.speaker is self.scorer else [self.speaker.fingerprint]
-        return " ".join([*used, *([self.reader.fingerprint] if self.taught else [])])
+        used += [self.reader.fingerprint] if self.taught else []
+        return " ".join([*used, *([self.writer.fingerprint] if self.writer else [])])
 
     @property
     def takes_grammar(self) -> bool:
@@ -117,11 +122,15 @@ class TwoModels:
         both = f"writes: {self.generator.describe()}; scores: {self.scorer.describe()}"
         if self.speaker is not self.scorer:
             both += f"; scores what people say: {self.speaker.describe()}"
-        return f"{both}; reads: {self.reader.describe()}" if self.taught else both
+        both += f"; reads: {self.reader.describe()}" if self.taught else ""
+        return (
+            f"{both}; proposes, plans and asks: {self.writer.describe()}" if self.writer else both
+        )
 
     def close(self) -> None:
         """Close all."""
         used = (self.generator, self.scorer, self.speaker, self.reader)
+        used += (self.writer,) if self.writer else ()
         for part in {id(each): each for each in used}.values():
             part.close()
 
@@ -213,12 +222,18 @@ def open_model(
             )
         speaking = kept(_local(scores, report, adapted)) if adapted else scoring
         taught = shipped("reader") if writes is None else None
-        reading = kept(_local(writes, report, taught)) if taught else None
+        reading = kept(_local(writes, report, taught, merge=True)) if taught else None
+        planning = kept(_local(writes, report, shipped("writer"), merge=True)) if taught else None
         result = (
             writing
             if speaking is writing and not reading
             else TwoModels(
-                writing, scoring, speaker=speaking, reader=reading, one_tokenizer=one_file
+                writing,
+                scoring,
+                speaker=speaking,
+                reader=reading,
+                writer=planning,
+                one_tokenizer=one_file,
             )
         )
         opened.pop_all()
@@ -248,8 +263,8 @@ def open_reader(
         return _served_generator(str(model), None), False
     given = None if adapter in (None, NO_ADAPTER) else _adapter(adapter, model)
     file = given or (shipped("reader") if model is None and adapter is None else None)
-    opened = _local(model, report, file)
-    taught = getattr(opened, "adapter_metadata", {}).get(FITTED_TASK) == "reading"
+    opened = _local(model, report, file, merge=True)
+    taught = getattr(opened, "adapter_metadata", {}).get(FITTED_TASK) in ("reading", "writing")
     if given and not taught:
         opened.close()
         raise InvalidInputError(
@@ -290,6 +305,8 @@ def _local(
     name: str | Path | None,
     report: Callable[[str, float], object] | None,
     adapter: Path | None = None,
+    *,
+    merge: bool = False,
 ) -> OpenModel:
     text = str(name or "")
     if text.startswith("hf:") or os.path.isfile(Path(text, "config.json")):
@@ -304,7 +321,7 @@ def _local(
         )
     from goalscope.models.llamacpp import LlamaCpp
 
-    return LlamaCpp(name, adapter=adapter, report=report)
+    return LlamaCpp(name, adapter=adapter, merge=merge, report=report)
 
 
 def _served_generator(address: str, tokenizer: str | Path | None) -> OpenGenerator:

@@ -15,6 +15,7 @@ from goalscope.envs.grocery.choosing import Choice
 from goalscope.envs.grocery.language import EXAMPLES, VERBS
 from goalscope.envs.grocery.profiles import checks_met, unwanted
 from goalscope.envs.grocery.search import Search
+from goalscope.occasions import Occasion, shipped_occasions
 from goalscope.orders import Order
 from goalscope.standing import Standing
 from goalscope.types import Action, Profile, StepResult
@@ -135,6 +136,22 @@ class GroceryShop:
             for item in found
             if most is None or (item.price or 0) <= most
         ]
+
+    def phrase(self, action: Action) -> str:
+        """See `Environment.phrase`."""
+        return str(action)
+
+    def serving(self, need: str, standing: Standing) -> list[Action]:
+        """See `Environment.serving`: the best of what serves it."""
+        return self.actions(need, standing)[:1]
+
+    def here(self) -> str:
+        """See `Environment.here`: what aims call for does not depend on the shelves."""
+        return ""
+
+    def like(self, text: str, most: int) -> list[Occasion]:
+        """See `Environment.like`."""
+        return shipped_occasions("grocery")(text, most)
 
     def resolve(self, order: Order, standing: Standing, pick: Pick) -> Resolution:
         """See `Environment.resolve`: limits take out what is against them."""

@@ -26,14 +26,18 @@ from goalscope.envs.house.simulator.state import is_whole
 from goalscope.envs.house.undoing import undoing
 from goalscope.envs.house.view import View
 from goalscope.models.embedding import embedded
-from goalscope.orders import Order
+from goalscope.occasions import Occasion, shipped_occasions
+from goalscope.orders import Order, orders_from_text
+from goalscope.picking import Picker
 from goalscope.standing import Standing
-from goalscope.types import Action, GoalscopeError, Profile, StepResult
+from goalscope.types import Action, GoalscopeError, InvalidInputError, Profile, StepResult
 
 __all__ = ["HomeRobot"]
 
 SAME_PLACE = 0.01
 """Metres within which an object has not moved."""
+
+_EXACTLY = Picker(strict=True)
 
 _SHOWN = 30
 """Most changes that the status lists."""
@@ -188,17 +192,31 @@ class HomeRobot:
         """The action in words, with generic names: "put the egg in the fridge"."""
         return self._view.phrase(action)
 
-    def fulfilled(self, kind: str) -> list[str]:
-        """The puts that things of this kind do not need any more, in words."""
+    def serving(self, need: str, standing: Standing) -> list[Action]:
+        """What does an order such as "put mug | where coffee machine", of generic names.
+
+        Nothing that touches what the person ruled out, or has ordered something for.
+        """
+        try:
+            orders = orders_from_text(need, self.verbs)
+        except InvalidInputError:
+            return []
         view = self._view
-        puts = [
-            Action("put", view.names[own], destination=place)
-            for own, thing in view.table.items()
-            if readable(thing["objectType"]) == kind
-            and thing["pickupable"]
-            and (place := view.place(thing))
-        ]
-        return list(dict.fromkeys(view.phrase(put) for put in puts))
+        taken = bound(view, standing) | asked_about(view, standing)
+        found: list[Action] = []
+        for order in orders:
+            if any(verb.name == order.do for verb in self.verbs):
+                found += self.resolve(order, standing, _EXACTLY).actions
+        touched = {view.id(name) for each in found for name in (each.target, each.destination)}
+        return [] if touched & taken else found
+
+    def like(self, text: str, most: int) -> list[Occasion]:
+        """See `Environment.like`."""
+        return shipped_occasions("house")(text, most)
+
+    def here(self) -> str:
+        """The kinds of things in the room."""
+        return ", ".join(sorted({readable(each["objectType"]) for each in self._view.objects}))
 
     def undo(self, results: Sequence[StepResult], standing: Standing) -> Resolution:
         """What brings back what `results` changed; what is ruled out stays as it is.

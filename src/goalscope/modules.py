@@ -1,0 +1,77 @@
+"""The modules of Algorithm 1 besides inference: who proposes, removes, plans and asks."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+from typing import Literal, cast, get_args
+
+from goalscope.dialog import Asker
+from goalscope.goals import Proposer
+from goalscope.models import Model
+from goalscope.policy import NeedPlanner, Planner
+from goalscope.prompted import PromptedPlanner, PromptedWriter
+from goalscope.types import InvalidInputError
+from goalscope.writer import Writer
+
+__all__ = ["MODULES", "Module", "Modules", "modules_named", "modules_of"]
+
+Module = Literal["propose", "remove", "plan", "query"]
+
+MODULES: tuple[Module, ...] = get_args(Module)
+"""What can be done by the paper's prompts."""
+
+
+def modules_named(names: Iterable[str]) -> tuple[Module, ...]:
+    """Modules by their names; "all" stands for each of them.
+
+    Raises:
+        InvalidInputError: There is no such module.
+    """
+    found: list[Module] = []
+    for name in names:
+        if name not in (*MODULES, "all"):
+            raise InvalidInputError(
+                f"There is no module {name!r}. There are: {', '.join(MODULES)}; or say all."
+            )
+        found.extend(each for each in MODULES if name in (each, "all"))
+    return tuple(dict.fromkeys(found))
+
+
+@dataclass(frozen=True, slots=True)
+class Modules:
+    """Who does what.
+
+    Attributes:
+        proposer: Names goals.
+        remover: Removes goals by a prompt; None where likelihood does.
+        planner: Chooses what to do unasked.
+        asker: Asks.
+    """
+
+    proposer: Proposer
+    remover: PromptedWriter | None
+    planner: Planner
+    asker: Asker
+
+
+def modules_of(model: Model, prompted: Collection[Module] = ()) -> Modules:
+    """Those of a model: what it was taught, or the paper's prompts where it was not.
+
+    Args:
+        model: As of `open_model`, or any that writes.
+        prompted: What is done by the paper's prompts in any case.
+
+    Raises:
+        InvalidInputError: The model does not write.
+    """
+    by_prompt = PromptedWriter(model)
+    taught = cast("Model | None", getattr(model, "writer", None))
+    writer = Writer(taught) if taught else None
+    planner = PromptedPlanner(by_prompt)
+    return Modules(
+        proposer=writer if writer and "propose" not in prompted else by_prompt,
+        remover=by_prompt if "remove" in prompted else None,
+        planner=NeedPlanner(writer) if writer and "plan" not in prompted else planner,
+        asker=writer if writer and "query" not in prompted else by_prompt,
+    )
