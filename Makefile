@@ -18,10 +18,14 @@ ADAPTERS := $(SETS:%=adapters/without-%/adapter.gguf) $(patsubst %,adapters/teac
 FIT := $(BIN)/goalscope fit --start none --out adapters
 SHORT := --steps 100 --every 100 --validation 20
 
-.PHONY: help demo demo-web test slow torch servers check package audit docs reliability fuzz pictures recording bench results adapter reader lock
+OTHERS := corpus/reading/others/train
+LANGUAGES := --domain grocery --domain house --domain corpus/reading/others/verbs.toml
+RECIPES := $(wildcard $(GOALSCOPE_DATA)/grocery/recipes_dev.jsonl.gz)
+
+.PHONY: help demo demo-web test slow torch servers check package audit docs reliability fuzz pictures recording bench results adapter reader writer lock
 
 help:
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-13s%s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z -]+:.*## / {printf "make %-15s%s\n", $$1, $$2}' Makefile
 
 demo: $(READY)  ## one grocery episode with a scripted human, on the built-in model
 	$(BIN)/goalscope run grocery --profile $(PROFILE)
@@ -113,13 +117,17 @@ adapters/without-%/adapter.gguf: | $(READY)
 adapters/teach-%/adapter.gguf: | $(READY)
 	$(FIT)/teach-$* "teach:train[:$*]" $(SHORT)
 
-reader: adapters/reader/adapter.gguf  ## the adapter that reads; after `make torch`
-	cp $(addprefix adapters/reader/,adapter.gguf fit.json) src/goalscope/models/reader/
+reader writer: %: adapters/%/adapter.gguf  ## the adapter that reads, and the one that proposes, plans and asks; after `make torch`
+	cp $(addprefix adapters/$@/,adapter.gguf fit.json) src/goalscope/models/$@/
 
-# Some hours on two cores, minutes on a GPU; it goes on where it stopped.
+# Some hours on two cores, minutes on a GPU; each goes on where it stopped.
 adapters/reader/adapter.gguf: | $(READY)
-	$(BIN)/goalscope fit-reader corpus/reading/train corpus/reading/others/train --out adapters/reader --epochs 3 \
-		--domain grocery --domain house --domain corpus/reading/others/verbs.toml
+	$(BIN)/goalscope fit-writer corpus/reading/train $(OTHERS) $(OTHERS) --out adapters/reader --epochs 10 \
+		--validate corpus/reading/dev $(LANGUAGES)
+
+adapters/writer/adapter.gguf: | $(READY)
+	$(BIN)/goalscope fit-writer src/goalscope/needs corpus/talks/train $(RECIPES) --out adapters/writer --epochs 4 \
+		--validate corpus/needs/dev --validate corpus/talks/dev
 
 lock:  ## pin the newest versions that pyproject.toml allows
 	uv pip compile pyproject.toml --extra cluster --extra experiments --extra mcp --extra postgres --extra remote \

@@ -15,10 +15,11 @@ from goalscope.occasions import Occasion
 from goalscope.prompts import recent
 from goalscope.standing import Standing
 from goalscope.types import Action, GoalscopeError, StepResult, Turn
+from goalscope.words import singulars
 from goalscope.writer import LIKE, Writer
 
 __all__ = ["Choice", "Guess", "NeedPlanner", "Outcome", "Planner", "Want"]
-__all__ += ["attempted", "choose", "undo"]
+__all__ += ["attempted", "choose", "shares", "undo"]
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
@@ -127,33 +128,25 @@ class Planner(Protocol):
 
 
 class NeedPlanner:
-    """Does what the likely goals call for, as a taught writer and occasions from life know it.
+    """Does what the likely goals call for, as occasions from life and a taught writer know it.
 
-    The writer lists what the likeliest goal calls for; the occasions nearest to the person's words
-    add what they call for. Then the writer judges each of these under each goal. What several
-    goals share comes first.
+    What the occasions nearest to the person's words and a goal call for is what the goal may call
+    for; the writer judges each of these things under each goal. How right a thing is under a goal
+    is the mean of both. So what several goals share comes first.
 
     Args:
-        writer: Lists and judges.
+        writer: Judges; and lists needs where there are no occasions.
         limit: Most things done in one round.
         most: Most candidates that are judged.
-        nice: Probability of being right of what would be nice.
         cost: Of a question before acting (see `choose`).
     """
 
     def __init__(
-        self,
-        writer: Writer,
-        *,
-        limit: int = 8,
-        most: int = 24,
-        nice: float = 0.5,
-        cost: float = 0.2,
+        self, writer: Writer, *, limit: int = 8, most: int = 16, cost: float = 0.2
     ) -> None:
         self.writer = writer
         self.limit = limit
         self.most = most
-        self.nice = nice
         self.cost = cost
 
     def act(
@@ -186,28 +179,31 @@ class NeedPlanner:
         aims = {want.text: want.probability for want in wants}
         if not aims or sum(aims.values()) < 1 - _LITTLE:
             aims[""] = aims.get("", 0.0) + 1 - sum(aims.values())
-        leading = max(aims, key=lambda aim: (aim != "", aims[aim]))
-        like = env.like(f"{said} {leading}".strip(), LIKE)
+        weights = np.array([*aims.values()]) / sum(aims.values())
+        leading = int(weights.argmax())
+        like = [env.like(f"{said} {aim}".strip(), LIKE) for aim in aims]
         room = env.here()
-        written = self.writer.needs(leading, said, like, room)
-        things = _candidates(env, written, like, standing)[: self.most]
+        known = [shares(each) for each in like]
+        if not any(known):
+            written = self.writer.needs([*aims][leading], said, (), room)
+            known = [dict.fromkeys(written, 1.0)] * len(aims)
+        mean: dict[str, float] = {}
+        for weight, each in zip(weights.tolist(), known, strict=True):
+            for thing, share in each.items():
+                mean[thing] = mean.get(thing, 0.0) + weight * share
+        things = _served(env, sorted(mean, key=lambda thing: -mean[thing]), standing)[: self.most]
         if not things:
             return [], [], {}
-        judged = self.writer.judged(things, [*aims], said, like, room)
-        right = judged[:, :, 0] + self.nice * judged[:, :, 1]
-        weights = np.array([*aims.values()]) / sum(aims.values())
+        judged = self.writer.judged(things, [*aims], said, like[leading], room)
+        share = np.array([[each.get(thing, 0.0) for thing in things] for each in known])
+        right = (share + judged[:, :, 0] + judged[:, :, 1] / 2) / 2
         choice = choose(weights, right, self.cost)
         leaders: list[int] = (weights[:, None] * right).argmax(axis=0).tolist()
-        best = [[*aims][leader] for leader in leaders]
+        goals = {thing: [*aims][at] for thing, at in zip(things, leaders, strict=True)}
         order: list[int] = np.argsort(-choice.value, kind="stable").tolist()
         act = [things[i] for i in order if choice.act[i]][: self.limit]
-        steps = [thing for thing in written if thing in act]
-        held = [things[i] for i in order if choice.hold[i] and env.serving(things[i], standing)]
-        return (
-            list(dict.fromkeys([*steps, *act])),
-            held[: self.limit],
-            dict(zip(things, best, strict=True)),
-        )
+        held = [things[i] for i in order if choice.hold[i]][: self.limit]
+        return _in_turn(act, like[leading]), held, goals
 
     def said(self, turns: Sequence[Turn]) -> str:
         """The newest of the person's words, as many as a prompt can hold."""
@@ -217,28 +213,43 @@ class NeedPlanner:
 
 _LITTLE = 0.1
 """Probability of other goals below which what they call for is not asked."""
+_FALL = 0.3  # by which each next occasion counts less, in nats
+_RANKS = 30  # things after which one more counts for nothing
 
 
-def _candidates(
-    env: Environment, written: Sequence[str], like: Sequence[Occasion], standing: Standing
-) -> list[str]:
-    """Needs that may be served here, those first that most speaks for.
+def shares(like: Sequence[Occasion]) -> dict[str, float]:
+    """How much occasions speak for each thing: 1 where all of them need it first of all.
 
-    What was written is kept even if it cannot be done yet: what comes before may make it possible.
+    Nearer ones count more, and what nobody wants there counts against a thing. Things of the same
+    words in the singular are one.
     """
-    votes = {thing: 2 - rank / 20 for rank, thing in enumerate(written)}
-    for each in like:
-        for things, weight in ((each.needed, 1.0), (each.nice, 0.5), (each.unwanted, -1.0)):
+    weights = np.exp(-_FALL * np.arange(len(like)))
+    found: dict[str, float] = {}
+    names: dict[str, str] = {}
+    for weight, each in zip((weights / weights.sum()).tolist(), like, strict=True):
+        for things, worth in ((each.needed, 1.0), (each.nice, 0.5), (each.unwanted, -1.0)):
             for rank, thing in enumerate(things):
-                votes[thing] = votes.get(thing, 0.0) + weight * (1 - rank / 40)
-    found: list[str] = []
-    seen = set[tuple[Action, ...]]()
-    for thing in sorted(votes, key=lambda thing: -votes[thing]):
-        actions = tuple(env.serving(thing, standing))
-        if (actions or thing in written) and actions not in seen:
-            found.append(thing)
-        seen |= {actions} if actions else set()
-    return found
+                name = names.setdefault(" ".join(singulars(thing)), thing)
+                found[name] = found.get(name, 0.0) + weight * worth * (1 - rank / _RANKS)
+    return {thing: share for thing, share in found.items() if share > 0}
+
+
+def _served(env: Environment, things: Sequence[str], standing: Standing) -> list[str]:
+    """Those that something here serves, and none that is served by what serves another."""
+    found: dict[tuple[Action, ...], str] = {}
+    for thing in things:
+        if actions := tuple(env.serving(thing, standing)):
+            found.setdefault(actions, thing)
+    return [*found.values()]
+
+
+def _in_turn(things: Sequence[str], like: Sequence[Occasion]) -> list[str]:
+    """In the order in which occasions have them, as steps may build on one another."""
+    places: dict[str, int] = {}
+    for each in like:
+        for place, thing in enumerate((*each.needed, *each.nice)):
+            places.setdefault(thing, place)
+    return sorted(things, key=lambda thing: places.get(thing, len(places)))
 
 
 def attempted(
