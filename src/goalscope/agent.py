@@ -46,6 +46,9 @@ NO_GOAL = "The goals do not explain the newest words, and no better ones were fo
 NO_ANSWER = "I cannot answer that."
 """The answer to a question about something that is not known here."""
 
+_TELLING = ("aim", "none", "avoid", "only", "budget")
+"""Dialogue acts that ask for nothing."""
+
 _FAILURES = 3
 """Most failures that a round's notes tell one by one."""
 
@@ -146,7 +149,8 @@ class Agent:
         return f"{answer}\n{question}" if answer else question
 
     def _question(self) -> str:
-        if not _tells(self.rounds[-1].reading, "aim"):
+        last = self.rounds[-1].reading
+        if not (last and self._aimed(last)):
             return FALLBACK
         goals = [goal.text for goal, _ in self._stated(self.rounds[-1].belief)]
         return ask(self.modules.asker, self.env, self.turns, self._done(), goals, self._draft)
@@ -225,7 +229,7 @@ class Agent:
             changes, missing = self._update(tracker, turn, reading) if tracker else ([], False)
             self._executor.follow(done, standing)
             outcome = Outcome()
-            if _tells(reading, "aim") and not (done.wary or done.ended):
+            if self._aimed(reading) and not (done.wary or done.ended):
                 self._progress("planning")
                 past = [*history, *done.results]
                 gone = retracted(self.rounds)
@@ -347,15 +351,21 @@ class Agent:
         known = len(tracker.belief.goals)
         self._progress(f"scoring {known} {'goal' if known == 1 else 'goals'}")
         tracker.observe(turn.query, turn.utterance)
-        aims = _tells(reading, "aim")
+        aims = _tells(reading, "aim") or _only_tells(reading)
         return tracker.manage(
             self.goals,
             self.rounds,
             self._corrections,
             propose=aims or (bool(acting(reading.orders)) and not stated),
-            anew=aims and any(_tells(round.reading, "aim") for round in self.rounds),
+            anew=_tells(reading, "aim")
+            and any(_tells(round.reading, "aim") for round in self.rounds),
             progress=self._progress,
         )
+
+    def _aimed(self, reading: Reading) -> bool:
+        """Whether to act for an aim: where one was told, or a goal explains what was told."""
+        belief = self.tracker.belief if self.tracker else None
+        return _tells(reading, "aim") or (_only_tells(reading) and bool(self._stated(belief)))
 
     def _planned(
         self,
@@ -413,6 +423,11 @@ def _asked(turn: Turn) -> str:
 def _tells(reading: Reading | None, act: str) -> bool:
     """Whether a reading holds a dialogue act."""
     return reading is not None and any(order.do == act for order in reading.orders)
+
+
+def _only_tells(reading: Reading) -> bool:
+    """Whether words ask for nothing, and agree to nothing: they may tell what it is all for."""
+    return all(order.do in _TELLING for order in reading.orders)
 
 
 def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator[Round]:

@@ -52,7 +52,7 @@ FITTED_SOURCES = "fitted.sources"
 """Key under which stands what it was fitted on, for people."""
 
 FITTED_TASK = "fitted.task"
-"""Key under which "reading" stands where the adapter was fitted to read."""
+"""Key under which "writing" stands where the adapter was fitted on what is to be written."""
 
 MODULES: Mapping[str, str] = {
     "q_proj": "attn_q",
@@ -98,7 +98,8 @@ def shipped(name: str = "general") -> Path | None:
     """The file of an adapter that comes with goalscope for the embedded model.
 
     Args:
-        name: "general" for the likelihood of people's words, "reader" for reading.
+        name: "general" for the likelihood of people's words, "reader" for reading, "writer" for
+            goals, needs and questions.
     """
     path = Path(__file__).parent / name / "adapter.gguf"
     return path if path.is_file() else None

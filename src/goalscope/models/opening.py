@@ -264,7 +264,7 @@ def open_reader(
     given = None if adapter in (None, NO_ADAPTER) else _adapter(adapter, model)
     file = given or (shipped("reader") if model is None and adapter is None else None)
     opened = _local(model, report, file, merge=True)
-    taught = getattr(opened, "adapter_metadata", {}).get(FITTED_TASK) in ("reading", "writing")
+    taught = getattr(opened, "adapter_metadata", {}).get(FITTED_TASK) == "writing"
     if given and not taught:
         opened.close()
         raise InvalidInputError(
