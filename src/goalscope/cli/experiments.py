@@ -181,6 +181,7 @@ def run_experiment(
         list[str] | None,
         typer.Option(metavar="MODEL", help="In place of the file's models; may be repeated."),
     ] = None,
+    generator: Writer = None,
     results: Folder = None,
     on: On = None,
     workers: Workers = 2,
@@ -196,8 +197,9 @@ def run_experiment(
     from goalscope.experiment.reading import read_experiment
 
     plan = read_experiment(file)
-    if model:
-        plan = replace(plan, models=tuple(_model(each) for each in model))
+    if model or generator:
+        models = tuple(_model(each, generator) for each in model or (None,))
+        plan = replace(plan, models=models)
     _run(plan, data, results, on, workers, anyway, as_json)
 
 

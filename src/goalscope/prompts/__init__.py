@@ -19,12 +19,9 @@ from jinja2.sandbox import SandboxedEnvironment
 from goalscope.models import LanguageModel
 from goalscope.types import Message, Turn
 
-__all__ = ["examples", "recent", "render", "topics", "transcript"]
+__all__ = ["recent", "render", "transcript"]
 
 _JINJA = SandboxedEnvironment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-_COMMON = frozenset(("with", "that", "have", "want", "keep", "take", "show", "they", "them"))
-"""Words of the examples that anybody may use of anything."""
-
 _HEADING = re.compile(r"^--- (system|user|assistant)\n", re.MULTILINE)
 
 
@@ -72,16 +69,6 @@ def transcript(turns: Sequence[Turn]) -> list[Message]:
         for turn in turns
         for message in (Message("user", turn.query), Message("assistant", turn.utterance))
     ]
-
-
-def examples(prompt: Sequence[Message]) -> str:
-    """The text of a prompt's examples, which stand between its first message and its last."""
-    return " ".join(message.content for message in prompt[1:-1])
-
-
-def topics(text: str) -> set[str]:
-    """The words of `text` that may tell what it is about."""
-    return {*re.findall(r"[^\W\d_]{4,}", text.casefold())} - _COMMON
 
 
 @cache
