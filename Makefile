@@ -122,7 +122,7 @@ reader writer: %: adapters/%/adapter.gguf  ## the adapter that reads, and the on
 
 # Some hours on two cores, minutes on a GPU; each goes on where it stopped.
 adapters/reader/adapter.gguf: | $(READY)
-	$(BIN)/goalscope fit-writer corpus/reading/train $(OTHERS) $(OTHERS) --out adapters/reader --epochs 10 \
+	$(BIN)/goalscope fit-writer corpus/reading/train $(OTHERS) $(OTHERS) --out adapters/reader --rank 16 --epochs 3 \
 		--validate corpus/reading/dev $(LANGUAGES)
 
 adapters/writer/adapter.gguf: | $(READY)
