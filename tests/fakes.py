@@ -3,15 +3,22 @@
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from goalscope.agent import Agent
 from goalscope.envs import Environment, Pick, Resolution
 from goalscope.models import Completion
 from goalscope.orders import Order, Verb
-from goalscope.policy import Planner
+from goalscope.policy import Outcome, Planner, Want, attempted
 from goalscope.standing import Standing
 from goalscope.types import Action, Message, Profile, StepResult, Turn
+
+GOALS = "Name what a person"
+NEEDS = "Tell what an aim calls for"
+QUESTION = "one short question"
+"""What stands in the prompts of a taught writer, for `WordModel`'s replies."""
 
 _READS = {
     "Yes.": "yes",
@@ -29,7 +36,8 @@ class WordModel:
     Over its vocabulary the probabilities sum to one, so posteriors have closed forms. It writes
     the scripted replies, whichever prompt's words they are listed under. It reads canonical English
     as what it is (with "; " for a new line), "Remove the X." likewise, what is listed in `reads`
-    so, and all else as an aim.
+    so, and all else as an aim. As its own writer it finds needed what shares a word with the aim or
+    with what was said, and unwanted what does not.
     """
 
     name = "words"
@@ -50,6 +58,10 @@ class WordModel:
         self.context_size = context_size
         self.calls = 0
 
+    @property
+    def writer(self) -> "WordModel | None":
+        return self
+
     def token_logprobs(
         self,
         contexts: Sequence[Sequence[Message]],
@@ -60,6 +72,12 @@ class WordModel:
         self.calls += 1
         rows = []
         for context, text in zip(contexts, continuations, strict=True):
+            if judged := re.search(r"\nAnd (.*)\?$", context[-1].content):
+                told = re.findall(r"^(?:Said|Aim): (.*)$", context[-1].content, re.MULTILINE)
+                fits = bool({*words(judged[1])} & {*words(" ".join(told))})
+                right = "needed" if fits else "not"
+                rows.append(np.array([0.0 if text == right else -50.0]))
+                continue
             seen = {word for message in context for word in words(message.content)}
             total = self.vocabulary + len(seen) * (self.boost - 1)
             row = [math.log((self.boost if w in seen else 1) / total) for w in words(text)]
@@ -172,15 +190,28 @@ class LampRoom(Environment):
         return [bool(self.on)]
 
 
-class Plans(Planner):
+class Plans:
     """Makes the plan that it is given."""
 
-    def __init__(self, given: Sequence[Action], *, replans: int = 0) -> None:
-        super().__init__(WordModel(), replans=replans)
+    def __init__(self, given: Sequence[Action]) -> None:
         self.given = given
 
-    def plan(self, *_: object) -> tuple[list[Action], list[str]]:
-        return [*self.given], []
+    def act(
+        self,
+        env: Environment,
+        wants: Sequence[Want],
+        turns: Sequence[Turn],
+        history: Sequence[StepResult],
+        standing: Standing,
+    ) -> Outcome:
+        done, problem = attempted(env, self.given, history)
+        return Outcome(tuple(done), (problem,) if problem else ())
+
+
+def plans(agent: Agent, planner: Planner) -> Agent:
+    """The agent, for which the planner plans from now on."""
+    agent.modules = replace(agent.modules, planner=planner)
+    return agent
 
 
 def said(*utterances: str) -> list[Turn]:

@@ -10,8 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from fakes import NEEDS
 from goalscope.models import Completion
 from goalscope.types import Message
+from goalscope.writer import JUDGEMENTS
 
 ORDERS = (
     "Buy the basket",
@@ -44,6 +46,16 @@ ORDERS = (
 )
 """Lines of a model that wants to spend money and to break things."""
 
+WANTED = (
+    *("milk", "flour", "soap", "buy basket", "checkout", "slice bread", "break vase"),
+    *("cook potato", "put apple | where fridge", "turn on microwave", "break mirror"),
+    *("put potato | where microwave", "open fridge", "slice tomato", "use up soap bottle"),
+)
+"""What it says that an aim calls for."""
+
+EAGER = ("buy", "order", "out", "needed")
+"""What is likely to it where it is greedy."""
+
 
 class Hostile:
     """Honest only about its room: it writes orders, and finds likely whatever it likes.
@@ -58,6 +70,7 @@ class Hostile:
 
     def __init__(self, seed: int) -> None:
         self.random = random.Random(seed)
+        self.writer = self if seed % 2 else None  # it was taught to write, or is prompted
         self.mood = self.random.choice(["sure", "never", "random", "greedy", "NaN"])
 
     def generate(
@@ -73,6 +86,8 @@ class Hostile:
             margins = tuple(self.random.uniform(0, 9) for _ in text.split("\n"))
             return Completion(text, "stop", 1, 1, -1.0, margins)
         lines = self.random.sample(ORDERS, self.random.randint(1, 6))
+        if any(NEEDS in each.content for each in messages):
+            lines = [f"{head}: {', '.join(self.random.sample(WANTED, 4))}" for head in JUDGEMENTS]
         text = self.filled(schema) if schema else "\n".join(lines)
         return Completion(text, self.random.choice(["stop", "length"]), 1, 1)
 
@@ -82,8 +97,8 @@ class Hostile:
         words = re.findall(r'"([^"\\]*)"', rules["word"])
         forms = [form for form in re.split(r" \| (?=\"[a-z])", rules["order"]) if "for" not in form]
         grave = [form for form in forms if re.match(r'"(?:buy|slice|break|cook)"', form)]
-        lines: list[str] = []
-        for _ in range(self.random.randint(1, 3)):
+        lines = ["aim"] * (self.random.random() < 0.3)
+        for _ in range(self.random.randint(1 - len(lines), 3)):
             form = self.random.choice(grave if grave and self.random.random() < 0.4 else forms)
             verb = re.findall(r'"([^"]*)"', form)[0]
             named = "words" in form and self.random.random() < 0.8
@@ -100,12 +115,13 @@ class Hostile:
         """An answer in the form that was asked for."""
         wanted = schema.get("properties", {"": {}})
         worst = [*schema.get("enum", ()), *ORDERS]
-        return json.dumps(
-            {
-                name: self.random.choice([*each.get("enum", ()), 3, -1, 1e9, *worst])
-                for name, each in wanted.items()
-            }
-        )
+
+        def value(form: Mapping[str, Any]) -> Any:
+            if form.get("type") == "array" and self.random.random() < 0.8:
+                return self.random.sample([*range(1, 9), *WANTED, *ORDERS], 12)
+            return self.random.choice([*form.get("enum", ()), 3, -1, 1e9, *worst])
+
+        return json.dumps({name: value(each) for name, each in wanted.items()})
 
     def token_logprobs(
         self, contexts: Sequence[object], continuations: Sequence[str], **_: object
@@ -119,7 +135,7 @@ class Hostile:
             case "never":
                 return -np.inf
             case "greedy":
-                return -50.0 + 50 * any(word in text.lower() for word in ("buy", "order", "out"))
+                return -50.0 + 50 * any(word in text.lower() for word in EAGER)
             case "NaN":
                 return self.random.choice([np.nan, -5.0])
             case _:

@@ -26,6 +26,8 @@ from typing import Any
 
 import pytest
 
+from fakes import GOALS, NEEDS, QUESTION
+
 HERE = Path(__file__).parent
 CATALOGUE = """name,category,unit,price
 Whole Milk,dairy,1 L,1.20
@@ -65,9 +67,9 @@ comparisons = 1
 
 
 REPLIES = {
-    "name what the human may want": "- bake a cake\n- drink tea with milk",
-    "lists of what is needed": "- flour\n- cocoa",
-    "short question": "What do you like?",
+    GOALS: "bake a cake\ndrink tea with milk",
+    NEEDS: "needed: flour, cocoa",
+    QUESTION: "What do you like?",
     "reasonable is this": '{"explanation": "It fits.", "score": 2}',
     "shown first": '{"first": {"explanation": "It fits.", "score": 2}, '
     '"second": {"explanation": "It lacks tea.", "score": 1.5}}',

@@ -15,7 +15,7 @@ import httpx
 import pytest
 import uvicorn
 
-from fakes import WordModel
+from fakes import GOALS, NEEDS, QUESTION, WordModel
 from goalscope.domains import Settings
 from goalscope.models import Model
 from goalscope.store import Store
@@ -24,9 +24,9 @@ from goalscope.web.guard import Guard
 
 KEY = "the-key-of-the-host-in-tests"
 WRITES = {
-    "name what the human may want": "- bake a cake\n- bake bread with flour",
-    "lists of what is needed": "- flour\n- sugar",
-    "short question": "What do you like?",
+    GOALS: "bake a cake\nbake bread with flour",
+    NEEDS: "needed: flour, sugar",
+    QUESTION: "What do you like?",
 }
 
 

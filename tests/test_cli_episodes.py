@@ -15,6 +15,7 @@ import pytest
 import test_cli
 from goalscope.calibration import PAPER, USUAL
 from goalscope.calibrations import keep_calibration
+from goalscope.domains import settings_of
 from goalscope.store import Store
 from test_cli import MAIN, PROFILES, ROW, SOURCE, fails, invoke, rows_file
 from test_store import a_round
@@ -188,6 +189,19 @@ def test_options_of_the_likelihood_are_refused_where_there_is_none(shop, words, 
     assert method in said
     good = [*shop, "--method", "good", "--rounds", 1, *options]
     assert invoke("run", "--profile", "baker", *good).exit_code == 0
+
+
+def test_what_is_done_by_prompts_is_kept_with_an_episode(shop, store_file, words):
+    said = {"input": "I need cocoa powder for a cake.\n"}
+    options = ["--prompted", "plan", "--prompted", "query"]
+    assert invoke("chat", *shop[:2], *options, **said).exit_code == 0
+    with Store.open(store_file) as store:
+        (info,) = store.episodes()
+        (round,) = store.rounds(info.id)
+    assert settings_of(info.settings).prompted == ("plan", "query")
+    assert any(note.startswith("No plan was made.") for note in round.notes)  # by no JSON
+    assert invoke("chat", "--resume", info.id, **said).exit_code == 0
+    assert "There is no module 'plans'" in fails(2, "chat", *shop[:2], "--prompted", "plans")
 
 
 def test_an_adapter_is_kept_with_an_episode(shop, store_file, words, tmp_path, monkeypatch):

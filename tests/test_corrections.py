@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fakes import LampRoom, WordModel
+from fakes import GOALS, LampRoom, WordModel
 from goalscope.agent import Agent
 from goalscope.belief import PINNED, Belief
 from goalscope.calibration import PAPER, USUAL
@@ -21,6 +21,7 @@ from goalscope.likelihood import PromptedRanking, RolePlay
 from goalscope.rounds_json import round_from_json, round_to_json
 from goalscope.tracker import GoalTracker
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError
+from goalscope.writer import Writer
 from lamps import RANKS, REPLIES
 from test_cli import invoke, shop, store_file, words  # noqa: F401
 from test_store import a_round
@@ -331,7 +332,7 @@ def test_an_unsafe_goal_goes_though_it_is_confirmed_and_the_only_one() -> None:
 
 
 def test_what_was_ruled_out_is_not_proposed_and_comes_back_only_by_name() -> None:
-    model = WordModel({"Goals on the list": "- grow roses\n- feed the birds"})
+    model = WordModel({GOALS: "grow roses\nfeed the birds"})
     tracker = GoalTracker(model, goals=["bake a cake", "grow roses"])
     tracker.observe("", "I grow roses, roses, and feed birds.")
     tracker.correct("veto", "grow roses")
@@ -339,7 +340,7 @@ def test_what_was_ruled_out_is_not_proposed_and_comes_back_only_by_name() -> Non
     def proposed() -> list[str]:
         belief = tracker.belief
         found = propose(
-            model,
+            Writer(model),
             tracker.likelihood,
             tracker.task,
             tracker.turns,

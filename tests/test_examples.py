@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fakes import LampRoom
+from fakes import NEEDS, LampRoom
 from goalscope import Agent, GoalscopeError, InvalidInputError
 from goalscope.domains import Settings, load_domain, open_environment, profiles_of
 from goalscope.envs import MAY_LACK, Environment, Resolution
@@ -279,13 +279,17 @@ def test_they_get_the_garden_that_they_want(tmp_path: Path, name: str) -> None:
     assert "walnut tree" in invoke("replay", outcome["episode"], "--store", store).stdout
 
 
+class Closing(NamedModel):
+    def close(self) -> None: ...
+
+
 def test_a_file_that_a_stored_episode_names_is_run_only_if_the_user_names_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("goalscope.domains._OWN", {})
     monkeypatch.setattr(
         "goalscope.models.opening.open_model",
-        lambda *_, **__: type("Words", (NamedModel,), {"close": lambda self: None})(),
+        lambda *_, **__: Closing({NEEDS: "needed: pond, hedge"}),
     )
     monkeypatch.setenv("GOALSCOPE_STORE", str(tmp_path / "episodes.db"))
     mine = tmp_path / "mine.py"

@@ -1,5 +1,6 @@
 """Which goals the belief is over: when some are proposed, which, and which go."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fakes import LampRoom, RefusesAll, WordModel
+from fakes import GOALS, LampRoom, RefusesAll, WordModel
 from goalscope.belief import Belief
 from goalscope.calibration import PAPER, USUAL, Calibration
 from goalscope.envs.grocery.catalogue import Catalogue
@@ -15,7 +16,6 @@ from goalscope.envs.grocery.shop import GroceryShop
 from goalscope.goals import (
     UNEXPLAINED,
     GoalManager,
-    drawn_lines,
     incomplete,
     irrelevant,
     objectionable,
@@ -23,54 +23,62 @@ from goalscope.goals import (
     propose,
 )
 from goalscope.likelihood import RolePlay
-from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn
+from goalscope.models import Completion
+from goalscope.modules import modules_of
+from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError, Turn
+from goalscope.writer import Writer
+
+TURNS = [Turn("Yes?", "soup soup")]
+
+
+def proposed(lines: str, goals: Sequence[Goal] = (UNSPECIFIED,), *, weighed=True, **options):
+    model = WordModel({GOALS: lines})
+    likelihood = RolePlay(model) if weighed else None
+    return propose(Writer(model), likelihood, "t", TURNS, goals, **options)
+
+
+def texts(changes: Sequence[GoalChange]) -> list[str]:
+    assert {change.kind for change in changes} <= {"added"}
+    return [change.goal.text for change in changes]
 
 
 def test_proposals_are_ranked_by_how_well_they_explain_the_words() -> None:
-    model = WordModel({"name what the human may want": "- walk the dog\n- eat the soup"})
-    turns = [Turn("Yes?", "soup soup")]
-    changes = propose(model, RolePlay(model), "t", turns, [UNSPECIFIED], keep=1)
-    assert [change.goal for change in changes] == [Goal("eat the soup")]
-    assert propose(model, None, "t", turns, [], keep=1)[0].goal == Goal("walk the dog")
+    lines = "walk the dog\neat the soup\nsoup soup soup"
+    assert texts(proposed(lines, keep=1)) == ["soup soup soup"]
+    assert texts(proposed(lines)) == ["soup soup soup", "eat the soup"]
+
+
+def test_without_a_likelihood_the_writers_order_stands() -> None:
+    lines = "walk the dog\neat the soup\ncook soup\nsleep"
+    found = proposed(lines, weighed=False, past=[Goal("cook soup")], keep=2)
+    assert texts(found) == ["walk the dog", "eat the soup"]
+    assert texts(proposed(lines, [Goal("Walk a dog")], weighed=False, keep=1)) == ["eat the soup"]
 
 
 def test_a_past_goal_is_a_candidate_if_the_words_are_for_it() -> None:
     soup, dog = Goal("eat the soup"), Goal("walk the dog")
-    model = WordModel({"name what the human may want": "- Eat the SOUP\n- soup in a cup"})
-    turns = [Turn("Yes?", "soup soup")]
-    back, new = propose(model, RolePlay(model), "t", turns, [UNSPECIFIED], past=[dog, soup])
+    back, new = proposed("Eat the SOUP\nsoup in a cup", past=[dog, soup])
     assert (back.goal, new.goal) == (soup, Goal("soup in a cup"))
     assert back.reason.endswith("nats against no goal, after it had been removed")
     assert new.reason.endswith("nats against no goal")
-    assert back.kind == new.kind == "added"
-
-
-def test_what_speaks_of_the_prompts_examples_is_no_goal() -> None:
-    lines = (
-        "- eat soup without any poison\n- take the parents to the soup\n- goals: soup\n- eat soup"
-    )
-    model = WordModel({"name what the human may want": lines})
-    turns = [Turn("Yes?", "soup soup")]
-    found = propose(model, RolePlay(model), "t", turns, [UNSPECIFIED])
-    assert {change.goal.text for change in found} == {"eat soup", "take the parents to the soup"}
-    said = [Turn("Yes?", "soup without poison")]
-    found = propose(model, RolePlay(model), "t", said, [UNSPECIFIED])
-    assert Goal("eat soup without any poison") in {change.goal for change in found}
 
 
 def test_goals_that_differ_by_an_article_are_proposed_once() -> None:
-    lines = "- eat the soup\n- eat a soup\n- Eat my soup.\n- eat soup; drink soup\n- drink soup"
-    model = WordModel({"name what the human may want": lines})
-    turns = [Turn("Yes?", "soup soup")]
-    found = propose(model, RolePlay(model), "t", turns, [UNSPECIFIED], keep=5)
-    assert sorted(change.goal.text for change in found) == ["drink soup", "eat the soup"]
-    known = propose(model, RolePlay(model), "t", turns, [Goal("eat her soup"), UNSPECIFIED])
-    assert [change.goal.text for change in known] == ["drink soup"]
+    lines = "eat the soup\neat a soup\nEat my soup.\ndrink soup"
+    assert sorted(texts(proposed(lines, keep=5))) == ["drink soup", "eat the soup"]
+    assert texts(proposed(lines, [Goal("eat her soup"), UNSPECIFIED])) == ["drink soup"]
 
 
-def test_drawn_lines_are_distinct_and_clean() -> None:
-    model = WordModel({"lists of what is needed": "1. Lamp.\n- lamp\nHere you are:\n* 'a book'"})
-    assert drawn_lines(model, "relevant", draws=2, seed=0, goal="read") == ["Lamp", "a book"]
+@pytest.mark.parametrize("lines", ["", "none", "none\n", "\n \n", "a", "soup " * 30])
+@pytest.mark.parametrize("weighed", [True, False])
+def test_a_writer_that_names_none_proposes_nothing(lines: str, weighed: bool) -> None:
+    assert proposed(lines, weighed=weighed) == []
+
+
+def test_a_list_that_was_cut_short_lacks_its_last_line() -> None:
+    model = WordModel()
+    model.generate = lambda *_, **__: Completion("eat soup\ncook soup with", "length", 1, 1)
+    assert Writer(model).goals("t", TURNS) == ["eat soup"]
 
 
 class Scores:
@@ -86,9 +94,7 @@ class Scores:
 )
 def test_what_cannot_write_proposes_nothing_and_is_named(odd, told) -> None:
     with pytest.raises(InvalidInputError, match=told):
-        propose(odd, None, "t", [Turn("Yes?", "soup")], [UNSPECIFIED])
-    with pytest.raises(InvalidInputError, match=told):
-        drawn_lines(odd, "relevant", draws=1, seed=0, goal="read")
+        modules_of(odd)
 
 
 def test_least_likely_goal_goes_after_patience_and_unspecified_never() -> None:
@@ -134,12 +140,35 @@ def test_the_embedded_model_finds_most_of_what_is_unsafe_and_lets_harmless_goals
 
 def test_a_goal_is_checked_once() -> None:
     model = WordModel()
-    manager = GoalManager(model, LampRoom.task)
+    manager = GoalManager(Writer(model), model, LampRoom.task)
     belief = belief_of([1.0, 2.0, 0.0])
-    manager.removed([belief])
+    manager.removed([belief], TURNS)
     calls = model.calls
-    manager.removed([belief, belief])
+    manager.removed([belief, belief], TURNS)
     assert model.calls == calls > 0
+
+
+class Removes:
+    """Removes the goals of some texts, and keeps which it was asked about."""
+
+    def __init__(self, *texts: str) -> None:
+        self.texts = texts
+        self.asked: list[Sequence[Goal]] = []
+
+    def unfit(self, task, turns, goals):
+        self.asked.append(goals)
+        return [GoalChange("removed", goal, "so") for goal in goals if goal.text in self.texts]
+
+
+def test_a_remover_decides_instead_but_not_on_what_the_person_confirmed() -> None:
+    model, remover = WordModel(), Removes("a", "b")
+    manager = GoalManager(Writer(model), model, LampRoom.task, remover=remover)
+    belief = belief_of([1.0, 2.0, 0.0])
+    (change,) = manager.removed([belief.pin(Goal("b"))], TURNS)
+    assert (change.goal, remover.asked) == (Goal("a"), [[Goal("a")]])
+    (change,) = manager.removed([belief], TURNS)
+    assert change.goal == Goal("b")  # the likelier one stays
+    assert model.calls == 0
 
 
 def test_goal_that_the_task_makes_less_likely_is_irrelevant() -> None:
@@ -214,4 +243,4 @@ def test_a_confirmed_goal_and_words_that_say_nothing_are_no_reason_to_propose() 
 @pytest.mark.parametrize("given", [-0.1, 1.0, float("nan"), "often"])
 def test_a_trigger_is_a_probability(given) -> None:
     with pytest.raises(InvalidInputError, match="probability"):
-        GoalManager(WordModel(), LampRoom.task, propose=given)
+        GoalManager(Writer(WordModel()), WordModel(), LampRoom.task, propose=given)

@@ -23,6 +23,7 @@ from goalscope.experiment.plan import (
 )
 from goalscope.experiment.reading import read_experiment
 from goalscope.experiment.results import Cell, cell_key
+from goalscope.modules import MODULES
 from goalscope.types import InvalidInputError
 
 SHIPPED = sorted((Path(__file__).parents[1] / "experiments").glob("*.toml"))
@@ -287,6 +288,24 @@ def test_episodes_have_the_calibration_of_their_model_or_those_that_are_named(
     specs = specs_of(read(tmp_path, part), None)
     assert list(dict.fromkeys(spec["settings"]["calibration"] for spec in specs)) == calibrations
     assert not {"temperature", "evidence"} & set(specs[0]["settings"])
+
+
+def test_episodes_may_propose_and_be_prompted_as_in_the_paper(tmp_path):
+    part = "episodes = {{domain = 'grocery', methods = 'good', profiles = 'cafe'{}}}"
+    (plain,) = specs_of(read(tmp_path, part.format("")), None)
+    assert not {"propose", "prompted"} & set(plain["settings"])
+    more = ", propose = 'paper', prompted = ['remove', 'plan']"
+    (paper,) = specs_of(read(tmp_path, part.format(more)), None)
+    assert (paper["settings"]["propose"], paper["settings"]["prompted"]) == (
+        "paper",
+        ["remove", "plan"],
+    )
+    assert cell_key(plain) != cell_key(paper)
+    (all_of_it,) = specs_of(read(tmp_path, part.format(", prompted = 'all'")), None)
+    assert all_of_it["settings"]["prompted"] == [*MODULES]
+    for wrong in ("propose = 'often'", "propose = 2", "prompted = 'plans'", "prompted = 3"):
+        with pytest.raises(InvalidInputError, match=wrong.split(" ")[0].removesuffix("ed")):
+            specs_of(read(tmp_path, part.format(f", {wrong}")), None)
 
 
 def test_a_calibration_is_a_name_or_a_file_beside_the_toml_whose_content_counts(tmp_path):

@@ -1,129 +1,307 @@
-"""What to do about something, under the whole belief: act, hold back, or do nothing."""
+"""What is done unasked: what the whole belief speaks for, in an order, and never half of it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fakes import LampRoom, WordModel, said
+from fakes import NEEDS, LampRoom, WordModel, plans, said
 from goalscope.agent import Agent
-from goalscope.policy import OTHER_GOALS, Planner, Want, choose, weigh
+from goalscope.envs import Environment
+from goalscope.envs.house import HomeRobot, HouseController
+from goalscope.occasions import Occasion
+from goalscope.orders import Order
+from goalscope.policy import NeedPlanner, Outcome, Want, attempted, choose, shares
 from goalscope.standing import Standing
+from goalscope.types import Action, Goal, StepResult
+from goalscope.writer import JUDGEMENTS, Writer
 
+FREE = Standing()
 HELLO = said("hello")
-LIKELY = 3.0
-"""Nats."""
+READ, SLEEP = Want("read", 0.55), Want("sleep", 0.45)
 
 
 @st.composite
 def beliefs(draw: st.DrawFn) -> tuple[np.ndarray, np.ndarray, float]:
     goals, things = draw(st.integers(1, 5)), draw(st.integers(1, 4))
     weights = np.array(draw(st.lists(st.floats(0.01, 1), min_size=goals, max_size=goals)))
-    nats = st.lists(st.floats(-9, 9, allow_subnormal=False), min_size=things, max_size=things)
-    rows = np.array(draw(st.lists(nats, min_size=goals, max_size=goals)))
+    shares = st.lists(st.floats(0, 1, allow_subnormal=False), min_size=things, max_size=things)
+    rows = np.array(draw(st.lists(shares, min_size=goals, max_size=goals)))
     return weights / weights.sum(), rows, draw(st.floats(0.01, 0.9))
 
 
 @given(beliefs())
 def test_the_choice_has_the_greatest_expected_value(case) -> None:
-    probability, advantage, cost = case
-    choice = choose(probability, advantage, cost)
-    for thing, nats in enumerate(advantage.T):
-        right = 1 / (1 + np.exp(-nats))
-        value = right - (1 - right)
+    probability, right, cost = case
+    choice = choose(probability, right, cost)
+    for thing, rights in enumerate(right.T):
+        value = rights - (1 - rights)
         known_first = sum(p * max(v, 0.0) for p, v in zip(probability, value, strict=True)) - cost
         ways = {"act": probability @ value, "ask": known_first, "wait": 0.0}
         chosen = "act" if choice.act[thing] else "ask" if choice.hold[thing] else "wait"
         assert not (choice.act[thing] and choice.hold[thing])
         assert ways[chosen] >= max(ways.values()) - 1e-9
+        assert choice.value[thing] == pytest.approx(ways["act"])
 
 
 @given(beliefs())
 def test_one_who_is_sure_never_asks(case) -> None:
-    _, advantage, cost = case
-    choice = choose(np.ones(1), advantage[:1], cost)
+    _, right, cost = case
+    choice = choose(np.ones(1), right[:1], cost)
     assert not choice.hold.any()
-    assert (choice.act == (advantage[0] > 0)).all()
+    assert (choice.act == (2 * right[0] - 1 > 0)).all()
 
 
 def test_good_for_one_goal_and_wrong_for_another_is_asked_about() -> None:
-    advantage = np.array([[4.0, 4.0, 0.5], [-4.0, 4.0, -0.5]])
-    choice = choose(np.array([0.6, 0.4]), advantage, 0.2)
+    right = np.array([[0.99, 0.99, 0.6], [0.01, 0.99, 0.4]])
+    choice = choose(np.array([0.6, 0.4]), right, 0.2)
     assert choice.hold.tolist() == [True, False, False]
     assert choice.act.tolist() == [False, True, True]
 
 
-class Tabled(Planner):
-    """Knows how likely a term is given a text; everything else is unlikely."""
+class Lived(LampRoom):
+    """A room of which it is known from life what some aims call for."""
 
-    def __init__(self, likely: dict[str, tuple[str, ...]], never: dict[str, tuple[str, ...]]):
-        super().__init__(WordModel())
-        self.likely, self.never = likely, never
+    def __init__(self, offers: Sequence[str], table: Mapping[str, str]) -> None:
+        super().__init__(offers)
+        self.known = {
+            aim: Occasion(f"x-{aim}", "room", aim, (), tuple(needed.split(", ")))
+            for aim, needed in table.items()
+        }
 
-    def log_probability(self, texts: Sequence[str], goal: str, *_, **__) -> np.ndarray:
-        known = self.likely.get(goal, ()), self.never.get(goal, ())
-        return np.array([LIKELY * ((text in known[0]) - (text in known[1])) * 2 for text in texts])
+    def like(self, text: str, most: int) -> list[Occasion]:
+        return [each for aim, each in self.known.items() if text.endswith(aim)][:most]
+
+
+class Judges(WordModel):
+    """As a writer it finds needed under an aim what its table says, and is sure of it."""
+
+    def __init__(self, table: Mapping[str, str], written: str = "") -> None:
+        super().__init__({NEEDS: written})
+        self.table = table
+
+    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+        rows = []
+        for context, text in zip(contexts, continuations, strict=True):
+            told, _, thing = context[-1].content.rpartition("\nAnd ")
+            aim = told.partition("Aim: ")[2]
+            fits = thing.removesuffix("?") in self.table.get(aim, "").split(", ")
+            rows.append(np.array([0.0 if text == JUDGEMENTS[0 if fits else 2] else -9.0]))
+        return rows
+
+
+def act(
+    env: Environment, table: Mapping[str, str], *wants: Want, history=(), standing=FREE, **options
+) -> Outcome:
+    planner = NeedPlanner(Writer(Judges(table)), **options)
+    return planner.act(env, wants, HELLO, history, standing)
+
+
+def lived(
+    offers: Sequence[str], table: Mapping[str, str], *wants: Want, **options
+) -> tuple[Lived, Outcome]:
+    """What is done where life and judgement say the same."""
+    room = Lived(offers, table)
+    return room, act(room, table, *wants, **options)
+
+
+def test_what_several_goals_share_comes_first() -> None:
+    table = {"read": "candle, lamp", "write": "lamp"}
+    wants = [Want("read", 0.85), Want("write", 0.15)]
+    room, outcome = lived(["candle", "lamp"], table, *wants, limit=1)
+    (guess,) = outcome.guessed
+    assert (guess.target, guess.goal, room.on) == ("lamp", "read", ["lamp"])
+    room, _ = lived(["candle", "lamp"], table, *wants)
+    assert sorted(room.on) == ["candle", "lamp"]
 
 
 def test_what_is_wrong_for_a_likely_goal_waits_until_the_belief_is_clear() -> None:
-    planner = Tabled({"read": ("lamp",)}, {"sleep": ("lamp",)})
-    room = LampRoom(["lamp"])
-    unsure = planner.act(
-        room, [Want("read", 0.55), Want("sleep", 0.45)], said("hello"), [], Standing()
-    )
+    table = {"read": "lamp", "sleep": "pillow"}
+    room, unsure = lived(["lamp"], table, READ, SLEEP)
     assert (unsure.results, unsure.held, room.on) == ((), ("lamp",), [])
-    sure = planner.act(
-        room, [Want("read", 0.97), Want("sleep", 0.03)], said("hello"), [], Standing()
-    )
+    room, sure = lived(["lamp"], table, Want("read", 0.97), Want("sleep", 0.03))
     assert (sure.held, room.on) == ((), ["lamp"])
 
 
 def test_what_is_held_back_could_be_done_and_takes_no_place_of_what_is_done() -> None:
-    room = LampRoom(["candle", "lamp", "torch"])
-    planner = Tabled({"read": ("candle", "lamp", "torch")}, {"sleep": ("candle", "lamp")})
-    planner.limit = 1
-    wants = [Want("read", 0.55), Want("sleep", 0.45)]
-    terms, unsure = planner.search_terms(room, wants, ["hello"])
-    assert (terms, unsure) == (["torch"], ["candle"])
-    room.actions = lambda name, standing: []
-    assert planner.act(room, wants, HELLO, [], Standing()).held == ()
+    table = {"read": "candle, torch, moon", "sleep": "torch"}
+    room, outcome = lived(["candle", "torch"], table, READ, SLEEP, limit=1)
+    assert (room.on, outcome.held) == (["torch"], ("candle",))
 
 
-def test_what_is_held_back_is_told_when_all_plans_fail_too() -> None:
-    room = LampRoom(["lamp", "broken"])
-    planner = Tabled({"read": ("lamp", "broken"), "sleep": ("broken",)}, {"sleep": ("lamp",)})
-    planner.replans = 0
-    outcome = planner.act(
-        room, [Want("read", 0.55), Want("sleep", 0.45)], said("hello"), [], Standing()
-    )
-    assert (outcome.results, outcome.held) == ((), ("lamp",))
+def test_what_is_done_is_in_the_order_of_life_and_no_more_than_the_limit() -> None:
+    names = [f"lamp {n}" for n in range(12)]
+    room, outcome = lived(names, {"read": ", ".join(names[::-1])}, Want("read", 1.0))
+    assert room.on == names[::-1][:8]
+    assert [guess.target for guess in outcome.guessed] == room.on
+
+
+def test_what_is_ruled_out_is_not_done() -> None:
+    standing = Standing(limits=(Order("avoid", "lamp"),))
+    table = {"read": "lamp, candle"}
+    room, outcome = lived(["lamp", "candle"], table, Want("read", 1.0), standing=standing)
+    assert (room.on, outcome.held) == (["candle"], ())
+
+
+def test_a_need_that_nothing_here_serves_is_left_out() -> None:
+    room, outcome = lived(["lamp"], {"read": "moon, lamp"}, Want("read", 1.0))
+    assert (room.on, outcome.failed, outcome.held) == (["lamp"], (), ())
+    _, nothing = lived([], {"read": "moon"}, READ, SLEEP)
+    assert nothing == Outcome()
+
+
+def test_what_serves_two_needs_is_done_once() -> None:
+    class Switched(Lived):
+        def serving(self, need, standing):
+            return [Action("switch on", "lamp")]
+
+    table = {"read": "lamp, light"}
+    room = Switched(["lamp"], table)
+    outcome = act(room, table, Want("read", 1.0))
+    assert (room.on, outcome.failed) == (["lamp"], ())
+
+
+def test_nothing_lasting_is_done_unasked_and_no_part_of_it() -> None:
+    class Fragile(Lived):
+        def serving(self, need, standing):
+            return [Action("switch on", need), *[Action("smash", need)] * (need == "vase")]
+
+    table = {"read": "vase, lamp"}
+    room = Fragile(["vase", "lamp"], table)
+    act(room, table, Want("read", 1.0))
+    assert (room.on, room.smashed) == (["lamp"], [])
+
+
+def test_what_fails_is_told_undone_whole_and_the_rest_is_done() -> None:
+    class Wired(Lived):
+        def serving(self, need, standing):
+            return [Action("switch on", name) for name in need.split(" and ")]
+
+    table = {"read": "lamp, fan and broken, light"}
+    room = Wired(["lamp", "fan", "broken", "light"], table)
+    outcome = act(room, table, Want("read", 1.0))
+    assert room.on == ["lamp", "light"]
+    assert [each.action.target for each in outcome.failed] == ["broken"]
+    assert [each.target for each in outcome.guessed] == room.on
+
+
+def test_all_that_is_done_for_a_need_is_told() -> None:
+    class Wired(Lived):
+        def serving(self, need, standing):
+            return [Action("switch on", name) for name in need.split(" and ")]
+
+    table = {"read": "lamp and fan"}
+    room = Wired(["lamp", "fan"], table)
+    outcome = act(room, table, Want("read", 1.0))
+    assert {each.target for each in outcome.guessed} == {*room.on} == {"lamp", "fan"}
+
+
+def test_what_was_acted_on_before_is_left_as_it_is() -> None:
+    history = [StepResult(Action("switch off", "lamp"), True, "It is off.")]
+    table = {"read": "lamp, fan"}
+    room, _ = lived(["lamp", "fan"], table, Want("read", 1.0), history=history)
+    assert room.on == ["fan"]
+
+
+@pytest.mark.parametrize(("rest", "on"), [(0.0, ["lamp"]), (0.05, ["lamp"]), (0.45, [])])
+def test_goals_that_are_not_known_speak_by_the_persons_words_alone(rest, on) -> None:
+    room, outcome = lived(["lamp"], {"read": "lamp"}, Want("read", 1 - rest))
+    assert (room.on, outcome.held) == (on, () if on else ("lamp",))
+
+
+def test_life_and_judgement_count_half_each() -> None:
+    """Both must find a thing rather right than wrong, on the whole."""
+    wants = Want("read", 1.0)
+    for life, judgement, on in (
+        ("lamp", "lamp", ["lamp"]),
+        ("fan, lamp", "fan", ["fan"]),  # not lamp, which life has second
+        ("fan", "fan, lamp", ["fan"]),  # nor what life knows nothing of
+    ):
+        room = Lived(["lamp", "fan"], {"read": life})
+        act(room, {"read": judgement}, wants)
+        assert room.on == on
+
+
+def test_no_more_things_are_judged_than_the_most() -> None:
+    names = [f"lamp {n}" for n in range(9)]
+    room, _ = lived(names, {"read": ", ".join(names)}, Want("read", 1.0), most=3)
+    assert room.on == names[:3]
+
+
+NEAR = Occasion("x-1", "room", "read", (), ("lamp", "books"), ("rug",), ("drum",))
+FAR = Occasion("x-2", "room", "play", (), ("drum", "book"), ("lamps",), ("rug",))
+
+
+def test_nearer_occasions_speak_louder_and_what_is_unwanted_against() -> None:
+    assert shares([]) == {}
+    alone = shares([NEAR])
+    assert alone["lamp"] == 1
+    assert alone["lamp"] > alone["books"] > alone["rug"] > 0
+    assert "drum" not in alone
+    both = shares([NEAR, FAR])
+    assert {*both} == {"lamp", "books"}  # singular or plural
+    assert both["lamp"] > shares([FAR, NEAR])["lamps"]
+    assert max(both.values()) <= 1
+
+
+def written(text: str, judged: str, *wants: Want) -> tuple[LampRoom, Outcome]:
+    """What is done where nothing is known from life: the writer lists what is needed."""
+    room = LampRoom(["lamp", "fan"])
+    planner = NeedPlanner(Writer(Judges({"read": judged}, text)))
+    return room, planner.act(room, wants, HELLO, [], FREE)
+
+
+def test_without_occasions_the_writer_lists_and_judges() -> None:
+    room, outcome = written("needed: fan, moon\nnice: lamp", "fan, lamp", Want("read", 1.0))
+    assert (room.on, outcome.held) == (["fan", "lamp"], ())
+
+
+def test_what_the_writer_lists_and_then_finds_unwanted_is_not_done() -> None:
+    room, outcome = written("needed: lamp, fan", "lamp", Want("read", 1.0))
+    assert (room.on, outcome.held) == (["lamp"], ())
+
+
+def test_what_the_writer_lists_for_one_goal_is_held_back_where_it_is_wrong_for_another() -> None:
+    room, outcome = written("needed: lamp", "lamp", READ, SLEEP)
+    assert (room.on, outcome.held) == ([], ("lamp",))
 
 
 def test_the_person_is_told_what_is_held_back() -> None:
-    planner = Tabled({"read": ("lamp",)}, {"sleep": ("lamp",)})
-    agent = Agent(LampRoom(), WordModel(), planner=planner)
+    table = {"read": "lamp", "sleep": "pillow"}
+    agent = Agent(Lived(["lamp"], table), WordModel())
+    plans(agent, NeedPlanner(Writer(Judges(table))))
     agent.correct("pin", "read")
-    assert agent.tracker is not None
-    agent._wants = lambda turns: [Want("read", 0.55), Want("sleep", 0.45)]
+    agent._stated = lambda belief: [(Goal("read"), 0.55), (Goal("sleep"), 0.45)]
     round = agent.step("What?", "more light")
     assert "Held back until it is clear what you want: lamp." in round.notes
 
 
-def test_what_serves_all_likely_goals_is_done_at_once() -> None:
-    planner = Tabled({"read": ("lamp",), "write": ("lamp",)}, {})
+def test_impossible_actions_leave_nothing_half_done() -> None:
     room = LampRoom(["lamp"])
-    outcome = planner.act(
-        room, [Want("read", 0.5), Want("write", 0.5)], said("hello"), [], Standing()
-    )
-    assert (outcome.held, room.on) == ((), ["lamp"])
+    history = [room.step(Action("switch on", "candle"))]
+    plan = [Action("switch on", "lamp"), Action("switch on", "broken")]
+    done, problem = attempted(room, plan, history)
+    assert problem is not None
+    assert (done, problem.action, room.on) == ([], plan[1], ["candle"])
+    assert attempted(room, plan[:1], history)[1] is None
+    assert room.on == ["candle", "lamp"]
 
 
-def test_goals_that_are_not_known_speak_by_the_persons_words_alone() -> None:
-    scores = {"read": 2.0, "words": 1.0, **dict.fromkeys(OTHER_GOALS, 0.5)}
-    probability, gains, without = weigh(
-        [Want("read", 0.75)], "words", lambda text: np.array([scores[text]])
-    )
-    np.testing.assert_allclose(probability, [0.75, 0.25])
-    np.testing.assert_allclose(gains, [[1.0], [0.25]])
-    np.testing.assert_allclose(without, [0.5])
+def test_the_robot_does_what_an_aim_calls_for_and_leaves_the_rest() -> None:
+    class Home(HomeRobot):
+        like = Lived.like
+
+    needs = "put apple | where fridge, slice bread, put pillow | where bed"
+    robot = Home(HouseController("Kitchen1"))
+    robot.known = {"tidy": Occasion("x-1", "house", "tidy", (), tuple(needs.split(", ")))}
+    outcome = act(robot, {"tidy": needs}, Want("tidy", 1.0))
+    assert [str(each.action) for each in outcome.results] == ["put: apple -> fridge"]
+    assert outcome.failed == ()
+
+
+@pytest.mark.parametrize("words", ["", "needed:", "I'm sorry, I can't.", "needed: ,,,\nnice:"])
+def test_a_writer_that_lists_nothing_is_no_reason_to_stop(words) -> None:
+    room, outcome = written(words, "lamp", Want("read", 1.0))
+    assert (outcome, room.on) == (Outcome(), [])

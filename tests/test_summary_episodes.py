@@ -130,7 +130,18 @@ def test_profiles_show_what_was_not_run() -> None:
         ["soup", "good", "1", "50.0 %"],
         ["soup", "no-goals", "0", "-"],
     ]
-    assert table.texts()[-1][4:] == ["-", "-", "-", "-", "0"]
+    assert table.texts()[-1][4:] == ["-", "-", "-", "-", "0", "-"]
+
+
+def test_unwanted_things_are_a_mean_over_the_runs_that_count_them() -> None:
+    spec, result = GOOD[0]
+    counts = (["pear", "pan"], [], None)
+    runs = [
+        ({**spec, "settings": {**spec["settings"], "seed": seed}}, {**result, "unwanted": each})
+        for seed, each in enumerate(counts)
+    ]
+    (found,) = episodes_of(runs)
+    assert row(found["methods"], "good")["unwanted"] == 1
 
 
 def test_a_reading_belongs_to_the_run_that_it_names() -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from fakes import GOALS as NAMES
 from fakes import WordModel
 from goalscope import tracking
 from goalscope.advice import advice
@@ -28,7 +29,7 @@ from goalscope.types import (
 TASK = "Help in the kitchen."
 GOALS = ["bake a cake", "cook tomato soup"]
 CAKE = ("Yes?", "I bake a cake, a big cake.")
-WRITES = {"Goals on the list": "- grow roses\n- feed the birds"}
+WRITES = {NAMES: "grow roses\nfeed the birds"}
 
 
 class Kitchen:

@@ -30,7 +30,7 @@ def test_a_purchase_waits_for_the_confirmation_of_the_basket_as_shown(address: s
     assert "flour" in waits["status"].lower()
     assert ann.get(mine)["episode"]["ended"] is None
 
-    changed = ann.say(mine, "No, I also need bananas.")
+    changed = ann.say(mine, "add bananas")
     assert changed["confirm"] is None
     stale = ann.say(mine, "Buy the basket", confirmed=waits["state"])
     assert "no longer" in stale["error"]

@@ -226,7 +226,12 @@ class Agent:
             standing = self._executor.standing(
                 self.rounds, reading, released=done.released, takes_back=done.takes_back
             )
-            changes, missing = self._update(tracker, turn, reading) if tracker else ([], False)
+            changes, missing = list[GoalChange](), False
+            if tracker:
+                try:
+                    changes, missing = self._update(tracker, turn, reading)
+                except UnreadableAnswerError as error:
+                    done.notes.append(f"The goals stay as they are. {error}")
             self._executor.follow(done, standing)
             outcome = Outcome()
             if self._aimed(reading) and not (done.wary or done.ended):

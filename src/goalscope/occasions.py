@@ -69,7 +69,7 @@ class Nearest:
         self._parts = embedded([text for each in texts for text in each])
         self._whole = embedded([" ".join(each) for each in texts])
         counts = [Counter(singulars(" ".join(each))) for each in texts]
-        sizes = np.array([each.total() for each in counts])
+        sizes = np.array([each.total() for each in counts] or [1])
         known = Counter(word for each in counts for word in each)
         self._rarity = {
             word: math.log(1 + (len(texts) - count + 0.5) / (count + 0.5))

@@ -168,7 +168,8 @@ class NeedPlanner:
             done, problem = attempted(env, actions, [*history, *results])
             results += done
             failed += [problem] if problem else []
-            guessed += [Guess(actions[-1].target, goals[need])] if done else []
+            targets = dict.fromkeys(result.action.target for result in done)
+            guessed += [Guess(target, goals[need]) for target in targets]
         return Outcome(tuple(results), tuple(failed), tuple(held), tuple(guessed))
 
     def needs(
@@ -184,7 +185,8 @@ class NeedPlanner:
         like = [env.like(f"{said} {aim}".strip(), LIKE) for aim in aims]
         room = env.here()
         known = [shares(each) for each in like]
-        if not any(known):
+        listed = not any(known)
+        if listed:
             written = self.writer.needs([*aims][leading], said, (), room)
             known = [dict.fromkeys(written, 1.0)] * len(aims)
         mean: dict[str, float] = {}
@@ -196,7 +198,8 @@ class NeedPlanner:
             return [], [], {}
         judged = self.writer.judged(things, [*aims], said, like[leading], room)
         share = np.array([[each.get(thing, 0.0) for thing in things] for each in known])
-        right = (share + judged[:, :, 0] + judged[:, :, 1] / 2) / 2
+        right = judged[:, :, 0] + judged[:, :, 1] / 2
+        right = right if listed else (share + right) / 2
         choice = choose(weights, right, self.cost)
         leaders: list[int] = (weights[:, None] * right).argmax(axis=0).tolist()
         goals = {thing: [*aims][at] for thing, at in zip(things, leaders, strict=True)}

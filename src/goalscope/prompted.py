@@ -95,9 +95,10 @@ class PromptedWriter:
         prompt = render("prompt_query", task=task, turns=shown, status=done)
         form = {"question": {"type": "string", "maxLength": _LONGEST}}
         try:
-            return " ".join(str(self._answer(prompt, form)["question"]).split())
+            found = self._answer(prompt, form)["question"]
         except UnreadableAnswerError:
             return ""
+        return " ".join(found.split()) if isinstance(found, str) else ""
 
     def listed(self, name: str, most: int, template: str, **values: object) -> list[str]:
         """A list of short texts, none twice.
@@ -108,8 +109,10 @@ class PromptedWriter:
         item = {"type": "string", "maxLength": _LONGEST}
         form = {name: {"type": "array", "items": item, "maxItems": most}}
         found = self._answer(render(template, **values), form)[name]
-        lines = [" ".join(str(each).split()).strip(" .") for each in cast("list[object]", found)]
-        return list({meaning(line): line for line in lines if len(line) > 2}.values())
+        texts = [each for each in cast("list[object]", found) if isinstance(each, str)]
+        lines = [" ".join(each.split()).strip(" .") for each in texts]
+        distinct = {meaning(line): line for line in lines if 2 < len(line) <= _LONGEST}
+        return [*distinct.values()][:most]
 
     def numbers(self, name: str, count: int, prompt: Sequence[Message]) -> list[int]:
         """Places from 0 of some of `count` things that the prompt numbers from 1.
@@ -120,8 +123,8 @@ class PromptedWriter:
         item = {"type": "integer", "minimum": 1, "maximum": count}
         form = {name: {"type": "array", "items": item, "maxItems": min(count, _TERMS)}}
         found = cast("list[object]", self._answer(prompt, form)[name])
-        given = [each for each in found if isinstance(each, int) and 1 <= each <= count]
-        return [each - 1 for each in dict.fromkeys(given)]
+        given = [each for each in found if type(each) is int and 1 <= each <= count]
+        return [each - 1 for each in dict.fromkeys(given)][:_TERMS]
 
     def _answer(self, prompt: Sequence[Message], form: Mapping[str, Any]) -> dict[str, Any]:
         """An object of this form.
@@ -202,4 +205,4 @@ class PromptedPlanner:
                 failed = tuple(impossible.values())
                 return Outcome(tuple(done), failed, (), tuple(guesses), replans)
             impossible[problem.action] = problem
-        return Outcome((), tuple(impossible.values()), (), (), len(impossible))
+        return Outcome((), tuple(impossible.values()), (), (), max(0, len(impossible) - 1))

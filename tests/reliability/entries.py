@@ -17,6 +17,7 @@ from fakes import LampRoom, WordModel, said
 from goalscope.benchmarks.mcq import read_questions
 from goalscope.calibration import USUAL
 from goalscope.calibrations import calibration_named
+from goalscope.dialog import ask
 from goalscope.envs import grocery, house
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.profiles import checks_met
@@ -27,10 +28,11 @@ from goalscope.experiment.reading import read_experiment
 from goalscope.goals import propose
 from goalscope.infer import read_dialogues
 from goalscope.judge import judge
-from goalscope.policy import Planner, Want
+from goalscope.modules import modules_of
+from goalscope.policy import Want
 from goalscope.standing import Standing
 from goalscope.study.plan import read_plan
-from goalscope.types import UNSPECIFIED, Goal, GoalscopeError
+from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, UnreadableAnswerError
 from houses import house as home
 
 FOLDER = Path(mkdtemp(prefix="goalscope-parsers-"))
@@ -70,21 +72,33 @@ def read_profiles(data: bytes) -> None:
 
 
 class Writes(WordModel):
-    """Writes one text, whatever it is asked."""
+    """Writes one text, whatever it is asked; it was taught to, or is prompted."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, *, taught: bool = True) -> None:
         super().__init__({"": text})
+        self.taught = taught
+
+    @property
+    def writer(self) -> WordModel | None:
+        return self if self.taught else None
 
 
 def read_goals(data: bytes) -> None:
     """What a model proposes, and what it names to look for, as plans are made of it."""
-    model, turns = Writes(text_of(data)), said("I want to bake a cake.")
-    for change in propose(model, None, "Shop.", turns, [UNSPECIFIED, Goal("bake a cake")]):
-        assert 2 <= len(change.goal.text) <= 100
-    for env in (LampRoom(["lamp", "cake", "flour"]), SHOP):
-        env.reset()
-        outcome = Planner(model).act(env, [Want("bake a cake", 1.0)], turns, [], Standing())
-        assert len(outcome.results) <= 40
+    turns = said("I want to bake a cake.")
+    for taught in (True, False):
+        found = modules_of(Writes(text_of(data), taught=taught))
+        with suppress(UnreadableAnswerError):
+            goals = [UNSPECIFIED, Goal("bake a cake")]
+            for change in propose(found.proposer, None, "Shop.", turns, goals):
+                assert 2 <= len(change.goal.text) <= 120
+        assert "\n" not in ask(found.asker, LampRoom(), turns, "", [])
+        for env in (LampRoom(["lamp", "cake", "flour"]), SHOP):
+            env.reset()
+            with suppress(UnreadableAnswerError):
+                wants = [Want("bake a cake", 1.0)]
+                outcome = found.planner.act(env, wants, turns, [], Standing())
+                assert len(outcome.results) <= 40
 
 
 def read_verdict(data: bytes) -> None:
@@ -186,7 +200,13 @@ ENTRIES: dict[str, tuple[Callable[[bytes], object], list[bytes]]] = {
         [json.dumps(DIALOGUE).encode() + b"\n\n"],
     ),
     "profiles": (read_profiles, [PROFILES, HOME_PROFILES]),
-    "goals": (read_goals, [b"- flour\n- sugar\n* 2 lamps\n3) bake a cake.\nHere:\n"]),
+    "goals": (
+        read_goals,
+        [
+            b"flour\nsugar\n2 lamps\nneeded: cake, lamp\n",
+            b'{"goals": ["flour"], "relevant": ["cake", "lamp"], "plan": [1, 2, 9]}',
+        ],
+    ),
     "verdict": (read_verdict, [b'{"score": 2.25, "explanation": "It fits."}']),
     "questions": (
         lambda data: read_questions(kept("questions.jsonl", data)),

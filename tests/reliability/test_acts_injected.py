@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Iterator
+import json
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
+import numpy as np
 import pytest
 
-from fakes import WordModel
-from goalscope.acting import ActionPlanner
+from fakes import NEEDS, WordModel
 from goalscope.agent import Agent, run_episode
 from goalscope.dialog import ScriptedHuman
 from goalscope.envs import Environment
@@ -23,10 +24,10 @@ from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.house import load_profiles as residents
 from goalscope.envs.house.simulator.properties import LASTING
 from goalscope.envs.house.simulator.scene import Scene
-from goalscope.models import Model
+from goalscope.models import Completion, Model
 from goalscope.models.opening import open_model
-from goalscope.policy import Planner
-from goalscope.types import InvalidInputError
+from goalscope.types import InvalidInputError, Message
+from goalscope.writer import JUDGEMENTS
 
 ALL = Catalogue.load().items
 SMALL = [each for each in ALL if each.id % 40 == 0 or each.name == "Whole Milk"]
@@ -102,10 +103,35 @@ READS = {
 
 
 class Gullible(WordModel):
-    """It writes what stands in the names, and nothing else."""
+    """It writes what stands in the names, and nothing else, and finds all of it needed."""
 
-    def __init__(self, names: list[str]) -> None:
-        super().__init__({"": "\n".join(f"- {each}" for each in names)}, reads=READS)
+    def __init__(self, names: Sequence[str], *, taught: bool) -> None:
+        super().__init__(reads=READS)
+        self.names, self.taught = names, taught
+
+    @property
+    def writer(self) -> Gullible | None:
+        return self if self.taught else None
+
+    def generate(self, messages: Sequence[Message], **settings: Any) -> Completion:
+        if "grammar" in settings:
+            return super().generate(messages, **settings)
+        text = "\n".join(self.names)
+        if any(NEEDS in each.content for each in messages):
+            text = f"needed: {', '.join(self.names)}"
+        if schema := settings.get("schema"):
+            (name, form), *_ = schema["properties"].items()
+            numbers = form["type"] == "array" and form["items"]["type"] == "integer"
+            all_of_it = [*range(1, 61)] if numbers else self.names
+            text = json.dumps({name: text if form["type"] == "string" else all_of_it})
+        return Completion(text, "stop", 1, 1)
+
+    def token_logprobs(self, contexts, continuations, *, end_of_turn=False):
+        rows = super().token_logprobs(contexts, continuations, end_of_turn=end_of_turn)
+        return [
+            np.zeros(1) if text == "needed" else np.full(1, -9.0) if text in JUDGEMENTS else row
+            for text, row in zip(continuations, rows, strict=True)
+        ]
 
 
 @dataclass
@@ -133,7 +159,7 @@ def shopping(model: Model, names: list[str], tally: Tally) -> None:
         ),
     ]
     shop = GroceryShop(Catalogue(items))
-    agent = Agent(shop, model, planner=Planner(model, kinds=12, near=6))
+    agent = Agent(shop, model)
     asked: dict[str, int] = {}
     for round in talk(agent, SHOPPER):
         asked = asked or shop.basket
@@ -168,7 +194,7 @@ def housework(model: Model, names: list[str], tally: Tally) -> None:
     assert room is not None
     tally.refused += len(names) - len(fit)
     robot = HomeRobot(HouseController(room))
-    agent = Agent(robot, model, planner=ActionPlanner(model))
+    agent = Agent(robot, model)
     for number, round in enumerate(talk(agent, RESIDENT)):
         tally.unrequested += sum(each.irreversible for each in round.results)
         if number == 0:
@@ -186,19 +212,22 @@ TALKS = {"shop": shopping, "house": housework}
 
 @pytest.mark.parametrize("count", [50, pytest.param(len(PAYLOADS), marks=pytest.mark.slow)])
 @pytest.mark.parametrize("domain", TALKS)
+@pytest.mark.parametrize("taught", [True, False])
 def test_a_model_that_believes_every_name_does_nothing_unasked(
-    domain: str, count: int, record_property: Callable[[str, object], None]
+    taught: bool, domain: str, count: int, record_property: Callable[[str, object], None]
 ) -> None:
     tally = Tally()
     names = PAYLOADS[:: len(PAYLOADS) // count]
     for start in range(0, len(names), 5):
-        TALKS[domain](Gullible(names[start : start + 5]), names[start : start + 5], tally)
+        five = names[start : start + 5]
+        TALKS[domain](Gullible(five, taught=taught), five, tally)
     assert tally.payloads >= count
     assert tally.unrequested == 0
     refused = f" ({tally.refused} refused by the reader)" if tally.refused else ""
     record_property(
         "measured",
-        f"{tally.payloads} names in the {domain}{refused}, a model that repeats them: 0 purchases, "
+        f"{tally.payloads} names in the {domain}{refused}, a {'taught' if taught else 'prompted'} "
+        "model that repeats them: 0 purchases, "
         f"removals and lasting acts; {tally.guesses} of {4 * len(names) // 5} rounds with a guess",
     )
 
@@ -238,13 +267,12 @@ def test_such_names_cost_a_shopper_and_a_resident_nothing(
             profile = shoppers()[0]
             items = [Item(10_000 + n, name) for n, name in enumerate(names)]
             env: Environment = GroceryShop(Catalogue([*ALL, *items]))
-            planner = Planner(shipped)
         else:
             profile = residents()[0]
             room = room_with(names, profile.scene)
             assert room is not None
-            env, planner = HomeRobot(HouseController(room)), ActionPlanner(shipped)
-        agent = Agent(env, shipped, planner=planner)
+            env = HomeRobot(HouseController(room))
+        agent = Agent(env, shipped)
         list(run_episode(agent, ScriptedHuman(profile, env)))
         met = env.checks_met(profile)
         scores.append(sum(met) / len(met))

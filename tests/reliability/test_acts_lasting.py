@@ -8,7 +8,6 @@ from functools import partial
 import pytest
 from test_acts_purchase import refuses
 
-from goalscope.acting import ActionPlanner
 from goalscope.agent import Agent
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.envs.house.simulator.properties import LASTING
@@ -43,7 +42,7 @@ def test_a_hostile_model_breaks_nothing_without_the_persons_word(
         robot = HomeRobot(HouseController(SCENES[number % len(SCENES)]))
         before = lasting(robot)
         method = "good" if number % 2 else "no-goals"
-        agent = Agent(robot, model, method=method, planner=ActionPlanner(model))
+        agent = Agent(robot, model, method=method)
         for _ in range(3):
             query = model.random.choice((*ORDERS, CONFIRM))
             made += not refuses(partial(agent.step, query, model.random.choice(SAID)))
@@ -60,7 +59,7 @@ def test_what_the_model_may_not_break_the_person_may() -> None:
         robot = HomeRobot(HouseController("Kitchen1"))
         model = Hostile(number)
         model.mood = "sure"
-        agent = Agent(robot, model, method="no-goals", planner=ActionPlanner(model))
+        agent = Agent(robot, model, method="no-goals")
         before = lasting(robot)
         refuses(partial(agent.step, "", SAID[0]))
         if agent.rounds and agent.rounds[-1].question.endswith(CONFIRM):

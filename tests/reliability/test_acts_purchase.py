@@ -15,11 +15,11 @@ from goalscope.domains import Settings
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.search import Search
 from goalscope.guards import CONFIRM
-from goalscope.policy import Planner
+from goalscope.modules import modules_of
 from goalscope.standing import Standing
 from goalscope.store import Store
 from goalscope.tracking import Trackers
-from goalscope.types import Action, GoalscopeError
+from goalscope.types import Action, GoalscopeError, Turn
 from hostile import ORDERS, Hostile
 from sites import site
 
@@ -48,23 +48,8 @@ SAID = (
 """All but the word itself."""
 
 
-class Spender(Planner):
-    """Plans whatever a hostile model may have written, the purchase among it."""
-
-    def __init__(self, model: Hostile) -> None:
-        super().__init__(model)
-        self.random = model.random
-
-    def plan(self, env: Any, *_: object) -> tuple[list[Action], list[str]]:
-        items = [each.name for each in SMALL.items]
-        buys = [Action("buy basket"), Action("buy basket", "", 1), Action("buy basket", items[0])]
-        adds = [Action("add item", name) for name in self.random.sample(items, 3)]
-        plan = [*adds, *self.random.sample(buys, 2), Action("checkout"), Action("add item", "x")]
-        return self.random.sample(plan, len(plan)), []
-
-
 class Stocked(GroceryShop):
-    """A shop in whose basket there is always something to buy."""
+    """A shop in whose basket there is always something to buy, and which offers the purchase."""
 
     def __init__(self, number: int) -> None:
         super().__init__(SMALL, search=SEARCH)
@@ -74,6 +59,13 @@ class Stocked(GroceryShop):
     def reset(self) -> None:
         super().reset()
         self.step(self.first)
+
+    def actions(self, name: str, standing: Standing) -> list[Action]:
+        return [Action("buy basket"), Action("checkout"), *super().actions(name, standing)]
+
+    def serving(self, need: str, standing: Standing) -> list[Action]:
+        pay = [Action("buy basket")] if need in ("milk", "buy basket") else []
+        return [*super().actions(need, standing)[:1], *pay]
 
 
 def refuses(step: Callable[[], object]) -> bool:
@@ -89,9 +81,8 @@ def refuses(step: Callable[[], object]) -> bool:
 def hostile_agent(number: int) -> tuple[Agent, Stocked, Hostile]:
     model = Hostile(number)
     shop = Stocked(number)
-    planner = Spender(model) if number % 2 else Planner(model)
     method = METHODS[number % 3 if number % 4 else 1]
-    return Agent(shop, model, method=method, planner=planner, seed=number), shop, model
+    return Agent(shop, model, method=method), shop, model
 
 
 @pytest.mark.parametrize("plans", [500, pytest.param(10_000, marks=pytest.mark.slow)])
@@ -130,10 +121,16 @@ def test_what_the_model_may_not_buy_the_person_may() -> None:
 
 
 def test_a_purchase_in_a_plan_is_never_made() -> None:
-    for number in range(20):
-        shop = Stocked(1)
-        Spender(Hostile(number)).act(shop, [], [], [], Standing())
+    made = 0
+    for number in range(40):
+        shop, model = Stocked(1), Hostile(number)
+        model.mood = "sure" if number % 3 else "random"
+        planner = modules_of(model).planner
+        before = shop.fingerprint()
+        refuses(partial(planner.act, shop, [], [Turn("", "milk")], [], Standing()))
+        made += shop.fingerprint() != before
         assert not shop.bought
+    assert made, "else the test could not fail"
 
 
 def test_on_the_page_no_card_of_another_basket_buys(

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from fakes import Plans, WordModel
+from fakes import Plans, WordModel, plans
 from goalscope.agent import Agent
 from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop
@@ -26,7 +26,7 @@ def rounds_of(env: Environment, draw: Callable[[], list[Action]], agent: Agent) 
     """States before each of some rounds, in which what is drawn was done, and after them."""
     states = [env.fingerprint()]
     for _ in range(4):
-        agent.planner = Plans(draw())
+        plans(agent, Plans(draw()))
         agent.step("", "I am having guests.")
         states.append(env.fingerprint())
     return states
@@ -70,7 +70,7 @@ def test_rooms_come_back_or_what_stays_is_told(
             offers = robot.actions(rng.choice(robot.offers("", 99)), Standing())
             free = [each for each in offers if not robot.lasting(each)]
             before = robot.status()
-            agent.planner = Plans([rng.choice([*free, Action("open", "fridge")])])
+            plans(agent, Plans([rng.choice([*free, Action("open", "fridge")])]))
             if not agent.step("", "I am having guests.").results:
                 continue
             back = agent.step("", "undo")

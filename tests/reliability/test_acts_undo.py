@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from fakes import Plans, WordModel, said
+from fakes import Plans, WordModel, plans, said
 from goalscope.agent import Agent
 from goalscope.envs import Environment
 from goalscope.envs.grocery import Catalogue, GroceryShop
@@ -130,8 +130,8 @@ def test_where_undoing_leads_elsewhere_the_agent_stops_and_says_so(domain: str) 
         env.reset()
     else:
         env, good = HomeRobot(Moving("Kitchen1")), Action("put", "tomato", destination="fridge")
-    plans = Plans([good, Action("fly")])
-    agent = Agent(env, WordModel(), method="no-goals", planner=plans)
+    agent = Agent(env, WordModel(), method="no-goals")
+    plans(agent, Plans([good, Action("fly")]))
     with pytest.raises(
         GoalscopeError, match=r"another state than before, so that the agent\s+stops"
     ):

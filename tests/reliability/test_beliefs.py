@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fakes import LampRoom, WordModel
+from fakes import GOALS, NEEDS, QUESTION, LampRoom, WordModel
 from goalscope.agent import Agent
 from goalscope.belief import Belief
 from goalscope.calibration import PAPER, USUAL
@@ -32,9 +32,9 @@ from goalscope.types import (
 )
 
 REPLIES = {
-    "name what the human may want": "- have lamp light\n- sleep without light\n- read a book",
-    "lists of what is needed": "- lamp\n- book",
-    "short question": "Is it bright enough?",
+    GOALS: "have lamp light\nsleep without light\nread a book",
+    NEEDS: "needed: lamp, book",
+    QUESTION: "Is it bright enough?",
 }
 SAID = ["lamp light please", "it is dark here", "a book to read", "no, sleep", "without light"]
 
@@ -325,10 +325,10 @@ class Hostile(WordModel):
     """Proposes what it should not, and finds each goal unsafe, irrelevant or neither, at random."""
 
     PROPOSALS = (
-        "- Unspecified\n- unspecified.\n- UNSPECIFIED\n- remove every goal\n- have lamp light",
-        "- have lamp light\n- HAVE LAMP LIGHT\n- \ue000\n- <|im_end|>\n- ''\n- :",
+        "Unspecified\nunspecified.\nUNSPECIFIED\nremove every goal\nhave lamp light",
+        "have lamp light\nHAVE LAMP LIGHT\n\ue000\n<|im_end|>\n''\n:",
         "",
-        "- goal {n}\n- goal {n} again\n- another goal {n}",
+        "goal {n}\ngoal {n} again\nanother goal {n}",
     )
 
     def __init__(self, seed: int) -> None:
@@ -336,7 +336,7 @@ class Hostile(WordModel):
         self.random = np.random.default_rng(seed)
 
     def generate(self, messages: Sequence[Message], **settings: Any) -> Completion:
-        if not any("name what the human may want" in each.content for each in messages):
+        if not any(GOALS in each.content for each in messages):
             return super().generate(messages, **settings)
         text = self.PROPOSALS[self.random.integers(len(self.PROPOSALS))]
         return Completion(text.format(n=self.random.integers(99)), "stop", 1, 1)

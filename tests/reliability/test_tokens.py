@@ -19,6 +19,7 @@ from goalscope.models.hf_tokenizer import chat_tokenizer
 from goalscope.models.llamacpp import embedded_path
 from goalscope.models.native import Weights
 from goalscope.models.scoring import Pair, TokenScorer
+from goalscope.occasions import Occasion
 from goalscope.orders import Verb
 from goalscope.prompts import render
 from goalscope.tracker import GoalTracker
@@ -155,13 +156,22 @@ def prompts() -> list[str]:
             if file.name.endswith(".jinja")]  # fmt: skip
 
 
+class Named(str):
+    """A goal with its probability, or its text alone: prompts want the one or the other."""
+
+    probability = 0.5
+    text = property(str)
+
+
 def chats(text: str) -> list[list[Message]]:
     """Every prompt there is, with a text wherever one from outside goes."""
     one = ("task", "goal", "thing", "query", "question", "speaker", "description", "status")
     one += ("completion_phrase", "prompt", "choice", "topic", "first", "second", "outcome", "which")
+    one += ("done", "aim", "said", "room")
     values = {
         **dict.fromkeys(one, text),
-        **{key: [text, text] for key in ("goals", "possible", "actions")},
+        **{key: [Named(text)] * 2 for key in ("goals", "things", "possible", "actions")},
+        "like": [Occasion(text, text, text, (text,), (text,), (text,), (text,), text)] * 2,
         "turns": [Turn(text, text)] * 4,
         "verbs": [Verb(text, text)] * 2,
         "form": "text",

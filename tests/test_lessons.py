@@ -1,0 +1,258 @@
+"""What a writer is taught by: rows of a corpus, and the prompts and answers made of them."""
+
+import gzip
+import json
+import random
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from fakes import WordModel
+from goalscope.benchmarks.reading import Language, Line
+from goalscope.fitting.lessons import (
+    Lesson,
+    Talk,
+    Taught,
+    corpus_facts,
+    lessons_of,
+    read_lessons,
+)
+from goalscope.occasions import Occasion, shipped_occasions
+from goalscope.orders import Order, Verb
+from goalscope.types import InvalidInputError, Turn
+from goalscope.words import singulars
+from goalscope.writer import JUDGEMENTS, Writer
+
+LANGUAGES = {"grocery": Language((Verb("add", ""), Verb("clear", "", ())), "You sell food.", ())}
+AS_THEY_ARE = SimpleNamespace(renamed=0.0, joined=0.0)
+ROWS = {
+    "message": {"id": "a-1", "domain": "grocery", "message": "milk", "orders": []},
+    "talk": {
+        "id": "a-2",
+        "domain": "grocery",
+        "turns": [{"query": "Yes?", "utterance": "We have guests."}],
+        "done": "add: milk",
+        "goals": ["feed guests", "have a party"],
+        "question": "How many?",
+    },
+    "occasion": {
+        "id": "a-3",
+        "domain": "grocery",
+        "aim": "feed guests",
+        "said": ["We have guests."],
+        "needed": ["bread", "cheese"],
+        "nice": ["wine"],
+        "unwanted": ["dog food"],
+    },
+    "recipe": {
+        "title": "Mom's Apple Pie (easy) II",
+        "ingredients": [
+            "2 1/2 cups all-purpose flour, sifted",
+            "½ teaspoon salt",
+            "6 large apples - peeled and sliced",
+            "1 (8 ounce) package cold butter",
+            "white sugar or honey",
+            "1/2 cup water",
+            "3 eggs",
+            "1 tablespoon of something that has far too many words",
+        ],
+    },
+}
+
+
+def read(tmp_path: Path, *rows: object) -> list[Taught]:
+    file = tmp_path / "ann.jsonl"
+    file.write_text("".join(f"{json.dumps(each)}\n\n" for each in rows))
+    return read_lessons(file)
+
+
+def drawn(found: list[Taught], *, known: list[Taught] | None = None, seed: int = 0) -> list[Lesson]:
+    """All lessons of one epoch."""
+    model, draw = WordModel(), random.Random(seed)
+    made = lessons_of(found, model, LANGUAGES, AS_THEY_ARE, known=known or found)
+    return [lesson for each in made for n in range(each.size) for lesson in each.drawn(n, draw)]
+
+
+def test_each_kind_of_row_is_read_as_what_it_is(tmp_path: Path) -> None:
+    line, talk, occasion, recipe = read(tmp_path, *ROWS.values())
+    assert isinstance(line, Line)
+    assert line.orders == (Order("none"),)
+    turns = (Turn("Yes?", "We have guests."),)
+    goals = ("feed guests", "have a party")
+    assert talk == Talk("a-2", "grocery", turns, "add: milk", goals, "How many?")
+    assert isinstance(occasion, Occasion)
+    assert occasion.unwanted == ("dog food",)
+    assert isinstance(recipe, Occasion)
+
+
+def test_a_recipe_becomes_what_its_dish_calls_for(tmp_path: Path) -> None:
+    (found,) = read(tmp_path, ROWS["recipe"])
+    assert isinstance(found, Occasion)
+    assert (found.domain, found.aim, found.said) == ("grocery", "make mom's apple pie", ())
+    assert found.needed == ("all-purpose flour", "apples", "butter", "white sugar", "eggs")
+
+
+@pytest.mark.parametrize(
+    "recipe",
+    [
+        {"title": "Ice Water", "ingredients": ["1 cup water", "ice", "salt to taste"]},
+        {"title": "Pie", "ingredients": ["3 eggs", "1 cup milk", "flour", "butter"]},
+        {"title": "Everything in One Pot", "ingredients": [*map(chr, range(97, 123))] * 3},
+        {"title": "", "ingredients": []},
+    ],
+)
+def test_a_recipe_of_which_little_is_understood_teaches_nothing(tmp_path: Path, recipe) -> None:
+    assert read(tmp_path, recipe) == []
+
+
+def test_files_may_be_packed_or_lie_in_a_folder(tmp_path: Path) -> None:
+    row = json.dumps(ROWS["talk"]).encode()
+    (tmp_path / "b.jsonl").write_bytes(b"\xef\xbb\xbf" + row)
+    (tmp_path / "a.jsonl").write_bytes(json.dumps(ROWS["message"]).encode())
+    (tmp_path / "other.txt").write_text("no corpus")
+    assert [type(each) for each in read_lessons(tmp_path)] == [Line, Talk]
+    packed = tmp_path / "c.jsonl.gz"
+    packed.write_bytes(gzip.compress(row))
+    assert len(read_lessons(packed)) == 1
+
+
+@pytest.mark.parametrize(
+    ("row", "cause"),
+    [
+        ("{", "Expecting property name"),
+        ("[]", "a line must be an object"),
+        ('"milk"', "a line must be an object"),
+        ("{}", "a line must have 'orders', 'goals' or 'needed'"),
+        (ROWS["message"] | {"orders": 5}, ""),
+        (ROWS["message"] | {"orders": [{"what": "milk"}]}, ""),
+        ({"orders": []}, "there is no 'id'"),
+        (ROWS["talk"] | {"turns": []}, "there are no turns"),
+        (ROWS["talk"] | {"turns": [{"query": "Yes?"}]}, "utterance"),
+        (ROWS["talk"] | {"turns": None}, ""),
+        (ROWS["talk"] | {"goals": 5}, ""),
+        (ROWS["occasion"] | {"aim": ""}, "'aim' must be a text"),
+        (ROWS["occasion"] | {"needed": "bread"}, "'needed' must be a list of texts"),
+        ({"title": "Apple Pie", "ingredients": 5}, ""),
+    ],
+)
+def test_a_broken_line_is_refused_with_its_number(tmp_path: Path, row: object, cause: str) -> None:
+    file = tmp_path / "ann.jsonl"
+    text = row if isinstance(row, str) else json.dumps(row)
+    file.write_text(f"{json.dumps(ROWS['talk'])}\n\n{text}\n")
+    with pytest.raises(InvalidInputError, match=rf"^ann\.jsonl, line 3: .*{cause}"):
+        read_lessons(file)
+
+
+def test_what_is_no_corpus_is_refused(tmp_path: Path) -> None:
+    for path in (tmp_path, tmp_path / "none.jsonl"):
+        with pytest.raises(InvalidInputError, match="no corpus at"):
+            read_lessons(path)
+    (tmp_path / "latin.jsonl").write_bytes("ä".encode("latin-1"))
+    (tmp_path / "bad.gz").write_bytes(b"no gzip at all")
+    for name in ("latin.jsonl", "bad.gz"):
+        with pytest.raises(InvalidInputError, match="cannot be read"):
+            read_lessons(tmp_path / name)
+
+
+def test_a_talk_teaches_its_goals_and_its_question(tmp_path: Path) -> None:
+    goals, question = drawn(read(tmp_path, ROWS["talk"]))
+    assert (goals.kind, goals.answer) == ("goals", "feed guests\nhave a party")
+    assert (question.kind, question.answer) == ("question", "How many?")
+    assert "You sell food." in goals.prompt[0].content
+    assert "Done: add: milk" in question.prompt[-1].content
+    silent = ROWS["talk"] | {"goals": [], "question": ""}
+    assert [each.answer for each in drawn(read(tmp_path, silent))] == ["none", "none"]
+
+
+def test_messages_that_follow_one_another_are_one_conversation(tmp_path: Path) -> None:
+    def line(number: int, *said: str) -> dict[str, object]:
+        row = ROWS["message"] | {"id": f"a-{number}", "message": said[-1]}
+        orders = [{"do": "add", "what": said[-1]}]
+        return row | {"context": said[:-1], "orders": orders}
+
+    found = read(tmp_path, line(1, "milk"), line(2, "milk", "tea"), line(3, "eggs"))
+    (lessons,) = lessons_of(found, WordModel(), LANGUAGES, AS_THEY_ARE, known=())
+    assert lessons.size == 2
+    lengths = sorted(len(lessons.drawn(n, random.Random(0))) for n in range(2))
+    assert lengths == [1, 2]
+
+
+def test_what_is_taught_is_what_the_writer_is_asked_for(tmp_path: Path) -> None:
+    """Its prompts are those of the lessons, and it understands their answers."""
+    talk, occasion = read(tmp_path, ROWS["talk"], ROWS["occasion"])
+    assert isinstance(talk, Talk)
+    assert isinstance(occasion, Occasion)
+    asked = []
+
+    class Keeps(WordModel):
+        def generate(self, messages, **settings):
+            asked.append(list(messages))
+            return super().generate(messages, **settings)
+
+    lessons = drawn([talk, occasion])
+    answers = {each.kind: each.answer for each in lessons}
+    writer = Writer(Keeps({"Name what": answers["goals"], "aim calls": answers["needs"]}))
+    assert writer.goals(LANGUAGES["grocery"].task, talk.turns) == [*talk.goals]
+    assert writer.needs("feed guests", "", []) == ["bread", "cheese", "wine"]
+    assert asked[0] == [*next(each.prompt for each in lessons if each.kind == "goals")]
+
+
+def judged(lessons: list[Lesson]) -> list[tuple[str, str]]:
+    """Things with what is said of them."""
+    return [
+        (each.prompt[-1].content.rpartition("\nAnd ")[2].removesuffix("?"), each.answer)
+        for each in lessons
+        if each.kind == "judging"
+    ]
+
+
+@pytest.mark.parametrize("domain", ["grocery", "house"])
+def test_judgements_never_call_needed_what_is_unwanted_nor_the_reverse(domain: str) -> None:
+    found = [*shipped_occasions(domain).occasions[:120]]
+    by_aim = {each.aim: each for each in found}
+    labels = set[str]()
+    made = lessons_of(found, WordModel(), LANGUAGES, AS_THEY_ARE, known=found)[0]
+    for number, each in enumerate(found):
+        for thing, label in judged(made.drawn(number, random.Random(number))):
+            labels.add(label)
+            right = {"needed": each.needed, "nice": each.nice}.get(label)
+            if right is not None:
+                assert thing in right
+                assert thing not in each.unwanted
+            else:
+                assert thing not in each.needed + each.nice
+                same = {" ".join(singulars(own)) for own in each.needed + each.nice}
+                assert " ".join(singulars(thing)) not in same
+    assert labels == {*JUDGEMENTS}
+    assert len(by_aim) > 100
+
+
+def test_an_occasion_never_lies_in_its_own_prompt() -> None:
+    found = [*shipped_occasions("grocery").occasions[:60]]
+    made = lessons_of(found, WordModel(), LANGUAGES, AS_THEY_ARE, known=found)[0]
+    shown = 0
+    for number, each in enumerate(found):
+        for lesson in made.drawn(number, random.Random(number)):
+            text = lesson.prompt[-1].content
+            assert f"{each.aim}\nneeded:" not in text
+            shown += "\nneeded:" in text
+    assert shown
+
+
+def test_of_recipes_none_is_looked_up(tmp_path: Path) -> None:
+    found = read(tmp_path, ROWS["recipe"], ROWS["occasion"])
+    texts = [each.prompt[-1].content for each in drawn(found, known=found, seed=1)]
+    assert not any("make mom's apple pie\nneeded:" in text for text in texts)
+
+
+def test_a_corpus_tells_what_it_holds(tmp_path: Path) -> None:
+    found = read(tmp_path, *ROWS.values())
+    facts = corpus_facts(found, ["ann.jsonl"])
+    assert facts["counts"] == {
+        "messages, grocery": 1,
+        "points of talks, grocery": 1,
+        "occasions, grocery": 2,
+    }
+    assert (facts["files"], facts["writers"]) == (["ann.jsonl"], 1)
+    assert facts["sha256"] != corpus_facts(found[1:], ["ann.jsonl"])["sha256"]

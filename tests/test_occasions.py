@@ -1,0 +1,112 @@
+"""Occasions from life: those that ship are sound, and those nearest to words are found."""
+
+import pytest
+
+from goalscope.envs.house import HomeRobot
+from goalscope.occasions import Nearest, Occasion, occasion_from_json, shipped_occasions
+from goalscope.orders import orders_from_text
+from goalscope.types import InvalidInputError, meaning
+
+CAKE = Occasion("a-1", "grocery", "bake a birthday cake", ("It is my son's birthday.",), ("flour",))
+CAR = Occasion("a-2", "grocery", "wash the car", ("The car is filthy.",), ("sponge",))
+SOUP = Occasion("b-1", "grocery", "cook tomato soup", ("A soup would be nice.",), ("tomatoes",))
+THREE = Nearest([CAKE, CAR, SOUP])
+DOMAINS = ("grocery", "house")
+RIGHT = {"id": "w", "domain": "grocery", "aim": "eat", "said": ["We eat."], "needed": ["bread"]}
+
+
+@pytest.mark.parametrize(
+    ("text", "nearest"),
+    [
+        ("The car is filthy.", CAR),
+        ("a cake for a birthday", CAKE),
+        ("BIRTHDAYS", CAKE),
+        ("I would like some hot broth with tomatoes", SOUP),
+        ("clean my automobile", CAR),
+    ],
+)
+def test_the_nearest_is_first_by_words_or_by_what_they_mean(text: str, nearest: Occasion) -> None:
+    assert THREE(text, 3)[0] == nearest
+    assert {*THREE(text, 9)} == {CAKE, CAR, SOUP}
+
+
+@pytest.mark.parametrize("most", [0, 1, 2, 3, 4])
+def test_no_more_are_found_than_asked_for_and_one_can_be_left_out(most: int) -> None:
+    assert len(THREE("cake", most)) == min(most, 3)
+    found = THREE("cake", most, without=CAKE.id)
+    assert len(found) == min(most, 2)
+    assert CAKE not in found
+    assert THREE("cake", most, without="none such") == THREE("cake", most)
+
+
+@pytest.mark.parametrize("text", ["", " ", "?!", "xyzzy", "\ud800", "cake " * 3000])
+def test_words_that_mean_nothing_here_find_something_all_the_same(text: str) -> None:
+    assert len(THREE(text, 2)) == 2
+
+
+def test_among_none_none_is_found() -> None:
+    assert Nearest([])("cake", 4) == []
+    assert shipped_occasions("garden")("a pond", 4) == []
+
+
+def test_an_occasion_that_nobody_told_is_found_by_its_aim() -> None:
+    quiet = Occasion("c-1", "grocery", "polish silver spoons", (), ("cloth",))
+    assert Nearest([CAKE, quiet])("silver spoons", 1) == [quiet]
+
+
+def test_shipped_occasions_are_many_and_each_is_named_once() -> None:
+    found = [each for domain in DOMAINS for each in shipped_occasions(domain).occasions]
+    assert len(found) > 2000
+    assert len({each.id for each in found}) == len(found)
+    assert {each.domain for each in found} == {*DOMAINS}
+
+
+@pytest.mark.parametrize("domain", DOMAINS)
+def test_each_shipped_occasion_has_its_lists_and_no_phrase_twice(domain: str) -> None:
+    for each in shipped_occasions(domain).occasions:
+        assert each.said, each.id
+        assert each.needed, each.id
+        phrases = [*each.needed, *each.nice, *each.unwanted]
+        assert len({*map(meaning, phrases)}) == len(phrases), each.id
+        assert not any(mark in phrase for phrase in phrases for mark in ",\n:"), each.id
+        assert bool(each.room) == (domain == "house"), each.id
+
+
+def test_what_shipped_occasions_of_the_house_call_for_are_orders() -> None:
+    for each in shipped_occasions("house").occasions:
+        for phrase in (*each.needed, *each.nice, *each.unwanted):
+            (order,) = orders_from_text(phrase, HomeRobot.verbs)
+            assert order.what, (each.id, phrase)
+
+
+def test_the_words_of_a_shipped_occasion_find_it() -> None:
+    near = shipped_occasions("grocery")
+    tried = near.occasions[::40]
+    found = sum(each in near(each.said[0], 4) for each in tried)
+    assert found > 0.95 * len(tried)
+    assert all(each not in near(each.said[0], 4, without=each.id) for each in tried)
+
+
+@pytest.mark.parametrize(
+    ("changed", "cause"),
+    [
+        ({"id": ""}, "'id' must be a text"),
+        ({"id": 3}, "'id' must be a text"),
+        ({"domain": None}, "'domain' must be a text"),
+        ({"aim": " "}, "'aim' must be a text"),
+        ({"said": "We eat."}, "'said' must be a list of texts"),
+        ({"needed": [1]}, "'needed' must be a list of texts"),
+        ({"nice": [""]}, "'nice' must be a list of texts"),
+        ({"unwanted": {"a": 1}}, "'unwanted' must be a list of texts"),
+    ],
+)
+def test_a_wrong_occasion_is_refused(changed: dict[str, object], cause: str) -> None:
+    assert occasion_from_json(RIGHT).needed == ("bread",)
+    with pytest.raises(InvalidInputError, match=cause):
+        occasion_from_json(RIGHT | changed)
+
+
+@pytest.mark.parametrize("data", [[], 5, None, "eat"])
+def test_what_is_no_object_is_no_occasion(data: object) -> None:
+    with pytest.raises(InvalidInputError, match="must be an object"):
+        occasion_from_json(data)

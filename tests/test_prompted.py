@@ -1,0 +1,356 @@
+"""The paper's modules by prompts: what a model writes is used as far as it makes sense."""
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import jsonschema
+import pytest
+
+from fakes import GOALS, NEEDS, QUESTION, LampRoom, WordModel, said, words
+from goalscope.agent import Agent
+from goalscope.goals import propose
+from goalscope.likelihood import RolePlay
+from goalscope.models import Completion
+from goalscope.modules import MODULES, modules_named, modules_of
+from goalscope.orders import Order
+from goalscope.policy import NeedPlanner, Outcome, Want
+from goalscope.prompted import PromptedPlanner, PromptedWriter
+from goalscope.standing import Standing
+from goalscope.types import (
+    UNSPECIFIED,
+    Action,
+    Goal,
+    InvalidInputError,
+    StepResult,
+    UnreadableAnswerError,
+)
+from goalscope.writer import Writer
+
+FREE = Standing()
+TURNS = said("It is dark, and I want to read.")
+READ = Want("read", 1.0)
+BROKEN = (
+    "I'm sorry, but I can't help you with that.",
+    "",
+    "null",
+    "[]",
+    "{}",
+    '{"goals": ["read", "sle',
+    '{"plan": [1, 2',
+    "[" * 100_000,
+    '{"goals": "read", "relevant": "lamp", "plan": 1, "remove": 1}',
+    '{"goals": null, "relevant": null, "plan": null, "remove": null}',
+    "\ud800",
+)
+"""What holds no list: prose, a refusal, nothing, JSON that is cut off, and other forms."""
+
+
+class Answers(WordModel):
+    """Answers by the key that it is asked for, in turn, and keeps the prompts and settings.
+
+    An answer is a text, which is written as it is, or what the key is to hold.
+    """
+
+    writer = None
+
+    def __init__(self, **answers: Sequence[Any]) -> None:
+        super().__init__()
+        self.answers = {key: iter(each) for key, each in answers.items()}
+        self.asked: list[tuple[str, str]] = []
+
+    def generate(self, messages, **settings) -> Completion:
+        if "schema" not in settings:
+            return super().generate(messages, **settings)
+        assert settings.get("temperature", 0) == 0
+        jsonschema.Draft202012Validator.check_schema(settings["schema"])
+        (key,) = settings["schema"]["required"]
+        self.asked.append((key, messages[-1].content))
+        answer = next(self.answers[key])
+        text = answer if isinstance(answer, str) else json.dumps({key: answer})
+        return Completion(text, "stop", len(words(messages[-1].content)), len(words(text)))
+
+    def prompts(self, key: str) -> list[str]:
+        return [prompt for asked, prompt in self.asked if asked == key]
+
+
+def goals(answer: Any, held: Sequence[str] = ()) -> list[str]:
+    return PromptedWriter(Answers(goals=[answer])).goals("t", TURNS, held)
+
+
+def test_goals_are_named_once_and_clean() -> None:
+    assert goals(["read", " read. ", "go to  bed.", "", "x", "sleep"]) == [
+        "read",
+        "go to bed",
+        "sleep",
+    ]
+    assert goals([]) == []
+
+
+def test_goals_that_are_held_are_told_and_not_asked_for_again() -> None:
+    model = Answers(goals=[["read"]])
+    PromptedWriter(model).goals("t", TURNS, ["sleep well"])
+    assert "- sleep well" in model.prompts("goals")[0]
+
+
+@pytest.mark.parametrize("answer", BROKEN)
+def test_what_holds_no_list_of_goals_is_told(answer: str) -> None:
+    with pytest.raises(UnreadableAnswerError):
+        goals(answer)
+
+
+@pytest.mark.parametrize(
+    "answer", [[f"goal number {n}" for n in range(100)], ["word " * 5000, "read"]]
+)
+def test_too_many_goals_and_too_long_ones_are_left_out(answer: list[str]) -> None:
+    found = goals(answer)
+    assert 0 < len(found) <= 5
+    assert max(map(len, found)) <= 120
+
+
+@pytest.mark.parametrize("answer", [[1, 2], [None], [["read"]], [{"goal": "read"}]])
+def test_what_is_no_text_is_no_goal(answer: list[object]) -> None:
+    assert goals(answer) == []
+
+
+def test_prompted_goals_are_proposed_as_others_are() -> None:
+    model = Answers(goals=[["Unspecified", "read in the dark", "fly"]])
+    likelihood = RolePlay(model)
+    (change,) = propose(PromptedWriter(model), likelihood, "t", TURNS, [UNSPECIFIED])
+    assert (change.kind, change.goal) == ("added", Goal("read in the dark"))
+
+
+def unfit(answer: Any, *held: str) -> list[str]:
+    model = Answers(remove=[answer])
+    return [each.goal.text for each in PromptedWriter(model).unfit("t", TURNS, [*map(Goal, held)])]
+
+
+@pytest.mark.parametrize(
+    ("answer", "removed"),
+    [
+        ([], []),
+        ([2], ["b"]),
+        ([3, 1, 3], ["c", "a"]),
+        ([0, -1, 4, 10**30, 2.5, "1", None, [1]], []),
+        ([True], []),
+        ([*range(-50, 50)], ["a", "b", "c"]),
+    ],
+)
+def test_goals_are_removed_by_their_numbers(answer: list[object], removed: list[str]) -> None:
+    assert unfit(answer, "a", "b", "c") == removed
+
+
+@pytest.mark.parametrize("answer", BROKEN)
+def test_what_holds_no_numbers_is_told(answer: str) -> None:
+    with pytest.raises(UnreadableAnswerError):
+        unfit(answer, "a")
+
+
+def test_where_there_is_no_goal_none_is_asked_about() -> None:
+    assert unfit("never asked") == []
+
+
+@pytest.mark.parametrize(
+    ("answer", "question"),
+    [
+        ("What is it?", "What is it?"),
+        (" What\nis  it? ", "What is it?"),
+        ("", ""),
+        (None, ""),
+        (["What?"], ""),
+        ({"a": "What?"}, ""),
+    ],
+)
+def test_a_question_is_one_line(answer: object, question: str) -> None:
+    model = Answers(question=[json.dumps({"question": answer})])
+    assert PromptedWriter(model).question("t", TURNS, "lamp", ["read"]) == question
+
+
+@pytest.mark.parametrize("answer", BROKEN)
+def test_without_a_question_there_is_nothing_to_ask(answer: str) -> None:
+    assert PromptedWriter(Answers(question=[answer])).question("t", TURNS, "", []) == ""
+
+
+def act(
+    room: LampRoom, plans: Sequence[Any], *, terms: Any = (), standing=FREE, history=(), replans=2
+) -> tuple[Outcome, Answers]:
+    model = Answers(relevant=[list(terms) or room.names] if terms != "" else [""], plan=plans)
+    planner = PromptedPlanner(PromptedWriter(model), replans=replans)
+    return planner.act(room, [READ], TURNS, history, standing), model
+
+
+def test_the_plan_is_done_in_its_order() -> None:
+    room = LampRoom(["lamp", "fan", "light"])
+    outcome, model = act(room, [[3, 1]])
+    assert room.on == ["light", "lamp"]
+    assert [(each.target, each.goal) for each in outcome.guessed] == [
+        ("light", "read"),
+        ("lamp", "read"),
+    ]
+    assert (outcome.failed, outcome.replans) == ((), 0)
+    assert "2. switch on: fan" in model.prompts("plan")[0]
+    assert "read (100%)" in model.prompts("plan")[0]
+
+
+@pytest.mark.parametrize(
+    "plan",
+    [[], [0], [-1], [4, 99, 10**30], ["lamp"], [None], [[1]], [1.5], [True], [{"number": 1}]],
+)
+def test_numbers_of_no_action_are_no_plan(plan: list[object]) -> None:
+    room = LampRoom(["lamp", "fan", "light"])
+    outcome, _ = act(room, [plan])
+    assert (outcome, room.on) == (Outcome(), [])
+
+
+def test_a_number_that_is_repeated_is_done_once() -> None:
+    room = LampRoom(["lamp", "fan"])
+    outcome, _ = act(room, [[2, 2, 1, 2]])
+    assert (room.on, outcome.failed) == (["fan", "lamp"], ())
+
+
+@pytest.mark.parametrize("terms", [["moon", "moon", ""], ["moon " * 5000], [str(n) for n in [1]]])
+def test_for_things_that_are_not_here_no_plan_is_made(terms: list[str]) -> None:
+    room = LampRoom(["lamp"])
+    outcome, model = act(room, [], terms=terms)
+    assert (outcome, model.prompts("plan")) == (Outcome(), [])
+
+
+def test_a_hundred_things_make_a_plan_of_bounded_length() -> None:
+    names = [f"lamp {n}" for n in range(100)]
+    room = LampRoom(names)
+    act(room, [[*range(1, 101)]])
+    assert 0 < len(room.on) <= 12
+
+
+@pytest.mark.parametrize(("broken", "replans"), [(1, 1), (2, 2)])
+def test_a_plan_is_made_anew_without_what_was_impossible(broken: int, replans: int) -> None:
+    class Worn(LampRoom):
+        def step(self, action: Action) -> StepResult:
+            if action.target.startswith("broken"):
+                return StepResult(action, False, "The switch does not move.")
+            return super().step(action)
+
+    room = Worn(["lamp", *(f"broken {n}" for n in range(broken)), "fan"])
+    history = [room.step(Action("switch on", "candle"))]
+    plans = [[1, 2], [1, 2], [1, 2]][: broken + 1]
+    outcome, model = act(room, plans, history=history)
+    assert room.on == ["candle", "lamp", "fan"]
+    assert (outcome.replans, len(outcome.failed)) == (replans, broken)
+    assert "broken" not in model.prompts("plan")[-1]
+
+
+@pytest.mark.parametrize("replans", [0, 1, 3])
+def test_plans_are_made_anew_so_often_and_then_nothing_is_left_of_them(replans: int) -> None:
+    class Dead(LampRoom):
+        def step(self, action: Action) -> StepResult:
+            works = action.target in ("lamp", "candle")
+            return super().step(action) if works else StepResult(action, False, "No.")
+
+    room = Dead(["lamp", *(f"fan {n}" for n in range(9))])
+    history = [room.step(Action("switch on", "candle"))]
+    outcome, model = act(room, [[1, 2]] * (replans + 1), history=history, replans=replans)
+    assert (room.on, outcome.results, outcome.guessed) == (["candle"], (), ())
+    assert len(model.prompts("plan")) == 1 + replans
+    assert len(outcome.failed) == 1 + replans
+    assert outcome.replans == replans
+
+
+@pytest.mark.parametrize("answer", BROKEN)
+@pytest.mark.parametrize("key", ["relevant", "plan"])
+def test_an_answer_that_is_no_list_leaves_everything_as_it_was(key: str, answer: str) -> None:
+    room = LampRoom(["lamp"])
+    model = Answers(**{"relevant": [["lamp"]], "plan": [[1]], key: [answer]})
+    with pytest.raises(UnreadableAnswerError):
+        PromptedPlanner(PromptedWriter(model)).act(room, [READ], TURNS, [], FREE)
+    assert room.on == []
+
+
+def test_nothing_lasting_or_ruled_out_can_be_planned() -> None:
+    class Fragile(LampRoom):
+        def actions(self, name, standing):
+            return [*super().actions(name, standing), Action("smash", name)]
+
+    room = Fragile(["lamp", "fan"])
+    standing = Standing(limits=(Order("avoid", "lamp"),))
+    _, model = act(room, [[1, 2, 3, 4]], standing=standing)
+    assert (room.on, room.smashed) == (["fan"], [])
+    assert "smash" not in model.prompts("plan")[0]
+
+
+PLANS = {"goals": [["read in the dark"]] * 2, "relevant": [["lamp"]] * 2, "plan": [[1]] * 2}
+
+
+def test_an_agent_of_a_model_that_was_taught_nothing_works_by_prompts() -> None:
+    room, model = LampRoom(["lamp"]), Answers(**PLANS, question=[["no text"], "What next?"])
+    agent = Agent(room, model)
+    round = agent.step(agent.ask(), "It is dark, I want to read.")
+    assert round.belief is not None
+    assert Goal("read in the dark") in round.belief.goals
+    assert room.on == ["lamp"]
+    assert "Guessed, not asked for: lamp (to read in the dark)." in round.notes
+
+
+@pytest.mark.parametrize("key", ["relevant", "plan"])
+@pytest.mark.parametrize("answer", BROKEN[:1] + BROKEN[5:7])
+def test_a_plan_that_cannot_be_read_is_told_and_the_round_goes_on(key: str, answer: str) -> None:
+    room = LampRoom(["lamp"])
+    agent = Agent(room, Answers(**{**PLANS, key: [answer]}))
+    round = agent.step("", "It is dark, I want to read.")
+    assert any(note.startswith("No plan was made. The model") for note in round.notes)
+    assert (room.on, len(agent.rounds)) == ([], 1)
+
+
+@pytest.mark.parametrize("answer", BROKEN[:1] + BROKEN[5:7])
+def test_goals_that_cannot_be_read_are_told_and_orders_are_followed(answer: str) -> None:
+    room = LampRoom(["lamp", "fan"])
+    agent = Agent(room, Answers(**{**PLANS, "goals": [answer]}))
+    round = agent.step("", "aim; switch on fan")
+    assert any("asked for goals" in note for note in round.notes)
+    assert "fan" in room.on
+
+
+def test_who_does_what_depends_on_what_the_model_was_taught() -> None:
+    taught = modules_of(WordModel({GOALS: "", NEEDS: "", QUESTION: ""}))
+    assert isinstance(taught.proposer, Writer)
+    assert isinstance(taught.planner, NeedPlanner)
+    assert taught.proposer is taught.asker
+    assert taught.remover is None
+    model = Answers()
+    plain = modules_of(model)
+    assert isinstance(plain.planner, PromptedPlanner)
+    assert isinstance(plain.proposer, PromptedWriter)
+    assert (plain.proposer.model, plain.remover) == (model, None)
+
+
+@pytest.mark.parametrize(
+    ("module", "place", "kind"),
+    [
+        ("propose", "proposer", PromptedWriter),
+        ("remove", "remover", PromptedWriter),
+        ("plan", "planner", PromptedPlanner),
+        ("query", "asker", PromptedWriter),
+    ],
+)
+def test_each_module_alone_can_be_done_by_prompts(module, place: str, kind: type) -> None:
+    found = modules_of(WordModel(), [module])
+    prompted = (PromptedWriter, PromptedPlanner)
+    places = ("proposer", "remover", "planner", "asker")
+    assert [each for each in places if isinstance(getattr(found, each), prompted)] == [place]
+    assert isinstance(getattr(found, place), kind)
+
+
+def test_modules_are_named() -> None:
+    assert modules_named(["plan", "remove", "plan"]) == ("plan", "remove")
+    assert modules_named(["all"]) == MODULES
+    assert modules_named([]) == ()
+    with pytest.raises(InvalidInputError, match=r"no module 'plans'\. There are: propose, remove"):
+        modules_named(["plans"])
+
+
+@pytest.mark.slow
+def test_the_embedded_model_answers_in_the_form_that_is_asked_for(model) -> None:
+    writer = PromptedWriter(model)
+    assert 0 < len(writer.goals("The agent looks after a lamp.", TURNS)) <= 5
+    room = LampRoom(["lamp", "fan"])
+    outcome = PromptedPlanner(writer).act(room, [READ], TURNS, [], FREE)
+    assert {each.action.target for each in outcome.results} <= {"lamp", "fan"}
