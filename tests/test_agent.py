@@ -221,6 +221,24 @@ def test_guesses_follow_an_aim_alone_and_are_told() -> None:
         assert (told in round.notes) == bool(on)
 
 
+@pytest.mark.parametrize(
+    ("read", "goal", "on"),
+    [
+        ("avoid fan", "have lamp light", ["lamp"]),
+        ("none", "have lamp light", ["lamp"]),
+        ("none", "", []),
+        ("yes", "have lamp light", []),
+        ("switch off fan", "have lamp light", []),
+    ],
+)
+def test_words_that_ask_for_nothing_are_acted_on_where_a_goal_explains_them(read, goal, on) -> None:
+    env = LampRoom(["lamp", "fan"])
+    words = "lamp light, but not the fan"
+    model = WordModel({**REPLIES, GOALS: goal}, reads={words: read})
+    agent_in(env, model=model).step("", words)
+    assert env.on == on
+
+
 def test_no_guess_is_lasting_or_against_what_was_said() -> None:
     class Dangerous(LampRoom):
         def actions(self, name, standing):

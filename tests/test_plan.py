@@ -303,9 +303,23 @@ def test_episodes_may_propose_and_be_prompted_as_in_the_paper(tmp_path):
     assert cell_key(plain) != cell_key(paper)
     (all_of_it,) = specs_of(read(tmp_path, part.format(", prompted = 'all'")), None)
     assert all_of_it["settings"]["prompted"] == [*MODULES]
-    for wrong in ("propose = 'often'", "propose = 2", "prompted = 'plans'", "prompted = 3"):
-        with pytest.raises(InvalidInputError, match=wrong.split(" ")[0].removesuffix("ed")):
-            specs_of(read(tmp_path, part.format(f", {wrong}")), None)
+    (early,) = specs_of(read(tmp_path, part.format(", propose = 0.25")), None)
+    assert early["settings"]["propose"] == 0.25
+
+
+@pytest.mark.parametrize(
+    ("wrong", "cause"),
+    [
+        ("propose = 'often'", "propose"),
+        ("propose = 2", "propose"),
+        ("prompted = 'plans'", "no module 'plans'"),
+        ("prompted = 3", "prompted"),
+    ],
+)
+def test_a_trigger_or_a_module_that_is_none_is_refused(tmp_path, wrong, cause):
+    part = f"episodes = {{domain = 'grocery', methods = 'good', profiles = 'cafe', {wrong}}}"
+    with pytest.raises(InvalidInputError, match=cause):
+        specs_of(read(tmp_path, part), None)
 
 
 def test_a_calibration_is_a_name_or_a_file_beside_the_toml_whose_content_counts(tmp_path):

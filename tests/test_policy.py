@@ -302,6 +302,6 @@ def test_the_robot_does_what_an_aim_calls_for_and_leaves_the_rest() -> None:
 
 
 @pytest.mark.parametrize("words", ["", "needed:", "I'm sorry, I can't.", "needed: ,,,\nnice:"])
-def test_a_writer_that_lists_nothing_is_no_reason_to_stop(words) -> None:
+def test_where_the_writer_lists_nothing_what_is_here_is_judged(words) -> None:
     room, outcome = written(words, "lamp", Want("read", 1.0))
-    assert (outcome, room.on) == (Outcome(), [])
+    assert (outcome.failed, room.on) == ((), ["lamp"])

@@ -9,11 +9,10 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -116,22 +115,6 @@ def shipped_occasions(domain: str) -> Nearest:
     )
     found = (occasion_from_json(json.loads(line)) for line in lines if line.strip())
     return Nearest([each for each in found if each.domain == domain])
-
-
-def read_occasions(paths: Iterable[Path]) -> list[Occasion]:
-    """Those of files of JSON Lines; see corpus/needs/README.md.
-
-    Raises:
-        InvalidInputError: A line is wrong; says which and why.
-    """
-    found: list[Occasion] = []
-    for path in paths:
-        for number, text in enumerate(path.read_text(encoding="utf-8-sig").splitlines(), 1):
-            try:
-                found += [occasion_from_json(json.loads(text))] if text.strip() else []
-            except (ValueError, InvalidInputError) as error:
-                raise InvalidInputError(f"{path.name}, line {number}: {error}") from None
-    return found
 
 
 def occasion_from_json(data: object) -> Occasion:

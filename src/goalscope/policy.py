@@ -135,7 +135,7 @@ class NeedPlanner:
     is the mean of both. So what several goals share comes first.
 
     Args:
-        writer: Judges; and lists needs where there are no occasions.
+        writer: Judges; and lists needs where there are no occasions, beside what is here.
         limit: Most things done in one round.
         most: Most candidates that are judged.
         cost: Of a question before acting (see `choose`).
@@ -188,7 +188,8 @@ class NeedPlanner:
         listed = not any(known)
         if listed:
             written = self.writer.needs([*aims][leading], said, (), room)
-            known = [dict.fromkeys(written, 1.0)] * len(aims)
+            offered = env.offers(f"{said} {[*aims][leading]}".strip(), self.most)
+            known = [dict.fromkeys([*written, *offered], 1.0)] * len(aims)
         mean: dict[str, float] = {}
         for weight, each in zip(weights.tolist(), known, strict=True):
             for thing, share in each.items():

@@ -50,7 +50,7 @@ class Writer:
         written = self._written("goals", goals_prompt(task, recent(self.model, turns, _TURNS)))
         lines = [" ".join(line.split()) for line in written.split("\n")]
         distinct = {meaning(line): line for line in reversed(lines) if 2 < len(line) <= 120}
-        return [line for line in reversed(distinct.values()) if line != NOTHING]
+        return [line for line in reversed(distinct.values()) if meaning(line) != NOTHING]
 
     def question(
         self,
@@ -65,7 +65,7 @@ class Writer:
         shown = recent(self.model, turns, _TURNS)
         written = self._written("question", question_prompt(task, shown, done, goals), heard)
         line = " ".join(written.split("\n")[0].split())
-        return "" if line == NOTHING or not line.endswith("?") else line
+        return "" if meaning(line) == NOTHING or not line.endswith("?") else line
 
     def needs(self, aim: str, said: str, like: Sequence[Occasion], room: str = "") -> list[str]:
         """What an aim calls for, in the words of occasions, the most needed first.

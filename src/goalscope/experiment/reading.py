@@ -152,6 +152,12 @@ def _value(key: str, value: object, kind: str, label: str) -> Any:
                 f"{label} must be at least {least}, and below a billion, not {shown(value)}."
             )
         return value
+    if kind.startswith("Trigger"):
+        if value != "paper" and not (type(value) in (int, float) and 0 <= cast("float", value) < 1):
+            raise InvalidInputError(
+                f'{label} must be a probability below 1, or "paper", not {shown(value)}.'
+            )
+        return value
     text = _text(value, label)
     if key in _CHOICES and text not in _CHOICES[key]:
         raise InvalidInputError(

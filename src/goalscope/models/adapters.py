@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import gguf
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.extras import package
 from goalscope.types import ModelError
 
 __all__ = [
@@ -130,7 +130,6 @@ def write_adapter(path: Path, adapter: Adapter, config: Any) -> None:
         ModelError: llama.cpp knows no such architecture by these layers.
         OSError: The file cannot be written.
     """
-    gguf = package("gguf")
     if config.model_type not in ARCHITECTURES:
         raise ModelError(
             f"An adapter of {config.model_type} models cannot be written as a GGUF file; only "
@@ -175,7 +174,6 @@ def read_adapter(path: Path, config: Any) -> Adapter:
     Raises:
         ModelError: The file is no LoRA adapter, or one for another kind of model.
     """
-    gguf = package("gguf")
     reader, fields = _opened(path)
     architecture = fields.get("general.architecture")
     if fields.get("adapter.type") != "lora" or architecture != ARCHITECTURES.get(config.model_type):
@@ -218,7 +216,7 @@ def read_adapter(path: Path, config: Any) -> Adapter:
 
 def _opened(path: Path) -> tuple[Any, dict[str, Any]]:
     """The reader of a GGUF file, and its fields."""
-    base: Any = package("gguf").GGUFReader
+    base: Any = gguf.GGUFReader
 
     class Reader(base):
         def _get(self, offset: int, dtype: Any, count: int = 1, **order: Any) -> Any:

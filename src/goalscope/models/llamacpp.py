@@ -134,7 +134,8 @@ class LlamaCpp(LocalModel):
             with part.open("rb") as file:
                 digests.append(hashlib.file_digest(file, "sha256").hexdigest())
         version = importlib.metadata.version("llama-cpp-python")
-        return f"{' '.join(digests)} llama-cpp-python {version}"
+        merged = " merged" if self._weights.path not in (self.path, str(self.path)) else ""
+        return f"{' '.join(digests)}{merged} llama-cpp-python {version}"
 
     @alone
     def describe(self) -> str:
