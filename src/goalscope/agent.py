@@ -7,7 +7,7 @@ from typing import Literal
 
 from goalscope.belief import Belief
 from goalscope.calibration import USUAL, Calibration
-from goalscope.dialog import FALLBACK, OPENING, Human, ask
+from goalscope.dialog import FALLBACK, OPENING, Human, ask, completes
 from goalscope.envs import GUESSED, Environment, Pick
 from goalscope.episode import Round, retracted
 from goalscope.executor import Execution, Executor
@@ -339,7 +339,7 @@ class Agent:
             return (
                 self.reader.read(
                     turn.utterance,
-                    question=_asked(turn),
+                    question="" if completes(self.env, turn.utterance) else _asked(turn),
                     before=before,
                     names=[self.env.status()],
                 ),
