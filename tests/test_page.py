@@ -72,7 +72,7 @@ def test_an_episode_from_the_first_word_to_the_purchase(address: str, enter) -> 
     rounds(page, 3)
     expect(page.get_by_role("log").get_by_text("No, not yet.")).to_be_visible()
     expect(card).to_be_hidden()
-    say(page, "Please add bananas.")
+    say(page, "add bananas")
     rounds(page, 4)
     expect(card).to_be_hidden()
 
