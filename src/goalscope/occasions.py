@@ -70,7 +70,7 @@ class Nearest:
         counts = [Counter(singulars(" ".join(each))) for each in texts]
         sizes = np.array([each.total() for each in counts] or [1])
         known = Counter(word for each in counts for word in each)
-        self._rarity = {
+        rarity = {
             word: math.log(1 + (len(texts) - count + 0.5) / (count + 0.5))
             for word, count in known.items()
         }
@@ -78,7 +78,7 @@ class Nearest:
         self._weights: dict[str, dict[int, float]] = {}
         for i, each in enumerate(counts):
             for word, count in each.items():
-                weight = self._rarity[word] * count * (_FLAT + 1) / (count + norm[i])
+                weight = rarity[word] * count * (_FLAT + 1) / (count + norm[i])
                 self._weights.setdefault(word, {})[i] = float(weight)
 
     def __call__(self, text: str, most: int, *, without: str = "") -> list[Occasion]:

@@ -194,7 +194,8 @@ class NeedPlanner:
         for weight, each in zip(weights.tolist(), known, strict=True):
             for thing, share in each.items():
                 mean[thing] = mean.get(thing, 0.0) + weight * share
-        things = _served(env, sorted(mean, key=lambda thing: -mean[thing]), standing)[: self.most]
+        ranked = sorted(mean, key=lambda thing: -mean[thing])
+        things = _served(env, ranked, standing, self.most)
         if not things:
             return [], [], {}
         judged = self.writer.judged(things, [*aims], said, like[leading], room)
@@ -238,10 +239,12 @@ def shares(like: Sequence[Occasion]) -> dict[str, float]:
     return {thing: share for thing, share in found.items() if share > 0}
 
 
-def _served(env: Environment, things: Sequence[str], standing: Standing) -> list[str]:
-    """Those that something here serves, and none that is served by what serves another."""
+def _served(env: Environment, things: Sequence[str], standing: Standing, most: int) -> list[str]:
+    """The first that something here serves, and none that is served by what serves another."""
     found: dict[tuple[Action, ...], str] = {}
     for thing in things:
+        if len(found) == most:
+            break
         if actions := tuple(env.serving(thing, standing)):
             found.setdefault(actions, thing)
     return [*found.values()]

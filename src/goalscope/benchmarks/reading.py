@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import re
+import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 from goalscope.envs.tables import is_list, read_table, refuse_unknown
 from goalscope.orders import (
@@ -27,7 +29,9 @@ from goalscope.types import GoalscopeError, InvalidInputError, UnreadableAnswerE
 
 __all__ = ["THRESHOLDS", "Asking", "Language", "Line", "Score"]
 __all__ += ["asking", "differs", "line_from_json", "line_to_json"]
-__all__ += ["read_corpus", "read_languages", "read_lines", "score"]
+__all__ += ["read_corpus", "read_languages", "read_lines", "read_rows", "score"]
+
+Row = TypeVar("Row")
 
 THRESHOLDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
 """Margins in nats of which `asking` tells the cost."""
@@ -149,19 +153,34 @@ def read_corpus(path: Path) -> list[Line]:
     Raises:
         InvalidInputError: There is none, or a line is wrong; says which and why.
     """
+    return read_rows(path, lambda data, _: [line_from_json(data)])
+
+
+def read_rows(path: Path, read: Callable[[object, int], Iterable[Row]]) -> list[Row]:
+    """What the lines of a file of JSON Lines hold, perhaps gzipped, or of all files of a folder.
+
+    Args:
+        path: The file or folder.
+        read: Takes a line's object and number, and gives what it holds.
+
+    Raises:
+        InvalidInputError: There is none, or a line is wrong; says which and why.
+    """
     files = sorted(path.glob("*.jsonl")) if path.is_dir() else [path]
     if not files or not files[0].is_file():
         raise InvalidInputError(f"There is no corpus at {path}. Name a JSONL file or a folder.")
-    found: list[Line] = []
+    found: list[Row] = []
     for file in files:
         try:
-            texts = file.read_text(encoding="utf-8-sig").split("\n")
-        except (OSError, UnicodeDecodeError) as error:
+            opened = gzip.open if file.suffix == ".gz" else open
+            with opened(file, "rt", encoding="utf-8-sig") as lines:
+                texts = lines.read().split("\n")
+        except (OSError, EOFError, zlib.error, UnicodeDecodeError) as error:
             raise InvalidInputError(f"{file} cannot be read: {error}. Save it as UTF-8.") from None
         for number, text in enumerate(texts, 1):
             if text.strip():
                 try:
-                    found.append(line_from_json(json.loads(text)))
+                    found += read(json.loads(text), number)
                 except (ValueError, LookupError, TypeError, GoalscopeError) as error:
                     raise InvalidInputError(f"{file.name}, line {number}: {error}") from None
     return found

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import gzip
 import hashlib
-import json
 import random
 import re
 from abc import abstractmethod
@@ -14,12 +12,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, cast
 
-from goalscope.benchmarks.reading import Language, Line, line_from_json
+from goalscope.benchmarks.reading import Language, Line, line_from_json, read_rows
 from goalscope.fitting.recombining import Conversation, Recombining
 from goalscope.models import Generator
 from goalscope.occasions import Nearest, Occasion, occasion_from_json
 from goalscope.reader import Exchange, Reader
-from goalscope.types import GoalscopeError, InvalidInputError, Message, Turn
+from goalscope.types import InvalidInputError, Message, Turn
 from goalscope.words import singulars
 from goalscope.writer import (
     JUDGEMENTS,
@@ -230,23 +228,7 @@ def read_lessons(path: Path) -> list[Taught]:
     Raises:
         InvalidInputError: There is none, or a line is wrong; says which and why.
     """
-    files = sorted(path.glob("*.jsonl")) if path.is_dir() else [path]
-    if not files or not files[0].is_file():
-        raise InvalidInputError(f"There is no corpus at {path}. Name a JSONL file or a folder.")
-    found: list[Taught] = []
-    for file in files:
-        try:
-            opened = gzip.open if file.suffix == ".gz" else open
-            with opened(file, "rt", encoding="utf-8-sig") as lines:
-                texts = lines.read().split("\n")
-        except (OSError, UnicodeDecodeError) as error:
-            raise InvalidInputError(f"{file} cannot be read: {error}. Save it as UTF-8.") from None
-        for number, text in enumerate(texts, 1):
-            if text.strip():
-                try:
-                    found += _lessons(json.loads(text), number)
-                except (ValueError, LookupError, TypeError, GoalscopeError) as error:
-                    raise InvalidInputError(f"{file.name}, line {number}: {error}") from None
+    found = read_rows(path, _lessons)
     recipes = [each for each in found if isinstance(each, Occasion) and not each.said]
     if len(recipes) > _RECIPES:
         left_out = {each.id for each in random.Random(1).sample(recipes, len(recipes) - _RECIPES)}

@@ -134,7 +134,7 @@ class LlamaCpp(LocalModel):
             with part.open("rb") as file:
                 digests.append(hashlib.file_digest(file, "sha256").hexdigest())
         version = importlib.metadata.version("llama-cpp-python")
-        merged = " merged" if self._weights.path not in (self.path, str(self.path)) else ""
+        merged = " merged" if self._weights.path != self.path else ""
         return f"{' '.join(digests)}{merged} llama-cpp-python {version}"
 
     @alone
