@@ -94,10 +94,9 @@ def test_the_belief_is_what_the_page_says(calibration: Calibration) -> None:
 
 def test_to_act_is_worth_what_the_page_says() -> None:
     random = np.random.default_rng(0)
-    p, right, cost = random.dirichlet(np.ones(4)), random.beta(0.5, 0.5, (4, 200)), 0.2
-    v = 2 * right - 1
+    p, v, cost = random.dirichlet(np.ones(4)), random.uniform(-1, 1, (4, 200)), 0.2
     options = np.array([np.zeros(200), p @ v, p @ np.maximum(0, v) - cost])
-    found = choose(p, right, cost)
+    found = choose(p, v, cost)
     assert set(options.argmax(axis=0)) == {0, 1, 2}
     assert (found.act == (options.argmax(axis=0) == 1)).all()
     assert (found.hold == (options.argmax(axis=0) == 2)).all()

@@ -178,6 +178,15 @@ def test_a_word_of_harm_without_an_allergy_in_the_reading_stops_every_order() ->
     assert env.on == ["lamp"]
 
 
+def test_what_hints_at_harm_is_asked_about_once() -> None:
+    env = LampRoom(["lamp"])
+    agent = agent_in(env, model=WordModel(REPLIES, reads={"home from hospital": "switch on lamp"}))
+    round = agent.step("", "home from hospital")
+    assert (env.on, round.question) == ([], HARM)
+    agent.step(agent.ask(), "switch on lamp")
+    assert env.on == ["lamp"]
+
+
 def test_a_yes_in_which_a_word_of_harm_is_said_releases_nothing() -> None:
     env = LampRoom(["fan"])
     reads = {"though his throat swells": "yes"}

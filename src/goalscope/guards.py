@@ -1,6 +1,6 @@
 """Guards that hold whatever the reader reads: of harm, of doubt, of conditions, of the lasting.
 
-They are plain code and know no phrasing, but for one short list: the stems of words of harm.
+They are plain code and know no phrasing, but for two short lists: the stems of words of harm.
 """
 
 from __future__ import annotations
@@ -31,14 +31,16 @@ UNSURE = 0.25
 
 _HARM = re.compile(
     r"allerg|anaphyla|epi-?pen|c(?:o|œ)?eliac|intoleran|\bhives\b|\bswell|\bswoll|\brash\b"
-    r"|\bthroat\b|hospital|\bchok|\bpoison",
+    r"|\bchok|\bpoison",
     re.IGNORECASE,
 )
+_HINT = re.compile(r"\bthroat\b|hospital", re.IGNORECASE)
+"""Of harm, or of a cold and of a visit to the ward: asked about once."""
 
 
 def speaks_of_harm(utterance: str, reading: Reading) -> bool:
     """Whether a word of harm was said of which the reading holds no allergy or diet."""
-    return not _is_grave(reading) and bool(_HARM.search(utterance))
+    return not _is_grave(reading) and bool(_HARM.search(utterance) or _HINT.search(utterance))
 
 
 def _is_grave(reading: Reading) -> bool:
@@ -55,11 +57,13 @@ def is_yes(utterance: str) -> bool:
 def is_wary(said: Iterable[tuple[str, Reading]]) -> bool:
     """Whether a word of harm was said, and since then neither an allergy nor a no.
 
+    What only hints at harm holds for as long as it is the newest that was said.
+
     Args:
         said: Utterances and their readings, newest first.
     """
-    for utterance, reading in said:
-        if speaks_of_harm(utterance, reading):
+    for age, (utterance, reading) in enumerate(said):
+        if speaks_of_harm(utterance, reading) and (age == 0 or _HARM.search(utterance)):
             return True
         if _is_grave(reading) or any(each.do == "no" for each in reading.orders):
             return False

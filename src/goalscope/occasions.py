@@ -18,7 +18,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.models.embedding import embedded
+from goalscope.models.embedding import embedded, embedded_once
 from goalscope.types import InvalidInputError
 from goalscope.words import singulars
 
@@ -59,14 +59,17 @@ class Nearest:
 
     Args:
         occasions: Among which to find.
+        keep: Whether their vectors are kept in the user's cache folder.
     """
 
-    def __init__(self, occasions: Sequence[Occasion]) -> None:
+    def __init__(self, occasions: Sequence[Occasion], *, keep: bool = False) -> None:
         self.occasions = tuple(occasions)
         texts = [(each.aim, *each.said) for each in occasions]
         self._owner = np.repeat(np.arange(len(texts)), [len(each) for each in texts])
-        self._parts = embedded([text for each in texts for text in each])
-        self._whole = embedded([" ".join(each) for each in texts])
+        parts = [text for each in texts for text in each]
+        wholes = [" ".join(each) for each in texts]
+        vectors = (embedded_once if keep else embedded)([*parts, *wholes])
+        self._parts, self._whole = vectors[: len(parts)], vectors[len(parts) :]
         counts = [Counter(singulars(" ".join(each))) for each in texts]
         sizes = np.array([each.total() for each in counts] or [1])
         known = Counter(word for each in counts for word in each)
@@ -114,7 +117,7 @@ def shipped_occasions(domain: str) -> Nearest:
         for line in file.read_text(encoding="utf-8").splitlines()
     )
     found = (occasion_from_json(json.loads(line)) for line in lines if line.strip())
-    return Nearest([each for each in found if each.domain == domain])
+    return Nearest([each for each in found if each.domain == domain], keep=True)
 
 
 def occasion_from_json(data: object) -> Occasion:

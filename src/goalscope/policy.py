@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -15,11 +15,10 @@ from goalscope.occasions import Occasion
 from goalscope.prompts import recent
 from goalscope.standing import Standing
 from goalscope.types import Action, GoalscopeError, StepResult, Turn
-from goalscope.words import singulars
-from goalscope.writer import LIKE, Writer
+from goalscope.writer import Writer
 
 __all__ = ["Choice", "Guess", "NeedPlanner", "Outcome", "Planner", "Want"]
-__all__ += ["attempted", "choose", "shares", "undo"]
+__all__ += ["attempted", "called_for", "choose", "undo"]
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
@@ -79,19 +78,17 @@ class Choice:
     value: Array
 
 
-def choose(probability: Array, right: Array, cost: float) -> Choice:
+def choose(probability: Array, value: Array, cost: float) -> Choice:
     """Act, hold back for an answer, or do nothing: whichever has the greatest expected value.
 
-    To do what is right is worth 1, what is wrong -1, and nothing 0. To ask, and then to act if that
-    is right, saves the expected harm of acting now, and has its cost (value of perfect information;
-    Howard, 1966).
+    To do nothing is worth 0. To ask, and then to act if that is right, saves the expected harm of
+    acting now, and has its cost (value of perfect information; Howard, 1966).
 
     Args:
         probability: [G] of each goal; sums to 1.
-        right: [G, n] probability that something is right under each goal.
+        value: [G, n] what it is worth to do something under each goal, from -1 to 1.
         cost: Of a question.
     """
-    value = 2 * right - 1
     now = probability @ value
     asked = probability @ np.maximum(value, 0) - cost
     act = (now > 0) & (now >= asked)
@@ -128,25 +125,22 @@ class Planner(Protocol):
 
 
 class NeedPlanner:
-    """Does what the likely goals call for, as occasions from life and a taught writer know it.
+    """Does what the likely goals call for, as occasions from life know it.
 
-    What the occasions nearest to the person's words and a goal call for is what the goal may call
-    for; the writer judges each of these things under each goal. How right a thing is under a goal
-    is the mean of both. So what several goals share comes first.
+    What those like the person's words and a goal call for is worth doing under that goal, as far
+    as more of them call for it than must (`Environment.agreed`). So what several goals share comes
+    first. Where there are no occasions, the writer lists needs and judges them, beside what is
+    here.
 
     Args:
-        writer: Judges; and lists needs where there are no occasions, beside what is here.
+        writer: Lists and judges where nothing is known from life.
         limit: Most things done in one round.
-        most: Most candidates that are judged.
         cost: Of a question before acting (see `choose`).
     """
 
-    def __init__(
-        self, writer: Writer, *, limit: int = 8, most: int = 16, cost: float = 0.2
-    ) -> None:
+    def __init__(self, writer: Writer, *, limit: int = 8, cost: float = 0.2) -> None:
         self.writer = writer
         self.limit = limit
-        self.most = most
         self.cost = cost
 
     def act(
@@ -158,105 +152,112 @@ class NeedPlanner:
         standing: Standing,
     ) -> Outcome:
         """See `Planner.act`."""
-        needs, held, goals = self.needs(env, wants, turns, standing)
-        results, failed, guessed = list[StepResult](), list[StepResult](), list[Guess]()
-        used = {name for each in history for name in (each.action.target, each.action.destination)}
-        for need in needs:
-            actions = env.serving(need, standing)
-            if any(each.target in used or env.lasting(each) for each in actions):
-                continue
-            done, problem = attempted(env, actions, [*history, *results])
-            results += done
-            failed += [problem] if problem else []
-            targets = dict.fromkeys(result.action.target for result in done)
-            guessed += [Guess(target, goals[need]) for target in targets]
-        return Outcome(tuple(results), tuple(failed), tuple(held), tuple(guessed))
-
-    def needs(
-        self, env: Environment, wants: Sequence[Want], turns: Sequence[Turn], standing: Standing
-    ) -> tuple[list[str], list[str], dict[str, str]]:
-        """What to do, in order; what to hold back; and the goal that each is for."""
         said = self.said(turns)
         aims = {want.text: want.probability for want in wants}
         if not aims or sum(aims.values()) < 1 - _LITTLE:
             aims[""] = aims.get("", 0.0) + 1 - sum(aims.values())
         weights = np.array([*aims.values()]) / sum(aims.values())
-        leading = int(weights.argmax())
-        like = [env.like(f"{said} {aim}".strip(), LIKE) for aim in aims]
-        room = env.here()
-        known = [shares(each) for each in like]
-        listed = not any(known)
-        if listed:
-            written = self.writer.needs([*aims][leading], said, (), room)
-            offered = env.offers(f"{said} {[*aims][leading]}".strip(), self.most)
-            known = [dict.fromkeys([*written, *offered], 1.0)] * len(aims)
-        mean: dict[str, float] = {}
-        for weight, each in zip(weights.tolist(), known, strict=True):
-            for thing, share in each.items():
-                mean[thing] = mean.get(thing, 0.0) + weight * share
-        ranked = sorted(mean, key=lambda thing: -mean[thing])
-        things = _served(env, ranked, standing, self.most)
-        if not things:
-            return [], [], {}
-        judged = self.writer.judged(things, [*aims], said, like[leading], room)
-        share = np.array([[each.get(thing, 0.0) for thing in things] for each in known])
-        right = judged[:, :, 0] + judged[:, :, 1] / 2
-        right = right if listed else (share + right) / 2
-        choice = choose(weights, right, self.cost)
-        leaders: list[int] = (weights[:, None] * right).argmax(axis=0).tolist()
-        goals = {thing: [*aims][at] for thing, at in zip(things, leaders, strict=True)}
+        served = _Served(env, standing)
+        known = [called_for(env.like(f"{said} {aim}".strip(), _LIKE), served) for aim in aims]
+        worth = [{way: share - env.agreed for way, share in each.items()} for each in known]
+        if not any(known):
+            worth = self._judged(env, [*aims], int(weights.argmax()), said, served)
+        ways = [*dict.fromkeys(way for each in worth for way in each)]
+        if not ways:
+            return Outcome()
+        missing = -env.agreed if any(known) else -1.0
+        value = np.array([[each.get(way, missing) for way in ways] for each in worth])
+        choice = choose(weights, value, self.cost)
         order: list[int] = np.argsort(-choice.value, kind="stable").tolist()
-        act = [things[i] for i in order if choice.act[i]][: self.limit]
-        held = [things[i] for i in order if choice.hold[i]][: self.limit]
-        return _in_turn(act, like[leading]), held, goals
+        held = [served.names[ways[i]] for i in order if choice.hold[i]][: self.limit]
+        leaders: list[int] = (weights[:, None] * value).argmax(axis=0).tolist()
+        chosen = sorted(i for i in [i for i in order if choice.act[i]][: self.limit])
+        results, failed, guessed = list[StepResult](), list[StepResult](), list[Guess]()
+        used = {name for each in history for name in (each.action.target, each.action.destination)}
+        for i in chosen:
+            if any(each.target in used or env.lasting(each) for each in ways[i]):
+                continue
+            done, problem = attempted(env, ways[i], [*history, *results])
+            results += done
+            failed += [problem] if problem else []
+            targets = dict.fromkeys(result.action.target for result in done)
+            guessed += [Guess(target, [*aims][leaders[i]]) for target in targets]
+        return Outcome(tuple(results), tuple(failed), tuple(held), tuple(guessed))
 
     def said(self, turns: Sequence[Turn]) -> str:
         """The newest of the person's words, as many as a prompt can hold."""
         shown = recent(self.writer.model, [Turn("", turn.utterance) for turn in turns], 6)
         return " ".join(turn.utterance for turn in shown)
 
+    def _judged(
+        self, env: Environment, aims: Sequence[str], leading: int, said: str, served: _Served
+    ) -> list[dict[Way, float]]:
+        """What is worth doing under each aim, from -1 to 1, of what the writer lists for one."""
+        room = env.here()
+        written = self.writer.needs(aims[leading], said, (), room)
+        listed = [*written, *env.offers(f"{said} {aims[leading]}".strip(), _OFFERS)]
+        ways = {way: thing for thing in reversed(listed) if (way := served(thing))}
+        if not ways:
+            return []
+        judged = self.writer.judged([*ways.values()], aims, said, (), room)
+        value = 2 * judged[:, :, 0] + judged[:, :, 1] - 1
+        return [dict(zip(ways, row, strict=True)) for row in value.tolist()]
 
+
+_LIKE = 8
+"""Occasions that are asked what an aim calls for."""
+_OFFERS = 16
+"""Things that are here and are judged, where nothing is known from life."""
 _LITTLE = 0.1
 """Probability of other goals below which what they call for is not asked."""
 _FALL = 0.3  # by which each next occasion counts less, in nats
 _RANKS = 30  # things after which one more counts for nothing
 
+Way = tuple[Action, ...]
+"""What is done for one need."""
 
-def shares(like: Sequence[Occasion]) -> dict[str, float]:
-    """How much occasions speak for each thing: 1 where all of them need it first of all.
 
-    Nearer ones count more, and what nobody wants there counts against a thing. Things of the same
-    words in the singular are one.
+class _Served:
+    """What serves a need here, in what way; each is looked up once."""
+
+    def __init__(self, env: Environment, standing: Standing) -> None:
+        self._env, self._standing = env, standing
+        self._ways: dict[str, Way] = {}
+        self.names: dict[Way, str] = {}
+
+    def __call__(self, need: str) -> Way:
+        """The actions; none where nothing serves it."""
+        if need not in self._ways:
+            self._ways[need] = tuple(self._env.serving(need, self._standing))
+            self.names.setdefault(self._ways[need], need)
+        return self._ways[need]
+
+
+def called_for(like: Sequence[Occasion], served: Callable[[str], Way]) -> dict[Way, float]:
+    """How much occasions call for each thing to be done, up to 1 where all need it first of all.
+
+    Nearer ones count more, and what nobody wants there counts against a thing. Needs that are
+    served in the same way are one. They are in the order in which occasions have them, as one may
+    build on another.
+
+    Args:
+        like: The occasions, nearest first.
+        served: Finds what serves a need.
     """
     weights = np.exp(-_FALL * np.arange(len(like)))
-    found: dict[str, float] = {}
-    names: dict[str, str] = {}
+    found: dict[Way, float] = {}
+    places: dict[Way, int] = {}
     for weight, each in zip((weights / weights.sum()).tolist(), like, strict=True):
+        votes: dict[Way, float] = {}
         for things, worth in ((each.needed, 1.0), (each.nice, 0.5), (each.unwanted, -1.0)):
             for rank, thing in enumerate(things):
-                name = names.setdefault(" ".join(singulars(thing)), thing)
-                found[name] = found.get(name, 0.0) + weight * worth * (1 - rank / _RANKS)
-    return {thing: share for thing, share in found.items() if share > 0}
-
-
-def _served(env: Environment, things: Sequence[str], standing: Standing, most: int) -> list[str]:
-    """The first that something here serves, and none that is served by what serves another."""
-    found: dict[tuple[Action, ...], str] = {}
-    for thing in things:
-        if len(found) == most:
-            break
-        if actions := tuple(env.serving(thing, standing)):
-            found.setdefault(actions, thing)
-    return [*found.values()]
-
-
-def _in_turn(things: Sequence[str], like: Sequence[Occasion]) -> list[str]:
-    """In the order in which occasions have them, as steps may build on one another."""
-    places: dict[str, int] = {}
-    for each in like:
-        for place, thing in enumerate((*each.needed, *each.nice)):
-            places.setdefault(thing, place)
-    return sorted(things, key=lambda thing: places.get(thing, len(places)))
+                if way := served(thing):
+                    votes.setdefault(way, worth * (1 - rank / _RANKS))
+        for place, (way, vote) in enumerate(votes.items()):
+            found[way] = found.get(way, 0.0) + weight * vote
+            if vote > 0:
+                places.setdefault(way, place)
+    return {way: found[way] for way in sorted(places, key=lambda way: places[way])}
 
 
 def attempted(

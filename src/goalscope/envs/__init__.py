@@ -31,6 +31,7 @@ MAY_LACK = frozenset(
         "phrase",
         "serving",
         "like",
+        "agreed",
         "here",
         "undo",
         "answer",
@@ -152,6 +153,11 @@ class Environment(Protocol):
     def like(self, text: str, most: int) -> list[Occasion]:
         """Occasions like what a text tells, nearest first, with needs that may be served here."""
         return []
+
+    @property
+    def agreed(self) -> float:
+        """Share of the occasions like what was said that must call for something to be done."""
+        return 0.4
 
     def here(self) -> str:
         """What is here, in words, where what an aim calls for depends on it."""

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
+import tempfile
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import cast
 
 import numpy as np
 import numpy.typing as npt
+import platformdirs
 
 # WordLlama tells no types.
 import wordllama  # pyright: ignore[reportMissingTypeStubs]
 from wordllama.inference import WordLlamaInference  # pyright: ignore[reportMissingTypeStubs]
 
-__all__ = ["embedded"]
+__all__ = ["embedded", "embedded_once"]
 
 Vectors = npt.NDArray[np.float32]
 
@@ -26,6 +32,25 @@ def embedded(texts: Sequence[str]) -> Vectors:
     vectors = embed([text.lower() or "?" for text in whole]).astype(np.float32)
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     return (vectors / np.where(lengths > 0, lengths, 1)).astype(np.float32)
+
+
+def embedded_once(texts: Sequence[str]) -> Vectors:
+    """The same, to 16 bits; kept in the user's cache folder, so that it is worked out only once."""
+    named = "\0".join((version("wordllama"), *texts)).encode(errors="replace")
+    folder = platformdirs.user_cache_path("goalscope")
+    file = folder / f"vectors-{hashlib.sha256(named).hexdigest()[:16]}.npy"
+    with suppress(OSError, ValueError, EOFError):
+        kept: Vectors = np.load(file).astype(np.float32)
+        if len(kept) == len(texts):
+            return kept
+    vectors = embedded(texts).astype(np.float16)
+    with suppress(OSError):  # a folder that cannot be written costs only time
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder, prefix=".vectors-") as work:
+            part = Path(work, file.name)
+            np.save(part, vectors)
+            os.replace(part, file)
+    return vectors.astype(np.float32)
 
 
 @cache

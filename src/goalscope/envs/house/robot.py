@@ -214,6 +214,11 @@ class HomeRobot:
         """See `Environment.like`."""
         return shipped_occasions("house")(text, most)
 
+    @property
+    def agreed(self) -> float:
+        """See `Environment.agreed`: the same need has more wordings here, and is soon undone."""
+        return 0.25
+
     def here(self) -> str:
         """The kinds of things in the room."""
         return ", ".join(sorted({readable(each["objectType"]) for each in self._view.objects}))
