@@ -346,6 +346,16 @@ def test_where_nothing_is_asked_the_person_may_say_anything(text: str) -> None:
     assert asked(text, Turn(OPENING, "It is dark.")) == FALLBACK
 
 
+@pytest.mark.parametrize(("nats", "said"), [(-3.0, "Is it bright?"), (-12.0, FALLBACK)])
+def test_a_question_of_which_the_writer_is_unsure_is_not_asked(nats: float, said: str) -> None:
+    class Writes(WordModel):
+        def generate(self, messages, **settings):
+            return replace(super().generate(messages, **settings), log_probability=nats)
+
+    writer = Writer(Writes({QUESTION: "Is it bright?"}))
+    assert ask(writer, LampRoom(), [Turn(OPENING, "It is dark.")], "", ["read"]) == said
+
+
 def test_question_is_never_asked_twice() -> None:
     turns = [Turn("Fine. Is it bright enough?", "no"), Turn(FALLBACK, "hm")]
     assert asked("Is it bright enough?", *turns) == FALLBACK

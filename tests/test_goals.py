@@ -25,8 +25,9 @@ from goalscope.goals import (
 from goalscope.likelihood import RolePlay
 from goalscope.models import Completion
 from goalscope.modules import modules_of
+from goalscope.occasions import Occasion
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError, Turn
-from goalscope.writer import Writer
+from goalscope.writer import Recalling, Writer
 
 TURNS = [Turn("Yes?", "soup soup")]
 
@@ -73,6 +74,22 @@ def test_goals_that_differ_by_an_article_are_proposed_once() -> None:
 @pytest.mark.parametrize("weighed", [True, False])
 def test_a_writer_that_names_none_proposes_nothing(lines: str, weighed: bool) -> None:
     assert proposed(lines, weighed=weighed) == []
+
+
+def test_aims_of_occasions_like_the_words_are_candidates_too() -> None:
+    asked: list[tuple[str, int]] = []
+
+    def like(text: str, most: int) -> list[Occasion]:
+        asked.append((text, most))
+        return [Occasion("x-1", "shop", "cook a soup", (), ("leeks",))]
+
+    def named(lines: str) -> list[str]:
+        writer = Recalling(Writer(WordModel({GOALS: lines})), like, most=2)
+        return texts(propose(writer, None, "t", TURNS, [UNSPECIFIED]))
+
+    assert named("eat the soup") == ["eat the soup", "cook a soup"]
+    assert asked == [("soup soup", 2)]
+    assert named("none") == []  # where nothing is wanted
 
 
 def test_a_list_that_was_cut_short_lacks_its_last_line() -> None:

@@ -34,6 +34,7 @@ from goalscope.types import (
     UnreadableAnswerError,
     checked_text,
 )
+from goalscope.writer import Recalling, Writer
 
 __all__ = ["NO_ANSWER", "NO_GOAL", "Agent", "Method", "run_episode"]
 
@@ -107,8 +108,9 @@ class Agent:
         self._progress = progress or _silent
         self._draft = draft
         self.modules = modules or modules_of(model)
+        proposer = self.modules.proposer
         self.goals = GoalManager(
-            self.modules.proposer,
+            Recalling(proposer, env.like) if isinstance(proposer, Writer) else proposer,
             model,
             env.task,
             remover=self.modules.remover,

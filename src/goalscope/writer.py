@@ -6,18 +6,18 @@ short, since it knows what is asked of it. Other models are asked by `goalscope.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.models import Heard, Model
+from goalscope.models import Completion, Heard, Model
 from goalscope.models.scoring import logprobs_of
 from goalscope.occasions import Occasion
 from goalscope.prompts import recent, render
 from goalscope.types import Message, Turn, meaning
 
-__all__ = ["JUDGEMENTS", "LIKE", "NOTHING", "Writer"]
+__all__ = ["JUDGEMENTS", "LIKE", "NOTHING", "Recalling", "Writer"]
 __all__ += ["goals_prompt", "needs_prompt", "needs_written", "question_prompt"]
 
 LIKE = 4
@@ -29,6 +29,11 @@ JUDGEMENTS = ("needed", "nice", "not")
 NOTHING = "none"
 """What is written where there is no goal, or no question."""
 
+_SURE = -7.0
+"""Log-probability, in nats, that a question must have to be asked.
+
+Of those above it five in eight are sensible, of all one in five.
+"""
 _TURNS = 6
 _MOST_TOKENS = {"goals": 96, "question": 32, "needs": 128}
 
@@ -61,11 +66,12 @@ class Writer:
         *,
         heard: Heard | None = None,
     ) -> str:
-        """See `goalscope.dialog.Asker`."""
+        """See `goalscope.dialog.Asker`; none where it is not sure of its words."""
         shown = recent(self.model, turns, _TURNS)
-        written = self._written("question", question_prompt(task, shown, done, goals), heard)
-        line = " ".join(written.split("\n")[0].split())
-        return "" if meaning(line) == NOTHING or not line.endswith("?") else line
+        reply = self._replied("question", question_prompt(task, shown, done, goals), heard)
+        line = " ".join(reply.text.split("\n")[0].split())
+        sure = reply.log_probability is None or reply.log_probability > _SURE
+        return line if sure and reply.finish != "length" and line.endswith("?") else ""
 
     def needs(self, aim: str, said: str, like: Sequence[Occasion], room: str = "") -> list[str]:
         """What an aim calls for, in the words of occasions, the most needed first.
@@ -109,12 +115,43 @@ class Writer:
         shares = np.exp(nats - nats.max(axis=-1, keepdims=True))
         return shares / shares.sum(axis=-1, keepdims=True)
 
-    def _written(self, kind: str, prompt: Sequence[Message], heard: Heard | None = None) -> str:
+    def _replied(
+        self, kind: str, prompt: Sequence[Message], heard: Heard | None = None
+    ) -> Completion:
+        return self.model.generate(prompt, max_tokens=_MOST_TOKENS[kind], heard=heard)
+
+    def _written(self, kind: str, prompt: Sequence[Message]) -> str:
         """Text; of one that was cut short, without the last of its lines or things."""
-        reply = self.model.generate(prompt, max_tokens=_MOST_TOKENS[kind], heard=heard)
+        reply = self._replied(kind, prompt)
         if reply.finish != "length":
             return reply.text
         return reply.text.rpartition("," if kind == "needs" else "\n")[0]
+
+
+class Recalling:
+    """Adds to the goals that a writer names the aims of occasions like the words.
+
+    A writer's goals are close to the words; these are told as people would tell them.
+
+    Args:
+        writer: Names goals. Where it names none, none is added.
+        like: Finds occasions; see `goalscope.envs.Environment.like`.
+    """
+
+    def __init__(
+        self, writer: Writer, like: Callable[[str, int], Sequence[Occasion]], *, most: int = 3
+    ) -> None:
+        self.writer = writer
+        self.like = like
+        self.most = most
+
+    def goals(self, task: str, turns: Sequence[Turn], held: Sequence[str] = ()) -> list[str]:
+        """See `goalscope.goals.Proposer`."""
+        written = self.writer.goals(task, turns, held)
+        if not written:
+            return []
+        said = " ".join(turn.utterance for turn in recent(self.writer.model, turns, _TURNS))
+        return [*written, *(each.aim for each in self.like(said, self.most))]
 
 
 def goals_prompt(task: str, turns: Sequence[Turn]) -> list[Message]:
