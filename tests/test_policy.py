@@ -204,6 +204,24 @@ def test_what_was_acted_on_before_is_left_as_it_is() -> None:
     assert room.on == ["fan"]
 
 
+def test_what_was_done_once_is_not_done_with_another_of_its_kind() -> None:
+    class Home(HomeRobot):
+        like = Lived.like
+
+    robot = Home(HouseController("Kitchen1"))
+    robot.known = {"read": Occasion("x-1", "house", "read", (), ("put plate | where sink",))}
+    first = act(robot, {}, Want("read", 1.0))
+    assert len(first.results) == 1
+    again = act(robot, {}, Want("read", 1.0), history=first.results)
+    assert again == Outcome()
+
+
+def test_nothing_is_heated_unasked() -> None:
+    robot = HomeRobot(HouseController("Kitchen1"))
+    assert robot.serving("turn on microwave", FREE) == []
+    assert robot.serving("open microwave", FREE)
+
+
 @pytest.mark.parametrize(("rest", "on"), [(0.0, ["lamp"]), (0.05, ["lamp"]), (0.55, [])])
 def test_goals_that_are_not_known_speak_by_the_persons_words_alone(rest, on) -> None:
     room, outcome = lived(["lamp"], {"read": "lamp"}, Want("read", 1 - rest))

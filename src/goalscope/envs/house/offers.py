@@ -53,10 +53,15 @@ def possible(view: View, own: str) -> Iterator[Action]:
     for verb, (needs, state, value) in ACTS.items():
         if verb in _ONLY_ON_REQUEST or thing[state] == value:
             continue
-        if verb == "turn on" and thing["objectType"] in _HEATS | _RUNNING:
+        if starts(view, Action(verb, name)):
             continue
         if thing[needs] or (needs == "toggleable" and thing["objectType"] == "StoveBurner"):
             yield Action(verb, name)
+
+
+def starts(view: View, action: Action) -> bool:
+    """Whether the action turns on what heats, or lets water run."""
+    return action.name == "turn on" and view.type_of(action.target) in _HEATS | _RUNNING
 
 
 def cooks(view: View, action: Action) -> list[str]:

@@ -17,7 +17,7 @@ from goalscope.envs.house.conditions import conditions_met, types_in
 from goalscope.envs.house.finding import Finder, asked_about, bound
 from goalscope.envs.house.language import EXAMPLES, VERBS
 from goalscope.envs.house.names import readable, the
-from goalscope.envs.house.offers import FILLS, IRREVERSIBLE, NAMES, cooks, possible
+from goalscope.envs.house.offers import FILLS, IRREVERSIBLE, NAMES, cooks, possible, starts
 from goalscope.envs.house.primitives import Primitives, Refusal
 from goalscope.envs.house.resolve import Resolver
 from goalscope.envs.house.simulator.controller import Controller
@@ -195,7 +195,8 @@ class HomeRobot:
     def serving(self, need: str, standing: Standing) -> list[Action]:
         """What does an order such as "put mug | where coffee machine", of generic names.
 
-        Nothing that touches what the person ruled out, or has ordered something for.
+        Nothing that touches what the person ruled out, or has ordered something for, and nothing
+        that heats or lets water run.
         """
         try:
             orders = orders_from_text(need, self.verbs)
@@ -208,7 +209,9 @@ class HomeRobot:
             if any(verb.name == order.do for verb in self.verbs):
                 found += self.resolve(order, standing, _EXACTLY).actions
         touched = {view.id(name) for each in found for name in (each.target, each.destination)}
-        return [] if touched & taken else found
+        if touched & taken or any(starts(view, each) for each in found):
+            return []
+        return found
 
     def like(self, text: str, most: int) -> list[Occasion]:
         """See `Environment.like`."""
