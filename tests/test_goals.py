@@ -87,7 +87,7 @@ def test_aims_of_occasions_like_the_words_are_candidates_too() -> None:
         writer = Recalling(Writer(WordModel({GOALS: lines})), like, most=2)
         return texts(propose(writer, None, "t", TURNS, [UNSPECIFIED]))
 
-    assert named("eat the soup") == ["eat the soup", "cook a soup"]
+    assert named("eat the soup\nsleep\nwalk") == ["eat the soup", "sleep", "cook a soup"]
     assert asked == [("soup soup", 2)]
     assert named("none") == []  # where nothing is wanted
 

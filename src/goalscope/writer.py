@@ -35,6 +35,7 @@ _SURE = -7.0
 Of those above it five in eight are sensible, of all one in five.
 """
 _TURNS = 6
+_WRITTEN = 2  # goals of the writer beside those of occasions
 _MOST_TOKENS = {"goals": 96, "question": 32, "needs": 128}
 
 Array = npt.NDArray[np.float64]
@@ -151,7 +152,7 @@ class Recalling:
         if not written:
             return []
         said = " ".join(turn.utterance for turn in recent(self.writer.model, turns, _TURNS))
-        return [*written, *(each.aim for each in self.like(said, self.most))]
+        return [*written[:_WRITTEN], *(each.aim for each in self.like(said, self.most))]
 
 
 def goals_prompt(task: str, turns: Sequence[Turn]) -> list[Message]:
