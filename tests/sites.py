@@ -24,6 +24,7 @@ from goalscope.web.guard import Guard
 
 KEY = "the-key-of-the-host-in-tests"
 WRITES = {
+    "Person: zyx wvu tsr": "none",
     GOALS: "bake a cake\nbake bread with flour",
     NEEDS: "needed: flour, sugar",
     QUESTION: "What do you like?",

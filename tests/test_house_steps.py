@@ -343,7 +343,8 @@ def test_undo_after_much_time_leads_back(robot: HomeRobot) -> None:
 
 
 def test_resume_is_refused_where_the_scene_has_changed() -> None:
-    first = Agent(HomeRobot(HouseController("Kitchen1")), WordModel(), method="no-goals")
+    silent = WordModel(reads={"Thanks.": "none"})
+    first = Agent(HomeRobot(HouseController("Kitchen1")), silent, method="no-goals")
     first.step("What?", "Thanks.")
     other = Agent(HomeRobot(HouseController("Bathroom1")), WordModel(), method="no-goals")
     with pytest.raises(GoalscopeError, match="another state"):

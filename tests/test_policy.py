@@ -263,6 +263,24 @@ def test_nearer_occasions_speak_louder_and_what_is_unwanted_against() -> None:
     assert other[rug] < 0
 
 
+def test_one_of_a_kind_speaks_for_all() -> None:
+    def kind(way: tuple[Action, ...]) -> str:
+        return "tea" if "tea" in str(way) else "flour"
+
+    rye = Occasion("x-1", "", "bake bread", (), ("rye",))
+    oats = Occasion("x-2", "", "bake cakes", (), ("oats", "tea"))
+    flour = Occasion("x-3", "", "bake scones", (), ("flour",))
+    way = {name: (Action("switch on", name),) for name in ("rye", "oat", "tea", "flour")}
+    apart, found = called_for([rye, oats], served), called_for([rye, oats], served, kind)
+    assert found[way["rye"]] == pytest.approx(apart[way["rye"]] + apart[way["oat"]])
+    assert [found[way[each]] for each in ("oat", "tea")] == [
+        apart[way[each]] for each in ("oat", "tea")
+    ]
+    plain = called_for([rye, oats, flour], served, kind)
+    assert 1 >= plain[way["flour"]] > 0.95
+    assert plain[way["oat"]] < 1
+
+
 def test_what_nothing_serves_has_no_part() -> None:
     moon = Occasion("x-3", "room", "dream", (), ("moon",))
     assert called_for([moon], served) == {}

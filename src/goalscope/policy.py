@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -158,7 +159,10 @@ class NeedPlanner:
             aims[""] = aims.get("", 0.0) + 1 - sum(aims.values())
         weights = np.array([*aims.values()]) / sum(aims.values())
         served = _Served(env, standing)
-        known = [called_for(env.like(f"{said} {aim}".strip(), _LIKE), served) for aim in aims]
+        known = [
+            called_for(env.like(f"{said} {aim}".strip(), _LIKE), served, served.kind)
+            for aim in aims
+        ]
         worth = [{way: share - env.agreed for way, share in each.items()} for each in known]
         if not any(known):
             worth = self._judged(env, [*aims], int(weights.argmax()), said, served)
@@ -227,6 +231,7 @@ class _Served:
     def __init__(self, env: Environment, standing: Standing) -> None:
         self._env, self._standing = env, standing
         self._ways: dict[str, Way] = {}
+        self._kinds: dict[Way, str] = {}
         self.names: dict[Way, str] = {}
 
     def __call__(self, need: str) -> Way:
@@ -236,31 +241,54 @@ class _Served:
             self.names.setdefault(self._ways[need], need)
         return self._ways[need]
 
+    def kind(self, way: Way) -> str:
+        """The kinds of its actions."""
+        if way not in self._kinds:
+            self._kinds[way] = "; ".join(map(self._env.kind, way))
+        return self._kinds[way]
 
-def called_for(like: Sequence[Occasion], served: Callable[[str], Way]) -> dict[Way, float]:
+
+def called_for(
+    like: Sequence[Occasion],
+    served: Callable[[str], Way],
+    kind: Callable[[Way], str] = str,
+) -> dict[Way, float]:
     """How much occasions call for each thing to be done, up to 1 where all need it first of all.
 
     Nearer ones count more, and what nobody wants there counts against a thing. Needs that are
-    served in the same way are one. They are in the order in which occasions have them, as one may
-    build on another.
+    served in the same way are one. Of a kind, one has the votes of all, so that a flour has those
+    of people who want another: the plain one if anybody wants it, or else the most wanted. They
+    are in the order in which occasions have them, as one may build on another.
 
     Args:
         like: The occasions, nearest first.
         served: Finds what serves a need.
+        kind: See `Environment.kind`.
     """
     weights = np.exp(-_FALL * np.arange(len(like)))
-    found: dict[Way, float] = {}
+    found: dict[Way, float] = defaultdict(float)
     places: dict[Way, int] = {}
+    ballots: list[dict[Way, float]] = []
     for weight, each in zip((weights / weights.sum()).tolist(), like, strict=True):
         votes: dict[Way, float] = {}
         for things, worth in ((each.needed, 1.0), (each.nice, 0.5), (each.unwanted, -1.0)):
             for rank, thing in enumerate(things):
                 if way := served(thing):
-                    votes.setdefault(way, worth * (1 - rank / _RANKS))
+                    votes.setdefault(way, weight * worth * (1 - rank / _RANKS))
         for place, (way, vote) in enumerate(votes.items()):
-            found[way] = found.get(way, 0.0) + weight * vote
+            found[way] += vote
             if vote > 0:
                 places.setdefault(way, place)
+        ballots.append(votes)
+    speakers: dict[str, Way] = {}
+    for way in sorted(places, key=lambda way: -found[way]):
+        speakers.setdefault(kind(way), way)
+    for name, way in speakers.items():
+        plain = served(name)
+        speaker = plain if plain in places and found[plain] > 0 else way
+        for votes in ballots:
+            if speaker not in votes:
+                found[speaker] += max((v for w, v in votes.items() if kind(w) == name), default=0)
     return {way: found[way] for way in sorted(places, key=lambda way: places[way])}
 
 

@@ -30,6 +30,7 @@ MAY_LACK = frozenset(
         "actions",
         "phrase",
         "serving",
+        "kind",
         "like",
         "agreed",
         "here",
@@ -149,6 +150,10 @@ class Environment(Protocol):
             standing: What holds.
         """
         return self.actions(need, standing)[:1]
+
+    def kind(self, action: Action) -> str:
+        """The same for actions of which one serves a need as well as another: a need, if any."""
+        return self.phrase(action)
 
     def like(self, text: str, most: int) -> list[Occasion]:
         """Occasions like what a text tells, nearest first, with needs that may be served here."""

@@ -213,6 +213,10 @@ class HomeRobot:
             return []
         return found
 
+    def kind(self, action: Action) -> str:
+        """See `Environment.kind`."""
+        return self.phrase(action)
+
     def like(self, text: str, most: int) -> list[Occasion]:
         """See `Environment.like`."""
         return shipped_occasions("house")(text, most)
