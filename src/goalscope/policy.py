@@ -257,7 +257,7 @@ def called_for(
 
     Nearer ones count more, and what nobody wants there counts against a thing. Needs that are
     served in the same way are one. Of a kind, one has the votes of all, so that a flour has those
-    of people who want another: the plain one if anybody wants it, or else the most wanted. They
+    of people who want another: the plain one if enough want it, or else the most wanted. They
     are in the order in which occasions have them, as one may build on another.
 
     Args:
@@ -285,7 +285,7 @@ def called_for(
         speakers.setdefault(kind(way), way)
     for name, way in speakers.items():
         plain = served(name)
-        speaker = plain if plain in places and found[plain] > 0 else way
+        speaker = plain if plain in places and found[plain] > found[way] / 2 else way
         for votes in ballots:
             if speaker not in votes:
                 found[speaker] += max((v for w, v in votes.items() if kind(w) == name), default=0)
