@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.models import Completion, Heard, Model
+from goalscope.models import Heard, Model
 from goalscope.models.scoring import logprobs_of
 from goalscope.occasions import Occasion
 from goalscope.prompts import recent, render
@@ -32,7 +32,7 @@ NOTHING = "none"
 _SURE = -7.0
 """Log-probability, in nats, that a question must have to be asked.
 
-Of those above it five in eight are sensible, of all one in five.
+Of those above it four in five are sensible, of all one in five.
 """
 _TURNS = 6
 _WRITTEN = 2  # goals of the writer beside those of occasions
@@ -69,7 +69,8 @@ class Writer:
     ) -> str:
         """See `goalscope.dialog.Asker`; none where it is not sure of its words."""
         shown = recent(self.model, turns, _TURNS)
-        reply = self._replied("question", question_prompt(task, shown, done, goals), heard)
+        prompt = question_prompt(task, shown, done, goals)
+        reply = self.model.generate(prompt, max_tokens=_MOST_TOKENS["question"], heard=heard)
         line = " ".join(reply.text.split("\n")[0].split())
         sure = reply.log_probability is None or reply.log_probability > _SURE
         return line if sure and reply.finish != "length" and line.endswith("?") else ""
@@ -116,14 +117,9 @@ class Writer:
         shares = np.exp(nats - nats.max(axis=-1, keepdims=True))
         return shares / shares.sum(axis=-1, keepdims=True)
 
-    def _replied(
-        self, kind: str, prompt: Sequence[Message], heard: Heard | None = None
-    ) -> Completion:
-        return self.model.generate(prompt, max_tokens=_MOST_TOKENS[kind], heard=heard)
-
     def _written(self, kind: str, prompt: Sequence[Message]) -> str:
         """Text; of one that was cut short, without the last of its lines or things."""
-        reply = self._replied(kind, prompt)
+        reply = self.model.generate(prompt, max_tokens=_MOST_TOKENS[kind])
         if reply.finish != "length":
             return reply.text
         return reply.text.rpartition("," if kind == "needs" else "\n")[0]
