@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from goalscope.envs import SEARCH, Environment, Resolution
+from goalscope.envs import Environment, Resolution
 from goalscope.envs.tables import lists_of, read_profiles
+from goalscope.occasions import Nearest, Occasion
 from goalscope.orders import Example, Verb
 from goalscope.types import Action, StepResult
 from goalscope.words import contains, singulars
@@ -20,6 +21,14 @@ VERBS = (
     Verb("swap", "take one thing out for another", ("what", "for")),
     Verb("finish", "the garden is done", ()),
 )
+LIFE = (
+    ("help bees and butterflies", "wildflowers", "lavender", "insect hotel"),
+    ("watch birds and frogs", "bird bath", "pond", "hedge"),
+    ("grow our own food", "vegetable patch", "tomatoes", "herbs", "greenhouse", "compost heap"),
+    ("let children play", "swing", "sandpit", "strawberries"),
+    ("sit among flowers and not be seen", "roses", "lavender", "hedge"),
+)
+OCCASIONS = Nearest([Occasion(aim, "garden", aim, (), tuple(needed)) for aim, *needed in LIFE])
 EXAMPLES = (Example("We'd love our own food. A pond too, no roses.", "aim\nadd pond\navoid roses"),)
 
 
@@ -38,7 +47,7 @@ class Garden(Environment):
 
     def step(self, action):
         may = {"add": {*THINGS} - {*self.things}, "remove": self.things, "finish": ("",)}
-        names = {SEARCH: THINGS, **may}.get(action.name, ())
+        names = may.get(action.name, ())
         if action != Action(action.name, action.target) or action.target not in names:
             return StepResult(action, False, "It is there already, or is not to be had.")
         if action.name in INVERSE:
@@ -62,6 +71,9 @@ class Garden(Environment):
 
     def offers(self, text, limit):
         return list(THINGS[:limit])
+
+    def like(self, text, most):
+        return OCCASIONS(text, 1)
 
     def actions(self, name, standing):
         no = [singulars(each.what) for each in standing.limits if each.do == "avoid"]
