@@ -222,20 +222,27 @@ def test_guesses_follow_an_aim_alone_and_are_told() -> None:
 
 
 @pytest.mark.parametrize(
-    ("read", "goal", "on"),
+    ("words", "read", "goal", "on"),
     [
-        ("avoid fan", "have lamp light", ["lamp"]),
-        ("none", "have lamp light", ["lamp"]),
-        ("none", "", []),
-        ("yes", "have lamp light", []),
-        ("switch off fan", "have lamp light", []),
+        ("lamp light, but not the fan", "avoid fan", "have lamp light", ["lamp"]),
+        ("lamp light in here", "none", "have lamp light", ["lamp"]),
+        ("lamp light in here", "none", "", []),
+        ("lamp light in here", "yes", "have lamp light", []),
+        ("lamp light as of the moon", "switch on moon", "have lamp light", ["lamp"]),
+        ("lamp light as of the moon", "switch on moon", "", []),
+        ("lamp light as of the moon", "ask moon", "have lamp light", []),
+        ("lamp light, but not the fan", "switch on fan", "have lamp light", ["fan"]),
+        ("lamp light, it is dark", "switch on lamp | if it is dark", "have lamp light", []),
     ],
 )
-def test_words_that_ask_for_nothing_are_acted_on_where_a_goal_explains_them(read, goal, on) -> None:
+def test_words_of_which_nothing_else_comes_are_acted_on_where_a_goal_explains_them(
+    words, read, goal, on
+) -> None:
     env = LampRoom(["lamp", "fan"])
-    words = "lamp light, but not the fan" if "fan" in read else "lamp light in here"
     model = WordModel({**REPLIES, GOALS: goal}, reads={words: read})
-    agent_in(env, model=model).step("", words)
+    round = agent_in(env, model=model).step("", words)
+    assert round.reading
+    assert str(round.reading.orders[0].do) in read
     assert env.on == on
 
 

@@ -199,7 +199,7 @@ class Agent:
         The words are read once. Orders are followed as the environment resolves them; what nobody
         can undo, what the reader is unsure of, what has a condition and what an allergy rules out
         waits for a yes to exactly that question, in the state that was shown. For the likeliest
-        goals something is guessed where the words tell an aim.
+        goals something is guessed where the words tell an aim, and where nothing came of orders.
 
         Args:
             query: What the agent asked.
@@ -236,7 +236,8 @@ class Agent:
                     done.notes.append(f"The goals stay as they are. {error}")
             self._executor.follow(done, standing)
             outcome = Outcome()
-            if self._aimed(reading) and not (done.wary or done.ended):
+            idle = not (done.results or done.pending)
+            if self._aimed(reading, idle=idle) and not (done.wary or done.ended):
                 self._progress("planning")
                 past = [*history, *done.results]
                 gone = retracted(self.rounds)
@@ -369,10 +370,16 @@ class Agent:
             progress=self._progress,
         )
 
-    def _aimed(self, reading: Reading) -> bool:
-        """Whether to act for an aim: where one was told, or a goal explains what was told."""
+    def _aimed(self, reading: Reading, *, idle: bool = False) -> bool:
+        """Whether to act for an aim: where one was told, or a goal explains what was told.
+
+        Args:
+            reading: What the words were read as.
+            idle: Whether nothing came of them; then orders among them may be misread.
+        """
         belief = self.tracker.belief if self.tracker else None
-        return _tells(reading, "aim") or (_only_tells(reading) and bool(self._stated(belief)))
+        telling = _only_tells(reading) or (idle and bool(acting(reading.orders)))
+        return _tells(reading, "aim") or (telling and bool(self._stated(belief)))
 
     def _planned(
         self,
