@@ -76,7 +76,7 @@ def test_a_writer_that_names_none_proposes_nothing(lines: str, weighed: bool) ->
     assert proposed(lines, weighed=weighed) == []
 
 
-def test_aims_of_occasions_like_the_words_are_candidates_too() -> None:
+def test_the_aim_of_the_occasion_most_like_the_words_is_a_candidate_too() -> None:
     asked: list[tuple[str, int]] = []
 
     def like(text: str, most: int) -> list[Occasion]:
@@ -84,11 +84,11 @@ def test_aims_of_occasions_like_the_words_are_candidates_too() -> None:
         return [Occasion("x-1", "shop", "cook a soup", (), ("leeks",))]
 
     def named(lines: str) -> list[str]:
-        writer = Recalling(Writer(WordModel({GOALS: lines})), like, most=2)
+        writer = Recalling(Writer(WordModel({GOALS: lines})), like)
         return texts(propose(writer, None, "t", TURNS, [UNSPECIFIED]))
 
     assert named("eat the soup\nsleep\nwalk") == ["eat the soup", "sleep", "cook a soup"]
-    assert asked == [("soup soup", 2)]
+    assert asked == [("soup soup", 1)]
     assert named("none") == []  # where nothing is wanted
 
 

@@ -35,7 +35,7 @@ _SURE = -7.0
 Of those above it four in five are sensible, of all one in five.
 """
 _TURNS = 6
-_WRITTEN = 2  # goals of the writer beside those of occasions
+_WRITTEN = 2  # goals of the writer beside that of an occasion
 _MOST_TOKENS = {"goals": 96, "question": 32, "needs": 128}
 
 Array = npt.NDArray[np.float64]
@@ -126,21 +126,18 @@ class Writer:
 
 
 class Recalling:
-    """Adds to the goals that a writer names the aims of occasions like the words.
+    """Adds to the goals that a writer names the aim of the occasion most like the words.
 
-    A writer's goals are close to the words; these are told as people would tell them.
+    A writer's goals are close to the words; this is told as people would tell it.
 
     Args:
         writer: Names goals. Where it names none, none is added.
         like: Finds occasions; see `goalscope.envs.Environment.like`.
     """
 
-    def __init__(
-        self, writer: Writer, like: Callable[[str, int], Sequence[Occasion]], *, most: int = 3
-    ) -> None:
+    def __init__(self, writer: Writer, like: Callable[[str, int], Sequence[Occasion]]) -> None:
         self.writer = writer
         self.like = like
-        self.most = most
 
     def goals(self, task: str, turns: Sequence[Turn], held: Sequence[str] = ()) -> list[str]:
         """See `goalscope.goals.Proposer`."""
@@ -148,7 +145,7 @@ class Recalling:
         if not written:
             return []
         said = " ".join(turn.utterance for turn in recent(self.writer.model, turns, _TURNS))
-        return [*written[:_WRITTEN], *(each.aim for each in self.like(said, self.most))]
+        return [*written[:_WRITTEN], *(each.aim for each in self.like(said, 1))]
 
 
 def goals_prompt(task: str, turns: Sequence[Turn]) -> list[Message]:
