@@ -21,6 +21,7 @@ VERBS = (
     Verb("swap", "take one thing out for another", ("what", "for")),
     Verb("finish", "the garden is done", ()),
 )
+EXAMPLES = (Example("We'd love our own food. A pond too, no roses.", "aim\nadd pond\navoid roses"),)
 LIFE = (
     ("help bees and butterflies", "wildflowers", "lavender", "insect hotel"),
     ("watch birds and frogs", "bird bath", "pond", "hedge"),
@@ -29,7 +30,6 @@ LIFE = (
     ("sit among flowers and not be seen", "roses", "lavender", "hedge"),
 )
 OCCASIONS = Nearest([Occasion(aim, "garden", aim, (), tuple(needed)) for aim, *needed in LIFE])
-EXAMPLES = (Example("We'd love our own food. A pond too, no roses.", "aim\nadd pond\navoid roses"),)
 
 
 class Garden(Environment):
