@@ -231,6 +231,7 @@ def test_guesses_follow_an_aim_alone_and_are_told() -> None:
         ("lamp light as of the moon", "switch on moon", "have lamp light", ["lamp"]),
         ("lamp light as of the moon", "switch on moon", "", []),
         ("lamp light as of the moon", "ask moon", "have lamp light", []),
+        ("lamp light as of the moon", "switch off moon", "have lamp light", []),
         ("lamp light, but not the fan", "switch on fan", "have lamp light", ["fan"]),
         ("lamp light, it is dark", "switch on lamp | if it is dark", "have lamp light", []),
     ],

@@ -199,7 +199,7 @@ class Agent:
         The words are read once. Orders are followed as the environment resolves them; what nobody
         can undo, what the reader is unsure of, what has a condition and what an allergy rules out
         waits for a yes to exactly that question, in the state that was shown. For the likeliest
-        goals something is guessed where the words tell an aim, and where nothing came of orders.
+        goals something is guessed where the words tell an aim, and where nothing came of an order.
 
         Args:
             query: What the agent asked.
@@ -375,10 +375,13 @@ class Agent:
 
         Args:
             reading: What the words were read as.
-            idle: Whether nothing came of them; then orders among them may be misread.
+            idle: Whether nothing came of them; then orders that bring or do something may be
+                misread.
         """
         belief = self.tracker.belief if self.tracker else None
-        telling = _only_tells(reading) or (idle and bool(acting(reading.orders)))
+        brings = {verb.name for verb in self.env.verbs if verb.slots and not verb.takes_away}
+        misread = idle and any(order.do in brings for order in reading.orders)
+        telling = _only_tells(reading) or misread
         return _tells(reading, "aim") or (telling and bool(self._stated(belief)))
 
     def _planned(
