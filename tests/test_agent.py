@@ -270,6 +270,19 @@ def test_a_question_is_answered_before_the_next_one_is_asked() -> None:
     assert agent.ask().endswith("\nIs it bright enough?")
 
 
+def test_asked_what_it_thinks_the_agent_tells_its_belief() -> None:
+    agent = agent_in(LampRoom(["lamp"]))
+    agent.step("Yes?", "lamp light please")
+    agent.step("And?", "ask")
+    status, told, question = agent.ask().splitlines()
+    assert (status, question) == ("On: lamp.", FALLBACK)
+    assert " want to have lamp light (" in told
+    assert 'because you said "lamp light please"' in told
+    quiet = agent_in(LampRoom(["lamp"]), method="no-goals")
+    quiet.step("And?", "ask")
+    assert quiet.ask() == f"On: nothing.\n{FALLBACK}"
+
+
 def test_words_that_the_model_cannot_read_are_told_and_nothing_is_done() -> None:
     env = LampRoom(["lamp"])
     model = WordModel(REPLIES, reads={"gibberish": "switch on the secret lamp"})

@@ -18,7 +18,7 @@ from goalscope.display import show_reasons
 from goalscope.likelihood import RolePlay
 from goalscope.store import Store
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, ModelError, Turn
-from goalscope.why import Reason, reasons, word_evidence
+from goalscope.why import Reason, in_words, reasons, word_evidence
 from test_cli import fails, invoke, store_file  # noqa: F401
 from test_display import HOSTILE, drawn
 from test_store import EPISODE, a_round
@@ -33,6 +33,40 @@ rows = st.lists(st.lists(st.floats(-50, 0), min_size=4, max_size=4), min_size=1,
 
 def belief_of(table, calibration: Calibration = PAPER) -> Belief:
     return replace(Belief.uniform(SUPPORT, calibration), log_likelihood=np.array(table))
+
+
+@pytest.mark.parametrize(
+    ("row", "told"),
+    [
+        (
+            [-9, -1, -4, -9],
+            'I think you want to bake cake (95% sure), mostly because you said "Cake, cupcakes".',
+        ),
+        (
+            [-9, -2, -3, -9],
+            'I think you want to bake cake (73% sure), mostly because you said "Cake, cupcakes". '
+            "It could also be: cook soup (27%).",
+        ),
+        ([-1, -2, -3, -3], "I am not sure. You may want to bake cake (22% sure), "),
+        ([-0, -6, -7, -8], "I do not know yet what you want."),
+    ],
+)
+def test_a_belief_is_told_in_words(row: list[float], told: str) -> None:
+    assert in_words(belief_of([row]), TURNS[:1]).startswith(told)
+
+
+@given(rows)
+def test_what_is_told_in_words_names_the_likeliest_goal_once(table) -> None:
+    belief = belief_of(table)
+    told = in_words(belief, [Turn("And?", "Yes. " * 99)] * len(table))
+    stated = [goal.text for goal, p in belief.top() if goal != UNSPECIFIED and p >= 0.05]
+    assert [told.count(text) for text in stated[:3]] == [1] * len(stated[:3])
+    assert len(told) < 300
+
+
+def test_before_anything_is_said_nothing_is_known() -> None:
+    assert "I am not sure" in in_words(belief_of(np.zeros((0, 4))), [])
+    assert in_words(Belief.uniform([UNSPECIFIED]), []) == "I do not know yet what you want."
 
 
 class Pieces:

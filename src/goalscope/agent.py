@@ -34,6 +34,7 @@ from goalscope.types import (
     UnreadableAnswerError,
     checked_text,
 )
+from goalscope.why import in_words
 from goalscope.writer import Recalling, Writer
 
 __all__ = ["NO_ANSWER", "NO_GOAL", "Agent", "Method", "run_episode"]
@@ -173,13 +174,19 @@ class Agent:
         return "; ".join(f"{name}: {', '.join(each)}" for name, each in found.items())
 
     def _answer(self) -> str:
-        """The answer to what the newest words ask; "" where they ask nothing."""
+        """The answer to what the newest words ask; "" where they ask nothing.
+
+        Where they ask about nothing in particular, that is how things stand, and what the agent
+        takes them to want.
+        """
         last = self.rounds[-1]
         asked = (
             [order for order in last.reading.orders if order.do == "ask"] if last.reading else []
         )
         standing = self._executor.standing(self.rounds)
-        told = (self.env.answer(order, standing, self._pick) for order in asked)
+        told = [self.env.answer(order, standing, self._pick) for order in asked]
+        if last.belief and any(not order.what for order in asked):
+            told.append(in_words(last.belief, self.turns))
         found = list(dict.fromkeys(each for each in told if each))
         return "\n".join(found) or (NO_ANSWER if asked else "")
 

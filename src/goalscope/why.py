@@ -10,9 +10,14 @@ import numpy.typing as npt
 
 from goalscope.belief import Belief
 from goalscope.likelihood import RolePlay
-from goalscope.types import Goal, InvalidInputError, Turn, counted, distinct, goals_of
+from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn, counted, distinct, goals_of
 
-__all__ = ["Reason", "reasons", "word_evidence"]
+__all__ = ["Reason", "in_words", "reasons", "word_evidence"]
+
+_WORTH_TELLING = 0.05
+"""Least probability of a goal that is told in words."""
+_QUOTED = 80
+"""Most characters of what is quoted."""
 
 Array = npt.NDArray[np.float64]
 
@@ -65,6 +70,29 @@ def reasons(belief: Belief, turns: Sequence[Turn], goal: str | Goal) -> list[Rea
         )
         for number, turn in enumerate(turns)
     ]
+
+
+def in_words(belief: Belief, turns: Sequence[Turn]) -> str:
+    """What a person wants, how sure that is, why, and what else it could be: the answer to them.
+
+    Args:
+        belief: Over their goals.
+        turns: What was said.
+    """
+    ranked = [(goal, p) for goal, p in belief.top() if goal != UNSPECIFIED and p >= _WORTH_TELLING]
+    if not ranked:
+        return "I do not know yet what you want."
+    (goal, probability), *others = ranked[:3]
+    told = f"{goal.text} ({probability:.0%} sure)"
+    if len(turns) == len(belief.log_likelihood) > 0:
+        strongest = max(reasons(belief, turns, goal), key=lambda reason: reason.evidence)
+        if strongest.evidence > 0:
+            words = " ".join(strongest.utterance.split())
+            quoted = words if len(words) <= _QUOTED else f"{words[: _QUOTED - 3].rstrip()}..."
+            told += f', mostly because you said "{quoted}"'
+    lead = "I think you want to" if probability >= 0.5 else "I am not sure. You may want to"
+    rest = " or ".join(f"{other.text} ({p:.0%})" for other, p in others)
+    return f"{lead} {told}." + (f" It could also be: {rest}." if rest else "")
 
 
 def word_evidence(

@@ -17,7 +17,7 @@ from goalscope.plain import model_shown
 from goalscope.store import EpisodeInfo
 from goalscope.tracking import Tracked
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, StepResult
-from goalscope.why import Reason
+from goalscope.why import Reason, in_words
 
 __all__ = [
     "ActionView",
@@ -258,7 +258,9 @@ class TrackerView(BaseModel):
 
     `advice` says what to do next: "act" on the likeliest goal, "ask" the person, or "propose"
     goals, since none of these explains the words; `because` says why. Both are null where the
-    session is closed. `changes`: goals that came, went or were confirmed with that turn and since.
+    session is closed. `in_words` is an answer to a person who asks what they are taken to want, how
+    sure that is, why, and what else it could be. `changes`: goals that came, went or were confirmed
+    with that turn and since.
     """
 
     id: str
@@ -266,6 +268,7 @@ class TrackerView(BaseModel):
     turn: int
     advice: Advice | None
     because: str | None
+    in_words: str
     belief: BeliefView
     changes: list[ChangeView]
     notes: list[str]
@@ -281,6 +284,7 @@ class TrackerView(BaseModel):
             turn=len(tracked.turns),
             advice=advice,
             because=because,
+            in_words=in_words(tracked.belief, tracked.turns),
             belief=BeliefView.of(tracked.belief),
             changes=[ChangeView.of(change) for change in tracked.changes],
             notes=list(tracked.notes),
