@@ -273,14 +273,20 @@ def test_a_question_is_answered_before_the_next_one_is_asked() -> None:
 def test_asked_what_it_thinks_the_agent_tells_its_belief() -> None:
     agent = agent_in(LampRoom(["lamp"]))
     agent.step("Yes?", "lamp light please")
-    agent.step("And?", "ask")
-    status, told, question = agent.ask().splitlines()
-    assert (status, question) == ("On: lamp.", FALLBACK)
-    assert " want to have lamp light (" in told
+    (told,) = agent.step("And?", "ask").notes
+    assert ": have lamp light (" in told
     assert 'because you said "lamp light please"' in told
-    quiet = agent_in(LampRoom(["lamp"]), method="no-goals")
-    quiet.step("And?", "ask")
-    assert quiet.ask() == f"On: nothing.\n{FALLBACK}"
+    assert agent.ask() == f"On: lamp.\n{FALLBACK}"  # which names no goal to the belief
+
+
+@pytest.mark.parametrize(
+    ("method", "words"), [("good", "ask lamp"), ("no-goals", "ask"), ("no-inference", "ask")]
+)
+def test_who_asks_about_a_thing_or_an_agent_without_a_belief_is_told_none(method, words) -> None:
+    model = WordModel({**REPLIES, **RANKS})
+    agent = agent_in(LampRoom(["lamp"]), method, model=model)
+    agent.step("Yes?", "lamp light please")
+    assert not any("what you want" in note for note in agent.step("And?", words).notes)
 
 
 def test_words_that_the_model_cannot_read_are_told_and_nothing_is_done() -> None:

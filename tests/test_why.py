@@ -40,28 +40,50 @@ def belief_of(table, calibration: Calibration = PAPER) -> Belief:
     [
         (
             [-9, -1, -4, -9],
-            'I think you want to bake cake (95% sure), mostly because you said "Cake, cupcakes".',
+            "I think this is what you want: bake cake (95%), mostly because you said "
+            '"Cake, cupcakes".',
         ),
         (
             [-9, -2, -3, -9],
-            'I think you want to bake cake (73% sure), mostly because you said "Cake, cupcakes". '
-            "It could also be: cook soup (27%).",
+            "I think this is what you want: bake cake (73%), mostly because you said "
+            '"Cake, cupcakes". It could also be: cook soup (27%).',
         ),
-        ([-1, -2, -3, -3], "I am not sure. You may want to bake cake (22% sure), "),
+        (
+            [-1, -2, -3, -3],
+            "I am not sure what you want. Perhaps this: bake cake (22%), mostly because you said "
+            '"Cake, cupcakes". It could also be: something else (61%) or cook soup (8%).',
+        ),
+        (
+            [-99, -1, -99, -99],
+            "I think this is what you want: bake cake (99%), mostly because you said "
+            '"Cake, cupcakes".',
+        ),
         ([-0, -6, -7, -8], "I do not know yet what you want."),
     ],
 )
 def test_a_belief_is_told_in_words(row: list[float], told: str) -> None:
-    assert in_words(belief_of([row]), TURNS[:1]).startswith(told)
+    assert in_words(belief_of([row]), TURNS[:1]) == told
+
+
+def test_what_was_confirmed_is_told_as_that() -> None:
+    belief = belief_of([[-9, -4, -1, -9]]).pin(CAKE)
+    assert in_words(belief, TURNS[:1]) == (
+        "I think this is what you want: bake cake (99%), which you confirmed."
+    )
 
 
 @given(rows)
 def test_what_is_told_in_words_names_the_likeliest_goal_once(table) -> None:
     belief = belief_of(table)
     told = in_words(belief, [Turn("And?", "Yes. " * 99)] * len(table))
-    stated = [goal.text for goal, p in belief.top() if goal != UNSPECIFIED and p >= 0.05]
-    assert [told.count(text) for text in stated[:3]] == [1] * len(stated[:3])
-    assert len(told) < 300
+    stated = [goal.text for goal, p in belief.top()[:3] if goal != UNSPECIFIED and p >= 0.05]
+    assert [told.count(text) for text in stated] == [1] * len(stated)
+
+
+def test_long_goals_and_words_are_cut() -> None:
+    long = Goal("eat " * 900 + "now.")
+    belief = replace(Belief.uniform([UNSPECIFIED, long]), log_likelihood=np.array([[-9.0, -1.0]]))
+    assert len(in_words(belief, [Turn("And?", "Yes. " * 99)])) < 300
 
 
 def test_before_anything_is_said_nothing_is_known() -> None:

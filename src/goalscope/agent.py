@@ -174,19 +174,13 @@ class Agent:
         return "; ".join(f"{name}: {', '.join(each)}" for name, each in found.items())
 
     def _answer(self) -> str:
-        """The answer to what the newest words ask; "" where they ask nothing.
-
-        Where they ask about nothing in particular, that is how things stand, and what the agent
-        takes them to want.
-        """
+        """The answer to what the newest words ask; "" where they ask nothing."""
         last = self.rounds[-1]
         asked = (
             [order for order in last.reading.orders if order.do == "ask"] if last.reading else []
         )
         standing = self._executor.standing(self.rounds)
-        told = [self.env.answer(order, standing, self._pick) for order in asked]
-        if last.belief and any(not order.what for order in asked):
-            told.append(in_words(last.belief, self.turns))
+        told = (self.env.answer(order, standing, self._pick) for order in asked)
         found = list(dict.fromkeys(each for each in told if each))
         return "\n".join(found) or (NO_ANSWER if asked else "")
 
@@ -261,6 +255,7 @@ class Agent:
                 notes=(
                     *([NO_GOAL] if missing and not acting(reading.orders) else []),
                     *self._notes(done, outcome),
+                    *self._thoughts(reading),
                 ),
                 terminated=done.ended or any(result.terminated for result in outcome.results),
                 question=done.question,
@@ -411,6 +406,12 @@ class Agent:
         """The top k goals, without "Unspecified"."""
         ranked = belief.top() if belief else ()
         return [each for each in ranked if each[0] != UNSPECIFIED][: self.k]
+
+    def _thoughts(self, reading: Reading) -> list[str]:
+        """What the agent takes the person to want, where they ask about nothing that is here."""
+        asked = any(each.do == "ask" and not (each.what or each.where) for each in reading.orders)
+        weighs = self.tracker and not isinstance(self.tracker.likelihood, PromptedRanking)
+        return [in_words(self.tracker.belief, self.tracker.turns)] if asked and weighs else []
 
     def _notes(self, done: Execution, outcome: Outcome) -> Iterator[str]:
         """What the person should be told of a round."""

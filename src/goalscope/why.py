@@ -16,8 +16,10 @@ __all__ = ["Reason", "in_words", "reasons", "word_evidence"]
 
 _WORTH_TELLING = 0.05
 """Least probability of a goal that is told in words."""
-_QUOTED = 80
-"""Most characters of what is quoted."""
+_LIKELY = 0.5
+"""Probability from which a goal is told as what the person wants."""
+_LONGEST = 80
+"""Most characters of a goal or an utterance that is told in words."""
 
 Array = npt.NDArray[np.float64]
 
@@ -73,26 +75,48 @@ def reasons(belief: Belief, turns: Sequence[Turn], goal: str | Goal) -> list[Rea
 
 
 def in_words(belief: Belief, turns: Sequence[Turn]) -> str:
-    """What a person wants, how sure that is, why, and what else it could be: the answer to them.
+    """Tell a person what they seem to want, how sure that is, why, and what else it could be.
 
     Args:
         belief: Over their goals.
         turns: What was said.
     """
-    ranked = [(goal, p) for goal, p in belief.top() if goal != UNSPECIFIED and p >= _WORTH_TELLING]
-    if not ranked:
+    ranked = [(goal, p) for goal, p in belief.top() if p >= _WORTH_TELLING][:3]
+    stated = [each for each in ranked if each[0] != UNSPECIFIED]
+    if not stated:
         return "I do not know yet what you want."
-    (goal, probability), *others = ranked[:3]
-    told = f"{goal.text} ({probability:.0%} sure)"
-    if len(turns) == len(belief.log_likelihood) > 0:
-        strongest = max(reasons(belief, turns, goal), key=lambda reason: reason.evidence)
-        if strongest.evidence > 0:
-            words = " ".join(strongest.utterance.split())
-            quoted = words if len(words) <= _QUOTED else f"{words[: _QUOTED - 3].rstrip()}..."
-            told += f', mostly because you said "{quoted}"'
-    lead = "I think you want to" if probability >= 0.5 else "I am not sure. You may want to"
-    rest = " or ".join(f"{other.text} ({p:.0%})" for other, p in others)
-    return f"{lead} {told}." + (f" It could also be: {rest}." if rest else "")
+    goal, probability = stated[0]
+    told = f"{_named(goal)} ({_percent(probability)}){_because(belief, turns, goal)}"
+    rest = [f"{_named(other)} ({_percent(p)})" for other, p in ranked if other != goal]
+    if ranked[0][0] != goal or probability < _LIKELY:
+        lead = "I am not sure what you want. Perhaps this"
+    else:
+        lead = "I think this is what you want"
+    return f"{lead}: {told}." + (f" It could also be: {' or '.join(rest)}." if rest else "")
+
+
+def _named(goal: Goal) -> str:
+    return "something else" if goal == UNSPECIFIED else _cut(goal.text.rstrip(" ."))
+
+
+def _percent(probability: float) -> str:
+    return f"{min(probability, 0.99):.0%}"
+
+
+def _because(belief: Belief, turns: Sequence[Turn], goal: Goal) -> str:
+    """What speaks most for a goal; "" where nothing does."""
+    if goal in [pinned for _, pinned in belief.pinned]:
+        return ", which you confirmed"
+    if len(turns) != len(belief.log_likelihood) or not turns:
+        return ""
+    strongest = max(reasons(belief, turns, goal), key=lambda reason: reason.evidence)
+    said = _cut(strongest.utterance)
+    return f', mostly because you said "{said}"' if strongest.evidence > 0 else ""
+
+
+def _cut(text: str) -> str:
+    line = " ".join(text.split())
+    return line if len(line) <= _LONGEST else f"{line[: _LONGEST - 3].rstrip()}..."
 
 
 def word_evidence(
