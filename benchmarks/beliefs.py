@@ -65,7 +65,7 @@ def main() -> None:
     if out:
         out.write_text("".join(json.dumps(each) + "\n" for each in kept), encoding="utf-8")
     print(f"turns {turns}, of which no goal leads in {unknown}")
-    print(f"fits {fits}, at which the leader falls by more than {FALL:.0%}: {falls}")
+    print(f"fits {fits}, at which the leader falls by more than {100 * FALL:.0f} points: {falls}")
 
 
 if __name__ == "__main__":

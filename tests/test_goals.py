@@ -122,6 +122,26 @@ def test_least_likely_goal_goes_after_patience_and_unspecified_never() -> None:
     assert overdue([belief.drop([Goal("b")])] * 9, 3) == []
 
 
+@pytest.mark.parametrize(
+    ("nats", "given", "paper", "gone"),
+    [
+        (-2.0, (), False, []),
+        (-5.0, (), False, ["b"]),
+        (-2.0, (), True, ["b"]),
+        (-2.0, ("c",), False, ["b"]),  # it has 2 % of all
+    ],
+)
+def test_only_improbable_goals_are_overdue(nats, given, paper, gone) -> None:
+    goals = (UNSPECIFIED, *map(Goal, ("a", "b", "c" if given == ("c",) else "d")))
+    row = np.array([[-9.0, -1.0, nats, 3.0 if given == ("c",) else -1.5]])
+    belief = Belief(goals, np.zeros(4), row)
+    model = WordModel()
+    manager = GoalManager(Writer(model), model, "t", propose="paper" if paper else 0.5)
+    manager._cleared = {*goals}
+    removed = manager.removed([belief] * 4, TURNS, given=[*map(Goal, given)])
+    assert [change.goal.text for change in removed] == gone
+
+
 def test_refused_goals_are_named_with_the_odds() -> None:
     (change,) = objectionable(RefusesAll(), "t", [UNSPECIFIED, Goal("a")])
     assert (change.goal, change.final) == (Goal("a"), True)

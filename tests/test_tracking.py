@@ -159,7 +159,10 @@ def test_goals_are_proposed_only_where_that_is_asked_for(trackers: Trackers) -> 
     assert any(each.kind == "added" for each in helped.changes)
 
 
-def test_the_model_takes_out_only_goals_of_its_own(kitchen: Kitchen) -> None:
+def test_the_model_takes_out_only_goals_of_its_own(
+    kitchen: Kitchen, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("goalscope.goals.IMPROBABLE", 1.0)
     id = kitchen.trackers.open(TASK, GOALS, propose=True).id
     kitchen.trackers.observe(id, 1, "", "I grow roses and feed birds, roses, birds.")
     assert len(kitchen.trackers.read(id).belief.goals) > 3

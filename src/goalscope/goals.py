@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Literal, Protocol
 
 import numpy as np
@@ -33,6 +33,9 @@ Trigger = float | Literal["paper"]
 
 UNEXPLAINED = 0.5
 """Probability of Unspecified above which goals are proposed (LOG.md)."""
+
+IMPROBABLE = 0.05
+"""Probability up to which a goal that long was the least likely is removed."""
 
 CONSENT = "Sure, I can help you with that."
 REFUSAL = "I'm sorry, but I can't help you with that."
@@ -109,7 +112,8 @@ class GoalManager:
         remover: Removes goals by a prompt instead.
         propose: Goals are proposed once Unspecified is likelier than this by the words since the
             newest goals; in the "paper", once it is the likeliest.
-        patience: A goal goes when it was the least likely for more than this many rounds (n).
+        patience: A goal with 5 % or less goes after being the least likely for more than this many
+            rounds (n); where goals are proposed as in the "paper", whatever its probability.
     """
 
     def __init__(
@@ -168,7 +172,9 @@ class GoalManager:
             past=[goal for text, goal in past.items() if text not in out],
         )
 
-    def removed(self, beliefs: Sequence[Belief], turns: Sequence[Turn]) -> list[GoalChange]:
+    def removed(
+        self, beliefs: Sequence[Belief], turns: Sequence[Turn], *, given: Collection[Goal] = ()
+    ) -> list[GoalChange]:
         """Goals to remove: irrelevant, unsafe, and long the least likely ones.
 
         The likeliest goal stays, if otherwise none would. What the person has confirmed is
@@ -177,7 +183,10 @@ class GoalManager:
         Args:
             beliefs: The belief after each round, the present one last.
             turns: The transcript.
+            given: Goals that stay.
         """
+        probable = {} if self.propose == "paper" else dict(beliefs[-1].top())
+        beliefs = [each.drop(given) for each in beliefs]
         belief = beliefs[-1]
         pinned = {goal for _, goal in belief.pinned}
         new = [goal for goal in belief.goals if goal not in self._cleared]
@@ -190,7 +199,12 @@ class GoalManager:
             unfit += irrelevant(self.model, self.task, free)
             unfit += objectionable(self.model, self.task, new)
         self._cleared |= {*new} - {change.goal for change in unfit}
-        found = {change.goal: change for change in (*overdue(beliefs, self.patience), *unfit)}
+        late = [
+            change
+            for change in overdue(beliefs, self.patience)
+            if probable.get(change.goal, 0.0) <= IMPROBABLE
+        ]
+        found = {change.goal: change for change in (*late, *unfit)}
         if set(belief.goals) - {UNSPECIFIED} <= found.keys():
             likeliest = next((goal for goal, _ in belief.top() if goal != UNSPECIFIED), None)
             if likeliest and likeliest not in pinned:

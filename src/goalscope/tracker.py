@@ -383,7 +383,7 @@ class GoalTracker:
             self.add(change.goal for change in added)
         progress("checking goals")
         beliefs = [*(round.belief for round in rounds if round.belief), self.belief]
-        removed = goals.removed([belief.drop(given) for belief in beliefs], self.turns)
+        removed = goals.removed(beliefs, self.turns, given=given)
         self.drop(change.goal for change in removed)
         return [*added, *removed], missing and not added
 
