@@ -192,6 +192,21 @@ def test_the_plan_is_done_in_its_order() -> None:
     assert "read (100%)" in model.prompts("plan")[0]
 
 
+def test_a_thing_is_put_in_one_place() -> None:
+    class Shelves(LampRoom):
+        def actions(self, name, standing):
+            return [Action("put", name, destination=f"shelf {n}") for n in range(3)]
+
+        def step(self, action):
+            self.on.append(f"{action.target} {action.destination}")
+            return StepResult(action, True, "Done.")
+
+    room = Shelves(["lamp", "fan"])
+    outcome, _ = act(room, [[2, 4, 1, 3, 5]])
+    assert room.on == ["lamp shelf 1", "fan shelf 0"]
+    assert len(outcome.results) == 2
+
+
 @pytest.mark.parametrize(
     "plan",
     [[], [0], [-1], [4, 99, 10**30], ["lamp"], [None], [[1]], [1.5], [True], [{"number": 1}]],

@@ -158,7 +158,8 @@ class PromptedWriter:
 class PromptedPlanner:
     """Plans as the paper has it: what is relevant, what is possible, and a plan from that.
 
-    An action that turns out impossible is left out, and a plan made anew.
+    The same is done once with each thing: one that is put in seven places is put in the first. An
+    action that turns out impossible is left out, and a plan made anew.
 
     Args:
         writer: Whose model plans.
@@ -198,7 +199,11 @@ class PromptedPlanner:
             prompt = render(
                 "prompt_plan", **told, status=env.status(), actions=[*map(env.phrase, possible)]
             )
-            plan = [possible[each] for each in self.writer.numbers("plan", len(possible), prompt)]
+            chosen = [possible[each] for each in self.writer.numbers("plan", len(possible), prompt)]
+            once: dict[tuple[str, str], Action] = {}
+            for each in chosen:
+                once.setdefault((each.name, each.target), each)
+            plan = [*once.values()]
             done, problem = attempted(env, plan, history)
             if problem is None:
                 guesses = [Guess(action.target, guessed_for) for action in plan]
