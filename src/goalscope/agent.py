@@ -200,7 +200,7 @@ class Agent:
         The words are read once. Orders are followed as the environment resolves them; what nobody
         can undo, what the reader is unsure of, what has a condition and what an allergy rules out
         waits for a yes to exactly that question, in the state that was shown. For the likeliest
-        goals something is guessed where the words tell an aim, and where nothing came of an order.
+        goals something is guessed where the words tell an aim.
 
         Args:
             query: What the agent asked.
@@ -237,8 +237,7 @@ class Agent:
                     done.notes.append(f"The goals stay as they are. {error}")
             self._executor.follow(done, standing)
             outcome = Outcome()
-            idle = not (done.results or done.pending)
-            if self._aimed(reading, idle=idle) and not (done.wary or done.ended):
+            if self._aimed(reading) and not (done.wary or done.ended):
                 self._progress("planning")
                 past = [*history, *done.results]
                 gone = retracted(self.rounds)
@@ -372,19 +371,10 @@ class Agent:
             progress=self._progress,
         )
 
-    def _aimed(self, reading: Reading, *, idle: bool = False) -> bool:
-        """Whether to act for an aim: where one was told, or a goal explains what was told.
-
-        Args:
-            reading: What the words were read as.
-            idle: Whether nothing came of them; then orders that bring or do something may be
-                misread.
-        """
+    def _aimed(self, reading: Reading) -> bool:
+        """Whether to act for an aim: where one was told, or a goal explains what was told."""
         belief = self.tracker.belief if self.tracker else None
-        brings = {verb.name for verb in self.env.verbs if verb.slots and not verb.takes_away}
-        misread = idle and any(order.do in brings for order in reading.orders)
-        telling = _only_tells(reading) or misread
-        return _tells(reading, "aim") or (telling and bool(self._stated(belief)))
+        return _tells(reading, "aim") or (_only_tells(reading) and bool(self._stated(belief)))
 
     def _planned(
         self,
