@@ -57,6 +57,11 @@ NEEDED = {
     "open cabinet, use up soap bottle",
 }
 
+AIMS = (
+    "It will be a long day, and I have guests.",
+    "The bathroom is a disgrace, and I have guests.",
+)
+
 
 @pytest.mark.parametrize("count", [200, pytest.param(5_000, marks=pytest.mark.slow)])
 def test_while_unspecified_leads_nothing_lasting_is_done_and_each_guess_is_told(
@@ -76,7 +81,7 @@ def test_while_unspecified_leads_nothing_lasting_is_done_and_each_guess_is_told(
         belief = agent.tracker.belief = unsure(rng)
         led += belief.probability.max() > np.sort(belief.probability)[-2] + 1e-9
         assert belief.probability[-1] >= belief.probability.max() - 1e-12
-        words = f"It will be a long day, number {number}, and I have guests."
+        words = f"Number {number}: {AIMS[number % 2]}"
         outcome = agent._planned(said(words), [], Standing(), [])
         assert not any(each.irreversible for each in outcome.results)
         told = {each.target for each in outcome.guessed}
