@@ -12,7 +12,7 @@ from goalscope.picking import Picker
 from goalscope.standing import Standing, fold
 from goalscope.types import Action
 
-__all__ = ["CATALOGUE", "PICK", "SEARCH", "follow", "ordered", "shop", "standing_after"]
+__all__ = ["CATALOGUE", "PICK", "SEARCH", "follow", "ordered", "reading", "shop", "standing_after"]
 
 CATALOGUE = Catalogue.load()
 SEARCH = Search(CATALOGUE)

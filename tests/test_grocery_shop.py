@@ -18,7 +18,7 @@ from goalscope.envs.grocery.search import Search
 from goalscope.orders import Order
 from goalscope.standing import Standing
 from goalscope.types import Action, Profile
-from shops import CATALOGUE, PICK, SEARCH, follow, ordered, shop, standing_after
+from shops import CATALOGUE, PICK, SEARCH, follow, ordered, reading, shop, standing_after
 
 NAMES = [item.name for item in CATALOGUE.items[:40]]
 
@@ -32,6 +32,32 @@ def summed(added: Iterable[tuple[str, int]]) -> Counter[str]:
 
 
 additions = st.lists(st.tuples(st.sampled_from(NAMES), st.integers(1, 3)), max_size=12)
+
+
+@pytest.mark.parametrize(
+    ("said", "left"),
+    [
+        (["avoid meat | for they | why diet"], {"Garlic": 1}),
+        (["only vegetarian | for my guests | why diet"], {"Garlic": 1}),
+        (
+            ["add chicken thighs", "avoid meat | for they | why diet"],
+            {"Chicken Thighs": 1, "Garlic": 1},
+        ),
+        (["add meat", "avoid meat | for they | why diet"], {"Chicken Thighs": 1, "Garlic": 1}),
+        (["avoid meat | why diet"], {"Garlic": 1}),
+        (["avoid onions | for they | why diet"], {"Chicken Thighs": 1, "Garlic": 1}),
+    ],
+)
+def test_what_some_people_must_not_have_goes_where_it_was_guessed(said, left) -> None:
+    opened = shop({"Chicken Thighs": 1, "Garlic": 1})
+    readings = []
+    for each in said:
+        readings.append(each)
+        for order in reading(each).orders:
+            if order.do != "add":
+                found = opened.resolve(order, standing_after(*readings), PICK)
+                assert all(opened.step(action).ok for action in found.actions)
+    assert opened.basket == left
 
 
 def test_the_shop_keeps_the_laws_of_an_environment() -> None:

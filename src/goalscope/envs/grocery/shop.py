@@ -187,7 +187,7 @@ class GroceryShop:
             case "budget":
                 return Resolution(why=self._over(bounds))
             case "avoid" | "only":
-                return self._bind(order, bounds)
+                return self._bind(order, bounds, standing)
             case _:
                 return Resolution()
 
@@ -311,9 +311,21 @@ class GroceryShop:
         missed = "" if old else f'The basket held nothing called "{order.what}".'
         return Resolution(tuple(each for each in moved if each.quantity), missed)
 
-    def _bind(self, order: Order, bounds: Bounds) -> Resolution:
-        """What a limit takes out of the basket; what names and labels cannot tell is said."""
-        against = [(item, n) for item, n in self._contents() if not bounds.permits(item)]
+    def _bind(self, order: Order, bounds: Bounds, standing: Standing) -> Resolution:
+        """What a limit takes out of the basket; what names and labels cannot tell is said.
+
+        What only some people must not have stays where it was asked for, and a guess goes.
+        """
+        asked = [each.for_ if each.do == "swap" else each.what for each in standing.asked]
+
+        def stays(item: Item) -> bool:
+            ordered = any(
+                self._choice.held(phrase, [item]) or self._choice.meant(phrase, Bounds()) == item
+                for phrase in asked
+            )
+            return bounds.permits(item) if ordered else bounds.suits(item)
+
+        against = [(item, n) for item, n in self._contents() if not stays(item)]
         told = order.do == "avoid" and (
             order.why != "allergy"
             or any(names(item.name, refusal(order)) for item in self.catalogue.items)
