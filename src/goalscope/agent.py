@@ -400,8 +400,10 @@ class Agent:
     def _thoughts(self, reading: Reading) -> list[str]:
         """What the agent takes the person to want, where they ask about nothing that is here."""
         asked = any(each.do == "ask" and not (each.what or each.where) for each in reading.orders)
-        weighs = self.tracker and not isinstance(self.tracker.likelihood, PromptedRanking)
-        return [in_words(self.tracker.belief, self.tracker.turns)] if asked and weighs else []
+        tracker = self.tracker
+        if not asked or tracker is None or isinstance(tracker.likelihood, PromptedRanking):
+            return []
+        return [in_words(tracker.belief, tracker.turns)]
 
     def _notes(self, done: Execution, outcome: Outcome) -> Iterator[str]:
         """What the person should be told of a round."""
