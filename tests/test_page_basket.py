@@ -141,7 +141,7 @@ def test_what_was_guessed_is_marked_until_it_is_asked_for(address: str, enter) -
         return {"notes": [note], "actions": [{"text": each, "ok": ok} for each in actions]}
 
     told = [
-        round("Guessed, not asked for: Bread Flour, Towels, 6 rolls, Rye.",
+        round("Guessed, not asked for: Bread Flour (to bake bread); Towels, 6 rolls, Rye (to eat).",
               "add item: Bread Flour x2", "add item: Towels, 6 rolls", "add item: Rye",
               "add item: Flour", "search: Nuts"),
         round("The basket holds 2 x Rye already."),

@@ -24,13 +24,18 @@ export function itemsOf(rounds) {
     const guesses = notes.filter((note) => note.startsWith(GUESSED)).map((note) => `, ${note.slice(GUESSED.length, -1)},`);
     for (const { text, ok } of actions) {
       const name = ok && MOVED.exec(text)?.[1];
-      if (name) items.set(name, guesses.some((guess) => guess.includes(`, ${name},`)));
+      if (name) items.set(name, guesses.some((guess) => names(guess, name)));
     }
     for (const name of items.keys()) {
       if (notes.some((note) => note.endsWith(` x ${name} already.`))) items.set(name, false);
     }
   }
   return items;
+}
+
+/** Whether a list of guesses, each perhaps with the goal that it is for, names an item. */
+function names(guesses, item) {
+  return [", ", "; "].some((before) => [",", ";", " (to "].some((after) => guesses.includes(before + item + after)));
 }
 
 /** How many of the items of a basket were guessed. */
