@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from fakes import NEEDS, LampRoom, WordModel, plans, said
 from goalscope.agent import Agent
 from goalscope.envs import Environment
+from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.house import HomeRobot, HouseController
 from goalscope.occasions import Occasion
 from goalscope.orders import Order
@@ -214,6 +215,18 @@ def test_what_was_done_once_is_not_done_with_another_of_its_kind() -> None:
     assert len(first.results) == 1
     again = act(robot, {}, Want("read", 1.0), history=first.results)
     assert again == Outcome()
+
+
+@pytest.mark.parametrize(("held", "comes"), [("Spreadable Butter", []), ("Garlic", ["unsalted"])])
+def test_a_second_thing_of_a_kind_is_not_guessed_in_a_later_round(held, comes) -> None:
+    class Shop(GroceryShop):
+        like = Lived.like
+
+    shop = Shop(Catalogue.load())
+    shop.known = {"bake": Occasion("x-1", "grocery", "bake", (), ("unsalted butter",))}
+    history = [shop.step(Action("add item", held))]
+    outcome = act(shop, {}, Want("bake", 1.0), history=history)
+    assert [each.target.split()[0].lower() for each in outcome.guessed] == comes
 
 
 def test_nothing_is_heated_unasked() -> None:

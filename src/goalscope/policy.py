@@ -178,10 +178,10 @@ class NeedPlanner:
         chosen = sorted(i for i in [i for i in order if choice.act[i]][: self.limit])
         results, failed, guessed = list[StepResult](), list[StepResult](), list[Guess]()
         used = {name for each in history for name in (each.action.target, each.action.destination)}
-        done_before = {env.phrase(each.action) for each in history}
+        done_before = {env.kind(each.action) for each in history}
         for i in chosen:
             if any(
-                each.target in used or env.phrase(each) in done_before or env.lasting(each)
+                each.target in used or env.kind(each) in done_before or env.lasting(each)
                 for each in ways[i]
             ):
                 continue
