@@ -185,6 +185,7 @@ class NeedPlanner:
                 for each in ways[i]
             ):
                 continue
+            done_before |= {env.kind(each) for each in ways[i]}
             done, problem = attempted(env, ways[i], [*history, *results])
             results += done
             failed += [problem] if problem else []
