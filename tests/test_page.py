@@ -67,7 +67,7 @@ def test_an_episode_from_the_first_word_to_the_purchase(address: str, enter) -> 
     say(page, "Buy the basket")
     rounds(page, 2)
     card = page.get_by_role("region", name="To confirm")
-    expect(card).to_contain_text("The basket holds")
+    expect(card).to_contain_text("Large Eggs")
     card.get_by_role("button", name="Not yet").click()
     rounds(page, 3)
     expect(page.get_by_role("log").get_by_text("No, not yet.")).to_be_visible()

@@ -271,11 +271,11 @@ class GroceryShop:
 
     def _is_guess(self, item: Item, order: Order, bounds: Bounds, standing: Standing) -> bool:
         """Whether nobody has asked for an item before this order."""
-        before = [each for each in standing.asked if each.do in ("add", "set", "swap")]
+        before = [*standing.asked]
         if order in before:
             before.remove(order)
-        phrases = (each.for_ if each.do == "swap" else each.what for each in before)
-        return all(self._choice.meant(each, bounds, self._basket) != item for each in phrases)
+        wanted = _wanted(before)
+        return all(self._choice.meant(each, bounds, self._basket) != item for each in wanted)
 
     def _remove(self, order: Order, pick: Pick) -> Resolution:
         """All of what a phrase means in the basket, or so many of the first such thing."""
@@ -316,12 +316,12 @@ class GroceryShop:
 
         What only some people must not have stays where it was asked for, and a guess goes.
         """
-        asked = [each.for_ if each.do == "swap" else each.what for each in standing.asked]
+        wanted = _wanted(standing.asked)
 
         def stays(item: Item) -> bool:
             ordered = any(
                 self._choice.held(phrase, [item]) or self._choice.meant(phrase, Bounds()) == item
-                for phrase in asked
+                for phrase in wanted
             )
             return bounds.permits(item) if ordered else bounds.suits(item)
 
@@ -402,6 +402,12 @@ class GroceryShop:
         total = self.catalogue.money(self.total)
         told = f"The basket is now purchased for {total}.\n{self.status()}"
         return StepResult(action, True, told, terminated=True, irreversible=True)
+
+
+def _wanted(orders: Sequence[Order]) -> list[str]:
+    """What orders ask to come."""
+    coming = (each for each in orders if each.do in ("add", "set", "swap"))
+    return [each.for_ if each.do == "swap" else each.what for each in coming]
 
 
 def _change(name: str, number: int) -> Action:
