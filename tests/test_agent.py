@@ -6,7 +6,7 @@ import pytest
 
 from fakes import GOALS, QUESTION, LampRoom, RefusesAll, WordModel
 from goalscope.agent import NO_ANSWER, Agent, run_episode
-from goalscope.calibration import LAST_TURN, USUAL
+from goalscope.calibration import LAST_TURN, PAPER, USUAL
 from goalscope.dialog import (
     AGREES,
     DECLINES,
@@ -276,6 +276,23 @@ def test_asked_what_it_thinks_the_agent_tells_its_belief() -> None:
     assert ": have lamp light (" in told
     assert 'because you said "lamp light please"' in told
     assert agent.ask() == f"On: lamp.\n{FALLBACK}"  # which names no goal to the belief
+
+
+@pytest.mark.parametrize(
+    ("calibration", "words", "weights"),
+    [(USUAL, "yes", ((1, 0.0),)), (USUAL, "ask lamp", ()), (PAPER, "yes", ())],
+)
+def test_words_that_name_nothing_are_no_evidence_but_in_the_paper(
+    calibration, words, weights
+) -> None:
+    agent = agent_in(LampRoom(["lamp"]), calibration=calibration)
+    before = agent.step("Yes?", "lamp light please").belief
+    after = agent.step("And?", words).belief
+    assert before
+    assert after
+    assert after.weights == weights
+    kept = dict(before.top()) == pytest.approx(dict(after.top()))
+    assert kept is bool(weights)
 
 
 @pytest.mark.parametrize(

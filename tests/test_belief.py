@@ -1,6 +1,7 @@
 """Laws of the belief: what Bayes' rule promises, whatever the numbers."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -87,6 +88,13 @@ def test_late_goal_equals_early_goal(belief: Belief) -> None:
 def test_the_likeliest_none_are_refused(k: Any) -> None:
     with pytest.raises(InvalidInputError, match="k must be a whole number, 1 or more"):
         Belief.uniform([UNSPECIFIED]).top(k)
+
+
+@pytest.mark.parametrize("weights", [((2, 0.5),), ((0, 0.5), (0, 0.1)), ((1, 1.5),)])
+def test_weights_are_one_from_0_to_1_of_turns_that_there_are(weights) -> None:
+    belief = Belief.uniform(goals(2)).observe([0.0, -1.0]).observe([-1.0, 0.0])
+    with pytest.raises(ValueError, match="weights must be one from 0 to 1"):
+        replace(belief, weights=weights)
 
 
 def test_what_is_no_goal_is_refused() -> None:

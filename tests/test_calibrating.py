@@ -133,24 +133,8 @@ def test_the_temperature_is_found_that_the_evidence_was_multiplied_by(factor: fl
     assert made.reference < 0.1
     assert made.switching == USUAL.switching > 0
     assert (made.n, made.unstated) == (300, 0.5)
-    assert made.forgetting < 0.03
     true = Calibration(factor, unstated=0.5, switching=USUAL.switching)
     assert Tables(found).log_loss(made) == pytest.approx(Tables(found).log_loss(true), abs=0.005)
-
-
-def test_forgetting_is_found_where_turns_repeat_each_other() -> None:
-    """Each turn after the first says again what was said before, and a little more."""
-    found = [
-        replace(each, goals=_repeated(each.goals), unspecified=_repeated(each.unspecified))
-        for each in some(300, turns=8)
-    ]
-    made = fit_calibration(found)
-    assert made.forgetting > 0.1
-    assert Tables(found).log_loss(made) < Tables(found).log_loss(replace(made, forgetting=0.0))
-
-
-def _repeated(table: np.ndarray) -> np.ndarray:
-    return np.cumsum(table, 0) / np.arange(1, len(table) + 1).reshape(-1, *[1] * (table.ndim - 1))
 
 
 def test_the_share_of_the_other_goals_is_found_that_was_taken_from_unspecified() -> None:

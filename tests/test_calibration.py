@@ -42,7 +42,7 @@ anything = st.builds(
     share,
     st.none() | inside,
     share | st.just(0.0) | st.just(1.0),
-    st.just(0.0) | st.floats(0, 0.99),
+    share,
 )
 
 
@@ -137,7 +137,7 @@ def test_a_goal_that_is_impossible_does_not_make_unspecified_impossible(
 
 @given(beliefs())
 def test_without_switching_all_turns_count_and_with_it_alone_the_last(belief: Belief) -> None:
-    way = replace(belief.calibration, reference=0.0, unstated=None, forgetting=0.0)
+    way = replace(belief.calibration, reference=0.0, unstated=None)
     always, never = (replace(belief, calibration=replace(way, switching=s)) for s in (0.0, 1.0))
     rows = belief.log_likelihood / way.temperature
     assert always.probability == pytest.approx(softmax(belief.log_prior + rows.sum(0)), abs=1e-9)
@@ -147,37 +147,67 @@ def test_without_switching_all_turns_count_and_with_it_alone_the_last(belief: Be
 
 @given(beliefs(least=1, values=st.floats(-5, 0), most=2))
 def test_switching_agrees_with_all_sequences_of_goals(belief: Belief) -> None:
-    plain = {"temperature": 1.0, "reference": 0.0, "unstated": None, "forgetting": 0.0}
-    way = replace(belief.calibration, **plain)
-    prior, s, g = softmax(belief.log_prior), way.switching, len(belief.goals)
-    found = np.zeros(g)
-    for path in itertools.product(range(g), repeat=len(belief.log_likelihood)):
-        weight = prior[path[0]]
-        for before, now in itertools.pairwise(path):
-            weight *= (1 - s) * (before == now) + s * prior[now]
-        weight *= math.exp(
-            sum(row[goal] for row, goal in zip(belief.log_likelihood, path, strict=True))
-        )
-        found[path[-1]] += weight
+    way = replace(belief.calibration, temperature=1.0, reference=0.0, unstated=None)
+    prior, g = softmax(belief.log_prior), len(belief.goals)
+    words, chances = np.exp(belief.log_likelihood), [0.0]
+    now = prior
+    for turn, row in enumerate(words):
+        if turn:
+            speaks = max(0.0, 1 - (now @ row) / (prior @ row))
+            chances.append(1.0 if way.switching == 1 else way.switching * speaks**4)
+        found = np.zeros(g)
+        for path in itertools.product(range(g), repeat=turn + 1):
+            weight = prior[path[0]] * words[range(turn + 1), path].prod()
+            for s, (before, after) in zip(chances[1:], itertools.pairwise(path), strict=True):
+                weight *= (1 - s) * (before == after) + s * prior[after]
+            found[path[-1]] += weight
+        now = found / found.sum()
     exact = replace(belief, calibration=way).probability
-    assert exact == pytest.approx(found / found.sum(), abs=1e-9)
+    assert exact == pytest.approx(now, abs=1e-9)
 
 
-@given(beliefs(), st.floats(0, 0.99))
-def test_forgetting_discounts_each_turn_by_its_age(belief: Belief, share: float) -> None:
-    way = replace(belief.calibration, reference=0.0, unstated=None, switching=0.0, forgetting=share)
-    age = np.arange(len(belief.log_likelihood))[::-1]
-    rows = (1 - share) ** age[:, None] * belief.log_likelihood / way.temperature
-    found = replace(belief, calibration=way).probability
-    assert found == pytest.approx(softmax(belief.log_prior + rows.sum(0)), abs=1e-9)
+@given(beliefs(), nats)
+def test_words_that_say_nothing_change_nothing(belief: Belief, value: float) -> None:
+    way = replace(belief.calibration, switching=min(belief.calibration.switching, 0.99))
+    belief = replace(belief, calibration=way)
+    for said in (
+        belief.observe(np.full(len(belief.goals), value)),
+        belief.observe(np.arange(len(belief.goals)), weight=0.0),
+    ):
+        assert said.probability == pytest.approx(belief.probability, abs=1e-9)
 
 
-@given(st.floats(0.001, 0.2), st.integers(2, 5), st.integers(1, 40), st.floats(1, 1e5))
+@given(beliefs(least=1), share)
+def test_a_weight_divides_the_evidence_of_a_turn(belief: Belief, weight: float) -> None:
+    *_, last = belief.log_likelihood
+    before = replace(belief, log_likelihood=belief.log_likelihood[:-1])
+    found = before.observe(last, weight)
+    assert found.probability == pytest.approx(before.observe(weight * last).probability)
+    assert found.weights == (((len(before.log_likelihood), weight),) if weight != 1 else ())
+
+
+@given(beliefs(least=1))
+def test_words_for_what_is_believed_are_no_change_of_mind(belief: Belief) -> None:
+    way = replace(belief.calibration, switching=0.5, unstated=None)
+    leads = np.eye(len(belief.goals))[belief.probability.argmax()] * 3.0
+    changing, never = (
+        replace(belief, calibration=replace(way, switching=s)) for s in (way.switching, 0.0)
+    )
+    row = changing.log_posterior
+    after = replace(never, log_prior=row, log_likelihood=leads[None])
+    expected = after.log_prior + leads / way.temperature
+    if changing.probability.argmax() == leads.argmax() and UNSPECIFIED not in belief.goals:
+        assert changing.observe(leads).probability == pytest.approx(softmax(expected))
+
+
+@given(st.floats(0.001, 0.4), st.integers(2, 5), st.integers(1, 40), st.floats(1, 1e5))
 def test_after_a_change_of_mind_a_goal_leads_as_soon_however_far_it_trailed(
     switching: float, g: int, turns: int, behind: float
 ) -> None:
     each = 2.0  # nats for the new goal, a turn
-    enough = math.floor(math.log(g / switching) / each) + 1
+    trails = math.exp(-each)
+    chance = switching * (1 - trails / (1 / g + (1 - 1 / g) * trails)) ** 4
+    enough = math.floor(math.log(g / chance) / each) + 1
     rows = [[0.0] + [-behind] * (g - 1)] * turns
     rows += [[-each, 0.0] + [-each] * (g - 2)] * enough
     tables = [
@@ -201,8 +231,7 @@ def test_each_row_is_the_belief_after_as_many_turns(belief: Belief) -> None:
 
 
 @given(beliefs(values=nats | st.just(-math.inf), calibrations=st.builds(
-    Calibration, st.floats(0.1, 20), st.floats(0, 0.99), st.none() | inside, share,
-    st.floats(0, 0.99))))  # fmt: skip
+    Calibration, st.floats(0.1, 20), st.floats(0, 0.99), st.none() | inside, share)))  # fmt: skip
 def test_what_is_impossible_leaves_no_nan(belief: Belief) -> None:
     for row in belief.log_posteriors:
         total = np.exp(row).sum()
@@ -283,7 +312,7 @@ def test_a_conformal_set_takes_the_threshold_of_eps_or_the_next_smaller_one() ->
         ("temperature", [0.0, -1.0, math.nan, math.inf]),
         ("reference", [-0.01, 1.01, math.nan]),
         ("switching", [-0.01, 1.01, math.nan]),
-        ("forgetting", [-0.01, 1.0, math.nan]),
+        ("aside", [-0.01, 1.01, math.nan]),
         ("unstated", [0.0, 1.0, -0.5, math.nan]),
         ("thresholds", [((0.1, 1.5),), ((-0.1, 0.5),), ((0.1, math.nan),)]),
     ],
@@ -307,22 +336,17 @@ def test_json_with_unknown_fields_is_refused() -> None:
         calibration_from_json({**asdict(PAPER), "evidence": "sum"})
 
 
-def test_json_from_before_there_was_forgetting_forgets_nothing() -> None:
-    before = {key: value for key, value in asdict(USUAL).items() if key != "forgetting"}
-    assert calibration_from_json(before) == replace(USUAL, forgetting=0.0)
-
-
-FIELDS = ["temperature", "reference", "unstated", "switching", "n", "thresholds"]
+FIELDS = ["temperature", "reference", "unstated", "switching", "aside", "n", "thresholds"]
 
 
 @pytest.mark.parametrize(
     ("fields", "cause"),
     [
         *[({name: ...}, f"the key '{name}' is missing") for name in FIELDS],
-        *[({name: "2"}, f"{name} must be") for name in [*FIELDS, "forgetting"]],
-        *[({name: True}, f"{name} must be") for name in [*FIELDS, "forgetting"]],
+        *[({name: "2"}, f"{name} must be") for name in FIELDS],
+        *[({name: True}, f"{name} must be") for name in FIELDS],
         *[({name: None}, f"{name} must be") for name in FIELDS if name != "unstated"],
-        *[({name: -1}, "must") for name in [*FIELDS, "forgetting"]],
+        *[({name: -1}, "must") for name in FIELDS],
         ({"n": 1.5}, "n must be"),
         ({"thresholds": [0.1]}, "thresholds must be pairs of numbers, not [0.1]"),
         ({"thresholds": [[0.1, "0.5"]]}, "thresholds must be pairs of numbers"),
@@ -344,7 +368,7 @@ def test_what_is_wrong_with_a_calibration_file_is_named(tmp_path: Path, fields, 
 def test_names_and_files_name_calibrations(tmp_path: Path) -> None:
     names = {"paper": PAPER, "usual": USUAL, "last-turn": LAST_TURN}
     assert {name: calibration_named(name) for name in names} == names
-    assert (PAPER, LAST_TURN.switching) == (Calibration(1.0, 0.0, None, 0.0, 0.0), 1.0)
+    assert (PAPER, LAST_TURN.switching) == (Calibration(1.0, 0.0, None, 0.0, 1.0), 1.0)
     mine = Calibration(3.0, 0.2, 0.4, 0.01, 0.1, 7, ((0.1, 0.2),))
     keep_calibration(tmp_path / "new" / "mine.json", mine, {"model": "m"})
     assert calibration_named(str(tmp_path / "new" / "mine.json")) == mine

@@ -165,7 +165,7 @@ def test_of_several_models_and_layouts_one_is_named(data):
 
 def test_help_says_all_that_is_fitted(data):
     said = invoke("calibrate", "--help").stdout
-    for each in ("temperature", "reference", "forgetting", "--only"):
+    for each in ("temperature", "reference", "--only"):
         assert each in said
 
 

@@ -115,13 +115,12 @@ def test_words_that_are_left_out_count_as_words_that_say_nothing(table, turn) ->
     assert less.probability == pytest.approx(expected.probability, abs=1e-9)
 
 
-@given(st.integers(0, 15), st.sampled_from([USUAL, replace(USUAL, forgetting=0.5)]))
-def test_what_was_confirmed_is_not_forgotten(turns, way) -> None:
-    belief = replace(belief_of([[-1.0, -9.0, -2.0, -5.0]]), calibration=way).pin(B)
+@given(st.integers(0, 15))
+def test_what_was_confirmed_is_not_forgotten(turns) -> None:
+    belief = replace(belief_of([[-1.0, -9.0, -2.0, -5.0]]), calibration=USUAL).pin(B)
     for _ in range(turns):
         belief = belief.observe([-3.0] * 4)
-    left = (1 - way.switching) ** turns  # of those who have not changed their mind
-    assert belief.probability[belief.goals.index(B)] >= PINNED * left - 1e-9
+    assert belief.probability[belief.goals.index(B)] >= PINNED - 1e-9
 
 
 def test_confirmations_are_stored() -> None:

@@ -56,7 +56,7 @@ def test_the_numbers_are_those_of_the_code() -> None:
         return [cell.strip() for cell in line.strip("|").split("|")][-2:]
 
     said = {"½": 0.5, "⅓": 1 / 3, "as for any goal": None}
-    for row in ("temperature", "reference", "unstated", "forgetting", "switching"):
+    for row in ("temperature", "reference", "unstated", "switching", "aside"):
         for text, calibration in zip(shown(row), (USUAL, PAPER), strict=True):
             number = said[text] if text in said else float(text)
             assert getattr(calibration, row) == number
@@ -74,16 +74,17 @@ def belief_by_the_page(table: np.ndarray, c: Calibration) -> np.ndarray:
     )
     p = prior
     for turn, row in enumerate(e):
+        words = np.exp(row - row.max())
         if turn:
-            p = np.exp(np.log(prior) + (1 - c.forgetting) * (np.log(p) - np.log(prior)))
-            p = p / p.sum()
-            p = (1 - c.switching) * p + c.switching * prior
-        p = p * np.exp(row - row.max())
+            speaks = max(0, 1 - (p @ words) / (prior @ words))
+            chance = c.switching * speaks**4
+            p = (1 - chance) * p + chance * prior
+        p = p * words
         p = p / p.sum()
     return p
 
 
-@pytest.mark.parametrize("calibration", [PAPER, USUAL, Calibration(3.0, 0.5, 0.2, 0.3, 0.4)])
+@pytest.mark.parametrize("calibration", [PAPER, USUAL, Calibration(3.0, 0.5, 0.2, 0.9)])
 def test_the_belief_is_what_the_page_says(calibration: Calibration) -> None:
     table = np.random.default_rng(0).normal(-20, 4, (5, 4))
     belief = Belief.uniform(GOALS, calibration)

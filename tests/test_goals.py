@@ -49,6 +49,11 @@ def test_proposals_are_ranked_by_how_well_they_explain_the_words() -> None:
     assert texts(proposed(lines)) == ["soup soup soup", "eat the soup"]
 
 
+def test_words_that_do_not_count_speak_for_no_proposal() -> None:
+    assert texts(proposed("eat the soup", weights=[(0, 0.0)])) == []
+    assert texts(proposed("eat the soup", weights=[(0, 0.5)])) == ["eat the soup"]
+
+
 def test_without_a_likelihood_the_writers_order_stands() -> None:
     lines = "walk the dog\neat the soup\ncook soup\nsleep"
     found = proposed(lines, weighed=False, past=[Goal("cook soup")], keep=2)

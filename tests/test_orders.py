@@ -11,6 +11,7 @@ from goalscope.orders import (
     REASONS,
     Order,
     Verb,
+    is_aside,
     order_from_json,
     order_to_json,
     orders_from_text,
@@ -90,6 +91,26 @@ def test_what_is_no_json_order_is_refused(data):
 
 def test_null_is_absent():
     assert order_from_json({"do": "add", "what": "milk", "unit": None}) == Order("add", "milk")
+
+
+@pytest.mark.parametrize(
+    ("acts", "aside"),
+    [
+        ("yes", True),
+        ("yes\nbuy", True),
+        ("undo", True),
+        ("ask", True),
+        ("ask milk", False),
+        ("no\nadd milk", False),
+        ("undo eggs", False),
+        ("budget | 20 dollars", False),
+        ("buy | if it is under twenty", False),
+        ("aim", False),
+        ("none", False),
+    ],
+)
+def test_an_aside_names_nothing_and_tells_no_aim(acts, aside):
+    assert is_aside(orders_from_text(acts, GroceryShop.verbs)) is aside
 
 
 def test_words_have_no_marks_around_them():

@@ -41,7 +41,6 @@ def test_each_line_adds_a_part_and_the_last_is_the_whole() -> None:
             "+ prior",
             "+ temperature",
             "+ reference",
-            "+ switching",
             "goalscope",
             "an agent's",
         )

@@ -77,6 +77,18 @@ def test_a_session_believes_what_a_tracker_does(trackers: Trackers) -> None:
     assert late.probability == pytest.approx(tracker.add(["make tea"]).probability)
 
 
+@pytest.mark.parametrize("weight", [-0.1, 1.1, float("nan"), "half"])
+def test_a_turn_counts_by_a_weight_from_nothing_to_all(weight) -> None:
+    tracker = GoalTracker(WordModel(), goals=["bake cake", "cook soup"])
+    before = dict(tracker.belief.top())
+    tracker.observe("Yes?", "soup soup", weight=0)
+    assert dict(tracker.belief.top()) == pytest.approx(before)
+    with pytest.raises(InvalidInputError, match="weight must be a number from 0 to 1"):
+        tracker.observe("And?", "soup soup", weight=weight)
+    again = GoalTracker.from_json(tracker.to_json(), WordModel())
+    assert again.belief.weights == ((0, 0.0),)
+
+
 def test_a_session_goes_on_after_a_restart_as_if_there_had_been_none(kitchen: Kitchen) -> None:
     steps = [
         lambda t, id: t.add(id, ["make tea", "wash the car"]),

@@ -115,7 +115,17 @@ class Speller(WordModel):
         ]
 
 
-@given(rows, st.sampled_from([*CALIBRATIONS[:2], replace(USUAL, switching=0.0, forgetting=0.0)]))
+def test_words_that_count_for_nothing_say_nothing_and_that_is_told() -> None:
+    belief = belief_of([[-9.0, -1.0, -9.0, -9.0]]).observe([-1.0, -9.0, -9.0, -9.0], 0.0)
+    first, last = reasons(belief, TURNS, CAKE)
+    assert (last.evidence, last.probability) == (0.0, first.probability)
+    told = drawn(show_reasons, CAKE, [first, last])
+    assert "name nothing and tell no aim count 0" in " ".join(told.split())
+    words = word_evidence(RolePlay(Speller()), "t", belief, TURNS, CAKE)
+    assert {nats for _, nats in words} == {0.0}
+
+
+@given(rows, st.sampled_from([*CALIBRATIONS[:2], replace(USUAL, switching=0.0)]))
 def test_evidence_is_what_moves_the_belief_after_the_calibration(table, way) -> None:
     belief = belief_of(table, way)
     moved = np.diff(belief.log_posteriors, axis=0)

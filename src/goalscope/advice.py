@@ -324,12 +324,10 @@ def _held_back(belief: Belief, turns: Sequence[Turn], goal: Goal, made: int) -> 
     doubts = [n <= taken_back or doubtful(each, goal) for n, each in enumerate(said, 1)]
     if doubts[-1]:
         return "The newest words deny, ask or suppose something, or ask for the opposite."
-    table = belief.log_likelihood.copy()
-    for row, doubt in zip(table[::-1], reversed(doubts), strict=False):
-        if doubt:
-            row[:] = 0.0
     pinned = tuple((when, each) for when, each in belief.pinned if when >= taken_back)
-    plain = replace(belief, log_likelihood=table, pinned=pinned)
+    plain, first = replace(belief, pinned=pinned), len(turns) - len(belief.log_likelihood)
+    for number, doubt in enumerate(doubts[first:]):
+        plain = plain.without(number) if doubt else plain
     left = plain.probability[belief.goals.index(goal)]
     if left < SURE:
         return (

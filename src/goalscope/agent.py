@@ -16,7 +16,7 @@ from goalscope.guards import UNSURE
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
 from goalscope.models import Heard, Model
 from goalscope.modules import Modules, modules_of
-from goalscope.orders import Order, Reading
+from goalscope.orders import Order, Reading, is_aside
 from goalscope.picking import Picker
 from goalscope.policy import Guess, Outcome, Want, undo
 from goalscope.reader import Exchange, Reader, reader_of
@@ -359,7 +359,8 @@ class Agent:
         stated = bool(self._stated(tracker.belief))
         known = len(tracker.belief.goals)
         self._progress(f"scoring {known} {'goal' if known == 1 else 'goals'}")
-        tracker.observe(turn.query, turn.utterance)
+        weight = tracker.belief.calibration.aside if is_aside(reading.orders) else 1.0
+        tracker.observe(turn.query, turn.utterance, weight=weight)
         aims = _tells(reading, "aim") or _only_tells(reading)
         return tracker.manage(
             self.goals,

@@ -20,6 +20,9 @@ Flags = npt.NDArray[np.bool_]
 PINNED = 0.99
 """Least probability of a goal that the person has just confirmed."""
 
+_CLEARLY = 4
+"""Power that makes little of words which speak for a change of mind, but not clearly (LOG.md)."""
+
 
 @dataclass(frozen=True, eq=False)
 class Belief:
@@ -37,14 +40,15 @@ class Belief:
         calibration: How these become probabilities.
         pinned: Goals that the person has confirmed, each with the number of turns before that:
             evidence of its own kind, after which such a goal has the probability `PINNED` or more.
-            What is said later moves the belief on from there, and only that is forgotten; but a
-            confirmed mind can change, too.
+            What is said later moves the belief on from there; a confirmed mind can change, too.
+        weights: How much a turn's evidence counts where that is not 1, as pairs (turn from 0,
+            weight from 0 to 1).
         ruled_out: Goals that the person said it is not, or said in other words. None is proposed
             again: `goalscope.goals.propose` is given `[*goals, *ruled_out]`.
 
     Raises:
-        ValueError: Shapes disagree, a goal occurs twice, one is pinned that is not there, or a
-            value is NaN or +inf.
+        ValueError: Shapes disagree, a goal occurs twice, one is pinned that is not there, a turn is
+            weighed that is not there, or a value is NaN or +inf.
     """
 
     goals: tuple[Goal, ...]
@@ -53,6 +57,7 @@ class Belief:
     calibration: Calibration = PAPER
     pinned: tuple[tuple[int, Goal], ...] = ()
     ruled_out: tuple[Goal, ...] = ()
+    weights: tuple[tuple[int, float], ...] = ()
 
     def __post_init__(self) -> None:
         """Check every invariant that the arithmetic rests on."""
@@ -72,6 +77,12 @@ class Belief:
                 raise ValueError(
                     f"{str(goal)!r}, pinned after {counted(when, 'turn')}, is not in the belief"
                 )
+        turns = [turn for turn, _ in self.weights]
+        if len(set(turns)) < len(turns) or not all(
+            0 <= turn < len(self.log_likelihood) and 0 <= weight <= 1
+            for turn, weight in self.weights
+        ):
+            raise ValueError(f"weights must be one from 0 to 1 for turns, not {self.weights}")
         for name, values in (
             ("log_prior", self.log_prior),
             ("log_likelihood", self.log_likelihood),
@@ -96,22 +107,29 @@ class Belief:
     def log_posteriors(self) -> Array:
         """[T + 1, G] log P(g | transcript up to turn t) in nats; row 0 is before any.
 
-        The forward filter of a hidden Markov model whose hazard rate is `switching`, and which
-        discounts the past by `forgetting`.
+        The forward filter of a hidden Markov model whose hazard rate is `switching`, as far as the
+        words speak for a change.
 
         All -inf where no goal can have said what was said.
         """
         return log_posteriors(
-            self.log_prior, self.log_likelihood, self._stated, self.calibration, self._confirmed
+            self.log_prior, self._weighed, self._stated, self.calibration, self._confirmed
         )
 
     @property
     def evidence(self) -> Array:
         """[T, G] what each turn says for each goal in nats, as it counts when it is said.
 
-        That is, after temperature and reference, and before any of it is forgotten.
+        That is, after its weight, temperature and reference.
         """
-        return _counted(self.log_likelihood, self._stated, self.calibration)
+        return _counted(self._weighed, self._stated, self.calibration)
+
+    @property
+    def _weighed(self) -> Array:
+        table = self.log_likelihood.copy()
+        for turn, weight in self.weights:
+            table[turn] = weight * table[turn] if weight else 0.0
+        return table
 
     @property
     def _stated(self) -> Flags:
@@ -183,25 +201,30 @@ class Belief:
         least = min(known[max(known)], ranked[0][1]) if ranked else 0.0
         return tuple(goal for goal, p in ranked if p >= least)
 
-    def observe(self, row: npt.ArrayLike) -> Belief:
+    def observe(self, row: npt.ArrayLike, weight: float = 1.0) -> Belief:
         """Add one turn's evidence.
 
         Args:
             row: [G] log-likelihood of the turn's utterance under each goal, in nats.
+            weight: How much it counts, from 0 to 1.
         """
         values = np.asarray(row, dtype=np.float64).reshape(1, -1)
         if values.shape[1] != len(self.goals):
             raise ValueError(f"expected {len(self.goals)} log-likelihoods, got {values.shape[1]}")
-        return replace(self, log_likelihood=np.vstack([self.log_likelihood, values]))
+        new = [(len(self.log_likelihood), weight)] * (weight != 1)
+        return replace(
+            self,
+            log_likelihood=np.vstack([self.log_likelihood, values]),
+            weights=(*self.weights, *new),
+        )
 
     def without(self, turn: int) -> Belief:
         """The belief had the evidence of one turn (from 0) not come in.
 
         Later words keep their evidence, which was weighed with that turn in the transcript.
         """
-        table = self.log_likelihood.copy()
-        table[turn] = 0.0
-        return replace(self, log_likelihood=table)
+        others = (each for each in self.weights if each[0] != turn)
+        return replace(self, weights=(*others, (turn, 0.0)))
 
     def since(self, turn: int) -> Belief:
         """The belief by the words from one turn (from 0) on, where that before it is the prior.
@@ -213,6 +236,7 @@ class Belief:
             log_prior=self.log_posteriors[turn],
             log_likelihood=self.log_likelihood[turn:],
             pinned=tuple((when - turn, goal) for when, goal in self.pinned if when >= turn),
+            weights=tuple((t - turn, weight) for t, weight in self.weights if t >= turn),
         )
 
     def add(
@@ -294,8 +318,7 @@ def log_posteriors(
         log_likelihood: [..., T, G] in nats.
         stated: [G], all but `UNSPECIFIED`.
         calibration: How these become probabilities.
-        after: Changes the belief [..., G] after so many turns, before the next one counts. What it
-            gives, if it changes anything, is what forgetting goes back to from then on.
+        after: Changes the belief [..., G] after so many turns, before the next one counts.
 
     Returns:
         [..., T + 1, G] in nats, normalised, or all -inf where nothing is possible.
@@ -307,24 +330,34 @@ def log_posteriors(
         rest = np.logaddexp.reduce(np.where(stated, prior, -np.inf), -1, keepdims=True)
         prior = np.where(stated, prior, rest + odds)
     prior = _normalised(prior)
-    with np.errstate(divide="ignore"):
-        same, other = np.log1p(-calibration.switching), np.log(calibration.switching)
     found: list[Array] = []
-    row = confirmed = prior
+    row = prior
     for t in range(rows.shape[-2] + 1):
-        if t > 1:
-            if calibration.forgetting:
-                with np.errstate(invalid="ignore"):  # what was impossible from the start stays so
-                    gained = np.where(np.isneginf(confirmed), 0.0, row - confirmed)
-                row = _normalised(confirmed + (1 - calibration.forgetting) * gained)
-            row = np.logaddexp(same + row, other + prior)
         if t:
-            row = _normalised(row + rows[..., t - 1, :])
-        changed = after(t, row)
-        if changed is not row:
-            row = confirmed = changed
+            words = rows[..., t - 1, :]
+            if t > 1 and calibration.switching:
+                hazard = _hazard(calibration.switching, row, prior, words)
+                with np.errstate(divide="ignore"):
+                    row = np.logaddexp(np.log1p(-hazard) + row, np.log(hazard) + prior)
+            row = _normalised(row + words)
+        row = after(t, row)
         found.append(row)
     return np.stack(found, -2)
+
+
+def _hazard(switching: float, before: Array, prior: Array, words: Array) -> Array:
+    """[..., 1] the chance of a change of mind before some words, as far as they speak for one.
+
+    That is `switching` times (1 - P(words | as before) / P(words | any goal, by the prior))^4, or 0
+    where they are likelier as before; but a `switching` of 1 is certain.
+    """
+    same = np.logaddexp.reduce(before + words, -1, keepdims=True)
+    fresh = np.logaddexp.reduce(prior + words, -1, keepdims=True)
+    if switching == 1:
+        return np.ones_like(same)
+    with np.errstate(invalid="ignore"):
+        speaks = np.where(np.isneginf(fresh), 0.0, -np.expm1(np.minimum(same - fresh, 0.0)))
+    return switching * speaks**_CLEARLY
 
 
 def _counted(log_likelihood: Array, stated: Flags, calibration: Calibration) -> Array:

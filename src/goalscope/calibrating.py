@@ -34,7 +34,6 @@ FOLDS = 5
 """Into which groups of dialogues are parted, so that what is fitted on some judges others."""
 
 _LEAST, _MOST = 0.05, 20.0  # temperature
-_MOST_FORGOTTEN = 0.99
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,9 +168,10 @@ def observed_in(cells: Iterable[tuple[Mapping[str, Any], Mapping[str, Any]]]) ->
 
 
 def fit_calibration(dialogues: Sequence[Observed]) -> Calibration:
-    """Temperature, reference and forgetting with the least log-loss, and thresholds.
+    """Temperature and reference with the least log-loss, and thresholds.
 
     The chance of a change of mind is that of `USUAL`: hardly anyone in such dialogues has one.
+    (So is the weight of asides: such dialogues are not read.)
 
     The log-loss is that of what is true, over all turns, half of the time with the true goal among
     the goals and half of the time without, where Unspecified is the truth.
@@ -241,25 +241,23 @@ def _fit(tables: Tables) -> Calibration:
     optimize = package("scipy.optimize", "Calibration needs", GoalscopeError)
 
     def of(numbers: Array) -> Calibration:
-        temperature, *shares = numbers.tolist()
-        reference, forgetting = (round(1 / (1 + math.exp(-each)), 4) for each in shares)
+        temperature, reference = numbers.tolist()
         return replace(
             USUAL,
             temperature=round(min(max(math.exp(temperature), _LEAST), _MOST), 4),
-            reference=reference,
-            forgetting=min(forgetting, _MOST_FORGOTTEN),
+            reference=round(1 / (1 + math.exp(-reference)), 4),
         )
 
     def loss(numbers: Array) -> float:
         return tables.log_loss(of(numbers))
 
-    start = np.array([math.log(2), math.log(0.5), math.log(0.1)])
+    start = np.array([math.log(2), math.log(0.5)])
     found = optimize.minimize(
         loss,
         start,
         method="Nelder-Mead",
         options={
-            "initial_simplex": start + np.array([[0, 0, 0], [0.5, 0, 0], [0, 1.0, 0], [0, 0, 1.0]]),
+            "initial_simplex": start + np.array([[0, 0], [0.5, 0], [0, 1.0]]),
             "maxfev": 180,
             "xatol": 0.02,
             "fatol": 1e-4,

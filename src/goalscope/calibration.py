@@ -31,13 +31,12 @@ class Calibration:
         unstated: Prior probability that the person's goal is not among the goals; None for a
             prior like that of any other goal, as in the paper.
         switching: Chance, before each turn but the first, that the person has changed their mind
-            and has any goal, by its prior. 0 in the paper; at 1 only the last turn counts.
-        forgetting: Share of what the belief has gained over the prior (or over what the person has
-            confirmed since), in nats, that is forgotten
-            before each turn but the first (a discount factor; West & Harrison, 1997): words of one
-            person repeat each other, so that many turns say less than their sum, and a new goal
-            need not outweigh all that was said for the old one. Turns that say nothing count as
-            turns. 0 in the paper.
+            and has any goal, by its prior, as far as the words speak for that: times
+            (1 - P(words | as before) / P(words | any goal, by the prior))^4, or 0 where they are
+            likelier as before (LOG.md). 0 in the paper; at 1 only the last turn counts.
+        aside: How much words count that tell no aim and ask for nothing new: a bare yes or no, a
+            question, "undo that" (see `goalscope.orders.is_aside`). Who only observes words, and
+            reads none, counts all. 1 in the paper.
         n: Dialogues on which the thresholds were measured.
         thresholds: Pairs (eps, p): in all but a share eps of these dialogues, what was true had at
             least the probability p. They make conformal sets (see `Belief.conformal_set`).
@@ -50,30 +49,26 @@ class Calibration:
     reference: float = 0.0
     unstated: float | None = None
     switching: float = 0.0
-    forgetting: float = 0.0
+    aside: float = 1.0
     n: int = 0
     thresholds: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        numbers = ("temperature", "reference", "switching", "forgetting", "unstated")
+        numbers = ("temperature", "reference", "switching", "aside", "unstated")
         for name in numbers:
             value = getattr(self, name)
             if not isinstance(value, Real) and (name, value) != ("unstated", None):
                 raise InvalidInputError(f"{name} must be a number, not {value!r}")
         if not (math.isfinite(self.temperature) and self.temperature > 0):
             raise InvalidInputError(f"temperature must be positive, not {self.temperature}")
-        shares = [(name, getattr(self, name)) for name in ("reference", "switching", "forgetting")]
+        shares = [(name, getattr(self, name)) for name in ("reference", "switching", "aside")]
         shares += [("threshold", value) for pair in self.thresholds for value in pair]
         if not (type(self.n) is int and self.n >= 0):
             raise InvalidInputError(f"n must be a number of dialogues, not {self.n!r}")
         for name, value in shares:
             if not 0 <= value <= 1:
                 raise InvalidInputError(f"{name} must lie between 0 and 1, not be {value}")
-        if self.forgetting == 1:
-            raise InvalidInputError(
-                "forgetting must be below 1; at switching 1 only the last turn counts"
-            )
         if self.unstated is not None and not 0 < self.unstated < 1:
             raise InvalidInputError(
                 f"unstated must lie strictly between 0 and 1, not be {self.unstated}"
@@ -83,15 +78,13 @@ class Calibration:
 def calibration_from_json(data: Mapping[str, Any]) -> Calibration:
     """The calibration of `dataclasses.asdict`, perhaps from JSON.
 
-    What was fitted before there was `forgetting` forgets nothing.
-
     Raises:
         KeyError: A field is missing.
         InvalidInputError: A number is out of its range.
         TypeError: A field is unknown, or of another type.
     """
-    found: dict[str, Any] = {"forgetting": 0.0, **data}
-    for name in ("temperature", "reference", "unstated", "switching", "forgetting", "n"):
+    found: dict[str, Any] = {**data}
+    for name in ("temperature", "reference", "unstated", "switching", "aside", "n"):
         if name != "unstated" or found[name] is not None:
             _number(found[name], name)
     pairs = found["thresholds"]
@@ -114,5 +107,5 @@ PAPER = Calibration()
 LAST_TURN = Calibration(switching=1.0)
 """Only the last turn counts."""
 
-USUAL = Calibration(temperature=2.0, reference=1 / 3, unstated=0.5, switching=0.03, forgetting=0.1)
+USUAL = Calibration(temperature=2.0, reference=1 / 3, unstated=0.5, switching=0.3, aside=0.0)
 """For a model that nobody has calibrated (LOG.md)."""

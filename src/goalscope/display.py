@@ -248,7 +248,9 @@ def show_reasons(
         "Evidence is against the mean of the other goals: words that speak for a goal can "
         "still make it less likely, as another goal gains more. Then: the belief after "
         "these words, over the goals of now; where goals came or went since, the round itself "
-        "showed another. Without it: the belief now, had it not been said.",
+        "showed another. Without it: the belief now, had it not been said."
+        + " Words that name nothing and tell no aim count 0."
+        * any(not e.evidence for e in reasons),
         style="dim",
     )
 

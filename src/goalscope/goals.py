@@ -169,6 +169,7 @@ class GoalManager:
             self.task,
             turns,
             [*belief.goals, *ruled_out],
+            weights=belief.weights,
             past=[goal for text, goal in past.items() if text not in out],
         )
 
@@ -224,12 +225,14 @@ def propose(
     turns: Sequence[Turn],
     goals: Sequence[Goal],
     *,
+    weights: Sequence[tuple[int, float]] = (),
     past: Sequence[Goal] = (),
     keep: int = 3,
 ) -> list[GoalChange]:
     """Goals to add, given the task, the transcript and the known goals.
 
-    Known are those of the belief, and its `ruled_out`.
+    Known are those of the belief, and its `ruled_out`. Of the words each turn counts by its weight
+    (`Belief.weights`).
 
     The writer lists goals, likeliest first. With a likelihood, those `keep` are taken that explain
     the person's words best, and better than no goal; without one, the first `keep`. Goals of the
@@ -248,6 +251,8 @@ def propose(
     if not candidates:
         return []
     table = likelihood.log_likelihood(task, [*candidates, UNSPECIFIED], turns)
+    for turn, weight in weights:
+        table[turn] *= weight
     gains: list[float] = (table[:, :-1].sum(axis=0) - table[:, -1].sum()).tolist()
     best = sorted(zip(candidates, gains, strict=True), key=lambda each: -each[1])[:keep]
     return [

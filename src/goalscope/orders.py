@@ -18,6 +18,7 @@ __all__ = [
     "Order",
     "Reading",
     "Verb",
+    "is_aside",
     "order_from_json",
     "order_to_json",
     "orders_from_text",
@@ -201,6 +202,14 @@ def words_of(text: str) -> list[str]:
 def speaks(order: Order) -> bool:
     """Whether an order asks for or rules out something: no mere yes, no, aim or nothing."""
     return order.do not in ("yes", "no", "aim", "none")
+
+
+def is_aside(orders: Sequence[Order]) -> bool:
+    """Whether words name nothing and tell no aim, as "Yes, buy it" and "Undo that" do.
+
+    Words that were read as nothing at all ("none") are no aside: they may tell anything.
+    """
+    return all(each == Order(each.do) and each.do not in ("aim", "none") for each in orders)
 
 
 def _line(order: Order) -> str:

@@ -64,6 +64,7 @@ def belief_to_json(belief: Belief) -> dict[str, Any]:
         "calibration": asdict(belief.calibration),
         "pinned": [[turns, goal.text] for turns, goal in belief.pinned],
         "ruled_out": [goal.text for goal in belief.ruled_out],
+        "weights": [list(each) for each in belief.weights],
     }
 
 
@@ -82,6 +83,7 @@ def belief_from_json(data: Mapping[str, Any]) -> Belief:
         calibration_from_json(data["calibration"]),
         tuple((turns, Goal(text)) for turns, text in data["pinned"]),
         tuple(map(Goal, data["ruled_out"])),
+        tuple((turn, weight) for turn, weight in data["weights"]),
     )
 
 

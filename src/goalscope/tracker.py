@@ -122,19 +122,26 @@ class GoalTracker:
         return f"GoalTracker({self.task!r}, {self.belief!r})"
 
     @_alone
-    def observe(self, query: str, utterance: str) -> Belief:
+    def observe(self, query: str, utterance: str, *, weight: float = 1.0) -> Belief:
         """Update the belief with what the person answered; on an error it stays as it was.
+
+        Args:
+            query: What they were asked.
+            utterance: What they said.
+            weight: How much that counts, from 0 (it tells nothing of a goal) to 1.
 
         Raises:
             InvalidInputError: The utterance is empty, or a text is broken, none at all, or too long
-                for the model.
+                for the model; or the weight is no such number.
         """
+        if not (hasattr(weight, "__float__") and 0 <= weight <= 1):
+            raise InvalidInputError(f"weight must be a number from 0 to 1, not {weight!r}")
         said = Turn(readable(query, "query"), checked_text(utterance, "utterance"))
         turns = [*self.turns, said]
         rows = self.likelihood.log_likelihood(
             self.task, self.belief.goals, turns, since=len(self.turns)
         )
-        self.belief = self.belief.observe(rows[0])
+        self.belief = self.belief.observe(rows[0], float(weight))
         self.turns = turns
         return self.belief
 

@@ -31,7 +31,8 @@ class Reason:
     Attributes:
         turn: 1 for the first.
         utterance: What the person said.
-        evidence: For the goal against the mean of the others, nats, as it counts when it is said.
+        evidence: For the goal against the mean of the others, nats, as it counts when it is said;
+            0 where the words name nothing and tell no aim.
         probability: Of the goal after the turn.
         without: What it would be at the end, had this not been said; later words keep their
             evidence.
@@ -134,7 +135,9 @@ def word_evidence(
     """
     place = _place(belief, goal)
     pieces, table = likelihood.token_log_likelihood(task, belief.goals, turns)
-    counted = replace(belief, log_likelihood=table, pinned=()).evidence
+    own = dict(belief.weights).get(len(turns) - 1, 1.0)
+    weights = tuple((token, own) for token in range(len(table)))
+    counted = replace(belief, log_likelihood=table, pinned=(), weights=weights).evidence
     gains = counted[:, place] - _mean_of_others(counted, place)
     words: list[tuple[str, float]] = []
     for piece, gain in zip(pieces, gains.tolist(), strict=True):

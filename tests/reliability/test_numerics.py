@@ -42,6 +42,19 @@ def likelihoods(row: Sequence[float], stated: Sequence[bool], way: Calibration) 
     return [IMPOSSIBLE if nat is None else (nat - most).exp() for nat in nats]
 
 
+def hazard(
+    switching: Decimal, now: list[Decimal], prior: list[Decimal], heard: list[Decimal]
+) -> Decimal:
+    """The chance of a change of mind before words, as far as they speak for one."""
+    same, fresh = (
+        sum((each * words for each, words in zip(belief, heard, strict=True)), IMPOSSIBLE)
+        for belief in (now, prior)
+    )
+    if switching == 1 or not fresh:
+        return switching if switching == 1 else IMPOSSIBLE
+    return switching * max(Decimal(0), 1 - same / fresh) ** 4
+
+
 def exact(belief: Belief) -> list[list[Decimal]]:
     """Probabilities after each number of turns."""
     way, stated = belief.calibration, [goal != UNSPECIFIED for goal in belief.goals]
@@ -52,17 +65,14 @@ def exact(belief: Belief) -> list[list[Decimal]]:
         prior = [weight if each else own for weight, each in zip(prior, stated, strict=True)]
     prior = shares(prior)
     found, now = [prior], prior
-    stay, go, kept = 1 - Decimal(way.switching), Decimal(way.switching), 1 - Decimal(way.forgetting)
+    weights = dict(belief.weights)
     for turn, row in enumerate(belief.log_likelihood):
+        weight = weights.get(turn, 1.0)
+        words = [value * weight if weight else 0.0 for value in row.tolist()]
+        heard = likelihoods(words, stated, way)
         if turn:
-            if way.forgetting:
-                now = [
-                    first * (weight / first) ** kept if first and weight else IMPOSSIBLE
-                    for weight, first in zip(now, prior, strict=True)
-                ]
-                now = shares(now)
-            now = [stay * weight + go * first for weight, first in zip(now, prior, strict=True)]
-        heard = likelihoods(row.tolist(), stated, way)
+            go = hazard(Decimal(way.switching), now, prior, heard)
+            now = [(1 - go) * each + go * first for each, first in zip(now, prior, strict=True)]
         now = shares([weight * each for weight, each in zip(now, heard, strict=True)])
         found.append(now)
     return found
@@ -75,7 +85,6 @@ ways = st.sampled_from([PAPER, PAPER, PAPER, USUAL, LAST_TURN]) | st.builds(
     share,
     st.none() | st.floats(0.01, 0.99),
     share | st.just(0.0),
-    st.just(0.0) | st.floats(0, 0.99),
 )
 
 
@@ -89,7 +98,8 @@ def some_belief(random: np.random.Generator, way: Calibration) -> Belief:
     goals = [Goal(f"goal {n}") for n in range(g)]
     if random.random() < 0.7:
         goals[random.integers(g)] = UNSPECIFIED
-    return Belief(tuple(goals), prior, table, way)
+    weights = tuple((turn, float(random.random())) for turn in range(t) if random.random() < 0.2)
+    return Belief(tuple(goals), prior, table, way, weights=weights)
 
 
 def compare(belief: Belief) -> tuple[float, float]:

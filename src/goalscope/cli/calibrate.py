@@ -58,10 +58,9 @@ def calibrate(
     """Fit how evidence becomes probabilities, so that they can be trusted.
 
     From dialogues whose goals are known it finds what the evidence has to be divided by (the
-    temperature), what "Unspecified" is compared with (the reference), how much of it is forgotten
-    from turn to turn (forgetting), and how many goals a set must hold to hold the true one. It is
-    kept for the model with its adapter and prompt, and used from then on wherever that is, in the
-    place of the one that comes with goalscope.
+    temperature), what "Unspecified" is compared with (the reference), and how many goals a set
+    must hold to hold the true one. It is kept for the model with its adapter and prompt, and used
+    from then on wherever that is, in the place of the one that comes with goalscope.
     """
     from collections import Counter
     from contextlib import suppress
@@ -249,7 +248,7 @@ def _show(told: list[dict[str, Any]]) -> None:
         out.print(
             plain(
                 f"temperature {made['temperature']:g}, reference {made['reference']:g}, switching "
-                f"{made['switching']:g}, forgetting {made['forgetting']:g}; kept in {each['file']}"
+                f"{made['switching']:g}; kept in {each['file']}"
             )
         )
         if best := each["better"]:

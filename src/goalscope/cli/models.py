@@ -156,7 +156,7 @@ def doctor(
             unstated = "like any goal" if made.unstated is None else f"{made.unstated:g}"
             report["calibration"] = (
                 f"temperature {made.temperature:g}, reference {made.reference:g}, switching "
-                f"{made.switching:g}, forgetting {made.forgetting:g}, unstated {unstated}; {origin}"
+                f"{made.switching:g}, unstated {unstated}; {origin}"
             )
             for part in dict.fromkeys(parts(engine)):
                 if prompt_seconds := getattr(part, "prompt_seconds", None):

@@ -40,10 +40,10 @@ EPS = 0.1
 
 NOTES = (
     f"Each line adds one part to the line above it: {EQ1} as it stands in the paper; a prior of "
-    "Unspecified that does not depend on the number of goals; the temperature; the reference; the "
-    f"chance of a change of mind; and, in the line {GOALSCOPE}, forgetting: the whole. They are "
-    f"fitted together, so that a part by itself may do harm. {AGENT}: the calibration of an agent "
-    "that proposes its goals itself.",
+    "Unspecified that does not depend on the number of goals; the temperature; the reference; and, "
+    f"in the line {GOALSCOPE}, the chance of a change of mind. They are fitted together, so that a "
+    f"part by itself may do harm. {AGENT}: the calibration of an agent that proposes its goals "
+    "itself.",
     "Top-1, log-loss (nats) and expected calibration error after the last turn, among the goals "
     "alone. Open log-loss: of what is true over all turns, half of the time with the true goal "
     "left out, where Unspecified is the truth, otherwise with a wrong goal left out.",
@@ -87,13 +87,11 @@ def _parts(own: Calibration) -> Mapping[str, Calibration]:
     prior = replace(PAPER, unstated=own.unstated)
     warm = replace(prior, temperature=own.temperature)
     reference = replace(warm, reference=own.reference)
-    changing = replace(reference, switching=own.switching)
     return {
         EQ1: PAPER,
         "+ prior": prior,
         "+ temperature": warm,
         "+ reference": reference,
-        "+ switching": changing,
         GOALSCOPE: own,
         AGENT: USUAL,
     }

@@ -136,8 +136,6 @@ def _beliefs(cells: Sequence[Measured]) -> dict[str, Array]:
         ways = {
             GOALSCOPE: own,
             f"{GOALSCOPE}, without switching": replace(own, switching=0.0),
-            f"{GOALSCOPE}, without forgetting": replace(own, forgetting=0.0),
-            f"{GOALSCOPE}, without both": replace(own, switching=0.0, forgetting=0.0),
             AS_AGENT: USUAL,
             AS_IN_PAPER: PAPER,
         }
