@@ -14,6 +14,7 @@ FIT_casino := casino:train[100:]
 FIT_multiwoz := multiwoz:val[200:]
 FIT_alfred := alfred:train[300:]
 FIT_taskmaster4 := taskmaster4:dev[200:]
+HALVES := "teach:train[:740]" "teach:train[740:]" $(foreach set,$(filter-out teach,$(SETS)),"$(FIT_$(set))")
 ADAPTERS := $(SETS:%=adapters/without-%/adapter.gguf) $(patsubst %,adapters/teach-%/adapter.gguf,10 30 100 400 1481)
 FIT := $(BIN)/goalscope fit --start none --out adapters
 SHORT := --steps 100 --every 100 --validation 20
@@ -103,13 +104,23 @@ adapter: adapters/general/adapter.gguf  ## the adapter that goalscope comes with
 	cp $(addprefix adapters/general/,adapter.gguf README.md fit.json) src/goalscope/models/general/
 
 # An hour or two each, and up to half an hour for each of the next ones; delete the folder of one to fit it again.
-# In the second stage TEACh, named in halves, is drawn twice as often as the other sets.
+# In the second and third stage TEACh, named in halves, is drawn twice as often as the other sets.
 adapters/general-1/adapter.gguf: | $(READY)
 	$(FIT)/general-1 $(foreach set,$(SETS),"$(FIT_$(set))") --steps 400 --every 100 --learning-rate 5e-4
 
-adapters/general/adapter.gguf: adapters/general-1/adapter.gguf
-	$(BIN)/goalscope fit --start adapters/general-1 --out adapters/general "teach:train[:740]" "teach:train[740:]" \
-		$(foreach set,$(filter-out teach,$(SETS)),"$(FIT_$(set))") --steps 400 --every 200 --validation 48
+adapters/general-2/adapter.gguf: adapters/general-1/adapter.gguf
+	$(BIN)/goalscope fit --start adapters/general-1 --out adapters/general-2 $(HALVES) \
+		--steps 400 --every 200 --validation 48
+
+adapters/general/adapter.gguf: adapters/general-2/adapter.gguf adapters/needs.jsonl adapters/talks.jsonl
+	$(BIN)/goalscope fit --start adapters/general-2 --out adapters/general $(HALVES) \
+		adapters/needs.jsonl adapters/talks.jsonl --steps 600 --every 300 --validation 64
+
+adapters/needs.jsonl: | $(READY)
+	$(BIN)/python corpus/cases.py $@ src/goalscope/needs --asides corpus/reading/train
+
+adapters/talks.jsonl: | $(READY)
+	$(BIN)/python corpus/cases.py $@ corpus/talks/train
 
 adapters/without-%/adapter.gguf: | $(READY)
 	$(FIT)/without-$* $(foreach set,$(filter-out $*,$(SETS)),"$(FIT_$(set))") $(SHORT)

@@ -1,9 +1,10 @@
-"""Does the leading goal stay while the words fit it? An agent hears corpus/beliefs.
+"""Is the leading goal one that a person would name, and does it stay while the words fit it?
 
-python benchmarks/beliefs.py [--out FILE]
+python benchmarks/beliefs.py [--adapter ADAPTER] [--out FILE]
 
-A turn is a fit where both readers hold after it what they held before. `--out` keeps the leading
-goal after each turn, for somebody to judge.
+An agent hears the conversations of corpus/beliefs. A leader is right where both judges found it so
+after that turn; of goals that they have not seen, the share is told. A turn is a fit where both
+readers hold after it what they held before.
 """
 
 from __future__ import annotations
@@ -11,14 +12,21 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from typing import Any
 
 from goalscope import UNSPECIFIED, open_model
 from goalscope.agent import Agent
 from goalscope.domains import Settings, open_environment
 
-ROWS = Path(__file__).parents[1] / "corpus" / "beliefs" / "dev.jsonl"
+FOLDER = Path(__file__).parents[1] / "corpus" / "beliefs"
 ROOMS = {"LivingRoom1": ("sofa", "match", "film", "living"), "Bedroom1": ("bed", "pillow", "sleep")}
 FALL = 0.1
+
+
+def rows(name: str) -> list[dict[str, Any]]:
+    """The lines of a file of the corpus."""
+    lines = (FOLDER / name).read_text(encoding="utf-8").splitlines()
+    return [json.loads(line) for line in lines]
 
 
 def room(said: str) -> str:
@@ -29,15 +37,16 @@ def room(said: str) -> str:
 
 
 def main() -> None:
-    """Print how often the leader falls at a fit, and how often nothing leads."""
+    """Print how often the leader is right, falls at a fit, and is missing."""
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--adapter")
     parser.add_argument("--out", type=Path)
-    out = parser.parse_args().out
-    model = open_model()
-    turns = fits = falls = unknown = 0
+    asked = parser.parse_args()
+    model = open_model(adapter=asked.adapter)
+    judged = {(each["id"], each["goal"]): each["right"] for each in rows("judged.jsonl")}
+    turns = fits = falls = unknown = right = unseen = 0
     kept: list[dict[str, object]] = []
-    for line in ROWS.read_text(encoding="utf-8").splitlines():
-        row = json.loads(line)
+    for row in rows("dev.jsonl"):
         house = row["domain"] == "house"
         scene = room(" ".join(row["said"]).lower()) if house else None
         env = open_environment(Settings(domain=row["domain"], scene=scene))
@@ -56,15 +65,23 @@ def main() -> None:
             leader, before = belief.top(1)[0]
             held = goals
             unknown += leader == UNSPECIFIED
+            best = next((goal for goal, _ in belief.top() if goal != UNSPECIFIED), None)
+            judges = judged.get((row["id"], best.text)) if best else []
+            unseen += judges is None
+            good = bool(judges) and all(number in each for each in judges)
+            right += good
             kept.append(
                 {"id": row["id"], "turn": number, "said": said, "leader": leader.text}
-                | {"probability": round(before, 4), "fit": fit, "fell": fell}
+                | {"probability": round(before, 4), "fit": fit, "fell": fell, "right": good}
             )
             if leader == UNSPECIFIED:
                 leader = None
-    if out:
-        out.write_text("".join(json.dumps(each) + "\n" for each in kept), encoding="utf-8")
+    if asked.out:
+        asked.out.write_text("".join(json.dumps(each) + "\n" for each in kept), encoding="utf-8")
     print(f"turns {turns}, of which no goal leads in {unknown}")
+    print(
+        f"the likeliest goal is right at {right} ({right / turns:.1%}), and not judged at {unseen}"
+    )
     print(f"fits {fits}, at which the leader falls by more than {100 * FALL:.0f} points: {falls}")
 
 

@@ -125,6 +125,20 @@ def test_words_that_count_for_nothing_say_nothing_and_that_is_told() -> None:
     assert {nats for _, nats in words} == {0.0}
 
 
+def test_words_that_speak_for_a_change_of_mind_are_told() -> None:
+    table = [[-9.0, -1.0, -9.0, -9.0], [-9.0, -9.0, -1.0, -9.0]]
+    changing, never = (
+        reasons(belief_of(table, way), TURNS, SOUP) for way in (Calibration(switching=0.3), PAPER)
+    )
+    assert [each.change for each in never] == [0, 0]
+    assert changing[0].change == 0
+    assert 0.2 < changing[1].change <= 0.3
+    assert changing[1].probability > never[1].probability
+    told = drawn(show_reasons, SOUP, changing)
+    assert "Before turn 2 the person may have changed their mind" in " ".join(told.split())
+    assert "changed their mind" not in drawn(show_reasons, SOUP, never)
+
+
 @given(rows, st.sampled_from([*CALIBRATIONS[:2], replace(USUAL, switching=0.0)]))
 def test_evidence_is_what_moves_the_belief_after_the_calibration(table, way) -> None:
     belief = belief_of(table, way)

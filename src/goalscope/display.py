@@ -41,6 +41,7 @@ __all__ = [
 
 BAR = 20
 SHOWN = 8
+WORTH_TELLING = 0.01  # chance of a change of mind
 
 
 def show_header(console: Console, info: EpisodeInfo) -> None:
@@ -241,6 +242,12 @@ def show_reasons(
             said,
         )
     console.print(table)
+    for each in reasons:
+        if each.change >= WORTH_TELLING:
+            console.print(
+                f"Before turn {each.turn} the person may have changed their mind "
+                f"({each.change:.0%}): what was said earlier counts so much less."
+            )
     for turns, each in pinned:
         named = "it" if each == goal else f'"{each.text}"'
         console.print(plain(f"You confirmed {named} {_when(turns)}."))

@@ -36,6 +36,8 @@ class Reason:
         probability: Of the goal after the turn.
         without: What it would be at the end, had this not been said; later words keep their
             evidence.
+        change: Chance that the person had changed their mind before, as far as these words speak
+            for that: what was said earlier counts so much less.
     """
 
     turn: int
@@ -43,6 +45,7 @@ class Reason:
     evidence: float
     probability: float
     without: float
+    change: float = 0.0
 
 
 def reasons(belief: Belief, turns: Sequence[Turn], goal: str | Goal) -> list[Reason]:
@@ -63,6 +66,7 @@ def reasons(belief: Belief, turns: Sequence[Turn], goal: str | Goal) -> list[Rea
         )
     gains = table[:, place] - _mean_of_others(table, place)
     after = np.exp(belief.log_posteriors[1:, place])
+    changes = belief.changes
     return [
         Reason(
             number + 1,
@@ -70,6 +74,7 @@ def reasons(belief: Belief, turns: Sequence[Turn], goal: str | Goal) -> list[Rea
             float(gains[number]),
             float(after[number]),
             float(belief.without(number).probability[place]),
+            float(changes[number]),
         )
         for number, turn in enumerate(turns)
     ]

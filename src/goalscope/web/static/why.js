@@ -99,6 +99,7 @@ function evidence(id, goal, round, goesOn) {
 
 function reasonsTable(id, goal, reasons, goesOn) {
   const cells = reasons.map((reason) => h("td", { class: "said" }, reason.utterance));
+  const changes = reasons.filter((reason) => reason.change >= 0.01);
   const rows = reasons.map((reason, place) =>
     h(
       "tr",
@@ -128,7 +129,10 @@ function reasonsTable(id, goal, reasons, goesOn) {
   );
   const rest = goesOn ? [wordByWord(id, goal, reasons, cells)] : [];
   const meanings = COLUMNS.map(([name, meaning]) => h("li", {}, h("strong", {}, name), `: ${meaning}`));
-  return [table, ...rest, h("ul", { class: "meanings" }, ...meanings)];
+  const told = changes.map((reason) =>
+    h("p", { class: "soft" }, `Before turn ${reason.turn} you may have changed your mind (${percent(reason.change)}): what was said earlier counts so much less.`),
+  );
+  return [table, ...told, ...rest, h("ul", { class: "meanings" }, ...meanings)];
 }
 
 function wordByWord(id, goal, reasons, cells) {

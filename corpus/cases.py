@@ -1,0 +1,179 @@
+"""Occasions and conversations of the corpus as dialogues with a known goal among wrong ones.
+
+python corpus/cases.py OUT.jsonl FOLDER... [--asides corpus/reading/train]
+
+`goalscope fit` and `goalscope bench dialogues --jsonl` read the file. Beside the true goal stand 19
+wrong ones: drawn from all of its domain, or from those that are nearest to it in meaning.
+
+With `--asides` half of the occasions go on: the person asks for things that the aim calls for, and
+says what tells nothing of it ("Perfect, thanks", "buy it"), taken from messages of that corpus.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import random
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from goalscope.datasets import Case, write_cases
+from goalscope.datasets.goal_sets import chance, draw
+from goalscope.dialog import FALLBACK, OPENING
+from goalscope.domains import Settings, open_environment
+from goalscope.envs.house.language import VERBS
+from goalscope.models.embedding import embedded
+from goalscope.orders import orders_from_text
+from goalscope.types import Turn
+
+GOALS = 20
+NEAREST = 40
+ANOTHER = 0.5  # cosine below which a goal is another aim
+SAME = 0.9  # cosine from which two goals say the same
+
+LONGER = 0.5  # share of occasions that go on
+MOST = 4  # turns after the first
+ASIDE = 0.4  # share of these that tell nothing
+NOTHING = {"yes", "no", "undo", "ask", "buy", "finish", "clear", "none"}
+SHORT = 4  # words up to which what was read as nothing is taken to tell nothing
+THINGS = (
+    *("{}", "{} please", "I need {}", "and {}", "get me {}", "we need {}", "Could I have {}?"),
+    *("some {}", "put in {}", "Then {}, please.", "oh and {}", "Do you have {}?", "add {}"),
+)
+ACTS = ("{}", "{} please", "Could you {}?", "Now {}.", "and {}", "Then {}, please.", "please {}")
+
+
+@dataclass(frozen=True)
+class Told:
+    """What a person said, and their goal."""
+
+    id: str
+    group: str
+    domain: str
+    turns: tuple[Turn, ...]
+    goal: str
+
+
+def occasions(
+    row: Mapping[str, str],
+    said: Sequence[str],
+    needed: Sequence[str],
+    asides: Mapping[str, Sequence[str]],
+) -> Iterator[Told]:
+    """One for each way to tell the aim."""
+    id, domain = row["id"], row["domain"]
+    for number, words in enumerate(said, 1):
+        rng = chance(1, f"{id}-{number}")
+        more = [*later(rng, domain, needed, asides[domain])] if asides else []
+        turns = (Turn(OPENING, words), *(Turn(FALLBACK, each) for each in more))
+        yield Told(f"{id}-{number}", id, domain, turns, row["aim"])
+
+
+def later(
+    rng: random.Random, domain: str, needed: Sequence[str], asides: Sequence[str]
+) -> Iterator[str]:
+    """What the person goes on to say."""
+    if rng.random() > LONGER:
+        return
+    rest = rng.sample(needed, len(needed)) if domain == "grocery" else [*needed]
+    for _ in range(rng.randint(1, MOST)):
+        if rng.random() < ASIDE or not rest:
+            yield rng.choice(asides)
+        elif domain == "grocery":
+            count = rng.randint(1, 3)
+            yield rng.choice(THINGS).format(" and ".join(rest[:count]))
+            rest = rest[count:]
+        else:
+            (order,) = orders_from_text(rest.pop(0), VERBS)
+            where = f" at the {order.where}" if order.where else ""
+            yield rng.choice(ACTS).format(f"{order.do} the {order.what}{where}")
+
+
+def telling_nothing(folder: Path) -> dict[str, list[str]]:
+    """Messages of a corpus of readings that tell nothing of an aim, by domain."""
+    found: dict[str, list[str]] = defaultdict(list)
+    for file in sorted(folder.glob("*.jsonl")):
+        for line in file.read_text(encoding="utf-8").splitlines():
+            row = json.loads(line)
+            acts = {order["do"] for order in row["orders"]}
+            bare = all(len(order) == 1 for order in row["orders"])
+            if (
+                bare
+                and acts <= NOTHING
+                and ("none" not in acts or len(row["message"].split()) <= SHORT)
+            ):
+                found[row["domain"]].append(row["message"])
+    return found
+
+
+def talk(points: list[dict[str, list[str]]]) -> Iterator[Told]:
+    """The whole of it, if one aim explains it."""
+    goals = [point["goals"][0] for point in points if point["goals"]]
+    if not points[-1]["goals"] or min(embedded(goals) @ embedded([goals[-1]])[0]) < ANOTHER:
+        return
+    row = points[-1]
+    turns = tuple(Turn(each["query"], each["utterance"]) for each in row["turns"])  # type: ignore[call-overload,index]
+    id = str(row["talk"])
+    yield Told(id, id, str(row["domain"]), turns, goals[-1])
+
+
+def read(folder: Path, asides: Mapping[str, Sequence[str]]) -> Iterator[Told]:
+    """What the files of a folder tell."""
+    talks: dict[str, list[dict[str, list[str]]]] = defaultdict(list)
+    for file in sorted(folder.glob("*.jsonl")):
+        for line in file.read_text(encoding="utf-8").splitlines():
+            row = json.loads(line)
+            if "aim" in row:
+                yield from occasions(row, row["said"], row["needed"], asides)
+            else:
+                talks[row["talk"]].append(row)
+    for points in talks.values():
+        yield from talk(points)
+
+
+def cases(told: list[Told]) -> Iterator[Case]:
+    """Each with two draws of wrong goals."""
+    tasks = {
+        name: open_environment(Settings(domain=name, scene=None)).task
+        for name in ("grocery", "house")
+    }
+    for domain in sorted({each.domain for each in told}):
+        own = [each for each in told if each.domain == domain]
+        goals = sorted({each.goal for each in own})
+        if len(goals) <= GOALS:
+            continue
+        task = tasks.get(domain) or f"The agent is an assistant for {domain}."
+        vectors = embedded(goals)
+        near = vectors @ vectors.T
+        place = {goal: number for number, goal in enumerate(goals)}
+        for each in own:
+            like = near[place[each.goal]]
+            others = [n for n in np.argsort(-like, kind="stable") if like[n] < SAME]
+            for set, tiers in (("random", [others]), ("hard", [others[:NEAREST]])):
+                id = f"{each.id} {set}"
+                drawn = draw(
+                    chance(1, id), each.goal, [[goals[n] for n in tier] for tier in tiers], GOALS
+                )
+                if drawn:
+                    yield Case(id, each.group, task, each.turns, *drawn)
+
+
+def main() -> None:
+    """Write the file."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("folder", type=Path, nargs="+")
+    parser.add_argument("--asides", type=Path)
+    asked = parser.parse_args()
+    asides = telling_nothing(asked.asides) if asked.asides else {}
+    told = [each for folder in asked.folder for each in read(folder, asides)]
+    asked.out.parent.mkdir(parents=True, exist_ok=True)
+    write_cases(cases(told), asked.out)
+
+
+if __name__ == "__main__":
+    main()
