@@ -150,6 +150,7 @@ def test_removed_goals_come_back_unless_that_was_for_good(final: bool) -> None:
 @pytest.mark.parametrize("refused", [False, True])
 def test_a_goal_that_was_unlikely_comes_back_with_the_words_for_it(refused, monkeypatch) -> None:
     monkeypatch.setattr("goalscope.goals.IMPROBABLE", 1.0)
+    monkeypatch.setattr("goalscope.goals.FEWEST", 1)
     sleep = Goal("sleep without light")
     model = RefusesAll(REPLIES) if refused else WordModel(REPLIES)
     agent = Agent(LampRoom(), model, patience=9 if refused else 0)

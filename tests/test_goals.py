@@ -147,6 +147,16 @@ def test_only_improbable_goals_are_overdue(nats, given, paper, gone) -> None:
     assert [change.goal.text for change in removed] == gone
 
 
+@pytest.mark.parametrize(("propose", "gone"), [(0.5, []), ("paper", ["b"])])
+def test_of_two_goals_none_is_overdue_but_in_the_paper(propose, gone) -> None:
+    goals = (UNSPECIFIED, Goal("a"), Goal("b"))
+    belief = Belief(goals, np.zeros(3), np.array([[-9.0, -1.0, -9.0]]))
+    model = WordModel()
+    manager = GoalManager(Writer(model), model, "t", propose=propose)
+    manager._cleared = {*goals}
+    assert [change.goal.text for change in manager.removed([belief] * 4, TURNS)] == gone
+
+
 def test_refused_goals_are_named_with_the_odds() -> None:
     (change,) = objectionable(RefusesAll(), "t", [UNSPECIFIED, Goal("a")])
     assert (change.goal, change.final) == (Goal("a"), True)

@@ -38,6 +38,9 @@ UNEXPLAINED = 0.5
 IMPROBABLE = 0.05
 """Probability up to which a goal that long was the least likely is removed."""
 
+FEWEST = 2
+"""Goals of which none goes as the least likely: beside a single one, Unspecified tells little."""
+
 CONSENT = "Sure, I can help you with that."
 REFUSAL = "I'm sorry, but I can't help you with that."
 ANY_TASK = "The agent helps the human."
@@ -114,8 +117,9 @@ class GoalManager:
         propose: Goals are proposed once Unspecified is likelier than this by the words since the
             newest goals; in the "paper", once it is the likeliest.
         prior: Weight of the prior of proposed goals; see `Calibration.prior`.
-        patience: A goal with 5 % or less goes after being the least likely for more than this many
-            rounds (n); where goals are proposed as in the "paper", whatever its probability.
+        patience: A goal with 5 % or less goes after being the least likely of three or more for more
+            than this many rounds (n); where goals are proposed as in the "paper", whatever its
+            probability, and of two, too.
     """
 
     def __init__(
@@ -199,7 +203,7 @@ class GoalManager:
             turns: The transcript.
             given: Goals that stay.
         """
-        probable = {} if self.propose == "paper" else dict(beliefs[-1].top())
+        probable = dict(beliefs[-1].top())
         beliefs = [each.drop(given) for each in beliefs]
         belief = beliefs[-1]
         pinned = {goal for _, goal in belief.pinned}
@@ -213,10 +217,12 @@ class GoalManager:
             unfit += irrelevant(self.model, self.task, free)
             unfit += objectionable(self.model, self.task, new)
         self._cleared |= {*new} - {change.goal for change in unfit}
+        stays = {*probable} - {UNSPECIFIED, *(change.goal for change in unfit)}
         late = [
             change
             for change in overdue(beliefs, self.patience)
-            if probable.get(change.goal, 0.0) <= IMPROBABLE
+            if self.propose == "paper"
+            or (len(stays) > FEWEST and probable[change.goal] <= IMPROBABLE)
         ]
         found = {change.goal: change for change in (*late, *unfit)}
         if set(belief.goals) - {UNSPECIFIED} <= found.keys():
