@@ -117,8 +117,8 @@ class GoalManager:
         propose: Goals are proposed once Unspecified is likelier than this by the words since the
             newest goals; in the "paper", once it is the likeliest.
         prior: Weight of the prior of proposed goals; see `Calibration.prior`.
-        patience: A goal with 5 % or less goes after being the least likely of three or more for more
-            than this many rounds (n); where goals are proposed as in the "paper", whatever its
+        patience: A goal with 5 % or less goes after being the least likely of three or more, for
+            more than this many rounds (n); where goals are proposed as in the "paper", whatever its
             probability, and of two, too.
     """
 
