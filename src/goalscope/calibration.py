@@ -114,6 +114,6 @@ LAST_TURN = Calibration(switching=1.0)
 """Only the last turn counts."""
 
 USUAL = Calibration(
-    temperature=2.0, reference=1 / 3, unstated=0.5, switching=0.3, aside=0.0, prior=0.25
+    temperature=2.0, reference=1 / 3, unstated=0.5, switching=0.1, aside=0.0, prior=0.25
 )
 """For a model that nobody has calibrated (LOG.md)."""
