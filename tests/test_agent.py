@@ -177,18 +177,6 @@ def test_long_turns_leave_room_in_every_prompt() -> None:
     assert 300 < len(cut.utterance.split()) < 450
 
 
-@pytest.mark.parametrize(("calibration", "alike"), [(USUAL, False), (PAPER, True)])
-def test_goals_that_are_proposed_have_priors_but_in_the_paper(calibration, alike) -> None:
-    model = WordModel({**REPLIES, GOALS: "have lamp light\nread a long book by the lamp light"})
-    belief = (
-        agent_in(LampRoom(), model=model, calibration=calibration).step("?", "lamp light").belief
-    )
-    assert belief
-    _, *stated = belief.log_prior.tolist()
-    assert len(stated) == 2
-    assert (len(set(stated)) == 1) is alike
-
-
 @pytest.mark.parametrize(("method", "used"), [("good", USUAL), ("no-inference", LAST_TURN)])
 def test_a_calibration_is_the_role_plays_and_not_the_rankings(method, used) -> None:
     replies = {**REPLIES, **RANKS}

@@ -111,14 +111,6 @@ def test_exact_duplicates_merge() -> None:
     assert again.goals == (Goal("a"), UNSPECIFIED, Goal("b"))
 
 
-def test_a_goal_may_come_with_a_prior_of_its_own() -> None:
-    belief = Belief.uniform(goals(2)).observe([-1.0, -2.0])
-    wider = belief.add([Goal("c")], lambda new: [[-1.0] * len(new)], lambda new: [-3.0] * len(new))
-    assert wider.log_prior.tolist() == [0.0, 0.0, -3.0]
-    odds = wider.log_posterior[2] - wider.log_posterior[0]
-    assert odds == pytest.approx(-3.0)
-
-
 def test_impossible_everywhere_is_a_state_and_no_nan() -> None:
     belief = Belief.uniform(goals(3)).observe([-math.inf] * 3)
     assert belief.is_degenerate

@@ -223,16 +223,6 @@ def test_a_remover_decides_instead_but_not_on_what_the_person_confirmed() -> Non
     assert model.calls == 0
 
 
-def test_the_prior_of_a_goal_is_how_likely_the_model_finds_it_under_the_task() -> None:
-    model = WordModel()
-    kitchen, long = Goal("cook soup"), Goal("cook soup and walk the dog around the lake")
-    manager = GoalManager(Writer(model), model, "cook soup", prior=0.5)
-    one, other = manager.log_prior([kitchen, long])
-    assert one > other
-    twice = GoalManager(Writer(model), model, "cook soup", prior=1.0).log_prior([kitchen])
-    assert twice == pytest.approx([2 * one])
-
-
 def test_goal_that_the_task_makes_less_likely_is_irrelevant() -> None:
     goals = [UNSPECIFIED, Goal("lamp light"), Goal("sleep"), Goal("helps")]
     (change,) = irrelevant(WordModel(), LampRoom.task, goals)

@@ -116,7 +116,6 @@ class Agent:
             env.task,
             remover=self.modules.remover,
             propose="paper" if method == "no-inference" else propose,
-            prior=(calibration or USUAL).prior if method == "good" else 0.0,
             patience=patience,
         )
         self.rounds: list[Round] = []

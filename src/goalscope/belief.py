@@ -248,29 +248,24 @@ class Belief:
         )
 
     def add(
-        self,
-        goals: Iterable[Goal],
-        columns: Callable[[Sequence[Goal]], npt.ArrayLike],
-        log_prior: Callable[[Sequence[Goal]], npt.ArrayLike] | None = None,
+        self, goals: Iterable[Goal], columns: Callable[[Sequence[Goal]], npt.ArrayLike]
     ) -> Belief:
         """Add goals, with their evidence over all past turns.
 
-        A late goal stands exactly where it would, had it been tracked from the start. Goals that
-        are already present change nothing.
+        A late goal stands exactly where it would, had it been tracked from the start. Its prior
+        is that of the average present goal (0 nats in an empty belief). Goals that are already
+        present change nothing.
 
         Args:
             goals: Goals to add.
             columns: Gives the [T, len(new)] log-likelihoods of the goals that are really new.
-            log_prior: Gives their [len(new)] log-priors in nats; if None, they have that of the
-                average present goal (0 nats in an empty belief).
         """
         new = [goal for goal in dict.fromkeys(goals) if goal not in self.goals]
         if not new:
             return self
         turns = self.log_likelihood.shape[0]
         table = np.asarray(columns(new), dtype=np.float64).reshape(turns, len(new))
-        mean = np.full(len(new), _log_mean(self.log_prior))
-        prior = mean if log_prior is None else np.asarray(log_prior(new), dtype=np.float64)
+        prior = np.full(len(new), _log_mean(self.log_prior))
         return replace(
             self,
             goals=(*self.goals, *new),

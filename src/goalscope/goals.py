@@ -6,7 +6,6 @@ from collections.abc import Collection, Sequence
 from typing import Literal, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from goalscope.belief import Belief
 from goalscope.likelihood import Likelihood, PromptedRanking
@@ -116,7 +115,6 @@ class GoalManager:
         remover: Removes goals by a prompt instead.
         propose: Goals are proposed once Unspecified is likelier than this by the words since the
             newest goals; in the "paper", once it is the likeliest.
-        prior: Weight of the prior of proposed goals; see `Calibration.prior`.
         patience: A goal with 5 % or less goes after being the least likely of three or more, for
             more than this many rounds (n); where goals are proposed as in the "paper", whatever its
             probability, and of two, too.
@@ -130,7 +128,6 @@ class GoalManager:
         *,
         remover: Remover | None = None,
         propose: Trigger = UNEXPLAINED,
-        prior: float = 0.0,
         patience: int = 3,
     ) -> None:
         try:
@@ -147,7 +144,6 @@ class GoalManager:
         self.task = task
         self.remover = remover
         self.propose: Trigger = propose
-        self.prior = prior
         self.patience = patience
         self._cleared: set[Goal] = set()
 
@@ -180,15 +176,6 @@ class GoalManager:
             weights=belief.weights,
             past=[goal for text, goal in past.items() if text not in out],
         )
-
-    def log_prior(self, goals: Sequence[Goal]) -> npt.NDArray[np.float64]:
-        """[G] how likely the model finds it that a person under the task has each goal, nats.
-
-        Times `prior`, and not normalised.
-        """
-        prompts = [render("relevance", task=self.task)] * len(goals)
-        scores = logprobs_of(self.model, prompts, [goal.text for goal in goals])
-        return self.prior * np.array([float(each.sum()) for each in scores])
 
     def removed(
         self, beliefs: Sequence[Belief], turns: Sequence[Turn], *, given: Collection[Goal] = ()

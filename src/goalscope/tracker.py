@@ -9,8 +9,6 @@ from inspect import signature
 from threading import RLock
 from typing import Any, Literal, TypeVar, cast, get_args
 
-import numpy.typing as npt
-
 from goalscope.belief import Belief
 from goalscope.calibration import Calibration
 from goalscope.calibrations import NAMED, calibration_named
@@ -46,9 +44,6 @@ YOURS = "you named it"
 
 _MODEL = ("token_logprobs", "count_tokens", "context_size")
 
-
-LogPrior = Callable[[Sequence[Goal]], npt.ArrayLike]
-"""Gives the log-priors of goals, nats."""
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])
 
@@ -169,12 +164,10 @@ class GoalTracker:
                 )
         return self._add(added)
 
-    def _add(self, added: Sequence[Goal], log_prior: LogPrior | None = None) -> Belief:
+    def _add(self, added: Sequence[Goal]) -> Belief:
         if not self.turns or not isinstance(self.likelihood, PromptedRanking):
             self.belief = self.belief.add(
-                added,
-                lambda new: self.likelihood.log_likelihood(self.task, new, self.turns),
-                log_prior,
+                added, lambda new: self.likelihood.log_likelihood(self.task, new, self.turns)
             )
         elif added:  # an order is one of all goals together
             everything = (*self.belief.goals, *added)
@@ -394,7 +387,7 @@ class GoalTracker:
             added = goals.added(self.likelihood, self.belief, self.turns, past)
             if most is not None:
                 del added[max(0, most - len(self.belief.goals)) :]
-            self._add([change.goal for change in added], goals.log_prior if goals.prior else None)
+            self.add(change.goal for change in added)
         progress("checking goals")
         beliefs = [*(round.belief for round in rounds if round.belief), self.belief]
         removed = goals.removed(beliefs, self.turns, given=given)
