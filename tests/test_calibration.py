@@ -153,7 +153,8 @@ def test_switching_agrees_with_all_sequences_of_goals(belief: Belief) -> None:
     now = prior
     for turn, row in enumerate(words):
         if turn:
-            speaks = max(0.0, 1 - (now @ row) / (prior @ row))
+            speaks = 1 - (now @ row) / (prior @ row)
+            speaks *= speaks >= 0.01
             chances.append(1.0 if way.switching == 1 else way.switching * speaks**4)
         found = np.zeros(g)
         for path in itertools.product(range(g), repeat=turn + 1):

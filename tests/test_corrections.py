@@ -308,6 +308,7 @@ def test_a_confirmed_goal_may_seem_irrelevant_but_not_be_unsafe() -> None:
 
 def test_a_vetoed_goal_that_had_come_back_stays_out(monkeypatch) -> None:
     monkeypatch.setattr("goalscope.goals.IMPROBABLE", 1.0)
+    monkeypatch.setattr("goalscope.goals.FEWEST", 1)
     agent = begun(patience=0)
     assert SLEEP not in belief_in(agent).goals
     agent.step("And?", "sleep without sleep without sleep")

@@ -76,7 +76,8 @@ def belief_by_the_page(table: np.ndarray, c: Calibration) -> np.ndarray:
     for turn, row in enumerate(e):
         words = np.exp(row - row.max())
         if turn:
-            speaks = max(0, 1 - (p @ words) / (prior @ words))
+            speaks = 1 - (p @ words) / (prior @ words)
+            speaks *= speaks >= 0.01
             chance = c.switching * speaks**4
             p = (1 - chance) * p + chance * prior
         p = p * words

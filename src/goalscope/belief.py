@@ -23,6 +23,9 @@ PINNED = 0.99
 _CLEARLY = 4
 """Power that makes little of words which speak for a change of mind, but not clearly (LOG.md)."""
 
+_FAINTLY = 0.01
+"""Below it words speak for no change: what is left by rounding must not move mountains of nats."""
+
 
 @dataclass(frozen=True, eq=False)
 class Belief:
@@ -359,13 +362,15 @@ def _hazard(switching: float, before: Array, prior: Array, words: Array) -> Arra
     That is `switching` times (1 - P(words | as before) / P(words | any goal, by the prior))^4, or 0
     where they are likelier as before; but a `switching` of 1 is certain.
     """
+    peak = words.max(-1, keepdims=True, initial=-np.inf)
+    words = words - np.where(np.isneginf(peak), 0.0, peak)  # so that few digits cancel
     same = np.logaddexp.reduce(before + words, -1, keepdims=True)
     fresh = np.logaddexp.reduce(prior + words, -1, keepdims=True)
     if switching == 1:
         return np.ones_like(same)
     with np.errstate(invalid="ignore"):
         speaks = np.where(np.isneginf(fresh), 0.0, -np.expm1(np.minimum(same - fresh, 0.0)))
-    return switching * speaks**_CLEARLY
+    return switching * np.where(speaks < _FAINTLY, 0.0, speaks) ** _CLEARLY
 
 
 def _counted(log_likelihood: Array, stated: Flags, calibration: Calibration) -> Array:

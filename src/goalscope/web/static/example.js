@@ -6,9 +6,9 @@ import { Ribbons } from "./ribbons.js";
 
 const GOALS = ["bake a chocolate cake", "bake a gluten-free cake", "cook an Italian dinner", "buy snacks for a party", "Unspecified"];
 const SAID = [
-  ["I'd like to bake something for Sunday.", [28, 33, 4, 2, 32]],
-  ["A cake, with lots of cocoa in it.", [53, 17, 0, 1, 28]],
-  ["My sister gets ill from wheat, so no normal flour.", [27, 44, 1, 1, 28]],
+  ["I'd like to bake something for Sunday.", [28, 34, 2, 1, 35]],
+  ["A cake, with lots of cocoa in it.", [59, 20, 0, 0, 20]],
+  ["My sister gets ill from wheat, so no normal flour.", [31, 52, 0, 0, 17]],
 ];
 
 export function example() {
