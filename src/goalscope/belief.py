@@ -124,7 +124,9 @@ class Belief:
         """[T] chance of a change of mind before each turn, as far as its words speak for one."""
         rows, prior = self.log_posteriors, replace(self, pinned=()).log_posteriors[:1]
         switching = self.calibration.switching
-        found = _hazard(switching, rows[:-1], prior, self.evidence)[:, 0]
+        if not switching:
+            return np.zeros(len(self.log_likelihood))
+        found = np.exp(_log_hazard(switching, rows[:-1], prior, self.evidence)[:, 0])
         return np.where(np.arange(len(found)), found, 0.0)
 
     @property
@@ -347,30 +349,32 @@ def log_posteriors(
         if t:
             words = rows[..., t - 1, :]
             if t > 1 and calibration.switching:
-                hazard = _hazard(calibration.switching, row, prior, words)
+                change = _log_hazard(calibration.switching, row, prior, words)
                 with np.errstate(divide="ignore"):
-                    row = np.logaddexp(np.log1p(-hazard) + row, np.log(hazard) + prior)
+                    row = np.logaddexp(np.log1p(-np.exp(change)) + row, change + prior)
             row = _normalised(row + words)
         row = after(t, row)
         found.append(row)
     return np.stack(found, -2)
 
 
-def _hazard(switching: float, before: Array, prior: Array, words: Array) -> Array:
-    """[..., 1] the chance of a change of mind before some words, as far as they speak for one.
+def _log_hazard(switching: float, before: Array, prior: Array, words: Array) -> Array:
+    """[..., 1] the log-chance of a change of mind before some words, as far as they speak for one.
 
-    That is `switching` times (1 - P(words | as before) / P(words | any goal, by the prior))^4, or 0
-    where they are likelier as before; but a `switching` of 1 is certain.
+    The chance is `switching` times (1 - P(words | as before) / P(words | any goal, by the prior))^4
+    where the bracket is 0.01 or more, else 0; but a `switching` of 1 is certain.
     """
-    peak = words.max(-1, keepdims=True, initial=-np.inf)
+    peak: Array = words.max(-1, keepdims=True, initial=-np.inf)
     words = words - np.where(np.isneginf(peak), 0.0, peak)  # so that few digits cancel
     same = np.logaddexp.reduce(before + words, -1, keepdims=True)
     fresh = np.logaddexp.reduce(prior + words, -1, keepdims=True)
     if switching == 1:
-        return np.ones_like(same)
-    with np.errstate(invalid="ignore"):
-        speaks = np.where(np.isneginf(fresh), 0.0, -np.expm1(np.minimum(same - fresh, 0.0)))
-    return switching * np.where(speaks < _FAINTLY, 0.0, speaks) ** _CLEARLY
+        return np.zeros_like(same)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio: Array = np.exp(np.minimum(same - fresh, 0.0))
+        speaks = np.where(np.isneginf(fresh) | (1.0 - ratio < _FAINTLY), 0.0, 1.0 - ratio)
+        found: Array = np.log(switching) + _CLEARLY * np.log(speaks)
+    return found
 
 
 def _counted(log_likelihood: Array, stated: Flags, calibration: Calibration) -> Array:
