@@ -281,9 +281,15 @@ def test_asked_what_it_thinks_the_agent_tells_its_belief() -> None:
 
 @pytest.mark.parametrize(
     ("calibration", "words", "weights"),
-    [(USUAL, "yes", ((1, 0.0),)), (USUAL, "ask lamp", ()), (PAPER, "yes", ())],
+    [
+        (USUAL, "yes", ((1, 0.0),)),
+        (USUAL, "switch on lamp", ((1, 0.5),)),
+        (USUAL, "ask lamp", ()),
+        (PAPER, "yes", ()),
+        (PAPER, "switch on lamp", ()),
+    ],
 )
-def test_words_that_name_nothing_are_no_evidence_but_in_the_paper(
+def test_asides_are_no_evidence_and_orders_half_but_in_the_paper(
     calibration, words, weights
 ) -> None:
     agent = agent_in(LampRoom(["lamp"]), calibration=calibration)
@@ -293,7 +299,7 @@ def test_words_that_name_nothing_are_no_evidence_but_in_the_paper(
     assert after
     assert after.weights == weights
     kept = dict(before.top()) == pytest.approx(dict(after.top()))
-    assert kept is bool(weights)
+    assert kept is (weights == ((1, 0.0),))
 
 
 @pytest.mark.parametrize(

@@ -314,6 +314,7 @@ def test_a_conformal_set_takes_the_threshold_of_eps_or_the_next_smaller_one() ->
         ("reference", [-0.01, 1.01, math.nan]),
         ("switching", [-0.01, 1.01, math.nan]),
         ("aside", [-0.01, 1.01, math.nan]),
+        ("orders", [-0.01, 1.01, math.nan]),
         ("unstated", [0.0, 1.0, -0.5, math.nan]),
         ("thresholds", [((0.1, 1.5),), ((-0.1, 0.5),), ((0.1, math.nan),)]),
     ],
@@ -337,7 +338,7 @@ def test_json_with_unknown_fields_is_refused() -> None:
         calibration_from_json({**asdict(PAPER), "evidence": "sum"})
 
 
-FIELDS = ["temperature", "reference", "unstated", "switching", "aside", "n", "thresholds"]
+FIELDS = ["temperature", "reference", "unstated", "switching", "aside", "orders", "n", "thresholds"]
 
 
 @pytest.mark.parametrize(
@@ -370,7 +371,7 @@ def test_names_and_files_name_calibrations(tmp_path: Path) -> None:
     names = {"paper": PAPER, "usual": USUAL, "last-turn": LAST_TURN}
     assert {name: calibration_named(name) for name in names} == names
     assert (PAPER, LAST_TURN.switching) == (Calibration(1.0, 0.0, None, 0.0, 1.0), 1.0)
-    mine = Calibration(3.0, 0.2, 0.4, 0.01, 0.1, 7, ((0.1, 0.2),))
+    mine = Calibration(3.0, 0.2, 0.4, 0.01, 0.1, 0.3, 7, ((0.1, 0.2),))
     keep_calibration(tmp_path / "new" / "mine.json", mine, {"model": "m"})
     assert calibration_named(str(tmp_path / "new" / "mine.json")) == mine
     assert json.loads((tmp_path / "new" / "mine.json").read_text())["model"] == "m"

@@ -56,7 +56,7 @@ def test_the_numbers_are_those_of_the_code() -> None:
         return [cell.strip() for cell in line.strip("|").split("|")][-2:]
 
     said = {"½": 0.5, "⅓": 1 / 3, "as for any goal": None}
-    for row in ("temperature", "reference", "unstated", "switching", "aside"):
+    for row in ("temperature", "reference", "unstated", "switching", "aside", "orders"):
         for text, calibration in zip(shown(row), (USUAL, PAPER), strict=True):
             number = said[text] if text in said else float(text)
             assert getattr(calibration, row) == number

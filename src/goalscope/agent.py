@@ -359,7 +359,7 @@ class Agent:
         stated = bool(self._stated(tracker.belief))
         known = len(tracker.belief.goals)
         self._progress(f"scoring {known} {'goal' if known == 1 else 'goals'}")
-        weight = tracker.belief.calibration.aside if is_aside(reading.orders) else 1.0
+        weight = _weight(reading, tracker.belief.calibration)
         tracker.observe(turn.query, turn.utterance, weight=weight)
         aims = _tells(reading, "aim") or _only_tells(reading)
         return tracker.manage(
@@ -441,6 +441,14 @@ def _asked(turn: Turn) -> str:
 def _tells(reading: Reading | None, act: str) -> bool:
     """Whether a reading holds a dialogue act."""
     return reading is not None and any(order.do == act for order in reading.orders)
+
+
+def _weight(reading: Reading, calibration: Calibration) -> float:
+    """How much words count as evidence, by what they do."""
+    if is_aside(reading.orders):
+        return calibration.aside
+    tells = any(order.do in (*_TELLING, "ask") for order in reading.orders)
+    return 1.0 if tells or not acting(reading.orders) else calibration.orders
 
 
 def _only_tells(reading: Reading) -> bool:

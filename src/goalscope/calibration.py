@@ -37,6 +37,8 @@ class Calibration:
         aside: How much words count that tell no aim and ask for nothing new: a bare yes or no, a
             question, "undo that" (see `goalscope.orders.is_aside`). Who only observes words, and
             reads none, counts all. 1 in the paper.
+        orders: How much words count that only give orders: the butter for pancakes says little more
+            of pancakes. 1 in the paper.
         n: Dialogues on which the thresholds were measured.
         thresholds: Pairs (eps, p): in all but a share eps of these dialogues, what was true had at
             least the probability p. They make conformal sets (see `Belief.conformal_set`).
@@ -50,19 +52,20 @@ class Calibration:
     unstated: float | None = None
     switching: float = 0.0
     aside: float = 1.0
+    orders: float = 1.0
     n: int = 0
     thresholds: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        numbers = ("temperature", "reference", "switching", "aside", "unstated")
+        numbers = ("temperature", "reference", "switching", "aside", "orders", "unstated")
         for name in numbers:
             value = getattr(self, name)
             if not isinstance(value, Real) and (name, value) != ("unstated", None):
                 raise InvalidInputError(f"{name} must be a number, not {value!r}")
         if not (math.isfinite(self.temperature) and self.temperature > 0):
             raise InvalidInputError(f"temperature must be positive, not {self.temperature}")
-        shares = [(name, getattr(self, name)) for name in ("reference", "switching", "aside")]
+        shares = [(name, getattr(self, name)) for name in numbers[1:-1]]
         shares += [("threshold", value) for pair in self.thresholds for value in pair]
         if not (type(self.n) is int and self.n >= 0):
             raise InvalidInputError(f"n must be a number of dialogues, not {self.n!r}")
@@ -84,7 +87,7 @@ def calibration_from_json(data: Mapping[str, Any]) -> Calibration:
         TypeError: A field is unknown, or of another type.
     """
     found: dict[str, Any] = {**data}
-    for name in ("temperature", "reference", "unstated", "switching", "aside", "n"):
+    for name in ("temperature", "reference", "unstated", "switching", "aside", "orders", "n"):
         if name != "unstated" or found[name] is not None:
             _number(found[name], name)
     pairs = found["thresholds"]
@@ -107,5 +110,7 @@ PAPER = Calibration()
 LAST_TURN = Calibration(switching=1.0)
 """Only the last turn counts."""
 
-USUAL = Calibration(temperature=2.0, reference=1 / 3, unstated=0.5, switching=0.1, aside=0.0)
+USUAL = Calibration(
+    temperature=2.0, reference=1 / 3, unstated=0.5, switching=0.1, aside=0.0, orders=0.5
+)
 """For a model that nobody has calibrated (LOG.md)."""
