@@ -46,7 +46,8 @@ calibrations = st.builds(
     shares,
     st.none() | st.floats(0.01, 0.99),
     shares,
-    st.floats(0, 0.99),
+    shares,
+    shares,
     st.integers(0, 9),
     st.lists(st.tuples(shares, shares), max_size=2).map(tuple),
 )
@@ -62,7 +63,8 @@ def beliefs(draw):
     if support:
         one = st.tuples(st.integers(0, t), st.sampled_from(support))
         pinned = draw(st.lists(one, max_size=2).map(tuple))
-    return Belief(support, prior, table, draw(calibrations), pinned)
+    weights = tuple((turn, draw(shares)) for turn in range(t) if draw(st.booleans()))
+    return Belief(support, prior, table, draw(calibrations), pinned, weights=weights)
 
 
 rounds = st.builds(
