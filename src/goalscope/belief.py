@@ -12,7 +12,7 @@ import numpy.typing as npt
 from goalscope.calibration import EPSILONS, PAPER, Calibration
 from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, counted, meaning
 
-__all__ = ["PINNED", "Belief", "log_posteriors"]
+__all__ = ["PINNED", "Belief", "log_posteriors", "weighed"]
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
@@ -115,18 +115,20 @@ class Belief:
 
         All -inf where no goal can have said what was said.
         """
+        table = weighed(self.log_likelihood, self.weights)
         return log_posteriors(
-            self.log_prior, self._weighed, self._stated, self.calibration, self._confirmed
+            self.log_prior, table, self._stated, self.calibration, self._confirmed
         )
 
     @property
     def changes(self) -> Array:
         """[T] chance of a change of mind before each turn, as far as its words speak for one."""
-        rows, prior = self.log_posteriors, replace(self, pinned=()).log_posteriors[:1]
         switching = self.calibration.switching
         if not switching:
             return np.zeros(len(self.log_likelihood))
-        found = np.exp(_log_hazard(switching, rows[:-1], prior, self.evidence)[:, 0])
+        before = self.log_posteriors[:-1]
+        fresh = replace(self, log_likelihood=self.log_likelihood[:0], pinned=(), weights=())
+        found = np.exp(_log_hazard(switching, before, fresh.log_posterior, self.evidence)[:, 0])
         return np.where(np.arange(len(found)), found, 0.0)
 
     @property
@@ -135,14 +137,8 @@ class Belief:
 
         That is, after its weight, temperature and reference.
         """
-        return _counted(self._weighed, self._stated, self.calibration)
-
-    @property
-    def _weighed(self) -> Array:
-        table = self.log_likelihood.copy()
-        for turn, weight in self.weights:
-            table[turn] = weight * table[turn] if weight else 0.0
-        return table
+        table = weighed(self.log_likelihood, self.weights)
+        return _counted(table, self._stated, self.calibration)
 
     @property
     def _stated(self) -> Flags:
@@ -315,6 +311,14 @@ class Belief:
                     row = np.where(own, sure, others + np.log(-np.expm1(sure)))
                 row = _normalised(row)
         return row
+
+
+def weighed(log_likelihood: Array, weights: Iterable[tuple[int, float]]) -> Array:
+    """[T, G] log-likelihoods in nats, each turn times its weight, as in `Belief.weights`."""
+    table = log_likelihood.copy()
+    for turn, weight in weights:
+        table[turn] = weight * table[turn] if weight else 0.0  # not -inf times 0
+    return table
 
 
 def log_posteriors(

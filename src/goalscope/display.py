@@ -41,7 +41,7 @@ __all__ = [
 
 BAR = 20
 SHOWN = 8
-WORTH_TELLING = 0.01  # chance of a change of mind
+LEAST_CHANGE = 0.01  # chance of a change of mind
 
 
 def show_header(console: Console, info: EpisodeInfo) -> None:
@@ -243,7 +243,7 @@ def show_reasons(
         )
     console.print(table)
     for each in reasons:
-        if each.change >= WORTH_TELLING:
+        if each.change >= LEAST_CHANGE:
             console.print(
                 f"Before turn {each.turn} the person may have changed their mind "
                 f"({each.change:.0%}): what was said earlier counts so much less."

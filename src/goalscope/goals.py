@@ -7,7 +7,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from goalscope.belief import Belief
+from goalscope.belief import Belief, weighed
 from goalscope.likelihood import Likelihood, PromptedRanking
 from goalscope.models import LikelihoodModel
 from goalscope.models.scoring import logprobs_of
@@ -257,8 +257,7 @@ def propose(
     if not candidates:
         return []
     table = likelihood.log_likelihood(task, [*candidates, UNSPECIFIED], turns)
-    for turn, weight in weights:
-        table[turn] *= weight
+    table = weighed(table, weights)
     gains: list[float] = (table[:, :-1].sum(axis=0) - table[:, -1].sum()).tolist()
     best = sorted(zip(candidates, gains, strict=True), key=lambda each: -each[1])[:keep]
     return [

@@ -131,7 +131,7 @@ def test_probabilities_are_those_of_exact_arithmetic(cases: int, record_property
         for _ in range(BATCH):
             belief = some_belief(random, way)
             found = compare(belief)
-            assert found[0] <= 1e-7
+            assert found[0] <= 1e-9
             assert found[1] <= 1e-12
             apart, off = max(apart, found[0]), max(off, found[1])
             seen += 1
