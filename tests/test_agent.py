@@ -345,6 +345,21 @@ def test_goals_are_proposed_anew_for_another_aim_whatever_explains_the_words(mon
     assert {change.kind for change in added} == {"added"}
 
 
+def test_words_that_say_nothing_call_for_goals_only_where_none_is_stated(monkeypatch) -> None:
+    asked = []
+    monkeypatch.setattr(
+        "goalscope.tracker.incomplete", lambda belief, *_, **__: asked.append(belief.goals)
+    )
+    agent = agent_in(LampRoom())
+    agent.step("What now?", "none")
+    assert asked == [(UNSPECIFIED,)]
+    agent.step("What now?", "lamp light please")
+    assert len(asked) == 2
+    agent.tracker.add(["light the lamp"])
+    agent.step("And now?", "none")
+    assert len(asked) == 2
+
+
 def test_a_scripted_person_confirms_and_does_not_end_before_all_is_said() -> None:
     class Final(LampRoom):
         verbs = (*LampRoom.verbs[:-1], Verb("finish", "that is all", (), irreversible=True))

@@ -361,7 +361,9 @@ class Agent:
         self._progress(f"scoring {known} {'goal' if known == 1 else 'goals'}")
         weight = _weight(reading, tracker.belief.calibration)
         tracker.observe(turn.query, turn.utterance, weight=weight)
-        aims = _tells(reading, "aim") or _only_tells(reading)
+        aims = _tells(reading, "aim") or (
+            _only_tells(reading) and not (stated and _says_nothing(reading))
+        )
         return tracker.manage(
             self.goals,
             self.rounds,
@@ -449,6 +451,11 @@ def _weight(reading: Reading, calibration: Calibration) -> float:
         return calibration.aside
     tells = any(order.do in (*_TELLING, "ask") for order in reading.orders)
     return 1.0 if tells or not acting(reading.orders) else calibration.orders
+
+
+def _says_nothing(reading: Reading) -> bool:
+    """Whether words were read as nothing at all, as thanks are."""
+    return all(order.do == "none" for order in reading.orders)
 
 
 def _only_tells(reading: Reading) -> bool:
