@@ -1,9 +1,13 @@
-# `make` alone lists what there is. Needs Python 3.11, a C++ compiler and make.
+# `make` alone lists what there is. Needs Python 3.11 and make; the tests need a C++ compiler, too.
 
 PYTHON ?= python3
 PROFILE ?= chocolate-cake
 BIN := .venv/bin
+CORE := .venv/core
 READY := .venv/ready
+
+LOCK := uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes --no-header \
+	--no-emit-index-url --no-emit-find-links
 
 TORCH ?= torch==2.13.0
 
@@ -28,7 +32,7 @@ RECIPES := $(wildcard $(GOALSCOPE_DATA)/grocery/recipes_dev.jsonl.gz)
 help:
 	@awk -F ':.*## ' '/^[a-z -]+:.*## / {printf "make %-15s%s\n", $$1, $$2}' Makefile
 
-demo: $(READY)  ## one grocery episode with a scripted human, on the built-in model
+demo: $(CORE)  ## one grocery episode with a scripted human, on the built-in model
 	$(BIN)/goalscope run grocery --profile $(PROFILE)
 
 demo-web: $(READY)  ## the page, on the built-in model
@@ -49,8 +53,8 @@ servers:  ## Debian's programs that some tests need, which are skipped without t
 		DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --yes --no-install-recommends postgresql chromium; }
 
 check: $(READY)  ## format, lint, types
-	$(BIN)/ruff format --check src tests benchmarks docs examples
-	$(BIN)/ruff check src tests benchmarks docs examples
+	$(BIN)/ruff format --check src tests benchmarks docs examples corpus hatch_build.py
+	$(BIN)/ruff check src tests benchmarks docs examples corpus hatch_build.py
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
 package:  ## built, and installed in an empty environment of each Python from 3.11 on
@@ -93,11 +97,15 @@ results: $(READY) $(ADAPTERS)  ## every experiment, which takes hours and goes o
 	@failed=0; for each in experiments/*.toml; do $(BIN)/goalscope experiment run $$each || failed=1; done; \
 		$(BIN)/goalscope report results --out docs/results.md && exit $$failed
 
-# The first set-up compiles the inference engine, which takes some minutes.
-$(READY): requirements.lock pyproject.toml
+$(CORE): requirements-core.lock pyproject.toml hatch_build.py
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements.lock
+	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements-core.lock
 	$(BIN)/python -m pip install --quiet --no-deps --editable .
+	touch $@
+
+# The first set-up compiles an inference engine, which takes some minutes.
+$(READY): $(CORE) requirements.lock
+	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements.lock
 	touch $@
 
 adapter: adapters/general/adapter.gguf  ## the adapter that goalscope comes with; after `make torch`, with GOALSCOPE_DATA
@@ -141,8 +149,6 @@ adapters/writer/adapter.gguf: | $(READY)
 		--validate corpus/needs/dev --validate corpus/talks/dev
 
 lock:  ## pin the newest versions that pyproject.toml allows
-	uv pip compile pyproject.toml --extra cluster --extra experiments --extra mcp --extra postgres --extra remote \
-		--extra thor --extra web --group dev \
-		--universal --python-version 3.11 --upgrade \
-		--generate-hashes --no-emit-index-url --no-emit-find-links --no-header \
-		--output-file requirements.lock
+	$(LOCK) --upgrade --extra cluster --extra experiments --extra mcp --extra native --extra postgres --extra remote \
+		--extra thor --extra web --group dev --output-file requirements.lock
+	cp requirements.lock requirements-core.lock && $(LOCK) --output-file requirements-core.lock

@@ -12,7 +12,9 @@ from hypothesis import settings
 
 from browsers import browser, enter  # noqa: F401
 from databases import place, server  # noqa: F401
-from goalscope.models.llamacpp import LlamaCpp
+from goalscope.models.copies import requantize
+from goalscope.models.engine import READY
+from goalscope.models.llamacpp import LlamaCpp, embedded_path
 from servers import (  # noqa: F401
     exact_gguf,
     llama_cpp_python_address,
@@ -59,3 +61,17 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 def model() -> LlamaCpp:
     """The embedded model."""
     return LlamaCpp()
+
+
+@pytest.fixture(scope="session")
+def ready_built(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LlamaCpp]:
+    """The embedded model with 16-bit weights, by the engine that comes ready-built."""
+    half = tmp_path_factory.mktemp("half") / "half.gguf"
+    requantize(embedded_path(), half, "F16")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("GOALSCOPE_TUNE", "0")
+        patch.setattr("goalscope.models.native.engine", READY.load)
+        model = LlamaCpp(half)
+    yield model
+    model.close()
+    half.unlink()

@@ -104,7 +104,7 @@ def test_help_of_every_command(command):
 
 
 def test_the_command_loads_nothing_heavy_before_it_is_needed():
-    heavy = {"numpy", "rich", "llama_cpp", "jinja2", "wordllama"}
+    heavy = {"numpy", "rich", "goalscope.models.engine", "jinja2", "wordllama"}
     code = f"import sys, goalscope.cli.main; print([m for m in sys.modules if m in {heavy}])"
     env = os.environ | {"PYTHONPATH": SOURCE}
     loaded = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, check=True)
@@ -116,7 +116,7 @@ def test_listing_episodes_loads_no_numerics_and_no_prompts(tmp_path):
         "import sys\n"
         "from goalscope.cli.main import app\n"
         f"app(['episodes', '--store', {str(tmp_path / 'e.db')!r}], standalone_mode=False)\n"
-        "print([m for m in sys.modules if m in {'numpy', 'jinja2', 'llama_cpp'}])"
+        "print([m for m in sys.modules if m in {'numpy', 'jinja2', 'goalscope.models.engine'}])"
     )
     env = os.environ | {"PYTHONPATH": SOURCE}
     loaded = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, check=True)

@@ -9,8 +9,8 @@ import pytest
 
 from goalscope.models import Message
 from goalscope.models.adapters import shipped
+from goalscope.models.copies import merged
 from goalscope.models.llamacpp import LlamaCpp, embedded_path
-from goalscope.models.merging import merged
 from goalscope.types import ModelError
 from goalscope.writer import goals_prompt, needs_prompt
 from test_model_contract import CONTEXTS, REPLIES
@@ -82,7 +82,7 @@ def test_where_there_is_no_room_no_copy_is_made(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     usage = type("Usage", (), {"free": 1})
-    monkeypatch.setattr("goalscope.models.merging.shutil.disk_usage", lambda _: usage)
+    monkeypatch.setattr("goalscope.models.copies.shutil.disk_usage", lambda _: usage)
     with pytest.raises(OSError, match="too little room"):
         merged(embedded_path(), WRITER, tmp_path)
 

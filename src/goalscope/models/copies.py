@@ -1,4 +1,4 @@
-"""A copy of a model's weights with an adapter in them: it writes twice as fast."""
+"""Copies of a model's weights: in another type, or with an adapter in them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import logging
 import os
 import shutil
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import gguf
@@ -17,12 +19,18 @@ from filelock import FileLock
 
 from goalscope.types import ModelError
 
-__all__ = ["merged"]
+__all__ = ["merged", "requantize"]
 
 logging.getLogger("gguf").setLevel(logging.WARNING)
 
-_TYPE = gguf.GGMLQuantizationType.Q8_0
-_BLOCK = 32  # numbers of a row that share one scale in it
+_BLOCK = 32  # numbers of a row that share one scale in 8 bits
+_OWN = ("general.architecture", "general.file_type")  # what a copy says for itself
+_FILE_TYPES = {
+    gguf.GGMLQuantizationType.F32: gguf.LlamaFileType.ALL_F32,
+    gguf.GGMLQuantizationType.F16: gguf.LlamaFileType.MOSTLY_F16,
+    gguf.GGMLQuantizationType.BF16: gguf.LlamaFileType.MOSTLY_BF16,
+    gguf.GGMLQuantizationType.Q8_0: gguf.LlamaFileType.MOSTLY_Q8_0,
+}
 
 Floats = npt.NDArray[np.float32]
 
@@ -52,33 +60,60 @@ def merged(source: Path, adapter: Path, folder: Path) -> Path:
         if not target.is_file():
             part = Path(work, target.name)
             try:
-                _write(source, adapter, part)
+                _write(source, part, gguf.GGMLQuantizationType.Q8_0, _changes(adapter))
             except (ValueError, KeyError, IndexError, NotImplementedError) as error:
                 raise ModelError(f"{adapter} cannot be merged into {source} ({error}).") from None
             os.replace(part, target)
     return target
 
 
-def _write(source: Path, adapter: Path, target: Path) -> None:
-    changes = _changes(adapter)
+def requantize(source: Path, target: Path, weights: str) -> None:
+    """Write `source` to `target` with all its matrices of one type.
+
+    Args:
+        source: A GGUF file.
+        target: The GGUF file to write.
+        weights: The type: "F32", "F16", "BF16" or "Q8_0".
+
+    Raises:
+        OSError: The file cannot be written, or the disk has no room for it.
+        ModelError: The file cannot be converted.
+    """
+    if shutil.disk_usage(target.parent).free < 8 * source.stat().st_size:
+        raise OSError(f"{target.parent} has too little room to convert {source.name}.")
+    try:
+        _write(source, target, gguf.GGMLQuantizationType[weights])
+    except (ValueError, KeyError, IndexError, NotImplementedError) as error:
+        raise ModelError(f"{source} could not be converted ({error}).") from None
+
+
+def _write(
+    source: Path,
+    target: Path,
+    weights: gguf.GGMLQuantizationType,
+    changes: Mapping[str, Floats] = MappingProxyType({}),
+) -> None:
+    """Copy a file with its matrices of one type, and something added to some of them."""
     reader = gguf.GGUFReader(source)
     writer = gguf.GGUFWriter(target, str(reader.fields["general.architecture"].contents()))
     for name, each in reader.fields.items():
-        if name != "general.architecture" and not name.startswith("GGUF."):
+        if name not in _OWN and not name.startswith("GGUF."):
             kind = each.types[0]
             inner = each.types[-1] if kind == gguf.GGUFValueType.ARRAY else None
             writer.add_key_value(name, each.contents(), kind, sub_type=inner)
+    writer.add_file_type(_FILE_TYPES[weights])
+    names = {tensor.name for tensor in reader.tensors}
+    if unknown := changes.keys() - names:
+        raise KeyError(f"there is no {min(unknown)}")
     for tensor in reader.tensors:
         data: Any = tensor.data
         kind = tensor.tensor_type
         if tensor.data.ndim > 1 and tensor.shape[0] % _BLOCK == 0:
-            weights = gguf.dequantize(tensor.data, kind).astype(np.float32)
+            plain = gguf.dequantize(tensor.data, kind).astype(np.float32)
             if tensor.name in changes:
-                weights = weights + changes.pop(tensor.name)
-            data, kind = gguf.quantize(np.ascontiguousarray(weights), _TYPE), _TYPE
+                plain = plain + changes[tensor.name]
+            data, kind = gguf.quantize(np.ascontiguousarray(plain), weights), weights
         writer.add_tensor(tensor.name, data, raw_dtype=kind)
-    if changes:
-        raise KeyError(f"there is no {next(iter(changes))}")
     writer.write_header_to_file()
     writer.write_kv_data_to_file()
     writer.write_tensors_to_file()

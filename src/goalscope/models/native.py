@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import ctypes
-import importlib
 import os
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -17,10 +16,11 @@ import numpy.typing as npt
 
 from goalscope.models import CLOSED
 from goalscope.models.chat import ChatTokenizer
+from goalscope.models.engine import ALL_F32, CONTROL, USER_DEFINED, Batch, Engine, engine
 from goalscope.models.trie import Trie
 from goalscope.types import ModelError
 
-__all__ = ["MAX_PATHS", "KVCache", "Running", "Weights", "bindings"]
+__all__ = ["MAX_PATHS", "KVCache", "Running", "Weights"]
 
 MAX_PATHS = 64
 """Most paths of one tree; its memory grows with it, and llama.cpp allows no more than 128."""
@@ -44,39 +44,19 @@ class Running:
     batch: int = 512
 
 
-@lru_cache(maxsize=1)
-def bindings() -> Any:
-    """The `llama_cpp` module with its logging off.
-
-    Raises:
-        ModelError: It is not installed, or its library cannot be loaded.
-    """
-    # Busy waiting makes two processes on the same cores lock each other out.
-    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
-    try:
-        llama_cpp: Any = importlib.import_module("llama_cpp")
-    except (ImportError, OSError, RuntimeError) as error:
-        raise ModelError(
-            f"The language model engine is missing ({error}). Run `pip install goalscope` again; "
-            "it builds llama-cpp-python, which needs a C++ compiler."
-        ) from None
-    # The logger is a C function that does nothing: a Python one could swallow a Ctrl-C.
-    silent = ctypes.cast(llama_cpp.llama_supports_mmap, llama_cpp.llama_log_callback)
-    llama_cpp.llama_log_set(silent, None)
-    llama_cpp.llama_backend_init()
-    return llama_cpp
-
-
 class Weights:
     """A GGUF file in memory."""
 
-    def __init__(self, path: Path, *, vocabulary_only: bool = False) -> None:
-        """Load `path`, or but its tokenizer.
+    def __init__(
+        self, path: Path, *, vocabulary_only: bool = False, by: Engine | None = None
+    ) -> None:
+        """Load `path`, or but its tokenizer, by this process's engine or another one.
 
         Raises:
             ModelError: The file is missing, or is not a complete GGUF model.
         """
-        self.lib = bindings()
+        self.engine = by or engine()
+        self.lib = self.engine.lib
         self.path = path
         if not os.path.isfile(path):
             raise ModelError(f"There is no model file at {path}. Check the path.")
@@ -149,7 +129,7 @@ class Weights:
     @property
     def exact(self) -> bool:
         """Whether the weights are F32, so that the rest is to be computed in F32 too."""
-        return bool(self.lib.llama_model_ftype(self.model) == self.lib.LLAMA_FTYPE_ALL_F32)
+        return bool(self.lib.llama_model_ftype(self.model) == ALL_F32)
 
     @property
     def kv_bytes(self) -> int:
@@ -182,7 +162,7 @@ class Weights:
         lib, vocab = self.lib, self.vocab
         bos, eos = lib.llama_vocab_bos(vocab), lib.llama_vocab_eos(vocab)
         attributes = [lib.llama_vocab_get_attr(vocab, i) for i in range(self.vocab_size)]
-        markup = lib.LLAMA_TOKEN_ATTR_CONTROL | lib.LLAMA_TOKEN_ATTR_USER_DEFINED
+        markup = CONTROL | USER_DEFINED
         return ChatTokenizer(
             self.tokenize,
             self.detokenize,
@@ -194,7 +174,7 @@ class Weights:
             controls=[
                 token
                 for token, attribute in enumerate(attributes)
-                if attribute & lib.LLAMA_TOKEN_ATTR_CONTROL or lib.llama_vocab_is_eog(vocab, token)
+                if attribute & CONTROL or lib.llama_vocab_is_eog(vocab, token)
             ],
         )
 
@@ -205,10 +185,11 @@ class Weights:
 
     def detokenize(self, tokens: Sequence[int], *, markup: bool) -> str:
         """The text of tokens; those that are markup have none without `markup`."""
-        pieces = [self._piece(token, markup) for token in tokens]
+        pieces = [self.piece(token, markup=markup) for token in tokens]
         return b"".join(pieces).decode(errors="replace")
 
-    def _piece(self, token: int, markup: bool) -> bytes:
+    def piece(self, token: int, *, markup: bool) -> bytes:
+        """The bytes of a token, as for `detokenize`."""
         size = 64
         while True:
             buffer = ctypes.create_string_buffer(size)
@@ -347,7 +328,7 @@ class KVCache:
             )
         self._cells = params.n_ctx
         if self._weights.adapter:
-            adapters = (self._lib.llama_adapter_lora_p_ctypes * 1)(self._weights.adapter)
+            adapters = (ctypes.c_void_p * 1)(self._weights.adapter)
             scales = (ctypes.c_float * 1)(1.0)
             if self._lib.llama_set_adapters_lora(self._context, adapters, 1, scales) != 0:
                 self.free()
@@ -366,7 +347,7 @@ class KVCache:
         pointers = (sequences.ctypes.data + starts * sequences.itemsize).astype(np.uintp)
         flags = np.array([node in wanted for node in nodes], np.int8)
 
-        batch = self._lib.llama_batch(
+        batch = Batch(
             n_tokens=len(nodes),
             token=_pointer(tokens, ctypes.c_int32),
             pos=_pointer(positions, ctypes.c_int32),

@@ -20,7 +20,13 @@ from goalscope.models.hf_tokenizer import chat_tokenizer, tokenizer_file
 from goalscope.models.local import LocalModel, alone
 from goalscope.models.native import Weights
 from goalscope.models.packing import ROOT, PrefixStore, Row, batches, pack, parents
-from goalscope.models.sampling import Grammar, LlamaGrammar, LLGuidanceGrammar, Logits
+from goalscope.models.sampling import (
+    Grammar,
+    LlamaGrammar,
+    LLGuidanceGrammar,
+    Logits,
+    gguf_vocabulary,
+)
 from goalscope.models.scoring import Pair
 from goalscope.models.torch_network import Network
 from goalscope.models.trie import Trie
@@ -170,13 +176,17 @@ class Transformers(LocalModel):
 
     def grammar(self, rules: Mapping[str, Any] | str) -> Grammar:
         """See `LocalModel.grammar`."""
-        if self._vocabulary is not None:
+        if self._vocabulary is not None and isinstance(rules, str):
             return LlamaGrammar(self._vocabulary, rules)
+        if self._vocabulary is not None and self._guide is None:
+            self._guide = gguf_vocabulary(self._vocabulary)
         if self._guide is None:
+            import llguidance
+
             size = self.network.vocab_size
             ends = [token for token in range(size) if self.tokenizer.is_control(token)]
             text = tokenizer_file(self._model).read_text(encoding="utf-8")
-            self._guide = package("llguidance").LLTokenizer(text, n_vocab=size, eos_token=ends)
+            self._guide = llguidance.LLTokenizer(text, n_vocab=size, eos_token=ends)
         return LLGuidanceGrammar(self._guide, rules)
 
     @alone

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import json
 import logging
 import math
@@ -24,7 +23,9 @@ import platformdirs
 from filelock import FileLock
 
 from goalscope.models import Array
-from goalscope.models.native import KVCache, Running, Weights, bindings
+from goalscope.models.copies import requantize
+from goalscope.models.engine import engine
+from goalscope.models.native import KVCache, Running, Weights
 from goalscope.models.sampling import log_prob
 from goalscope.models.trie import Trie
 from goalscope.types import ModelError
@@ -35,7 +36,6 @@ __all__ = [
     "kept_tunings",
     "processor",
     "prompt_seconds",
-    "requantize",
     "split_files",
     "tune",
     "tuned",
@@ -47,8 +47,7 @@ Report = Callable[[str, float], object]
 log = logging.getLogger(__name__)
 
 _LARGEST = 500_000_000  # bytes: larger files are tuned only when asked, since it takes minutes
-_TYPES = {"BF16": 32, "F16": 1, "Q8_0": 7}  # LLAMA_FTYPE_MOSTLY_...
-_F32 = 0
+_TYPES = ("BF16", "F16", "Q8_0")
 _LOSS = 0.002  # nats a token by which a faster type may be farther from exact than the file itself
 _TEXT = (
     "Good morning! I'd like to bake a cake for Sunday, but my sister can't eat gluten, and the "
@@ -184,29 +183,6 @@ def split_files(path: Path) -> list[Path]:
     return [path.with_name(f"{name}-{i:05}-of-{count}.gguf") for i in range(1, int(count) + 1)]
 
 
-def requantize(source: Path, target: Path, ftype: int) -> None:
-    """Write `source` to `target` with all its matrices of one type.
-
-    Args:
-        source: A GGUF file.
-        target: The GGUF file to write.
-        ftype: A `LLAMA_FTYPE_...` number of llama.cpp.
-
-    Raises:
-        OSError: The file cannot be written, or the disk has no room for it.
-        ModelError: llama.cpp could not convert the file.
-    """
-    lib = bindings()
-    params = lib.llama_model_quantize_default_params()
-    params.ftype = ftype
-    params.allow_requantize = True
-    params.pure = True
-    if shutil.disk_usage(target.parent).free < 8 * source.stat().st_size:
-        raise OSError(f"{target.parent} has too little room to convert {source.name}.")
-    if lib.llama_model_quantize(os.fsencode(source), os.fsencode(target), params) != 0:
-        raise ModelError(f"{source} could not be converted.")
-
-
 def prompt_seconds(
     weights: Weights,
     running: Running,
@@ -246,7 +222,7 @@ def _try_types(
         own = weights.type_name
     report("exact arithmetic", 0.0)
     exact = folder / "exact.gguf"
-    requantize(source, exact, _F32)
+    requantize(source, exact, "F32")
     with _loaded(exact) as weights:
         reference = _token_logprobs(weights, running)
     exact.unlink()
@@ -255,7 +231,7 @@ def _try_types(
     for number, (name, file) in enumerate(files.items(), 1):
         report(f"{name} weights", 0.1 + 0.15 * number)
         if file != source:
-            requantize(source, file, _TYPES[name])
+            requantize(source, file, name)
         with _loaded(file) as weights:
             error = float(np.abs(_token_logprobs(weights, running) - reference).mean())
             hopeless = 2 * 256 / max((trial.speed for trial in trials), default=1)
@@ -327,7 +303,7 @@ def _record(source: Path, threads: int) -> Path:
         f"{status.st_size} {status.st_mtime_ns}" if status else "",
         processor(),
         f"{threads} threads",
-        importlib.metadata.version("llama-cpp-python"),
+        engine().name,
     ]
     digest = hashlib.sha256("\n".join(identity).encode()).hexdigest()[:12]
     return _folder() / f"{source.stem}-{digest}.json"
