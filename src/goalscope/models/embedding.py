@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 import os
 import tempfile
 from collections.abc import Callable, Sequence
@@ -10,15 +11,11 @@ from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import cast
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import platformdirs
-
-# WordLlama tells no types.
-import wordllama  # pyright: ignore[reportMissingTypeStubs]
-from wordllama.inference import WordLlamaInference  # pyright: ignore[reportMissingTypeStubs]
 
 __all__ = ["embedded", "embedded_once"]
 
@@ -27,7 +24,7 @@ Vectors = npt.NDArray[np.float32]
 
 def embedded(texts: Sequence[str]) -> Vectors:
     """[N, 256] vectors of length one, zero for no known word; case does not count."""
-    embed = cast("Callable[[list[str]], Vectors]", _model().embed)  # pyright: ignore[reportUnknownMemberType]
+    embed: Callable[[list[str]], Vectors] = _model().embed
     whole = (text.encode(errors="replace").decode() for text in texts)  # no lone surrogates
     vectors = embed([text.lower() or "?" for text in whole]).astype(np.float32)
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
@@ -54,7 +51,13 @@ def embedded_once(texts: Sequence[str]) -> Vectors:
 
 
 @cache
-def _model() -> WordLlamaInference:
+def _model() -> Any:
+    root = logging.getLogger()
+    level, handlers = root.level, list(root.handlers)
+    import wordllama  # pyright: ignore[reportMissingTypeStubs]
+
+    root.setLevel(level)  # importing it sets up logging for the whole program
+    root.handlers[:] = handlers
     return wordllama.WordLlama.load(
         cache_dir=Path(wordllama.__file__).parent, disable_download=True
     )
