@@ -47,7 +47,7 @@ def keep(
 
     with monkeypatch.context() as patch:
         patch.setattr(tuning, "_try_types", types)
-        patch.setattr(tuning, "_try_settings", lambda *_: running)
+        patch.setattr(tuning, "_try_threads", lambda *_: running)
         return tune(file or embedded_path(), 2, report)
 
 

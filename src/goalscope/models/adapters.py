@@ -13,6 +13,7 @@ import gguf
 import numpy as np
 import numpy.typing as npt
 
+from goalscope.models.copies import GGUF
 from goalscope.types import ModelError
 
 __all__ = [
@@ -216,18 +217,8 @@ def read_adapter(path: Path, config: Any) -> Adapter:
 
 def _opened(path: Path) -> tuple[Any, dict[str, Any]]:
     """The reader of a GGUF file, and its fields."""
-    base: Any = gguf.GGUFReader
-
-    class Reader(base):
-        def _get(self, offset: int, dtype: Any, count: int = 1, **order: Any) -> Any:
-            """Refuse what the file is too short for: a list would be read without end."""
-            found: Any = base._get(self, offset, dtype, count, **order)
-            if len(found) < count:
-                raise ValueError("it ends too early")
-            return found
-
     try:
-        reader: Any = Reader(path)
+        reader: Any = GGUF(path)
         return reader, {name: each.contents() for name, each in reader.fields.items()}
     except (OSError, ValueError, IndexError) as error:
         raise ModelError(f"{path} is no complete GGUF file ({error}).") from None

@@ -19,7 +19,7 @@ from filelock import FileLock
 
 from goalscope.types import ModelError
 
-__all__ = ["merged", "requantize"]
+__all__ = ["GGUF", "merged", "requantize"]
 
 logging.getLogger("gguf").setLevel(logging.WARNING)
 
@@ -33,6 +33,19 @@ _FILE_TYPES = {
 }
 
 Floats = npt.NDArray[np.float32]
+
+
+class GGUF(gguf.GGUFReader):
+    """A GGUF file; one that ends too early is refused."""
+
+    def _get(
+        self, offset: int, dtype: Any, count: int = 1, override_order: Any = None
+    ) -> npt.NDArray[Any]:
+        self.data: Any = np.asarray(self.data)  # a plain view: a memmap's own slices are slow
+        found = super()._get(offset, dtype, count, override_order)
+        if len(found) < count:  # a list would be read without end
+            raise ValueError("it ends too early")
+        return found
 
 
 def merged(source: Path, adapter: Path, folder: Path) -> Path:
@@ -94,7 +107,7 @@ def _write(
     changes: Mapping[str, Floats] = MappingProxyType({}),
 ) -> None:
     """Copy a file with its matrices of one type, and something added to some of them."""
-    reader = gguf.GGUFReader(source)
+    reader = GGUF(source)
     writer = gguf.GGUFWriter(target, str(reader.fields["general.architecture"].contents()))
     for name, each in reader.fields.items():
         if name not in _OWN and not name.startswith("GGUF."):
@@ -122,7 +135,7 @@ def _write(
 
 def _changes(adapter: Path) -> dict[str, Floats]:
     """What the adapter adds to each tensor, by its name."""
-    reader = gguf.GGUFReader(adapter)
+    reader = GGUF(adapter)
     factors: dict[str, dict[str, Floats]] = {}
     for tensor in reader.tensors:
         name, _, letter = tensor.name.rpartition(".lora_")

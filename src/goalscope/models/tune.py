@@ -12,7 +12,7 @@ import re
 import shutil
 import tempfile
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -47,6 +47,7 @@ Report = Callable[[str, float], object]
 log = logging.getLogger(__name__)
 
 _LARGEST = 500_000_000  # bytes: larger files are tuned only when asked, since it takes minutes
+_TOKENS = 128  # of the prompt that is timed
 _TYPES = ("BF16", "F16", "Q8_0")
 _LOSS = 0.002  # nats a token by which a faster type may be farther from exact than the file itself
 _TEXT = (
@@ -81,7 +82,7 @@ class Tuning:
         source: The model file.
         path: The file to load: `source`, or a copy with its weights in another type.
         threads: Most threads that were allowed.
-        running: Threads and batch size.
+        running: How it runs fastest.
         trials: What was measured; empty if nothing was.
     """
 
@@ -123,10 +124,10 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
     """Measure how `source` runs fastest, and keep the answer in the user's cache folder.
 
     The weights are tried as they are and as BF16, F16 and Q8_0; a type that is farther from exact
-    arithmetic (F32) than the file itself is left out. Then fewer threads and other batch
-    sizes are tried, each kept where it is faster. (The KV cache is always F16: llama.cpp computes
-    F32 keys and values as F16, and smaller types are slower and less exact, see LOG.md.) Without a
-    `report`, a warning is logged that this takes a while.
+    arithmetic (F32) than the file itself is left out. Then half of the threads are tried, and kept
+    where that is faster. (The KV cache is always F16: llama.cpp computes F32 keys and values as F16,
+    and smaller types are slower and less exact, see LOG.md.) Without a `report`, a warning is
+    logged that this takes a while.
 
     Raises:
         ModelError: `source` is no complete GGUF model, or cannot be converted.
@@ -144,7 +145,7 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
             shutil.rmtree(left, ignore_errors=True)
         if report is None:
             log.warning(
-                "Measuring once how %s runs fastest on this machine, which takes about a minute. "
+                "Measuring once how %s runs fastest on this machine, which takes up to a minute. "
                 "GOALSCOPE_TUNE=0 prevents it.",
                 source.name,
             )
@@ -152,7 +153,7 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
         files, trials = _try_types(source, Path(folder), Running(threads), report)
         bound = trials[0].error + _LOSS
         best = max((t for t in trials if t.error <= bound), key=lambda trial: trial.speed)
-        running = _try_settings(files[best.weights], Running(threads), report)
+        running = _try_threads(files[best.weights], Running(threads), report)
         path = source
         if files[best.weights] != source:
             path = record.with_name(f"{record.stem}-{best.weights}.gguf")
@@ -234,27 +235,20 @@ def _try_types(
             requantize(source, file, name)
         with _loaded(file) as weights:
             error = float(np.abs(_token_logprobs(weights, running) - reference).mean())
-            hopeless = 2 * 256 / max((trial.speed for trial in trials), default=1)
-            seconds = prompt_seconds(weights, running, scored=32, hopeless=hopeless)
-            trials.append(Trial(name, 256 / seconds, error))
+            hopeless = 2 * _TOKENS / max((trial.speed for trial in trials), default=1)
+            seconds = prompt_seconds(weights, running, _TOKENS, scored=16, hopeless=hopeless)
+            trials.append(Trial(name, _TOKENS / seconds, error))
     return files, trials
 
 
-def _try_settings(file: Path, running: Running, report: Report) -> Running:
-    """Fewer threads, other batches: each only if clearly faster, twice."""
-    trials: Sequence[tuple[str, Any]] = (
-        ("threads", max(1, running.threads // 2)),
-        ("batch", 256),
-        ("batch", 1024),
-    )
+def _try_threads(file: Path, running: Running, report: Report) -> Running:
+    """Half of the threads: only if clearly faster, twice."""
+    half = replace(running, threads=max(1, running.threads // 2))
+    report(f"{half.threads} threads", 0.8)
     with _loaded(file) as weights:
-        for number, (name, value) in enumerate(trials):
-            report(f"{name} {value}", 0.75 + 0.08 * number)
-            other = replace(running, **{name: value})
-            if other != running and all(_is_faster(weights, other, running) for _ in range(2)):
-                running = other
+        better = half != running and all(_is_faster(weights, half, running) for _ in range(2))
     report("done", 1.0)
-    return running
+    return half if better else running
 
 
 def _is_faster(weights: Weights, other: Running, running: Running) -> bool:
