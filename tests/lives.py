@@ -197,7 +197,7 @@ def episode(folder: str, *more: str) -> None:
     from goalscope.store import Store
     from goalscope.types import GoalscopeError
 
-    show = display.show_round
+    show = display.show_done
     begun, known = list[str](), 0
     with suppress(GoalscopeError), Store.open(f"{folder}/s.db") as store:
         for info in store.episodes():
@@ -205,15 +205,15 @@ def episode(folder: str, *more: str) -> None:
             if info.ended:
                 return
 
-    def told(out: Any, round: Any, *given: Any, **options: Any) -> None:
-        show(out, round, *given, **options)
+    def told(out: Any, round: Any) -> None:
+        show(out, round)
         if round.number > known:
             print(round.number, flush=True)
 
     shop = ["--catalogue", f"{folder}/shop.csv", "--profiles", f"{folder}/people.toml"]
     words = ["chat", "--resume", *begun] if begun else ["run", "--profile", "baker", *shop]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(display, "show_round", told)
+        patch.setattr(display, "show_done", told)
         _command(*words, "--store", f"{folder}/s.db", *more)
 
 

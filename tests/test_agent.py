@@ -360,6 +360,17 @@ def test_words_that_say_nothing_call_for_goals_only_where_none_is_stated(monkeyp
     assert len(asked) == 2
 
 
+def test_what_was_understood_is_told_before_the_agent_acts() -> None:
+    env, told = LampRoom(["lamp"]), []
+    agent = agent_in(env, understood=lambda round: told.append((round, [*env.on])))
+    done = agent.step("Yes?", "switch on lamp")
+    ((known, on),) = told
+    assert (on, env.on) == ([], ["lamp"])
+    assert (known.number, known.turn, known.reading) == (1, done.turn, done.reading)
+    assert (known.belief, known.changes) == (done.belief, done.changes)
+    assert (known.results, len(done.results)) == ((), 1)
+
+
 def test_a_scripted_person_confirms_and_does_not_end_before_all_is_said() -> None:
     class Final(LampRoom):
         verbs = (*LampRoom.verbs[:-1], Verb("finish", "that is all", (), irreversible=True))

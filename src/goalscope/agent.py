@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Literal
 
 from goalscope.belief import Belief
@@ -76,6 +77,8 @@ class Agent:
         unsure: Nats of an order's margin below which the agent asks before it does what it read.
         progress: Is told what the agent does, before each part of it.
         draft: Is told its question as it grows, where that is written as it is asked.
+        understood: Is told a round as far as it is known before the agent acts: what was read, the
+            belief after it, and the goals that came and went.
 
     Raises:
         InvalidInputError: There is no such method.
@@ -99,6 +102,7 @@ class Agent:
         unsure: float = UNSURE,
         progress: Callable[[str], None] | None = None,
         draft: Heard | None = None,
+        understood: Callable[[Round], None] | None = None,
     ) -> None:
         self.env = env
         self.model = model
@@ -108,6 +112,7 @@ class Agent:
         self._executor = Executor(env, self._pick, unsure)
         self._progress = progress or _silent
         self._draft = draft
+        self._understood = understood
         self.modules = modules or modules_of(model)
         proposer = self.modules.proposer
         self.goals = GoalManager(
@@ -235,6 +240,15 @@ class Agent:
                     changes, missing = self._update(tracker, turn, reading)
                 except UnreadableAnswerError as error:
                     done.notes.append(f"The goals stay as they are. {error}")
+            known = Round(
+                number=len(self.rounds) + 1,
+                turn=turn,
+                belief=tracker.belief if tracker else None,
+                changes=(*self._corrections, *changes),
+                reading=reading,
+            )
+            if self._understood:
+                self._understood(known)
             self._executor.follow(done, standing)
             outcome = Outcome()
             if self._aimed(reading) and not (done.wary or done.ended):
@@ -243,11 +257,8 @@ class Agent:
                 gone = retracted(self.rounds)
                 turns = [*(each.turn for each in self.rounds if each.number not in gone), turn]
                 outcome = self._planned(turns, past, standing, done.notes)
-            round = Round(
-                number=len(self.rounds) + 1,
-                turn=turn,
-                belief=tracker.belief if tracker else None,
-                changes=(*self._corrections, *changes),
+            round = replace(
+                known,
                 results=(*done.results, *outcome.results),
                 replans=outcome.replans,
                 status=self.env.status(),
@@ -258,7 +269,6 @@ class Agent:
                 ),
                 terminated=done.ended or any(result.terminated for result in outcome.results),
                 question=done.question,
-                reading=reading,
                 pending=tuple(done.pending),
                 released=done.released,
                 state=self.env.fingerprint(),

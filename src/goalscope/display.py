@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 __all__ = [
     "show_belief",
     "show_checks",
+    "show_done",
     "show_episodes",
     "show_header",
     "show_reasons",
@@ -36,6 +37,7 @@ __all__ = [
     "show_scores",
     "show_status",
     "show_summary",
+    "show_understood",
     "show_unwanted",
 ]
 
@@ -60,7 +62,20 @@ def show_round(
     transcript: bool = True,
     order: bool = False,
 ) -> None:
-    """Draw one round.
+    """Draw one round; see `show_understood`."""
+    show_understood(console, round, previous, transcript=transcript, order=order)
+    show_done(console, round)
+
+
+def show_understood(
+    console: Console,
+    round: Round,
+    previous: Belief | None = None,
+    *,
+    transcript: bool = True,
+    order: bool = False,
+) -> None:
+    """Draw what the words were taken for, and the belief after them.
 
     Args:
         console: Where to.
@@ -90,6 +105,10 @@ def show_round(
         ],
         "Goals",
     )
+
+
+def show_done(console: Console, round: Round) -> None:
+    """Draw what was done in a round, how things stand, and the notes."""
     _rows(
         console,
         [

@@ -45,11 +45,11 @@ class Round:
     turn: Turn
     belief: Belief | None
     changes: tuple[GoalChange, ...]
-    results: tuple[StepResult, ...]
-    replans: int
-    status: str
-    notes: tuple[str, ...]
-    terminated: bool
+    results: tuple[StepResult, ...] = ()
+    replans: int = 0
+    status: str = ""
+    notes: tuple[str, ...] = ()
+    terminated: bool = False
     question: str = ""
     reading: Reading | None = None
     pending: tuple[Order, ...] = ()

@@ -89,6 +89,7 @@ class Session:
         resume: EpisodeInfo | None = None,
         progress: Callable[[str], None] | None = None,
         draft: Heard | None = None,
+        understood: Callable[[Round], None] | None = None,
     ) -> None:
         """Begin an episode, or continue one.
 
@@ -104,6 +105,7 @@ class Session:
             resume: The stored episode to continue.
             progress: Is told what the agent does, as for `Agent`.
             draft: Is told each question that it writes, as for `Agent`.
+            understood: Is told each round before the agent acts, as for `Agent`.
 
         Raises:
             InvalidInputError: There is no such profile, or no other one whose goal they could
@@ -122,6 +124,7 @@ class Session:
             modules=modules_for(settings, model),
             progress=progress,
             draft=draft,
+            understood=understood,
         )
         self._human = self._make_human(model, read)
         self.earlier = store.rounds(resume.id) if resume else []

@@ -84,7 +84,14 @@ def chat(
     """
     from goalscope.cli.typed import typed
     from goalscope.cli.why import correct
-    from goalscope.display import show_belief, show_header, show_round, show_summary
+    from goalscope.display import (
+        show_belief,
+        show_done,
+        show_header,
+        show_round,
+        show_summary,
+        show_understood,
+    )
     from goalscope.domains import Settings, profile_named
     from goalscope.session import Session, more_rounds, saved_settings
     from goalscope.store import Store
@@ -132,6 +139,13 @@ def chat(
         profile = info.profile if info else None
         person = profile_named(settings, profile) if profile else None
         with engine_of(settings) as engine, _environment(settings, person) as env:
+            order = settings.method == "no-inference"
+            before = None
+
+            def understood(round: Round) -> None:
+                transcript = settings.human != "you"
+                show_understood(out, round, before, transcript=transcript, order=order)
+
             session = Session(
                 episodes,
                 settings,
@@ -140,6 +154,7 @@ def chat(
                 profile=profile,
                 read=read,
                 resume=info,
+                understood=understood,
             )
             show_header(out, session.info)
             ends = (
@@ -148,8 +163,6 @@ def chat(
             correctable = settings.method == "good"
             more = '; "/help" tells how to correct the goals.' if correctable else "."
             out.print(ends + more, style="dim")
-            order = settings.method == "no-inference"
-            before = None
             for round in session.earlier:
                 show_round(out, round, before, order=order)
                 before = round.belief
@@ -159,8 +172,7 @@ def chat(
             try:
                 with _resumable(session), busy:
                     for round in session.run():
-                        transcript = settings.human != "you"
-                        show_round(out, round, before, transcript=transcript, order=order)
+                        show_done(out, round)
                         draw()
                         before = round.belief
             except EOFError:
