@@ -112,7 +112,7 @@ adapter: adapters/general/adapter.gguf  ## the adapter that goalscope comes with
 	cp $(addprefix adapters/general/,adapter.gguf README.md fit.json) src/goalscope/models/general/
 
 # An hour or two each, and up to half an hour for each of the next ones; delete the folder of one to fit it again.
-# In the second and third stage TEACh, named in halves, is drawn twice as often as the other sets.
+# After the first stage TEACh, named in halves, is drawn twice as often as the other sets.
 adapters/general-1/adapter.gguf: | $(READY)
 	$(FIT)/general-1 $(foreach set,$(SETS),"$(FIT_$(set))") --steps 400 --every 100 --learning-rate 5e-4
 
@@ -120,9 +120,13 @@ adapters/general-2/adapter.gguf: adapters/general-1/adapter.gguf
 	$(BIN)/goalscope fit --start adapters/general-1 --out adapters/general-2 $(HALVES) \
 		--steps 400 --every 200 --validation 48
 
-adapters/general/adapter.gguf: adapters/general-2/adapter.gguf adapters/needs.jsonl adapters/talks.jsonl
-	$(BIN)/goalscope fit --start adapters/general-2 --out adapters/general $(HALVES) \
+adapters/general-3/adapter.gguf: adapters/general-2/adapter.gguf adapters/needs.jsonl adapters/talks.jsonl
+	$(BIN)/goalscope fit --start adapters/general-2 --out adapters/general-3 $(HALVES) \
 		adapters/needs.jsonl adapters/talks.jsonl --steps 600 --every 300 --validation 64
+
+adapters/general/adapter.gguf: adapters/general-3/adapter.gguf
+	$(BIN)/goalscope fit --start adapters/general-3 --out adapters/general $(HALVES) \
+		adapters/needs.jsonl adapters/talks.jsonl --seed 2 --steps 480 --every 240 --validation 64
 
 adapters/needs.jsonl: | $(READY)
 	$(BIN)/python corpus/cases.py $@ src/goalscope/needs --asides corpus/reading/train
