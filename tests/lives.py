@@ -224,8 +224,8 @@ def rounds_of(place: Path | str) -> list[tuple[str, ...]]:
 
     with Store.open(place) as store:
         if "://" not in str(place):
-            with store.reading() as session:
-                checked = session.connection().exec_driver_sql("PRAGMA integrity_check").scalar()
+            with store.reading() as connection:
+                checked = connection.exec_driver_sql("PRAGMA integrity_check").scalar()
             assert checked == "ok"
         return [tuple(map(round_to_json, store.rounds(e.id))) for e in store.episodes()]
 

@@ -19,7 +19,7 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import text
 
 from databases import PASSWORD
-from goalscope.database.tables import REVISION, VERSION_TABLE, Base
+from goalscope.database.tables import METADATA, REVISION, VERSION_TABLE
 from goalscope.experiment.results import Results
 from goalscope.store import Store
 from goalscope.study.book import Book, _order
@@ -133,9 +133,9 @@ def test_a_study_is_deleted_while_somebody_joins(place, monkeypatch):
         assert begun.wait(60)
         deletes = pool.submit(book.delete, study)
         if place.startswith("postgresql"):  # where nobody waits before they have a lock
-            with store.reading() as session:
+            with store.reading() as connection:
                 waiting = text("SELECT count(*) FROM pg_locks WHERE NOT granted")
-                while not session.scalar(waiting):
+                while not connection.scalar(waiting):
                     assert not deletes.done()
         waits.set()
         assert joins.result(60).number == 1
@@ -197,11 +197,9 @@ def test_the_revision_makes_the_tables_that_are_mapped(place):
     config = Config()
     config.set_main_option("script_location", "goalscope.database:migrations")
     assert ScriptDirectory.from_config(config).get_current_head() == REVISION
-    with Store.open(place) as store, store.reading() as session:
-        context = MigrationContext.configure(
-            session.connection(), opts={"version_table": VERSION_TABLE}
-        )
-        assert compare_metadata(context, Base.metadata) == []
+    with Store.open(place) as store, store.reading() as connection:
+        context = MigrationContext.configure(connection, opts={"version_table": VERSION_TABLE})
+        assert compare_metadata(context, METADATA) == []
 
 
 def test_a_store_that_is_up_to_date_opens_without_alembic(place):
@@ -236,8 +234,8 @@ def test_tables_that_could_not_be_made_are_made_at_the_next_opening(place, monke
 
 
 def test_a_newer_revision_is_refused(place):
-    with Store.open(place) as store, store.writing() as session:
-        session.execute(text(f"UPDATE {VERSION_TABLE} SET version_num = '9999'"))
+    with Store.open(place) as store, store.writing() as connection:
+        connection.execute(text(f"UPDATE {VERSION_TABLE} SET version_num = '9999'"))
     with pytest.raises(GoalscopeError, match="Update goalscope"):
         Store.open(place)
 
@@ -264,15 +262,15 @@ def test_a_closed_file_has_no_journal(tmp_path):
 
 def test_a_foreign_key_holds_on_every_connection_of_a_file(tmp_path):
     with Store.open(tmp_path / "s.db") as store, store.reading() as one, store.reading() as other:
-        assert one.connection() is not other.connection()
+        assert one.connection.dbapi_connection is not other.connection.dbapi_connection
         assert pragma(one, "foreign_keys") == pragma(other, "foreign_keys") == 1
 
 
 def test_a_server_confirms_what_is_on_its_disk(server):
     place = server.new()
     server.run(f"ALTER DATABASE {place.rpartition('/')[2]} SET synchronous_commit = off")
-    with Store.open(place) as store, store.writing() as session:
-        assert session.scalar(text("SHOW synchronous_commit")) == "on"
+    with Store.open(place) as store, store.writing() as connection:
+        assert connection.scalar(text("SHOW synchronous_commit")) == "on"
 
 
 def test_other_tables_of_a_server_are_left_alone(server):
@@ -317,10 +315,9 @@ def test_a_lost_connection_is_explained_and_the_next_call_has_another(server):
     lose = f"SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = '{name}'"
 
     def read_and_lose() -> None:
-        with store.reading() as session:
-            session.connection()
+        with store.reading() as connection:
             server.run(lose)
-            session.scalar(text("SELECT 1"))
+            connection.scalar(text("SELECT 1"))
 
     with Store.open(place) as store:
         id = store.begin(**EPISODE)
@@ -333,8 +330,8 @@ def test_a_lost_connection_is_explained_and_the_next_call_has_another(server):
 
 def test_a_locked_table_is_explained(server, monkeypatch):
     monkeypatch.setattr("goalscope.database.opening.WAIT", 1)
-    with Store.open(server.new()) as store, store.writing() as session:
-        session.execute(text("LOCK TABLE episodes"))
+    with Store.open(server.new()) as store, store.writing() as connection:
+        connection.execute(text("LOCK TABLE episodes"))
         with pytest.raises(GoalscopeError, match="Another program is writing"):
             store.begin(**EPISODE)
 

@@ -236,8 +236,7 @@ def test_episodes_without_an_experiment_are_reported(tmp_path: Path) -> None:
 
 def test_reading_changes_nothing_while_another_writes(tmp_path: Path) -> None:
     fill(tmp_path / "r.db", [mcq(1)])
-    with Results.open(tmp_path / "r.db") as other, other.writing() as session:
-        session.connection()
+    with Results.open(tmp_path / "r.db") as other, other.writing():
         (section,) = read_report(tmp_path / "r.db", draw=False).sections
     assert section.tables[0].rows[0]["done"] == 1
     old = tmp_path / "r.db"

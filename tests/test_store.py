@@ -181,10 +181,10 @@ def test_every_connection_is_durable(tmp_path):
             store.reading() as one,
             store.writing() as other,
         ):
-            for session in (one, other):
-                assert pragma(session, "journal_mode") == "wal"
-                assert pragma(session, "synchronous") == 2
-                assert pragma(session, "foreign_keys") == 1
+            for connection in (one, other):
+                assert pragma(connection, "journal_mode") == "wal"
+                assert pragma(connection, "synchronous") == 2
+                assert pragma(connection, "foreign_keys") == 1
 
 
 def test_a_prefix_finds_an_episode_and_an_unknown_id_names_the_nearest(place):
@@ -229,8 +229,8 @@ def test_a_full_disk_keeps_the_earlier_rounds(tmp_path):
     with Store.open(tmp_path / "s.db") as store:
         id = store.begin(**EPISODE)
         store.append(id, a_round(1))
-        with store.reading() as session:  # the pool has but this connection
-            pragma(session, f"max_page_count = {pragma(session, 'page_count')}")
+        with store.reading() as connection:  # the pool has but this connection
+            pragma(connection, f"max_page_count = {pragma(connection, 'page_count')}")
         with pytest.raises(GoalscopeError, match="disk is full"):
             store.append(id, a_round(2, status="x" * 100_000))
         assert [r.number for r in store.rounds(id)] == [1]
@@ -241,8 +241,8 @@ def test_a_damaged_file_and_a_locked_one_are_explained(tmp_path):
     with pytest.raises(GoalscopeError, match="no SQLite file"):
         Store.open(tmp_path / "text.db")
     with Store.open(tmp_path / "s.db") as store:
-        with store.reading() as session:
-            pragma(session, "busy_timeout = 10")
+        with store.reading() as connection:
+            pragma(connection, "busy_timeout = 10")
         other = sqlite3.connect(tmp_path / "s.db", isolation_level=None)
         other.execute("BEGIN IMMEDIATE")
         with pytest.raises(GoalscopeError, match="Another program"):
@@ -317,14 +317,14 @@ def test_a_killed_process_loses_no_stored_round(place, tmp_path):
         with Store.open(each) as store:
             numbers = [round.number for round in store.rounds(id)]
             if "://" not in each:
-                with store.reading() as session:
-                    assert pragma(session, "integrity_check") == "ok"
+                with store.reading() as connection:
+                    assert pragma(connection, "integrity_check") == "ok"
         assert len(numbers) >= acknowledged >= 1
         assert numbers == list(range(1, len(numbers) + 1))
 
 
-def pragma(session, name):
-    return session.connection().exec_driver_sql(f"PRAGMA {name}").scalar()
+def pragma(connection, name):
+    return connection.exec_driver_sql(f"PRAGMA {name}").scalar()
 
 
 def with_connection(path, statement):

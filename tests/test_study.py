@@ -13,9 +13,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binom
-from sqlalchemy import func, select, update
+from sqlalchemy import func, select
 
-from goalscope.database.tables import AnswerRow, CellRow, ItemRow, ParticipantRow
+from goalscope.database.tables import ANSWERS, CELLS, ITEMS, PARTICIPANTS
 from goalscope.domains import Settings, profiles_of
 from goalscope.episode import Round
 from goalscope.experiment.results import Results
@@ -210,9 +210,9 @@ def test_a_deleted_study_leaves_nothing_and_takes_nothing_else(store):
         book.named("s")
     assert [each.plan.name for each in book.all()] == ["t"]
     assert book.participants(other) == kept
-    with store.reading() as session:
-        for row, count in ((ParticipantRow, 1), (ItemRow, 4), (AnswerRow, 2)):
-            assert session.scalar(select(func.count()).select_from(row)) == count
+    with store.reading() as connection:
+        for table, count in ((PARTICIPANTS, 1), (ITEMS, 4), (ANSWERS, 2)):
+            assert connection.scalar(select(func.count()).select_from(table)) == count
     assert [info.id for info in store.episodes()] == ids
     assert book.participants(book.add(PLAN)) == []
 
@@ -292,9 +292,10 @@ def test_those_who_left_make_room(store):
     with pytest.raises(ConflictError):
         book.join(study, "more", "more")
     old = (datetime.now(UTC) - timedelta(minutes=61)).isoformat()
-    with store.writing() as session:
-        for each in (stays, gone):
-            session.get_one(ParticipantRow, each.number).joined = old
+    both = PARTICIPANTS.c.number.in_([stays.number, gone.number])
+    aged = PARTICIPANTS.update().where(both).values(joined=old)
+    with store.writing() as connection:
+        assert connection.execute(aged).rowcount == 2
     more = book.join(study, "more", "more")
     assert {a.item for a in more.answers} == {a.item for a in gone.answers}
 
@@ -354,9 +355,9 @@ def test_scores_of_people_beside_those_of_the_judge_and_the_state(store):
     about = {"model": {"model": "j.gguf"}, "trials": 2, "seed": 0, "kind": "judge"}
     for run, id, scores in zip(runs, ids, ([3, 1.5], [None, 0.75]), strict=True):
         # `keep` would make an episode of its own: these refer to those that are here
-        with store.writing() as session:
+        with store.writing() as connection:
             result = json.dumps({"episode": id, "empty": False})
-            session.execute(update(CellRow).where(CellRow.key == run.key).values(result=result))
+            connection.execute(CELLS.update().where(CELLS.c.key == run.key).values(result=result))
         (judge,) = store.plan([{**about, "of": {"key": run.key}, "empty": False}])
         trials = [{"score": s, "explanation": "", "answer": ""} for s in scores]
         store.keep(judge.key, {"trials": trials}, {})

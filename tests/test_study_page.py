@@ -13,7 +13,7 @@ from playwright.sync_api import Page, Route, expect
 from sqlalchemy import func, select
 
 from browsers import needs_chromium
-from goalscope.database.tables import AnswerRow, ItemRow
+from goalscope.database.tables import ANSWERS, ITEMS
 from goalscope.store import Store
 from goalscope.study.book import Book
 from sites import site
@@ -129,8 +129,8 @@ def test_from_consent_to_the_end_with_every_mishap(file: Path, address: str, ent
     with Store.open(file) as store:
         book = Book(store)
         (ann,) = book.participants(book.named("shop"))
-        with store.reading() as session:
-            rows = session.scalar(select(func.count()).select_from(AnswerRow))
+        with store.reading() as connection:
+            rows = connection.scalar(select(func.count()).select_from(ANSWERS))
     assert (ann.external, ann.finished) == ("ann", True)
     saved = [(each.place, each.rating, each.explanation) for each in ann.answers]
     answers = enumerate((first, second, third, fourth, fifth), 1)
@@ -171,9 +171,11 @@ def test_each_list_stands_below_its_own_line(tmp_path: Path, enter) -> None:
     with Store.open(tmp_path / "listed.db") as store:
         fill(store)
         Book(store).add(PLAN)
-        with store.writing() as session:
-            for item in session.scalars(select(ItemRow)):
-                item.view = json.dumps({**json.loads(item.view), "outcome": told})
+        with store.writing() as connection:
+            for item in connection.execute(select(ITEMS)).all():
+                view = json.dumps({**json.loads(item.view), "outcome": told})
+                here = ITEMS.c.number == item.number
+                connection.execute(ITEMS.update().where(here).values(view=view))
     with site(tmp_path / "listed.db") as running:
         page = enter(f"{running}/study/shop?id=ann")
         page.get_by_role("checkbox").check()

@@ -16,7 +16,7 @@ import httpx
 import pytest
 from sqlalchemy import func, select
 
-from goalscope.database.tables import AnswerRow
+from goalscope.database.tables import ANSWERS
 from goalscope.store import Store
 from goalscope.study.book import Book
 from sites import KEY, site
@@ -297,8 +297,8 @@ def test_a_thousand_answers_over_a_bad_network_are_a_thousand_rows(tmp_path: Pat
     with Store.open(tmp_path / "episodes.db") as store:
         book = Book(store)
         people = book.participants(book.named("shop"))
-        with store.reading() as session:
-            rows = session.scalar(select(func.count()).select_from(AnswerRow))
+        with store.reading() as connection:
+            rows = connection.scalar(select(func.count()).select_from(ANSWERS))
     assert rows == 1000
     assert len(people) == 100
     by_id = {each.external: each for each in people}

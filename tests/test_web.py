@@ -268,8 +268,8 @@ class FullDisk(Store):
 
     @contextmanager
     def writing(self):
-        with super().writing() as session:
-            yield session
+        with super().writing() as connection:
+            yield connection
             if self.full:
                 raise GoalscopeError("The disk is full: free some space.")
 

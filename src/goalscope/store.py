@@ -12,15 +12,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 from threading import Lock
 from types import TracebackType
-from typing import Any, Literal, Self, cast
+from typing import Any, Literal, Self
 
-from sqlalchemy import ColumnElement, Engine, Select, delete, func, or_, select, update
+from sqlalchemy import ColumnElement, Connection, Engine, Row, Select, func, or_, select
 from sqlalchemy.exc import IntegrityError
-from sqlalchemy.orm import Session, sessionmaker
 
 from goalscope.database.errors import explained
 from goalscope.database.opening import WRITING, default_place, opened
-from goalscope.database.tables import CorrectionRow, EpisodeRow, RoundRow, Words
+from goalscope.database.tables import CORRECTIONS, EPISODES, ROUNDS, Words
 from goalscope.episode import Round
 from goalscope.rounds_json import dumps, round_from_json, round_to_json, turn_like
 from goalscope.types import ConflictError, GoalscopeError, InvalidInputError
@@ -84,8 +83,7 @@ class Store:
         """Use a database that is ready; `Store.open` is the usual way in."""
         self.place = place
         self._engine = engine
-        self._reading = sessionmaker(engine)
-        self._writing = sessionmaker(engine.execution_options(**WRITING))
+        self._writing = engine.execution_options(**WRITING)
         # SQLite has writers poll for their turn, until one of many gets none: threads queue here.
         self._turn = Lock() if engine.dialect.name == "sqlite" else nullcontext()
 
@@ -124,16 +122,16 @@ class Store:
         self.close()
 
     @contextmanager
-    def reading(self) -> Generator[Session]:
+    def reading(self) -> Generator[Connection]:
         """All that is read inside is of one moment, if the database is a file."""
-        with explained(self.place), self._reading() as session:
-            yield session
+        with explained(self.place), self._engine.connect() as connection:
+            yield connection
 
     @contextmanager
-    def writing(self) -> Generator[Session]:
+    def writing(self) -> Generator[Connection]:
         """All that is written inside becomes durable together, or not at all."""
-        with explained(self.place), self._turn, self._writing.begin() as session:
-            yield session
+        with explained(self.place), self._turn, self._writing.begin() as connection:
+            yield connection
 
     def begin(
         self,
@@ -147,7 +145,7 @@ class Store:
         owner: str | None = None,
     ) -> str:
         """Start an episode and return its id."""
-        row = new_episode(
+        values = new_episode(
             domain=domain,
             method=method,
             model=model,
@@ -156,10 +154,9 @@ class Store:
             settings=settings,
             owner=owner,
         )
-        id = row.id
-        with self.writing() as session:
-            session.add(row)
-        return id
+        with self.writing() as connection:
+            connection.execute(EPISODES.insert(), values)
+        return values["id"]
 
     def append(
         self,
@@ -181,41 +178,41 @@ class Store:
             ConflictError: There is such a round already, or what it builds on has changed.
             GoalscopeError: The round cannot be written; all earlier ones are kept.
         """
-        row = RoundRow(episode=id, number=round.number, json=round_to_json(round))
-        with self.writing() as session:
+        values = {"episode": id, "number": round.number, "json": round_to_json(round)}
+        with self.writing() as connection:
             if isinstance(after, Round):
-                _still_newest(session, id, after)
+                _still_newest(connection, id, after)
             elif after is not None:
-                _still_so(session, id, after)
-            session.add(row)
+                _still_so(connection, id, after)
             try:
-                session.flush()
+                connection.execute(ROUNDS.insert(), values)
             except IntegrityError as error:
                 raise ConflictError(
                     f"Round {round.number} of episode {id} cannot be added: the episode has such a "
                     "round already (does it run in another window?) or is unknown."
                 ) from error
             if end:
-                _finish(session, id, *end)
+                _finish(connection, id, *end)
 
     def correct(self, id: str, after: int, correction: Sequence[str]) -> None:
         """Store what the person says of the goals after so many rounds, before the next has it."""
-        with self.writing() as session:
-            session.add(CorrectionRow(episode=id, after=after, json=dumps(correction)))
+        values = {"episode": id, "after": after, "json": dumps(correction)}
+        with self.writing() as connection:
+            connection.execute(CORRECTIONS.insert(), values)
 
     def take_back(self, id: str, after: int) -> None:
         """Remove the newest correction after so many rounds."""
-        row = CorrectionRow
+        row = CORRECTIONS.c
         newest = select(func.max(row.number)).where(row.episode == id, row.after == after)
-        with self.writing() as session:
-            session.execute(delete(row).where(row.number == newest.scalar_subquery()))
+        with self.writing() as connection:
+            connection.execute(CORRECTIONS.delete().where(row.number == newest.scalar_subquery()))
 
     def corrections(self, id: str, after: int) -> list[list[Any]]:
         """Return what the person has said of the goals after so many rounds, in order."""
-        row = CorrectionRow
+        row = CORRECTIONS.c
         query = select(row.json).where(row.episode == id, row.after == after).order_by(row.number)
-        with self.reading() as session:
-            return [json.loads(text) for text in session.scalars(query)]
+        with self.reading() as connection:
+            return [json.loads(text) for text in connection.scalars(query)]
 
     def amend(self, id: str, old: Round, new: Round) -> None:
         """Store the newest round anew.
@@ -223,11 +220,11 @@ class Store:
         Raises:
             ConflictError: It is not the newest any more, or has been changed meanwhile.
         """
-        with self.writing() as session:
-            _still_newest(session, id, old)
-            session.execute(
-                update(RoundRow)
-                .where(RoundRow.episode == id, RoundRow.number == old.number)
+        with self.writing() as connection:
+            _still_newest(connection, id, old)
+            connection.execute(
+                ROUNDS.update()
+                .where(ROUNDS.c.episode == id, ROUNDS.c.number == old.number)
                 .values(json=round_to_json(new))
             )
 
@@ -237,24 +234,26 @@ class Store:
         Raises:
             ConflictError: The settings are others than `old` by now, or there is a round.
         """
-        row = EpisodeRow
-        with self.writing() as session:
-            _still_so(session, id, old)
-            if session.scalar(select(func.count()).where(RoundRow.episode == id)):
+        settings = dumps(dict(new))
+        with self.writing() as connection:
+            _still_so(connection, id, old)
+            if connection.scalar(select(func.count()).where(ROUNDS.c.episode == id)):
                 raise ConflictError(_CHANGED.format(id))
-            session.execute(update(row).where(row.id == id).values(settings=dumps(dict(new))))
+            connection.execute(
+                EPISODES.update().where(EPISODES.c.id == id).values(settings=settings)
+            )
 
     def finish(self, id: str, *, ended: Ended, score: float | None = None) -> None:
         """Record how an episode ended, with its score (0 to 1) if it has a profile."""
-        with self.writing() as session:
-            _finish(session, id, ended, score)
+        with self.writing() as connection:
+            _finish(connection, id, ended, score)
 
     def delete(self, id: str) -> None:
         """Remove an episode with all that was said in it."""
-        with self.writing() as session:
-            session.execute(delete(CorrectionRow).where(CorrectionRow.episode == id))
-            session.execute(delete(RoundRow).where(RoundRow.episode == id))
-            session.execute(delete(EpisodeRow).where(EpisodeRow.id == id))
+        with self.writing() as connection:
+            connection.execute(CORRECTIONS.delete().where(CORRECTIONS.c.episode == id))
+            connection.execute(ROUNDS.delete().where(ROUNDS.c.episode == id))
+            connection.execute(EPISODES.delete().where(EPISODES.c.id == id))
 
     def rounds(self, id: str, *, since: int = 1) -> list[Round]:
         """Return an episode's rounds in order, from one number on.
@@ -263,10 +262,10 @@ class Store:
             InvalidInputError: No episode, or more than one, has an id that begins so.
         """
         info = self.episode(id)
-        wanted = (RoundRow.episode == info.id, RoundRow.number >= since)
-        query = select(RoundRow.json).where(*wanted).order_by(RoundRow.number)
-        with self.reading() as session:
-            texts = session.scalars(query).all()
+        wanted = (ROUNDS.c.episode == info.id, ROUNDS.c.number >= since)
+        query = select(ROUNDS.c.json).where(*wanted).order_by(ROUNDS.c.number)
+        with self.reading() as connection:
+            texts = connection.scalars(query).all()
         try:
             return [round_from_json(text) for text in texts]
         except (ValueError, LookupError, TypeError) as error:
@@ -280,13 +279,13 @@ class Store:
         Raises:
             InvalidInputError: No episode, or more than one, has an id that begins so.
         """
-        begins = func.substr(EpisodeRow.id, 1, len(id), type_=Words()) == id
-        with self.reading() as session:
-            rows = session.execute(_infos().where(begins).limit(4 if id else 0)).all()
+        begins = func.substr(EPISODES.c.id, 1, len(id), type_=Words()) == id
+        with self.reading() as connection:
+            rows = connection.execute(_infos().where(begins).limit(4 if id else 0)).all()
             if len(rows) == 1:
-                return _info(*rows[0])
-            near = [row.id for row, _ in rows] or difflib.get_close_matches(
-                id, session.scalars(select(EpisodeRow.id)), n=3, cutoff=0.5
+                return _info(rows[0])
+            near = [row.id for row in rows] or difflib.get_close_matches(
+                id, connection.scalars(select(EPISODES.c.id)), n=3, cutoff=0.5
             )
         hint = f" Did you mean {', '.join(near[:3])}?" if near else ""
         what = "More than one episode has an id that begins with" if rows else "No episode is"
@@ -312,72 +311,74 @@ class Store:
             limit: At most so many.
             offset: After so many others.
         """
-        order = EpisodeRow.number.desc() if newest_first else EpisodeRow.number
+        order = EPISODES.c.number.desc() if newest_first else EPISODES.c.number
         found = _matching(owner, text)
         if domain is not None:
-            found.append(EpisodeRow.domain == domain)
+            found.append(EPISODES.c.domain == domain)
         query = _infos().where(*found).order_by(order).limit(limit).offset(offset)
-        with self.reading() as session:
-            return [_info(row, rounds) for row, rounds in session.execute(query)]
+        with self.reading() as connection:
+            return [_info(row) for row in connection.execute(query)]
 
     def count(self, *, owner: str | None = None, text: str = "") -> int:
         """Return how many episodes there are; see `episodes`."""
-        query = select(func.count()).select_from(EpisodeRow).where(*_matching(owner, text))
-        with self.reading() as session:
-            return session.scalar(query) or 0
+        query = select(func.count()).select_from(EPISODES).where(*_matching(owner, text))
+        with self.reading() as connection:
+            return connection.scalar(query) or 0
 
 
-def _finish(session: Session, id: str, ended: Ended, score: float | None) -> None:
+def _finish(connection: Connection, id: str, ended: Ended, score: float | None) -> None:
     if score is not None and not 0 <= score <= 1:
         raise ValueError(f"score must lie between 0 and 1, not {score}")
-    session.execute(update(EpisodeRow).where(EpisodeRow.id == id).values(ended=ended, score=score))
+    connection.execute(
+        EPISODES.update().where(EPISODES.c.id == id).values(ended=ended, score=score)
+    )
 
 
-def _still_so(session: Session, id: str, settings: Mapping[str, Any]) -> None:
-    same = select(EpisodeRow.settings).where(EpisodeRow.id == id).with_for_update()
-    if json.loads(session.scalar(same) or "null") != settings:
+def _still_so(connection: Connection, id: str, settings: Mapping[str, Any]) -> None:
+    same = select(EPISODES.c.settings).where(EPISODES.c.id == id).with_for_update()
+    if json.loads(connection.scalar(same) or "null") != settings:
         raise ConflictError(_CHANGED.format(id))
 
 
-def _still_newest(session: Session, id: str, round: Round) -> None:
-    row = RoundRow
+def _still_newest(connection: Connection, id: str, round: Round) -> None:
+    row = ROUNDS.c
     same = select(row.json).where(row.episode == id, row.number == round.number).with_for_update()
     newer = select(func.count()).where(row.episode == id, row.number > round.number)
-    if session.scalar(same) != round_to_json(round) or session.scalar(newer):
+    if connection.scalar(same) != round_to_json(round) or connection.scalar(newer):
         raise ConflictError(_CHANGED.format(id))
 
 
 def _matching(owner: str | None, text: str) -> list[ColumnElement[bool]]:
-    row = EpisodeRow
+    row = EPISODES.c
     found: list[ColumnElement[bool]] = []
     if owner is not None:
         found.append(row.owner == owner)
     if text:
         columns = (row.id, row.domain, row.profile, row.method, row.model, row.task)
-        said = select(RoundRow).where(
-            RoundRow.episode == row.id, RoundRow.json.ilike(turn_like(text), escape="/")
+        said = select(ROUNDS).where(
+            ROUNDS.c.episode == row.id, ROUNDS.c.json.ilike(turn_like(text), escape="/")
         )
         stands = (each.icontains(text, autoescape=True) for each in columns)
         found.append(or_(*stands, said.exists()))
     return found
 
 
-def new_episode(settings: Mapping[str, Any] | None = None, **values: str | None) -> EpisodeRow:
+def new_episode(settings: Mapping[str, Any] | None = None, **values: str | None) -> dict[str, Any]:
     """The row of an episode that begins now."""
-    return EpisodeRow(
-        id=secrets.token_hex(4),
-        created=datetime.now(UTC).isoformat(timespec="seconds"),
-        settings=dumps(dict(settings or {})),
+    return {
+        "id": secrets.token_hex(4),
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "settings": dumps(dict(settings or {})),
         **values,
-    )
+    }
 
 
-def _infos() -> Select[EpisodeRow, int]:
-    rounds = select(func.count()).where(RoundRow.episode == EpisodeRow.id)
-    return select(EpisodeRow, rounds.scalar_subquery())
+def _infos() -> Select[Any]:
+    rounds = select(func.count()).where(ROUNDS.c.episode == EPISODES.c.id)
+    return select(EPISODES, rounds.scalar_subquery().label("rounds"))
 
 
-def _info(row: EpisodeRow, rounds: int) -> EpisodeInfo:
+def _info(row: Row[Any]) -> EpisodeInfo:
     return EpisodeInfo(
         row.id,
         row.created,
@@ -387,8 +388,8 @@ def _info(row: EpisodeRow, rounds: int) -> EpisodeInfo:
         row.model,
         row.task,
         json.loads(row.settings),
-        cast("Ended | None", row.ended),
+        row.ended,
         row.score,
-        rounds,
+        row.rounds,
         row.owner,
     )

@@ -14,7 +14,7 @@ from sqlalchemy import select
 
 from browsers import needs_chromium
 from goalscope.belief import Belief
-from goalscope.database.tables import ItemRow
+from goalscope.database.tables import ITEMS
 from goalscope.domains import Settings
 from goalscope.episode import Round
 from goalscope.report import read_report, write_report
@@ -88,10 +88,12 @@ def test_nothing_that_is_stored_is_run(
                 thanks=PAYLOADS[8],
             )
         )
-        with store.writing() as session:
-            for item in session.scalars(select(ItemRow)):
+        with store.writing() as connection:
+            for item in connection.execute(select(ITEMS)).all():
                 own = {"profile": " ".join(PAYLOADS), "outcome": "\n".join(PAYLOADS)}
-                item.view = json.dumps({**json.loads(item.view), **own})
+                view = json.dumps({**json.loads(item.view), **own})
+                here = ITEMS.c.number == item.number
+                connection.execute(ITEMS.update().where(here).values(view=view))
     write_report(read_report(file, draw=False), tmp_path / "report.md")
     written = (tmp_path / "report" / "episodes.md").read_text(encoding="utf-8")
     assert not set(written) & set("<\x1b\u202e")

@@ -17,7 +17,7 @@ from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError
 
 from goalscope.database.errors import explained
-from goalscope.database.tables import REVISION, TABLES, VERSION_TABLE
+from goalscope.database.tables import METADATA, REVISION, VERSION_TABLE
 from goalscope.extras import package
 from goalscope.types import GoalscopeError, InvalidInputError
 
@@ -213,7 +213,7 @@ def _revision(connection: Connection, name: str) -> str:
 
 def _refuse_other_tables(connection: Connection, name: str) -> None:
     there = {*inspect(connection).get_table_names()}
-    theirs = {table.name for table in TABLES} & there
+    theirs = {*METADATA.tables} & there
     if theirs and VERSION_TABLE not in there:
         raise GoalscopeError(
             f"The database {name} has other tables named {', '.join(sorted(theirs))}. "

@@ -1,12 +1,11 @@
-"""The tables, as SQLAlchemy maps them; the newest revision in migrations/ makes the same ones."""
+"""The tables, as SQLAlchemy knows them; the newest revision in migrations/ makes the same ones."""
 
 from __future__ import annotations
-
-from typing import Any
 
 from sqlalchemy import (
     REAL,
     CheckConstraint,
+    Column,
     Dialect,
     Float,
     ForeignKey,
@@ -17,22 +16,20 @@ from sqlalchemy import (
     TypeDecorator,
     UniqueConstraint,
 )
-from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 __all__ = [
+    "ABOUT",
+    "ANSWERS",
+    "CELLS",
+    "CORRECTIONS",
+    "EPISODES",
+    "ITEMS",
+    "METADATA",
+    "PARTICIPANTS",
     "REVISION",
-    "TABLES",
+    "ROUNDS",
+    "STUDIES",
     "VERSION_TABLE",
-    "AboutRow",
-    "AnswerRow",
-    "Base",
-    "CellRow",
-    "CorrectionRow",
-    "EpisodeRow",
-    "ItemRow",
-    "ParticipantRow",
-    "RoundRow",
-    "StudyRow",
     "Words",
 ]
 
@@ -40,8 +37,16 @@ REVISION = "0001"
 """The newest of migrations/versions. Their ids have four digits, and grow."""
 VERSION_TABLE = "goalscope_version"
 """Name of the table in which Alembic notes the revision."""
-
-Number = Float(53).with_variant(REAL(), "sqlite")  # a STRICT table knows no other name
+METADATA = MetaData(
+    naming_convention={
+        "pk": "%(table_name)s_pk",
+        "fk": "%(table_name)s_%(column_0_name)s_fk",
+        "uq": "%(table_name)s_%(column_0_name)s_uq",
+        "ck": "%(table_name)s_%(constraint_name)s_ck",
+        "ix": "%(table_name)s_%(column_0_name)s_ix",
+    }
+)
+"""All tables. JSON is ASCII text, which no database reads or rejects."""
 
 
 class Words(TypeDecorator[str]):
@@ -55,149 +60,114 @@ class Words(TypeDecorator[str]):
         return value and value.encode("utf-8", "backslashreplace").decode().replace("\0", "\\x00")
 
 
-class Base(DeclarativeBase):
-    """All tables. JSON is ASCII text, which no database reads or rejects."""
-
-    metadata = MetaData(
-        naming_convention={
-            "pk": "%(table_name)s_pk",
-            "fk": "%(table_name)s_%(column_0_name)s_fk",
-            "uq": "%(table_name)s_%(column_0_name)s_uq",
-            "ck": "%(table_name)s_%(constraint_name)s_ck",
-            "ix": "%(table_name)s_%(column_0_name)s_ix",
-        }
-    )
-    type_annotation_map = {str: Words(), float: Number}  # noqa: RUF012 (read by SQLAlchemy)
-    __table_args__: Any = {"sqlite_strict": True}  # noqa: RUF012 (so is this)
-
-
-class EpisodeRow(Base):
-    """One episode; `number` counts them as they begin."""
-
-    __tablename__ = "episodes"
-    __table_args__ = (
-        CheckConstraint("ended IN ('terminated', 'truncated')", "ended"),
-        CheckConstraint("score BETWEEN 0 AND 1", "score"),
-        {"sqlite_strict": True},
-    )
-
-    number: Mapped[int] = mapped_column(primary_key=True)
-    id: Mapped[str] = mapped_column(unique=True)
-    created: Mapped[str]
-    domain: Mapped[str]
-    profile: Mapped[str | None]
-    method: Mapped[str]
-    model: Mapped[str]
-    task: Mapped[str]
-    settings: Mapped[str] = mapped_column(Text)
-    ended: Mapped[str | None]
-    score: Mapped[float | None]
-    owner: Mapped[str | None] = mapped_column(index=True)
-
-
-class RoundRow(Base):
-    """One round, as `rounds_json` writes it."""
-
-    __tablename__ = "rounds"
-    __table_args__ = (CheckConstraint("number >= 1", "number"), {"sqlite_strict": True})
-
-    episode: Mapped[str] = mapped_column(ForeignKey(EpisodeRow.id), primary_key=True)
-    number: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=False)
-    json: Mapped[str] = mapped_column(Text)
-
-
-class CorrectionRow(Base):
-    """What a person said of the goals after so many rounds; `number` counts these as they come."""
-
-    __tablename__ = "corrections"
-
-    number: Mapped[int] = mapped_column(primary_key=True)
-    episode: Mapped[str] = mapped_column(ForeignKey(EpisodeRow.id), index=True)
-    after: Mapped[int]
-    json: Mapped[str] = mapped_column(Text)
-
-
-class AboutRow(Base):
-    """A fact about an experiment, as JSON."""
-
-    __tablename__ = "about"
-
-    name: Mapped[str] = mapped_column(primary_key=True)
-    value: Mapped[str] = mapped_column(Text)
-
-
-class CellRow(Base):
-    """A cell of an experiment; `number` counts them as they are planned."""
-
-    __tablename__ = "cells"
-
-    number: Mapped[int] = mapped_column(primary_key=True)
-    key: Mapped[str] = mapped_column(unique=True)
-    spec: Mapped[str] = mapped_column(Text)
-    attempts: Mapped[int] = mapped_column(default=0)
-    error: Mapped[str | None]
-    identity: Mapped[str | None] = mapped_column(Text)
-    result: Mapped[str | None] = mapped_column(Text)
-
-
-class StudyRow(Base):
-    """A study with people who rate episodes; since `closed` it takes no new ones."""
-
-    __tablename__ = "studies"
-
-    number: Mapped[int] = mapped_column(primary_key=True)
-    name: Mapped[str] = mapped_column(unique=True)
-    created: Mapped[str]
-    plan: Mapped[str] = mapped_column(Text)
-    closed: Mapped[str | None]
-
-
-class ItemRow(Base):
-    """What is rated, as it is shown."""
-
-    __tablename__ = "study_items"
-
-    number: Mapped[int] = mapped_column(primary_key=True)
-    study: Mapped[int] = mapped_column(ForeignKey(StudyRow.number), index=True)
-    view: Mapped[str] = mapped_column(Text)
-    episode: Mapped[str]
-
-
-class ParticipantRow(Base):
-    """Who has agreed to take part, in one browser; `external` is the id in their link."""
-
-    __tablename__ = "study_participants"
-    __table_args__ = (
-        UniqueConstraint("study", "visitor", name="study_participants_visitor_uq"),
-        UniqueConstraint("study", "external", name="study_participants_external_uq"),
-        {"sqlite_strict": True},
-    )
-
-    number: Mapped[int] = mapped_column(primary_key=True)
-    study: Mapped[int] = mapped_column(ForeignKey(StudyRow.number))
-    visitor: Mapped[str]
-    external: Mapped[str]
-    joined: Mapped[str]
-
-
-class AnswerRow(Base):
-    """An item that a participant has been given, and what they said of it."""
-
-    __tablename__ = "study_answers"
-    __table_args__ = (
-        UniqueConstraint("participant", "place", name="study_answers_place_uq"),
-        CheckConstraint("rating BETWEEN 0 AND 3", "rating"),
-        {"sqlite_strict": True},
-    )
-
-    participant: Mapped[int] = mapped_column(ForeignKey(ParticipantRow.number), primary_key=True)
-    item: Mapped[int] = mapped_column(ForeignKey(ItemRow.number), primary_key=True, index=True)
-    place: Mapped[int]
-    rating: Mapped[int | None]
-    explanation: Mapped[str] = mapped_column(default="")
-    revision: Mapped[int] = mapped_column(default=0)
-    opened: Mapped[str | None]
-    answered: Mapped[str | None]
-
-
-TABLES: tuple[Table, ...] = tuple(Base.metadata.sorted_tables)
+EPISODES = Table(
+    "episodes",
+    METADATA,
+    Column("number", Integer, primary_key=True),
+    Column("id", Words, nullable=False, unique=True),
+    Column("created", Words, nullable=False),
+    Column("domain", Words, nullable=False),
+    Column("profile", Words),
+    Column("method", Words, nullable=False),
+    Column("model", Words, nullable=False),
+    Column("task", Words, nullable=False),
+    Column("settings", Text, nullable=False),
+    Column("ended", Words),
+    Column("score", Float(53).with_variant(REAL(), "sqlite")),  # STRICT knows no other name
+    Column("owner", Words, index=True),
+    CheckConstraint("ended IN ('terminated', 'truncated')", "ended"),
+    CheckConstraint("score BETWEEN 0 AND 1", "score"),
+    sqlite_strict=True,
+)
+"""One episode in each row; `number` counts them as they begin."""
+ROUNDS = Table(
+    "rounds",
+    METADATA,
+    Column("episode", Words, ForeignKey("episodes.id"), primary_key=True),
+    Column("number", Integer, primary_key=True, autoincrement=False),
+    Column("json", Text, nullable=False),
+    CheckConstraint("number >= 1", "number"),
+    sqlite_strict=True,
+)
+"""Rounds, as `rounds_json` writes them."""
+CORRECTIONS = Table(
+    "corrections",
+    METADATA,
+    Column("number", Integer, primary_key=True),
+    Column("episode", Words, ForeignKey("episodes.id"), nullable=False, index=True),
+    Column("after", Integer, nullable=False),
+    Column("json", Text, nullable=False),
+    sqlite_strict=True,
+)
+"""What a person said of the goals after so many rounds; `number` counts these as they come."""
+ABOUT = Table(
+    "about",
+    METADATA,
+    Column("name", Words, primary_key=True),
+    Column("value", Text, nullable=False),
+    sqlite_strict=True,
+)
+"""Facts about an experiment, as JSON."""
+CELLS = Table(
+    "cells",
+    METADATA,
+    Column("number", Integer, primary_key=True),
+    Column("key", Words, nullable=False, unique=True),
+    Column("spec", Text, nullable=False),
+    Column("attempts", Integer, nullable=False, default=0),
+    Column("error", Words),
+    Column("identity", Text),
+    Column("result", Text),
+    sqlite_strict=True,
+)
+"""The cells of an experiment; `number` counts them as they are planned."""
+STUDIES = Table(
+    "studies",
+    METADATA,
+    Column("number", Integer, primary_key=True),
+    Column("name", Words, nullable=False, unique=True),
+    Column("created", Words, nullable=False),
+    Column("plan", Text, nullable=False),
+    Column("closed", Words),
+    sqlite_strict=True,
+)
+"""Studies with people who rate episodes; since `closed` one takes no new ones."""
+ITEMS = Table(
+    "study_items",
+    METADATA,
+    Column("number", Integer, primary_key=True),
+    Column("study", Integer, ForeignKey("studies.number"), nullable=False, index=True),
+    Column("view", Text, nullable=False),
+    Column("episode", Words, nullable=False),
+    sqlite_strict=True,
+)
+"""What is rated, as it is shown."""
+PARTICIPANTS = Table(
+    "study_participants",
+    METADATA,
+    Column("number", Integer, primary_key=True),
+    Column("study", Integer, ForeignKey("studies.number"), nullable=False),
+    Column("visitor", Words, nullable=False),
+    Column("external", Words, nullable=False),
+    Column("joined", Words, nullable=False),
+    UniqueConstraint("study", "visitor", name="study_participants_visitor_uq"),
+    UniqueConstraint("study", "external", name="study_participants_external_uq"),
+    sqlite_strict=True,
+)
+"""Who has agreed to take part, in one browser; `external` is the id in their link."""
+ANSWERS = Table(
+    "study_answers",
+    METADATA,
+    Column("participant", Integer, ForeignKey("study_participants.number"), primary_key=True),
+    Column("item", Integer, ForeignKey("study_items.number"), primary_key=True, index=True),
+    Column("place", Integer, nullable=False),
+    Column("rating", Integer),
+    Column("explanation", Words, nullable=False, default=""),
+    Column("revision", Integer, nullable=False, default=0),
+    Column("opened", Words),
+    Column("answered", Words),
+    UniqueConstraint("participant", "place", name="study_answers_place_uq"),
+    CheckConstraint("rating BETWEEN 0 AND 3", "rating"),
+    sqlite_strict=True,
+)
+"""Items that a participant has been given, and what they said of them."""

@@ -8,10 +8,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import select, update
-from sqlalchemy.orm import Session
+from sqlalchemy import Connection, Row, select
 
-from goalscope.database.tables import AboutRow, CellRow, RoundRow
+from goalscope.database.tables import ABOUT, CELLS, EPISODES, ROUNDS
 from goalscope.rounds_json import dumps, round_from_json, round_to_json
 from goalscope.store import Store, new_episode
 from goalscope.types import InvalidInputError
@@ -52,14 +51,17 @@ class Results(Store):
     @property
     def about(self) -> dict[str, Any]:
         """What the experiment says of itself: name, title, source, and what was asked for."""
-        with self.reading() as session:
-            return {row.name: json.loads(row.value) for row in session.scalars(select(AboutRow))}
+        with self.reading() as connection:
+            return {row.name: json.loads(row.value) for row in connection.execute(select(ABOUT))}
 
     def describe(self, facts: Mapping[str, Any]) -> None:
         """Keep facts of the experiment, each in the place of an earlier one of its name."""
-        with self.writing() as session:
+        with self.writing() as connection:
             for name, value in facts.items():
-                session.merge(AboutRow(name=name, value=dumps(value)))
+                text = dumps(value)
+                earlier = ABOUT.update().where(ABOUT.c.name == name).values(value=text)
+                if not connection.execute(earlier).rowcount:
+                    connection.execute(ABOUT.insert(), {"name": name, "value": text})
 
     def check(self, identity: Mapping[str, str]) -> None:
         """Refuse to go on where cells were measured with something else.
@@ -85,11 +87,11 @@ class Results(Store):
     def plan(self, specs: Iterable[Mapping[str, Any]]) -> list[Cell]:
         """The cells of these specs, as far as they are; those that are new are noted."""
         keys = {cell_key(spec): spec for spec in specs}
-        with self.writing() as session:
-            known = set(session.scalars(select(CellRow.key)))
-            session.add_all(
-                CellRow(key=key, spec=dumps(spec)) for key, spec in keys.items() if key not in known
-            )
+        with self.writing() as connection:
+            known = set(connection.scalars(select(CELLS.c.key)))
+            if new := [key for key in keys if key not in known]:
+                rows = [{"key": key, "spec": dumps(keys[key])} for key in new]
+                connection.execute(CELLS.insert(), rows)
         return self.planned(keys.values())
 
     def planned(self, specs: Iterable[Mapping[str, Any]]) -> list[Cell]:
@@ -100,8 +102,9 @@ class Results(Store):
 
     def cells(self) -> list[Cell]:
         """All cells, in the order in which they were planned."""
-        with self.reading() as session:
-            return [_cell(row) for row in session.scalars(select(CellRow).order_by(CellRow.number))]
+        query = select(CELLS).order_by(CELLS.c.number)
+        with self.reading() as connection:
+            return [_cell(row) for row in connection.execute(query)]
 
     def ask_for(self, cells: Iterable[Cell], command: str = "") -> None:
         """Note that these are the cells of the newest plan with their settings.
@@ -151,38 +154,39 @@ class Results(Store):
             identity: What it was measured with.
             attempts: How many it took this time.
         """
-        with self.writing() as session:
-            empty = select(CellRow).where(CellRow.key == key, CellRow.result.is_(None))
-            row = session.scalar(empty.with_for_update())
-            if row is None:
+        row = CELLS.c
+        with self.writing() as connection:
+            empty = select(row.key).where(row.key == key, row.result.is_(None))
+            if connection.scalar(empty.with_for_update()) is None:
                 return
             if "episode" in result:
-                result = {**result, "episode": _adopted(session, result["episode"])}
-            row.result, row.identity, row.error = dumps(result), dumps(identity), None
-            row.attempts += attempts
+                result = {**result, "episode": _adopted(connection, result["episode"])}
+            values = {
+                "result": dumps(result),
+                "identity": dumps(identity),
+                "error": None,
+                "attempts": row.attempts + attempts,
+            }
+            connection.execute(CELLS.update().where(row.key == key).values(values))
 
     def fail(self, key: str, error: str, attempts: int = 1) -> None:
         """Note why an attempt at a cell, or so many, failed."""
-        with self.writing() as session:
-            more = CellRow.attempts + attempts
-            session.execute(
-                update(CellRow).where(CellRow.key == key).values(error=error, attempts=more)
-            )
+        with self.writing() as connection:
+            values = {"error": error, "attempts": CELLS.c.attempts + attempts}
+            connection.execute(CELLS.update().where(CELLS.c.key == key).values(values))
 
 
-def _adopted(session: Session, episode: Mapping[str, Any]) -> str:
+def _adopted(connection: Connection, episode: Mapping[str, Any]) -> str:
     row = new_episode(**episode["begin"])
-    row.ended, row.score = episode["ended"], episode["score"]
-    session.add(row)
-    session.flush()
-    rounds = [round_from_json(text) for text in episode["rounds"]]
-    session.add_all(
-        RoundRow(episode=row.id, number=each.number, json=round_to_json(each)) for each in rounds
-    )
-    return row.id
+    row |= {"ended": episode["ended"], "score": episode["score"]}
+    connection.execute(EPISODES.insert(), row)
+    for each in map(round_from_json, episode["rounds"]):
+        values = {"episode": row["id"], "number": each.number, "json": round_to_json(each)}
+        connection.execute(ROUNDS.insert(), values)
+    return row["id"]
 
 
-def _cell(row: CellRow) -> Cell:
+def _cell(row: Row[Any]) -> Cell:
     return Cell(
         row.key,
         json.loads(row.spec),

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime, timedelta
 from random import Random
+from typing import Any
 
-from sqlalchemy import delete, or_, select
+from sqlalchemy import ColumnElement, Connection, Row, Select, and_, or_, select
 from sqlalchemy.exc import IntegrityError
-from sqlalchemy.orm import Session
 
-from goalscope.database.tables import AnswerRow, ItemRow, ParticipantRow, StudyRow
+from goalscope.database.tables import ANSWERS, ITEMS, PARTICIPANTS, STUDIES
 from goalscope.envs.tables import nearest
 from goalscope.rounds_json import dumps
 from goalscope.store import Store
@@ -57,28 +57,25 @@ class Book:
         Raises:
             InvalidInputError: Its name is taken, or its episodes cannot be rated.
         """
-        rows = [
-            ItemRow(view=dumps(asdict(item_of(self._store, info, plan))), episode=info.id)
+        items = [
+            {"view": dumps(asdict(item_of(self._store, info, plan))), "episode": info.id}
             for info in chosen_episodes(self._store, plan)
         ]
-        with self._store.writing() as session:
-            study = StudyRow(name=plan.name, created=_now(), plan=dumps(asdict(plan)))
-            session.add(study)
+        values = {"name": plan.name, "created": _now(), "plan": dumps(asdict(plan))}
+        with self._store.writing() as connection:
             try:
-                session.flush()
+                study = connection.execute(STUDIES.insert().returning(STUDIES), values).one()
             except IntegrityError as error:
                 raise InvalidInputError(
                     f'There is a study "{plan.name}" already. Choose another name.'
                 ) from error
-            for row in rows:
-                row.study = study.number
-                session.add(row)
+            connection.execute(ITEMS.insert().values(study=study.number), items)
             return _study(study)
 
     def all(self) -> list[Study]:
         """All studies, in the order in which they were made."""
-        with self._store.reading() as session:
-            return [_study(row) for row in session.scalars(select(StudyRow).order_by("number"))]
+        with self._store.reading() as connection:
+            return [_study(row) for row in connection.execute(select(STUDIES).order_by("number"))]
 
     def named(self, name: str) -> Study:
         """The study of this name.
@@ -86,45 +83,47 @@ class Book:
         Raises:
             InvalidInputError: There is none.
         """
-        with self._store.reading() as session:
-            row = session.scalar(select(StudyRow).where(StudyRow.name == name))
+        with self._store.reading() as connection:
+            row = connection.execute(select(STUDIES).where(STUDIES.c.name == name)).one_or_none()
             if row is not None:
                 return _study(row)
-            known = session.scalars(select(StudyRow.name)).all()
+            known = connection.scalars(select(STUDIES.c.name)).all()
         hint = nearest(name, known) if known else "`goalscope study new` makes one in this store."
         raise InvalidInputError(f'There is no study "{name}"; {hint}')
 
     def close(self, study: Study) -> None:
         """Let nobody new take part; who has begun may finish."""
-        with self._store.writing() as session:
-            row = session.get_one(StudyRow, study.number)
-            row.closed = row.closed or _now()
+        with self._store.writing() as connection:
+            here = STUDIES.c.number == study.number
+            connection.execute(
+                STUDIES.update().where(here, STUDIES.c.closed.is_(None)).values(closed=_now())
+            )
 
     def delete(self, study: Study) -> None:
         """Delete a study with all its participants and answers."""
-        people = select(ParticipantRow.number).where(ParticipantRow.study == study.number)
-        with self._store.writing() as session:
-            session.get(StudyRow, study.number, with_for_update=True)  # whoever joins does so, too
-            session.execute(delete(AnswerRow).where(AnswerRow.participant.in_(people)))
-            for row in (ParticipantRow, ItemRow):
-                session.execute(delete(row).where(row.study == study.number))
-            session.execute(delete(StudyRow).where(StudyRow.number == study.number))
+        people = select(PARTICIPANTS.c.number).where(PARTICIPANTS.c.study == study.number)
+        with self._store.writing() as connection:
+            connection.scalar(_locked(study))  # whoever joins does so, too
+            connection.execute(ANSWERS.delete().where(ANSWERS.c.participant.in_(people)))
+            for table in (PARTICIPANTS, ITEMS):
+                connection.execute(table.delete().where(table.c.study == study.number))
+            connection.execute(STUDIES.delete().where(STUDIES.c.number == study.number))
 
     def over(self, study: Study) -> str:
         """Why nobody new can take part, in a sentence; empty where they can."""
-        with self._store.reading() as session:
-            return "" if _order(session, study) else _over(study)
+        with self._store.reading() as connection:
+            return "" if _order(connection, study) else _over(study)
 
     def items(self, study: Study) -> dict[int, str]:
         """The episodes by their items' numbers."""
-        query = select(ItemRow).where(ItemRow.study == study.number)
-        with self._store.reading() as session:
-            return {row.number: row.episode for row in session.scalars(query)}
+        query = select(ITEMS).where(ITEMS.c.study == study.number)
+        with self._store.reading() as connection:
+            return {row.number: row.episode for row in connection.execute(query)}
 
     def participants(self, study: Study) -> list[Participant]:
         """All who have agreed, with their answers."""
-        with self._store.reading() as session:
-            return _participants(session, study)
+        with self._store.reading() as connection:
+            return _participants(connection, study)
 
     def participant(self, study: Study, visitor: str, external: str) -> Participant | None:
         """Who takes part by a link with this id in this browser, if they have agreed.
@@ -135,8 +134,8 @@ class Book:
         Raises:
             ConflictError: The id has been used in another browser, or another id in this one.
         """
-        with self._store.reading() as session:
-            return _participant(session, study, visitor, external)
+        with self._store.reading() as connection:
+            return _participant(connection, study, visitor, external)
 
     def join(self, study: Study, visitor: str, external: str) -> Participant:
         """Note that somebody agrees, and give them their items; who has agreed keeps theirs.
@@ -144,26 +143,21 @@ class Book:
         Raises:
             ConflictError: As for `participant`; or nobody new can take part (see `over`).
         """
-        with self._store.writing() as session:
-            now = session.get_one(StudyRow, study.number, with_for_update=True)
-            there = _participant(session, study, visitor, external)
+        with self._store.writing() as connection:
+            now = connection.execute(_locked(study)).one()
+            there = _participant(connection, study, visitor, external)
             if there is not None:
                 return there
             study = _study(now)
-            order = _order(session, study)
+            order = _order(connection, study)
             if not order:
                 raise ConflictError(_over(study))
-            row = ParticipantRow(
-                study=study.number, visitor=visitor, external=external, joined=_now()
-            )
-            session.add(row)
-            session.flush()
-            session.add_all(
-                AnswerRow(participant=row.number, item=item, place=place)
-                for place, item in enumerate(order, 1)
-            )
-            session.flush()
-            return _read(session, [row])[0]
+            who = {"study": study.number, "visitor": visitor, "external": external}
+            joined = PARTICIPANTS.insert().returning(PARTICIPANTS)
+            row = connection.execute(joined, who | {"joined": _now()}).one()
+            answers = [{"item": item, "place": place} for place, item in enumerate(order, 1)]
+            connection.execute(ANSWERS.insert().values(participant=row.number), answers)
+            return _read(connection, [row])[0]
 
     def forget(self, study: Study, number: int) -> None:
         """Delete a participant and all their answers, as they may ask for.
@@ -171,15 +165,13 @@ class Book:
         Raises:
             InvalidInputError: There is none of this number.
         """
-        row = ParticipantRow
-        with self._store.writing() as session:
-            found = session.scalar(
-                select(row).where(row.study == study.number, row.number == number)
-            )
-            if found is None:
+        row = PARTICIPANTS.c
+        here = (row.study == study.number, row.number == number)
+        with self._store.writing() as connection:
+            if connection.scalar(select(row.number).where(*here)) is None:
                 raise InvalidInputError(f"Study {study.plan.name} has no participant {number}.")
-            session.execute(delete(AnswerRow).where(AnswerRow.participant == number))
-            session.delete(found)
+            connection.execute(ANSWERS.delete().where(ANSWERS.c.participant == number))
+            connection.execute(PARTICIPANTS.delete().where(*here))
 
     def open(self, participant: Participant, place: int) -> tuple[Item, Answer]:
         """An item and the answer to it so far; notes when it is first seen.
@@ -187,15 +179,13 @@ class Book:
         Raises:
             InvalidInputError: They have no such item.
         """
-        with self._store.reading() as session:
-            row = _answer(session, participant, place)
-            item = session.get_one(ItemRow, row.item)
-            found = _item(item), _as_answer(row, item)
-        if found[1].opened is None:
-            with self._store.writing() as session:
-                row = _answer(session, participant, place)
-                row.opened = row.opened or _now()
-        return found
+        with self._store.reading() as connection:
+            row = _answer(connection, participant, place)
+        if row.opened is None:
+            with self._store.writing() as connection:
+                unseen = _to(participant, place), ANSWERS.c.opened.is_(None)
+                connection.execute(ANSWERS.update().where(*unseen).values(opened=_now()))
+        return _item(row), _as_answer(row)
 
     def answer(
         self, participant: Participant, place: int, rating: int, explanation: str, revision: int
@@ -215,23 +205,29 @@ class Book:
         """
         if not 0 <= rating <= BEST:
             raise InvalidInputError(f"A rating is a number from 0 to {BEST}.")
-        with self._store.writing() as session:
-            row = _answer(session, participant, place, lock=True)
+        with self._store.writing() as connection:
+            row = _answer(connection, participant, place, lock=True)
             if revision > row.revision:
-                row.rating, row.explanation, row.revision = rating, explanation, revision
-                row.answered = row.answered or _now()
+                values = {"rating": rating, "explanation": explanation, "revision": revision}
+                values["answered"] = row.answered or _now()
+                connection.execute(ANSWERS.update().where(_to(participant, place)).values(values))
+                row = _answer(connection, participant, place)
             elif (revision, rating, explanation) != (row.revision, row.rating, row.explanation):
                 raise ConflictError("A newer answer to this question is already saved.")
-            return _as_answer(row, session.get_one(ItemRow, row.item))
+            return _as_answer(row)
 
 
-def _order(session: Session, study: Study) -> list[int]:
+def _locked(study: Study) -> Select[Any]:
+    return select(STUDIES).where(STUDIES.c.number == study.number).with_for_update()
+
+
+def _order(connection: Connection, study: Study) -> list[int]:
     """The items of the next participant; none where nobody new can take part."""
     if study.closed:
         return []
-    plan, others = study.plan, _participants(session, study)
-    items = select(ItemRow.number).where(ItemRow.study == study.number).order_by("number")
-    ratings = dict.fromkeys(session.scalars(items), 0)
+    plan, others = study.plan, _participants(connection, study)
+    items = select(ITEMS.c.number).where(ITEMS.c.study == study.number).order_by("number")
+    ratings = dict.fromkeys(connection.scalars(items), 0)
     since = datetime.now(UTC) - HOLD
     for each in others:
         if each.finished or datetime.fromisoformat(each.joined) > since:
@@ -250,10 +246,13 @@ def _over(study: Study) -> str:
     return f"This study {why}, so nobody new can take part. Thank you for your interest."
 
 
-def _participant(session: Session, study: Study, visitor: str, external: str) -> Participant | None:
-    row = ParticipantRow
+def _participant(
+    connection: Connection, study: Study, visitor: str, external: str
+) -> Participant | None:
+    row = PARTICIPANTS.c
     same = or_(row.visitor == visitor, row.external == external)
-    found = session.scalars(select(row).where(row.study == study.number, same)).all()
+    query = select(PARTICIPANTS).where(row.study == study.number, same)
+    found = connection.execute(query).all()
     for each in found:
         if each.visitor != visitor:
             raise ConflictError(
@@ -261,41 +260,50 @@ def _participant(session: Session, study: Study, visitor: str, external: str) ->
             )
         if each.external != external:
             raise ConflictError("Somebody has taken part in this study with this browser already.")
-    return _read(session, found)[0] if found else None
+    return _read(connection, found)[0] if found else None
 
 
-def _participants(session: Session, study: Study) -> list[Participant]:
-    query = select(ParticipantRow).where(ParticipantRow.study == study.number).order_by("number")
-    return _read(session, session.scalars(query).all())
+def _participants(connection: Connection, study: Study) -> list[Participant]:
+    query = select(PARTICIPANTS).where(PARTICIPANTS.c.study == study.number).order_by("number")
+    return _read(connection, connection.execute(query).all())
 
 
-def _read(session: Session, rows: Sequence[ParticipantRow]) -> list[Participant]:
-    query = select(AnswerRow, ItemRow).join(ItemRow, ItemRow.number == AnswerRow.item)
+def _read(connection: Connection, rows: Sequence[Row[Any]]) -> list[Participant]:
+    query = _answers()
     if len(rows) == 1:
-        query = query.where(AnswerRow.participant == rows[0].number)
+        query = query.where(ANSWERS.c.participant == rows[0].number)
     else:
-        query = query.where(ItemRow.study.in_({row.study for row in rows}))
+        query = query.where(ITEMS.c.study.in_({row.study for row in rows}))
     answers: dict[int, list[Answer]] = {}
-    for answer, item in session.execute(query.order_by(AnswerRow.place)):
-        answers.setdefault(answer.participant, []).append(_as_answer(answer, item))
+    for row in connection.execute(query.order_by(ANSWERS.c.place)):
+        answers.setdefault(row.participant, []).append(_as_answer(row))
     return [
         Participant(row.number, row.external, row.joined, tuple(answers.get(row.number, ())))
         for row in rows
     ]
 
 
+def _answers() -> Select[Any]:
+    """Answers, each beside its item."""
+    return select(ANSWERS, ITEMS.c.view, ITEMS.c.episode).join_from(ANSWERS, ITEMS)
+
+
+def _to(participant: Participant, place: int) -> ColumnElement[bool]:
+    row = ANSWERS.c
+    return and_(row.participant == participant.number, row.place == place)
+
+
 def _answer(
-    session: Session, participant: Participant, place: int, *, lock: bool = False
-) -> AnswerRow:
-    row = AnswerRow
-    query = select(row).where(row.participant == participant.number, row.place == place)
-    found = session.scalar(query.with_for_update() if lock else query)
+    connection: Connection, participant: Participant, place: int, *, lock: bool = False
+) -> Row[Any]:
+    query = _answers().where(_to(participant, place))
+    found = connection.execute(query.with_for_update(of=ANSWERS) if lock else query).one_or_none()
     if found is None:
         raise InvalidInputError(f"There is no question {place}.")
     return found
 
 
-def _as_answer(row: AnswerRow, item: ItemRow) -> Answer:
+def _as_answer(row: Row[Any]) -> Answer:
     return Answer(
         row.item,
         row.place,
@@ -304,11 +312,11 @@ def _as_answer(row: AnswerRow, item: ItemRow) -> Answer:
         row.revision,
         row.opened,
         row.answered,
-        item.episode,
+        row.episode,
     )
 
 
-def _item(row: ItemRow) -> Item:
+def _item(row: Row[Any]) -> Item:
     view = json.loads(row.view)
     turns = (Turn(**turn) for turn in view["transcript"])
     return Item(
@@ -316,7 +324,7 @@ def _item(row: ItemRow) -> Item:
     )
 
 
-def _study(row: StudyRow) -> Study:
+def _study(row: Row[Any]) -> Study:
     plan = plan_of(json.loads(row.plan), f"The study {row.name}")
     return Study(row.number, row.created, plan, row.closed)
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from sqlalchemy import select
 
-from goalscope.database.tables import CellRow
+from goalscope.database.tables import CELLS
 from goalscope.experiment.summary import (
     Entry,
     Estimate,
@@ -157,10 +157,10 @@ def _headed(judges: Sequence[str]) -> dict[str, str]:
 
 def _judged(store: Store, rated: Mapping[str, Rated]) -> tuple[str, ...]:
     """Give each episode the readings of it that the store holds; the evaluators' labels."""
-    with store.reading() as session:
-        rows = session.scalars(select(CellRow).where(CellRow.result.is_not(None))).all()
+    with store.reading() as connection:
+        rows = connection.execute(select(CELLS).where(CELLS.c.result.is_not(None)))
         cells: list[tuple[str, Measured]] = [
-            (row.key, (json.loads(row.spec), json.loads(row.result or ""))) for row in rows
+            (row.key, (json.loads(row.spec), json.loads(row.result))) for row in rows
         ]
     own = {
         key: result

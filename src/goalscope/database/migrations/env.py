@@ -2,11 +2,11 @@
 
 from alembic import context
 
-from goalscope.database.tables import VERSION_TABLE, Base
+from goalscope.database.tables import METADATA, VERSION_TABLE
 
 context.configure(
     connection=context.config.attributes["connection"],
-    target_metadata=Base.metadata,
+    target_metadata=METADATA,
     version_table=VERSION_TABLE,
 )
 with context.begin_transaction():
