@@ -15,6 +15,7 @@ import pytest
 
 from goalscope.likelihood import RolePlay
 from goalscope.models.chat import ChatTokenizer
+from goalscope.models.engine import CONTROL, USER_DEFINED
 from goalscope.models.hf_tokenizer import chat_tokenizer
 from goalscope.models.llamacpp import embedded_path
 from goalscope.models.native import Weights
@@ -141,7 +142,7 @@ def reader(
     path = embedded_path() if request.param == "embedded" else request.param
     weights = Weights(path, vocabulary_only=True)
     lib, vocab = weights.lib, weights.vocab
-    markup = lib.LLAMA_TOKEN_ATTR_CONTROL | lib.LLAMA_TOKEN_ATTR_USER_DEFINED
+    markup = CONTROL | USER_DEFINED
     names = [
         lib.llama_vocab_get_text(vocab, token).decode()
         for token in range(weights.vocab_size)
