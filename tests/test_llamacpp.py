@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,8 @@ from goalscope.models.copies import requantize
 from goalscope.models.engine import engine
 from goalscope.models.llamacpp import LlamaCpp, embedded_path
 from goalscope.models.native import MAX_PATHS, Weights
-from goalscope.types import Message, ModelError
+from goalscope.models.sampling import LlamaGrammar
+from goalscope.types import Message, ModelError, UnreadableAnswerError
 from test_model_contract import CONTEXTS, HISTORY, REPLIES, TOLERANCE, one_at_a_time, sums
 
 
@@ -162,3 +164,25 @@ def test_no_weights_are_repacked_for_amx(monkeypatch: pytest.MonkeyPatch, amx: b
     monkeypatch.setattr(lib, "llama_model_load_from_file", load)
     Weights(embedded_path(), vocabulary_only=True).free()
     assert repacked == [not amx]
+
+
+@pytest.mark.parametrize("temperature", [0.0, 0.8])
+def test_rules_for_which_the_model_has_no_token_end_in_an_error_and_not_the_process(
+    model: LlamaCpp, temperature: float
+) -> None:
+    for rules in ('root ::= "tea\\x04"', 'root ::= "\U00040000"'):
+        with pytest.raises(UnreadableAnswerError, match="no token for what it would have to"):
+            model.generate(HISTORY, grammar=rules, temperature=temperature)
+    with pytest.raises(ModelError, match="NUL"):
+        model.generate(HISTORY, grammar='root ::= "a\0b"')
+    assert model.generate(HISTORY, grammar='root ::= "tea"').text == "tea"
+
+
+def test_a_grammar_keeps_its_vocabulary_alive() -> None:
+    weights = Weights(embedded_path(), vocabulary_only=True)
+    size, tea = weights.vocab_size, weights.tokenize("tea", markup=False)
+    grammar = LlamaGrammar(weights, 'root ::= "tea"')
+    del weights
+    gc.collect()
+    allowed = grammar.filter(np.zeros(size, np.float32), np.array(tea, np.int32))
+    assert allowed[0] == 0

@@ -140,6 +140,8 @@ def test_verbs_that_cannot_be_read_are_refused(verbs, told):
         'say "hi" \\" root ::= "x" | y <|im_end|>\n| where me',
         '{"do": "add", "what": "milk"}',
         "ich möchte bitte Brot",
+        "Please add zu\x04cchini",
+        "add xq\U00040000z",
     ],
 )
 def test_what_a_person_types_is_only_words_to_the_grammar(model, message):

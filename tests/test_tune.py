@@ -127,6 +127,22 @@ def test_another_processor_or_a_changed_file_is_measured_again(
         tuned(copy, 2, never)
 
 
+def test_what_was_kept_for_a_file_goes_once_the_file_is_gone(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    trials = [Trial("Q4_1", 400, 0.06), Trial("BF16", 800, 0.01)]
+    other = tmp_path / "other.gguf"
+    shutil.copy(embedded_path(), other)
+    for file in (other, None):
+        keep(monkeypatch, Running(2), trials, file)
+    copies = {each.name.partition("-")[0] for each in folder.glob("*.gguf")}
+    assert copies == {"other", "SmolLM2"}
+    other.unlink()
+    kept = keep(monkeypatch, Running(2), trials)
+    assert [each for each in folder.iterdir() if each.name.startswith("other")] == []
+    assert kept.path.is_file()
+
+
 def test_only_what_nobody_reports_is_logged(
     folder: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

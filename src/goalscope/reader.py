@@ -14,6 +14,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
+from unicodedata import category
 
 from goalscope.models import Generator
 from goalscope.orders import (
@@ -50,6 +51,7 @@ _WINDOW = 9  # earlier messages that are read again for what the newest one poin
 _MOST_TOKENS = 320  # of a reading
 _LONGEST_NAME = 12  # words of a thing
 _PHRASES = ("what", "for", "where", "if")
+_UNWRITTEN = frozenset({"Cc", "Cn", "Co", "Cs"})  # categories of Unicode that no word holds
 _NAMING = ("avoid", "only")  # acts that say nothing without a thing
 
 
@@ -237,8 +239,13 @@ def reader_of(
 
 
 def grammar_of(verbs: Sequence[Verb], words: Iterable[str]) -> str:
-    """The readings that `orders_from_text` takes, of these words alone, in GBNF."""
-    known = [_literal(word) for word in words] or ['"nothing"']
+    """The readings that `orders_from_text` takes, of these words alone, in GBNF.
+
+    Words with characters that are none (controls and the like) are left out: a model may have no
+    token for them.
+    """
+    known = [_literal(word) for word in words if not _UNWRITTEN & {*map(category, word)}]
+    known = known or ['"nothing"']
     rules = [
         f'root ::= order ("\\n" order){{0,{MOST_ORDERS - 1}}}',
         f"words ::= word ({_literal(' ')} word){{0,{_LONGEST_NAME - 1}}}",

@@ -68,8 +68,10 @@ def merged(source: Path, adapter: Path, folder: Path) -> Path:
         raise OSError(f"{folder} has too little room for another copy of {source.name}.")
     with (
         FileLock(folder / ".merge-lock"),
-        tempfile.TemporaryDirectory(dir=folder, prefix=".tune-") as work,
+        tempfile.TemporaryDirectory(dir=folder, prefix=".merge-") as work,
     ):
+        for left in set(folder.glob(".merge-*")) - {Path(work)}:  # by a killed process
+            shutil.rmtree(left, ignore_errors=True)
         if not target.is_file():
             part = Path(work, target.name)
             try:

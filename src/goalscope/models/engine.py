@@ -27,7 +27,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from goalscope.types import ModelError
+from goalscope.types import InvalidInputError, ModelError
 
 __all__ = ["ALL_F32", "CONTROL", "USER_DEFINED", "Batch", "Candidate", "Candidates", "Engine"]
 __all__ += ["NATIVE", "READY", "Package", "engine"]
@@ -143,15 +143,36 @@ class Candidates(Structure):
     )
 
 
-_NEW = {  # what they are when llama.cpp makes them: their places are known by it
+_NEW: Mapping[str, object] = {  # what they are when llama.cpp makes them: so their places are known
     "n_ctx": 512,
     "n_batch": 2048,
     "n_ubatch": 512,
     "n_seq_max": 1,
+    "n_rs_seq": 0,
     "n_outputs_max": 0,
+    "n_outputs_max_per_seq": 1,
+    "n_threads": 4,
+    "n_threads_batch": 4,
+    "ctx_type": 0,
+    "rope_scaling_type": -1,
+    "pooling_type": -1,
+    "attention_type": -1,
     "flash_attn_type": -1,
+    "rope_freq_base": 0.0,
+    "rope_freq_scale": 0.0,
+    "yarn_ext_factor": -1.0,
+    "yarn_attn_factor": -1.0,
+    "yarn_beta_fast": -1.0,
+    "yarn_beta_slow": -1.0,
+    "yarn_orig_ctx": 0,
+    "defrag_thold": -1.0,
+    "cb_eval": None,
+    "cb_eval_user_data": None,
     "type_k": 1,
     "type_v": 1,
+    "moe_cache_size": 0,
+    "abort_callback": None,
+    "abort_callback_data": None,
     "embeddings": False,
     "offload_kqv": True,
     "no_perf": True,
@@ -159,7 +180,22 @@ _NEW = {  # what they are when llama.cpp makes them: their places are known by i
     "swa_full": True,
     "kv_unified": False,
 }
-_NEW_MODEL = {"split_mode": 1, "vocab_only": False, "check_tensors": False, "use_extra_bufts": True}
+_NEW_MODEL: Mapping[str, object] = {
+    "devices": None,
+    "tensor_buft_overrides": None,
+    "n_gpu_layers": -1,
+    "split_mode": 1,
+    "load_mode": -1,
+    "lazy_mode": 1,
+    "main_gpu": 0,
+    "tensor_split": None,
+    "progress_callback": None,
+    "progress_callback_user_data": None,
+    "kv_overrides": None,
+    "vocab_only": False,
+    "check_tensors": False,
+    "use_extra_bufts": True,
+}
 
 _P, _I, _TEXT = c_void_p, c_int32, c_char_p
 _FUNCTIONS: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
@@ -181,6 +217,11 @@ _FUNCTIONS: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
     "model_is_recurrent": (c_bool, (_P,)),
     "model_load_from_file": (_P, (_TEXT, _ModelParams)),
     "model_default_params": (_ModelParams, ()),
+    "n_batch": (c_uint32, (_P,)),
+    "n_ctx": (c_uint32, (_P,)),
+    "n_ctx_seq": (c_uint32, (_P,)),
+    "n_seq_max": (c_uint32, (_P,)),
+    "n_threads": (_I, (_P,)),
     "model_meta_val_str": (_I, (_P, _TEXT, _TEXT, c_size_t)),
     "model_n_ctx_train": (_I, (_P,)),
     "model_n_embd": (_I, (_P,)),
@@ -214,11 +255,13 @@ class Package:
     Attributes:
         name: As pip knows it.
         module: As Python knows it.
+        tried: A version that goalscope was tried with.
         places: Where in it the library may lie, as patterns.
     """
 
     name: str
     module: str
+    tried: str
     places: tuple[str, ...]
 
     @property
@@ -241,14 +284,17 @@ class Package:
         path = self.library
         if path is None:
             raise ModelError(f"{self.name} is not installed")
-        version = importlib.metadata.version(self.name)
         try:
+            version = importlib.metadata.version(self.name)
             lib = ctypes.CDLL(str(path))
             known = _declared(lib)
-        except (OSError, AttributeError) as error:
-            raise ModelError(f"{self.name} {version} cannot be loaded ({error})") from None
+        except (OSError, AttributeError, ImportError) as error:
+            raise ModelError(f"{self.name} cannot be loaded ({error})") from None
         if not known:
-            raise ModelError(f"{self.name} {version} holds a llama.cpp that is not known here")
+            raise ModelError(
+                f"{self.name} {version} holds a llama.cpp that is not known here; "
+                f'`pip install "{self.name}=={self.tried}"` brings one that is'
+            )
         # The logger is a C function that does nothing: a Python one could swallow a Ctrl-C.
         lib.llama_log_set(ctypes.cast(lib.llama_supports_mmap, c_void_p), None)
         lib.llama_backend_init()
@@ -257,13 +303,13 @@ class Package:
 
 _FILES = ("libllama.so", "libllama.dylib", "llama.dll")
 
-NATIVE = Package("llama-cpp-python", "llama_cpp", tuple(f"lib/{name}" for name in _FILES))
+NATIVE = Package("llama-cpp-python", "llama_cpp", "0.3.36", tuple(f"lib/{name}" for name in _FILES))
 """Compiled for this processor when it was installed."""
 
 READY = (
-    Package("llama-cpp-py-sync", "llama_cpp_py_sync", _FILES)
+    Package("llama-cpp-py-sync", "llama_cpp_py_sync", "0.11739", _FILES)
     if sys.platform == "win32"
-    else Package("xllamacpp", "xllamacpp", ("xllamacpp*.so",))
+    else Package("xllamacpp", "xllamacpp", "2026.10.11549", ("xllamacpp*.so",))
 )
 """Compiled by its authors for most processors."""
 
@@ -292,15 +338,20 @@ class Engine:
 def engine() -> Engine:
     """The engine of this process: the one compiled here where it is installed.
 
-    `GOALSCOPE_ENGINE=ready` takes the one that came ready-built all the same.
+    `GOALSCOPE_ENGINE` "ready" takes the one that came ready-built all the same, "native" no other.
 
     Raises:
+        InvalidInputError: `GOALSCOPE_ENGINE` is something else.
         ModelError: There is none that can be loaded.
     """
     # Busy waiting makes two processes on the same cores lock each other out.
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+    choices = {"": (NATIVE, READY), "native": (NATIVE,), "ready": (READY,)}
+    choice = os.environ.get("GOALSCOPE_ENGINE", "")
+    if choice not in choices:
+        raise InvalidInputError(f"GOALSCOPE_ENGINE is native or ready, or not set; not {choice!r}.")
     troubles: list[str] = []
-    for package in [NATIVE, READY] if os.environ.get("GOALSCOPE_ENGINE") != "ready" else [READY]:
+    for package in choices[choice]:
         try:
             return package.load()
         except ModelError as error:
@@ -309,7 +360,8 @@ def engine() -> Engine:
                 log.warning("%s; `goalscope doctor` says which engine runs instead.", error)
     raise ModelError(
         f"There is no language model engine: {'; '.join(troubles)}. Run `pip install goalscope` "
-        f"again. On Linux the ready-built one also needs libgomp (Debian's package libgomp1)."
+        "again; `[native]` behind it compiles one. On Linux the ready-built one needs libgomp "
+        "(Debian's package libgomp1)."
     )
 
 
@@ -328,4 +380,4 @@ def _declared(lib: Any) -> bool:
 
 
 def _is_new(params: Structure, defaults: Mapping[str, object]) -> bool:
-    return all(getattr(params, name) == value for name, value in defaults.items())
+    return all(getattr(params, name, value) == value for name, value in defaults.items())

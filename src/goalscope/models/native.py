@@ -326,6 +326,18 @@ class KVCache:
                 f"The model's working memory ({size:.1f} GB) could not be set up. "
                 "Close other programs, use a smaller model or a smaller context size."
             )
+        told = [
+            getattr(self._lib, f"llama_{each}")(self._context)
+            for each in ("n_ctx", "n_ctx_seq", "n_batch", "n_seq_max", "n_threads")
+        ]
+        batch = min(params.n_batch, params.n_ctx)
+        asked = [params.n_ctx, params.n_ctx, batch, params.n_seq_max, params.n_threads]
+        if told != asked:
+            self.free()
+            raise ModelError(
+                f"{self._weights.engine.name} takes its settings for others ({told} for {asked}). "
+                f"Install the version {self._weights.engine.package.tried}."
+            )
         self._cells = params.n_ctx
         if self._weights.adapter:
             adapters = (ctypes.c_void_p * 1)(self._weights.adapter)

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from goalscope.models.engine import Candidate, Candidates
 from goalscope.models.native import Weights
-from goalscope.types import ModelError
+from goalscope.types import ModelError, UnreadableAnswerError
 
 __all__ = ["MIN_P", "Grammar", "LLGuidanceGrammar", "LlamaGrammar", "Logits"]
 __all__ += ["choose", "gguf_vocabulary", "log_prob"]
@@ -48,7 +48,9 @@ class LlamaGrammar:
         Raises:
             ModelError: llama.cpp cannot turn them into a grammar.
         """
-        self._lib = weights.lib
+        self._lib, self._weights = weights.lib, weights  # whose vocabulary the sampler keeps
+        if "\0" in rules:
+            raise ModelError("Rules of a grammar cannot hold a NUL character.")
         self._sampler = self._lib.llama_sampler_init_grammar(weights.vocab, rules.encode(), b"root")
         if not self._sampler:
             raise ModelError("These rules cannot be turned into a grammar. Simplify them.")
@@ -147,6 +149,9 @@ def choose(
 
     The whole vocabulary meets the grammar, which is slow, only if the first choice fails it.
 
+    Raises:
+        UnreadableAnswerError: No token fits the grammar.
+
     Returns:
         The token, and the nats by which it is likelier than the likeliest other one that may come;
         below 0 if it is not.
@@ -160,6 +165,8 @@ def choose(
     if np.isneginf(allowed[-1]):
         near = np.arange(len(logits), dtype=np.int32)
         allowed = grammar.filter(logits, near)
+        if np.isneginf(allowed.max()):  # llama.cpp would end the process at the next token
+            raise UnreadableAnswerError("The model has no token for what it would have to write.")
         token = _sample(allowed, temperature, random)
         lead = _lead(allowed, token)
     else:

@@ -13,7 +13,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -107,12 +107,13 @@ def tuned(source: Path, threads: int, report: Report | None = None) -> Tuning:
     A file that cannot be tuned, or that another process tunes just now, is run as it is.
     """
     plain = Tuning(source, source, threads, Running(threads))
-    if os.environ.get("GOALSCOPE_TUNE") == "0" or not os.path.isfile(source):
+    off = os.environ.get("GOALSCOPE_TUNE") == "0"
+    if off or not os.path.isfile(source) or len(split_files(source)) > 1:
         return plain
     kept = _kept(source, threads)
     if kept is not None:
         return kept
-    if sum(part.stat().st_size for part in split_files(source)) >= _LARGEST:
+    if source.stat().st_size >= _LARGEST:
         return plain
     try:
         return tune(source, threads, report)
@@ -134,6 +135,8 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
         OSError: The cache folder cannot be written, the disk is full, or another process tunes.
     """
     record = _record(source, threads)
+    if len(split_files(source)) > 1:
+        raise ModelError(f"{source} is in several parts, and only whole files are tuned.")
     Weights(source).free()  # what is no model is refused before a minute of work is announced
     source = source.resolve()
     record.parent.mkdir(parents=True, exist_ok=True)
@@ -159,6 +162,7 @@ def tune(source: Path, threads: int, report: Report | None = None) -> Tuning:
             path = record.with_name(f"{record.stem}-{best.weights}.gguf")
             os.replace(files[best.weights], path)
         result = Tuning(source, path, threads, running, tuple(trials))
+        _forget_lost()
         part = Path(folder, "record.json")
         part.write_text(json.dumps(asdict(result), default=str), encoding="utf-8")
         os.replace(part, record)
@@ -173,6 +177,16 @@ def kept_tunings() -> list[Tuning]:
         for file, each in found
         if each is not None and file == _record(each.source, each.threads)
     ]
+
+
+def _forget_lost() -> None:
+    """Delete what was kept for files that are there no more, as of an environment that went."""
+    for file in _folder().glob("*.json"):
+        kept = _read(file)
+        if kept is None or not kept.source.is_file():
+            for each in (*_folder().glob(f"{file.stem}-*.gguf"), file):
+                with suppress(OSError):  # one that is in use stays on some systems
+                    each.unlink()
 
 
 def split_files(path: Path) -> list[Path]:
