@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import importlib
 import importlib.metadata
 import importlib.util
 import logging
@@ -40,76 +39,83 @@ ALL_F32 = 0
 CONTROL, USER_DEFINED = 1 << 3, 1 << 4
 """Attributes of tokens that are markup."""
 
-_SPARE = ("spare", ctypes.c_byte * 256)  # a newer library may write more than is declared here
+_Settings = tuple[tuple[str, Any, object], ...]
+
+
+def _fields(settings: _Settings) -> list[tuple[str, Any]]:
+    """As a structure declares them, with room for what a newer library may write behind them."""
+    return [*((name, kind) for name, kind, _ in settings), ("spare", ctypes.c_byte * 256)]
+
+
+# Of each setting its name, its type, and what it is when llama.cpp makes it: by that their places
+# are known to be these.
+_MODEL: _Settings = (
+    ("devices", c_void_p, None),
+    ("tensor_buft_overrides", c_void_p, None),
+    ("n_gpu_layers", c_int32, -1),
+    ("split_mode", c_int32, 1),
+    ("load_mode", c_int32, -1),
+    ("lazy_mode", c_int32, 1),
+    ("main_gpu", c_int32, 0),
+    ("tensor_split", c_void_p, None),
+    ("progress_callback", c_void_p, None),
+    ("progress_callback_user_data", c_void_p, None),
+    ("kv_overrides", c_void_p, None),
+    ("vocab_only", c_bool, False),
+    ("check_tensors", c_bool, False),
+    ("use_extra_bufts", c_bool, True),
+)
+_CONTEXT_BEFORE: _Settings = (
+    ("n_ctx", c_uint32, 512),
+    ("n_batch", c_uint32, 2048),
+    ("n_ubatch", c_uint32, 512),
+    ("n_seq_max", c_uint32, 1),
+    ("n_rs_seq", c_uint32, 0),
+    ("n_outputs_max", c_uint32, 0),
+    ("n_outputs_max_per_seq", c_uint32, 1),
+    ("n_threads", c_int32, 4),
+    ("n_threads_batch", c_int32, 4),
+    ("ctx_type", c_int32, 0),
+    ("rope_scaling_type", c_int32, -1),
+    ("pooling_type", c_int32, -1),
+    ("attention_type", c_int32, -1),
+    ("flash_attn_type", c_int32, -1),
+    ("rope_freq_base", c_float, 0.0),
+    ("rope_freq_scale", c_float, 0.0),
+    ("yarn_ext_factor", c_float, -1.0),
+    ("yarn_attn_factor", c_float, -1.0),
+    ("yarn_beta_fast", c_float, -1.0),
+    ("yarn_beta_slow", c_float, -1.0),
+    ("yarn_orig_ctx", c_uint32, 0),
+    ("defrag_thold", c_float, -1.0),
+    ("cb_eval", c_void_p, None),
+    ("cb_eval_user_data", c_void_p, None),
+    ("type_k", c_int32, 1),
+    ("type_v", c_int32, 1),
+)
+_LATER: _Settings = (("moe_cache_size", c_size_t, 0),)  # of newer versions, in between
+_CONTEXT_AFTER: _Settings = (
+    ("abort_callback", c_void_p, None),
+    ("abort_callback_data", c_void_p, None),
+    ("embeddings", c_bool, False),
+    ("offload_kqv", c_bool, True),
+    ("no_perf", c_bool, True),
+    ("op_offload", c_bool, True),
+    ("swa_full", c_bool, True),
+    ("kv_unified", c_bool, False),
+)
 
 
 class _ModelParams(Structure):
-    _fields_ = (
-        ("devices", c_void_p),
-        ("tensor_buft_overrides", c_void_p),
-        ("n_gpu_layers", c_int32),
-        ("split_mode", c_int32),
-        ("load_mode", c_int32),
-        ("lazy_mode", c_int32),
-        ("main_gpu", c_int32),
-        ("tensor_split", c_void_p),
-        ("progress_callback", c_void_p),
-        ("progress_callback_user_data", c_void_p),
-        ("kv_overrides", c_void_p),
-        ("vocab_only", c_bool),
-        ("check_tensors", c_bool),
-        ("use_extra_bufts", c_bool),
-        _SPARE,
-    )
-
-
-_BEFORE_CALLBACK = (
-    ("n_ctx", c_uint32),
-    ("n_batch", c_uint32),
-    ("n_ubatch", c_uint32),
-    ("n_seq_max", c_uint32),
-    ("n_rs_seq", c_uint32),
-    ("n_outputs_max", c_uint32),
-    ("n_outputs_max_per_seq", c_uint32),
-    ("n_threads", c_int32),
-    ("n_threads_batch", c_int32),
-    ("ctx_type", c_int32),
-    ("rope_scaling_type", c_int32),
-    ("pooling_type", c_int32),
-    ("attention_type", c_int32),
-    ("flash_attn_type", c_int32),
-    ("rope_freq_base", c_float),
-    ("rope_freq_scale", c_float),
-    ("yarn_ext_factor", c_float),
-    ("yarn_attn_factor", c_float),
-    ("yarn_beta_fast", c_float),
-    ("yarn_beta_slow", c_float),
-    ("yarn_orig_ctx", c_uint32),
-    ("defrag_thold", c_float),
-    ("cb_eval", c_void_p),
-    ("cb_eval_user_data", c_void_p),
-    ("type_k", c_int32),
-    ("type_v", c_int32),
-)
-_FROM_CALLBACK = (
-    ("abort_callback", c_void_p),
-    ("abort_callback_data", c_void_p),
-    ("embeddings", c_bool),
-    ("offload_kqv", c_bool),
-    ("no_perf", c_bool),
-    ("op_offload", c_bool),
-    ("swa_full", c_bool),
-    ("kv_unified", c_bool),
-    _SPARE,
-)
+    _fields_ = _fields(_MODEL)
 
 
 class _ContextParams(Structure):
-    _fields_ = (*_BEFORE_CALLBACK, *_FROM_CALLBACK)
+    _fields_ = _fields(_CONTEXT_BEFORE + _CONTEXT_AFTER)
 
 
 class _LaterContextParams(Structure):
-    _fields_ = (*_BEFORE_CALLBACK, ("moe_cache_size", c_size_t), *_FROM_CALLBACK)
+    _fields_ = _fields(_CONTEXT_BEFORE + _LATER + _CONTEXT_AFTER)
 
 
 class Batch(Structure):
@@ -143,60 +149,6 @@ class Candidates(Structure):
     )
 
 
-_NEW: Mapping[str, object] = {  # what they are when llama.cpp makes them: so their places are known
-    "n_ctx": 512,
-    "n_batch": 2048,
-    "n_ubatch": 512,
-    "n_seq_max": 1,
-    "n_rs_seq": 0,
-    "n_outputs_max": 0,
-    "n_outputs_max_per_seq": 1,
-    "n_threads": 4,
-    "n_threads_batch": 4,
-    "ctx_type": 0,
-    "rope_scaling_type": -1,
-    "pooling_type": -1,
-    "attention_type": -1,
-    "flash_attn_type": -1,
-    "rope_freq_base": 0.0,
-    "rope_freq_scale": 0.0,
-    "yarn_ext_factor": -1.0,
-    "yarn_attn_factor": -1.0,
-    "yarn_beta_fast": -1.0,
-    "yarn_beta_slow": -1.0,
-    "yarn_orig_ctx": 0,
-    "defrag_thold": -1.0,
-    "cb_eval": None,
-    "cb_eval_user_data": None,
-    "type_k": 1,
-    "type_v": 1,
-    "moe_cache_size": 0,
-    "abort_callback": None,
-    "abort_callback_data": None,
-    "embeddings": False,
-    "offload_kqv": True,
-    "no_perf": True,
-    "op_offload": True,
-    "swa_full": True,
-    "kv_unified": False,
-}
-_NEW_MODEL: Mapping[str, object] = {
-    "devices": None,
-    "tensor_buft_overrides": None,
-    "n_gpu_layers": -1,
-    "split_mode": 1,
-    "load_mode": -1,
-    "lazy_mode": 1,
-    "main_gpu": 0,
-    "tensor_split": None,
-    "progress_callback": None,
-    "progress_callback_user_data": None,
-    "kv_overrides": None,
-    "vocab_only": False,
-    "check_tensors": False,
-    "use_extra_bufts": True,
-}
-
 _P, _I, _TEXT = c_void_p, c_int32, c_char_p
 _FUNCTIONS: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
     "adapter_lora_init": (_P, (_P, _TEXT)),
@@ -217,11 +169,6 @@ _FUNCTIONS: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
     "model_is_recurrent": (c_bool, (_P,)),
     "model_load_from_file": (_P, (_TEXT, _ModelParams)),
     "model_default_params": (_ModelParams, ()),
-    "n_batch": (c_uint32, (_P,)),
-    "n_ctx": (c_uint32, (_P,)),
-    "n_ctx_seq": (c_uint32, (_P,)),
-    "n_seq_max": (c_uint32, (_P,)),
-    "n_threads": (_I, (_P,)),
     "model_meta_val_str": (_I, (_P, _TEXT, _TEXT, c_size_t)),
     "model_n_ctx_train": (_I, (_P,)),
     "model_n_embd": (_I, (_P,)),
@@ -229,6 +176,11 @@ _FUNCTIONS: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
     "model_n_head_kv": (_I, (_P,)),
     "model_n_layer": (_I, (_P,)),
     "model_n_params": (ctypes.c_uint64, (_P,)),
+    "n_batch": (c_uint32, (_P,)),
+    "n_ctx": (c_uint32, (_P,)),
+    "n_ctx_seq": (c_uint32, (_P,)),
+    "n_seq_max": (c_uint32, (_P,)),
+    "n_threads": (_I, (_P,)),
     "print_system_info": (_TEXT, ()),
     "sampler_accept": (None, (_P, _I)),
     "sampler_apply": (None, (_P, POINTER(Candidates))),
@@ -370,14 +322,18 @@ def _declared(lib: Any) -> bool:
     for name, (result, arguments) in _FUNCTIONS.items():
         function = getattr(lib, f"llama_{name}")
         function.restype, function.argtypes = result, arguments
-    for layout in (_ContextParams, _LaterContextParams):
+    layouts = {
+        _ContextParams: _CONTEXT_BEFORE + _CONTEXT_AFTER,
+        _LaterContextParams: _CONTEXT_BEFORE + _LATER + _CONTEXT_AFTER,
+    }
+    for layout, settings in layouts.items():
         lib.llama_context_default_params.restype = layout
-        if _is_new(lib.llama_context_default_params(), _NEW):
+        if _is_new(lib.llama_context_default_params(), settings):
             lib.llama_init_from_model.restype = c_void_p
             lib.llama_init_from_model.argtypes = (c_void_p, layout)
-            return _is_new(lib.llama_model_default_params(), _NEW_MODEL)
+            return _is_new(lib.llama_model_default_params(), _MODEL)
     return False
 
 
-def _is_new(params: Structure, defaults: Mapping[str, object]) -> bool:
-    return all(getattr(params, name, value) == value for name, value in defaults.items())
+def _is_new(params: Structure, settings: _Settings) -> bool:
+    return all(getattr(params, name) == value for name, _, value in settings)
