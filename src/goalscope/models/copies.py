@@ -117,18 +117,18 @@ def _write(
             inner = each.types[-1] if kind == gguf.GGUFValueType.ARRAY else None
             writer.add_key_value(name, each.contents(), kind, sub_type=inner)
     writer.add_file_type(_FILE_TYPES[weights])
-    names = {tensor.name for tensor in reader.tensors}
-    if unknown := changes.keys() - names:
-        raise KeyError(f"there is no {min(unknown)}")
+    left = dict(changes)
     for tensor in reader.tensors:
         data: Any = tensor.data
         kind = tensor.tensor_type
         if tensor.data.ndim > 1 and tensor.shape[0] % _BLOCK == 0:
             plain = gguf.dequantize(tensor.data, kind).astype(np.float32)
-            if tensor.name in changes:
-                plain = plain + changes[tensor.name]
+            if tensor.name in left:
+                plain = plain + left.pop(tensor.name)
             data, kind = gguf.quantize(np.ascontiguousarray(plain), weights), weights
         writer.add_tensor(tensor.name, data, raw_dtype=kind)
+    if left:
+        raise KeyError(f"nothing can be added to {min(left)}")
     writer.write_header_to_file()
     writer.write_kv_data_to_file()
     writer.write_tensors_to_file()
