@@ -35,7 +35,7 @@ from goalscope.envs.house.simulator.properties import PREDICATES
 from goalscope.envs.house.simulator.scene import Scene
 from goalscope.envs.house.simulator.state import by_id
 from goalscope.envs.house.simulator.world import House
-from goalscope.types import InvalidInputError, counted
+from goalscope.types import InvalidInputError, pluralize
 
 LONGEST_LINE = 64 * 2**20
 _NEW_STARTS = ("Initialize", "Reset")
@@ -365,7 +365,7 @@ def show(name: str, agreement: Agreement) -> None:
     """Print the figures, and the commonest differences."""
     out = Console(markup=False, highlight=False)
     out.print(
-        f"{name}: {counted(agreement.steps, 'action')}, success agrees in "
+        f"{name}: {pluralize(agreement.steps, 'action')}, success agrees in "
         f"{agreement.success_agreement:.1%}; changed states: precision {agreement.precision:.3f}, "
         f"recall {agreement.recall:.3f}, F1 {agreement.f1:.3f}"
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from goalscope.envs import taken
+from goalscope.envs import execute
 from goalscope.envs.grocery import Catalogue, GroceryShop
 from goalscope.envs.grocery.search import Search
 from goalscope.orders import Reading, orders_from_text
@@ -46,7 +46,7 @@ def follow(opened: GroceryShop, *said: str) -> list[str]:
         for order in readings[-1].orders:
             found = opened.resolve(order, fold(readings), PICK)
             told += [found.why] if found.why else []
-            assert all(taken(opened, action).ok for action in found.actions)
+            assert all(execute(opened, action).ok for action in found.actions)
     return told
 
 

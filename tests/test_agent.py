@@ -6,7 +6,7 @@ import pytest
 
 from fakes import GOALS, QUESTION, LampRoom, RefusesAll, WordModel
 from goalscope.agent import NO_ANSWER, Agent, run_episode
-from goalscope.calibration import LAST_TURN, PAPER, USUAL
+from goalscope.calibration import DEFAULT, LAST_TURN, PAPER
 from goalscope.dialog import (
     AGREES,
     DECLINES,
@@ -177,10 +177,10 @@ def test_long_turns_leave_room_in_every_prompt() -> None:
     assert 300 < len(cut.utterance.split()) < 450
 
 
-@pytest.mark.parametrize(("method", "used"), [("good", USUAL), ("no-inference", LAST_TURN)])
+@pytest.mark.parametrize(("method", "used"), [("good", DEFAULT), ("no-inference", LAST_TURN)])
 def test_a_calibration_is_the_role_plays_and_not_the_rankings(method, used) -> None:
     replies = {**REPLIES, **RANKS}
-    agent = Agent(LampRoom(), WordModel(replies), method=method, calibration=USUAL)
+    agent = Agent(LampRoom(), WordModel(replies), method=method, calibration=DEFAULT)
     round = agent.step("What?", "lamp light please")
     assert round.belief is not None
     assert round.belief.calibration == used
@@ -282,9 +282,9 @@ def test_asked_what_it_thinks_the_agent_tells_its_belief() -> None:
 @pytest.mark.parametrize(
     ("calibration", "words", "weights"),
     [
-        (USUAL, "yes", ((1, 0.0),)),
-        (USUAL, "switch on lamp", ((1, 0.5),)),
-        (USUAL, "ask lamp", ()),
+        (DEFAULT, "yes", ((1, 0.0),)),
+        (DEFAULT, "switch on lamp", ((1, 0.5),)),
+        (DEFAULT, "ask lamp", ()),
         (PAPER, "yes", ()),
         (PAPER, "switch on lamp", ()),
     ],

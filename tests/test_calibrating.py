@@ -20,7 +20,7 @@ from goalscope.calibrating import (
     observed_in,
     quality,
 )
-from goalscope.calibration import PAPER, USUAL, Calibration
+from goalscope.calibration import DEFAULT, PAPER, Calibration
 from goalscope.types import UNSPECIFIED, Goal, GoalscopeError, InvalidInputError
 
 pytest.importorskip("scipy.optimize")
@@ -32,7 +32,7 @@ def drawn(
     rng: np.random.Generator, id: str, *, factor: float = 1.0, origin: str = "s", goals: int = 5,
     turns: int = 4, group: str | None = None,
 ) -> Observed:  # fmt: skip
-    """A dialogue to which `Calibration(factor, unstated=0.5)` is exact.
+    """A dialogue to which `Calibration(factor, prior_unspecified=0.5)` is exact.
 
     Each turn is a place about that of the true goal, and without a goal each is expected where the
     ones before it lie. Where it is left out, the others say nothing.
@@ -61,7 +61,7 @@ def believed(dialogue: Observed, left_out: int, calibration: Calibration) -> Bel
     return replace(belief, log_likelihood=table).drop([names[left_out]])
 
 
-WAYS = [PAPER, USUAL, Calibration(3.0, 0.7, 0.2, 0.3)]
+WAYS = [PAPER, DEFAULT, Calibration(3.0, 0.7, 0.2, 0.3)]
 
 
 @pytest.mark.parametrize("calibration", WAYS)
@@ -131,9 +131,9 @@ def test_the_temperature_is_found_that_the_evidence_was_multiplied_by(factor: fl
     made = fit_calibration(found)
     assert made.temperature == pytest.approx(factor, rel=0.12)
     assert made.reference < 0.1
-    assert made.switching == USUAL.switching > 0
-    assert (made.n, made.unstated) == (300, 0.5)
-    true = Calibration(factor, unstated=0.5, switching=USUAL.switching)
+    assert made.switching == DEFAULT.switching > 0
+    assert (made.n, made.prior_unspecified) == (300, 0.5)
+    true = Calibration(factor, prior_unspecified=0.5, switching=DEFAULT.switching)
     assert Tables(found).log_loss(made) == pytest.approx(Tables(found).log_loss(true), abs=0.005)
 
 
@@ -205,7 +205,7 @@ def test_quality_is_that_of_all_dialogues_and_sets() -> None:
 
 def test_sets_of_quality_hold_what_is_at_the_threshold_or_one_goal() -> None:
     found = some(20)
-    tables, way = Tables(found), replace(USUAL, unstated=0.3)
+    tables, way = Tables(found), replace(DEFAULT, prior_unspecified=0.3)
     named, true = tables.drawn_turn(tables.believe(way))
     for threshold in (0.0, 0.2, 0.7):
         made = answer(found, replace(way, thresholds=((0.1, threshold),)))[1]
@@ -220,7 +220,7 @@ def test_what_is_held_out_is_judged_by_dialogues_of_other_groups(monkeypatch) ->
 
     def recorded(dialogues):
         trained.append({each.id for each in dialogues})
-        return replace(USUAL, temperature=1.0 + len(trained))
+        return replace(DEFAULT, temperature=1.0 + len(trained))
 
     monkeypatch.setattr(calibrating, "fit_calibration", recorded)
     steps, made = answer(found)
@@ -232,7 +232,7 @@ def test_what_is_held_out_is_judged_by_dialogues_of_other_groups(monkeypatch) ->
         assert not {groups[id] for id in ids} & {groups[id] for id in rest}
     loss = sum(
         Tables([each for each in found if each.id in ids]).log_loss(
-            replace(USUAL, temperature=2.0 + i)
+            replace(DEFAULT, temperature=2.0 + i)
         )
         * len(ids)
         for i, ids in enumerate(out)

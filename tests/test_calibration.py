@@ -17,9 +17,9 @@ from hypothesis import strategies as st
 from goalscope import calibrations as shipped
 from goalscope.belief import Belief, log_posteriors
 from goalscope.calibration import (
+    DEFAULT,
     LAST_TURN,
     PAPER,
-    USUAL,
     Calibration,
     calibration_from_json,
 )
@@ -83,21 +83,23 @@ def test_temperature_divides_log_odds(belief: Belief, temperature: float) -> Non
 
 @given(beliefs(), inside)
 def test_unstated_is_the_prior_of_unspecified_among_any_number_of_goals(
-    belief: Belief, unstated: float
+    belief: Belief, prior_unspecified: float
 ) -> None:
-    own = replace(belief, calibration=replace(belief.calibration, unstated=unstated))
+    own = replace(
+        belief, calibration=replace(belief.calibration, prior_unspecified=prior_unspecified)
+    )
     before = np.exp(own.log_posteriors[0])
     place = own.goals.index(UNSPECIFIED)
-    assert before[place] == pytest.approx(unstated)
+    assert before[place] == pytest.approx(prior_unspecified)
     others = np.delete(own.log_prior, place)
-    assert np.delete(before, place) == pytest.approx((1 - unstated) * softmax(others))
+    assert np.delete(before, place) == pytest.approx((1 - prior_unspecified) * softmax(others))
 
 
 @pytest.mark.parametrize("support", [[UNSPECIFIED], goals(3)])
 def test_unstated_and_reference_change_nothing_without_something_to_compare(
     support: list[Goal],
 ) -> None:
-    calibration = Calibration(reference=0.5, unstated=0.9)
+    calibration = Calibration(reference=0.5, prior_unspecified=0.9)
     for row in ([], [-1.0 * i for i in range(len(support))]):
         one, other = (Belief.uniform(support, each) for each in (calibration, PAPER))
         if row:
@@ -123,13 +125,13 @@ def test_reference_is_the_share_of_the_other_goals_mean_in_the_evidence_of_unspe
 
 @given(st.integers(1, 4), st.integers(0, 3), share, st.none() | inside, share)
 def test_a_goal_that_is_impossible_does_not_make_unspecified_impossible(
-    g: int, possible: int, reference: float, unstated: float | None, switching: float
+    g: int, possible: int, reference: float, prior_unspecified: float | None, switching: float
 ) -> None:
-    calibration = Calibration(2.0, reference, unstated, switching)
+    calibration = Calibration(2.0, reference, prior_unspecified, switching)
     values = [-3.0 if i < possible else -math.inf for i in range(g)]
     belief = Belief.uniform([UNSPECIFIED, *goals(g)], calibration).observe([-3.0, *values])
     n = min(possible, g)  # Unspecified and they explain the words alike
-    prior = 1 / (g + 1) if unstated is None else unstated
+    prior = 1 / (g + 1) if prior_unspecified is None else prior_unspecified
     expected = prior / (prior + n * (1 - prior) / g)
     assert belief.probability[0] == pytest.approx(expected)
     assert np.isneginf(belief.log_posterior[1 + n :]).all()
@@ -137,7 +139,7 @@ def test_a_goal_that_is_impossible_does_not_make_unspecified_impossible(
 
 @given(beliefs())
 def test_without_switching_all_turns_count_and_with_it_alone_the_last(belief: Belief) -> None:
-    way = replace(belief.calibration, reference=0.0, unstated=None)
+    way = replace(belief.calibration, reference=0.0, prior_unspecified=None)
     always, never = (replace(belief, calibration=replace(way, switching=s)) for s in (0.0, 1.0))
     rows = belief.log_likelihood / way.temperature
     assert always.probability == pytest.approx(softmax(belief.log_prior + rows.sum(0)), abs=1e-9)
@@ -147,7 +149,7 @@ def test_without_switching_all_turns_count_and_with_it_alone_the_last(belief: Be
 
 @given(beliefs(least=1, values=st.floats(-5, 0), most=2))
 def test_switching_agrees_with_all_sequences_of_goals(belief: Belief) -> None:
-    way = replace(belief.calibration, temperature=1.0, reference=0.0, unstated=None)
+    way = replace(belief.calibration, temperature=1.0, reference=0.0, prior_unspecified=None)
     prior, g = softmax(belief.log_prior), len(belief.goals)
     words, chances = np.exp(belief.log_likelihood), [0.0]
     now = prior
@@ -189,7 +191,7 @@ def test_a_weight_divides_the_evidence_of_a_turn(belief: Belief, weight: float) 
 
 @given(beliefs(least=1))
 def test_words_for_what_is_believed_are_no_change_of_mind(belief: Belief) -> None:
-    way = replace(belief.calibration, switching=0.5, unstated=None)
+    way = replace(belief.calibration, switching=0.5, prior_unspecified=None)
     leads = np.eye(len(belief.goals))[belief.probability.argmax()] * 3.0
     changing, never = (
         replace(belief, calibration=replace(way, switching=s)) for s in (way.switching, 0.0)
@@ -315,7 +317,7 @@ def test_a_conformal_set_takes_the_threshold_of_eps_or_the_next_smaller_one() ->
         ("switching", [-0.01, 1.01, math.nan]),
         ("aside", [-0.01, 1.01, math.nan]),
         ("orders", [-0.01, 1.01, math.nan]),
-        ("unstated", [0.0, 1.0, -0.5, math.nan]),
+        ("prior_unspecified", [0.0, 1.0, -0.5, math.nan]),
         ("thresholds", [((0.1, 1.5),), ((-0.1, 0.5),), ((0.1, math.nan),)]),
     ],
 )
@@ -338,7 +340,16 @@ def test_json_with_unknown_fields_is_refused() -> None:
         calibration_from_json({**asdict(PAPER), "evidence": "sum"})
 
 
-FIELDS = ["temperature", "reference", "unstated", "switching", "aside", "orders", "n", "thresholds"]
+FIELDS = [
+    "temperature",
+    "reference",
+    "prior_unspecified",
+    "switching",
+    "aside",
+    "orders",
+    "n",
+    "thresholds",
+]
 
 
 @pytest.mark.parametrize(
@@ -347,7 +358,7 @@ FIELDS = ["temperature", "reference", "unstated", "switching", "aside", "orders"
         *[({name: ...}, f"the key '{name}' is missing") for name in FIELDS],
         *[({name: "2"}, f"{name} must be") for name in FIELDS],
         *[({name: True}, f"{name} must be") for name in FIELDS],
-        *[({name: None}, f"{name} must be") for name in FIELDS if name != "unstated"],
+        *[({name: None}, f"{name} must be") for name in FIELDS if name != "prior_unspecified"],
         *[({name: -1}, "must") for name in FIELDS],
         ({"n": 1.5}, "n must be"),
         ({"thresholds": [0.1]}, "thresholds must be pairs of numbers, not [0.1]"),
@@ -358,7 +369,7 @@ FIELDS = ["temperature", "reference", "unstated", "switching", "aside", "orders"
 )
 def test_what_is_wrong_with_a_calibration_file_is_named(tmp_path: Path, fields, cause) -> None:
     file = tmp_path / "mine.json"
-    values = {**asdict(USUAL), **fields}
+    values = {**asdict(DEFAULT), **fields}
     data = {key: value for key, value in values.items() if value is not ...}
     file.write_text(json.dumps({"calibration": data}))
     with pytest.raises(InvalidInputError, match=re.escape(cause)) as caught:
@@ -368,14 +379,14 @@ def test_what_is_wrong_with_a_calibration_file_is_named(tmp_path: Path, fields, 
 
 
 def test_names_and_files_name_calibrations(tmp_path: Path) -> None:
-    names = {"paper": PAPER, "usual": USUAL, "last-turn": LAST_TURN}
+    names = {"paper": PAPER, "default": DEFAULT, "last-turn": LAST_TURN}
     assert {name: calibration_named(name) for name in names} == names
     assert (PAPER, LAST_TURN.switching) == (Calibration(1.0, 0.0, None, 0.0, 1.0), 1.0)
     mine = Calibration(3.0, 0.2, 0.4, 0.01, 0.1, 0.3, 7, ((0.1, 0.2),))
     keep_calibration(tmp_path / "new" / "mine.json", mine, {"model": "m"})
     assert calibration_named(str(tmp_path / "new" / "mine.json")) == mine
     assert json.loads((tmp_path / "new" / "mine.json").read_text())["model"] == "m"
-    with pytest.raises(InvalidInputError, match="paper, usual, last-turn"):
+    with pytest.raises(InvalidInputError, match="paper, default, last-turn"):
         calibration_named("papr")
     with pytest.raises(GoalscopeError, match="cannot be written"):
         keep_calibration(tmp_path, mine, {})
@@ -390,7 +401,7 @@ def test_names_and_files_name_calibrations(tmp_path: Path) -> None:
         '{"calibration": 7}',
         '{"calibration": [1, 2]}',
         b"\xff\xfe",
-        json.dumps({"calibration": asdict(USUAL) | {"odd\n\u2028\x7fkey": 1}}),
+        json.dumps({"calibration": asdict(DEFAULT) | {"odd\n\u2028\x7fkey": 1}}),
     ],
 )
 def test_a_file_that_holds_no_calibration_is_named_in_one_line(tmp_path: Path, text) -> None:
@@ -419,14 +430,14 @@ def test_a_model_has_the_users_calibration_or_the_shipped_one_or_the_usual(
     own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found, origin = known_calibration(SCORER, "goal-last", end_of_turn=False)
-    assert found == USUAL
+    assert found == DEFAULT
     assert "goalscope calibrate" in origin
     file = calibration_file(SCORER, "goal-last", end_of_turn=False)
     assert file.is_relative_to(own)
     monkeypatch.setattr(shipped, "files", lambda _: tmp_path / "shipped")
-    keep_calibration(tmp_path / "shipped" / file.name, replace(USUAL, temperature=3.0), {})
-    assert known() == replace(USUAL, temperature=3.0)
-    keep_calibration(file, replace(USUAL, temperature=4.0), {})
+    keep_calibration(tmp_path / "shipped" / file.name, replace(DEFAULT, temperature=3.0), {})
+    assert known() == replace(DEFAULT, temperature=3.0)
+    keep_calibration(file, replace(DEFAULT, temperature=4.0), {})
     found, origin = known_calibration(SCORER, "goal-last", end_of_turn=False)
     assert (found.temperature, origin) == (4.0, "yours")
     file.write_text("{}")
@@ -447,9 +458,9 @@ def test_a_calibration_is_of_one_model_with_its_adapter_and_prompt(
     assert known(SimpleNamespace(name=SCORER.name, adapter=same)) == LAST_TURN
     for unlike in (SCORER, SimpleNamespace(name=SCORER.name, adapter=other),
                    SimpleNamespace(name="another", adapter=one)):  # fmt: skip
-        assert known(unlike) == USUAL
-    assert known(adapted, "goal-first") == USUAL
-    assert known(adapted, end_of_turn=True) == USUAL
+        assert known(unlike) == DEFAULT
+    assert known(adapted, "goal-first") == DEFAULT
+    assert known(adapted, end_of_turn=True) == DEFAULT
     keep_calibration(calibration_file(SCORER, "goal-last", end_of_turn=False), PAPER, {})
     assert known(SimpleNamespace(name=SCORER.name)) == PAPER  # served models have no adapter
 
@@ -476,7 +487,9 @@ def test_tests_see_none_of_the_calibrations_of_this_machine(data_folder: Path) -
     assert not file.parent.exists()
 
 
-@pytest.mark.parametrize("wrong", [{"temperature": "2"}, {"temperature": None}, {"unstated": "x"}])
+@pytest.mark.parametrize(
+    "wrong", [{"temperature": "2"}, {"temperature": None}, {"prior_unspecified": "x"}]
+)
 def test_what_is_no_number_is_refused(wrong: dict) -> None:
     with pytest.raises(InvalidInputError, match="must be a number"):
         Calibration(**wrong)

@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from goalscope.belief import Belief
-from goalscope.calibration import LAST_TURN, PAPER, USUAL, calibration_from_json
+from goalscope.calibration import DEFAULT, LAST_TURN, PAPER, calibration_from_json
 from goalscope.calibrations import keep_calibration
 from goalscope.cli.main import app
 from goalscope.types import UNSPECIFIED, Goal
@@ -262,7 +262,7 @@ def test_infer_does_not_mix_settings(tmp_path):
 
 def test_infer_believes_as_it_is_told(tmp_path, words):
     file = rows_file(tmp_path, ROW)
-    keep_calibration(tmp_path / "mine.json", replace(USUAL, temperature=7.0), {})
+    keep_calibration(tmp_path / "mine.json", replace(DEFAULT, temperature=7.0), {})
     names = {"paper": PAPER, "last-turn": LAST_TURN, str(tmp_path / "mine.json"): None}
     lines = []
     for name, known in names.items():
@@ -270,14 +270,14 @@ def test_infer_believes_as_it_is_told(tmp_path, words):
         assert invoke("infer", file, "--out", out, "--calibration", name).exit_code == 0
         lines.append([json.loads(line) for line in out.read_text().splitlines()])
         settings = calibration_from_json(lines[-1][1]["settings"]["calibration"])
-        assert settings == (known or replace(USUAL, temperature=7.0))
+        assert settings == (known or replace(DEFAULT, temperature=7.0))
     paper, last, mine = ([line["log_posterior"] for line in each] for each in lines)
     rows = [line["log_likelihood"] for line in lines[0]]
     odds = [row[0] - row[1] for row in rows]
     assert paper[1][0] - paper[1][1] == pytest.approx(sum(odds))
     assert last[1][0] - last[1][1] == pytest.approx(odds[1])
     assert mine[0][0] - mine[0][1] == pytest.approx(odds[0] / 7)
-    said = fails(2, "infer", file, "--out", tmp_path / "0.jsonl", "--calibration", "usual")
+    said = fails(2, "infer", file, "--out", tmp_path / "0.jsonl", "--calibration", "default")
     assert "made with another calibration (temperature 1.0 and not 2.0, reference 0.0" in said
     assert "no.json" in fails(2, "infer", file, "--out", tmp_path / "x", "--calibration", "no.json")
     assert not (tmp_path / "x").exists()
@@ -291,7 +291,7 @@ def test_doctor_calls_the_model_as_people_do_and_tells_its_calibration(words, mo
     assert "SmolLM2-135M-Instruct" in shown
     assert inner not in shown
     assert told["model"] == "SmolLM2-135M-Instruct"
-    assert "unstated 0.5; " in told["calibration"]
+    assert "prior_unspecified 0.5; " in told["calibration"]
 
 
 def test_doctor_reports_and_fails_on_a_missing_model(tmp_path):

@@ -83,14 +83,14 @@ def test_a_model_is_calibrated_from_then_on(data):
     assert (told["model"], told["layout"], told["end_of_turn"]) == ("small", "goal-last", False)
     assert told["dialogues"] == {"teach hard": 60}
     quality = told["quality"]
-    assert list(quality) == ["Eq. 1", "usual", "held out"]
+    assert list(quality) == ["Eq. 1", "default", "held out"]
     assert {row["n"] for row in quality.values()} == {60}
     assert quality["held out"]["log_loss"] < quality["Eq. 1"]["log_loss"]
     assert all(0.7 < share <= 1 for share in quality["held out"]["coverage"])
     assert quality["Eq. 1"]["coverage"] is None
     assert told["better"] is None
     (again,) = calibrated("r.db")
-    assert [*again["quality"]] == ["Eq. 1", "usual", "the model's own", "held out"]
+    assert [*again["quality"]] == ["Eq. 1", "default", "the model's own", "held out"]
     own, held_out = (again["quality"][name]["log_loss"] for name in ("the model's own", "held out"))
     assert own < held_out  # since it was fitted on these, and so it says nothing against the new
     assert again["better"] is None
@@ -247,7 +247,7 @@ def test_it_says_what_it_replaces_and_the_way_back_leads_there(data, monkeypatch
     first = said()
     assert f"replaces the one that came with goalscope, of {before[0].n} dialogues" in first
     assert len(re.findall(r"the model's own \d", first)) == 1
-    assert "replaces the usual one. `goalscope calibrate --reset`" in first
+    assert "replaces the default. `goalscope calibrate --reset`" in first
     assert "replaces your earlier one, of 8 dialogues" in said()
     file = calibration_file(SCORER, "goal-last", end_of_turn=False)
     file.write_text("{")

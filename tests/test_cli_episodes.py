@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import test_cli
-from goalscope.calibration import PAPER, USUAL
+from goalscope.calibration import DEFAULT, PAPER
 from goalscope.calibrations import keep_calibration
 from goalscope.domains import settings_of
 from goalscope.store import Store
@@ -36,7 +36,7 @@ def test_a_runs_calibration_and_trigger_are_kept_from_any_folder(
 ):
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
-    mine = replace(USUAL, temperature=7.0)
+    mine = replace(DEFAULT, temperature=7.0)
     keep_calibration(Path("mine.json"), mine, {})
     said = {"input": "I need cocoa powder for a cake.\n"}
     for name, kept, used, propose in [
@@ -178,7 +178,7 @@ def test_a_resumed_episode_takes_no_options_that_it_would_not_heed(shop, store_f
     "options",
     [
         ["--propose", "0.5"],
-        ["--calibration", "usual"],
+        ["--calibration", "default"],
         ["--layout", "goal-last"],
         ["--end-of-turn"],
     ],

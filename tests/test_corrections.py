@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from fakes import GOALS, LampRoom, WordModel
 from goalscope.agent import Agent
 from goalscope.belief import PINNED, Belief
-from goalscope.calibration import PAPER, USUAL
+from goalscope.calibration import DEFAULT, PAPER
 from goalscope.goals import propose
 from goalscope.likelihood import PromptedRanking, RolePlay
 from goalscope.rounds_json import round_from_json, round_to_json
@@ -31,7 +31,7 @@ LAMP, SLEEP, TEA = Goal("have lamp light"), Goal("sleep without light"), Goal("d
 
 nats = st.lists(st.floats(-200, 0), min_size=4, max_size=4)
 tables = st.lists(nats, max_size=4)
-calibrations = st.sampled_from([PAPER, USUAL, replace(USUAL, switching=0.3)])
+calibrations = st.sampled_from([PAPER, DEFAULT, replace(DEFAULT, switching=0.3)])
 
 
 def belief_of(table, calibration=PAPER) -> Belief:
@@ -117,7 +117,7 @@ def test_words_that_are_left_out_count_as_words_that_say_nothing(table, turn) ->
 
 @given(st.integers(0, 15))
 def test_what_was_confirmed_is_not_forgotten(turns) -> None:
-    belief = replace(belief_of([[-1.0, -9.0, -2.0, -5.0]]), calibration=USUAL).pin(B)
+    belief = replace(belief_of([[-1.0, -9.0, -2.0, -5.0]]), calibration=DEFAULT).pin(B)
     for _ in range(turns):
         belief = belief.observe([-3.0] * 4)
     assert belief.probability[belief.goals.index(B)] >= PINNED - 1e-9
@@ -362,7 +362,7 @@ def test_what_was_ruled_out_is_not_proposed_and_comes_back_only_by_name() -> Non
 
 def test_a_tracker_that_was_saved_is_the_same_again() -> None:
     tracker = GoalTracker(
-        WordModel(), task="Help.", goals=["bake a cake", "eat"], calibration=USUAL
+        WordModel(), task="Help.", goals=["bake a cake", "eat"], calibration=DEFAULT
     )
     tracker.observe("Yes?", "I bake a cake \N{BIRTHDAY CAKE}.")
     tracker.pin("make tea")

@@ -36,7 +36,7 @@ def session(tmp_path, lines, **settings):
     console = Console(file=out, width=100, markup=False, emoji=False, highlight=False)
     spoken = sum(not line.startswith("/") for line in lines)
     with Store.open(tmp_path / "s.db") as store:
-        chosen = Settings(calibration="usual", rounds=spoken, **settings)
+        chosen = Settings(calibration="default", rounds=spoken, **settings)
         opened = Session(store, chosen, LampRoom(), WordModel({**REPLIES, **RANKS}), read=read)
         list(opened.run())
         return out.getvalue().split("\n> ")[1:], store.rounds(opened.id)

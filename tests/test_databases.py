@@ -22,7 +22,7 @@ from databases import PASSWORD
 from goalscope.database.tables import METADATA, REVISION, VERSION_TABLE
 from goalscope.experiment.results import Results
 from goalscope.store import Store
-from goalscope.study.book import Book, _order
+from goalscope.study.store import StudyStore, _order
 from goalscope.types import GoalscopeError, InvalidInputError, Turn
 from test_cli import invoke
 from test_store import EPISODE, a_round, pragma, values_of
@@ -126,9 +126,9 @@ def test_a_study_is_deleted_while_somebody_joins(place, monkeypatch):
 
     with Store.open(place) as store, ThreadPoolExecutor(2) as pool:
         fill(store)
-        book = Book(store)
+        book = StudyStore(store)
         study = book.add(PLAN)
-        monkeypatch.setattr("goalscope.study.book._order", slowly)
+        monkeypatch.setattr("goalscope.study.store._order", slowly)
         joins = pool.submit(book.join, study, "ann", "ann")
         assert begun.wait(60)
         deletes = pool.submit(book.delete, study)

@@ -16,7 +16,7 @@ from goalscope.cli.data import data
 from goalscope.datasets import DATASETS, Case, data_folder, load, read_cases, turns_of
 from goalscope.datasets.goal_sets import by_shared_words, chance, draw
 from goalscope.datasets.multiwoz import detokenised
-from goalscope.types import InvalidInputError, Turn, meaning
+from goalscope.types import InvalidInputError, Turn, canonical
 
 DATA = os.environ.get("GOALSCOPE_DATA")
 real = pytest.mark.skipif(not DATA, reason="GOALSCOPE_DATA names no folder of the datasets")
@@ -181,7 +181,7 @@ def test_goals_are_distinct_and_as_many_as_asked_for(
     cases = made(tmp_path, name, goal_set)
     assert cases
     for case in cases:
-        assert len({meaning(text) for text in texts(case)}) == len(case.goals)
+        assert len({canonical(text) for text in texts(case)}) == len(case.goals)
         assert len(case.goals) == (6 if name == "casino" else 3)
         assert 0 <= case.truth < len(case.goals)
         assert case.turns
@@ -276,9 +276,9 @@ def test_no_wrong_goal_of_alfred_means_the_true_one(goal_set: str, tmp_path: Pat
     packed(tmp_path, "alfred", trajectories())
     for case in made(tmp_path, "alfred", goal_set, goals=5):
         assert case.turns[0].utterance != true(case)
-        assert meaning(case.turns[0].utterance) not in map(meaning, texts(case))
-        assert len([text for text in texts(case) if meaning(text) == "tidy up"]) <= (
-            meaning(true(case)) == "tidy up"
+        assert canonical(case.turns[0].utterance) not in map(canonical, texts(case))
+        assert len([text for text in texts(case) if canonical(text) == "tidy up"]) <= (
+            canonical(true(case)) == "tidy up"
         )
         if case.id in ("t3", "t6"):  # they differ in the lamp alone
             assert not [
@@ -369,7 +369,7 @@ def test_orders_with_a_note_have_no_hard_goals(tmp_path: Path) -> None:
 def test_a_tier_is_used_up_before_the_next() -> None:
     drawn = draw(chance(1, "a"), "Tea.", [["tea", "Milk", "milk!"], ["rum", "gin"]], 3)
     assert drawn is not None
-    wrong = {meaning(goal.text) for goal in drawn[0]}
+    wrong = {canonical(goal.text) for goal in drawn[0]}
     assert wrong > {"tea", "milk"}
     assert draw(chance(1, "a"), "Tea.", [["tea", "Milk", "milk!"]], 3) is None
 
@@ -410,7 +410,7 @@ def test_real_sets_have_the_cases_that_their_rows_give() -> None:
         loaded = load(name, folder, split=split, goal_set=goal_set)
         assert (len(loaded.cases), sum(loaded.left_out.values())) == (cases, left_out), name
         for case in loaded.cases:
-            assert len({meaning(text) for text in texts(case)}) == (6 if name == "casino" else 20)
+            assert len({canonical(text) for text in texts(case)}) == (6 if name == "casino" else 20)
 
 
 @real

@@ -4,11 +4,11 @@ import threading
 
 import pytest
 
-from goalscope.web.desk import Desk
+from goalscope.web.queue import ModelQueue
 
 
 def test_who_comes_first_is_served_first_and_all_are_told_their_place() -> None:
-    desk, order, places = Desk(), [], []
+    desk, order, places = ModelQueue(), [], []
     gate, began = threading.Event(), threading.Event()
     first = desk.submit(lambda: began.set() or gate.wait())
     assert began.wait(5)
@@ -25,7 +25,7 @@ def test_who_comes_first_is_served_first_and_all_are_told_their_place() -> None:
 
 
 def test_who_waits_is_told_their_place_only_where_it_changes() -> None:
-    desk, gate, began, places = Desk(), threading.Event(), threading.Event(), []
+    desk, gate, began, places = ModelQueue(), threading.Event(), threading.Event(), []
     desk.submit(lambda: began.set() or gate.wait())
     assert began.wait(5)
     ben = desk.submit(lambda: None, places.append)
@@ -41,7 +41,7 @@ def test_who_waits_is_told_their_place_only_where_it_changes() -> None:
 
 
 def test_who_stands_behind_what_is_cancelled_moves_up() -> None:
-    desk, gate, began, places = Desk(), threading.Event(), threading.Event(), []
+    desk, gate, began, places = ModelQueue(), threading.Event(), threading.Event(), []
     desk.submit(lambda: began.set() or gate.wait())
     assert began.wait(5)
     ann = desk.submit(lambda: None)
@@ -54,7 +54,7 @@ def test_who_stands_behind_what_is_cancelled_moves_up() -> None:
 
 
 def test_what_fails_is_the_callers_and_the_next_is_served() -> None:
-    desk = Desk()
+    desk = ModelQueue()
     failed = desk.submit(lambda: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         failed.result(5)
@@ -63,7 +63,7 @@ def test_what_fails_is_the_callers_and_the_next_is_served() -> None:
 
 
 def test_what_waits_when_the_desk_closes_is_cancelled_and_what_runs_is_finished() -> None:
-    desk, gate, began = Desk(), threading.Event(), threading.Event()
+    desk, gate, began = ModelQueue(), threading.Event(), threading.Event()
     running = desk.submit(lambda: began.set() or (gate.wait() and "done"))
     assert began.wait(5)
     waiting = desk.submit(lambda: None)
@@ -79,7 +79,7 @@ def test_who_cannot_be_told_their_place_is_served_all_the_same() -> None:
     def fails(place: int) -> None:
         raise OSError("nobody listens")
 
-    desk = Desk()
+    desk = ModelQueue()
     assert desk.submit(lambda: "served", fails).result(5) == "served"
     assert desk.submit(lambda: "served").result(5) == "served"
     desk.close()

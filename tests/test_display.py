@@ -22,7 +22,7 @@ from goalscope.display import (
 from goalscope.episode import Round
 from goalscope.models.llamacpp import embedded_path
 from goalscope.models.native import Weights
-from goalscope.plain import model_shown, plain
+from goalscope.safe_text import model_shown, terminal_safe
 from goalscope.store import EpisodeInfo
 from goalscope.types import UNSPECIFIED, Action, Goal, GoalChange, StepResult, Turn
 
@@ -175,7 +175,7 @@ def test_hostile_text_is_shown_and_not_obeyed():
 
 @given(st.text(st.characters(), max_size=50))
 def test_plain_text_holds_no_control_characters(text):
-    shown = plain(text).plain
+    shown = terminal_safe(text).plain
     controls = {chr(i) for i in (*range(32), *range(127, 160), *range(0x202A, 0x202F))} - {"\n"}
     assert not set(shown) & controls
     shown.encode()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from goalscope.belief import Belief
-from goalscope.calibration import PAPER, USUAL, Calibration
+from goalscope.calibration import DEFAULT, PAPER, Calibration
 from goalscope.policy import choose
 from goalscope.types import UNSPECIFIED, Goal
 
@@ -56,8 +56,8 @@ def test_the_numbers_are_those_of_the_code() -> None:
         return [cell.strip() for cell in line.strip("|").split("|")][-2:]
 
     said = {"½": 0.5, "⅓": 1 / 3, "as for any goal": None}
-    for row in ("temperature", "reference", "unstated", "switching", "aside", "orders"):
-        for text, calibration in zip(shown(row), (USUAL, PAPER), strict=True):
+    for row in ("temperature", "reference", "prior_unspecified", "switching", "aside", "orders"):
+        for text, calibration in zip(shown(row), (DEFAULT, PAPER), strict=True):
             number = said[text] if text in said else float(text)
             assert getattr(calibration, row) == number
 
@@ -69,8 +69,8 @@ def belief_by_the_page(table: np.ndarray, c: Calibration) -> np.ndarray:
     e[:, 0] = (1 - share) * e[:, 0] + share * e[:, 1:].mean(axis=1)
     prior = (
         np.full(4, 1 / 4)
-        if c.unstated is None
-        else np.array([c.unstated, *[(1 - c.unstated) / 3] * 3])
+        if c.prior_unspecified is None
+        else np.array([c.prior_unspecified, *[(1 - c.prior_unspecified) / 3] * 3])
     )
     p = prior
     for turn, row in enumerate(e):
@@ -85,7 +85,7 @@ def belief_by_the_page(table: np.ndarray, c: Calibration) -> np.ndarray:
     return p
 
 
-@pytest.mark.parametrize("calibration", [PAPER, USUAL, Calibration(3.0, 0.5, 0.2, 0.9)])
+@pytest.mark.parametrize("calibration", [PAPER, DEFAULT, Calibration(3.0, 0.5, 0.2, 0.9)])
 def test_the_belief_is_what_the_page_says(calibration: Calibration) -> None:
     table = np.random.default_rng(0).normal(-20, 4, (5, 4))
     belief = Belief.uniform(GOALS, calibration)

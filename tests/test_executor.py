@@ -112,7 +112,7 @@ def test_an_undo_that_was_not_surely_read_waits() -> None:
     model.margins = (0.01,)
     round = agent.step("", "undo")
     assert (env.on, 'I understood "undo". Shall I?' in round.question) == (["lamp"], True)
-    assert agent.step(agent.ask(), "yes").takes_back == (1,)
+    assert agent.step(agent.ask(), "yes").retracts == (1,)
     assert env.on == []
 
 
@@ -241,10 +241,10 @@ def test_undo_takes_back_the_last_rounds_that_did_something() -> None:
     for words in ("switch on lamp", "switch on fan", "ask fan"):
         agent.step("", words)
     round = agent.step("", "undo")
-    assert (env.on, round.takes_back, round.reversals) == (["lamp"], (2,), 1)
+    assert (env.on, round.retracts, round.reversals) == (["lamp"], (2,), 1)
     assert round.notes == ('Taken back: "switch on fan".',)
     agent.step("", "switch on fan")
-    assert agent.step("", "undo | 2").takes_back == (5, 1)
+    assert agent.step("", "undo | 2").retracts == (5, 1)
     assert env.on == []
     assert agent.step("", "undo").notes == (NOTHING,)
 
@@ -255,7 +255,7 @@ def test_undo_counts_rounds_that_did_something_and_knows_no_names() -> None:
     for words in ("switch on lamp", "switch on fan", "switch on unicorn"):
         agent.step("", words)
     assert agent.step("", "undo lamp").notes == (NOTHING,)
-    assert agent.step("", "undo | 0.5").takes_back == (2,)
+    assert agent.step("", "undo | 0.5").retracts == (2,)
     assert env.on == ["lamp"]
 
 
@@ -265,7 +265,7 @@ def test_what_could_not_be_brought_back_is_not_taken_back() -> None:
     agent.step("", "switch on lamp")
     env.on.clear()
     round = agent.step("", "undo")
-    assert (round.takes_back, len(round.results)) == ((), 0)
+    assert (round.retracts, len(round.results)) == ((), 0)
     assert "Not done: " in round.notes[-1]
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fakes import GOALS, LampRoom, RefusesAll, WordModel
 from goalscope.belief import Belief
-from goalscope.calibration import PAPER, USUAL, Calibration
+from goalscope.calibration import DEFAULT, PAPER, Calibration
 from goalscope.envs.grocery.catalogue import Catalogue
 from goalscope.envs.grocery.shop import GroceryShop
 from goalscope.goals import (
@@ -230,7 +230,7 @@ def test_goal_that_the_task_makes_less_likely_is_irrelevant() -> None:
     assert "irrelevant" in change.reason
 
 
-def belief_of(*rows: list[float], calibration: Calibration = USUAL) -> Belief:
+def belief_of(*rows: list[float], calibration: Calibration = DEFAULT) -> Belief:
     goals = (UNSPECIFIED, Goal("a"), Goal("b"))
     return Belief(goals, np.zeros(3), np.array(rows).reshape(-1, 3), calibration)
 
@@ -239,7 +239,7 @@ def test_goals_are_missing_once_unspecified_has_the_probability_that_is_asked_fo
     belief = belief_of([1.0, 0.0, 0.0], calibration=PAPER)  # e / (e + 2) = 0.576
     assert incomplete(belief, 0.57)
     assert not incomplete(belief, 0.58)
-    assert incomplete(Belief.uniform([UNSPECIFIED], USUAL))
+    assert incomplete(Belief.uniform([UNSPECIFIED], DEFAULT))
 
 
 def test_in_the_paper_goals_are_missing_while_unspecified_leads() -> None:
@@ -263,7 +263,7 @@ rows = st.lists(st.lists(st.floats(-30, 0), min_size=3, max_size=3), min_size=1,
 
 @given(rows, st.data())
 def test_words_count_for_the_goals_as_they_stood_when_the_words_came(table, data) -> None:
-    belief = belief_of(*table, calibration=Calibration(temperature=2.0, unstated=0.5))
+    belief = belief_of(*table, calibration=Calibration(temperature=2.0, prior_unspecified=0.5))
     since = data.draw(st.integers(0, len(table)))
     odds = belief.log_posteriors[since, 1:]
     later = belief.log_likelihood[since:].sum(axis=0) / 2
@@ -284,7 +284,7 @@ def test_what_was_confirmed_counts_before_and_after() -> None:
 
 
 def test_a_confirmed_goal_and_words_that_say_nothing_are_no_reason_to_propose() -> None:
-    way = replace(USUAL, unstated=UNEXPLAINED)
+    way = replace(DEFAULT, prior_unspecified=UNEXPLAINED)
     belief = belief_of([-3.0, -2.0, -9.0], calibration=way).pin(Goal("b"))
     assert not incomplete(belief, since=1)
     for older in (-1.0, -20.0, -300.0):

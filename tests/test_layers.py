@@ -7,7 +7,7 @@ import goalscope
 
 ROOT = Path(goalscope.__file__).parent
 LAYERS = [
-    {"types", "plain", "calibration", "extras", "words", "speech"},
+    {"types", "safe_text", "calibration", "extras", "words", "speech"},
     {
         "belief",
         "models",

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fakes import WordModel
-from goalscope.calibration import LAST_TURN, PAPER, USUAL, Calibration
+from goalscope.calibration import DEFAULT, LAST_TURN, PAPER, Calibration
 from goalscope.goals import irrelevant
 from goalscope.likelihood import GOAL_TOKENS, PromptedRanking, RolePlay
 from goalscope.tracker import GoalTracker
@@ -125,9 +125,9 @@ def test_what_is_no_text_is_refused_and_changes_nothing(bad: Any) -> None:
         ({"goals": 3}, "goals must be a list"),
         ({"goals": {"cake": "bake a cake"}}, r"not a dict.* such as goals=list\(d\.values\(\)\)"),
         ({"likelihood": "goal-last"}, "likelihood"),
-        ({"calibration": "papr"}, "name paper, usual, last-turn, or a file"),
-        ({"calibration": 2.0}, "one of paper, usual, last-turn"),
-        ({"calibration": {}}, "one of paper, usual, last-turn"),
+        ({"calibration": "papr"}, "name paper, default, last-turn, or a file"),
+        ({"calibration": 2.0}, "one of paper, default, last-turn"),
+        ({"calibration": {}}, "one of paper, default, last-turn"),
     ],
 )
 def test_wrong_arguments_of_a_tracker_are_refused(given: Any, message: str) -> None:
@@ -136,7 +136,7 @@ def test_wrong_arguments_of_a_tracker_are_refused(given: Any, message: str) -> N
 
 
 @pytest.mark.parametrize(
-    ("name", "meant"), [("paper", PAPER), ("usual", USUAL), ("last-turn", LAST_TURN)]
+    ("name", "meant"), [("paper", PAPER), ("default", DEFAULT), ("last-turn", LAST_TURN)]
 )
 def test_a_tracker_takes_a_calibration_by_its_name(name: str, meant: Calibration) -> None:
     assert GoalTracker(WordModel(), calibration=name).belief.calibration is meant

@@ -5,7 +5,7 @@ import pytest
 from goalscope.envs.house import HomeRobot
 from goalscope.occasions import Nearest, Occasion, occasion_from_json, shipped_occasions
 from goalscope.orders import orders_from_text
-from goalscope.types import InvalidInputError, meaning
+from goalscope.types import InvalidInputError, canonical
 
 CAKE = Occasion("a-1", "grocery", "bake a birthday cake", ("It is my son's birthday.",), ("flour",))
 CAR = Occasion("a-2", "grocery", "wash the car", ("The car is filthy.",), ("sponge",))
@@ -67,7 +67,7 @@ def test_each_shipped_occasion_has_its_lists_and_no_phrase_twice(domain: str) ->
         assert each.said, each.id
         assert each.needed, each.id
         phrases = [*each.needed, *each.nice, *each.unwanted]
-        assert len({*map(meaning, phrases)}) == len(phrases), each.id
+        assert len({*map(canonical, phrases)}) == len(phrases), each.id
         assert not any(mark in phrase for phrase in phrases for mark in ",\n:"), each.id
         assert bool(each.room) == (domain == "house"), each.id
 

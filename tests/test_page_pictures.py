@@ -17,8 +17,8 @@ from playwright.sync_api import Browser, Page, expect
 from browsers import needs_chromium
 from goalscope.models.opening import open_model
 from goalscope.store import Store
-from goalscope.study.book import Book
 from goalscope.study.plan import Plan
+from goalscope.study.store import StudyStore
 from sites import site
 
 pytestmark = [needs_chromium, pytest.mark.slow]
@@ -225,7 +225,7 @@ def test_a_study_of_what_came_of_it(tour: Tour) -> None:
     expect(page.get_by_role("region", name="The end")).to_contain_text("Bought, total $")
     assert page.evaluate(LOOKS)["faults"] == []
     with Store.open(tour.file) as store:
-        Book(store).add(STUDY)
+        StudyStore(store).add(STUDY)
     tour.show("/study/pictures?id=ann", DESKTOP)
     page.get_by_role("checkbox").check()
     page.get_by_role("button", name="Take part").click()

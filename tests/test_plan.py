@@ -258,7 +258,7 @@ def test_there_are_as_many_cells_as_the_product_of_the_axes(tmp_path):
                 "grocery",
                 methods=("good", "no-goals", "no-inference"),
                 humans=("scripted", "terse"),
-                calibrations=("usual", "last-turn"),
+                calibrations=("default", "last-turn"),
                 layouts=both,
                 seeds=(0, 1),
             ),
@@ -279,7 +279,7 @@ def test_there_are_as_many_cells_as_the_product_of_the_axes(tmp_path):
 @pytest.mark.parametrize(
     ("text", "calibrations"),
     [("", [None]), (", calibrations = 'paper'", ["paper"]),
-     (", calibrations = ['usual', 'paper']", ["usual", "paper"])],
+     (", calibrations = ['default', 'paper']", ["default", "paper"])],
 )  # fmt: skip
 def test_episodes_have_the_calibration_of_their_model_or_those_that_are_named(
     tmp_path, text, calibrations
@@ -327,7 +327,7 @@ def test_a_calibration_is_a_name_or_a_file_beside_the_toml_whose_content_counts(
     for unknown in ("'papr'", "['paper', 'no.json']"):
         said = refused(tmp_path, part.format(unknown))
         assert unknown.strip("[]").split(", ")[-1] in said
-        assert "paper, usual, last-turn" in said
+        assert "paper, default, last-turn" in said
     (tmp_path / "mine.json").write_text("{}")
     assert "mine.json holds no calibration" in refused(tmp_path, part.format("'mine.json'"))
     specs = []

@@ -13,7 +13,7 @@ from typer import Typer
 from typer.testing import CliRunner
 
 from goalscope.belief import Belief
-from goalscope.calibration import USUAL
+from goalscope.calibration import DEFAULT
 from goalscope.cli.report import report
 from goalscope.episode import Round
 from goalscope.experiment.predictors import PREDICTORS, SEEN, UNIFORM
@@ -67,7 +67,7 @@ def dialogue(n: int) -> tuple[dict, dict]:
     result = {
         "role-play": [[0.0, 1.0, 0.5]] * 2,
         "unspecified": [0.5] * 2,
-        "calibration": asdict(USUAL),
+        "calibration": asdict(DEFAULT),
         "outright": [{"goal": 0, "sure": 0.9}] * 2,
         "tfidf": [[0.0, 1.0, 0.0]] * 2,
     }

@@ -157,14 +157,14 @@ def test_only_runs_that_differ_in_the_method_alone_are_compared(
     monkeypatch.setitem(work.KINDS, "episode", lambda model, spec: {**episode, "empty": False})
     monkeypatch.setitem(work.KINDS, "compare", lambda model, spec: {"orders": []})
     part = EpisodesPart(
-        "grocery", ("cafe",), methods=("good", "no-goals"), calibrations=("paper", "usual")
+        "grocery", ("cafe",), methods=("good", "no-goals"), calibrations=("paper", "default")
     )
     judged = Experiment("x", episodes=(part,), judge=Judge(trials=0, comparisons=1))
     run(specs_of(judged, None), results, judged)
     pairs = [cell.spec["of"] for cell in results.cells() if cell.spec["kind"] == "compare"]
     settings = [[run["settings"] for run in pair] for pair in pairs]
     assert [[each["method"] for each in pair] for pair in settings] == [["good", "no-goals"]] * 2
-    assert [{each["calibration"] for each in pair} for pair in settings] == [{"paper"}, {"usual"}]
+    assert [{each["calibration"] for each in pair} for pair in settings] == [{"paper"}, {"default"}]
 
 
 def test_ctrl_c_keeps_what_is_done_and_the_next_call_does_the_rest(results, fake):

@@ -25,10 +25,10 @@ from goalscope.store import Store
 from goalscope.study import plan
 from goalscope.study.agreement import krippendorff_alpha
 from goalscope.study.assignment import assigned
-from goalscope.study.book import Book
 from goalscope.study.export import as_csv
 from goalscope.study.items import DID, LEFT, chosen_episodes, item_of
 from goalscope.study.plan import Plan, read_plan
+from goalscope.study.store import StudyStore
 from goalscope.study.summary import study_tables
 from goalscope.types import TRACKING, Action, ConflictError, InvalidInputError, StepResult, Turn
 from test_summary import column, row
@@ -105,8 +105,8 @@ def test_what_is_no_study_is_refused_with_the_place(tmp_path, text, said):
 
 def test_a_study_shows_the_basket_and_hides_the_method(store):
     fill(store)
-    person = Book(store).join(Book(store).add(PLAN), "v", "ann")
-    shown = [Book(store).open(person, n)[0] for n in (1, 2)]
+    person = StudyStore(store).join(StudyStore(store).add(PLAN), "v", "ann")
+    shown = [StudyStore(store).open(person, n)[0] for n in (1, 2)]
     assert all(item.outcome.startswith("The basket holds:") for item in shown)
     assert all(item.transcript == () for item in shown)
     assert all(item.task == "You shop." for item in shown)
@@ -125,9 +125,9 @@ def test_a_robot_is_judged_by_what_it_did(store):
     )
     store.append(id, Round(1, Turn("What?", "Hide it."), None, (), results, 0, "", (), False))
     with pytest.raises(InvalidInputError, match="No person has an episode that has ended"):
-        Book(store).add(PLAN)
+        StudyStore(store).add(PLAN)
     store.finish(id, ended="truncated", score=0.0)
-    book = Book(store)
+    book = StudyStore(store)
     person = book.join(book.add(replace(PLAN, transcript=True)), "v", "v")
     item, _ = book.open(person, 1)
     done, _, left = item.outcome.partition(LEFT)
@@ -161,8 +161,8 @@ def test_only_people_with_whom_each_method_has_an_episode_are_rated(store):
     assert rated(methods=("good",)) == of_good - {talks[0]}
     for more in ({"methods": ("good", "no-inference")}, {"domain": "house"}):
         with pytest.raises(InvalidInputError, match="No person has an episode"):
-            Book(store).add(replace(PLAN, **more))
-    assert Book(store).all() == []
+            StudyStore(store).add(replace(PLAN, **more))
+    assert StudyStore(store).all() == []
 
 
 @pytest.mark.parametrize("lost", [{"simulator": "thor"}, {"scene": "gone.json"}, {}])
@@ -178,11 +178,11 @@ def test_a_room_that_cannot_be_entered_again_has_its_last_status(store, lost):
 
 def test_a_closed_study_takes_nobody_new_and_who_began_may_finish(store, place):
     fill(store)
-    book = Book(store)
+    book = StudyStore(store)
     study = book.add(PLAN)
     ann = book.join(study, "ann", "ann")
     with Store.open(place) as elsewhere:
-        there = Book(elsewhere)
+        there = StudyStore(elsewhere)
         assert there.over(there.named("s")) == ""
         book.close(study)
         assert "is closed" in there.over(there.named("s"))
@@ -199,7 +199,7 @@ def test_a_closed_study_takes_nobody_new_and_who_began_may_finish(store, place):
 
 def test_a_deleted_study_leaves_nothing_and_takes_nothing_else(store):
     ids = fill(store)
-    book = Book(store)
+    book = StudyStore(store)
     study, other = book.add(PLAN), book.add(replace(PLAN, name="t"))
     ann, ben = book.join(study, "ann", "ann"), book.join(other, "ben", "ben")
     rate(book, ann, 2)
@@ -220,7 +220,7 @@ def test_a_deleted_study_leaves_nothing_and_takes_nothing_else(store):
 def test_the_interval_of_a_score_is_that_of_other_raters(store):
     """Half of the people give 3 and half 0: of n drawn people the share of 3 is binomial."""
     ids = fill(store, methods=("good",), people=2)
-    book = Book(store)
+    book = StudyStore(store)
     study = book.add(replace(PLAN, ratings_per_item=20))
     for n in range(20):
         rate(book, book.join(study, f"v{n}", f"v{n}"), 3 * (n % 2))
@@ -273,7 +273,7 @@ def test_alpha_by_hand():
 
 def test_people_get_items_that_need_ratings_until_there_are_enough(store):
     fill(store)
-    book = Book(store)
+    book = StudyStore(store)
     study = book.add(PLAN)
     people = [book.join(study, f"visitor {n}", f"id {n}") for n in range(4)]
     counts = Counter(answer.item for each in people for answer in each.answers)
@@ -285,7 +285,7 @@ def test_people_get_items_that_need_ratings_until_there_are_enough(store):
 
 def test_those_who_left_make_room(store):
     fill(store)
-    book = Book(store)
+    book = StudyStore(store)
     study = book.add(replace(PLAN, ratings_per_item=1))
     stays, gone = (book.join(study, name, name) for name in ("stays", "gone"))
     rate(book, stays, 2)
@@ -302,7 +302,7 @@ def test_those_who_left_make_room(store):
 
 def test_an_id_belongs_to_the_browser_in_which_its_owner_agreed(store):
     fill(store)
-    book = Book(store)
+    book = StudyStore(store)
     study = book.add(PLAN)
     ann = book.join(study, "browser 1", "ann")
     assert book.participant(study, "browser 1", "ann") == ann
@@ -317,7 +317,7 @@ def test_an_id_belongs_to_the_browser_in_which_its_owner_agreed(store):
 
 def test_who_takes_back_their_consent_is_forgotten(store):
     fill(store)
-    book = Book(store)
+    book = StudyStore(store)
     study, other = book.add(PLAN), book.add(replace(PLAN, name="t"))
     ann, ben = (book.join(study, name, name) for name in ("ann", "ben"))
     rate(book, ann, 2)
@@ -332,7 +332,7 @@ def test_who_takes_back_their_consent_is_forgotten(store):
 
 def test_an_older_answer_never_replaces_a_newer(store):
     fill(store)
-    book = Book(store)
+    book = StudyStore(store)
     ann = book.join(book.add(PLAN), "v", "v")
     first = book.answer(ann, 1, 2, "first", 1)
     assert book.answer(ann, 1, 2, "first", 1) == first
@@ -361,7 +361,7 @@ def test_scores_of_people_beside_those_of_the_judge_and_the_state(store):
         (judge,) = store.plan([{**about, "of": {"key": run.key}, "empty": False}])
         trials = [{"score": s, "explanation": "", "answer": ""} for s in scores]
         store.keep(judge.key, {"trials": trials}, {})
-    book = Book(store)
+    book = StudyStore(store)
     study = book.add(replace(PLAN, ratings_per_item=3))
     worth = dict(zip(ids, ([3, 1, 0], [1, 1, 3]), strict=True))
     for n in range(3):
@@ -385,7 +385,7 @@ def test_scores_of_people_beside_those_of_the_judge_and_the_state(store):
 def test_all_scores_of_a_method_are_of_the_episodes_that_are_rated(store):
     one, other = fill(store, methods=("good",))
     store.finish(other, ended="terminated", score=0.0)
-    book = Book(store)
+    book = StudyStore(store)
     study = book.add(replace(PLAN, items_per_participant=1))
     ann = book.join(study, "ann", "ann")
     rate(book, ann, 3)
@@ -399,7 +399,7 @@ def test_all_scores_of_a_method_are_of_the_episodes_that_are_rated(store):
 def test_no_cell_is_a_formula(store, text):
     assert inert(text) == f"'{text}"
     fill(store)
-    book = Book(store)
+    book = StudyStore(store)
     study = book.add(PLAN)
     ann = book.join(study, "v", text)
     book.answer(ann, 1, 2, text, 1)
@@ -418,7 +418,7 @@ def test_a_report_shows_what_people_said(tmp_path):
     file = tmp_path / "results.db"
     with Store.open(file) as store:
         fill(store)
-        Book(store).add(PLAN)
+        StudyStore(store).add(PLAN)
     (section,) = read_report(file, draw=False).sections
     assert [table.title for table in section.tables[1:]] == [
         "Study s: how far it is", "Study s: methods", "Study s: episodes",

@@ -15,7 +15,7 @@ from sqlalchemy import func, select
 from browsers import needs_chromium
 from goalscope.database.tables import ANSWERS, ITEMS
 from goalscope.store import Store
-from goalscope.study.book import Book
+from goalscope.study.store import StudyStore
 from sites import site
 from test_study import fill
 from test_study_web import WEB
@@ -31,7 +31,7 @@ def file(tmp_path: Path) -> Path:
     path = tmp_path / "episodes.db"
     with Store.open(path) as store:
         fill(store, methods=("good",), people=COUNT)
-        Book(store).add(PLAN)
+        StudyStore(store).add(PLAN)
     return path
 
 
@@ -127,7 +127,7 @@ def test_from_consent_to_the_end_with_every_mishap(file: Path, address: str, ent
     expect(page.get_by_text(PLAN.thanks)).to_be_visible()
 
     with Store.open(file) as store:
-        book = Book(store)
+        book = StudyStore(store)
         (ann,) = book.participants(book.named("shop"))
         with store.reading() as connection:
             rows = connection.scalar(select(func.count()).select_from(ANSWERS))
@@ -170,7 +170,7 @@ def test_each_list_stands_below_its_own_line(tmp_path: Path, enter) -> None:
     told = "It did this:\n- open: safe\nIn the end:\n- safe: open"
     with Store.open(tmp_path / "listed.db") as store:
         fill(store)
-        Book(store).add(PLAN)
+        StudyStore(store).add(PLAN)
         with store.writing() as connection:
             for item in connection.execute(select(ITEMS)).all():
                 view = json.dumps({**json.loads(item.view), "outcome": told})

@@ -18,7 +18,7 @@ from sqlalchemy import func, select
 
 from goalscope.database.tables import ANSWERS
 from goalscope.store import Store
-from goalscope.study.book import Book
+from goalscope.study.store import StudyStore
 from sites import KEY, site
 from test_study import PLAN, fill
 
@@ -46,7 +46,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("study") / "episodes.db"
     with Store.open(path) as store:
         fill(store)
-        Book(store).add(WEB)
+        StudyStore(store).add(WEB)
     return path
 
 
@@ -178,7 +178,7 @@ def test_who_opens_the_link_of_the_host_goes_on_with_the_study(address: str, vis
 def test_many_at_once_get_no_more_ratings_than_are_wanted(place: str, visit) -> None:
     with Store.open(place) as store:
         fill(store)
-        Book(store).add(replace(WEB, ratings_per_item=1))
+        StudyStore(store).add(replace(WEB, ratings_per_item=1))
     with site(place) as address:
         people = [visit(address) for _ in range(12)]
 
@@ -193,7 +193,7 @@ def test_many_at_once_get_no_more_ratings_than_are_wanted(place: str, visit) -> 
 def test_who_comes_too_late_is_told_before_they_agree(tmp_path: Path, visit) -> None:
     with Store.open(tmp_path / "episodes.db") as store:
         fill(store)
-        book = Book(store)
+        book = StudyStore(store)
         study = book.add(replace(WEB, ratings_per_item=1))
         closed = book.add(replace(WEB, name="closed"))
         with site(tmp_path / "episodes.db") as address:
@@ -250,7 +250,7 @@ class Lossy(httpx.BaseTransport):
 def test_a_thousand_answers_over_a_bad_network_are_a_thousand_rows(tmp_path: Path) -> None:
     with Store.open(tmp_path / "episodes.db") as store:
         fill(store, methods=("good", "no-goals"), people=5)
-        Book(store).add(replace(WEB, items_per_participant=10))
+        StudyStore(store).add(replace(WEB, items_per_participant=10))
     late: list[threading.Thread] = []
     sent = Counter[str]()
     statuses = Counter[int]()
@@ -295,7 +295,7 @@ def test_a_thousand_answers_over_a_bad_network_are_a_thousand_rows(tmp_path: Pat
         for thread in late:
             thread.join()
     with Store.open(tmp_path / "episodes.db") as store:
-        book = Book(store)
+        book = StudyStore(store)
         people = book.participants(book.named("shop"))
         with store.reading() as connection:
             rows = connection.scalar(select(func.count()).select_from(ANSWERS))

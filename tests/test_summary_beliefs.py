@@ -46,7 +46,9 @@ def test_each_line_adds_a_part_and_the_last_is_the_whole() -> None:
         )
     ]
     *_, whole = quality(DIALOGUES, own)
-    *_, warm = quality(DIALOGUES, replace(PAPER, unstated=0.5, temperature=own.temperature))
+    *_, warm = quality(
+        DIALOGUES, replace(PAPER, prior_unspecified=0.5, temperature=own.temperature)
+    )
     last, third = rows[-2], rows[2]
     assert last["open log-loss"].value == pytest.approx(whole.log_loss)
     assert third["open log-loss"].value == pytest.approx(warm.log_loss)

@@ -128,8 +128,11 @@ def test_whether_the_goal_is_in_the_set_is_told_by_unspecified() -> None:
 
 
 def test_the_prior_of_unspecified_counts_where_the_goal_may_be_missing_and_only_there() -> None:
-    def cells(unstated: float | None) -> list:
-        own = {"calibration": asdict(Calibration(unstated=unstated)), "role-play": [SURE]}
+    def cells(prior_unspecified: float | None) -> list:
+        own = {
+            "calibration": asdict(Calibration(prior_unspecified=prior_unspecified)),
+            "role-play": [SURE],
+        }
         return [dialogue(n, 0, 1, unspecified=[1.0], **own) for n in range(2)]
 
     tables = [read_dialogues(cells(each))[0] for each in (None, 0.01, 0.99)]

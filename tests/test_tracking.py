@@ -153,7 +153,7 @@ def test_the_assistant_learns_whether_to_act_to_ask_or_to_propose(tmp_path: Path
     assert (opened.advice, opened.belief.calibration) == ("ask", PAPER)
     assert trackers.observe(opened.id, 1, "", "cake cake cake").advice == "act"
     assert trackers.observe(trackers.open(TASK, GOALS).id, 1, "", "a").advice == "ask"
-    usual = Kitchen(tmp_path / "usual.db", calibration="usual").trackers
+    usual = Kitchen(tmp_path / "usual.db", calibration="default").trackers
     lost = usual.open(TASK, ["bake", "cook"]).id
     garden = "roses, red roses in my old garden, far away from any kitchen at all"
     said = [usual.observe(lost, number, "", garden).advice for number in (1, 2)]

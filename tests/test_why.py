@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from fakes import WordModel, said
 from goalscope.belief import Belief
-from goalscope.calibration import PAPER, USUAL, Calibration
+from goalscope.calibration import DEFAULT, PAPER, Calibration
 from goalscope.display import show_reasons
 from goalscope.likelihood import RolePlay
 from goalscope.store import Store
@@ -25,7 +25,7 @@ from test_store import EPISODE, a_round
 
 CAKE, SOUP, WASH = Goal("bake cake"), Goal("cook soup"), Goal("wash")
 SUPPORT = (UNSPECIFIED, CAKE, SOUP, WASH)
-CALIBRATIONS = (PAPER, Calibration(temperature=4.0), replace(USUAL, switching=0.2))
+CALIBRATIONS = (PAPER, Calibration(temperature=4.0), replace(DEFAULT, switching=0.2))
 TURNS = [Turn("What now?", "Cake, cupcakes"), Turn("And then?", "a soup   and soap!")]
 
 rows = st.lists(st.lists(st.floats(-50, 0), min_size=4, max_size=4), min_size=1, max_size=4)
@@ -139,7 +139,7 @@ def test_words_that_speak_for_a_change_of_mind_are_told() -> None:
     assert "changed their mind" not in drawn(show_reasons, SOUP, never)
 
 
-@given(rows, st.sampled_from([*CALIBRATIONS[:2], replace(USUAL, switching=0.0)]))
+@given(rows, st.sampled_from([*CALIBRATIONS[:2], replace(DEFAULT, switching=0.0)]))
 def test_evidence_is_what_moves_the_belief_after_the_calibration(table, way) -> None:
     belief = belief_of(table, way)
     moved = np.diff(belief.log_posteriors, axis=0)

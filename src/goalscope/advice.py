@@ -14,8 +14,8 @@ import numpy as np
 from goalscope.belief import Belief
 from goalscope.goals import incomplete
 from goalscope.opposites import opposes
-from goalscope.speech import ASSENT, LEAD, LONGEST, MILD, evened
-from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn, meaning
+from goalscope.speech import ASSENT, LEAD, LONGEST, MILD, normalize
+from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn, canonical
 
 __all__ = ["LOST", "SURE", "Advice", "Advised", "advice", "advised", "doubtful", "retracts"]
 
@@ -207,7 +207,7 @@ def advised(
     made = _made(proposed)
     goal, probability = next(iter(belief.top(1)), (UNSPECIFIED, 0.0))
     if goal != UNSPECIFIED and probability >= SURE:
-        doubt = _held_back(belief, turns, goal, made.get(meaning(goal.text), 0))
+        doubt = _held_back(belief, turns, goal, made.get(canonical(goal.text), 0))
         return Advised("ask", doubt) if doubt else Advised("act", f"It has {probability:.0%}.")
     if not turns or not len(belief.log_likelihood):
         return Advised("ask", "Nothing was said yet.")
@@ -233,7 +233,7 @@ def doubtful(utterance: str, goal: Goal) -> bool:
     return bool(
         len(utterance) > LONGEST
         or _is_foreign(text)
-        or _denials(text) - _denials(evened(goal.text))
+        or _denials(text) - _denials(normalize(goal.text))
         or _SUPPOSED.search(text)
         or opposes(text, goal)
         or any(
@@ -245,14 +245,14 @@ def doubtful(utterance: str, goal: Goal) -> bool:
 def retracts(utterance: str, goal: Goal) -> bool:
     """Whether English words take back what was said before, beyond what the goal itself does."""
     text = _read(utterance, goal)
-    own = Counter(each[0] for each in _RETRACTION.finditer(evened(goal.text)))
+    own = Counter(each[0] for each in _RETRACTION.finditer(normalize(goal.text)))
     return bool(Counter(each[0] for each in _RETRACTION.finditer(text)) - own)
 
 
 def _read(utterance: str, goal: Goal) -> str:
-    """An utterance, evened; to cancel a contract is to end it, where that is the goal."""
-    text = evened(unicodedata.normalize("NFKC", utterance))
-    ends = _ENDS.match(evened(goal.text))
+    """An utterance, normalized; to cancel a contract is to end it, where that is the goal."""
+    text = normalize(unicodedata.normalize("NFKC", utterance))
+    ends = _ENDS.match(normalize(goal.text))
     things = _words(ends.string[ends.end() :]) if ends else []
     return _CANCELS.sub(lambda said: "end" if said["thing"] in things else said[0], text)
 
@@ -269,13 +269,13 @@ def _leave(turn: Turn, goal: Goal) -> bool | None:
 
     A question whether not to, or what else to do, gives no leave, whatever the answer is.
     """
-    query = evened(unicodedata.normalize("NFKC", turn.query)[-LONGEST:])
+    query = normalize(unicodedata.normalize("NFKC", turn.query)[-LONGEST:])
     sentences = re.findall(r"[^.!?;]+[.!?;]*", query)
     questions = [each for each in sentences if "?" in each] or sentences
     asked = _ASKS_LEAVE.search(questions[-1].strip()) if questions else None
     if not asked or re.search(r"\b(?:sure|certain)\b", asked.string):
         return None
-    opposed = _denials(asked.string) - _denials(evened(goal.text))
+    opposed = _denials(asked.string) - _denials(normalize(goal.text))
     if opposed or _OTHERWISE.search(asked.string):
         return False
     said = _read(turn.utterance, goal)
@@ -283,7 +283,7 @@ def _leave(turn: Turn, goal: Goal) -> bool | None:
     done = rf"{verb}(?: (?:it|that|this|them|both|the|my|for|please|now)\b|(?=[ ,.!]*$))"
     yes = re.match(rf"(?:{_FINE}[ ,.!]+)*(?:(?P<yes>{_YES})|{done})(?!\w)", said)
     if yes and yes["yes"]:
-        known = {*_words(query), *_words(evened(goal.text)), *_LINKS}
+        known = {*_words(query), *_words(normalize(goal.text)), *_LINKS}
         added = (clause["new"] or "" for clause in _ADDED.finditer(said, yes.end()))
         if _IRONY.fullmatch(said) or any(not known.issuperset(_words(each)) for each in added):
             return False
@@ -303,7 +303,7 @@ def _denials(text: str) -> Counter[str]:
 def _made(proposed: object) -> dict[str, int]:
     try:
         given = cast("Mapping[str | Goal, int]", proposed or {}).items()
-        return {meaning(g.text if isinstance(g, Goal) else g): n + 0 for g, n in given}
+        return {canonical(g.text if isinstance(g, Goal) else g): n + 0 for g, n in given}
     except (AttributeError, TypeError):
         raise InvalidInputError(
             f"proposed must say of goals how many turns each was made from, not {proposed!r}."

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Literal
 
 from goalscope.belief import Belief
-from goalscope.calibration import USUAL, Calibration
+from goalscope.calibration import DEFAULT, Calibration
 from goalscope.dialog import FALLBACK, OPENING, Human, ask, completes
 from goalscope.envs import GUESSED, Environment, Pick
 from goalscope.episode import Round, retracted
@@ -15,7 +15,7 @@ from goalscope.executor import Execution, Executor
 from goalscope.goals import UNEXPLAINED, GoalManager, Trigger
 from goalscope.guards import UNSURE
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
-from goalscope.models import Heard, Model
+from goalscope.models import Model, OnText
 from goalscope.modules import Modules, modules_of
 from goalscope.orders import Order, Reading, is_aside
 from goalscope.picking import Picker
@@ -71,7 +71,7 @@ class Agent:
         propose: When goals are proposed; where there are no probabilities, as in the paper.
         layout: Where the likelihood prompt states the goal; None takes the default.
         end_of_turn: Whether the end of the utterance is scored too.
-        calibration: How evidence becomes probabilities; None for `USUAL`: what was calibrated on
+        calibration: How evidence becomes probabilities; None for `DEFAULT`: what was calibrated on
             given goals is too unsure of goals that the agent proposes itself (LOG.md).
         modules: Who proposes, removes, plans and asks; by default, those of the model.
         unsure: Nats of an order's margin below which the agent asks before it does what it read.
@@ -101,7 +101,7 @@ class Agent:
         modules: Modules | None = None,
         unsure: float = UNSURE,
         progress: Callable[[str], None] | None = None,
-        draft: Heard | None = None,
+        draft: OnText | None = None,
         understood: Callable[[Round], None] | None = None,
     ) -> None:
         self.env = env
@@ -130,7 +130,7 @@ class Agent:
         if method == "good":
             roleplay = RolePlay(model, layout=layout or DEFAULT_LAYOUT, end_of_turn=end_of_turn)
             self.tracker = GoalTracker(
-                task=env.task, likelihood=roleplay, calibration=calibration or USUAL
+                task=env.task, likelihood=roleplay, calibration=calibration or DEFAULT
             )
         elif method == "no-inference":
             self.tracker = GoalTracker(task=env.task, likelihood=PromptedRanking(model))
@@ -232,7 +232,7 @@ class Agent:
             done = self._executor.begin(self.rounds, turn, reading, confirmed=bool(confirmed))
             done.notes += [trouble] if trouble else []
             standing = self._executor.standing(
-                self.rounds, reading, released=done.released, takes_back=done.takes_back
+                self.rounds, reading, released=done.released, retracts=done.retracts
             )
             changes, missing = list[GoalChange](), False
             if tracker:
@@ -272,7 +272,7 @@ class Agent:
                 pending=tuple(done.pending),
                 released=done.released,
                 state=self.env.fingerprint(),
-                takes_back=done.takes_back,
+                retracts=done.retracts,
                 reversals=done.reversals,
             )
             if keep:
@@ -300,7 +300,7 @@ class Agent:
         self._uncorrected.append(before)
         return tracker.belief
 
-    def take_back(self) -> Belief:
+    def undo_correction(self) -> Belief:
         """Undo the newest correction since the last round.
 
         Raises:
@@ -312,7 +312,7 @@ class Agent:
         return self.tracker.belief
 
     @property
-    def can_take_back(self) -> bool:
+    def can_undo_correction(self) -> bool:
         """Whether there is a correction to take back."""
         return bool(self._uncorrected)
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from goalscope.calibration import EPSILONS, PAPER, Calibration
-from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, counted, meaning
+from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, canonical, pluralize
 
 __all__ = ["PINNED", "Belief", "log_posteriors", "weighed"]
 
@@ -38,7 +38,7 @@ class Belief:
     Attributes:
         goals: The support, `G` distinct goals.
         log_prior: [G] in nats, unnormalised; that of Unspecified counts where the calibration has
-            no `unstated`.
+            no `prior_unspecified`.
         log_likelihood: [T, G] in nats, log P(u_t | g, q_t, transcript before t).
         calibration: How these become probabilities.
         pinned: Goals that the person has confirmed, each with the number of turns before that:
@@ -78,7 +78,7 @@ class Belief:
         for when, goal in self.pinned:
             if goal not in self.goals or not 0 <= when <= len(self.log_likelihood):
                 raise ValueError(
-                    f"{str(goal)!r}, pinned after {counted(when, 'turn')}, is not in the belief"
+                    f"{str(goal)!r}, pinned after {pluralize(when, 'turn')}, is not in the belief"
                 )
         turns = [turn for turn, _ in self.weights]
         if len(set(turns)) < len(turns) or not all(
@@ -97,7 +97,9 @@ class Belief:
         """The likeliest goals, and the number of turns."""
         shown = [f"{goal.text!r}: {probability:.2f}" for goal, probability in self.top(5)]
         more = ["..."] * (len(self.goals) > len(shown))
-        return f"Belief({', '.join([*shown, *more])}; {counted(len(self.log_likelihood), 'turn')})"
+        return (
+            f"Belief({', '.join([*shown, *more])}; {pluralize(len(self.log_likelihood), 'turn')})"
+        )
 
     @classmethod
     def uniform(cls, goals: Iterable[Goal], calibration: Calibration = PAPER) -> Belief:
@@ -238,7 +240,7 @@ class Belief:
     def since(self, turn: int) -> Belief:
         """The belief by the words from one turn (from 0) on, where that before it is the prior.
 
-        Where the calibration has an `unstated`, Unspecified has that probability again.
+        Where the calibration has an `prior_unspecified`, Unspecified has that probability again.
         """
         return replace(
             self,
@@ -292,7 +294,9 @@ class Belief:
 
     def pin(self, goal: Goal) -> Belief:
         """Take in that the person confirms a goal of the belief (see `pinned`)."""
-        free = tuple(each for each in self.ruled_out if meaning(each.text) != meaning(goal.text))
+        free = tuple(
+            each for each in self.ruled_out if canonical(each.text) != canonical(goal.text)
+        )
         when = len(self.log_likelihood)
         return replace(self, pinned=(*self.pinned, (when, goal)), ruled_out=free)
 
@@ -341,9 +345,9 @@ def log_posteriors(
         [..., T + 1, G] in nats, normalised, or all -inf where nothing is possible.
     """
     rows, prior = _counted(log_likelihood, stated, calibration), log_prior
-    unstated = calibration.unstated
-    if unstated is not None and stated.any() and not stated.all():
-        odds = math.log(unstated) - math.log1p(-unstated)
+    prior_unspecified = calibration.prior_unspecified
+    if prior_unspecified is not None and stated.any() and not stated.all():
+        odds = math.log(prior_unspecified) - math.log1p(-prior_unspecified)
         rest = np.logaddexp.reduce(np.where(stated, prior, -np.inf), -1, keepdims=True)
         prior = np.where(stated, prior, rest + odds)
     prior = _normalised(prior)

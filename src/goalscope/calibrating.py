@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from goalscope.belief import log_posteriors
-from goalscope.calibration import EPSILONS, USUAL, Calibration
+from goalscope.calibration import DEFAULT, EPSILONS, Calibration
 from goalscope.datasets.goal_sets import chance
 from goalscope.extras import package
 from goalscope.stats import auroc
@@ -170,7 +170,7 @@ def observed_in(cells: Iterable[tuple[Mapping[str, Any], Mapping[str, Any]]]) ->
 def fit_calibration(dialogues: Sequence[Observed]) -> Calibration:
     """Temperature and reference with the least log-loss, and thresholds.
 
-    The chance of a change of mind is that of `USUAL`: hardly anyone in such dialogues has one.
+    The chance of a change of mind is that of `DEFAULT`: hardly anyone in such dialogues has one.
     (So is the weight of asides: such dialogues are not read.)
 
     The log-loss is that of what is true, over all turns, half of the time with the true goal among
@@ -243,7 +243,7 @@ def _fit(tables: Tables) -> Calibration:
     def of(numbers: Array) -> Calibration:
         temperature, reference = numbers.tolist()
         return replace(
-            USUAL,
+            DEFAULT,
             temperature=round(min(max(math.exp(temperature), _LEAST), _MOST), 4),
             reference=round(1 / (1 + math.exp(-reference)), 4),
         )

@@ -10,7 +10,7 @@ from typing import Any
 
 from goalscope.types import InvalidInputError
 
-__all__ = ["EPSILONS", "LAST_TURN", "PAPER", "USUAL", "Calibration", "calibration_from_json"]
+__all__ = ["DEFAULT", "EPSILONS", "LAST_TURN", "PAPER", "Calibration", "calibration_from_json"]
 
 EPSILONS = (0.01, 0.02, 0.05, 0.1, 0.2)
 """Shares of misses for which `goalscope calibrate` finds thresholds."""
@@ -28,8 +28,8 @@ class Calibration:
             words of its domain likelier; against their mean, Unspecified tells better whether one
             of the goals stands out. Of G goals it counts as (1 - 1/G) of it: one goal is no
             reference for itself. 0 in the paper.
-        unstated: Prior probability that the person's goal is not among the goals; None for a
-            prior like that of any other goal, as in the paper.
+        prior_unspecified: Prior probability that the person's goal is not among the goals;
+            None for a prior like that of any other goal, as in the paper.
         switching: Chance, before each turn but the first, that the person has changed their mind
             and has any goal, by its prior, as far as the words speak for that: times
             (1 - P(words | as before) / P(words | any goal, by the prior))^4, or 0 where they are
@@ -49,7 +49,7 @@ class Calibration:
 
     temperature: float = 1.0
     reference: float = 0.0
-    unstated: float | None = None
+    prior_unspecified: float | None = None
     switching: float = 0.0
     aside: float = 1.0
     orders: float = 1.0
@@ -58,10 +58,10 @@ class Calibration:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        numbers = ("temperature", "reference", "switching", "aside", "orders", "unstated")
+        numbers = ("temperature", "reference", "switching", "aside", "orders", "prior_unspecified")
         for name in numbers:
             value = getattr(self, name)
-            if not isinstance(value, Real) and (name, value) != ("unstated", None):
+            if not isinstance(value, Real) and (name, value) != ("prior_unspecified", None):
                 raise InvalidInputError(f"{name} must be a number, not {value!r}")
         if not (math.isfinite(self.temperature) and self.temperature > 0):
             raise InvalidInputError(f"temperature must be positive, not {self.temperature}")
@@ -72,9 +72,10 @@ class Calibration:
         for name, value in shares:
             if not 0 <= value <= 1:
                 raise InvalidInputError(f"{name} must lie between 0 and 1, not be {value}")
-        if self.unstated is not None and not 0 < self.unstated < 1:
+        if self.prior_unspecified is not None and not 0 < self.prior_unspecified < 1:
             raise InvalidInputError(
-                f"unstated must lie strictly between 0 and 1, not be {self.unstated}"
+                "prior_unspecified must lie strictly between 0 and 1, "
+                f"not be {self.prior_unspecified}"
             )
 
 
@@ -87,8 +88,16 @@ def calibration_from_json(data: Mapping[str, Any]) -> Calibration:
         TypeError: A field is unknown, or of another type.
     """
     found: dict[str, Any] = {**data}
-    for name in ("temperature", "reference", "unstated", "switching", "aside", "orders", "n"):
-        if name != "unstated" or found[name] is not None:
+    for name in (
+        "temperature",
+        "reference",
+        "prior_unspecified",
+        "switching",
+        "aside",
+        "orders",
+        "n",
+    ):
+        if name != "prior_unspecified" or found[name] is not None:
             _number(found[name], name)
     pairs = found["thresholds"]
     try:
@@ -110,7 +119,7 @@ PAPER = Calibration()
 LAST_TURN = Calibration(switching=1.0)
 """Only the last turn counts."""
 
-USUAL = Calibration(
-    temperature=2.0, reference=1 / 3, unstated=0.5, switching=0.1, aside=0.0, orders=0.5
+DEFAULT = Calibration(
+    temperature=2.0, reference=1 / 3, prior_unspecified=0.5, switching=0.1, aside=0.0, orders=0.5
 )
 """For a model that nobody has calibrated (LOG.md)."""

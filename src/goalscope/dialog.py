@@ -7,7 +7,7 @@ from typing import Protocol
 
 from goalscope.envs import Environment
 from goalscope.guards import CONFIRM
-from goalscope.models import Generator, Heard, LanguageModel
+from goalscope.models import Generator, LanguageModel, OnText
 from goalscope.prompts import recent, render, transcript
 from goalscope.types import InvalidInputError, Message, Profile, Turn, checked_text
 
@@ -47,7 +47,7 @@ class Asker(Protocol):
         done: str,
         goals: Sequence[str],
         *,
-        heard: Heard | None = None,
+        heard: OnText | None = None,
     ) -> str:
         """The next question; "" where there is nothing to ask.
 
@@ -75,7 +75,7 @@ def ask(
     turns: Sequence[Turn],
     done: str,
     goals: Sequence[str],
-    heard: Heard | None = None,
+    heard: OnText | None = None,
 ) -> str:
     """The agent's next question; none is asked twice.
 

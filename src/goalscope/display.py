@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from goalscope.orders import orders_to_text
-from goalscope.plain import domain_shown, model_shown, plain
+from goalscope.safe_text import domain_shown, model_shown, terminal_safe
 from goalscope.types import TRACKING, UNSPECIFIED, Goal
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def show_header(console: Console, info: EpisodeInfo) -> None:
     person = info.profile or "you"
     domain, model = domain_shown(info.domain), model_shown(info.model)
     line = f"episode {info.id} | {domain} | {person} | {info.method} | {model}"
-    console.print(Panel(plain(info.task), title=plain(line), title_align="left"))
+    console.print(Panel(terminal_safe(info.task), title=terminal_safe(line), title_align="left"))
 
 
 def show_round(
@@ -86,11 +86,11 @@ def show_understood(
     """
     console.rule(f"Round {round.number}", align="left", style="dim")
     if transcript:
-        _rows(console, [(Text("Agent", "cyan"), plain(round.turn.query))])
-        _rows(console, [(Text("Human", "magenta"), plain(round.turn.utterance))])
+        _rows(console, [(Text("Agent", "cyan"), terminal_safe(round.turn.query))])
+        _rows(console, [(Text("Human", "magenta"), terminal_safe(round.turn.utterance))])
     if round.reading is not None:
         read = orders_to_text(round.reading.orders).splitlines()
-        _rows(console, [(Text("-", "dim"), plain(line)) for line in read], "Understood")
+        _rows(console, [(Text("-", "dim"), terminal_safe(line)) for line in read], "Understood")
     if round.belief is not None:
         show_belief(console, round.belief, previous, order=order)
     signs = {"added": Text("+", "green"), "removed": Text("-", "red"), "pinned": Text("!", "cyan")}
@@ -99,7 +99,9 @@ def show_understood(
         [
             (
                 signs[change.kind],
-                plain(change.goal.text).append_text(plain(f"  {change.reason}", "dim")),
+                terminal_safe(change.goal.text).append_text(
+                    terminal_safe(f"  {change.reason}", "dim")
+                ),
             )
             for change in round.changes
         ],
@@ -114,8 +116,8 @@ def show_done(console: Console, round: Round) -> None:
         [
             (
                 _mark(console, result.ok),
-                plain(str(result.action)).append_text(
-                    plain(f"  {_first_line(result.observation)}", "dim")
+                terminal_safe(str(result.action)).append_text(
+                    terminal_safe(f"  {_first_line(result.observation)}", "dim")
                 ),
             )
             for result in round.results
@@ -124,12 +126,12 @@ def show_done(console: Console, round: Round) -> None:
     )
     if round.status:
         show_status(console, round.status)
-    _rows(console, [(Text("!", "yellow"), plain(note)) for note in round.notes])
+    _rows(console, [(Text("!", "yellow"), terminal_safe(note)) for note in round.notes])
 
 
 def show_status(console: Console, status: str) -> None:
     """Print how things stand."""
-    console.print(Panel(plain(status), title="Status", title_align="left", style="dim"))
+    console.print(Panel(terminal_safe(status), title="Status", title_align="left", style="dim"))
 
 
 def show_summary(console: Console, info: EpisodeInfo, seconds: float | None = None) -> None:
@@ -147,7 +149,7 @@ def show_checks(console: Console, checks: Sequence[Mapping[str, Any]], met: Sequ
     rows = [
         (
             _mark(console, ok),
-            plain("; ".join(f"{key}: {_listed(value)}" for key, value in check.items())),
+            terminal_safe("; ".join(f"{key}: {_listed(value)}" for key, value in check.items())),
         )
         for check, ok in zip(checks, met, strict=True)
     ]
@@ -157,7 +159,7 @@ def show_checks(console: Console, checks: Sequence[Mapping[str, Any]], met: Sequ
 def show_unwanted(console: Console, unwanted: Sequence[str]) -> None:
     """What nobody asked for, and nobody would have liked."""
     told = ", ".join(unwanted) or "nothing"
-    console.print(plain(f"Neither asked for nor welcome: {told}", "dim"), soft_wrap=True)
+    console.print(terminal_safe(f"Neither asked for nor welcome: {told}", "dim"), soft_wrap=True)
 
 
 def show_scores(console: Console, scored: Sequence[Scored]) -> None:
@@ -170,7 +172,7 @@ def show_scores(console: Console, scored: Sequence[Scored]) -> None:
     for info, unwanted in scored:
         score = "" if info.score is None else f"{info.score:.2f}"
         count = "" if unwanted is None else f"{len(unwanted)}"
-        row = (plain(info.profile or ""), info.ending, info.id, str(info.rounds), score)
+        row = (terminal_safe(info.profile or ""), info.ending, info.id, str(info.rounds), score)
         table.add_row(*row, *([count] if counts else []))
     if scores:
         table.add_section()
@@ -217,7 +219,7 @@ def _columns(console: Console, columns: Mapping[str, Sequence[str]], spare: Sequ
         overflow = "ellipsis" if table.columns else "fold"  # the first is what one must type
         table.add_column(name, justify="right" if numbers else "left", overflow=overflow)
     for row in zip(*shown.values(), strict=True):
-        table.add_row(*map(plain, row))
+        table.add_row(*map(terminal_safe, row))
     console.print(table)
 
 
@@ -238,18 +240,18 @@ def show_reasons(
         words: Of each turn the words with their evidence, which colours them; or none.
         pinned: What the person has confirmed, as in `Belief`; it moves every goal.
     """
-    console.print(Text("Why ", "bold").append_text(plain(goal.text)))
+    console.print(Text("Why ", "bold").append_text(terminal_safe(goal.text)))
     table = Table()
     for heading in ("", "evidence (nats)", "then", "without it"):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("the person said", overflow="fold")
     for number, each in enumerate(reasons):
-        said = plain(each.utterance)
+        said = terminal_safe(each.utterance)
         if words:
             said = Text()
             for word, nats in words[number]:
                 style = "" if abs(nats) < 0.1 else "green" if nats > 0 else "red"
-                said.append_text(plain(word, style))
+                said.append_text(terminal_safe(word, style))
                 if style:
                     said.append(f"({nats:+.1f})", f"dim {style}")
         sign = "green" if each.evidence > 0 else "red"
@@ -269,7 +271,7 @@ def show_reasons(
             )
     for turns, each in pinned:
         named = "it" if each == goal else f'"{each.text}"'
-        console.print(plain(f"You confirmed {named} {_when(turns)}."))
+        console.print(terminal_safe(f"You confirmed {named} {_when(turns)}."))
     console.print(
         "Evidence is against the mean of the other goals: words that speak for a goal can "
         "still make it less likely, as another goal gains more. Then: the belief after "
@@ -298,7 +300,7 @@ def show_belief(
         change = probability - before.get(goal, probability)
         if abs(change) >= 0.001:
             arrow = Text(up, "green") if change > 0 else Text(down, "red")
-        name = plain(goal.text)
+        name = terminal_safe(goal.text)
         if goal == UNSPECIFIED:
             name = Text("Unspecified (none of these)", "italic yellow")
         bar = Text(full * filled, "blue").append(empty * (BAR - filled), "dim")

@@ -37,7 +37,7 @@ class Round:
         released: Orders that waited, and that this round's words confirmed.
         state: Fingerprint of the environment after the actions.
         terminated: Whether the task is complete.
-        takes_back: Numbers of earlier rounds, the newest first, that this one takes back.
+        retracts: Numbers of earlier rounds, the newest first, that this one takes back.
         reversals: How many of the results, the first ones, brought back what those had changed.
     """
 
@@ -55,13 +55,13 @@ class Round:
     pending: tuple[Order, ...] = ()
     released: tuple[Order, ...] = ()
     state: str = ""
-    takes_back: tuple[int, ...] = ()
+    retracts: tuple[int, ...] = ()
     reversals: int = 0
 
 
 def retracted(rounds: Sequence[Round]) -> set[int]:
     """Numbers of the rounds that later ones take back."""
-    return {number for round in rounds for number in round.takes_back}
+    return {number for round in rounds for number in round.retracts}
 
 
 def standing_after(
@@ -69,7 +69,7 @@ def standing_after(
     reading: Reading | None = None,
     *,
     released: Sequence[Order] = (),
-    takes_back: Sequence[int] = (),
+    retracts: Sequence[int] = (),
     takes_away: Collection[str] = (),
 ) -> Standing:
     """What holds after some rounds, and a newer reading where there is one; see `fold`.
@@ -78,7 +78,7 @@ def standing_after(
         rounds: All so far.
         reading: Of the words after them.
         released: Orders that those confirm.
-        takes_back: Numbers of the rounds that those take back.
+        retracts: Numbers of the rounds that those take back.
         takes_away: See `fold`.
     """
     newest = [] if reading is None else [reading]
@@ -86,7 +86,7 @@ def standing_after(
         [*(round.reading or Reading(()) for round in rounds), *newest],
         released=[*(round.released for round in rounds), released],
         waiting=[_waiting(round) for round in rounds],
-        retracted={number - 1 for number in retracted(rounds) | {*takes_back}},
+        retracted={number - 1 for number in retracted(rounds) | {*retracts}},
         takes_away=takes_away,
     )
 

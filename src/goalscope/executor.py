@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from goalscope.envs import Environment, Pick, taken
+from goalscope.envs import Environment, Pick, execute
 from goalscope.episode import Round, retracted, standing_after
 from goalscope.guards import (
     CONFIRM,
@@ -49,7 +49,7 @@ class Execution:
         released: Orders that waited for a yes, and have it.
         harm: Whether a word of harm was said that the reading does not hold.
         wary: Whether one was said lately; see `is_wary`.
-        takes_back: Numbers of the rounds that were undone, the newest first.
+        retracts: Numbers of the rounds that were undone, the newest first.
         reversals: How many of the results undid them.
         results: What was done.
         failed: What could not be done.
@@ -64,7 +64,7 @@ class Execution:
     released: tuple[Order, ...] = ()
     harm: bool = False
     wary: bool = False
-    takes_back: tuple[int, ...] = ()
+    retracts: tuple[int, ...] = ()
     reversals: int = 0
     results: list[StepResult] = field(default_factory=list[StepResult])
     failed: list[StepResult] = field(default_factory=list[StepResult])
@@ -172,7 +172,7 @@ class Executor:
                     done.hold(order, reason, lasting=lasting)
                 continue
             for action in found.actions:
-                result = taken(self._env, action)
+                result = execute(self._env, action)
                 done.record(result)
                 if not result.ok:
                     break
@@ -183,14 +183,14 @@ class Executor:
         reading: Reading | None = None,
         *,
         released: Sequence[Order] = (),
-        takes_back: Sequence[int] = (),
+        retracts: Sequence[int] = (),
     ) -> Standing:
         """See `standing_after`."""
         return standing_after(
             rounds,
             reading,
             released=released,
-            takes_back=takes_back,
+            retracts=retracts,
             takes_away=self._takes_away,
         )
 
@@ -237,7 +237,7 @@ class Executor:
         if not last:
             done.notes.append(NOTHING)
             return
-        left = self.standing(rounds, takes_back=[each.number for each in last])
+        left = self.standing(rounds, retracts=[each.number for each in last])
         back: list[Round] = []
         for each in reversed(last):
             found = self._env.undo(each.results[each.reversals :], left)
@@ -249,13 +249,13 @@ class Executor:
             for action in found.actions:
                 lasting = self._env.lasting(action)
                 done.record(
-                    StepResult(action, False, NOT_BACK) if lasting else taken(self._env, action)
+                    StepResult(action, False, NOT_BACK) if lasting else execute(self._env, action)
                 )
             back += [each] if len(done.failed) == failed else []
         if back:
             quoted = "; ".join(f'"{each.turn.utterance}"' for each in reversed(back))
             done.notes.append(f"Taken back: {quoted}.")
-        done.takes_back = tuple(each.number for each in back)
+        done.retracts = tuple(each.number for each in back)
         done.reversals = len(done.results)
 
 

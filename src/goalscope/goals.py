@@ -12,7 +12,7 @@ from goalscope.likelihood import Likelihood, PromptedRanking
 from goalscope.models import LikelihoodModel
 from goalscope.models.scoring import logprobs_of
 from goalscope.prompts import render
-from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError, Turn, meaning
+from goalscope.types import UNSPECIFIED, Goal, GoalChange, InvalidInputError, Turn, canonical
 
 __all__ = [
     "UNEXPLAINED",
@@ -165,8 +165,8 @@ class GoalManager:
         """
         removed = [change for change in changes if change.kind == "removed"]
         ruled_out = [*belief.ruled_out, *(change.goal for change in removed if change.final)]
-        out = {meaning(goal.text) for goal in (*belief.goals, *ruled_out)}
-        past = {meaning(change.goal.text): change.goal for change in removed}
+        out = {canonical(goal.text) for goal in (*belief.goals, *ruled_out)}
+        past = {canonical(change.goal.text): change.goal for change in removed}
         return propose(
             self.writer,
             None if isinstance(likelihood, PromptedRanking) else likelihood,
@@ -221,7 +221,7 @@ class GoalManager:
 
 def _gist(text: str) -> str:
     """What is equal for goals that say the same in the same words, determiners aside."""
-    return " ".join(word for word in meaning(text).split() if word not in _DETERMINERS)
+    return " ".join(word for word in canonical(text).split() if word not in _DETERMINERS)
 
 
 def propose(

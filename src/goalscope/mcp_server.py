@@ -14,7 +14,7 @@ from pydantic import BaseModel, Field, ValidationError
 from goalscope.store import Store
 from goalscope.tracker import Correction
 from goalscope.tracking import Tracked, Trackers
-from goalscope.types import TRACKING, GoalscopeError, counted
+from goalscope.types import TRACKING, GoalscopeError, pluralize
 from goalscope.web.views import TrackerView, Why
 
 __all__ = ["create_server"]
@@ -175,7 +175,7 @@ def _told(tracked: Tracked) -> TrackerView:
         view.notes.append(f"Of {count} goals, the {TOP} likeliest are shown.")
         belief.goals = belief.goals[:TOP]
     if len(belief.set_90 or ()) > TOP:
-        view.notes.append(f"The set of 90 % holds {counted(len(belief.set_90 or ()), 'goal')}.")
+        view.notes.append(f"The set of 90 % holds {pluralize(len(belief.set_90 or ()), 'goal')}.")
         belief.set_90 = None
     return view
 

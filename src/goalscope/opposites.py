@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from goalscope.speech import evened
+from goalscope.speech import normalize
 from goalscope.types import Goal
 
 __all__ = ["opposes"]
@@ -67,7 +67,7 @@ def opposes(utterance: str, goal: Goal) -> bool:
     a bigger plan; "unblock", of blocking); or one takes back what was done, or turns the direction
     round ("from Anna", of a transfer to Anna). Too many are found rather than too few.
     """
-    aim = evened(goal.text)
+    aim = normalize(goal.text)
     words, ways = _bases(aim), {*_WAY.findall(aim)}
     pairs = [
         (own, other)
@@ -78,7 +78,7 @@ def opposes(utterance: str, goal: Goal) -> bool:
     ]
     pairs += [(frozenset({word}), _negated(word)) for word in words if len(word) > 3]
     turned = {("from" if way == "to" else "to", where) for way, where in ways} - ways
-    text = evened(utterance)
+    text = normalize(utterance)
     for said, plainer in _TOO:
         text = said.sub(plainer, text)
     clauses = _CLAUSES.split(text)

@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.envs import Environment, taken
+from goalscope.envs import Environment, execute
 from goalscope.occasions import Occasion
 from goalscope.prompts import recent
 from goalscope.standing import Standing
@@ -309,7 +309,7 @@ def attempted(
     start = env.fingerprint()
     results: list[StepResult] = []
     for action in actions:
-        result = taken(env, action)
+        result = execute(env, action)
         if not result.ok:
             if results:
                 undo(env, history, start)
@@ -331,7 +331,7 @@ def undo(env: Environment, history: Sequence[StepResult], expected: str | None =
     """
     env.reset()
     for result in history:
-        again = taken(env, result.action)
+        again = execute(env, result.action)
         if not again.ok:
             raise GoalscopeError(
                 f"The action {result.action} cannot be done again: {again.observation} "

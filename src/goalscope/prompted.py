@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
 from goalscope.envs import Environment
-from goalscope.models import Generator, Heard
+from goalscope.models import Generator, OnText
 from goalscope.policy import Guess, Outcome, Want, attempted
 from goalscope.prompts import recent, render
 from goalscope.standing import Standing
@@ -24,7 +24,7 @@ from goalscope.types import (
     StepResult,
     Turn,
     UnreadableAnswerError,
-    meaning,
+    canonical,
 )
 
 __all__ = ["PromptedPlanner", "PromptedWriter"]
@@ -88,7 +88,7 @@ class PromptedWriter:
         done: str,
         goals: Sequence[str],
         *,
-        heard: Heard | None = None,
+        heard: OnText | None = None,
     ) -> str:
         """See `goalscope.dialog.Asker`."""
         shown = recent(self.model, turns, _TURNS)
@@ -111,7 +111,7 @@ class PromptedWriter:
         found = self._answer(render(template, **values), form)[name]
         texts = [each for each in cast("list[object]", found) if isinstance(each, str)]
         lines = [" ".join(each.split()).strip(" .") for each in texts]
-        distinct = {meaning(line): line for line in lines if 2 < len(line) <= _LONGEST}
+        distinct = {canonical(line): line for line in lines if 2 < len(line) <= _LONGEST}
         return [*distinct.values()][:most]
 
     def numbers(self, name: str, count: int, prompt: Sequence[Message]) -> list[int]:

@@ -49,7 +49,7 @@ def round_to_json(round: Round) -> str:
             "pending": _orders(round.pending),
             "released": _orders(round.released),
             "state": round.state,
-            "takes_back": list(round.takes_back),
+            "retracts": list(round.retracts),
             "reversals": round.reversals,
         }
     )
@@ -125,7 +125,7 @@ def round_from_json(text: str) -> Round:
         pending=_orders_from(data["pending"]),
         released=_orders_from(data["released"]),
         state=data["state"],
-        takes_back=tuple(data["takes_back"]),
+        retracts=tuple(data["retracts"]),
         reversals=data["reversals"],
     )
 

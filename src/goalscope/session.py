@@ -22,10 +22,10 @@ from goalscope.domains import (
 from goalscope.envs import Environment
 from goalscope.episode import Round
 from goalscope.habits import habitual
-from goalscope.models import Heard, Model, model_name
+from goalscope.models import Model, OnText, model_name
 from goalscope.store import Ended, EpisodeInfo, Store
 from goalscope.tracker import Correction
-from goalscope.types import TRACKING, Goal, GoalChange, InvalidInputError, Turn, counted
+from goalscope.types import TRACKING, Goal, GoalChange, InvalidInputError, Turn, pluralize
 
 __all__ = ["Session", "more_rounds", "resuming", "saved_settings"]
 
@@ -62,7 +62,7 @@ def saved_settings(info: EpisodeInfo, *, rounds: int | None = None) -> Settings:
         )
     if info.rounds >= settings.rounds:
         raise InvalidInputError(
-            f"Episode {info.id} has had its {counted(settings.rounds, 'round')}. "
+            f"Episode {info.id} has had its {pluralize(settings.rounds, 'round')}. "
             + more_rounds(info, settings.rounds)
         )
     return settings
@@ -88,7 +88,7 @@ class Session:
         owner: str | None = None,
         resume: EpisodeInfo | None = None,
         progress: Callable[[str], None] | None = None,
-        draft: Heard | None = None,
+        draft: OnText | None = None,
         understood: Callable[[Round], None] | None = None,
     ) -> None:
         """Begin an episode, or continue one.
@@ -185,15 +185,15 @@ class Session:
         try:
             self._store.correct(self.id, len(self._agent.rounds), (correction, goal.text, text))
         except BaseException:
-            self._agent.take_back()
+            self._agent.undo_correction()
             raise
         return belief
 
-    def take_back(self) -> Belief:
-        """See `Agent.take_back`; it is on disk before it is shown."""
-        if self.can_take_back:
-            self._store.take_back(self.id, len(self._agent.rounds))
-        return self._agent.take_back()
+    def undo_correction(self) -> Belief:
+        """See `Agent.undo_correction`; it is on disk before it is shown."""
+        if self.can_undo_correction:
+            self._store.undo_correction(self.id, len(self._agent.rounds))
+        return self._agent.undo_correction()
 
     @property
     def corrections(self) -> list[GoalChange]:
@@ -201,9 +201,9 @@ class Session:
         return self._agent.corrections
 
     @property
-    def can_take_back(self) -> bool:
+    def can_undo_correction(self) -> bool:
         """Whether there is a correction to take back."""
-        return self._agent.can_take_back
+        return self._agent.can_undo_correction
 
     @property
     def belief(self) -> Belief | None:

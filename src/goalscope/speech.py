@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["ASSENT", "LEAD", "LONGEST", "MILD", "evened", "lowered"]
+__all__ = ["ASSENT", "LEAD", "LONGEST", "MILD", "fold_case", "normalize"]
 
 LEAD = (
     r"(?:(?:ok(?:ay)?|hi|hello|hey|so|and|but|well|sorry|excuse me|also|please|(?:can|could) you"
     r" tell me|do you know|tell me)[ ,]+)*"
 )
-"""How a question begins that is evened."""
+"""How a question begins that is normalized."""
 
 ASSENT = (
     r"yes|yeah|yep|yup|sure|of course|go ahead|please do|do it|you may|certainly|absolutely"
@@ -88,15 +88,15 @@ _EVENED = [
 """Patterns, and what people write who take their time."""
 
 
-def lowered(text: str) -> str:
+def fold_case(text: str) -> str:
     """`text` in lower case and on one line, with plain apostrophes."""
     text = re.sub("[\u2018\u2019\u00b4`]", "'", text[:LONGEST].casefold())
     return " ".join(text.split())
 
 
-def evened(text: str) -> str:
+def normalize(text: str) -> str:
     """`text` lowered, with what is typed in haste written out, and without fillers."""
-    text = lowered(text)
+    text = fold_case(text)
     for pattern, plainer in _EVENED:
         text = pattern.sub(plainer, text)
     return text

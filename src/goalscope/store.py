@@ -19,7 +19,7 @@ from sqlalchemy.exc import IntegrityError
 
 from goalscope.database.errors import explained
 from goalscope.database.opening import WRITING, default_place, opened
-from goalscope.database.tables import CORRECTIONS, EPISODES, ROUNDS, Words
+from goalscope.database.tables import CORRECTIONS, EPISODES, ROUNDS, EscapedText
 from goalscope.episode import Round
 from goalscope.rounds_json import dumps, round_from_json, round_to_json, turn_like
 from goalscope.types import ConflictError, GoalscopeError, InvalidInputError
@@ -200,7 +200,7 @@ class Store:
         with self.writing() as connection:
             connection.execute(CORRECTIONS.insert(), values)
 
-    def take_back(self, id: str, after: int) -> None:
+    def undo_correction(self, id: str, after: int) -> None:
         """Remove the newest correction after so many rounds."""
         row = CORRECTIONS.c
         newest = select(func.max(row.number)).where(row.episode == id, row.after == after)
@@ -279,7 +279,7 @@ class Store:
         Raises:
             InvalidInputError: No episode, or more than one, has an id that begins so.
         """
-        begins = func.substr(EPISODES.c.id, 1, len(id), type_=Words()) == id
+        begins = func.substr(EPISODES.c.id, 1, len(id), type_=EscapedText()) == id
         with self.reading() as connection:
             rows = connection.execute(_infos().where(begins).limit(4 if id else 0)).all()
             if len(rows) == 1:

@@ -24,10 +24,10 @@ from goalscope.types import (
     GoalChange,
     InvalidInputError,
     Turn,
+    canonical,
     checked_text,
     distinct,
     goals_of,
-    meaning,
     readable,
 )
 
@@ -48,7 +48,7 @@ _MODEL = ("token_logprobs", "count_tokens", "context_size")
 _Method = TypeVar("_Method", bound=Callable[..., Any])
 
 
-def _alone(method: _Method) -> _Method:
+def _synchronized(method: _Method) -> _Method:
     """A method of a tracker that waits until no other one runs."""
 
     @wraps(method)
@@ -71,7 +71,7 @@ class GoalTracker:
         goals: Goals to start with, besides `UNSPECIFIED`.
         include_unspecified: Whether "no stated goal" is one of the hypotheses.
         likelihood: Evidence of a turn; by default the role-play likelihood of `model`.
-        calibration: How evidence becomes probabilities, or its name ("paper", "usual",
+        calibration: How evidence becomes probabilities, or its name ("paper", "default",
             "last-turn"), or a file of `goalscope calibrate`; that of the likelihood if None.
 
     Raises:
@@ -121,7 +121,7 @@ class GoalTracker:
         """The task, and the belief in short."""
         return f"GoalTracker({self.task!r}, {self.belief!r})"
 
-    @_alone
+    @_synchronized
     def observe(self, query: str, utterance: str, *, weight: float = 1.0) -> Belief:
         """Update the belief with what the person answered; on an error it stays as it was.
 
@@ -145,7 +145,7 @@ class GoalTracker:
         self.turns = turns
         return self.belief
 
-    @_alone
+    @_synchronized
     def add(self, goals: Iterable[str | Goal]) -> Belief:
         """Add goals; each is scored on all past turns, as if it had been there from the start.
 
@@ -156,9 +156,9 @@ class GoalTracker:
                 person has ruled it out.
         """
         added = [goal for goal in self._known(goals) if goal not in self.belief.goals]
-        out = {meaning(goal.text) for goal in self.belief.ruled_out}
+        out = {canonical(goal.text) for goal in self.belief.ruled_out}
         for goal in added:
-            if meaning(goal.text) in out:
+            if canonical(goal.text) in out:
                 raise InvalidInputError(
                     f"{goal.text!r} was ruled out. If the person names it after all, pin it."
                 )
@@ -177,7 +177,7 @@ class GoalTracker:
             self.belief = Belief.uniform(everything, self.belief.calibration).observe(row)
         return self.belief
 
-    @_alone
+    @_synchronized
     def drop(self, goals: Iterable[str | Goal]) -> Belief:
         """Remove goals; see `Belief.drop`.
 
@@ -198,7 +198,7 @@ class GoalTracker:
         self.belief = self.belief.drop(gone)
         return self.belief
 
-    @_alone
+    @_synchronized
     def pin(self, goal: str | Goal) -> Belief:
         """Take a goal that the person confirms, perhaps a new one (see `Belief.pinned`).
 
@@ -211,7 +211,7 @@ class GoalTracker:
         self.belief = self._add([pinned]).pin(pinned)
         return self.belief
 
-    @_alone
+    @_synchronized
     def correct(self, correction: Correction, goal: str | Goal, text: str = "") -> list[GoalChange]:
         """Take what the person says of the goals themselves, and tell what it changed.
 
@@ -242,7 +242,7 @@ class GoalTracker:
                 f"There is no goal {UNSPECIFIED.text!r} to pin, veto or reword to."
             )
         if correction != "pin" and named not in self.belief.goals:
-            out = meaning(named.text) in {meaning(each.text) for each in self.belief.ruled_out}
+            out = canonical(named.text) in {canonical(each.text) for each in self.belief.ruled_out}
             if out and (correction == "veto" or kept in self.belief.goals):
                 return []
             raise InvalidInputError(
@@ -260,7 +260,7 @@ class GoalTracker:
             changes.append(GoalChange("removed", named, reason, final=True))
         return changes
 
-    @_alone
+    @_synchronized
     def to_json(self) -> str:
         """All that it is, and its model's name: `from_json` goes on where it stands."""
         from goalscope.rounds_json import belief_to_json, dumps
@@ -349,7 +349,7 @@ class GoalTracker:
             return ()
         return (f"The conversation is long: the first {start} turns are no longer read.",)
 
-    @_alone
+    @_synchronized
     def manage(
         self,
         goals: GoalManager,

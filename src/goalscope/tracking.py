@@ -10,7 +10,7 @@ from typing import Any
 
 from goalscope.advice import Advice, Advised, advised
 from goalscope.belief import Belief
-from goalscope.calibration import USUAL, calibration_from_json
+from goalscope.calibration import DEFAULT, calibration_from_json
 from goalscope.calibrations import calibration_named
 from goalscope.domains import Settings, roleplay_of, settings_of
 from goalscope.episode import Round
@@ -133,7 +133,7 @@ class Trackers:
             tracker = GoalTracker(task=task, likelihood=likelihood)
             given = _new(tracker.belief, goals)
             tracker.add(given)  # refuses goals with too many tokens
-            calibration = USUAL if propose and not given else likelihood.calibration
+            calibration = DEFAULT if propose and not given else likelihood.calibration
             if settings.calibration:
                 calibration = calibration_named(settings.calibration)
             begun: dict[str, Any] = {

@@ -22,11 +22,11 @@ __all__ = [
     "StepResult",
     "Turn",
     "UnreadableAnswerError",
+    "canonical",
     "checked_text",
-    "counted",
     "distinct",
     "goals_of",
-    "meaning",
+    "pluralize",
     "readable",
 ]
 
@@ -91,12 +91,12 @@ def checked_text(text: object, what: str, longest: int | None = None) -> str:
     return text.strip()
 
 
-def counted(number: int, noun: str) -> str:
+def pluralize(number: int, noun: str) -> str:
     """A number of things: "1 turn", "2,000 turns"."""
     return f"{number:,} {noun}" + "s" * (number != 1)
 
 
-def meaning(text: str) -> str:
+def canonical(text: str) -> str:
     """What is equal for goals that differ only in case, spaces and the mark at the end."""
     return " ".join(text.casefold().split()).rstrip(".!? ")
 
@@ -119,10 +119,10 @@ UNSPECIFIED = Goal("Unspecified")
 
 
 def distinct(goals: Iterable[Goal], known: Iterable[Goal] = (UNSPECIFIED,)) -> list[Goal]:
-    """One goal of each `meaning`: the one among those `known`, or else the first."""
+    """One goal of each `canonical`: the one among those `known`, or else the first."""
     own = dict.fromkeys(known)
-    kept = {meaning(each.text): each for each in own}
-    found = (each if each in own else kept.setdefault(meaning(each.text), each) for each in goals)
+    kept = {canonical(each.text): each for each in own}
+    found = (each if each in own else kept.setdefault(canonical(each.text), each) for each in goals)
     return list(dict.fromkeys(found))
 
 

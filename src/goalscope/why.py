@@ -10,7 +10,15 @@ import numpy.typing as npt
 
 from goalscope.belief import Belief
 from goalscope.likelihood import RolePlay
-from goalscope.types import UNSPECIFIED, Goal, InvalidInputError, Turn, counted, distinct, goals_of
+from goalscope.types import (
+    UNSPECIFIED,
+    Goal,
+    InvalidInputError,
+    Turn,
+    distinct,
+    goals_of,
+    pluralize,
+)
 
 __all__ = ["Reason", "in_words", "reasons", "word_evidence"]
 
@@ -61,7 +69,7 @@ def reasons(belief: Belief, turns: Sequence[Turn], goal: str | Goal) -> list[Rea
     table, place = belief.evidence, _place(belief, goal)
     if len(turns) != len(table):
         raise InvalidInputError(
-            f"The belief is over {counted(len(table), 'turn')}, not {len(turns)}: it does not "
+            f"The belief is over {pluralize(len(table), 'turn')}, not {len(turns)}: it does not "
             "weigh each."
         )
     gains = table[:, place] - _mean_of_others(table, place)
@@ -142,8 +150,8 @@ def word_evidence(
     pieces, table = likelihood.token_log_likelihood(task, belief.goals, turns)
     own = dict(belief.weights).get(len(turns) - 1, 1.0)
     weights = tuple((token, own) for token in range(len(table)))
-    counted = replace(belief, log_likelihood=table, pinned=(), weights=weights).evidence
-    gains = counted[:, place] - _mean_of_others(counted, place)
+    weighed = replace(belief, log_likelihood=table, pinned=(), weights=weights).evidence
+    gains = weighed[:, place] - _mean_of_others(weighed, place)
     words: list[tuple[str, float]] = []
     for piece, gain in zip(pieces, gains.tolist(), strict=True):
         if words and not piece[:1].isspace():

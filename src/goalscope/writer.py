@@ -11,11 +11,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.models import Heard, Model
+from goalscope.models import Model, OnText
 from goalscope.models.scoring import logprobs_of
 from goalscope.occasions import Occasion
 from goalscope.prompts import recent, render
-from goalscope.types import Message, Turn, meaning
+from goalscope.types import Message, Turn, canonical
 
 __all__ = ["JUDGEMENTS", "LIKE", "NOTHING", "Recalling", "Writer"]
 __all__ += ["goals_prompt", "needs_prompt", "needs_written", "question_prompt"]
@@ -55,8 +55,8 @@ class Writer:
         """See `goalscope.goals.Proposer`; goals that are held already may be told again."""
         written = self._written("goals", goals_prompt(task, recent(self.model, turns, _TURNS)))
         lines = [" ".join(line.split()) for line in written.split("\n")]
-        distinct = {meaning(line): line for line in reversed(lines) if 2 < len(line) <= 120}
-        return [line for line in reversed(distinct.values()) if meaning(line) != NOTHING]
+        distinct = {canonical(line): line for line in reversed(lines) if 2 < len(line) <= 120}
+        return [line for line in reversed(distinct.values()) if canonical(line) != NOTHING]
 
     def question(
         self,
@@ -65,7 +65,7 @@ class Writer:
         done: str,
         goals: Sequence[str],
         *,
-        heard: Heard | None = None,
+        heard: OnText | None = None,
     ) -> str:
         """See `goalscope.dialog.Asker`; none where it is not sure of its words."""
         shown = recent(self.model, turns, _TURNS)

@@ -15,7 +15,7 @@ from tempfile import mkdtemp
 
 from fakes import LampRoom, WordModel, said
 from goalscope.benchmarks.mcq import read_questions
-from goalscope.calibration import USUAL
+from goalscope.calibration import DEFAULT
 from goalscope.calibrations import calibration_named
 from goalscope.dialog import ask
 from goalscope.envs import grocery, house
@@ -183,7 +183,7 @@ SCENE = {
     "sceneName": "FloorPlan1", "agent": KITCHEN["agent"],
     "objects": [o for o in KITCHEN["objects"] if o["objectType"] in ("Floor", "Mug", "Fridge")],
 }  # fmt: skip
-CALIBRATION = {"calibration": json.loads(json.dumps(asdict(USUAL)))}
+CALIBRATION = {"calibration": json.loads(json.dumps(asdict(DEFAULT)))}
 
 ENTRIES: dict[str, tuple[Callable[[bytes], object], list[bytes]]] = {
     "catalogue": (

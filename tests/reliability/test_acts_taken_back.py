@@ -51,7 +51,7 @@ def test_baskets_come_back(count: int, record_property: Callable[[str, object], 
         states = rounds_of(shop, draw, agent)
         while len(states) > 1:
             states.pop()
-            assert agent.step("", "undo").takes_back
+            assert agent.step("", "undo").retracts
             assert shop.fingerprint() == states[-1]
             undone += 1
     record_property("measured", f"{undone:,} rounds in the shop: the basket before each")

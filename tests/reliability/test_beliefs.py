@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from fakes import GOALS, NEEDS, QUESTION, LampRoom, WordModel
 from goalscope.agent import Agent
 from goalscope.belief import Belief
-from goalscope.calibration import PAPER, USUAL
+from goalscope.calibration import DEFAULT, PAPER
 from goalscope.envs.grocery import Catalogue, GroceryShop, load_profiles
 from goalscope.judge import judge
 from goalscope.models import Completion
@@ -28,7 +28,7 @@ from goalscope.types import (
     InvalidInputError,
     Message,
     ModelError,
-    meaning,
+    canonical,
 )
 
 REPLIES = {
@@ -172,7 +172,7 @@ tables = st.lists(st.lists(st.floats(-60, 0), min_size=5, max_size=5), min_size=
 FIVE = [UNSPECIFIED, *(Goal(f"goal {n}") for n in range(4))]
 
 
-@given(tables, st.sampled_from(FIVE[1:]), st.sampled_from([PAPER, USUAL]))
+@given(tables, st.sampled_from(FIVE[1:]), st.sampled_from([PAPER, DEFAULT]))
 def test_a_copy_of_a_goal_is_that_goal(table, goal: Goal, way) -> None:
     belief = Belief(tuple(FIVE), np.zeros(5), np.array(table), way)
     assert belief.add([goal, goal], lambda new: pytest.fail("a copy was scored")) is belief
@@ -198,7 +198,7 @@ def test_where_minds_can_change_another_wording_moves_the_others_by_little(recor
     for _ in range(3000):
         which, spread = random.integers(1, 5), random.choice([1, 3, 10])
         table = random.normal(-30.0, spread, (random.integers(1, 7), 5))
-        belief = Belief(tuple(FIVE), np.zeros(5), table, USUAL)
+        belief = Belief(tuple(FIVE), np.zeros(5), table, DEFAULT)
         wider = belief.add([Goal("other words")], lambda _: table[:, [which]])  # noqa: B023
         before, after = (each.log_posterior[1:5] for each in (belief, wider))
         shares = [np.exp(each - np.logaddexp.reduce(each)) for each in (before, after)]
@@ -308,7 +308,7 @@ def test_a_belief_follows_a_mind_that_changes_after_fifteen_turns(
     random = np.random.default_rng(0)
     goals = tuple(Goal(f"goal {n}") for n in range(10))
     shipped = GoalTracker(open_model()).belief.calibration
-    ways = {"Eq. 1": PAPER, "usual": USUAL, "shipped": shipped}
+    ways = {"Eq. 1": PAPER, "default": DEFAULT, "shipped": shipped}
     followed = dict.fromkeys(ways, 0)
     for _ in range(100):
         first, second = random.choice(10, 2, replace=False)
@@ -321,7 +321,7 @@ def test_a_belief_follows_a_mind_that_changes_after_fifteen_turns(
             followed[name] += int(second in leaders)
     shares = ", ".join(f"{name} {count} %" for name, count in followed.items())
     record_property("measured", f"{nats:g} nats, noise of {noise:g}: followed in 3 turns: {shares}")
-    assert min(followed["usual"], followed["shipped"]) >= least
+    assert min(followed["default"], followed["shipped"]) >= least
 
 
 # A model that would empty the goal set
@@ -367,7 +367,7 @@ def test_unspecified_stays_and_no_goal_comes_or_goes_unsaid(episodes, record_pro
             assert round.belief is not None
             assert {*round.belief.goals} == goals
             assert UNSPECIFIED in goals
-            assert not {meaning(goal.text) for goal in goals - {UNSPECIFIED}} & {"unspecified"}
+            assert not {canonical(goal.text) for goal in goals - {UNSPECIFIED}} & {"unspecified"}
             rounds += 1
             for correction in ("pin", "veto", "reword"):
                 with pytest.raises(InvalidInputError):

@@ -24,7 +24,7 @@ from sqlalchemy.engine.default import DefaultDialect
 
 import lives as fork
 from fakes import WordModel
-from goalscope.calibration import USUAL
+from goalscope.calibration import DEFAULT
 from goalscope.calibrations import calibration_named, keep_calibration
 from goalscope.database import opening
 from goalscope.experiment import identity
@@ -36,7 +36,7 @@ from goalscope.infer import infer, read_dialogues, trim_output
 from goalscope.likelihood import RolePlay
 from goalscope.models.cache import CachedModel
 from goalscope.store import Store
-from goalscope.study.book import Book
+from goalscope.study.store import StudyStore
 from goalscope.types import GoalscopeError, InvalidInputError
 from lives import Lives, anew, episode, experiment, furnish, measured, rounds_of
 from sites import site
@@ -88,7 +88,7 @@ def test_every_commit_is_on_disk_before_it_is_told(
         list(pool.map(talk, range(8)))
     with Store.open(tmp_path / "study.db") as store:
         fill(store)
-        Book(store).add(WEB)
+        StudyStore(store).add(WEB)
         with site(tmp_path / "study.db") as address:
             ann = visit(address)
             ann.http.params = {"id": "ann"}
@@ -230,11 +230,11 @@ def test_a_calibration_is_the_old_or_the_new_whatever_stops_its_writing(
     tmp_path: Path, lives: Lives
 ) -> None:
     file = tmp_path / "mine.json"
-    keep_calibration(file, USUAL, {})
+    keep_calibration(file, DEFAULT, {})
     for at in range(3):  # before the first byte, before the name is given, and after
         code = lives.live(keeping, tmp_path, str(file), str(at))
         assert code == 9
-        assert calibration_named(str(file)).temperature == (7.0 if at == 2 else USUAL.temperature)
+        assert calibration_named(str(file)).temperature == (7.0 if at == 2 else DEFAULT.temperature)
     whole = file.read_text()
     for size in range(len(whole) - 1):  # by another program
         file.write_text(whole[:size])
@@ -259,7 +259,7 @@ def keeping(folder: str, file: str, at: str) -> None:
         os._exit(9)
 
     Path.write_text, Path.replace = write_half, give_name
-    keep_calibration(Path(file), replace(USUAL, temperature=7.0), {})
+    keep_calibration(Path(file), replace(DEFAULT, temperature=7.0), {})
 
 
 # Full, read-only and locked disks

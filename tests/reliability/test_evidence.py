@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from goalscope.calibration import PAPER, USUAL
+from goalscope.calibration import DEFAULT, PAPER
 from goalscope.likelihood import RolePlay
 from goalscope.models.llamacpp import LlamaCpp
 from goalscope.tracker import GoalTracker
@@ -96,7 +96,7 @@ def test_a_goal_that_comes_after_ten_rounds_is_believed_as_if_it_had_always_been
     assert late.belief.goals == early.belief.goals
     apart = float(np.abs(early.belief.log_likelihood - late.belief.log_likelihood).max())
     moved = 0.0
-    for way in (PAPER, USUAL, early.belief.calibration):
+    for way in (PAPER, DEFAULT, early.belief.calibration):
         one, other = (replace(each.belief, calibration=way) for each in (early, late))
         moved = max(moved, float(np.abs(one.probability - other.probability).max()))
     record_property(

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from goalscope.belief import Belief
-from goalscope.calibration import LAST_TURN, PAPER, USUAL, Calibration
+from goalscope.calibration import DEFAULT, LAST_TURN, PAPER, Calibration
 from goalscope.types import UNSPECIFIED, Goal
 
 IMPOSSIBLE = Decimal(0)
@@ -60,9 +60,9 @@ def exact(belief: Belief) -> list[list[Decimal]]:
     """Probabilities after each number of turns."""
     way, stated = belief.calibration, [goal != UNSPECIFIED for goal in belief.goals]
     prior = [IMPOSSIBLE if value == -np.inf else Decimal(value).exp() for value in belief.log_prior]
-    if way.unstated is not None and any(stated) and not all(stated):
+    if way.prior_unspecified is not None and any(stated) and not all(stated):
         rest = sum(weight for weight, each in zip(prior, stated, strict=True) if each)
-        own = rest * Decimal(way.unstated) / (1 - Decimal(way.unstated))
+        own = rest * Decimal(way.prior_unspecified) / (1 - Decimal(way.prior_unspecified))
         prior = [weight if each else own for weight, each in zip(prior, stated, strict=True)]
     prior = shares(prior)
     found, now = [prior], prior
@@ -80,7 +80,7 @@ def exact(belief: Belief) -> list[list[Decimal]]:
 
 
 share = st.floats(0, 1)
-ways = st.sampled_from([PAPER, PAPER, PAPER, USUAL, LAST_TURN]) | st.builds(
+ways = st.sampled_from([PAPER, PAPER, PAPER, DEFAULT, LAST_TURN]) | st.builds(
     Calibration,
     st.floats(0.1, 20),
     share,
@@ -151,7 +151,7 @@ def test_probabilities_are_those_of_exact_arithmetic(cases: int, record_property
     ("goals", "turns"),
     [(1, 100), (2, 100), (500, 3), pytest.param(500, 100, marks=pytest.mark.slow)],
 )
-@pytest.mark.parametrize("way", [PAPER, USUAL], ids=["Eq. 1", "usual"])
+@pytest.mark.parametrize("way", [PAPER, DEFAULT], ids=["Eq. 1", "default"])
 def test_many_goals_and_many_turns_lose_no_digits(goals, turns, way, record_property) -> None:
     support = (UNSPECIFIED, *(Goal(f"goal {n}") for n in range(goals - 1)))
     apart = off = 0.0

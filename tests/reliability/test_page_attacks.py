@@ -19,7 +19,7 @@ from goalscope.domains import Settings
 from goalscope.episode import Round
 from goalscope.report import read_report, write_report
 from goalscope.store import Store
-from goalscope.study.book import Book
+from goalscope.study.store import StudyStore
 from goalscope.types import UNSPECIFIED, Action, Goal, GoalChange, StepResult, Turn
 from sites import KEY, site
 from test_page import PAYLOADS as FIRST
@@ -75,7 +75,7 @@ def test_nothing_that_is_stored_is_run(
     file = tmp_path / "episodes.db"
     with Store.open(file) as store:
         episode = fill(store, profile)
-        Book(store).add(
+        StudyStore(store).add(
             replace(
                 PLAN,
                 name="shop",

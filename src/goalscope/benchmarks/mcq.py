@@ -23,8 +23,8 @@ from goalscope.types import (
     InvalidInputError,
     ModelError,
     Turn,
+    canonical,
     checked_text,
-    meaning,
 )
 
 __all__ = ["Question", "measure_question", "read_questions", "rephrase"]
@@ -118,8 +118,8 @@ def rephrase(generator: Generator, question: Question, *, count: int = 4) -> Que
                 stop=("\n",),
             )
             words = " ".join(reply.text.split()).strip('" ')
-            key = meaning(words)
-            if key and reply.finish == "stop" and key != meaning(choice):
+            key = canonical(words)
+            if key and reply.finish == "stop" and key != canonical(choice):
                 found.setdefault(key, words)
             if len(found) == count:
                 break
@@ -213,7 +213,7 @@ def _question(row: Any) -> Question:
         if not isinstance(texts, list) or not texts:
             raise ValueError(f"the rephrasings of {key} must be a list of at least one text")
         rephrasings[key] = [_text(each, f"rephrasing of {key}") for each in cast("Any", texts)]
-        if meaning(read[key]) in map(meaning, rephrasings[key]):
+        if canonical(read[key]) in map(canonical, rephrasings[key]):
             raise ValueError(f"a rephrasing of {key} must not be the choice itself")
     return Question(str(id), _text(data["prompt"], "prompt"), read, answer, rephrasings)
 

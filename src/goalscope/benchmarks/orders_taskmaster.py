@@ -15,7 +15,7 @@ from typing import Protocol, cast
 
 from goalscope.datasets.case import OPENING, turns_of
 from goalscope.datasets.files import Row, line_rows
-from goalscope.envs import Environment, Pick, taken
+from goalscope.envs import Environment, Pick, execute
 from goalscope.envs.tables import is_list, shown
 from goalscope.orders import Order, Reading
 from goalscope.reader import Exchange, Reader
@@ -172,7 +172,7 @@ def _follow(counter: Counter, orders: Iterable[Order], standing: Standing, pick:
     for order in orders:
         found = counter.resolve(order, standing, pick) if order.do in verbs else None
         for action in found.actions if found else ():
-            if taken(counter, action).terminated:
+            if execute(counter, action).terminated:
                 return True
     return False
 

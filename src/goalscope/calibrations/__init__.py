@@ -14,9 +14,9 @@ from typing import Any, cast
 import platformdirs
 
 from goalscope.calibration import (
+    DEFAULT,
     LAST_TURN,
     PAPER,
-    USUAL,
     Calibration,
     calibration_from_json,
 )
@@ -33,12 +33,12 @@ __all__ = [
     "own_calibrations",
 ]
 
-NAMED = {"paper": PAPER, "usual": USUAL, "last-turn": LAST_TURN}
+NAMED = {"paper": PAPER, "default": DEFAULT, "last-turn": LAST_TURN}
 """Those that go by a name wherever a file of one can be named."""
 
 
 def calibration_named(name: str) -> Calibration:
-    """The calibration of a name ("paper", "usual", "last-turn"), or of a file.
+    """The calibration of a name ("paper", "default", "last-turn"), or of a file.
 
     Raises:
         InvalidInputError: There is no such name or file, or the file holds no calibration.
@@ -57,7 +57,7 @@ def calibration_named(name: str) -> Calibration:
 def known_calibration(scorer: Any, layout: str, *, end_of_turn: bool) -> tuple[Calibration, str]:
     """What a model was calibrated to, and where that is known from.
 
-    The user's own comes first, then the one that comes with goalscope, then `USUAL`.
+    The user's own comes first, then the one that comes with goalscope, then `DEFAULT`.
 
     Args:
         scorer: What scores people's words.
@@ -72,7 +72,7 @@ def known_calibration(scorer: Any, layout: str, *, end_of_turn: bool) -> tuple[C
     for place in (own, shipped):
         if place.is_file():
             return _read(place), "yours" if place is own else "comes with goalscope"
-    return USUAL, "not calibrated; `goalscope calibrate` does it"
+    return DEFAULT, "not calibrated; `goalscope calibrate` does it"
 
 
 def calibration_file(scorer: Any, layout: str, *, end_of_turn: bool) -> Path:

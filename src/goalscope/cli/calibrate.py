@@ -11,7 +11,7 @@ import typer
 
 from goalscope.cli.options import Json
 from goalscope.cli.terminal import console, progress
-from goalscope.types import GoalscopeError, InvalidInputError, counted
+from goalscope.types import GoalscopeError, InvalidInputError, pluralize
 
 __all__ = ["calibrate"]
 
@@ -67,7 +67,7 @@ def calibrate(
     from dataclasses import asdict
 
     from goalscope.calibrating import FOLDS, fit_calibration, observed_in, quality
-    from goalscope.calibration import PAPER, USUAL
+    from goalscope.calibration import DEFAULT, PAPER
     from goalscope.calibrations import calibration_file, keep_calibration, known_calibration
     from goalscope.experiment.identity import opened
     from goalscope.experiment.results import Results
@@ -114,7 +114,7 @@ def calibrate(
     told: list[dict[str, Any]] = []
     taught = sum(bool(result.get("learned")) for cells in ways.values() for _, result in cells)
     if taught:
-        said = f"Left out: {counted(taught, 'dialogue')} from which the adapter has learned."
+        said = f"Left out: {pluralize(taught, 'dialogue')} from which the adapter has learned."
         console(stderr=True).print(said)
     observed = {way: observed_in(cells) for way, cells in ways.items()}
     people = {way: len({each.group for each in found}) for way, found in observed.items()}
@@ -142,7 +142,7 @@ def calibrate(
         scorer = parts(opened(model))[1]
         file = out or calibration_file(scorer, layout, end_of_turn=end_of_turn)
         replaces: dict[str, Any] = {"origin": "broken", "dialogues": 0}
-        ways_of = {"Eq. 1": PAPER, "usual": USUAL}
+        ways_of = {"Eq. 1": PAPER, "default": DEFAULT}
         with suppress(InvalidInputError):  # a broken file of one's own
             before, origin = known_calibration(scorer, layout, end_of_turn=end_of_turn)
             replaces = {"origin": origin, "dialogues": before.n}
@@ -174,7 +174,7 @@ def _name(model: str, layout: str, *, end_of_turn: bool) -> str:
 
 def _reset(only: str | None, *, as_json: bool) -> None:
     from goalscope.calibrations import own_calibrations
-    from goalscope.plain import plain
+    from goalscope.safe_text import terminal_safe
 
     known: dict[Path, str] = {}
     for file, about in own_calibrations().items():
@@ -198,9 +198,9 @@ def _reset(only: str | None, *, as_json: bool) -> None:
     if gone:
         said = (
             f"Taken away: {'; '.join(gone.values())}. What comes with goalscope counts again, and "
-            "the usual one for models without."
+            "the default for models without."
         )
-    console().print(plain(said), soft_wrap=True)
+    console().print(terminal_safe(said), soft_wrap=True)
 
 
 def _better(quality: Mapping[str, Any], origin: str) -> str | None:
@@ -215,9 +215,9 @@ def _better(quality: Mapping[str, Any], origin: str) -> str | None:
 
 def _replaced(replaces: Mapping[str, Any]) -> str:
     """What a new calibration takes the place of, and the way back."""
-    one = ORIGINS.get(replaces["origin"], "the usual one")
+    one = ORIGINS.get(replaces["origin"], "the default")
     if replaces["dialogues"]:
-        one = f"{one}, of {counted(replaces['dialogues'], 'dialogue')}"
+        one = f"{one}, of {pluralize(replaces['dialogues'], 'dialogue')}"
     one = "a broken file" if replaces["origin"] == "broken" else one
     return f"It replaces {one}. `goalscope calibrate --reset` takes your own away again."
 
@@ -226,14 +226,14 @@ def _show(told: list[dict[str, Any]]) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table as Grid
 
-    from goalscope.plain import plain
+    from goalscope.safe_text import terminal_safe
 
     out = console()
     for each in told:
         dialogues = ", ".join(f"{n} of {name}" for name, n in each["dialogues"].items())
         name = _name(each["model"], each["layout"], end_of_turn=each["end_of_turn"])
         grid = Grid(
-            title=plain(f"{name}: {dialogues}"),
+            title=terminal_safe(f"{name}: {dialogues}"),
             title_justify="left",
             box=SIMPLE_HEAD,
         )
@@ -246,7 +246,7 @@ def _show(told: list[dict[str, Any]]) -> None:
         out.print(grid)
         made = each["calibration"]
         out.print(
-            plain(
+            terminal_safe(
                 f"temperature {made['temperature']:g}, reference {made['reference']:g}, switching "
                 f"{made['switching']:g}; kept in {each['file']}"
             )
@@ -255,11 +255,11 @@ def _show(told: list[dict[str, Any]]) -> None:
             loss, least = (each["quality"][name]["log_loss"] for name in (HELD_OUT, best))
             said = f'By log-loss, "{best}" ({least:.3f}) is better than what was fitted on other '
             said += f"people ({loss:.3f}): more dialogues may change that."
-            out.print(plain(said, "yellow"), soft_wrap=True)
+            out.print(terminal_safe(said, "yellow"), soft_wrap=True)
         if each["replaces"]:
-            out.print(plain(_replaced(each["replaces"])), soft_wrap=True)
+            out.print(terminal_safe(_replaced(each["replaces"])), soft_wrap=True)
     out.print(
-        plain(
+        terminal_safe(
             "Log-loss of what is true, with the true goal among the goals and without it, where "
             "Unspecified is the truth. Held out: as calibrated on dialogues of other people; "
             f"{OWN} may have been fitted on some of these. The 90 % set holds what is true, with "

@@ -10,7 +10,7 @@ import typer
 
 from goalscope.cli.options import Json
 from goalscope.cli.terminal import console
-from goalscope.types import counted
+from goalscope.types import pluralize
 
 __all__ = ["data"]
 
@@ -36,7 +36,7 @@ def list_datasets(
     from rich.table import Table
 
     from goalscope.datasets import DATASETS, named_folder
-    from goalscope.plain import plain
+    from goalscope.safe_text import terminal_safe
 
     folder = named_folder(folder)
     out = console()
@@ -62,22 +62,25 @@ def list_datasets(
                 "files": files,
             })  # fmt: skip
             continue
-        out.print(plain(f"{dataset.name}: {dataset.title}", "bold"), soft_wrap=True)
-        out.print(plain(f"  {dataset.what}; licence: {dataset.licence}"), soft_wrap=True)
-        out.print(plain(f"  from {dataset.source}"), soft_wrap=True)
+        out.print(terminal_safe(f"{dataset.name}: {dataset.title}", "bold"), soft_wrap=True)
+        out.print(terminal_safe(f"  {dataset.what}; licence: {dataset.licence}"), soft_wrap=True)
+        out.print(terminal_safe(f"  from {dataset.source}"), soft_wrap=True)
         if dataset.goal_sets:
-            out.print(plain(f"  goal sets: {', '.join(dataset.goal_sets)}"), soft_wrap=True)
+            out.print(terminal_safe(f"  goal sets: {', '.join(dataset.goal_sets)}"), soft_wrap=True)
         table = Table.grid(padding=(0, 2))
         for split, path in dataset.files.items():
             default = " (default)" if split == dataset.split else ""
-            table.add_row("", split + default, "there" if there[split] else "missing", plain(path))
+            table.add_row(
+                "", split + default, "there" if there[split] else "missing", terminal_safe(path)
+            )
         out.print(table)
     if as_json:
         print(json.dumps(rows))
     else:
         where = f"in {folder}" if folder else "in the folder that --data or GOALSCOPE_DATA names"
         out.print(
-            plain(f"The files stand {where}. `goalscope` downloads none of them."), soft_wrap=True
+            terminal_safe(f"The files stand {where}. `goalscope` downloads none of them."),
+            soft_wrap=True,
         )
 
 
@@ -98,7 +101,7 @@ def export(
     `infer`, `bench dialogues --jsonl` and `fit` read such files.
     """
     from goalscope.datasets import data_folder, load, write_cases
-    from goalscope.plain import plain
+    from goalscope.safe_text import terminal_safe
 
     set, _, split = name.partition(":")
     found = load(
@@ -111,5 +114,5 @@ def export(
         limit=limit,
     )
     write_cases(found.cases, out)
-    told = f"{out}: {counted(len(found.cases), 'dialogue')}"
-    console(stderr=True).print(plain(told), soft_wrap=True)
+    told = f"{out}: {pluralize(len(found.cases), 'dialogue')}"
+    console(stderr=True).print(terminal_safe(told), soft_wrap=True)

@@ -37,7 +37,7 @@ from goalscope.cli.options import (
 )
 from goalscope.cli.settings import check_picture, engine_of, settings_given
 from goalscope.cli.terminal import console, spinner
-from goalscope.types import GoalscopeError, InvalidInputError, counted
+from goalscope.types import GoalscopeError, InvalidInputError, pluralize
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -283,7 +283,7 @@ def replay(
     """
     from goalscope.cli.why import said_since
     from goalscope.display import show_header, show_round, show_summary
-    from goalscope.plain import plain
+    from goalscope.safe_text import terminal_safe
     from goalscope.store import Store
 
     out = console()
@@ -299,7 +299,7 @@ def replay(
             before = round.belief
         since = said_since(episodes, info)
     if since:
-        out.print(plain(since), soft_wrap=True)
+        out.print(terminal_safe(since), soft_wrap=True)
     if info.profile and info.score is not None:
         _show_checks_again(out, info, rounds)
     show_summary(out, info)
@@ -308,7 +308,7 @@ def replay(
 def episodes(store: StoreFile = None, as_json: Json = False) -> None:
     """List the stored episodes."""
     from goalscope.display import show_episodes
-    from goalscope.plain import model_shown
+    from goalscope.safe_text import model_shown
     from goalscope.store import Store
 
     with Store.open(store, new=False) as opened:
@@ -323,8 +323,8 @@ def _show_checks_again(out: Console, info: EpisodeInfo, rounds: Sequence[Round])
     """Show which checks the stored acts meet, taken once more in the shop or room of goalscope."""
     from goalscope.display import show_checks
     from goalscope.domains import open_environment, profile_named, settings_of
-    from goalscope.plain import plain
     from goalscope.policy import undo
+    from goalscope.safe_text import terminal_safe
 
     settings = settings_of(info.settings)
     if settings.domain not in ("grocery", "house") or settings.simulator != "house":
@@ -338,7 +338,9 @@ def _show_checks_again(out: Console, info: EpisodeInfo, rounds: Sequence[Round])
             raise InvalidInputError("The catalogue, the scene or the person has changed since.")
         show_checks(out, person.checks, met)
     except GoalscopeError as error:
-        out.print(plain(f"Which checks were met cannot be shown: {error}", "dim"), soft_wrap=True)
+        out.print(
+            terminal_safe(f"Which checks were met cannot be shown: {error}", "dim"), soft_wrap=True
+        )
 
 
 @contextmanager
@@ -407,7 +409,7 @@ def _resumable(session: Session) -> Generator[None]:
     except (KeyboardInterrupt, EOFError, GoalscopeError):
         done = session.info.rounds
         typer.echo(
-            f"\nEpisode {session.id} is kept, with {counted(done, 'finished round')}. "
+            f"\nEpisode {session.id} is kept, with {pluralize(done, 'finished round')}. "
             f"Go on with: {resuming(session.info)}",
             err=True,
         )
@@ -425,15 +427,15 @@ def _run_one(session: Session, draw: Callable[[], None], *, quiet: bool, brief: 
         show_summary,
         show_unwanted,
     )
-    from goalscope.plain import plain
+    from goalscope.safe_text import terminal_safe
 
     out, start, before = console(), time.monotonic(), None
     if not (quiet or brief):
         show_header(out, session.info)
     with _resumable(session), spinner(out, "") as busy:
-        busy.update(plain(f"{session.info.profile}: round 1"))
+        busy.update(terminal_safe(f"{session.info.profile}: round 1"))
         for round in session.run():
-            busy.update(plain(f"{session.info.profile}: round {round.number + 1}"))
+            busy.update(terminal_safe(f"{session.info.profile}: round {round.number + 1}"))
             if not (quiet or brief):
                 show_round(out, round, before, order=session.info.method == "no-inference")
             draw()
@@ -460,8 +462,8 @@ def _printed_at_the_end(scored: Sequence[Scored], as_json: bool) -> Generator[No
 
 def _told(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
     """An episode and its rounds as JSON, with the probabilities that follow from each belief."""
-    from goalscope.plain import model_shown
     from goalscope.rounds_json import round_to_json
+    from goalscope.safe_text import model_shown
 
     told: list[dict[str, Any]] = []
     for round in rounds:
@@ -473,7 +475,7 @@ def _told(info: EpisodeInfo, rounds: Sequence[Round]) -> dict[str, Any]:
 
 
 def _outcome(info: EpisodeInfo, unwanted: Sequence[str] | None) -> dict[str, Any]:
-    from goalscope.plain import model_shown
+    from goalscope.safe_text import model_shown
 
     return {
         "profile": info.profile,

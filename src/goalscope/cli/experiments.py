@@ -24,7 +24,7 @@ from goalscope.cli.options import (
 )
 from goalscope.cli.tables import show_tables
 from goalscope.cli.terminal import measuring, model_names, progress
-from goalscope.types import GoalscopeError, InvalidInputError, counted
+from goalscope.types import GoalscopeError, InvalidInputError, pluralize
 
 if TYPE_CHECKING:
     from goalscope.experiment.plan import Experiment
@@ -258,7 +258,7 @@ def _run(
                         failed.append(step.error)
         except (KeyboardInterrupt, GoalscopeError):
             if total:
-                held = f"{done:,} of {counted(total, 'result')}"
+                held = f"{done:,} of {pluralize(total, 'result')}"
                 typer.echo(f"{path} keeps {held}; the same command goes on.", err=True)
             raise
         planned = kept.planned(specs)
@@ -266,17 +266,17 @@ def _run(
         show_tables([*tables_of(cells), *first_attempts(cells)], as_json)
     if failed:
         raise GoalscopeError(
-            f"{len(failed)} of {counted(total, 'cell')} could not be measured, one of them so: "
+            f"{len(failed)} of {pluralize(total, 'cell')} could not be measured, one of them so: "
             f"{failed[0]} The same command tries them again."
         )
 
 
 def _missing(done: int, total: int, path: Path) -> str:
     if done == total:
-        return f"Nothing is missing: {path} keeps {counted(total, 'cell')}."
+        return f"Nothing is missing: {path} keeps {pluralize(total, 'cell')}."
     return (
-        f"Missing: {total - done:,} of {counted(total, 'cell')}. Each is kept in {path} once it is "
-        "measured, and the same command goes on."
+        f"Missing: {total - done:,} of {pluralize(total, 'cell')}. Each is kept in {path} once it "
+        "is measured, and the same command goes on."
     )
 
 

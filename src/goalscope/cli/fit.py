@@ -13,7 +13,7 @@ import typer
 
 from goalscope.cli.options import Json, Layout, Seed
 from goalscope.cli.terminal import console, measuring, model_names, progress
-from goalscope.types import InvalidInputError, counted
+from goalscope.types import InvalidInputError, pluralize
 
 if TYPE_CHECKING:
     from goalscope.models.transformers import Transformers
@@ -188,7 +188,7 @@ def engine_of(model: str | None, device: str | None) -> Transformers:
 
 def _tell(facts: Mapping[str, Any], out: Path, as_json: bool) -> None:
     """Say what a finished fit has led to."""
-    from goalscope.plain import plain
+    from goalscope.safe_text import terminal_safe
 
     if as_json:
         print(json.dumps(facts))
@@ -197,9 +197,9 @@ def _tell(facts: Mapping[str, Any], out: Path, as_json: bool) -> None:
     figures = (("log-loss", "log_loss", ".3f"), ("top-1", "top1", ".0%"), ("AUROC", "auroc", ".3f"))
     told = ", ".join(f"{name} {best[k]:{form}} ({first[k]:{form}})" for name, k, form in figures)
     console().print(
-        plain(
+        terminal_safe(
             f"{out}: least loss at step {best['step']}, {best['loss']:.3f} (before "
-            f"{first['loss']:.3f}), {told} on {counted(number, 'dialogue')}"
+            f"{first['loss']:.3f}), {told} on {pluralize(number, 'dialogue')}"
         ),
         soft_wrap=True,
     )
@@ -209,4 +209,4 @@ def _tell(facts: Mapping[str, Any], out: Path, as_json: bool) -> None:
     if not best["step"]:
         err.print("No step lowered the loss: these are the weights that it began with.")
     use = f"Use it with: goalscope infer FILE --out OUT --adapter {out}"
-    err.print(plain(use), style="dim", soft_wrap=True)
+    err.print(terminal_safe(use), style="dim", soft_wrap=True)

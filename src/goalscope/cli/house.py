@@ -10,7 +10,7 @@ import typer
 
 from goalscope.cli.options import Json
 from goalscope.cli.terminal import console
-from goalscope.types import InvalidInputError, counted
+from goalscope.types import InvalidInputError, pluralize
 
 __all__ = ["house"]
 
@@ -25,7 +25,7 @@ house = typer.Typer(
 def scenes(as_json: Json = False) -> None:
     """List the rooms that `--scene` knows, and what is wrong with those that cannot be used."""
     from goalscope.envs.house.simulator.scenes import known_scenes
-    from goalscope.plain import plain
+    from goalscope.safe_text import terminal_safe
 
     rows: list[dict[str, Any]] = []
     for name, read in known_scenes().items():
@@ -34,10 +34,10 @@ def scenes(as_json: Json = False) -> None:
         except InvalidInputError as error:
             row, text = {"name": name, "error": str(error)}, f"cannot be used: {error}"
         else:
-            row, text = {"name": name, "objects": count}, counted(count, "object")
+            row, text = {"name": name, "objects": count}, pluralize(count, "object")
         rows.append(row)
         if not as_json:
-            console().print(plain(f"{name}  {text}"))
+            console().print(terminal_safe(f"{name}  {text}"))
     if as_json:
         print(json.dumps(rows))
 
@@ -76,10 +76,10 @@ def import_file(
     form (.toml); .json.gz is read, too. A scene that is broken is refused, and nothing is kept.
     """
     from goalscope.envs.house.simulator.scenes import import_scene
-    from goalscope.plain import plain
+    from goalscope.safe_text import terminal_safe
 
     title, scene = import_scene(file, name, force=force)
     for note in scene.notes:
-        console().print(plain(note))
-    console().print(plain(f"{title}: {counted(len(scene.objects), 'object')}. Try: "
+        console().print(terminal_safe(note))
+    console().print(terminal_safe(f"{title}: {pluralize(len(scene.objects), 'object')}. Try: "
                           f"goalscope chat house --scene {title}"))  # fmt: skip

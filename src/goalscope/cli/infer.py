@@ -18,7 +18,7 @@ from goalscope.cli.options import (
     Tokenizer,
 )
 from goalscope.cli.terminal import console, model_names, opened_model, progress
-from goalscope.types import InvalidInputError, counted
+from goalscope.types import InvalidInputError, pluralize
 
 __all__ = ["infer"]
 
@@ -52,7 +52,7 @@ def infer(
     from goalscope.infer import read_dialogues, trim_output
     from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
     from goalscope.models.opening import parts
-    from goalscope.plain import model_shown, plain
+    from goalscope.safe_text import model_shown, terminal_safe
 
     if not out.absolute().parent.is_dir():
         raise InvalidInputError(f"There is no folder {out.parent}. Make it, or name another file.")
@@ -83,8 +83,8 @@ def infer(
                     cut.append(dialogue.id)
     if cut:
         console(stderr=True).print(
-            plain(f"Too long for the model, so that the oldest turns were left out: {cut}")
+            terminal_safe(f"Too long for the model, so that the oldest turns were left out: {cut}")
         )
     turns = sum(len(dialogue.turns) for dialogue in dialogues)
-    held = f"{counted(len(dialogues), 'dialogue')}, {counted(turns, 'turn')}"
-    console(stderr=True).print(plain(f"{out}: {held}"), soft_wrap=True)
+    held = f"{pluralize(len(dialogues), 'dialogue')}, {pluralize(turns, 'turn')}"
+    console(stderr=True).print(terminal_safe(f"{out}: {held}"), soft_wrap=True)

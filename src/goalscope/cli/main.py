@@ -44,9 +44,9 @@ class _Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except GoalscopeError as error:
-            from goalscope.plain import plain
+            from goalscope.safe_text import terminal_safe
 
-            typer.echo(plain("Error: " + " ".join(str(error).split())).plain, err=True)
+            typer.echo(terminal_safe("Error: " + " ".join(str(error).split())).plain, err=True)
             raise typer.Exit(2 if isinstance(error, InvalidInputError) else 1) from None
         except (typer.Exit, typer.Abort):
             raise
@@ -116,9 +116,9 @@ class _Lines(logging.Formatter):
     """Records whose further lines are indented: no text in them passes for another record."""
 
     def format(self, record: logging.LogRecord) -> str:
-        from goalscope.plain import plain
+        from goalscope.safe_text import terminal_safe
 
-        return plain(super().format(record)).plain.replace("\n", "\n    ")
+        return terminal_safe(super().format(record)).plain.replace("\n", "\n    ")
 
 
 def main() -> None:

@@ -155,10 +155,12 @@ def doctor(
             found, problems = check_model(engine)
             report |= found
             made, origin = known_calibration(parts(engine)[1], DEFAULT_LAYOUT, end_of_turn=False)
-            unstated = "like any goal" if made.unstated is None else f"{made.unstated:g}"
+            prior_unspecified = (
+                "like any goal" if made.prior_unspecified is None else f"{made.prior_unspecified:g}"
+            )
             report["calibration"] = (
                 f"temperature {made.temperature:g}, reference {made.reference:g}, switching "
-                f"{made.switching:g}, unstated {unstated}; {origin}"
+                f"{made.switching:g}, prior_unspecified {prior_unspecified}; {origin}"
             )
             for part in dict.fromkeys(parts(engine)):
                 if prompt_seconds := getattr(part, "prompt_seconds", None):
@@ -181,7 +183,7 @@ def doctor(
 
 def _report(report: dict[str, Any], as_json: bool) -> None:
     """Print what was found; exit code 1 if there are problems."""
-    from goalscope.plain import model_shown
+    from goalscope.safe_text import model_shown
 
     if as_json:
         print(model_shown(json.dumps(report)))
@@ -235,6 +237,6 @@ def _row(path: Path, tuning: Tuning | None) -> dict[str, Any]:
 
 
 def _say(line: str) -> None:
-    from goalscope.plain import plain
+    from goalscope.safe_text import terminal_safe
 
-    console().print(plain(line), soft_wrap=True)
+    console().print(terminal_safe(line), soft_wrap=True)

@@ -68,9 +68,9 @@ CalibrationName = Annotated[
     str | None,
     typer.Option(
         "--calibration",
-        metavar="paper|usual|last-turn|FILE",
+        metavar="paper|default|last-turn|FILE",
         help="How evidence becomes probabilities.  [default: for given goals what `calibrate` "
-        "found for the model, for an agent's own usual]",
+        "found for the model, the default for an agent]",
     ),
 ]
 Propose = Annotated[

@@ -57,8 +57,8 @@ def bench_orders(
     from goalscope.domains import Settings, load_domain, open_environment
     from goalscope.models.opening import open_reader
     from goalscope.picking import Picker
-    from goalscope.plain import plain
     from goalscope.reader import Reader
+    from goalscope.safe_text import terminal_safe
 
     env = open_environment(Settings(domain=load_domain(counter)))
     if not hasattr(env, "cups"):
@@ -113,12 +113,12 @@ def bench_orders(
     pairs = zip(dialogues, found, strict=True)
     wrong = [pair for pair in pairs if not right(pair[0].order, pair[1], options)]
     for each, order in wrong[:worst]:
-        out.print(plain(f"\n{each.id}"), soft_wrap=True)
+        out.print(terminal_safe(f"\n{each.id}"), soft_wrap=True)
         for turn in each.turns:
-            out.print(plain(f"  {turn.utterance}"), soft_wrap=True)
+            out.print(terminal_safe(f"  {turn.utterance}"), soft_wrap=True)
         for name, cups in (("right", each.order), ("found", order)):
             told = "not read" if cups is None else "; ".join(map(", ".join, sorted(cups)))
-            out.print(plain(f"  {name}: {told or 'nothing'}"), soft_wrap=True)
+            out.print(terminal_safe(f"  {name}: {told or 'nothing'}"), soft_wrap=True)
 
 
 def bench_games(

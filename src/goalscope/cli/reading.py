@@ -68,8 +68,8 @@ def bench_reading(
     )
     from goalscope.models.opening import open_reader
     from goalscope.orders import order_to_json, orders_to_text
-    from goalscope.plain import plain
     from goalscope.reader import Reader
+    from goalscope.safe_text import terminal_safe
 
     languages = _languages(domain)
     lines = _chosen(read_corpus(file), languages, bool(domain))
@@ -139,12 +139,13 @@ def bench_reading(
             f"{each.right_asked:.1%} of that right; {each.wrong_done:.1%} of the rest wrong."
         )
     for line, read in wrong:
-        out.print(plain(f"\n{line.id}  {line.message}"), soft_wrap=True)
+        out.print(terminal_safe(f"\n{line.id}  {line.message}"), soft_wrap=True)
         out.print(
-            plain(f"  right  {orders_to_text(line.orders)}".replace("\n", "; ")), soft_wrap=True
+            terminal_safe(f"  right  {orders_to_text(line.orders)}".replace("\n", "; ")),
+            soft_wrap=True,
         )
         told = "nothing" if read is None else orders_to_text(read)
-        out.print(plain(f"  read   {told}".replace("\n", "; ")), soft_wrap=True)
+        out.print(terminal_safe(f"  read   {told}".replace("\n", "; ")), soft_wrap=True)
 
 
 def fit_writer(

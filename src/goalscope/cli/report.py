@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from goalscope.cli.options import Json
-from goalscope.types import counted
+from goalscope.types import pluralize
 
 __all__ = ["report"]
 
@@ -30,8 +30,8 @@ def report(
 
     With --json the tables are printed, and files are only written if --out names one.
     """
-    from goalscope.plain import plain
     from goalscope.report import read_report, write_report
+    from goalscope.safe_text import terminal_safe
 
     file = out or (None if as_json else _beside(source))
     found = read_report(source, draw=file is not None)
@@ -42,7 +42,7 @@ def report(
         if section.done < section.planned
     ]
     for line in said:
-        typer.echo(plain(line).plain, err=True)
+        typer.echo(terminal_safe(line).plain, err=True)
     if file:
         write_report(found, file)
     if as_json:
@@ -61,7 +61,11 @@ def report(
         return
     tables = sum(len(section.tables) for section in found.sections)
     figures = sum(len(section.figures) for section in found.sections)
-    typer.echo(plain(f"{file}: {counted(tables, 'table')}, {counted(figures, 'figure')}.").plain)
+    typer.echo(
+        terminal_safe(
+            f"{file}: {pluralize(tables, 'table')}, {pluralize(figures, 'figure')}."
+        ).plain
+    )
 
 
 def _beside(source: Path) -> Path:

@@ -9,7 +9,7 @@ import typer
 
 from goalscope.cli.options import Json, StoreFile
 from goalscope.cli.terminal import console
-from goalscope.types import InvalidInputError, counted
+from goalscope.types import InvalidInputError, pluralize
 
 __all__ = ["study"]
 
@@ -33,17 +33,17 @@ def new(
 ) -> None:
     """Make a study of episodes in the store. It never changes afterwards."""
     from goalscope.store import Store
-    from goalscope.study.book import Book
     from goalscope.study.items import chosen_episodes
     from goalscope.study.plan import read_plan
+    from goalscope.study.store import StudyStore
 
     plan = read_plan(file)
     with Store.open(store, new=False) as opened:
         found = chosen_episodes(opened, plan)
-        Book(opened).add(plan)
+        StudyStore(opened).add(plan)
     people = -(-len(found) * plan.ratings_per_item // min(plan.items_per_participant, len(found)))
     told = (
-        f"Study {plan.name} has {counted(len(found), 'episode')} to rate, which takes "
+        f"Study {plan.name} has {pluralize(len(found), 'episode')} to rate, which takes "
         f"{_people(people)} or more. `goalscope serve` shows it. Give each of them a link with an "
         f"id of their own: /study/{plan.name}?id=..."
     )
@@ -58,11 +58,11 @@ def list_studies(store: StoreFile = None, as_json: Json = False) -> None:
     from goalscope.cli.tables import show_tables
     from goalscope.experiment.summary import Row, Table
     from goalscope.store import Store
-    from goalscope.study.book import Book
+    from goalscope.study.store import StudyStore
 
     rows: list[Row] = []
     with Store.open(store, new=False) as opened:
-        book = Book(opened)
+        book = StudyStore(opened)
         for each in book.all():
             people = book.participants(each)
             rows.append({
@@ -84,21 +84,21 @@ def show(name: Name, store: StoreFile = None, as_json: Json = False) -> None:
     """
     from goalscope.cli.tables import show_tables
     from goalscope.store import Store
-    from goalscope.study.book import Book
+    from goalscope.study.store import StudyStore
     from goalscope.study.summary import study_tables
 
     with Store.open(store, new=False) as opened:
-        show_tables(study_tables(opened, Book(opened).named(name)), as_json)
+        show_tables(study_tables(opened, StudyStore(opened).named(name)), as_json)
 
 
 @study.command()
 def close(name: Name, store: StoreFile = None) -> None:
     """Take no new participants; those who have begun may finish."""
     from goalscope.store import Store
-    from goalscope.study.book import Book
+    from goalscope.study.store import StudyStore
 
     with Store.open(store, new=False) as opened:
-        book = Book(opened)
+        book = StudyStore(opened)
         book.close(book.named(name))
     print(f"Study {name} is closed: it takes no new participants. Who has begun may finish.")
 
@@ -111,10 +111,10 @@ def delete_study(
 ) -> None:
     """Delete a study with all participants and answers. The episodes stay."""
     from goalscope.store import Store
-    from goalscope.study.book import Book
+    from goalscope.study.store import StudyStore
 
     with Store.open(store, new=False) as opened:
-        book = Book(opened)
+        book = StudyStore(opened)
         found = book.named(name)
         people = len(book.participants(found))
         if not yes:
@@ -133,11 +133,11 @@ def export(
 ) -> None:
     """Write every answer as CSV, one a line."""
     from goalscope.store import Store
-    from goalscope.study.book import Book
     from goalscope.study.export import as_csv
+    from goalscope.study.store import StudyStore
 
     with Store.open(store, new=False) as opened:
-        text = as_csv(opened, Book(opened).named(name), ids=ids)
+        text = as_csv(opened, StudyStore(opened).named(name), ids=ids)
     try:
         out.write_text(text, encoding="utf-8", newline="")
     except OSError as error:
@@ -152,10 +152,10 @@ def forget(
 ) -> None:
     """Delete a participant who takes back their consent, with all their answers."""
     from goalscope.store import Store
-    from goalscope.study.book import Book
+    from goalscope.study.store import StudyStore
 
     with Store.open(store, new=False) as opened:
-        book = Book(opened)
+        book = StudyStore(opened)
         book.forget(book.named(name), participant)
 
 

@@ -26,7 +26,7 @@ def show_tables(tables: Sequence[Table], as_json: bool) -> None:
     """
     from rich.padding import Padding
 
-    from goalscope.plain import plain
+    from goalscope.safe_text import terminal_safe
 
     if as_json:
         print(json.dumps([table.to_dict() for table in tables], allow_nan=False))
@@ -35,13 +35,13 @@ def show_tables(tables: Sequence[Table], as_json: bool) -> None:
     for full in tables:
         last = [row for row in full.rows if row.get("turn") == "last"]
         table = replace(full, rows=last or full.rows)
-        title = plain(table.title)
+        title = terminal_safe(table.title)
         for grid in _grids(table, out.width):
             grid.title, title = title, None
             out.print(grid)
         for note in dict.fromkeys(table.notes):
             if note not in said:
-                out.print(Padding.indent(plain(note, "dim"), 2))
+                out.print(Padding.indent(terminal_safe(note, "dim"), 2))
         said.update(table.notes)
         out.print()
 
@@ -52,7 +52,7 @@ def _grids(table: Table, room: int) -> Iterator[Grid]:
     from rich.cells import cell_len
     from rich.table import Table as Grid
 
-    from goalscope.plain import plain
+    from goalscope.safe_text import terminal_safe
 
     columns = [*zip(*table.texts(), strict=True)]
     words = table.worded
@@ -77,8 +77,8 @@ def _grids(table: Table, room: int) -> Iterator[Grid]:
         for number in part:
             more = min(max(map(cell_len, columns[number])) - needs[number], spare)
             spare -= more
-            heading = plain(columns[number][0])
+            heading = terminal_safe(columns[number][0])
             grid.add_column(heading, width=needs[number] + more, overflow="fold")
         for line in zip(*(columns[number][1:] for number in part), strict=True):
-            grid.add_row(*map(plain, line))
+            grid.add_row(*map(terminal_safe, line))
         yield grid

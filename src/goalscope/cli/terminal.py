@@ -50,7 +50,7 @@ def progress(what: str) -> Generator[Callable[[int, int], None]]:
         TimeRemainingColumn,
     )
 
-    from goalscope.plain import plain
+    from goalscope.safe_text import terminal_safe
 
     columns = (
         TextColumn("{task.description}", markup=False),
@@ -71,7 +71,7 @@ def progress(what: str) -> Generator[Callable[[int, int], None]]:
             bar.update(task, completed=done, total=total)
             if not out.is_terminal and done and time.monotonic() >= last + LINES:
                 last = time.monotonic()
-                out.print(plain(f"{what}: {done:,} of {total:,}"), soft_wrap=True)
+                out.print(terminal_safe(f"{what}: {done:,} of {total:,}"), soft_wrap=True)
 
         yield show
 

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from goalscope.plain import plain
+from goalscope.safe_text import terminal_safe
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -25,11 +25,11 @@ def typed(out: Console, query: str, command: Callable[[str], object]) -> str:
     Raises:
         EOFError: The person leaves.
     """
-    out.print(plain("Agent  ", "cyan").append_text(plain(query)))
+    out.print(terminal_safe("Agent  ", "cyan").append_text(terminal_safe(query)))
     while True:
         words = input("You    ")
         if not sys.stdin.isatty():
-            out.print(plain(words))
+            out.print(terminal_safe(words))
         if words.strip(" .!").casefold().removeprefix("/") in ("quit", "exit"):
             raise EOFError
         if not words.lstrip().startswith("/"):

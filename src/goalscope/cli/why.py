@@ -10,7 +10,7 @@ import typer
 from goalscope.cli.options import Json, StoreFile
 from goalscope.cli.settings import engine_of
 from goalscope.cli.terminal import console
-from goalscope.types import Goal, InvalidInputError, checked_text, counted
+from goalscope.types import Goal, InvalidInputError, checked_text, pluralize
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -63,8 +63,8 @@ def why(
     another, which --round explains.
     """
     from goalscope.display import show_reasons
-    from goalscope.plain import plain
     from goalscope.rounds_json import dumps
+    from goalscope.safe_text import terminal_safe
     from goalscope.store import Store
     from goalscope.why import reasons
 
@@ -73,7 +73,7 @@ def why(
         rounds = episodes.rounds(info.id)[:round]
         since = said_since(episodes, info) if len(rounds) == info.rounds else ""
     if not rounds or (round and len(rounds) < round):
-        raise InvalidInputError(f"Episode {info.id} has {counted(len(rounds), 'round')}.")
+        raise InvalidInputError(f"Episode {info.id} has {pluralize(len(rounds), 'round')}.")
     belief = rounds[-1].belief
     if belief is None or info.method != "good":
         raise InvalidInputError(f"The method {info.method} of this episode weighs no evidence.")
@@ -94,7 +94,7 @@ def why(
     else:
         show_reasons(console(), chosen, found, said, pinned=belief.pinned)
     if since:
-        console(stderr=True).print(plain(since), soft_wrap=True)
+        console(stderr=True).print(terminal_safe(since), soft_wrap=True)
 
 
 def said_since(store: Store, info: EpisodeInfo) -> str:
@@ -117,7 +117,7 @@ def said_since(store: Store, info: EpisodeInfo) -> str:
 def correct(out: Console, session: Session, words: str) -> None:
     """Do what a line that begins with a slash says of the goals, and show the belief."""
     from goalscope.display import show_belief, show_reasons
-    from goalscope.plain import plain
+    from goalscope.safe_text import terminal_safe
     from goalscope.why import reasons
 
     command, _, rest = words.strip().partition(" ")
@@ -149,7 +149,7 @@ def correct(out: Console, session: Session, words: str) -> None:
             session.correct(corrections[command], goal, text)
         show_belief(out, session.belief or belief, belief, order=order)
     except InvalidInputError as error:
-        out.print(plain(str(error), "dim"))
+        out.print(terminal_safe(str(error), "dim"))
 
 
 def _numbered(belief: Belief, number: str, command: str) -> Goal:
@@ -180,10 +180,10 @@ def _chosen(belief: Belief, text: str | None) -> Goal:
         each for each in belief.goals if each.text.casefold().startswith(text.casefold())
     ]
     if len(known) != 1:
-        from goalscope.plain import plain
+        from goalscope.safe_text import terminal_safe
 
         for each in belief.goals:
-            console(stderr=True).print(plain(f"- {each.text}"), soft_wrap=True)
+            console(stderr=True).print(terminal_safe(f"- {each.text}"), soft_wrap=True)
         what = "Several of these goals begin" if known else "None of these goals begins"
         raise InvalidInputError(f"{what} with {text!r}.")
     return known[0]

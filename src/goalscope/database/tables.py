@@ -30,7 +30,7 @@ __all__ = [
     "ROUNDS",
     "STUDIES",
     "VERSION_TABLE",
-    "Words",
+    "EscapedText",
 ]
 
 REVISION = "0001"
@@ -49,7 +49,7 @@ METADATA = MetaData(
 """All tables. JSON is ASCII text, which no database reads or rejects."""
 
 
-class Words(TypeDecorator[str]):
+class EscapedText(TypeDecorator[str]):
     """Any text; what a database cannot hold (half characters, NUL) is written as its escape."""
 
     impl = Text
@@ -64,17 +64,17 @@ EPISODES = Table(
     "episodes",
     METADATA,
     Column("number", Integer, primary_key=True),
-    Column("id", Words, nullable=False, unique=True),
-    Column("created", Words, nullable=False),
-    Column("domain", Words, nullable=False),
-    Column("profile", Words),
-    Column("method", Words, nullable=False),
-    Column("model", Words, nullable=False),
-    Column("task", Words, nullable=False),
+    Column("id", EscapedText, nullable=False, unique=True),
+    Column("created", EscapedText, nullable=False),
+    Column("domain", EscapedText, nullable=False),
+    Column("profile", EscapedText),
+    Column("method", EscapedText, nullable=False),
+    Column("model", EscapedText, nullable=False),
+    Column("task", EscapedText, nullable=False),
     Column("settings", Text, nullable=False),
-    Column("ended", Words),
+    Column("ended", EscapedText),
     Column("score", Float(53).with_variant(REAL(), "sqlite")),  # STRICT knows no other name
-    Column("owner", Words, index=True),
+    Column("owner", EscapedText, index=True),
     CheckConstraint("ended IN ('terminated', 'truncated')", "ended"),
     CheckConstraint("score BETWEEN 0 AND 1", "score"),
     sqlite_strict=True,
@@ -83,7 +83,7 @@ EPISODES = Table(
 ROUNDS = Table(
     "rounds",
     METADATA,
-    Column("episode", Words, ForeignKey("episodes.id"), primary_key=True),
+    Column("episode", EscapedText, ForeignKey("episodes.id"), primary_key=True),
     Column("number", Integer, primary_key=True, autoincrement=False),
     Column("json", Text, nullable=False),
     CheckConstraint("number >= 1", "number"),
@@ -94,7 +94,7 @@ CORRECTIONS = Table(
     "corrections",
     METADATA,
     Column("number", Integer, primary_key=True),
-    Column("episode", Words, ForeignKey("episodes.id"), nullable=False, index=True),
+    Column("episode", EscapedText, ForeignKey("episodes.id"), nullable=False, index=True),
     Column("after", Integer, nullable=False),
     Column("json", Text, nullable=False),
     sqlite_strict=True,
@@ -103,7 +103,7 @@ CORRECTIONS = Table(
 ABOUT = Table(
     "about",
     METADATA,
-    Column("name", Words, primary_key=True),
+    Column("name", EscapedText, primary_key=True),
     Column("value", Text, nullable=False),
     sqlite_strict=True,
 )
@@ -112,10 +112,10 @@ CELLS = Table(
     "cells",
     METADATA,
     Column("number", Integer, primary_key=True),
-    Column("key", Words, nullable=False, unique=True),
+    Column("key", EscapedText, nullable=False, unique=True),
     Column("spec", Text, nullable=False),
     Column("attempts", Integer, nullable=False, default=0),
-    Column("error", Words),
+    Column("error", EscapedText),
     Column("identity", Text),
     Column("result", Text),
     sqlite_strict=True,
@@ -125,10 +125,10 @@ STUDIES = Table(
     "studies",
     METADATA,
     Column("number", Integer, primary_key=True),
-    Column("name", Words, nullable=False, unique=True),
-    Column("created", Words, nullable=False),
+    Column("name", EscapedText, nullable=False, unique=True),
+    Column("created", EscapedText, nullable=False),
     Column("plan", Text, nullable=False),
-    Column("closed", Words),
+    Column("closed", EscapedText),
     sqlite_strict=True,
 )
 """Studies with people who rate episodes; since `closed` one takes no new ones."""
@@ -138,7 +138,7 @@ ITEMS = Table(
     Column("number", Integer, primary_key=True),
     Column("study", Integer, ForeignKey("studies.number"), nullable=False, index=True),
     Column("view", Text, nullable=False),
-    Column("episode", Words, nullable=False),
+    Column("episode", EscapedText, nullable=False),
     sqlite_strict=True,
 )
 """What is rated, as it is shown."""
@@ -147,9 +147,9 @@ PARTICIPANTS = Table(
     METADATA,
     Column("number", Integer, primary_key=True),
     Column("study", Integer, ForeignKey("studies.number"), nullable=False),
-    Column("visitor", Words, nullable=False),
-    Column("external", Words, nullable=False),
-    Column("joined", Words, nullable=False),
+    Column("visitor", EscapedText, nullable=False),
+    Column("external", EscapedText, nullable=False),
+    Column("joined", EscapedText, nullable=False),
     UniqueConstraint("study", "visitor", name="study_participants_visitor_uq"),
     UniqueConstraint("study", "external", name="study_participants_external_uq"),
     sqlite_strict=True,
@@ -162,10 +162,10 @@ ANSWERS = Table(
     Column("item", Integer, ForeignKey("study_items.number"), primary_key=True, index=True),
     Column("place", Integer, nullable=False),
     Column("rating", Integer),
-    Column("explanation", Words, nullable=False, default=""),
+    Column("explanation", EscapedText, nullable=False, default=""),
     Column("revision", Integer, nullable=False, default=0),
-    Column("opened", Words),
-    Column("answered", Words),
+    Column("opened", EscapedText),
+    Column("answered", EscapedText),
     UniqueConstraint("participant", "place", name="study_answers_place_uq"),
     CheckConstraint("rating BETWEEN 0 AND 3", "rating"),
     sqlite_strict=True,

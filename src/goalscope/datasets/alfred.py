@@ -9,7 +9,7 @@ from pathlib import Path
 from goalscope.datasets.case import OPENING, Case
 from goalscope.datasets.files import Row, line_rows
 from goalscope.datasets.goal_sets import chance, draw
-from goalscope.types import Turn, meaning
+from goalscope.types import Turn, canonical
 
 __all__ = ["TASK", "alfred"]
 
@@ -74,7 +74,7 @@ def _plan(row: Row) -> _Plan:
 
 def _sentences(row: Row) -> dict[str, str]:
     texts = (person.text("task_desc", empty=True) for person in row.rows("anns"))
-    return {meaning(text): text for text in texts if meaning(text)}
+    return {canonical(text): text for text in texts if canonical(text)}
 
 
 def _tiers(plan: _Plan, plans: Iterable[_Plan], goal_set: str) -> list[list[_Plan]]:

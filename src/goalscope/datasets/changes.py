@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from goalscope.datasets.case import Case
-from goalscope.datasets.goal_sets import chance, draw, meaning
-from goalscope.types import InvalidInputError, Turn
+from goalscope.datasets.goal_sets import chance, draw
+from goalscope.types import InvalidInputError, Turn, canonical
 
 __all__ = ["AFTER", "Change", "changes_of"]
 
@@ -74,7 +74,7 @@ def _script(
             if case.group not in people:
                 people.add(case.group)
                 turns += case.turns
-        if len(turns) >= round - 1 and meaning(goal) != meaning(second):
+        if len(turns) >= round - 1 and canonical(goal) != canonical(second):
             break
     else:
         return None

@@ -8,7 +8,7 @@ import re
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 
-from goalscope.types import Goal, meaning
+from goalscope.types import Goal, canonical
 
 __all__ = ["by_shared_words", "chance", "draw", "goal_key"]
 
@@ -19,8 +19,8 @@ def chance(seed: int, id: str) -> random.Random:
 
 
 def goal_key(text: str) -> str:
-    """A short hash of a goal's `meaning`."""
-    return hashlib.sha256(meaning(text).encode()).hexdigest()[:12]
+    """A short hash of a goal's `canonical`."""
+    return hashlib.sha256(canonical(text).encode()).hexdigest()[:12]
 
 
 def draw(
@@ -28,15 +28,15 @@ def draw(
 ) -> tuple[tuple[Goal, ...], int] | None:
     """The true goal at a random place among wrong ones; and that place.
 
-    A tier is used up, at random, before the next one is looked at. Texts of one `meaning` count
+    A tier is used up, at random, before the next one is looked at. Texts of one `canonical` count
     once. None if there are too few.
     """
-    seen = {meaning(truth)}
+    seen = {canonical(truth)}
     wrong: list[str] = []
     for tier in tiers:
         for text in rng.sample(tier, len(tier)):
-            if len(wrong) < goals - 1 and meaning(text) not in seen:
-                seen.add(meaning(text))
+            if len(wrong) < goals - 1 and canonical(text) not in seen:
+                seen.add(canonical(text))
                 wrong.append(text)
         if len(wrong) == goals - 1:
             break

@@ -11,7 +11,7 @@ from typing import Any
 from goalscope.datasets.case import Case
 from goalscope.envs.tables import nearest, shown
 from goalscope.infer import Dialogue, read_dialogues
-from goalscope.types import InvalidInputError, meaning
+from goalscope.types import InvalidInputError, canonical
 
 __all__ = ["read_cases", "write_cases"]
 
@@ -70,7 +70,7 @@ def _case(dialogue: Dialogue, row: dict[str, Any], label: str) -> Case:
     texts = [goal.text for goal in dialogue.goals]
     if len(row["goals"]) < 2:
         raise InvalidInputError(f"{label}: there is one goal; expected at least two.")
-    if len({meaning(text) for text in texts}) < len(row["goals"]):
+    if len({canonical(text) for text in texts}) < len(row["goals"]):
         raise InvalidInputError(
             f"{label}: two of the goals are the same, or differ in case or in the mark at the end "
             "alone. Leave out one."
@@ -83,7 +83,7 @@ def _case(dialogue: Dialogue, row: dict[str, Any], label: str) -> Case:
             f'{label}: expected the true goal under "true", the text of one of the goals or its '
             f"place among them, counted from 0; got {shown(goal)}."
         )
-    same = [place for place, text in enumerate(texts) if meaning(text) == meaning(goal)]
+    same = [place for place, text in enumerate(texts) if canonical(text) == canonical(goal)]
     if not same:
         raise InvalidInputError(
             f"{label}: the true goal {shown(goal)} is none of the goals; {nearest(goal, texts)}"

@@ -12,7 +12,7 @@ from goalscope.standing import Standing
 from goalscope.types import Action, GoalscopeError, Profile, StepResult
 
 __all__ = ["GUESSED", "MAY_LACK", "SEARCH"]
-__all__ += ["Environment", "Pick", "Resolution", "missing", "taken"]
+__all__ += ["Environment", "Pick", "Resolution", "execute", "missing"]
 
 GUESSED = "Guessed, not asked for: "
 """How a note begins that tells what was guessed."""
@@ -211,7 +211,7 @@ def missing(env: object) -> list[str]:
     ]
 
 
-def taken(env: Environment, action: Action) -> StepResult:
+def execute(env: Environment, action: Action) -> StepResult:
     """Take one action.
 
     Raises:

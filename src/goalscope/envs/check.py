@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import cast
 
-from goalscope.envs import Environment, Resolution, missing, taken
+from goalscope.envs import Environment, Resolution, execute, missing
 from goalscope.orders import DIALOGUE_ACTS, Order, Reading
 from goalscope.picking import Picker
 from goalscope.reader import check_verbs
@@ -44,7 +44,7 @@ def check_env(env: Environment, *, most: int = 40) -> None:
     env.reset()
     _hold(env.fingerprint() == start, "two resets must lead to the same state")
     for odd in _odd_actions():
-        result = taken(env, odd)
+        result = execute(env, odd)
         _hold(not result.ok, f"an action that does not exist must fail: {odd!r}")
         _hold(bool(result.observation), f"a failure must say why: {odd!r}")
         _hold(env.fingerprint() == start, f"a failure must change nothing: {odd!r}")
@@ -53,7 +53,7 @@ def check_env(env: Environment, *, most: int = 40) -> None:
     end = env.fingerprint()
     env.reset()
     for result in done:
-        again = taken(env, result.action)
+        again = execute(env, result.action)
         _hold(again.ok, f"an action must succeed again after a reset: {result.action}")
     _hold(env.fingerprint() == end, "the same actions after a reset must lead to the same state")
     env.reset()
@@ -95,13 +95,13 @@ def _try_undo(env: Environment) -> None:
     tried: set[str] = set()
     for name in _offered(env, 1000):
         for action in env.actions(name, Standing()):
-            result = None if action.name in tried else taken(env, action)
+            result = None if action.name in tried else execute(env, action)
             if result is None or not result.ok:
                 continue
             tried.add(action.name)
             back = env.undo([result], Standing())
             if back is not None:
-                undone = [taken(env, each) for each in back.actions]
+                undone = [execute(env, each) for each in back.actions]
                 _hold(all(each.ok for each in undone), f"what `undo` gives must succeed: {action}")
                 told = bool(back.why) or env.status() == start
                 _hold(told, f"`undo` must bring the state back, or say what it cannot: {action}")
@@ -121,7 +121,7 @@ def _try_all(env: Environment, most: int) -> list[StepResult]:
                 continue
             tried[action.name] = tried.get(action.name, 0) + 1
             before, status = env.fingerprint(), env.status()
-            result = taken(env, action)
+            result = execute(env, action)
             _hold(result.action == action, f"a result must name its action: {action}")
             if result.ok:
                 done.append(result)

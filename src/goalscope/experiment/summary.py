@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from goalscope.models.opening import model_label
-from goalscope.plain import plain
+from goalscope.safe_text import terminal_safe
 from goalscope.stats import Interval, bootstrap_mean
 
 __all__ = [
@@ -273,7 +273,7 @@ def _number(value: float) -> str:
 
 
 def _line(text: str) -> str:
-    return " ".join(plain(text).plain.split())
+    return " ".join(terminal_safe(text).plain.split())
 
 
 def _shown(entry: Entry) -> str:

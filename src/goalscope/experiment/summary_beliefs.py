@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from goalscope.calibrating import Observed, Tables, observed_in
-from goalscope.calibration import PAPER, USUAL, Calibration, calibration_from_json
+from goalscope.calibration import DEFAULT, PAPER, Calibration, calibration_from_json
 from goalscope.experiment.predictors import GOALSCOPE, among_goals
 from goalscope.experiment.summary import (
     NO_INTERVAL,
@@ -84,7 +84,7 @@ def belief_table(cells: Iterable[Measured]) -> Table:
 
 def _parts(own: Calibration) -> Mapping[str, Calibration]:
     """The parts of a calibration, each added to the ones before it; and that of an agent."""
-    prior = replace(PAPER, unstated=own.unstated)
+    prior = replace(PAPER, prior_unspecified=own.prior_unspecified)
     warm = replace(prior, temperature=own.temperature)
     reference = replace(warm, reference=own.reference)
     return {
@@ -93,7 +93,7 @@ def _parts(own: Calibration) -> Mapping[str, Calibration]:
         "+ temperature": warm,
         "+ reference": reference,
         GOALSCOPE: own,
-        AGENT: USUAL,
+        AGENT: DEFAULT,
     }
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.calibration import PAPER, USUAL, calibration_from_json
+from goalscope.calibration import DEFAULT, PAPER, calibration_from_json
 from goalscope.datasets.changes import AFTER
 from goalscope.experiment.predictors import AS_IN_PAPER, GOALSCOPE, among_goals
 from goalscope.experiment.summary import (
@@ -22,7 +22,7 @@ from goalscope.experiment.summary import (
     slug,
 )
 from goalscope.experiment.summary_dialogues import by_settings
-from goalscope.types import counted
+from goalscope.types import pluralize
 
 __all__ = ["FRESH", "Changes", "read_changes"]
 
@@ -79,7 +79,7 @@ class Changes:
         goals = self.beliefs[GOALSCOPE].shape[-1]
         return (
             f"{self.set}, {self.split}, {goals} random goals each, {self.model}, "
-            f"{counted(len(self.groups), 'dialogue')}"
+            f"{pluralize(len(self.groups), 'dialogue')}"
         )
 
     def table(self) -> Table:
@@ -136,7 +136,7 @@ def _beliefs(cells: Sequence[Measured]) -> dict[str, Array]:
         ways = {
             GOALSCOPE: own,
             f"{GOALSCOPE}, without switching": replace(own, switching=0.0),
-            AS_AGENT: USUAL,
+            AS_AGENT: DEFAULT,
             AS_IN_PAPER: PAPER,
         }
         table = np.array(result["role-play"], dtype=np.float64)

@@ -44,7 +44,7 @@ from goalscope.experiment.summary import (
     slug,
 )
 from goalscope.stats import Reliability, auroc, reliability, scores
-from goalscope.types import counted
+from goalscope.types import pluralize
 
 __all__ = ["Dialogues", "area", "by_settings", "model_tables", "read_dialogues"]
 
@@ -172,7 +172,7 @@ class Dialogues:
                 row["AUROC"] = self.area(turn, predictor)
                 row |= {name: self.estimate(predictor, turn, each) for name, each in OPEN.items()}
             rows.append(row)
-        title = f"Goals inferred from dialogues: {self.title}, {counted(self.n, 'dialogue')}"
+        title = f"Goals inferred from dialogues: {self.title}, {pluralize(self.n, 'dialogue')}"
         return Table(f"dialogues-{self.name}", title, rows, (*self.notes, *NOTES))
 
 

@@ -23,7 +23,7 @@ from goalscope.experiment.summary import (
 )
 from goalscope.judge import JUDGE_TEMPERATURE, Pair, Trial, order_effect
 from goalscope.stats import paired_difference, pooled_sd_of_mean
-from goalscope.types import counted
+from goalscope.types import pluralize
 
 __all__ = ["JUDGE_NOTES", "Episodes", "Reading", "Run", "evaluator_of", "read_episodes",
            "reading_of"]  # fmt: skip
@@ -297,9 +297,9 @@ def evaluator_of(spec: Mapping[str, Any]) -> dict[str, Any]:
 def _how_asked(judge: str, spec: Mapping[str, Any], acting: Mapping[str, Any]) -> str:
     """An evaluator's name, how often and how warm it was asked, and whether it acted."""
     often = (
-        f"{counted(spec['comparisons'], 'time')} in each order of two runs"
+        f"{pluralize(spec['comparisons'], 'time')} in each order of two runs"
         if spec["kind"] == "compare"
-        else f"{counted(spec['trials'], 'time')} about each run"
+        else f"{pluralize(spec['trials'], 'time')} about each run"
     )
     same = _writer(spec["model"]) == _writer(acting)
     return (

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from goalscope.calibration import USUAL
+from goalscope.calibration import DEFAULT
 from goalscope.datasets import Case
 from goalscope.datasets.goal_sets import chance
 from goalscope.extras import package
@@ -65,7 +65,7 @@ class Settings:
     negatives: int = 2
     longest: int = 5
     validation: int = 60
-    temperature: float = USUAL.temperature
+    temperature: float = DEFAULT.temperature
     seed: int = 1
 
 

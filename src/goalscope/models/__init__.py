@@ -15,10 +15,10 @@ __all__ = [
     "CLOSED",
     "Completion",
     "Generator",
-    "Heard",
     "LanguageModel",
     "LikelihoodModel",
     "Model",
+    "OnText",
     "OpenGenerator",
     "OpenModel",
     "OpenScorer",
@@ -31,7 +31,7 @@ Array = npt.NDArray[np.float64]
 CLOSED = "This model is closed; open it again with open_model(...)."
 """Said where a model is asked for anything after its `close`."""
 
-Heard = Callable[[str], None]
+OnText = Callable[[str], None]
 """Is told a text as it grows: all of it so far, each time."""
 
 
@@ -89,7 +89,7 @@ class Generator(LanguageModel, Protocol):
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
         grammar: str | None = None,
-        heard: Heard | None = None,
+        heard: OnText | None = None,
     ) -> Completion:
         """Write the assistant's next message.
 

@@ -14,7 +14,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from goalscope.models import Array, Completion, Heard, OpenGenerator, OpenModel, OpenScorer
+from goalscope.models import Array, Completion, OnText, OpenGenerator, OpenModel, OpenScorer
 from goalscope.types import GoalscopeError, InvalidInputError, Message
 
 __all__ = ["CachedModel"]
@@ -96,7 +96,7 @@ class CachedModel:
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
         grammar: str | None = None,
-        heard: Heard | None = None,
+        heard: OnText | None = None,
     ) -> Completion:
         """See `Generator.generate`."""
         settings: dict[str, Any] = {

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any, cast
 from urllib.parse import urlsplit
 
 from goalscope.extras import package
-from goalscope.models import Heard
+from goalscope.models import OnText
+from goalscope.models.http_errors import codes_of, failed, message_of, seconds_asked
 from goalscope.models.streaming import Streamed
-from goalscope.models.trouble import codes_of, failed, message_of, seconds_asked
-from goalscope.types import InvalidInputError, ModelError, counted
+from goalscope.types import InvalidInputError, ModelError, pluralize
 
 if TYPE_CHECKING:
     import httpx2
@@ -63,7 +63,7 @@ class Usage:
 
     def __str__(self) -> str:
         return (
-            f"{counted(self.requests, 'request')} ({self.retries} of them again), "
+            f"{pluralize(self.requests, 'request')} ({self.retries} of them again), "
             f"{self.prompt_tokens:,} tokens read, {self.completion_tokens:,} written"
         )
 
@@ -200,7 +200,7 @@ class Server:
         body: Mapping[str, Any],
         *,
         attempts: int = ATTEMPTS,
-        heard: Heard | None = None,
+        heard: OnText | None = None,
     ) -> Any:
         """Send JSON to a path; one that begins with "/" is the server's, not the API's.
 
@@ -227,7 +227,7 @@ class Server:
         path: str,
         body: Mapping[str, Any] | None,
         attempts: int,
-        heard: Heard | None = None,
+        heard: OnText | None = None,
     ) -> Any:
         import tenacity
 
@@ -257,7 +257,7 @@ class Server:
         path: str,
         body: Mapping[str, Any] | None,
         deadline: float,
-        heard: Heard | None,
+        heard: OnText | None,
     ) -> Any:
         import httpx2
 
@@ -286,7 +286,7 @@ class Server:
         path: str,
         body: Mapping[str, Any] | None,
         deadline: float,
-        heard: Heard | None,
+        heard: OnText | None,
     ) -> tuple[httpx2.Response, bytes]:
         """The answer, in a thread that is left alone at the deadline: HTTPX bounds but silences."""
         seconds = max(0.1, deadline - time.monotonic())

@@ -16,7 +16,7 @@ from goalscope.models import Array
 from goalscope.models.adapters import adapter_metadata
 from goalscope.models.copies import merged
 from goalscope.models.engine import Engine
-from goalscope.models.local import LocalModel, alone
+from goalscope.models.local import LocalModel, synchronized
 from goalscope.models.native import MAX_PATHS, KVCache, Weights
 from goalscope.models.sampling import (
     Grammar,
@@ -149,7 +149,7 @@ class LlamaCpp(LocalModel):
         merged = " merged" if self._weights.path != self.path else ""
         return f"{' '.join(digests)}{merged} {self.engine.name}"
 
-    @alone
+    @synchronized
     def describe(self) -> str:
         """One line on what is loaded."""
         how = self.tuning.running
@@ -160,7 +160,7 @@ class LlamaCpp(LocalModel):
             f"from {self.path}{f' with {self.adapter}' if self.adapter else ''}"
         )
 
-    @alone
+    @synchronized
     def clear_cache(self) -> None:
         """Forget all cached prompts; results stay the same, the next calls take longer."""
         for cache in self._caches:
@@ -170,7 +170,7 @@ class LlamaCpp(LocalModel):
         """See `LocalModel.free`."""
         self._free()
 
-    @alone
+    @synchronized
     def read(self, prompt: Sequence[int], room: int) -> Logits:
         """See `LocalModel.read`."""
         trie = Trie()
@@ -182,7 +182,7 @@ class LlamaCpp(LocalModel):
         )
         return logits
 
-    @alone
+    @synchronized
     def push(self, token: int) -> Logits:
         """See `LocalModel.push`."""
         self._writing.push(token, lambda _, row: np.copyto(self._logits, row))
@@ -195,7 +195,7 @@ class LlamaCpp(LocalModel):
         self._guide = self._guide or gguf_vocabulary(self._weights)
         return LLGuidanceGrammar(self._guide, rules)
 
-    @alone
+    @synchronized
     def prompt_seconds(
         self, tokens: int = 512, *, scored: int = 0, by: Engine | None = None
     ) -> float:
@@ -210,7 +210,7 @@ class LlamaCpp(LocalModel):
             if by:
                 weights.free()
 
-    @alone
+    @synchronized
     def score(self, pairs: Sequence[Pair]) -> list[Array]:
         """See `TokenScorer.score`. Beginnings that pairs share, also with recent calls, are cached.
 

@@ -11,12 +11,12 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from goalscope.models import CLOSED, Array, Completion, Heard, unfinished_json
+from goalscope.models import CLOSED, Array, Completion, OnText, unfinished_json
 from goalscope.models.sampling import Grammar, Logits, choose, log_prob
 from goalscope.models.scoring import TokenScorer
 from goalscope.types import Message, ModelError
 
-__all__ = ["LocalModel", "alone"]
+__all__ = ["LocalModel", "synchronized"]
 
 _SUREST = 99.0
 """Nats by which a token leads at most: all, where the grammar allows no other."""
@@ -24,7 +24,7 @@ _SUREST = 99.0
 _Method = TypeVar("_Method", bound=Callable[..., Any])
 
 
-def alone(method: _Method) -> _Method:
+def synchronized(method: _Method) -> _Method:
     """Have a method of a `LocalModel` wait for the calls of other threads, and refuse when closed.
 
     Raises:
@@ -62,9 +62,9 @@ class LocalModel(TokenScorer):
     def __init__(self) -> None:
         self.busy, self.closed = RLock(), False
 
-    count_tokens = alone(TokenScorer.count_tokens)
-    token_logprobs = alone(TokenScorer.token_logprobs)
-    self_test = alone(TokenScorer.self_test)
+    count_tokens = synchronized(TokenScorer.count_tokens)
+    token_logprobs = synchronized(TokenScorer.token_logprobs)
+    self_test = synchronized(TokenScorer.self_test)
 
     def close(self) -> None:
         """Give the memory back; whatever is asked of the model afterwards is a `ModelError`."""
@@ -89,7 +89,7 @@ class LocalModel(TokenScorer):
     def grammar(self, rules: Mapping[str, Any] | str) -> Grammar:
         """A JSON schema, or rules in GBNF, as a filter of next tokens."""
 
-    @alone
+    @synchronized
     def generate(
         self,
         messages: Sequence[Message],
@@ -100,7 +100,7 @@ class LocalModel(TokenScorer):
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
         grammar: str | None = None,
-        heard: Heard | None = None,
+        heard: OnText | None = None,
     ) -> Completion:
         """Write the assistant's next message; see `Generator.generate`.
 
@@ -145,7 +145,7 @@ class LocalModel(TokenScorer):
             heard(text)
         return Completion(text, finish, len(prompt), len(written), total, tuple(margins))
 
-    @alone
+    @synchronized
     def next_logprobs(self, prompt: Sequence[int]) -> Array:
         """Log-probability in nats of every token [vocabulary] after a prompt's token ids."""
         self.check_length(len(prompt) + 1)
@@ -153,7 +153,7 @@ class LocalModel(TokenScorer):
         logits -= logits.max()
         return logits - np.log(np.exp(logits).sum())
 
-    @alone
+    @synchronized
     def likeliest(self, prompt: Sequence[int]) -> tuple[int, float]:
         """See `TokenScorer.likeliest`."""
         logprobs = self.next_logprobs(prompt)

@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, cast
 
-from goalscope.models import Array, Completion, Heard, OpenGenerator, OpenModel, OpenScorer
+from goalscope.models import Array, Completion, OnText, OpenGenerator, OpenModel, OpenScorer
 from goalscope.models.adapters import FITTED_TASK, NO_ADAPTER, adapter_file, shipped
 from goalscope.models.cache import CachedModel
 from goalscope.models.chat import ChatTokenizer
@@ -93,7 +93,7 @@ class TwoModels:
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
         grammar: str | None = None,
-        heard: Heard | None = None,
+        heard: OnText | None = None,
     ) -> Completion:
         """See `Generator.generate`."""
         return self.generator.generate(

@@ -9,7 +9,7 @@ from textwrap import shorten
 from threading import RLock
 from typing import Any
 
-from goalscope.models import Array, Completion, Heard, unfinished_json
+from goalscope.models import Array, Completion, OnText, unfinished_json
 from goalscope.models.chat import ChatTokenizer
 from goalscope.models.http import ATTEMPTS, Refusal, Server, understood
 from goalscope.models.protocols import PROTOCOLS, Protocol
@@ -98,7 +98,7 @@ class ServedGenerator:
         stop: Sequence[str] = (),
         schema: Mapping[str, Any] | None = None,
         grammar: str | None = None,
-        heard: Heard | None = None,
+        heard: OnText | None = None,
     ) -> Completion:
         """Write the assistant's next message; see `Generator.generate`.
 
@@ -156,7 +156,7 @@ class ServedGenerator:
         body: Mapping[str, Any],
         max_tokens: int,
         schema: Mapping[str, Any] | None,
-        heard: Heard | None,
+        heard: OnText | None,
     ) -> Any:
         """Ask, in the next dialect where the server does not know a key of this one."""
         while True:

@@ -6,7 +6,7 @@ import json
 from contextlib import suppress
 from typing import Any
 
-from goalscope.models import Heard
+from goalscope.models import OnText
 
 __all__ = ["Streamed"]
 
@@ -21,7 +21,7 @@ class Streamed:
         heard: Is told the text so far, whenever it has grown.
     """
 
-    def __init__(self, heard: Heard) -> None:
+    def __init__(self, heard: OnText) -> None:
         self._heard = heard
         self._rest = bytearray()
         self._ended = False

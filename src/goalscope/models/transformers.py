@@ -17,7 +17,7 @@ from goalscope.extras import package
 from goalscope.models import Array
 from goalscope.models.adapters import read_adapter
 from goalscope.models.hf_tokenizer import chat_tokenizer, tokenizer_file
-from goalscope.models.local import LocalModel, alone
+from goalscope.models.local import LocalModel, synchronized
 from goalscope.models.native import Weights
 from goalscope.models.packing import ROOT, PrefixStore, Row, batches, pack, parents
 from goalscope.models.sampling import (
@@ -129,13 +129,13 @@ class Transformers(LocalModel):
         return self._context_size
 
     @property
-    @alone
+    @synchronized
     def parameters(self) -> int:
         """Number of the model's weights."""
         return sum(weight.numel() for weight in self.network.model.parameters())
 
     @property
-    @alone
+    @synchronized
     def fingerprint(self) -> str:
         """The weights and adapter, how they are computed with, and how a chat becomes tokens."""
         torch, digest = package("torch"), hashlib.sha256()
@@ -154,14 +154,14 @@ class Transformers(LocalModel):
         how = f"{self._dtype} {self.network.device.type}"
         return f"{digest.hexdigest()} {how} {' '.join(versions)} {chat}"
 
-    @alone
+    @synchronized
     def describe(self) -> str:
         """One line on what is loaded."""
         size = f"{self.parameters / 1e6:.0f}M weights, {self._dtype}, on {self.network.device}"
         adapted = f" with {self.adapter}" if self.adapter else ""
         return f"{self.name} ({size}) from {self._model}{adapted}"
 
-    @alone
+    @synchronized
     def clear_cache(self) -> None:
         """Forget all cached prompts; results stay the same, the next calls take longer."""
         self._store.clear()
@@ -189,7 +189,7 @@ class Transformers(LocalModel):
             self._guide = llguidance.LLTokenizer(text, n_vocab=size, eos_token=ends)
         return LLGuidanceGrammar(self._guide, rules)
 
-    @alone
+    @synchronized
     def read(self, prompt: Sequence[int], room: int) -> Logits:
         """See `LocalModel.read`."""
         trie = Trie()
@@ -207,7 +207,7 @@ class Transformers(LocalModel):
         self._store.trim()
         return found[0]
 
-    @alone
+    @synchronized
     def push(self, token: int) -> Logits:
         """See `LocalModel.push`."""
         at = len(self._written)
@@ -224,7 +224,7 @@ class Transformers(LocalModel):
         self._past[at] = values[0, 0]
         return _to_numpy(logits[0])
 
-    @alone
+    @synchronized
     def score(self, pairs: Sequence[Pair]) -> list[Array]:
         """See `TokenScorer.score`. Beginnings that pairs share, also with recent calls, are cached.
 

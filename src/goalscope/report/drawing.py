@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from goalscope.extras import package
-from goalscope.plain import plain
+from goalscope.safe_text import terminal_safe
 from goalscope.types import GoalscopeError
 
 __all__ = ["COLOURS", "GREY", "INK", "draw", "shortened"]
@@ -76,6 +76,8 @@ def draw(name: str, title: str, size: tuple[float, float], paint: Callable[[Any]
 
 def shortened(text: str, most: int) -> str:
     """`text` in one line of at most so many characters, without what must not be drawn."""
-    shown = re.sub("[\ufffe\uffff\ufdd0-\ufdef]", "\N{REPLACEMENT CHARACTER}", plain(text).plain)
+    shown = re.sub(
+        "[\ufffe\uffff\ufdd0-\ufdef]", "\N{REPLACEMENT CHARACTER}", terminal_safe(text).plain
+    )
     line = " ".join(shown.split())
     return line if len(line) <= most else line[: most - 1].rstrip() + "\N{HORIZONTAL ELLIPSIS}"

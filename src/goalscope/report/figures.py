@@ -22,7 +22,7 @@ from goalscope.experiment.summary_episodes import Episodes, read_episodes
 from goalscope.experiment.summary_mcq import mcq_tables
 from goalscope.report.drawing import COLOURS, GREY, INK, draw, shortened
 from goalscope.stats import Reliability, proportion
-from goalscope.types import counted
+from goalscope.types import pluralize
 
 __all__ = ["Figure", "accuracy_figure", "figures_of"]
 
@@ -125,9 +125,9 @@ def _calibration(dialogues: Dialogues) -> Figure | None:
 
     caption = (
         f"Reliability after each dialogue's last turn: {dialogues.title}, "
-        f"{counted(dialogues.n, 'dialogue')}. A point is a bin of confidence in the first choice, "
-        "its area the number of dialogues; bars: Wilson's 95 % interval, as if dialogues were "
-        "independent; dotted: calibrated."
+        f"{pluralize(dialogues.n, 'dialogue')}. A point is a bin of confidence in the first "
+        "choice, its area the number of dialogues; bars: Wilson's 95 % interval, as if dialogues "
+        "were independent; dotted: calibrated."
     )
     return _figure(f"calibration-{dialogues.name}", caption, (0.6 + 2.3 * len(found), 2.9), paint)
 
@@ -197,8 +197,8 @@ def accuracy_figure(dialogues: Dialogues, turns: int = 10) -> Figure | None:
 
     caption = (
         f"Accuracy of the likeliest goal by turn: {dialogues.title}, n = "
-        f"{counted(dialogues.n, 'dialogue')}; turns that fewer than {least} have are left out; at "
-        "the turn called last, each has its own. Bars: 95 % bootstrap interval over groups of "
+        f"{pluralize(dialogues.n, 'dialogue')}; turns that fewer than {least} have are left out; "
+        "at the turn called last, each has its own. Bars: 95 % bootstrap interval over groups of "
         "dialogues that share people."
     )
     return _figure(f"turns-{dialogues.name}", caption, (7.4, 3.3), paint)

@@ -17,11 +17,11 @@ from goalscope.experiment.summary import Row, Table, percent, slug
 from goalscope.experiment.summary_beliefs import belief_table
 from goalscope.experiment.tables import first_attempts, tables_of, warnings_of
 from goalscope.models.opening import model_label
-from goalscope.plain import model_shown
 from goalscope.report.figures import Figure, figures_of
-from goalscope.study.book import Book
+from goalscope.safe_text import model_shown
+from goalscope.study.store import StudyStore
 from goalscope.study.summary import study_tables
-from goalscope.types import GoalscopeError, InvalidInputError, counted
+from goalscope.types import GoalscopeError, InvalidInputError, pluralize
 
 __all__ = ["Section", "sections_of", "unique"]
 
@@ -135,7 +135,9 @@ def _copied(file: Path) -> Generator[Results]:
 def _section(results: Results, stem: str, taken: set[str], draw: bool) -> Section | None:
     about = results.about
     name = str(about.get("name") or stem)
-    tables = [table for study in Book(results).all() for table in study_tables(results, study)]
+    tables = [
+        table for study in StudyStore(results).all() for table in study_tables(results, study)
+    ]
     if not (cells := results.asked_for()):
         episodes = _episodes(results)
         if not episodes.rows:
@@ -216,7 +218,7 @@ def _facts(done: Sequence[Cell]) -> Iterator[str]:
         found: dict[str, str] = json.loads(identity) or {}
         order = sorted(found, key=lambda key: (key not in ("version", "code", "prompts"), key))
         with_ = ", ".join(f"{key} {found[key]}" for key in order)
-        yield f"measured with ({counted(n, 'cell')}): {with_}"
+        yield f"measured with ({pluralize(n, 'cell')}): {with_}"
 
 
 def _warnings(cells: Sequence[Cell]) -> Iterator[str]:

@@ -7,7 +7,7 @@ import io
 
 from goalscope.experiment.summary import inert
 from goalscope.store import Store
-from goalscope.study.book import Book, Study
+from goalscope.study.store import Study, StudyStore
 
 __all__ = ["as_csv"]
 
@@ -26,7 +26,7 @@ def as_csv(store: Store, study: Study, *, ids: bool = True) -> str:
         study: Which one.
         ids: Whether the ids in people's links are told.
     """
-    book = Book(store)
+    book = StudyStore(store)
     infos = {id: store.episode(id) for id in book.items(study).values()}
     file = io.StringIO(newline="")
     writer = csv.writer(file)

@@ -23,13 +23,13 @@ from goalscope.experiment.summary import (
     percent,
 )
 from goalscope.experiment.summary_episodes import JUDGE_NOTES, Reading, evaluator_of, reading_of
-from goalscope.plain import model_shown
+from goalscope.safe_text import model_shown
 from goalscope.stats import RESAMPLES, Interval, pooled_sd_of_mean
 from goalscope.store import EpisodeInfo, Store
 from goalscope.study.agreement import krippendorff_alpha
-from goalscope.study.book import Book, Study
 from goalscope.study.people import Participant
 from goalscope.study.plan import BEST
+from goalscope.study.store import Study, StudyStore
 
 __all__ = ["study_tables"]
 
@@ -58,7 +58,7 @@ class Rated:
 
 def study_tables(store: Store, study: Study) -> list[Table]:
     """How far a study is, and the scores by method and by episode."""
-    book = Book(store)
+    book = StudyStore(store)
     people = book.participants(study)
     rated = {id: Rated(store.episode(id)) for id in book.items(study).values()}
     for each in people:

@@ -23,7 +23,7 @@ from goalscope.agent import Method
 from goalscope.domains import Domain, Settings, open_environment
 from goalscope.envs.house.simulator.scenes import known_scenes
 from goalscope.models import Model, model_name
-from goalscope.plain import model_shown
+from goalscope.safe_text import model_shown
 from goalscope.store import EpisodeInfo, Store
 from goalscope.tracking import Trackers
 from goalscope.types import TRACKING, Goal, GoalscopeError, InvalidInputError, Message
@@ -121,7 +121,7 @@ class Health(BaseModel):
     seconds: float
 
 
-class Words(BaseModel):
+class WordEvidence(BaseModel):
     """Each word of an utterance with its evidence in nats."""
 
     words: list[tuple[str, float]]
@@ -240,9 +240,9 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         return conversation.live()
 
     @app.delete("/api/episodes/{id}/corrections")
-    async def take_back(id: str, visitor: Guest) -> Live:
+    async def undo_correction(id: str, visitor: Guest) -> Live:
         conversation = await asyncio.to_thread(entered, id, visitor)
-        await wrap_future(conversation.take_back())
+        await wrap_future(conversation.undo_correction())
         return conversation.live()
 
     @app.get("/api/episodes/{id}/why")
@@ -259,9 +259,9 @@ def create_app(store: Store, model: Model, defaults: Settings | None = None) -> 
         return Why.of(Goal(goal), found)
 
     @app.get("/api/episodes/{id}/words")
-    async def words(id: str, goal: str, turn: int, visitor: Guest) -> Words:
+    async def words(id: str, goal: str, turn: int, visitor: Guest) -> WordEvidence:
         conversation = await asyncio.to_thread(entered, id, visitor)
-        return Words(words=await wrap_future(conversation.words(goal, turn)))
+        return WordEvidence(words=await wrap_future(conversation.words(goal, turn)))
 
     @app.get("/api/episodes/{id}/picture.svg")
     def picture(id: str, visitor: Guest, round: Annotated[int, Query(ge=0)]) -> Response:

@@ -21,12 +21,12 @@ from goalscope.dialog import FALLBACK
 from goalscope.domains import Settings, open_environment
 from goalscope.envs import Environment
 from goalscope.likelihood import DEFAULT_LAYOUT, RolePlay
-from goalscope.models import Heard, Model
+from goalscope.models import Model, OnText
 from goalscope.session import Session, saved_settings
 from goalscope.store import EpisodeInfo, Store
 from goalscope.tracker import Correction
 from goalscope.types import ConflictError, Goal, GoalscopeError, InvalidInputError, checked_text
-from goalscope.web.desk import Desk
+from goalscope.web.queue import ModelQueue
 from goalscope.web.views import BeliefView, ChangeView, Confirm, EpisodeView, Live, RoundView
 from goalscope.why import word_evidence
 
@@ -80,10 +80,10 @@ class Conversation:
 
     def __init__(
         self,
-        desk: Desk,
+        desk: ModelQueue,
         env: Environment,
         model: Model,
-        open: Callable[[Heard, Heard, EpisodeInfo | None], Session],
+        open: Callable[[OnText, OnText, EpisodeInfo | None], Session],
         resumed: EpisodeInfo | None = None,
     ) -> None:
         self._desk, self._env, self._model = desk, env, model
@@ -139,7 +139,7 @@ class Conversation:
                 round=len(session.rounds) + 1,
                 belief=self._view(session.belief),
                 changes=[ChangeView.of(change) for change in session.corrections],
-                can_undo=session.can_take_back,
+                can_undo=session.can_undo_correction,
                 confirm=Confirm.of(last) if last and waits else None,
             )
 
@@ -199,13 +199,13 @@ class Conversation:
         )
         return self._change(lambda: self._session.correct(kind, Goal(goal), text))
 
-    def take_back(self) -> Future[None]:
-        """See `Agent.take_back`.
+    def undo_correction(self) -> Future[None]:
+        """See `Agent.undo_correction`.
 
         Raises:
             ConflictError: The agent is at work.
         """
-        return self._change(self._session.take_back)
+        return self._change(self._session.undo_correction)
 
     def words(self, goal: str, turn: int) -> Future[list[tuple[str, float]]]:
         """What each word of a turn says for a goal, as `why.word_evidence`.
@@ -335,7 +335,7 @@ class Conversations:
 
     def __init__(self, store: Store, model: Model) -> None:
         self._store, self._model = store, model
-        self.desk = Desk()
+        self.desk = ModelQueue()
         self._lock = RLock()
         self._open: OrderedDict[str, Conversation] = OrderedDict()
 
@@ -374,7 +374,7 @@ class Conversations:
     def _enter(self, owner: str, settings: Settings, resume: EpisodeInfo | None) -> Conversation:
         env = open_environment(settings)
 
-        def open(progress: Heard, draft: Heard, resume: EpisodeInfo | None) -> Session:
+        def open(progress: OnText, draft: OnText, resume: EpisodeInfo | None) -> Session:
             return Session(
                 self._store,
                 settings,

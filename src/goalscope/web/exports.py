@@ -14,10 +14,10 @@ from jinja2 import PackageLoader, StrictUndefined
 
 from goalscope.domains import Domain, open_environment, profile_named, settings_of
 from goalscope.episode import Round
-from goalscope.plain import domain_shown, model_shown
 from goalscope.policy import undo
+from goalscope.safe_text import domain_shown, model_shown
 from goalscope.store import EpisodeInfo
-from goalscope.types import TRACKING, GoalscopeError, InvalidInputError, counted
+from goalscope.types import TRACKING, GoalscopeError, InvalidInputError, pluralize
 from goalscope.web.ribbons import HEIGHT, WIDTH, ribbons
 from goalscope.web.views import BeliefView, GoalView, StoredEpisode
 
@@ -89,7 +89,7 @@ def _facts(info: EpisodeInfo) -> list[str]:
         info.profile or "a person",
         info.method,
         model_shown(info.model),
-        counted(info.rounds, "round"),
+        pluralize(info.rounds, "round"),
         info.ending,
         *([] if info.score is None else [f"score {info.score:.2f}"]),
     ]

@@ -11,9 +11,9 @@ from fastapi.responses import FileResponse
 from pydantic import BaseModel, Field
 
 from goalscope.store import Store
-from goalscope.study.book import Book, Study
 from goalscope.study.people import Answer, Participant
 from goalscope.study.plan import BEST
+from goalscope.study.store import Study, StudyStore
 from goalscope.types import InvalidInputError, Turn
 from goalscope.web.guard import Guest
 from goalscope.web.refusals import Given as Body
@@ -100,7 +100,7 @@ Id = Annotated[str, Depends(_id)]
 def study_router(store: Store) -> APIRouter:
     """The pages of the studies in a store."""
     router = APIRouter()
-    book = Book(store)
+    book = StudyStore(store)
 
     def named(name: str) -> Study:
         try:

@@ -15,8 +15,8 @@ from goalscope.tracker import Correction
 from goalscope.tracking import Tracked, Trackers
 from goalscope.types import TRACKING
 from goalscope.web.access import seen_by, unknown
-from goalscope.web.desk import Desk
 from goalscope.web.guard import Guest, Visitor
+from goalscope.web.queue import ModelQueue
 from goalscope.web.refusals import Given
 from goalscope.web.views import EpisodeView, TrackerView, Why
 
@@ -66,7 +66,7 @@ class TrackerList(BaseModel):
     trackers: list[EpisodeView]
 
 
-def tracking_routes(trackers: Trackers, desk: Desk, store: Store) -> APIRouter:
+def tracking_routes(trackers: Trackers, desk: ModelQueue, store: Store) -> APIRouter:
     """What programs may ask for, each of its own sessions.
 
     Args:

@@ -13,7 +13,7 @@ from goalscope import episode as episodes
 from goalscope.advice import Advice
 from goalscope.agent import NO_GOAL
 from goalscope.dialog import AGREES, DECLINES
-from goalscope.plain import model_shown
+from goalscope.safe_text import model_shown
 from goalscope.store import EpisodeInfo
 from goalscope.tracking import Tracked
 from goalscope.types import UNSPECIFIED, Goal, GoalChange, StepResult

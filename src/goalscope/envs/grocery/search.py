@@ -61,7 +61,7 @@ _QUALITIES = frozenset({
 _EMPTY = frozenset({
     "a", "an", "and", "any", "best", "big", "cheap", "cheapest", "decent", "favourite", "favorite",
     "few", "for", "from", "good", "large", "little", "lovely", "nice", "normal", "of", "ordinary",
-    "other", "proper", "real", "regular", "small", "some", "standard", "tasty", "the", "usual",
+    "other", "proper", "real", "regular", "small", "some", "standard", "tasty", "the", "default",
     "with",
 })  # fmt: skip
 """Words of a phrase that tell nothing of which thing is meant, if no name here holds them all."""

@@ -25,7 +25,7 @@ from goalscope.envs.house.picture.footprints import (
     xz,
 )
 from goalscope.envs.house.simulator.state import is_whole
-from goalscope.plain import plain
+from goalscope.safe_text import terminal_safe
 
 __all__ = ["Piece", "Plan", "floor_plan"]
 
@@ -154,7 +154,7 @@ class Plan:
 def clean(text: object) -> str:
     """One short line of text that is safe to show."""
     raw = text[: LONGEST + 1] if isinstance(text, str) else ""
-    shown = " ".join(plain(raw).plain.split()).replace("\ufffe", "").replace("\uffff", "")
+    shown = " ".join(terminal_safe(raw).plain.split()).replace("\ufffe", "").replace("\uffff", "")
     return shown if len(shown) <= LONGEST else shown[: LONGEST - 3] + "..."
 
 

@@ -13,7 +13,7 @@ from typing import Any
 from goalscope.envs.house.picture.floor_plan import Piece, Plan, floor_plan
 from goalscope.envs.house.picture.footprints import Box, Point, area, middle_of
 from goalscope.envs.house.picture.style import LEGEND, style
-from goalscope.types import counted
+from goalscope.types import pluralize
 
 __all__ = ["svg_picture", "told"]
 
@@ -293,7 +293,7 @@ class _Drawing:
         if others:
             notes.append(f"No room on the map for: {', '.join(mark.text for mark in others)}.")
         if self.plan.left_out:
-            notes.append(f"Too many to show: {counted(self.plan.left_out, 'more object')}.")
+            notes.append(f"Too many to show: {pluralize(self.plan.left_out, 'more object')}.")
         lines = [line for note in notes for line in wrap(note, self._fits(self.width))[:3]]
         for line in lines:
             self._text("soft", line, (MARGIN, y + 4))

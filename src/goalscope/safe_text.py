@@ -7,7 +7,7 @@ from pathlib import PurePath
 
 from rich.text import Text
 
-__all__ = ["domain_shown", "model_shown", "plain"]
+__all__ = ["domain_shown", "model_shown", "terminal_safe"]
 
 SHOWN = {"Smollm2 135M 8k Lc100K Mix1 Ep2": "SmolLM2-135M-Instruct"}
 """What people call models that their files, and so episodes and calibrations, call otherwise."""
@@ -15,7 +15,7 @@ SHOWN = {"Smollm2 135M 8k Lc100K Mix1 Ep2": "SmolLM2-135M-Instruct"}
 HIDDEN = {"Cc", "Cf", "Cs", "Co", "Zl", "Zp"}  # control, format (bidi), surrogates, separators
 
 
-def plain(text: str, style: str = "") -> Text:
+def terminal_safe(text: str, style: str = "") -> Text:
     """Text without markup, escape sequences or characters that reorder the line."""
     shown = "".join(
         each

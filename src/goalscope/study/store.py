@@ -22,7 +22,7 @@ from goalscope.study.people import Answer, Participant
 from goalscope.study.plan import BEST, Plan, plan_of
 from goalscope.types import ConflictError, InvalidInputError, Turn
 
-__all__ = ["Book", "Study"]
+__all__ = ["Study", "StudyStore"]
 
 HOLD = timedelta(hours=1)
 """For how long the items of people who have not finished are kept for them."""
@@ -45,7 +45,7 @@ class Study:
     closed: str | None
 
 
-class Book:
+class StudyStore:
     """The studies of a store."""
 
     def __init__(self, store: Store) -> None:

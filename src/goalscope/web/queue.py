@@ -8,7 +8,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from threading import RLock
 from typing import Any, TypeVar
 
-__all__ = ["Desk"]
+__all__ = ["ModelQueue"]
 
 T = TypeVar("T")
 Moved = Callable[[int], None]
@@ -16,7 +16,7 @@ Moved = Callable[[int], None]
 log = logging.getLogger(__name__)
 
 
-class Desk:
+class ModelQueue:
     """A queue before one worker: first come, first served."""
 
     def __init__(self) -> None:
