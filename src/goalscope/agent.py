@@ -1,8 +1,9 @@
-"""Algorithm 1: ask, read, update the belief, manage the goals, act on orders and likely goals."""
+"""Algorithm 1: ask, read, infer, manage the goals, and act on orders and likely goals."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Literal
 
@@ -17,11 +18,11 @@ from goalscope.guards import UNSURE
 from goalscope.likelihood import DEFAULT_LAYOUT, Layout, PromptedRanking, RolePlay
 from goalscope.models import Model, OnText
 from goalscope.modules import Modules, modules_of
-from goalscope.orders import Order, Reading, is_aside
+from goalscope.orders import TELLING, Order, Reading, is_aside
 from goalscope.picking import Picker
 from goalscope.policy import Guess, Outcome, Want, undo
 from goalscope.reader import Exchange, Reader, reader_of
-from goalscope.standing import Standing, acting
+from goalscope.standing import acting
 from goalscope.tracker import UNCORRECTABLE, Correction, GoalTracker
 from goalscope.types import (
     UNSPECIFIED,
@@ -34,6 +35,7 @@ from goalscope.types import (
     Turn,
     UnreadableAnswerError,
     checked_text,
+    pluralize,
 )
 from goalscope.why import in_words
 from goalscope.writer import Recalling, Writer
@@ -49,9 +51,6 @@ NO_GOAL = "The goals do not explain the newest words, and no better ones were fo
 NO_ANSWER = "I cannot answer that."
 """The answer to a question about something that is not known here."""
 
-_TELLING = ("aim", "none", "avoid", "only", "budget")
-"""Dialogue acts that ask for nothing."""
-
 _FAILURES = 3
 """Most failures that a round's notes tell one by one."""
 
@@ -62,23 +61,23 @@ class Agent:
     Args:
         env: Where it acts.
         model: Writes and scores.
-        reader: Reads what the person says; by default, the model that writes, by a prompt.
-        pick: Finds which of the things that are here is meant; by default, a `Picker`.
-        method: "good"; or an ablation of Sec. 4.3: "no-goals" acts on the transcript alone,
+        reader: Turns utterances into readings; by default the model's own (see `reader_of`).
+        pick: Finds the thing that a phrase means; by default a `Picker`.
+        method: "good", or an ablation of Sec. 4.3: "no-goals" acts on the transcript alone,
             "no-inference" asks the model which goal is likeliest.
-        k: Goals to act on.
-        patience: See `GoalManager`, as for the next one.
-        propose: When goals are proposed; where there are no probabilities, as in the paper.
+        k: Number of goals to act on.
+        patience: See `GoalManager`.
+        propose: See `GoalManager`; "no-inference" always proposes as in the paper.
         layout: Where the likelihood prompt states the goal; None takes the default.
-        end_of_turn: Whether the end of the utterance is scored too.
-        calibration: How evidence becomes probabilities; None for `DEFAULT`: what was calibrated on
-            given goals is too unsure of goals that the agent proposes itself (LOG.md).
-        modules: Who proposes, removes, plans and asks; by default, those of the model.
-        unsure: Nats of an order's margin below which the agent asks before it does what it read.
-        progress: Is told what the agent does, before each part of it.
-        draft: Is told its question as it grows, where that is written as it is asked.
-        understood: Is told a round as far as it is known before the agent acts: what was read, the
-            belief after it, and the goals that came and went.
+        end_of_turn: Whether the end of the utterance is scored, too.
+        calibration: Turns evidence into probabilities; None for `DEFAULT`. (A calibration on given
+            goals is too unsure of goals that the agent proposes itself; see LOG.md.)
+        modules: Propose, remove, plan and ask; by default those of the model.
+        unsure: Margin of an order, in nats, below which the agent asks before it acts.
+        progress: Called with what the agent does next, before each part of a round.
+        draft: Called with the next question as it is written.
+        understood: Called before the agent acts, with the round so far: the reading, the belief,
+            and the goals that came and went.
 
     Raises:
         InvalidInputError: There is no such method.
@@ -112,7 +111,7 @@ class Agent:
         self._executor = Executor(env, self._pick, unsure)
         self._progress = progress or _silent
         self._draft = draft
-        self._understood = understood
+        self._understood = understood or _silent
         self.modules = modules or modules_of(model)
         proposer = self.modules.proposer
         self.goals = GoalManager(
@@ -140,14 +139,20 @@ class Agent:
             )
 
     @property
+    def belief(self) -> Belief | None:
+        """The belief as it is, with what was corrected since the last round; None without one."""
+        return self.tracker.belief if self.tracker else None
+
+    @property
     def turns(self) -> list[Turn]:
         """The transcript so far."""
         return [round.turn for round in self.rounds]
 
     def ask(self) -> str:
-        """The next query, and before it the answer to what the person asked.
+        """The next query (Conversation Module), after the answer to what the person asked.
 
-        After orders that were followed there is nothing to ask about but what else they would like.
+        Where no aim was told there is nothing to find out: the agent asks what else they would
+        like.
         """
         self._progress("asking")
         if not self.rounds:
@@ -160,7 +165,7 @@ class Agent:
         last = self.rounds[-1].reading
         if not (last and self._aimed(last)):
             return FALLBACK
-        goals = [goal.text for goal, _ in self._stated(self.rounds[-1].belief)]
+        goals = [goal.text for goal, _ in self._stated]
         return ask(self.modules.asker, self.env, self.turns, self._done(), goals, self._draft)
 
     def _done(self) -> str:
@@ -197,91 +202,62 @@ class Agent:
         confirmed: str = "",
         keep: Callable[[Round], None] | None = None,
     ) -> Round:
-        """Take in one turn, and act; on an error agent and environment stay as they were.
+        """One round of Algorithm 1 after the person has answered.
 
-        (The environment is reset and its past replayed: in a simulator that takes back even what
-        nobody could undo in the world.)
+        The words are read once. They are evidence for the goals (Inference Module), which then are
+        proposed and removed (Goal Management Module). Then the agent acts (Action Module): it
+        follows the orders, and where the words tell an aim it plans for the likeliest goals. An
+        order waits for a yes if nobody can undo it, if its reading is unsure, if it has a
+        condition, or if an allergy forbids it; the yes counts only in the state that was shown.
 
-        The words are read once. Orders are followed as the environment resolves them; what nobody
-        can undo, what the reader is unsure of, what has a condition and what an allergy rules out
-        waits for a yes to exactly that question, in the state that was shown. For the likeliest
-        goals something is guessed where the words tell an aim.
+        On an error the agent and its environment stay as they were: the environment is reset and
+        its past replayed, which in a simulator takes back even what nobody could undo.
 
         Args:
             query: What the agent asked.
             utterance: What the person answered.
-            confirmed: Fingerprint of the state in which they confirm what waits for a yes; ""
-                where they do not, or say it in words.
-            keep: Stores the round; where it fails, there was no such round.
+            confirmed: Fingerprint of the state in which they confirmed, by a click, what waits for
+                a yes; "" where they did not, or said so in words.
+            keep: Stores the round. If it fails, the round is undone.
 
         Raises:
-            ConflictError: What is confirmed is not the present state; nothing was done.
+            ConflictError: The state has changed since it was shown; nothing was done.
             InvalidInputError: The utterance is empty, broken, or too long for the model.
         """
         turn = Turn(query, checked_text(utterance, "utterance"))
-        state = self.env.fingerprint()
-        if confirmed not in ("", state):
+        if confirmed not in ("", self.env.fingerprint()):
             raise ConflictError(
                 "Things are no longer as they were shown, so nothing was done. Look again."
             )
-        tracker = self.tracker
-        before = (tracker.belief, tracker.turns) if tracker else None
-        history = [result for round in self.rounds for result in round.results]
-        try:
-            reading, trouble = self._read(turn)
-            done = self._executor.begin(self.rounds, turn, reading, confirmed=bool(confirmed))
-            done.notes += [trouble] if trouble else []
-            standing = self._executor.standing(
-                self.rounds, reading, released=done.released, retracts=done.retracts
-            )
-            changes, missing = list[GoalChange](), False
-            if tracker:
-                try:
-                    changes, missing = self._update(tracker, turn, reading)
-                except UnreadableAnswerError as error:
-                    done.notes.append(f"The goals stay as they are. {error}")
-            known = Round(
+        with self._all_or_nothing():
+            reading, unread = self._read(turn)
+            changes, unexplained = self._infer(turn, reading)
+            round = Round(
                 number=len(self.rounds) + 1,
                 turn=turn,
-                belief=tracker.belief if tracker else None,
+                belief=self.belief,
                 changes=(*self._corrections, *changes),
                 reading=reading,
             )
-            if self._understood:
-                self._understood(known)
-            self._executor.follow(done, standing)
-            outcome = Outcome()
-            if self._aimed(reading) and not (done.wary or done.ended):
-                self._progress("planning")
-                past = [*history, *done.results]
-                gone = retracted(self.rounds)
-                turns = [*(each.turn for each in self.rounds if each.number not in gone), turn]
-                outcome = self._planned(turns, past, standing, done.notes)
+            self._understood(round)
+            done = self._executor.execute(self.rounds, turn, reading, confirmed=bool(confirmed))
+            outcome = self._plan(turn, reading, done)
             round = replace(
-                known,
+                round,
                 results=(*done.results, *outcome.results),
                 replans=outcome.replans,
                 status=self.env.status(),
-                notes=(
-                    *([NO_GOAL] if missing and not acting(reading.orders) else []),
-                    *self._notes(done, outcome),
-                    *self._thoughts(reading),
-                ),
-                terminated=done.ended or any(result.terminated for result in outcome.results),
+                notes=(*unread, *unexplained, *self._notes(reading, done, outcome)),
                 question=done.question,
                 pending=tuple(done.pending),
                 released=done.released,
-                state=self.env.fingerprint(),
                 retracts=done.retracts,
                 reversals=done.reversals,
+                state=self.env.fingerprint(),
+                terminated=done.ended or any(result.terminated for result in outcome.results),
             )
             if keep:
                 keep(round)
-        except BaseException:
-            if tracker and before:
-                tracker.belief, tracker.turns = before
-            undo(self.env, history)
-            raise
         self.rounds.append(round)
         self._corrections, self._uncorrected = [], []
         return round
@@ -341,84 +317,106 @@ class Agent:
             self.tracker.belief = rounds[-1].belief
             self.tracker.turns = self.turns
 
-    def _read(self, turn: Turn) -> tuple[Reading, str]:
-        """What the words were read as; where the model wrote no reading, nothing and why."""
+    @contextmanager
+    def _all_or_nothing(self) -> Generator[None]:
+        """Restore the belief and the environment if an error ends the round."""
+        tracker = self.tracker
+        before = (tracker.belief, tracker.turns) if tracker else None
+        try:
+            yield
+        except BaseException:
+            if tracker and before:
+                tracker.belief, tracker.turns = before
+            undo(self.env, self._history)
+            raise
+
+    @property
+    def _history(self) -> list[StepResult]:
+        return [result for round in self.rounds for result in round.results]
+
+    def _read(self, turn: Turn) -> tuple[Reading, list[str]]:
+        """The reading of a turn; where the model wrote none, an empty one and a note that says so.
+
+        The phrase that ends the task is no answer to the question before it.
+        """
         self._progress("reading")
         before = [
-            Exchange(_asked(each.turn), each.turn.utterance, each.reading.orders)
+            Exchange(_answered(each.turn), each.turn.utterance, each.reading.orders)
             for each in self.rounds
             if each.reading
         ]
         try:
-            return (
-                self.reader.read(
-                    turn.utterance,
-                    question="" if completes(self.env, turn.utterance) else _asked(turn),
-                    before=before,
-                    names=[self.env.status()],
-                ),
-                "",
+            reading = self.reader.read(
+                turn.utterance,
+                question="" if completes(self.env, turn.utterance) else _answered(turn),
+                before=before,
+                names=[self.env.status()],
             )
         except UnreadableAnswerError as error:
-            return Reading((Order("none"),)), str(error)
+            return Reading((Order("none"),)), [str(error)]
+        return reading, []
 
-    def _update(
-        self, tracker: GoalTracker, turn: Turn, reading: Reading
-    ) -> tuple[list[GoalChange], bool]:
-        """Weigh the words, and manage the goals; see `GoalTracker.manage`."""
-        stated = bool(self._stated(tracker.belief))
-        known = len(tracker.belief.goals)
-        self._progress(f"scoring {known} {'goal' if known == 1 else 'goals'}")
+    def _infer(self, turn: Turn, reading: Reading) -> tuple[list[GoalChange], list[str]]:
+        """Update the belief (Eq. 1), then propose and remove goals (Sec. 3.2).
+
+        Goals are proposed where the words tell an aim, or may tell one: orders do as long as no
+        goal is known, and so do words that ask for nothing.
+
+        Returns:
+            What has changed, and notes on what could not be explained.
+        """
+        tracker = self.tracker
+        if tracker is None:
+            return [], []
+        known = bool(self._stated)
+        self._progress(f"scoring {pluralize(len(tracker.belief.goals), 'goal')}")
         weight = _weight(reading, tracker.belief.calibration)
         tracker.observe(turn.query, turn.utterance, weight=weight)
-        aims = _tells(reading, "aim") or (
-            _only_tells(reading) and not (stated and _says_nothing(reading))
-        )
-        return tracker.manage(
-            self.goals,
-            self.rounds,
-            self._corrections,
-            propose=aims or (bool(acting(reading.orders)) and not stated),
-            anew=_tells(reading, "aim")
-            and any(_tells(round.reading, "aim") for round in self.rounds),
-            progress=self._progress,
-        )
-
-    def _aimed(self, reading: Reading) -> bool:
-        """Whether to act for an aim: where one was told, or a goal explains what was told."""
-        belief = self.tracker.belief if self.tracker else None
-        return _tells(reading, "aim") or (_only_tells(reading) and bool(self._stated(belief)))
-
-    def _planned(
-        self,
-        turns: Sequence[Turn],
-        history: Sequence[StepResult],
-        standing: Standing,
-        notes: list[str],
-    ) -> Outcome:
-        """What is done for the top k goals; the planner weighs the rest by the words alone."""
-        belief = self.tracker.belief if self.tracker else None
-        wants = [Want(goal.text, p) for goal, p in self._stated(belief)]
+        orders = acting(reading.orders)
+        aims = reading.tells("aim") or (reading.only_tells and not (known and reading.says_nothing))
         try:
-            return self.modules.planner.act(self.env, wants, turns, history, standing)
+            changes, missing = tracker.manage(
+                self.goals,
+                self.rounds,
+                self._corrections,
+                propose=aims or (bool(orders) and not known),
+                anew=reading.tells("aim")
+                and any(each.reading and each.reading.tells("aim") for each in self.rounds),
+                progress=self._progress,
+            )
         except UnreadableAnswerError as error:
-            notes.append(f"No plan was made. {error}")
+            return [], [f"The goals stay as they are. {error}"]
+        return changes, [NO_GOAL] if missing and not orders else []
+
+    def _plan(self, turn: Turn, reading: Reading, done: Execution) -> Outcome:
+        """Act on the top k goals where an aim was told; the planner weighs the rest by the words.
+
+        Nothing is done unasked after words of harm, or once the task has ended.
+        """
+        if not self._aimed(reading) or done.wary or done.ended:
+            return Outcome()
+        self._progress("planning")
+        gone = retracted(self.rounds)
+        turns = [*(each.turn for each in self.rounds if each.number not in gone), turn]
+        wants = [Want(goal.text, probability) for goal, probability in self._stated]
+        history = [*self._history, *done.results]
+        try:
+            return self.modules.planner.act(self.env, wants, turns, history, done.standing)
+        except UnreadableAnswerError as error:
+            done.notes.append(f"No plan was made. {error}")
             return Outcome()
 
-    def _stated(self, belief: Belief | None) -> list[tuple[Goal, float]]:
-        """The top k goals, without "Unspecified"."""
-        ranked = belief.top() if belief else ()
+    def _aimed(self, reading: Reading) -> bool:
+        """Whether to act for a goal: an aim was told, or a goal explains words that ask nothing."""
+        return reading.tells("aim") or (reading.only_tells and bool(self._stated))
+
+    @property
+    def _stated(self) -> list[tuple[Goal, float]]:
+        """The top k goals with their probabilities, without "Unspecified"."""
+        ranked = self.belief.top() if self.belief else ()
         return [each for each in ranked if each[0] != UNSPECIFIED][: self.k]
 
-    def _thoughts(self, reading: Reading) -> list[str]:
-        """What the agent takes the person to want, where they ask about nothing that is here."""
-        asked = any(each.do == "ask" and not (each.what or each.where) for each in reading.orders)
-        tracker = self.tracker
-        if not asked or tracker is None or isinstance(tracker.likelihood, PromptedRanking):
-            return []
-        return [in_words(tracker.belief, tracker.turns)]
-
-    def _notes(self, done: Execution, outcome: Outcome) -> Iterator[str]:
+    def _notes(self, reading: Reading, done: Execution, outcome: Outcome) -> Iterator[str]:
         """What the person should be told of a round."""
         if self.tracker:
             yield from self.tracker.notes
@@ -429,12 +427,15 @@ class Agent:
         if len(failed) > _FAILURES:
             yield f"And {len(failed) - _FAILURES} more could not be done."
         if outcome.guessed:
-            yield f"{GUESSED}{_told(outcome.guessed)}."
+            yield f"{GUESSED}{_by_goal(outcome.guessed)}."
         for held in outcome.held:
             yield f"Held back until it is clear what you want: {held}."
+        asked = any(each.do == "ask" and not (each.what or each.where) for each in reading.orders)
+        if asked and self.tracker and not isinstance(self.tracker.likelihood, PromptedRanking):
+            yield in_words(self.tracker.belief, self.tracker.turns)
 
 
-def _told(guessed: Sequence[Guess]) -> str:
+def _by_goal(guessed: Sequence[Guess]) -> str:
     """What was guessed, with the goal that it is for."""
     found: dict[str, list[str]] = {}
     for guess in guessed:
@@ -444,33 +445,18 @@ def _told(guessed: Sequence[Guess]) -> str:
     )
 
 
-def _asked(turn: Turn) -> str:
+def _answered(turn: Turn) -> str:
     """The question that the words answer; "" where they were free to say anything."""
     question = turn.query.splitlines()[-1] if turn.query.strip() else ""
     return "" if question in (OPENING, FALLBACK) else question
-
-
-def _tells(reading: Reading | None, act: str) -> bool:
-    """Whether a reading holds a dialogue act."""
-    return reading is not None and any(order.do == act for order in reading.orders)
 
 
 def _weight(reading: Reading, calibration: Calibration) -> float:
     """How much words count as evidence, by what they do."""
     if is_aside(reading.orders):
         return calibration.aside
-    tells = any(order.do in (*_TELLING, "ask") for order in reading.orders)
+    tells = reading.tells("ask") or any(map(reading.tells, TELLING))
     return 1.0 if tells or not acting(reading.orders) else calibration.orders
-
-
-def _says_nothing(reading: Reading) -> bool:
-    """Whether words were read as nothing at all, as thanks are."""
-    return all(order.do == "none" for order in reading.orders)
-
-
-def _only_tells(reading: Reading) -> bool:
-    """Whether words ask for nothing, and agree to nothing: they may tell what it is all for."""
-    return all(order.do in _TELLING for order in reading.orders)
 
 
 def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator[Round]:
@@ -484,5 +470,5 @@ def run_episode(agent: Agent, human: Human, *, max_rounds: int = 20) -> Iterator
         yield agent.step(query, utterance)
 
 
-def _silent(step: str) -> None:
+def _silent(_: object) -> None:
     """Nobody listens."""

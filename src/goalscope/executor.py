@@ -57,6 +57,7 @@ class Execution:
         reasons: Why, one by one.
         end: How the question whether it shall be done ends.
         notes: What to tell the person.
+        standing: What holds after these words.
     """
 
     turn: Turn
@@ -72,6 +73,7 @@ class Execution:
     reasons: list[str] = field(default_factory=list[str])
     end: str = "Shall I?"
     notes: list[str] = field(default_factory=list[str])
+    standing: Standing = field(default_factory=Standing)
 
     @property
     def orders(self) -> list[Order]:
@@ -121,13 +123,16 @@ class Executor:
         self._verbs = {verb.name for verb in env.verbs}
         self._takes_away = {verb.name for verb in env.verbs if verb.takes_away}
 
-    def begin(
+    def execute(
         self, rounds: Sequence[Round], turn: Turn, reading: Reading, *, confirmed: bool
     ) -> Execution:
-        """Undo what the words take back, and see what has the person's yes.
+        """Undo what the words take back, then do what was ordered; what has to wait is pending.
+
+        Where a word of harm was said that the reading does not hold, nothing by a verb is done, and
+        nothing that lasts.
 
         Args:
-            rounds: What came before.
+            rounds: All before.
             turn: The newest words.
             reading: What they come to.
             confirmed: Whether the person confirmed what waited, other than in words.
@@ -143,39 +148,39 @@ class Executor:
         if rounds and rounds[-1].pending and not done.released:
             done.notes.append(NOT_CONFIRMED)
         self._undo(rounds, done)
+        done.standing = self.standing(
+            rounds, reading, released=done.released, retracts=done.retracts
+        )
+        for order in done.orders:
+            self._follow(order, done)
         return done
 
-    def follow(self, done: Execution, standing: Standing) -> None:
-        """Do what was ordered and may be done; what has to wait is pending.
-
-        Where a word of harm was said that the reading does not hold, nothing by a verb is done, and
-        nothing that lasts.
-        """
-        for order in done.orders:
-            by_verb = order.do in self._verbs
-            if not (by_verb or order.do in LIMITS) or (done.harm and by_verb):
-                continue
-            new, reason = order not in done.released, ""
-            if by_verb and new:
-                limit = None if order.do in self._takes_away else standing.forbids(order)
-                sure = done.reading.sure(order, self._unsure)
-                reason = reason_to_wait(order, limit, sure=sure, wary=done.wary)
-                if limit:
-                    done.hold(order, reason, grave=True)
-                    continue
-            binding = standing.beside(order, done.reading.orders)
-            found = self._env.resolve(order, binding, self._pick)
-            done.notes += [found.why] if found.why else []
-            lasting = any(map(self._env.lasting, found.actions))
-            if new and found.actions and (reason or lasting):
-                if not done.harm:
-                    done.hold(order, reason, lasting=lasting)
-                continue
-            for action in found.actions:
-                result = execute(self._env, action)
-                done.record(result)
-                if not result.ok:
-                    break
+    def _follow(self, order: Order, done: Execution) -> None:
+        """Do one order, or hold it where it needs a yes."""
+        by_verb = order.do in self._verbs
+        if not (by_verb or order.do in LIMITS) or (done.harm and by_verb):
+            return
+        new, reason = order not in done.released, ""
+        if by_verb and new:
+            limit = None if order.do in self._takes_away else done.standing.forbids(order)
+            sure = done.reading.sure(order, self._unsure)
+            reason = reason_to_wait(order, limit, sure=sure, wary=done.wary)
+            if limit:
+                done.hold(order, reason, grave=True)
+                return
+        binding = done.standing.beside(order, done.reading.orders)
+        found = self._env.resolve(order, binding, self._pick)
+        done.notes += [found.why] if found.why else []
+        lasting = any(map(self._env.lasting, found.actions))
+        if new and found.actions and (reason or lasting):
+            if not done.harm:
+                done.hold(order, reason, lasting=lasting)
+            return
+        for action in found.actions:
+            result = execute(self._env, action)
+            done.record(result)
+            if not result.ok:
+                break
 
     def standing(
         self,

@@ -14,6 +14,7 @@ from goalscope.types import InvalidInputError
 __all__ = [
     "DIALOGUE_ACTS",
     "SLOTS",
+    "TELLING",
     "Example",
     "Order",
     "Reading",
@@ -70,6 +71,10 @@ DIALOGUE_ACTS: tuple[Verb, ...] = (
     Verb("none", "nothing of these", ()),
 )
 """What words do in any domain, besides the domain's own verbs."""
+
+
+TELLING = ("aim", "none", "avoid", "only", "budget")
+"""Dialogue acts that ask for nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +138,20 @@ class Reading:
         if self.margins is None:
             return True
         return self.margins[self.orders.index(order)] >= threshold
+
+    def tells(self, act: str) -> bool:
+        """Whether a verb or dialogue act is among the orders."""
+        return any(order.do == act for order in self.orders)
+
+    @property
+    def only_tells(self) -> bool:
+        """Whether the words ask for nothing and agree to nothing: they may tell an aim."""
+        return all(order.do in TELLING for order in self.orders)
+
+    @property
+    def says_nothing(self) -> bool:
+        """Whether the words were read as nothing at all, as thanks are."""
+        return all(order.do == "none" for order in self.orders)
 
 
 def order_to_json(order: Order) -> dict[str, str | int | float]:
