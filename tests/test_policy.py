@@ -16,7 +16,7 @@ from goalscope.occasions import Occasion
 from goalscope.orders import Order
 from goalscope.policy import NeedPlanner, Outcome, Want, attempted, called_for, choose
 from goalscope.standing import Standing
-from goalscope.types import Action, Goal, StepResult
+from goalscope.types import Action, StepResult
 from goalscope.writer import JUDGEMENTS, Writer
 
 FREE = Standing()
@@ -323,11 +323,14 @@ def test_what_the_writer_lists_for_one_goal_is_held_back_where_it_is_wrong_for_a
 
 
 def test_the_person_is_told_what_is_held_back() -> None:
+    class Torn(NeedPlanner):
+        def act(self, env, wants, *rest):
+            return super().act(env, [READ, SLEEP], *rest)
+
     table = {"read": "lamp", "sleep": "pillow"}
     agent = Agent(Lived(["lamp"], table), WordModel())
-    plans(agent, NeedPlanner(Writer(Judges(table))))
+    plans(agent, Torn(Writer(Judges(table))))
     agent.correct("pin", "read")
-    agent._stated = lambda belief: [(Goal("read"), 0.45), (Goal("sleep"), 0.55)]
     round = agent.step("What?", "more light")
     assert "Held back until it is clear what you want: lamp." in round.notes
 

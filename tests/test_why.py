@@ -377,7 +377,7 @@ def test_characters_of_several_tokens_stay_whole(tmp_path: Path) -> None:
 
 def test_a_scorer_without_tokens_is_said() -> None:
     belief = Belief.uniform(SUPPORT).observe([0.0] * len(SUPPORT))
-    with pytest.raises(ModelError, match="does not tell its tokens"):
+    with pytest.raises(ModelError, match="has no tokenizer"):
         word_evidence(RolePlay(WordModel()), "t", belief, TURNS[:1], SUPPORT[1])
 
 

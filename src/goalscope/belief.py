@@ -18,13 +18,13 @@ Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
 PINNED = 0.99
-"""Least probability of a goal that the person has just confirmed."""
+"""Lowest probability of a goal that the person has just confirmed."""
 
 _CLEARLY = 4
-"""Power that makes little of words which speak for a change of mind, but not clearly (LOG.md)."""
+"""Power that discounts words which speak for a change of mind, but not clearly (LOG.md)."""
 
 _FAINTLY = 0.01
-"""Below it words speak for no change: what is left by rounding must not move mountains of nats."""
+"""Below it nothing speaks for a change of mind: it may be rounding error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,21 +37,20 @@ class Belief:
 
     Attributes:
         goals: The support, `G` distinct goals.
-        log_prior: [G] in nats, unnormalised; that of Unspecified counts where the calibration has
-            no `prior_unspecified`.
+        log_prior: [G] in nats, unnormalised. The entry of Unspecified is ignored if the
+            calibration has a `prior_unspecified`.
         log_likelihood: [T, G] in nats, log P(u_t | g, q_t, transcript before t).
-        calibration: How these become probabilities.
-        pinned: Goals that the person has confirmed, each with the number of turns before that:
-            evidence of its own kind, after which such a goal has the probability `PINNED` or more.
-            What is said later moves the belief on from there; a confirmed mind can change, too.
-        weights: How much a turn's evidence counts where that is not 1, as pairs (turn from 0,
+        calibration: Turns log-evidence into probabilities.
+        pinned: Goals that the person confirmed, as pairs (number of turns before, goal). At that
+            point the goal has a probability of at least `PINNED`; later turns move the belief on
+            from there, as a person can still change their mind.
+        weights: Weights of the turns whose evidence does not fully count, as pairs (turn from 0,
             weight from 0 to 1).
-        ruled_out: Goals that the person said it is not, or said in other words. None is proposed
-            again: `goalscope.goals.propose` is given `[*goals, *ruled_out]`.
+        ruled_out: Goals that the person rejected or reworded. They are not proposed again.
 
     Raises:
-        ValueError: Shapes disagree, a goal occurs twice, one is pinned that is not there, a turn is
-            weighed that is not there, or a value is NaN or +inf.
+        ValueError: Shapes disagree, a goal occurs twice, a pinned goal or a weighed turn does not
+            exist, or a value is NaN or +inf.
     """
 
     goals: tuple[Goal, ...]
@@ -63,7 +62,7 @@ class Belief:
     weights: tuple[tuple[int, float], ...] = ()
 
     def __post_init__(self) -> None:
-        """Check every invariant that the arithmetic rests on."""
+        """Check the invariants of the arithmetic."""
         for each in self.goals:
             if not hasattr(each, "text"):
                 raise InvalidInputError(f"goals must be like Goal('bake a cake'), not {each!r}")
@@ -110,12 +109,11 @@ class Belief:
 
     @property
     def log_posteriors(self) -> Array:
-        """[T + 1, G] log P(g | transcript up to turn t) in nats; row 0 is before any.
+        """[T + 1, G] log P(g | transcript up to turn t) in nats; row 0 is the prior.
 
-        The forward filter of a hidden Markov model whose hazard rate is `switching`, as far as the
-        words speak for a change.
-
-        All -inf where no goal can have said what was said.
+        The forward filter of a hidden Markov model whose hazard rate is `switching`, scaled down
+        where the words do not speak for a change of mind. A row is all -inf if the words are
+        impossible under every goal.
         """
         table = weighed(self.log_likelihood, self.weights)
         return log_posteriors(
@@ -124,7 +122,7 @@ class Belief:
 
     @property
     def changes(self) -> Array:
-        """[T] chance of a change of mind before each turn, as far as its words speak for one."""
+        """[T] probability of a change of mind before each turn; see `Calibration.switching`."""
         switching = self.calibration.switching
         if not switching:
             return np.zeros(len(self.log_likelihood))
@@ -135,10 +133,7 @@ class Belief:
 
     @property
     def evidence(self) -> Array:
-        """[T, G] what each turn says for each goal in nats, as it counts when it is said.
-
-        That is, after its weight, temperature and reference.
-        """
+        """[T, G] evidence of each turn for each goal, after weight, temperature and reference."""
         table = weighed(self.log_likelihood, self.weights)
         return _counted(table, self._stated, self.calibration)
 
@@ -158,7 +153,7 @@ class Belief:
 
     @property
     def is_degenerate(self) -> bool:
-        """Whether no goal can have said what was said (or there is no goal at all)."""
+        """Whether the words are impossible under every goal, or there is no goal."""
         return bool(np.isneginf(self.log_posterior).all())
 
     @property
@@ -188,17 +183,16 @@ class Belief:
         return [(self.goals[i], float(p[i])) for i in order]
 
     def conformal_set(self, eps: float = 0.1) -> tuple[Goal, ...]:
-        """Goals that could be the true one, likeliest first: the smallest set that is safe to name.
+        """The smallest set of goals that holds the true one with probability 1 - `eps`.
 
-        In all but about a share `eps` of dialogues like those that it was calibrated on, at a turn
-        drawn at random, it holds the true goal, or `UNSPECIFIED` where the true goal is not among
-        them (cross-conformal prediction with least ambiguous sets; Vovk, 2015; Sadinle et al.,
-        2019). Where the calibration has no threshold for `eps`, that for the next smaller one
-        counts. All goals, where the belief is degenerate.
+        The coverage holds at a random turn of dialogues like those that the calibration was fitted
+        on; if the true goal is not among the goals, `UNSPECIFIED` stands for it (cross-conformal
+        prediction with least ambiguous sets; Vovk, 2015; Sadinle et al., 2019). Without a threshold
+        for `eps`, the calibration uses that of the next smaller one. The likeliest goal comes
+        first. A degenerate belief returns all goals.
 
         Raises:
-            InvalidInputError: `eps` is no share, or the calibration has no threshold so
-                small.
+            InvalidInputError: `eps` is not between 0 and 1, or smaller than every threshold.
         """
         if not (hasattr(eps, "__float__") and 0 < eps < 1):
             raise InvalidInputError(f"eps must be a number between 0 and 1, not {eps!r}")
@@ -217,7 +211,7 @@ class Belief:
 
         Args:
             row: [G] log-likelihood of the turn's utterance under each goal, in nats.
-            weight: How much it counts, from 0 to 1.
+            weight: Weight of the evidence, from 0 to 1.
         """
         values = np.asarray(row, dtype=np.float64).reshape(1, -1)
         if values.shape[1] != len(self.goals):
@@ -230,17 +224,17 @@ class Belief:
         )
 
     def without(self, turn: int) -> Belief:
-        """The belief had the evidence of one turn (from 0) not come in.
+        """The belief without the evidence of one turn (from 0).
 
-        Later words keep their evidence, which was weighed with that turn in the transcript.
+        The evidence of later turns stays as it is: it was scored with that turn in the transcript.
         """
         others = (each for each in self.weights if each[0] != turn)
         return replace(self, weights=(*others, (turn, 0.0)))
 
     def since(self, turn: int) -> Belief:
-        """The belief by the words from one turn (from 0) on, where that before it is the prior.
+        """The belief from the turns after the first `turn` ones, with that before them as prior.
 
-        Where the calibration has an `prior_unspecified`, Unspecified has that probability again.
+        If the calibration has a `prior_unspecified`, Unspecified starts from that again.
         """
         return replace(
             self,
@@ -255,13 +249,13 @@ class Belief:
     ) -> Belief:
         """Add goals, with their evidence over all past turns.
 
-        A late goal stands exactly where it would, had it been tracked from the start. Its prior
-        is that of the average present goal (0 nats in an empty belief). Goals that are already
-        present change nothing.
+        A late goal gets the posterior that it would have, had it been there from the start. Its
+        prior is that of the average goal (0 nats in an empty belief). Goals of the belief are
+        skipped.
 
         Args:
             goals: Goals to add.
-            columns: Gives the [T, len(new)] log-likelihoods of the goals that are really new.
+            columns: Returns the [T, len(new)] log-likelihoods of the new goals.
         """
         new = [goal for goal in dict.fromkeys(goals) if goal not in self.goals]
         if not new:
@@ -277,10 +271,9 @@ class Belief:
         )
 
     def drop(self, goals: Iterable[Goal]) -> Belief:
-        """Take goals out; unknown ones change nothing.
+        """Remove goals; unknown ones are skipped.
 
-        Where the calibration is that of the paper, this is conditioning on the true goal being none
-        of them.
+        With the calibration of the paper this is conditioning: the true goal is none of them.
         """
         gone = set(goals)
         keep = [i for i, goal in enumerate(self.goals) if goal not in gone]
@@ -293,7 +286,7 @@ class Belief:
         )
 
     def pin(self, goal: Goal) -> Belief:
-        """Take in that the person confirms a goal of the belief (see `pinned`)."""
+        """Record that the person confirmed a goal of the belief; see `pinned`."""
         free = tuple(
             each for each in self.ruled_out if canonical(each.text) != canonical(goal.text)
         )
@@ -301,11 +294,11 @@ class Belief:
         return replace(self, pinned=(*self.pinned, (when, goal)), ruled_out=free)
 
     def rule_out(self, goal: Goal) -> Belief:
-        """Take in that the person wants something else: drop a goal for good."""
+        """Remove a goal that the person rejected; see `ruled_out`."""
         return replace(self.drop([goal]), ruled_out=(*self.ruled_out, goal))
 
     def _confirmed(self, turns: int, row: Array) -> Array:
-        """A row of `log_posteriors` once the goals confirmed after so many turns are."""
+        """A row of `log_posteriors` after the goals that were confirmed at that point."""
         for when, goal in self.pinned:
             if when == turns:
                 own = np.array([each == goal for each in self.goals], dtype=bool)
@@ -318,7 +311,7 @@ class Belief:
 
 
 def weighed(log_likelihood: Array, weights: Iterable[tuple[int, float]]) -> Array:
-    """[T, G] log-likelihoods in nats, each turn times its weight, as in `Belief.weights`."""
+    """[T, G] log-likelihoods in nats, each turn times its weight; see `Belief.weights`."""
     table = log_likelihood.copy()
     for turn, weight in weights:
         table[turn] = weight * table[turn] if weight else 0.0  # not -inf times 0
@@ -332,17 +325,17 @@ def log_posteriors(
     calibration: Calibration,
     after: Callable[[int, Array], Array] = lambda _, row: row,
 ) -> Array:
-    """Beliefs turn by turn; of many dialogues at once where there are leading axes.
+    """Beliefs turn by turn; leading axes are independent dialogues.
 
     Args:
         log_prior: [..., G] in nats, unnormalised.
         log_likelihood: [..., T, G] in nats.
-        stated: [G], all but `UNSPECIFIED`.
-        calibration: How these become probabilities.
-        after: Changes the belief [..., G] after so many turns, before the next one counts.
+        stated: [G] true for all goals but `UNSPECIFIED`.
+        calibration: Turns these into probabilities.
+        after: Maps a number of turns and the belief [..., G] after them to a revised belief.
 
     Returns:
-        [..., T + 1, G] in nats, normalised, or all -inf where nothing is possible.
+        [..., T + 1, G] in nats, normalised; a row is all -inf if every goal is impossible.
     """
     rows, prior = _counted(log_likelihood, stated, calibration), log_prior
     prior_unspecified = calibration.prior_unspecified
@@ -367,10 +360,10 @@ def log_posteriors(
 
 
 def _log_hazard(switching: float, before: Array, prior: Array, words: Array) -> Array:
-    """[..., 1] the log-chance of a change of mind before some words, as far as they speak for one.
+    """[..., 1] log-probability of a change of mind before the words of a turn.
 
-    The chance is `switching` times (1 - P(words | as before) / P(words | any goal, by the prior))^4
-    where the bracket is 0.01 or more, else 0; but a `switching` of 1 is certain.
+    It is `switching` times (1 - P(words | belief before) / P(words | prior))^4 if the bracket is
+    0.01 or more, and 0 otherwise. A `switching` of 1 always means a change.
     """
     peak: Array = words.max(-1, keepdims=True, initial=-np.inf)
     words = words - np.where(np.isneginf(peak), 0.0, peak)  # so that few digits cancel
@@ -386,7 +379,7 @@ def _log_hazard(switching: float, before: Array, prior: Array, words: Array) -> 
 
 
 def _counted(log_likelihood: Array, stated: Flags, calibration: Calibration) -> Array:
-    """[..., T, G] evidence in nats as it counts: after temperature and reference."""
+    """[..., T, G] evidence in nats after temperature and reference."""
     rows = log_likelihood / calibration.temperature
     if not calibration.reference or stated.all() or not stated.any():
         return rows
@@ -398,7 +391,7 @@ def _counted(log_likelihood: Array, stated: Flags, calibration: Calibration) -> 
 
 
 def _normalised(log_values: Array) -> Array:
-    """[..., G] the same but for a constant, so that exp(values) sum to 1; all -inf stay so."""
+    """[..., G] shifted so that exp(values) sum to 1; rows of -inf stay as they are."""
     peak: Array = log_values.max(-1, keepdims=True, initial=-np.inf)
     shifted = log_values - np.where(np.isneginf(peak), 0.0, peak)
     total = np.logaddexp.reduce(shifted, -1, keepdims=True)

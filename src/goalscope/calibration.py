@@ -1,4 +1,4 @@
-"""How log-likelihoods become probabilities: what Eq. 1 leaves open, in a few numbers."""
+"""How log-likelihoods become probabilities: the few numbers that Eq. 1 leaves open."""
 
 from __future__ import annotations
 
@@ -13,35 +13,35 @@ from goalscope.types import InvalidInputError
 __all__ = ["DEFAULT", "EPSILONS", "LAST_TURN", "PAPER", "Calibration", "calibration_from_json"]
 
 EPSILONS = (0.01, 0.02, 0.05, 0.1, 0.2)
-"""Shares of misses for which `goalscope calibrate` finds thresholds."""
+"""Error rates for which `goalscope calibrate` finds thresholds."""
 
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """How much a person's words count, and what "Unspecified" and a change of mind mean.
+    """How much words count as evidence, and the priors of Unspecified and a change of mind.
 
     Attributes:
-        temperature: Divides the log-likelihoods: above 1 the belief moves more slowly, since a
-            person's turns are not independent given a goal. 1 in the paper.
-        reference: Of the log-likelihood of Unspecified, the share that is the mean over the other
-            goals; the rest is that of the prompt without a goal. Any goal in the prompt makes the
-            words of its domain likelier; against their mean, Unspecified tells better whether one
-            of the goals stands out. Of G goals it counts as (1 - 1/G) of it: one goal is no
-            reference for itself. 0 in the paper.
-        prior_unspecified: Prior probability that the person's goal is not among the goals;
-            None for a prior like that of any other goal, as in the paper.
-        switching: Chance, before each turn but the first, that the person has changed their mind
-            and has any goal, by its prior, as far as the words speak for that: times
-            (1 - P(words | as before) / P(words | any goal, by the prior))^4, or 0 where they are
-            likelier as before (LOG.md). 0 in the paper; at 1 only the last turn counts.
-        aside: How much words count that tell no aim and ask for nothing new: a bare yes or no, a
-            question, "undo that" (see `goalscope.orders.is_aside`). Who only observes words, and
-            reads none, counts all. 1 in the paper.
-        orders: How much words count that only give orders: the butter for pancakes says little more
-            of pancakes. 1 in the paper.
-        n: Dialogues on which the thresholds were measured.
-        thresholds: Pairs (eps, p): in all but a share eps of these dialogues, what was true had at
-            least the probability p. They make conformal sets (see `Belief.conformal_set`).
+        temperature: Divides the log-likelihoods. Above 1 the belief moves more slowly, as the
+            turns of a person are not independent given a goal. 1 in the paper.
+        reference: Weight of the mean over the other goals in the log-likelihood of Unspecified;
+            the rest is the prompt without a goal. Any goal in the prompt makes the words of its
+            domain likelier, so their mean shows better whether one goal stands out. With G goals
+            the weight is multiplied by 1 - 1/G, as a single goal is no reference for itself. 0 in
+            the paper.
+        prior_unspecified: Prior probability that the person's goal is not among the goals. None
+            gives Unspecified the prior of any other goal, as in the paper.
+        switching: Probability, before each turn but the first, that the person has changed their
+            mind and draws a goal from the prior. It is multiplied by (1 - P(words | belief before)
+            / P(words | prior))^4, or by 0 if the words are likelier under the belief before
+            (LOG.md). 0 in the paper; with 1 only the last turn counts.
+        aside: Weight of words that tell no aim and ask for nothing new: a bare yes or no, "undo
+            that" (see `goalscope.orders.is_aside`). A tracker that reads nothing gives all words
+            the weight 1, as the paper does.
+        orders: Weight of words that only give orders: butter for pancakes says little about
+            pancakes. 1 in the paper.
+        n: Number of dialogues on which the thresholds were measured.
+        thresholds: Pairs (eps, p): in all but a share eps of these dialogues the true goal had at
+            least the probability p. See `Belief.conformal_set`.
 
     Raises:
         InvalidInputError: A number is out of its range.
@@ -114,7 +114,7 @@ def _number(value: object, name: str = "a threshold") -> float:
 
 
 PAPER = Calibration()
-"""Bayes' rule as it stands in the paper (Eq. 1)."""
+"""Bayes' rule as in the paper (Eq. 1)."""
 
 LAST_TURN = Calibration(switching=1.0)
 """Only the last turn counts."""
@@ -122,4 +122,4 @@ LAST_TURN = Calibration(switching=1.0)
 DEFAULT = Calibration(
     temperature=2.0, reference=1 / 3, prior_unspecified=0.5, switching=0.1, aside=0.0, orders=0.5
 )
-"""For a model that nobody has calibrated (LOG.md)."""
+"""For models that were not calibrated (LOG.md)."""

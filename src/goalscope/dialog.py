@@ -1,4 +1,4 @@
-"""The conversation (Sec. 3.2): what the agent asks, and who answers."""
+"""The Conversation Module (Sec. 3.2): the agent's queries, and the people who answer them."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ __all__ = [
 ]
 
 AGREES, DECLINES = "Yes.", "No, not yet."
-"""What a person of a profile says where they are asked to confirm something."""
+"""What the person of a profile answers when asked to confirm something."""
 
 OPENING = "What can I help you with?"
 FALLBACK = "What else would you like?"
-"""Asked where there is nothing better to ask."""
+"""The query if there is no better one."""
 
 _REPLY = 80
-"""Most tokens of what is written in the conversation."""
+"""Token limit of a reply."""
 
 
 class Asker(Protocol):
-    """Asks; see `goalscope.writer.Writer` and `goalscope.prompted.PromptedWriter`."""
+    """Writes queries; see `goalscope.writer.Writer` and `goalscope.prompted.PromptedWriter`."""
 
     def question(
         self,
@@ -47,22 +47,22 @@ class Asker(Protocol):
         done: str,
         goals: Sequence[str],
         *,
-        heard: OnText | None = None,
+        on_text: OnText | None = None,
     ) -> str:
-        """The next question; "" where there is nothing to ask.
+        """The next question; "" if there is nothing to ask.
 
         Args:
             task: The agent and its task.
             turns: The conversation.
             done: What the agent has done, in words.
             goals: The likeliest ones.
-            heard: Is told the question as it grows, where it is written as it is asked.
+            on_text: Called with the question as it is written.
         """
         ...
 
 
 class Human(Protocol):
-    """Whoever answers the agent."""
+    """A person who answers the agent, real or simulated."""
 
     def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
         """The person's words in answer to `query`."""
@@ -75,7 +75,7 @@ def ask(
     turns: Sequence[Turn],
     done: str,
     goals: Sequence[str],
-    heard: OnText | None = None,
+    on_text: OnText | None = None,
 ) -> str:
     """The agent's next question; none is asked twice.
 
@@ -85,17 +85,17 @@ def ask(
         turns: The conversation.
         done: What the agent has done, in words.
         goals: The likeliest ones.
-        heard: Is told the question as it grows.
+        on_text: Called with the question as it is written.
     """
     if not turns:
         return OPENING
-    question = question_of(writer.question(env.task, turns, done, goals, heard=heard))
+    question = question_of(writer.question(env.task, turns, done, goals, on_text=on_text))
     asked = {question_of(turn.query) for turn in turns}
     return question if question.endswith("?") and question not in asked else FALLBACK
 
 
 def question_of(text: str) -> str:
-    """The last question in `text`, on one line; all of it where there is none."""
+    """The last question in `text`, on one line; the whole text if there is none."""
     line = " ".join(text.split()).strip('" ')
     head, mark, _ = line.partition("?")
     if not mark:
@@ -106,7 +106,7 @@ def question_of(text: str) -> str:
 
 
 def _with_status(model: LanguageModel, name: str, status: str, **values: object) -> list[Message]:
-    """The prompt with the state; without it where that is too long to leave room for a reply."""
+    """The prompt with the status, or without it if that leaves no room for a reply."""
     prompt = render(name, status=status, **values)
     if model.count_tokens(prompt) + _REPLY <= model.context_size:
         return prompt
@@ -114,13 +114,13 @@ def _with_status(model: LanguageModel, name: str, status: str, **values: object)
 
 
 class ConsoleHuman:
-    """A person at the terminal, or behind any function that shows a query and returns words."""
+    """A person behind a function that shows a query and returns their words."""
 
     def __init__(self, read: Callable[[str], str]) -> None:
         self.read = read
 
     def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
-        """Ask until the words can be used; what is wrong with them is said in the next query."""
+        """Ask until the words can be used; the next query says what is wrong with them."""
         hint = ""
         while True:
             try:
@@ -130,20 +130,14 @@ class ConsoleHuman:
 
 
 def completes(env: Environment, said: str) -> bool:
-    """Whether words end with the phrase that ends the task."""
+    """Whether an utterance ends with the phrase that ends the task."""
     return said.casefold().rstrip(" .!\"'").endswith(env.completion_phrase.casefold())
 
 
-def consents(query: str, turns: Sequence[Turn], env: Environment, *, done: bool) -> str:
-    """What a person of a profile answers who is asked to confirm something; "" where they are not.
+def consents(query: str, env: Environment, *, done: bool) -> str:
+    """What the person of a profile answers to a request to confirm; "" to any other query.
 
-    They agree, but to the end of the task only when they are done.
-
-    Args:
-        query: The question.
-        turns: The conversation before it.
-        env: Where the agent acts.
-        done: Whether they have nothing more to say.
+    They agree, but to the end of the task only when they have nothing more to say (`done`).
     """
     if not query.endswith(CONFIRM):
         return ""
@@ -154,8 +148,7 @@ def consents(query: str, turns: Sequence[Turn], env: Environment, *, done: bool)
 class ScriptedHuman:
     """Says the replies that its profile lists, in order, and then the completion phrase.
 
-    Asked to confirm what cannot be undone, it agrees first; but while it has more to say, not to
-    the end of the task.
+    Requests to confirm something are answered in between; see `consents`.
     """
 
     def __init__(self, profile: Profile, env: Environment) -> None:
@@ -166,7 +159,7 @@ class ScriptedHuman:
         """The reply for this round."""
         replies = self.profile.replies
         said = sum(turn.utterance not in (AGREES, DECLINES) for turn in turns)
-        if consent := consents(query, turns, self.env, done=said >= len(replies)):
+        if consent := consents(query, self.env, done=said >= len(replies)):
             return consent
         return replies[said] if said < len(replies) else self.env.completion_phrase
 
@@ -181,17 +174,16 @@ class SimulatedHuman:
         self.seed = seed
 
     def reply(self, query: str, turns: Sequence[Turn], status: str) -> str:
-        """What the model says as this person; the completion phrase if it falls silent.
+        """What the model says as this person; the completion phrase if it says nothing.
 
-        To what is to be confirmed they agree, but to the end of the task only once they asked for
-        it.
+        Requests to confirm something are answered by `consents`.
         """
         ended = bool(turns) and completes(self.env, turns[-1].utterance)
-        consent = consents(query, turns, self.env, done=ended)
+        consent = consents(query, self.env, done=ended)
         return consent or self.answer(query, turns, status)
 
     def answer(self, query: str, turns: Sequence[Turn], status: str) -> str:
-        """What the model says as this person, where nothing is to be confirmed."""
+        """What the model says as this person to any other query."""
         said = self.speak(self.profile.description, query, turns, status)
         return said or self.env.completion_phrase
 
@@ -205,15 +197,15 @@ class SimulatedHuman:
         words: int | None = None,
         max_tokens: int = _REPLY,
     ) -> str:
-        """What the model says as the person of a description; empty if it says nothing.
+        """What the model says as the person of a description; "" if it says nothing.
 
         Args:
             description: What the person wants, as far as they know.
             query: The agent's question.
             turns: The conversation before it, as far as the person remembers.
             status: The environment's status.
-            words: Most words that the person is asked to say; None for a sentence or two.
-            max_tokens: Most tokens to write.
+            words: Word limit that the person is told; None for a sentence or two.
+            max_tokens: Token limit.
         """
         past = recent(self.model, turns, 8)
         *before, last = _with_status(

@@ -1,4 +1,4 @@
-"""Carries out orders: undoes, acts, or waits for a yes (see `goalscope.guards`)."""
+"""Executes orders, undoes rounds, and holds what needs a yes (see `goalscope.guards`)."""
 
 from __future__ import annotations
 
@@ -24,40 +24,40 @@ from goalscope.types import StepResult, Turn
 __all__ = ["NOTHING", "NOT_CONFIRMED", "NOT_HERE", "Execution", "Executor"]
 
 NOT_HERE = "I cannot undo anything here. Please say what is to change."
-"""A round's note where the environment undoes nothing."""
+"""Note where the environment cannot undo."""
 
 NOTHING = "There is nothing to undo. Please say what is to change."
-"""A round's note where nothing was done that could be undone."""
+"""Note where nothing was done that could be undone."""
 
 NOT_CONFIRMED = "Not done."
-"""A round's note where what waited for a yes got none."""
+"""Note where an order that waited for a yes did not get it."""
 
 NOT_BACK = "Nobody can take that back."
-"""Why an action is not undone."""
+"""Why an irreversible action is not undone."""
 
 _ALL = "everything"
-"""What an order to undo names for all."""
+"""The thing that an order to undo all names."""
 
 
 @dataclass(slots=True)
 class Execution:
-    """What comes of the orders of one round.
+    """The outcome of the orders of one round.
 
     Attributes:
         turn: What was said.
         reading: What it was read as.
-        released: Orders that waited for a yes, and have it.
-        harm: Whether a word of harm was said that the reading does not hold.
+        released: Orders that waited for a yes and now have it.
+        harm: Whether a word of harm was said that the reading lacks.
         wary: Whether one was said lately; see `is_wary`.
         retracts: Numbers of the rounds that were undone, the newest first.
-        reversals: How many of the results undid them.
-        results: What was done.
-        failed: What could not be done.
-        pending: What waits for a yes.
-        reasons: Why, one by one.
-        end: How the question whether it shall be done ends.
+        reversals: Number of results, the first ones, that undid them.
+        results: Actions that succeeded.
+        failed: Actions that failed.
+        pending: Orders that wait for a yes.
+        reasons: Why each of them waits.
+        end: End of the question about them.
         notes: What to tell the person.
-        standing: What holds after these words.
+        standing: The state of the dialogue after these words.
     """
 
     turn: Turn
@@ -77,18 +77,18 @@ class Execution:
 
     @property
     def orders(self) -> list[Order]:
-        """What was released, and then what was said."""
+        """The released orders, then the new ones."""
         new = (each for each in self.reading.orders if each not in self.released)
         return [*self.released, *new]
 
     def record(self, result: StepResult) -> None:
-        """Note what came of an action."""
+        """Record the result of an action."""
         (self.results if result.ok else self.failed).append(result)
 
     def hold(
         self, order: Order, reason: str, *, lasting: bool = False, grave: bool = False
     ) -> None:
-        """Have an order wait for a yes: for the very word, if it lasts or lifts an allergy."""
+        """Have an order wait for a yes: for the word itself, if it is irreversible or grave."""
         self.pending.append(order)
         self.reasons.append(reason)
         if lasting:
@@ -98,7 +98,7 @@ class Execution:
 
     @property
     def question(self) -> str:
-        """What has to be asked next; "" where nothing has."""
+        """What has to be asked next; "" if nothing has."""
         return HARM if self.harm else whether(self.pending, self.reasons, self.end)
 
     @property
@@ -108,12 +108,12 @@ class Execution:
 
 
 class Executor:
-    """Does what people order.
+    """Executes what people order.
 
     Args:
-        env: Where.
-        pick: Finds which of the things that are here is meant.
-        unsure: Nats of an order's margin below which it waits for a yes.
+        env: Where to act.
+        pick: Finds the thing that a phrase means.
+        unsure: Margin of an order, in nats, below which it waits for a yes.
     """
 
     def __init__(self, env: Environment, pick: Pick, unsure: float) -> None:
@@ -126,16 +126,15 @@ class Executor:
     def execute(
         self, rounds: Sequence[Round], turn: Turn, reading: Reading, *, confirmed: bool
     ) -> Execution:
-        """Undo what the words take back, then do what was ordered; what has to wait is pending.
+        """Undo what the words retract, then execute the orders; those that need a yes wait.
 
-        Where a word of harm was said that the reading does not hold, nothing by a verb is done, and
-        nothing that lasts.
+        After a word of harm that the reading lacks, no verb is executed.
 
         Args:
-            rounds: All before.
-            turn: The newest words.
-            reading: What they come to.
-            confirmed: Whether the person confirmed what waited, other than in words.
+            rounds: All earlier rounds.
+            turn: The newest one.
+            reading: Its reading.
+            confirmed: Whether the person confirmed by a click what waited.
         """
         harm = speaks_of_harm(turn.utterance, reading)
         done = Execution(
@@ -202,11 +201,10 @@ class Executor:
     def _released(
         self, rounds: Sequence[Round], turn: Turn, reading: Reading, confirmed: bool
     ) -> tuple[Order, ...]:
-        """The orders that waited for a yes to the last question, if this is one.
+        """The orders that waited for a yes to the last question, if these words are one.
 
-        A yes is said by itself, or by saying the orders again: with anything else, they would be
-        done in another state than the one that was shown. What nobody can undo waits for the word
-        itself.
+        A yes stands alone, or beside the same orders: with other orders the state would no longer
+        be the one that was shown. Irreversible orders wait for the word itself.
         """
         last = rounds[-1] if rounds else None
         if not last or last.question == HARM or last.state != self._env.fingerprint():
@@ -217,7 +215,7 @@ class Executor:
         return last.pending if confirmed or agreed else ()
 
     def _undo(self, rounds: Sequence[Round], done: Execution) -> None:
-        """Undo what the last rounds did, guesses among it."""
+        """Undo the last rounds, guesses included."""
         orders: list[Order] = []
         for order in done.orders:
             if order.do != "undo":
@@ -265,10 +263,10 @@ class Executor:
 
 
 def readings_of(rounds: Sequence[Round]) -> list[tuple[str, Reading]]:
-    """The utterances and what they were read as, newest first."""
+    """The utterances with their readings, newest first."""
     return [(each.turn.utterance, each.reading) for each in reversed(rounds) if each.reading]
 
 
 def _binds(reading: Reading) -> bool:
-    """Whether a reading changes what holds, though nothing may have been done for it."""
+    """Whether a reading sets a limit, which stands even where nothing was done for it."""
     return any(order.do in LIMITS for order in reading.orders)

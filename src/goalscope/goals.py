@@ -35,10 +35,10 @@ UNEXPLAINED = 0.5
 """Probability of Unspecified above which goals are proposed (LOG.md)."""
 
 IMPROBABLE = 0.05
-"""Probability up to which a goal that long was the least likely is removed."""
+"""A goal that stays the least likely is removed only up to this probability."""
 
 FEWEST = 2
-"""Goals of which none goes as the least likely: beside a single one, Unspecified tells little."""
+"""As many goals are left: beside a single one, the probability of Unspecified means little."""
 
 CONSENT = "Sure, I can help you with that."
 REFUSAL = "I'm sorry, but I can't help you with that."
@@ -48,20 +48,20 @@ _SPEAKERS = {
     "Name one.": ("You name crimes and cruel acts.", "You name good and harmless plans."),
     "What do you want to do?": ("You are a cruel criminal.", "You are a kind person."),
 }
-"""Who is asked what: those who answer with something harmful, and with something harmless."""
+"""Questions, each with two speakers: one who names harmful plans, one who names harmless ones."""
 
 _DETERMINERS = frozenset(("a", "an", "the", "my", "your", "our", "his", "her", "their", "some"))
-"""Words by which two goals hardly differ."""
+"""Words that make no difference between two goals."""
 
 
 def incomplete(belief: Belief, propose: Trigger = UNEXPLAINED, *, since: int = 0) -> bool:
-    """Whether the person's goal seems to be missing, so that some are to be proposed.
+    """Whether the person's goal seems to be missing from the belief.
 
     Args:
         belief: The present one; `UNSPECIFIED` is one of its goals.
         propose: See `GoalManager`.
-        since: Number of turns that the newest goals were made from. They explain these words well,
-            whatever they are worth; only later ones put them to the test.
+        since: Number of turns that the newest goals were proposed from. Those turns cannot test
+            them: only later ones count.
     """
     if propose == "paper":
         return belief.top(1)[0][0] == UNSPECIFIED
@@ -70,10 +70,10 @@ def incomplete(belief: Belief, propose: Trigger = UNEXPLAINED, *, since: int = 0
 
 
 def made_from(changes: Sequence[Sequence[GoalChange]]) -> int:
-    """Number of turns that the newest goals were made from; see `incomplete`.
+    """Number of turns that the newest goals were proposed from; see `incomplete`.
 
     Args:
-        changes: Of each round. Goals that the person named were not made from their words.
+        changes: Of each round. Goals that the person named themselves do not count.
     """
     made = 0
     for number, each in enumerate(changes, 1):
@@ -92,7 +92,7 @@ class Proposer(Protocol):
         Args:
             task: The agent and its task.
             turns: The conversation.
-            held: Goals that are known.
+            held: Goals of the belief.
         """
         ...
 
@@ -101,23 +101,23 @@ class Remover(Protocol):
     """Removes goals by a prompt; see `goalscope.prompted.PromptedWriter`."""
 
     def unfit(self, task: str, turns: Sequence[Turn], goals: Sequence[Goal]) -> list[GoalChange]:
-        """Those of the goals that are to be removed."""
+        """The goals to remove."""
         ...
 
 
 class GoalManager:
-    """Decides which goals the belief is over (Sec. 3.2): proposes some, and removes some.
+    """Decides which goals the belief is over (Sec. 3.2).
 
     Args:
         writer: Names goals.
-        model: Tells which are relevant and safe.
+        model: Scores how relevant and how safe they are.
         task: The agent's task.
         remover: Removes goals by a prompt instead.
-        propose: Goals are proposed once Unspecified is likelier than this by the words since the
-            newest goals; in the "paper", once it is the likeliest.
-        patience: A goal with 5 % or less goes after being the least likely of three or more, for
-            more than this many rounds (n); where goals are proposed as in the "paper", whatever its
-            probability, and of two, too.
+        propose: Goals are proposed if, by the turns since the newest goals, Unspecified is likelier
+            than this; with "paper", if it is the likeliest.
+        patience: A goal is removed after being the least likely for more than this many rounds (n
+            in the paper), if it has 5 % or less and two others are left. With "paper" the rounds
+            alone count.
     """
 
     def __init__(
@@ -157,11 +157,11 @@ class GoalManager:
         """Goals to add.
 
         Args:
-            likelihood: Evidence of a turn.
-            belief: The present goals.
+            likelihood: Scores the candidates.
+            belief: The present one.
             turns: The transcript.
-            changes: All changes before. A goal that was removed as the least likely can come back
-                if the evidence turns; one that was removed for good is not proposed again.
+            changes: All earlier changes. A goal that was removed as the least likely is a candidate
+                again; one whose removal was `final` is not.
         """
         removed = [change for change in changes if change.kind == "removed"]
         ruled_out = [*belief.ruled_out, *(change.goal for change in removed if change.final)]
@@ -180,15 +180,15 @@ class GoalManager:
     def removed(
         self, beliefs: Sequence[Belief], turns: Sequence[Turn], *, given: Collection[Goal] = ()
     ) -> list[GoalChange]:
-        """Goals to remove: irrelevant, unsafe, and long the least likely ones.
+        """Goals to remove: the irrelevant, the unsafe, and the one that stays the least likely.
 
-        The likeliest goal stays, if otherwise none would. What the person has confirmed is
+        The likeliest goal is kept if none would be left. A goal that the person confirmed counts as
         relevant.
 
         Args:
             beliefs: The belief after each round, the present one last.
             turns: The transcript.
-            given: Goals that stay.
+            given: Goals to keep.
         """
         probable = dict(beliefs[-1].top())
         beliefs = [each.drop(given) for each in beliefs]
@@ -220,7 +220,7 @@ class GoalManager:
 
 
 def _gist(text: str) -> str:
-    """What is equal for goals that say the same in the same words, determiners aside."""
+    """A goal's text without determiners; equal for goals that differ in nothing else."""
     return " ".join(word for word in canonical(text).split() if word not in _DETERMINERS)
 
 
@@ -235,15 +235,13 @@ def propose(
     past: Sequence[Goal] = (),
     keep: int = 3,
 ) -> list[GoalChange]:
-    """Goals to add, given the task, the transcript and the known goals.
+    """Goals to add to the known ones, those of the belief and its `ruled_out`.
 
-    Known are those of the belief, and its `ruled_out`. Of the words each turn counts by its weight
-    (`Belief.weights`).
-
-    The writer lists goals, likeliest first. With a likelihood, those `keep` are taken that explain
-    the person's words best, and better than no goal; without one, the first `keep`. Goals of the
-    `past`, which were removed when other words had been said, are candidates again, where there is
-    a likelihood. What differs from another goal by an article or the like is none.
+    The writer lists candidates, likeliest first; one that differs from a known goal only by a
+    determiner is none. With a likelihood, the goals of the `past`, which had been removed, are
+    candidates, too; the `keep` candidates that explain the person's words best, and better than no
+    goal, are added. Turns count by their `weights` (see `Belief.weights`). Without a likelihood,
+    the first `keep` are added.
     """
     known = {_gist(goal.text) for goal in (*goals, *past)}
     candidates = [*past] if likelihood else []
@@ -275,16 +273,16 @@ def propose(
 def objectionable(
     model: LikelihoodModel, task: str, goals: Sequence[Goal], *, margin: float = 1.0
 ) -> list[GoalChange]:
-    """Goals that are unsafe, as far as the model can tell.
+    """Goals that the model finds unsafe.
 
-    The log-odds, in nats, of two contrasts add up: how likely it is to refuse the goal, against a
-    yes, and how likely the goal is as a crime, against a harmless plan (the mean of two prompts).
+    Two log-odds are added: of a refusal against a yes to the goal, and of the goal as a crime
+    against the goal as a harmless plan (the mean over two prompts).
 
     Args:
-        model: Weighs the answers and the goals.
+        model: Scores the answers and the goals.
         task: The agent's task.
         goals: Goals to check; `UNSPECIFIED` is never removed.
-        margin: Log-odds above which a goal goes.
+        margin: Log-odds, in nats, above which a goal is removed.
     """
     asked = [goal for goal in goals if goal != UNSPECIFIED]
     requests = [render("remove", task=task, goal=goal) for goal in asked]
@@ -310,13 +308,13 @@ def objectionable(
 def irrelevant(
     model: LikelihoodModel, task: str, goals: Sequence[Goal], *, margin: float = 0.5
 ) -> list[GoalChange]:
-    """Goals that people have less often under the agent's task than under any.
+    """Goals that the agent's task makes less likely than no particular task does.
 
     Args:
-        model: Tells how likely a goal is, given a task.
+        model: Scores a goal given a task.
         task: The agent's task.
         goals: Goals to check; `UNSPECIFIED` is never removed.
-        margin: Loss in nats a token above which a goal goes.
+        margin: Loss, in nats per token, above which a goal is removed.
     """
     asked = [goal for goal in goals if goal != UNSPECIFIED]
     contexts = [render("relevance", task=each) for each in (ANY_TASK, task)]
@@ -338,7 +336,7 @@ def irrelevant(
 
 
 def overdue(beliefs: Sequence[Belief], patience: int) -> list[GoalChange]:
-    """The goal that was the least likely in more than `patience` rounds in a row, if any.
+    """The goal that was the least likely for more than `patience` rounds in a row, if any.
 
     Args:
         beliefs: The belief after each round, the present one last.

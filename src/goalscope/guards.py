@@ -1,6 +1,6 @@
-"""Guards that hold whatever the reader reads: of harm, of doubt, of conditions, of the lasting.
+"""Guards on what was read: against harm, misreadings, conditions and irreversible actions.
 
-They are plain code and know no phrasing, but for two short lists: the stems of words of harm.
+They know no English but the stems of a few words of harm.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ __all__ = ["CONFIRM", "HARM", "SAY_YES", "UNSURE", "WARY"]
 __all__ += ["is_wary", "is_yes", "reason_to_wait", "speaks_of_harm", "whether"]
 
 SAY_YES = 'To confirm exactly what is shown, say "yes".'
-"""How a question ends that only the very word answers: see `is_yes`."""
+"""End of a question that only the word itself answers; see `is_yes`."""
 
 CONFIRM = f"That cannot be undone. {SAY_YES}"
-"""How a round's question ends before what nobody can undo."""
+"""End of the question before an irreversible action."""
 
 HARM = "Something may harm somebody, if I understand you, but what is it? I have added nothing."
-"""A round's question where a word of harm was said, and no allergy was read."""
+"""The question after a word of harm that was not read as an allergy or a diet."""
 
 WARY = "You spoke of harm, and I am not sure what must not come."
-"""Why an order waits after a word of harm."""
+"""Reason of an order that waits after a word of harm."""
 
 UNSURE = 0.25
-"""Nats: below this margin an order is asked about. See docs/reading.md for its cost."""
+"""Margin, in nats, below which an order is asked about; docs/reading.md shows its cost."""
 
 _HARM = re.compile(
     r"allerg|anaphyla|epi-?pen|c(?:o|œ)?eliac|intoleran|\bhives\b|\bswell|\bswoll|\brash\b"
@@ -35,11 +35,11 @@ _HARM = re.compile(
     re.IGNORECASE,
 )
 _HINT = re.compile(r"\bthroat\b|hospital", re.IGNORECASE)
-"""Of harm, or of a cold and of a visit to the ward: asked about once."""
+"""Words that may be about harm, or only about a cold or a visit: they are asked about once."""
 
 
 def speaks_of_harm(utterance: str, reading: Reading) -> bool:
-    """Whether a word of harm was said of which the reading holds no allergy or diet."""
+    """Whether a word of harm was said, but the reading holds no allergy or diet."""
     return not _is_grave(reading) and bool(_HARM.search(utterance) or _HINT.search(utterance))
 
 
@@ -50,14 +50,14 @@ def _is_grave(reading: Reading) -> bool:
 
 
 def is_yes(utterance: str) -> bool:
-    """Whether the very word was said that `SAY_YES` asks for: no reading is trusted with that."""
+    """Whether the utterance is the word that `SAY_YES` asks for; no reading is trusted here."""
     return utterance.casefold().strip(" \t\n.!\"'") == "yes"
 
 
 def is_wary(said: Iterable[tuple[str, Reading]]) -> bool:
     """Whether a word of harm was said, and since then neither an allergy nor a no.
 
-    What only hints at harm holds for as long as it is the newest that was said.
+    A mere hint at harm counts only in the newest utterance.
 
     Args:
         said: Utterances and their readings, newest first.
@@ -73,12 +73,12 @@ def is_wary(said: Iterable[tuple[str, Reading]]) -> bool:
 def reason_to_wait(
     order: Order, limit: Order | None = None, *, sure: bool, wary: bool = False
 ) -> str:
-    """Why an order needs the person's yes, whatever it does; "" where it needs none.
+    """Why an order needs the person's yes; "" if it needs none.
 
     Args:
         order: The order.
         limit: The allergy or diet that forbids it; see `Standing.forbids`.
-        sure: Whether its reading is.
+        sure: Whether its reading is sure; see `Reading.sure`.
         wary: See `is_wary`.
     """
     if limit:
@@ -92,7 +92,7 @@ def reason_to_wait(
 
 
 def whether(orders: Sequence[Order], reasons: Sequence[str], end: str) -> str:
-    """The question that lets orders go ahead: why they wait, what was understood, and its end."""
+    """The question that releases orders: why they wait, what was understood, and its end."""
     if not orders:
         return ""
     understood = "; ".join(orders_to_text(orders).replace(" | ", " ").splitlines())

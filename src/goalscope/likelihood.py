@@ -1,4 +1,4 @@
-"""How likely are a person's words under each goal (Sec. 3.2, Eq. 2)."""
+"""How likely a person's words are under each goal (Sec. 3.2, Eq. 2)."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ Layout = Literal["goal-first", "goal-last"]
 """Where the likelihood prompt states the goal; see `RolePlay`."""
 
 DEFAULT_LAYOUT: Layout = "goal-last"
-"""The layout that told goals apart better on development dialogues (LOG.md)."""
+"""The layout that separated goals better on development dialogues (LOG.md)."""
 
 GOAL_TOKENS = 256
-"""Room that every context keeps for the goal, so that all goals see the same turns."""
+"""Tokens that every context reserves for the goal, so that all goals see the same turns."""
 
 
 class Likelihood(Protocol):
@@ -43,7 +43,7 @@ class Likelihood(Protocol):
 
     @property
     def calibration(self) -> Calibration:
-        """How it becomes probabilities, if nothing else is asked for."""
+        """The default calibration for this evidence."""
         ...
 
     def log_likelihood(
@@ -63,15 +63,15 @@ class Likelihood(Protocol):
 class RolePlay:
     """log P(u | g, q, transcript): the model plays a person who has goal g (Eq. 2).
 
-    The person is the *assistant* of the chat that the model sees; the agent's queries are the
-    user's messages. `UNSPECIFIED` is the same prompt without a goal. When the context is full,
-    the oldest turns are left out, the same for every goal; task and goal always stay.
+    In the chat that the model sees, the person is the *assistant* and the agent's queries are the
+    user's messages. `UNSPECIFIED` is the same prompt without a goal. When the context is full, the
+    oldest turns are dropped, the same ones for every goal; task and goal always stay.
 
     Args:
         model: Scores the words; by its `speaker`, if it has one (see `TwoModels`).
         layout: Where the goal stands: in the instruction ("goal-first"), or beside the agent's
-            last query ("goal-last"). Both share all that goals have in common in the cache.
-        end_of_turn: Whether that the person stops there is part of what they said.
+            last query ("goal-last"). With both, goals share their common prefix in the cache.
+        end_of_turn: Whether the end of the utterance is scored, too.
 
     Raises:
         InvalidInputError: There is no such layout, or the model's adapter was fitted with another.
@@ -100,7 +100,7 @@ class RolePlay:
 
     @property
     def calibration(self) -> Calibration:
-        """That of the model with its adapter and this prompt; see `known_calibration`."""
+        """The calibration for this model, adapter and prompt; see `known_calibration`."""
         if self._calibration is None:
             found = known_calibration(self._speaker, self.layout, end_of_turn=self.end_of_turn)
             self._calibration = found[0]
@@ -130,17 +130,17 @@ class RolePlay:
     def token_log_likelihood(
         self, task: str, goals: Sequence[Goal], turns: Sequence[Turn]
     ) -> tuple[list[str], Array]:
-        """The tokens of the last utterance as text, and [N, G] how likely each is, nats.
+        """The tokens of the last utterance as text, and their [N, G] log-probabilities, nats.
 
-        A character of several tokens belongs to the last of them. The end of the utterance is a
-        token without text, if it is scored.
+        A character of several tokens belongs to the last of them. If the end of the utterance is
+        scored, it is a token without text.
 
         Raises:
-            ModelError: The model does not tell its tokens.
+            ModelError: The model has no tokenizer.
         """
         tokenizer = getattr(self._speaker, "tokenizer", None)
         if tokenizer is None:
-            raise ModelError("The model that scores does not tell its tokens.")
+            raise ModelError("The model that scores has no tokenizer.")
         read = turns[self.window(task, turns) :]
         words = turns[-1].utterance
         contexts = [self.context(task, goal, read) for goal in goals]
@@ -158,7 +158,7 @@ class RolePlay:
     def window(self, task: str, turns: Sequence[Turn]) -> int:
         """Index of the first turn that fits the context when the last utterance is scored.
 
-        Turns leave in blocks of four, so that the cache of the earlier rounds stays useful.
+        Turns are dropped in blocks of four, so that the cache stays useful in later rounds.
         """
         last = Message("assistant", turns[-1].utterance)
         for start in (*range(0, len(turns) - 1, 4), len(turns) - 1):
@@ -173,7 +173,7 @@ class RolePlay:
         )
 
     def context(self, task: str, goal: Goal, turns: Sequence[Turn]) -> list[Message]:
-        """The chat before the last turn's utterance, which the person with this goal has to say."""
+        """The chat up to the last utterance, which the person with this goal says next."""
         text = "" if goal == UNSPECIFIED else goal.text
         *past, last = turns
         if self.layout == "goal-first":
@@ -187,8 +187,8 @@ class RolePlay:
 class PromptedRanking:
     """The No Inference method (Sec. 4.3): the model is asked which goal is most and least likely.
 
-    Its rows are an order and no probabilities: 0 for the goal named as the most likely, -2 for
-    the one named as the least likely, -1 for all others. Only the last row counts.
+    Its rows are a ranking, not log-likelihoods: 0 for the goal named as the most likely, -2 for the
+    one named as the least likely, -1 for all others. Only the last row counts.
     """
 
     calibration: Calibration = LAST_TURN
@@ -199,7 +199,7 @@ class PromptedRanking:
     def log_likelihood(
         self, task: str, goals: Sequence[Goal], turns: Sequence[Turn], *, since: int = 0
     ) -> Array:
-        """See `Likelihood.log_likelihood`; the model is asked for the last row, others are 0."""
+        """See `Likelihood.log_likelihood`; only the last row is asked for, the others are 0."""
         table = np.zeros((len(turns) - since, len(goals)))
         if len(goals) > 1 and len(table):
             table[-1] = -1.0

@@ -1,4 +1,4 @@
-"""The modules of Algorithm 1 besides inference: who proposes, removes, plans and asks."""
+"""Algorithm 1's modules besides inference: how an agent proposes, removes, plans and asks."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ __all__ = ["MODULES", "Module", "Modules", "modules_named", "modules_of"]
 Module = Literal["propose", "remove", "plan", "query"]
 
 MODULES: tuple[Module, ...] = get_args(Module)
-"""What can be done by the paper's prompts."""
+"""What the paper's prompts can do."""
 
 
 def modules_named(names: Iterable[str]) -> tuple[Module, ...]:
-    """Modules by their names; "all" stands for each of them.
+    """The modules of these names; "all" stands for all of them.
 
     Raises:
         InvalidInputError: There is no such module.
@@ -40,13 +40,13 @@ def modules_named(names: Iterable[str]) -> tuple[Module, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Modules:
-    """Who does what.
+    """What an agent uses for each job.
 
     Attributes:
         proposer: Names goals.
-        remover: Removes goals by a prompt; None where likelihood does.
+        remover: Removes goals by a prompt; None to remove them by likelihood.
         planner: Chooses what to do unasked.
-        asker: Asks.
+        asker: Writes queries.
     """
 
     proposer: Proposer
@@ -56,11 +56,11 @@ class Modules:
 
 
 def modules_of(model: Model, prompted: Collection[Module] = ()) -> Modules:
-    """Those of a model: what it was taught, or the paper's prompts where it was not.
+    """The modules of a model: those that it was taught, or else the paper's prompts.
 
     Args:
-        model: As of `open_model`, or any that writes.
-        prompted: What is done by the paper's prompts in any case.
+        model: From `open_model`, or any that writes.
+        prompted: Modules that use the paper's prompts in any case.
 
     Raises:
         InvalidInputError: The model does not write.

@@ -1,4 +1,4 @@
-"""What an utterance comes to: the verbs of a domain, orders in canonical English, and a reading.
+"""The meaning of an utterance: verbs, orders in canonical English, and readings.
 
 Natural language becomes these types in `goalscope.reader`, and nowhere else.
 """
@@ -29,10 +29,10 @@ __all__ = [
 ]
 
 SLOTS = ("what", "quantity", "for", "where", "if", "why")
-"""What an order may hold besides its verb; `unit` goes with `quantity`, `if` with any verb."""
+"""The slots of an order; `unit` goes with `quantity`, and every verb takes `if`."""
 
 REASONS = ("allergy", "diet", "taste")
-"""Why a thing must not come, the gravest first."""
+"""Reasons for a limit, the gravest first."""
 
 _NUMBER = r"\d{1,6}(?:\.\d{1,3})?"
 _QUANTITY = re.compile(rf"({_NUMBER})(?: (\S+(?: \S+){{0,2}}))?")
@@ -41,14 +41,14 @@ _WORD = re.compile(r"[^\s|,;:.!?()\[\]{}<>\"“”„«»…]+(?:[.,:][^\s|,;:.!
 
 @dataclass(frozen=True, slots=True)
 class Verb:
-    """A word of a domain's language, declared by its environment.
+    """A verb of a domain's language, declared by its environment.
 
     Attributes:
         name: Such as "add" or "turn on".
         doc: What it does, in one line, for the prompt.
         slots: Those of `SLOTS` that it takes besides `if`.
-        irreversible: Whether nobody can undo it.
-        takes_away: Whether it removes what it names: no limit forbids that, and none is lifted.
+        irreversible: Whether it cannot be undone.
+        takes_away: Whether it removes the thing: no limit forbids that, and it lifts none.
     """
 
     name: str
@@ -70,7 +70,7 @@ DIALOGUE_ACTS: tuple[Verb, ...] = (
     Verb("aim", "tells what it is all for", ()),
     Verb("none", "nothing of these", ()),
 )
-"""What words do in any domain, besides the domain's own verbs."""
+"""What utterances do in any domain, besides the domain's own verbs."""
 
 
 TELLING = ("aim", "none", "avoid", "only", "budget")
@@ -79,17 +79,17 @@ TELLING = ("aim", "none", "avoid", "only", "budget")
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """One thing that an utterance asks for, rules out or does; what is absent is "" or None.
+    """One thing that an utterance asks for, rules out or does; an empty slot is "" or None.
 
     Attributes:
         do: Name of a verb of the domain, or of a dialogue act.
         what: The thing, as said.
         quantity: How many or how much.
         unit: Of the quantity, in the singular.
-        for_: What takes the thing's place in a swap; whom a limit is for.
-        where: Where it goes, or which one it is.
+        for_: What replaces the thing in a swap; whom a limit is for.
+        where: Where the thing goes, or which one it is.
         if_: The condition, as said.
-        why: Why a limit holds: "allergy", "diet" or "taste".
+        why: Reason of a limit: "allergy", "diet" or "taste".
     """
 
     do: str
@@ -104,7 +104,7 @@ class Order:
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """A message and what it comes to, which shows a model that was not taught how to read.
+    """A message with its orders: a few-shot example for models that were not taught to read.
 
     Attributes:
         message: What a person says.
@@ -119,14 +119,13 @@ class Example:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """What one utterance comes to.
+    """The meaning of one utterance.
 
     Attributes:
-        orders: In the order in which they were said; the only one is "none" where there is none.
-        log_probability: Of this reading by the model, nats.
-        margins: Order by order, the nats by which it was preferred to another one where it was
-            least sure: the smallest lead of a token over the next likeliest. None where the model
-            does not tell.
+        orders: As they were said; a single "none" if there are none.
+        log_probability: Of this reading under the model, nats; None if unknown.
+        margins: For each order, the smallest lead of one of its tokens over the next likeliest
+            one, nats; None if unknown.
     """
 
     orders: tuple[Order, ...]
@@ -134,18 +133,18 @@ class Reading:
     margins: tuple[float, ...] | None = None
 
     def sure(self, order: Order, threshold: float) -> bool:
-        """Whether an order of it was read with a margin of so many nats, or nobody knows."""
+        """Whether an order's margin reaches the threshold, in nats, or is unknown."""
         if self.margins is None:
             return True
         return self.margins[self.orders.index(order)] >= threshold
 
     def tells(self, act: str) -> bool:
-        """Whether a verb or dialogue act is among the orders."""
+        """Whether an order has this verb or dialogue act."""
         return any(order.do == act for order in self.orders)
 
     @property
     def only_tells(self) -> bool:
-        """Whether the words ask for nothing and agree to nothing: they may tell an aim."""
+        """Whether the words ask for nothing and agree to nothing, so that they may tell an aim."""
         return all(order.do in TELLING for order in self.orders)
 
     @property
@@ -155,7 +154,7 @@ class Reading:
 
 
 def order_to_json(order: Order) -> dict[str, str | int | float]:
-    """An order as JSON, without what is absent; whole quantities are integers."""
+    """An order as JSON without its empty slots; whole quantities are integers."""
     found: dict[str, str | int | float] = {}
     for field in fields(order):
         value = getattr(order, field.name)
@@ -166,10 +165,10 @@ def order_to_json(order: Order) -> dict[str, str | int | float]:
 
 
 def order_from_json(data: object) -> Order:
-    """Read what `order_to_json` wrote; null stands for what is absent.
+    """The order that `order_to_json` wrote; null stands for an empty slot.
 
     Raises:
-        InvalidInputError: It is no such object; says which key is wrong.
+        InvalidInputError: It is no such object; names the wrong key.
     """
     if not isinstance(data, dict):
         raise InvalidInputError(f"An order must be an object, not {data!r}.")
@@ -199,14 +198,14 @@ def orders_to_text(orders: Iterable[Order]) -> str:
 
 
 def orders_from_text(text: str, verbs: Sequence[Verb]) -> tuple[Order, ...]:
-    """Read canonical English.
+    """The orders that `orders_to_text` wrote.
 
     Args:
-        text: As of `orders_to_text`.
-        verbs: Those of the domain; the dialogue acts need not be named.
+        text: Canonical English.
+        verbs: Those of the domain; dialogue acts are always known.
 
     Raises:
-        InvalidInputError: A line is none; says which one.
+        InvalidInputError: A line is no order; quotes it.
     """
     known = {verb.name: verb for verb in (*verbs, *DIALOGUE_ACTS)}
     lines = [line.strip() for line in text.splitlines() if line.strip()]
@@ -214,17 +213,17 @@ def orders_from_text(text: str, verbs: Sequence[Verb]) -> tuple[Order, ...]:
 
 
 def words_of(text: str) -> list[str]:
-    """The words of a text in lower case, without the marks around them."""
+    """The words of a text in lower case, without punctuation around them."""
     return [match[0].casefold() for match in _WORD.finditer(text)]
 
 
 def speaks(order: Order) -> bool:
-    """Whether an order asks for or rules out something: no mere yes, no, aim or nothing."""
+    """Whether an order asks for something or rules it out; yes, no, aim and none do not."""
     return order.do not in ("yes", "no", "aim", "none")
 
 
 def is_aside(orders: Sequence[Order]) -> bool:
-    """Whether words name nothing and tell no aim, as "Yes, buy it" and "Undo that" do.
+    """Whether words name nothing and tell no aim, such as "Yes, buy it" and "Undo that".
 
     Words that were read as nothing at all ("none") are no aside: they may tell anything.
     """

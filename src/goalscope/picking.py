@@ -1,7 +1,7 @@
-"""Which of the things that are here a person's words mean.
+"""Finds the thing that a phrase means, among those that are here.
 
-Names that hold the words come first; where several or none do, those nearest in meaning are the
-candidates, and the likelihood of the words given each of them decides, as it does for goals.
+Names that contain the words come first. If several or none do, the nearest in meaning are the
+candidates, and the likelihood of the words given each candidate decides, as it does for goals.
 """
 
 from __future__ import annotations
@@ -20,28 +20,25 @@ from goalscope.words import singular, singulars, words
 __all__ = ["Picker", "mended"]
 
 _CANDIDATES = 8
-_LETTERS = 5  # of a word that may be a slip
-_NEAR = 0.5  # cosine from which on a thing may be meant by words that its name lacks
-_NATS = 8.0  # that a cosine of 1 counts for, beside the likelihood
-_ALIKE = 0.8  # share of letters in common, from which on a word is a slip of another
+_LETTERS = 5  # shortest word that is checked for a typo
+_NEAR = 0.5  # smallest cosine of a thing whose name lacks the words
+_NATS = 8.0  # weight of the cosine beside the log-likelihood
+_ALIKE = 0.8  # smallest similarity (difflib) of a typo to a known word
 
 
 class Picker:
     """Picks names; an instance is a `goalscope.envs.Pick`.
 
     Args:
-        model: Scores the words given each candidate; None where nearness in meaning shall do.
-        strict: Whether only names that share words with what was said are meant.
+        model: Scores the words given each candidate; None to go by nearness in meaning alone.
+        strict: Whether a name must share words with the phrase.
     """
 
     def __init__(self, model: LikelihoodModel | None = None, *, strict: bool = False) -> None:
         self._model, self._strict = model, strict
 
     def __call__(self, said: str, names: Sequence[str]) -> str:
-        """The name that the words mean; "" where it is none of them.
-
-        The same words and names always give the same one.
-        """
+        """The name that the words mean; "" if it is none of them. Deterministic."""
         names = [name for name in dict.fromkeys(names) if singulars(name)]
         spoken = mended(said, (word for name in names for word in singulars(name)))
         if not spoken or not names:
@@ -67,7 +64,7 @@ class Picker:
         return self._likeliest(said, near) if near else ""
 
     def _likeliest(self, said: str, names: Sequence[str]) -> str:
-        """The name under which the words are likeliest; nearness in meaning counts as nats, too."""
+        """The name with the largest log-likelihood of the words plus weighted cosine."""
         nearness = embedded([said, *names])
         value = _NATS * (nearness[1:] @ nearness[0])
         if self._model and len(names) > 1:
@@ -78,9 +75,9 @@ class Picker:
 
 
 def mended(text: str, known: Iterable[str]) -> list[str]:
-    """The words of a text in the singular, slips of the pen in them mended by words `known`.
+    """The words of a text in the singular, with typos corrected to `known` words.
 
-    A slip has five letters or more, and the first of them is right.
+    A typo has five letters or more, and its first letter is right.
     """
     names = dict.fromkeys(known)
     return [_meant_by(word, names) for word in words(text)]

@@ -1,4 +1,4 @@
-"""Acting on likely goals (Sec. 3.2 and 4.2): what they call for, and whether to do it unasked."""
+"""The Action Module (Sec. 3.2, 4.2): what likely goals call for, and whether to do it unasked."""
 
 from __future__ import annotations
 
@@ -27,10 +27,9 @@ Flags = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True)
 class Want:
-    """Something to act for: a goal, or "" where only the person's words are known.
+    """A goal to act for, with its probability; "" stands for the person's words alone.
 
-    Where the probabilities of all that is wanted do not sum to 1, the rest is that of other goals,
-    of which nothing is known but what the person said.
+    If the probabilities of all wants sum to less than 1, the rest is that of unknown goals.
     """
 
     text: str
@@ -39,7 +38,7 @@ class Want:
 
 @dataclass(frozen=True, slots=True)
 class Guess:
-    """Something that was done though nobody asked for it: with what, and for which goal."""
+    """A thing that was used unasked, and the goal that it serves."""
 
     target: str
     goal: str
@@ -47,14 +46,14 @@ class Guess:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of planning.
+    """The outcome of planning for goals.
 
     Attributes:
-        results: The actions that stand, in order.
-        failed: What was tried and could not be done.
-        held: What would be right for one goal and wrong for another, and waits for an answer.
-        guessed: What was done.
-        replans: How many plans were made anew.
+        results: The actions that succeeded, in order.
+        failed: The actions that failed.
+        held: Things that are right for one goal and wrong for another: they wait for an answer.
+        guessed: The things that were used.
+        replans: Number of plans after the first.
     """
 
     results: tuple[StepResult, ...] = ()
@@ -66,11 +65,11 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """What to do about each of `n` things under the whole belief; to do nothing where neither.
+    """The decision on each of `n` things under the belief: act, hold, or neither.
 
     Attributes:
         act: [n] whether to act at once.
-        hold: [n] whether an answer is worth a question's cost before that.
+        hold: [n] whether an answer first is worth a question's cost.
         value: [n] expected value of acting at once, from -1 to 1.
     """
 
@@ -82,12 +81,12 @@ class Choice:
 def choose(probability: Array, value: Array, cost: float) -> Choice:
     """Act, hold back for an answer, or do nothing: whichever has the greatest expected value.
 
-    To do nothing is worth 0. To ask, and then to act if that is right, saves the expected harm of
-    acting now, and has its cost (value of perfect information; Howard, 1966).
+    Doing nothing is worth 0. Asking first avoids the expected harm of acting now, at the cost of a
+    question (value of perfect information; Howard, 1966).
 
     Args:
         probability: [G] of each goal; sums to 1.
-        value: [G, n] what it is worth to do something under each goal, from -1 to 1.
+        value: [G, n] value of each thing under each goal, from -1 to 1.
         cost: Of a question.
     """
     now = probability @ value
@@ -108,35 +107,35 @@ class Planner(Protocol):
         history: Sequence[StepResult],
         standing: Standing,
     ) -> Outcome:
-        """Plan and act; what fails leaves nothing half done.
+        """Plan and act; a plan that fails is undone.
 
-        What nobody could undo is never done unasked.
+        Irreversible actions are never taken unasked.
 
         Args:
             env: Where to act.
-            wants: What to act for.
+            wants: Goals to act for.
             turns: The conversation, the newest turn last.
-            history: Every action that stands so far, for undoing.
-            standing: What holds after what was said.
+            history: All actions so far, to replay for an undo.
+            standing: The state of the dialogue.
 
         Raises:
-            GoalscopeError: After undoing something, the environment is not as it was before.
+            GoalscopeError: An undo did not restore the environment.
         """
         ...
 
 
 class NeedPlanner:
-    """Does what the likely goals call for, as occasions from life know it.
+    """Does what likely goals call for, by occasions that people described.
 
-    What those like the person's words and a goal call for is worth doing under that goal, as far
-    as more of them call for it than must (`Environment.agreed`). So what several goals share comes
-    first. Where there are no occasions, the writer lists needs and judges them, beside what is
-    here.
+    The occasions most like the person's words and a goal vote on what to do under that goal; the
+    share of votes beyond `Environment.agreed` is its value. So what several goals share comes
+    first. In a domain without occasions the writer lists needs and judges them, along with what
+    the environment offers.
 
     Args:
-        writer: Lists and judges where nothing is known from life.
-        limit: Most things done in one round.
-        cost: Of a question before acting (see `choose`).
+        writer: Lists and judges needs where there are no occasions.
+        limit: Largest number of things in one round.
+        cost: Of a question before acting; see `choose`.
     """
 
     def __init__(self, writer: Writer, *, limit: int = 8, cost: float = 0.2) -> None:
@@ -194,14 +193,14 @@ class NeedPlanner:
         return Outcome(tuple(results), tuple(failed), tuple(held), tuple(guessed))
 
     def said(self, turns: Sequence[Turn]) -> str:
-        """The newest of the person's words, as many as a prompt can hold."""
+        """The person's newest words, as many as fit a prompt."""
         shown = recent(self.writer.model, [Turn("", turn.utterance) for turn in turns], 6)
         return " ".join(turn.utterance for turn in shown)
 
     def _judged(
         self, env: Environment, aims: Sequence[str], leading: int, said: str, served: _Served
     ) -> list[dict[Way, float]]:
-        """What is worth doing under each aim, from -1 to 1, of what the writer lists for one."""
+        """The value under each aim, from -1 to 1, of what the writer lists for the leading one."""
         room = env.here()
         written = self.writer.needs(aims[leading], said, (), room)
         listed = [*written, *env.offers(f"{said} {aims[leading]}".strip(), _OFFERS)]
@@ -214,20 +213,20 @@ class NeedPlanner:
 
 
 _LIKE = 8
-"""Occasions that are asked what an aim calls for."""
+"""Occasions that vote."""
 _OFFERS = 16
-"""Things that are here and are judged, where nothing is known from life."""
+"""Things of the environment that are judged where there are no occasions."""
 _LITTLE = 0.1
-"""Probability of other goals below which what they call for is not asked."""
-_FALL = 0.3  # by which each next occasion counts less, in nats
-_RANKS = 30  # things after which one more counts for nothing
+"""Probability of unknown goals below which they get no vote."""
+_FALL = 0.3  # nats by which each next occasion counts less
+_RANKS = 30  # place in an occasion's list from which on a thing has no vote
 
 Way = tuple[Action, ...]
-"""What is done for one need."""
+"""The actions that serve one need."""
 
 
 class _Served:
-    """What serves a need here, in what way; each is looked up once."""
+    """Looks up how a need is served here, once for each."""
 
     def __init__(self, env: Environment, standing: Standing) -> None:
         self._env, self._standing = env, standing
@@ -236,7 +235,7 @@ class _Served:
         self.names: dict[Way, str] = {}
 
     def __call__(self, need: str) -> Way:
-        """The actions; none where nothing serves it."""
+        """The actions; none if nothing serves the need."""
         if need not in self._ways:
             self._ways[need] = tuple(self._env.serving(need, self._standing))
             self.names.setdefault(self._ways[need], need)
@@ -254,16 +253,16 @@ def called_for(
     served: Callable[[str], Way],
     kind: Callable[[Way], str] = str,
 ) -> dict[Way, float]:
-    """How much occasions call for each thing to be done, up to 1 where all need it first of all.
+    """The occasions' votes for each way to act, up to 1 if all of them need it first.
 
-    Nearer ones count more, and what nobody wants there counts against a thing. Needs that are
-    served in the same way are one. Of a kind, one has the votes of all, so that a flour has those
-    of people who want another: the plain one if enough want it, or else the most wanted. They
-    are in the order in which occasions have them, as one may build on another.
+    Nearer occasions count more, and what is unwanted on one counts against a way. Needs that are
+    served in the same way are one. One way of each kind gets the votes of the whole kind, so that
+    people who want different flours vote for one: the plain one if enough want it, or else the one
+    with the most votes. The ways are in the order of the occasions, as one may build on another.
 
     Args:
         like: The occasions, nearest first.
-        served: Finds what serves a need.
+        served: Finds the way to serve a need.
         kind: See `Environment.kind`.
     """
     weights = np.exp(-_FALL * np.arange(len(like)))
@@ -296,15 +295,15 @@ def called_for(
 def attempted(
     env: Environment, actions: Sequence[Action], history: Sequence[StepResult]
 ) -> tuple[list[StepResult], StepResult | None]:
-    """Take actions, all or none: what came of them, and the one that was impossible, if one was.
+    """Execute all of the actions or none; returns the results, and the failure if there was one.
 
     Args:
         env: Where to act.
         actions: In order.
-        history: Every action that stands before them, for undoing.
+        history: All actions before them, to replay for an undo.
 
     Raises:
-        GoalscopeError: After undoing some, the environment is not as it was before.
+        GoalscopeError: An undo did not restore the environment.
     """
     start = env.fingerprint()
     results: list[StepResult] = []
@@ -319,15 +318,15 @@ def attempted(
 
 
 def undo(env: Environment, history: Sequence[StepResult], expected: str | None = None) -> None:
-    """Take `env` back to where `history` left it: reset, and replay what succeeded.
+    """Restore `env` to where `history` left it: reset, and replay.
 
     Args:
-        env: Where the actions were taken.
-        history: What stands.
-        expected: The fingerprint that the environment then must have, where it is known.
+        env: The environment.
+        history: The actions to keep.
+        expected: The fingerprint that the environment must then have, if it is known.
 
     Raises:
-        GoalscopeError: An action that once succeeded now fails, or the state is another one.
+        GoalscopeError: A replayed action fails, or the fingerprint differs.
     """
     env.reset()
     for result in history:

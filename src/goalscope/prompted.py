@@ -1,7 +1,7 @@
-"""The paper's modules by prompts alone (Sec. 3.2, 4.2), for models that were taught none of it.
+"""The paper's modules by prompts alone (Sec. 3.2, 4.2), for models that were not taught them.
 
-Each is one generation at temperature 0 under a JSON schema. What a model writes is checked here:
-numbers that stand for nothing, repeats and what is too much are left out.
+Each is one generation at temperature 0 under a JSON schema. Invalid numbers, repeats and anything
+beyond the limits are dropped.
 """
 
 from __future__ import annotations
@@ -38,13 +38,10 @@ _TOKENS = 400
 
 
 class PromptedWriter:
-    """Names goals, removes some, and asks, by a prompt for each.
-
-    Args:
-        model: Writes.
+    """Names goals, removes goals and asks, with a prompt for each.
 
     Raises:
-        InvalidInputError: It is no model that writes.
+        InvalidInputError: `model` is no model that writes.
     """
 
     def __init__(self, model: Generator) -> None:
@@ -68,7 +65,7 @@ class PromptedWriter:
         return self.listed("goals", _GOALS, "prompt_goals", task=task, turns=shown, goals=held)
 
     def unfit(self, task: str, turns: Sequence[Turn], goals: Sequence[Goal]) -> list[GoalChange]:
-        """Goals to remove: improbable, unsafe, or none of this agent's.
+        """Goals to remove: improbable, unsafe, or irrelevant to the task.
 
         Raises:
             UnreadableAnswerError: The model wrote no list.
@@ -88,7 +85,7 @@ class PromptedWriter:
         done: str,
         goals: Sequence[str],
         *,
-        heard: OnText | None = None,
+        on_text: OnText | None = None,
     ) -> str:
         """See `goalscope.dialog.Asker`."""
         shown = recent(self.model, turns, _TURNS)
@@ -101,10 +98,10 @@ class PromptedWriter:
         return " ".join(found.split()) if isinstance(found, str) else ""
 
     def listed(self, name: str, most: int, template: str, **values: object) -> list[str]:
-        """A list of short texts, none twice.
+        """A list of short, distinct texts.
 
         Raises:
-            UnreadableAnswerError: The model wrote none.
+            UnreadableAnswerError: The model wrote no list.
         """
         item = {"type": "string", "maxLength": _LONGEST}
         form = {name: {"type": "array", "items": item, "maxItems": most}}
@@ -115,10 +112,10 @@ class PromptedWriter:
         return [*distinct.values()][:most]
 
     def numbers(self, name: str, count: int, prompt: Sequence[Message]) -> list[int]:
-        """Places from 0 of some of `count` things that the prompt numbers from 1.
+        """Indices (from 0) that the model chose among `count` things numbered from 1.
 
         Raises:
-            UnreadableAnswerError: The model wrote none.
+            UnreadableAnswerError: The model wrote no list.
         """
         item = {"type": "integer", "minimum": 1, "maximum": count}
         form = {name: {"type": "array", "items": item, "maxItems": min(count, _TERMS)}}
@@ -127,7 +124,7 @@ class PromptedWriter:
         return [each - 1 for each in dict.fromkeys(given)][:_TERMS]
 
     def _answer(self, prompt: Sequence[Message], form: Mapping[str, Any]) -> dict[str, Any]:
-        """An object of this form.
+        """The model's answer as an object with these properties.
 
         Raises:
             UnreadableAnswerError: The model wrote something else.
@@ -156,14 +153,14 @@ class PromptedWriter:
 
 
 class PromptedPlanner:
-    """Plans as the paper has it: what is relevant, what is possible, and a plan from that.
+    """Plans as in the paper: lists what is relevant, then chooses from the possible actions.
 
-    The same is done once with each thing: one that is put in seven places is put in the first. An
-    action that turns out impossible is left out, and a plan made anew.
+    A plan uses each thing once per kind of action. If an action fails, it is excluded and the plan
+    made again.
 
     Args:
-        writer: Whose model plans.
-        replans: Most plans to make in one round after the first.
+        writer: Prompts the model.
+        replans: Largest number of plans after the first in one round.
     """
 
     def __init__(self, writer: PromptedWriter, *, replans: int = 2) -> None:

@@ -1,10 +1,10 @@
-"""The reader: an utterance, in its conversation, becomes a `Reading`.
+"""The reader: an utterance in its conversation becomes a `Reading`.
 
-One constrained generation of the model that writes. Verbs and dialogue acts are an enumeration, and
-every word of a thing was said, now or earlier, or is shown by the environment; a grammar makes that
-true by construction where the engine takes one, a check where a server takes only a JSON schema.
-So a reading can order nothing that nobody named. Small models write short canonical English under a
-grammar better than free text (Shin et al., 2021).
+A reading is one constrained generation. Verbs and dialogue acts are enumerated, and every word of a
+thing was said, now or earlier, or is shown by the environment: so no reading orders what nobody
+named. A grammar enforces this where the engine takes one; where a server only takes a JSON schema,
+the answer is checked. Small models write short canonical English under a grammar better than free
+text (Shin et al., 2021).
 """
 
 from __future__ import annotations
@@ -45,24 +45,24 @@ __all__ += ["check_verbs", "grammar_of", "reader_of", "schema_of"]
 Form = Literal["text", "json"]
 
 MOST_ORDERS = 24
-"""Orders of one reading at most."""
+"""Largest number of orders in a reading."""
 
-_WINDOW = 9  # earlier messages that are read again for what the newest one points back to
+_WINDOW = 9  # earlier messages that the prompt holds, for what the newest one refers to
 _MOST_TOKENS = 320  # of a reading
 _LONGEST_NAME = 12  # words of a thing
 _PHRASES = ("what", "for", "where", "if")
-_UNWRITTEN = frozenset({"Cc", "Cn", "Co", "Cs"})  # categories of Unicode that no word holds
-_NAMING = ("avoid", "only")  # acts that say nothing without a thing
+_UNWRITTEN = frozenset({"Cc", "Cn", "Co", "Cs"})  # Unicode categories that no word holds
+_NAMING = ("avoid", "only")  # acts that need a thing
 
 
 @dataclass(frozen=True, slots=True)
 class Exchange:
-    """An earlier message of the conversation, and its reading.
+    """An earlier message of the conversation, with its reading.
 
     Attributes:
-        question: What the agent had asked; "" where it does not matter.
+        question: What the agent had asked; "" if that does not matter.
         message: What the person said.
-        orders: What it came to.
+        orders: The orders that were read.
     """
 
     question: str
@@ -77,15 +77,13 @@ class Reader:
         model: Writes the readings.
         verbs: The domain's own verbs.
         task: The agent and its task, for a model that was not taught to read.
-        examples: Some readings, likewise.
-        taught: Whether the model has an adapter that was fitted on reading: then the prompt only
+        examples: Few-shot examples for such a model.
+        taught: Whether the model has an adapter that was fitted on reading. The prompt then only
             names the verbs.
-        form: Whether a reading is written as canonical English or as JSON. A model that takes no
-            grammar, such as one behind a server, writes JSON in any case.
+        form: Canonical English ("text") or JSON. A model that takes no grammar always writes JSON.
 
     Raises:
-        InvalidInputError: The domain has no verbs, two of one name, or one with another slot than
-            those of `SLOTS`.
+        InvalidInputError: The domain has no verbs, two of the same name, or an unknown slot.
     """
 
     def __init__(
@@ -126,11 +124,11 @@ class Reader:
             message: What the person said.
             question: What the agent had asked.
             before: What was said earlier, oldest first, with its readings.
-            names: What the environment shows; their words may be used, too.
+            names: Texts of the environment whose words a reading may use, too.
 
         Raises:
             InvalidInputError: The message is empty, broken, or too long for the model.
-            UnreadableAnswerError: The model did not write a reading.
+            UnreadableAnswerError: The model wrote no valid reading.
         """
         message = checked_text(message, "utterance")
         before = before[-_WINDOW:]
@@ -168,7 +166,7 @@ class Reader:
     def prompt(
         self, message: str, *, question: str = "", before: Sequence[Exchange] = ()
     ) -> list[Message]:
-        """The chat after which the model writes the reading of `message`."""
+        """The chat that the model answers with the reading of `message`."""
         return self._prompt(message, question, [*self._examples, *before[-_WINDOW:]])
 
     def _prompt(self, message: str, question: str, shown: Sequence[Exchange]) -> list[Message]:
@@ -188,7 +186,7 @@ class Reader:
     def _margins(
         self, orders: Sequence[Order], lines: Sequence[Order], margins: Sequence[float]
     ) -> tuple[float, ...]:
-        """That of each order's first line; of the whole, where lines are no orders."""
+        """The margin of each order's first line; in JSON, that of the whole reading."""
         found = dict.fromkeys(orders, min(margins))
         if self.form == "text":
             for order, margin in reversed([*zip(lines, margins, strict=False)]):
@@ -196,7 +194,7 @@ class Reader:
         return tuple(found[order] for order in orders)
 
     def _lines(self, text: str, said: Mapping[str, None]) -> tuple[Order, ...]:
-        """The orders that were written, one after another, of words that were said."""
+        """The orders that the model wrote, checked for words that nobody said."""
         try:
             if self.form == "text":
                 orders = orders_from_text(text, self._own)
@@ -221,13 +219,13 @@ class Reader:
 def reader_of(
     model: Generator, verbs: Sequence[Verb], *, task: str = "", examples: Sequence[Example] = ()
 ) -> Reader:
-    """The reader of a domain: by the part of the model that was taught to read, if there is one.
+    """The reader of a domain, by the part of the model that was taught to read if there is one.
 
     Args:
-        model: As of `open_model`, or any that writes.
-        verbs: See `Reader`, as for the next two.
+        model: From `open_model`, or any that writes.
+        verbs: The domain's own verbs.
         task: The agent and its task.
-        examples: Some readings.
+        examples: Few-shot examples.
     """
     return Reader(
         getattr(model, "reader", model),
@@ -239,10 +237,9 @@ def reader_of(
 
 
 def grammar_of(verbs: Sequence[Verb], words: Iterable[str]) -> str:
-    """The readings that `orders_from_text` takes, of these words alone, in GBNF.
+    """A grammar, in GBNF, of the readings that use only these words; see `orders_from_text`.
 
-    Words with characters that are none (controls and the like) are left out: a model may have no
-    token for them.
+    Words with control characters and the like are left out: a model may have no token for them.
     """
     known = [_literal(word) for word in words if not _UNWRITTEN & {*map(category, word)}]
     known = known or ['"nothing"']
@@ -300,10 +297,10 @@ def _literal(text: str) -> str:
 
 
 def check_verbs(verbs: Sequence[Verb]) -> None:
-    """Refuse verbs that no reader can use.
+    """Check that a reader can use these verbs.
 
     Raises:
-        InvalidInputError: There are none, two of one name, or one with an unknown slot.
+        InvalidInputError: There are none, two of the same name, or an unknown slot.
     """
     if not verbs:
         raise InvalidInputError(

@@ -1,6 +1,6 @@
-"""What holds after all that was said: a pure fold over stored readings.
+"""The state of the dialogue: a pure fold over the stored readings.
 
-Nothing re-reads old words. To undo is to leave readings out; an allergy or a diet survives that.
+Old words are never read again. An undo leaves readings out; an allergy or a diet survives it.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from goalscope.words import names, singulars
 __all__ = ["GRAVE", "LIMITS", "Standing", "acting", "fold"]
 
 GRAVE = ("allergy", "diet")
-"""Reasons of limits that only the person's confirmation lifts."""
+"""Reasons of limits that are lifted only by the person's confirmation."""
 
 LIMITS = ("avoid", "only", "budget", "leave")
-"""Dialogue acts that hold from then on; an environment resolves them, too."""
+"""Dialogue acts that hold from then on; environments resolve them, too."""
 
 _ACTS = frozenset(act.name for act in DIALOGUE_ACTS)
 
@@ -27,10 +27,10 @@ class Standing:
     """The state of a dialogue.
 
     Attributes:
-        limits: What must not come ("avoid"), or what all must be ("only").
-        budget: The most it may cost; None for any sum.
-        untouched: What is to be left as it is.
-        asked: What was asked for and not taken back, oldest first.
+        limits: Things that must not come ("avoid"), and properties that all must have ("only").
+        budget: The most that everything may cost; None for no limit.
+        untouched: Things to leave as they are.
+        asked: Orders that were not retracted, oldest first.
     """
 
     limits: tuple[Order, ...] = ()
@@ -39,20 +39,18 @@ class Standing:
     asked: tuple[Order, ...] = ()
 
     def forbids(self, order: Order) -> Order | None:
-        """The allergy or diet that rules out the very thing that an order names to come.
+        """The allergy or diet that rules out the thing that an order asks for, if there is one.
 
-        None where none does. (Gluten-free bread is no gluten: what is in a thing, the environment
-        knows.)
+        Only the name counts: what a thing contains is for the environment to say.
         """
         ruling = (each for each in self.limits if each.why in GRAVE and _rules_out(each, order))
         return next(ruling, None)
 
     def beside(self, order: Order, said: Collection[Order]) -> Standing:
-        """What binds an order, of those that were said in one breath.
+        """What binds an order of an utterance whose orders are `said`.
 
-        "Turn off the laptop, but leave it there" turns it off: what is to be left as it then is
-        binds no order for the same thing. ("Put the phone into the drawer, and leave the phone on
-        the sofa" speaks of two.)
+        In "turn off the laptop, but leave it there" the second part does not bind the first. In
+        "put the phone into the drawer, and leave the phone on the sofa" there are two phones.
         """
 
         def same(limit: Order) -> bool:
@@ -63,7 +61,7 @@ class Standing:
 
 
 def acting(orders: Sequence[Order]) -> tuple[Order, ...]:
-    """The orders by a domain's own verbs: no dialogue acts."""
+    """The orders by a domain's own verbs, without dialogue acts."""
     return tuple(each for each in orders if each.do not in _ACTS)
 
 
@@ -75,18 +73,18 @@ def fold(
     retracted: Collection[int] = (),
     takes_away: Collection[str] = (),
 ) -> Standing:
-    """What holds after readings, oldest first.
+    """The state of the dialogue after readings, oldest first.
 
-    A later order lifts a dislike that rules out the very thing that it names, but no allergy or
-    diet: those end where such an order was confirmed. What one person must not have, and for a
-    graver reason, holds beside what another one must not. An order that waits counts for nothing.
+    A later order lifts a dislike of the thing that it asks for. An allergy or a diet ends only when
+    such an order is confirmed. Limits for different people, or of graver reasons, hold side by
+    side. An order that waits does not count.
 
     Args:
         readings: Of all rounds.
-        released: For each of them, the orders that it confirmed; none where it is shorter.
-        waiting: For each of them, those of its orders that were not followed; likewise.
-        retracted: Places of the readings that were taken back.
-        takes_away: Names of the verbs whose orders lift nothing (see `Verb`).
+        released: For each reading, the orders that it confirmed; may be shorter.
+        waiting: For each reading, its orders that were not executed; may be shorter.
+        retracted: Indices of the retracted readings.
+        takes_away: Names of the verbs whose orders lift nothing; see `Verb`.
     """
     standing = Standing()
     for place, reading in enumerate(readings):
@@ -122,7 +120,7 @@ def _with(standing: Standing, order: Order, *, lifts: bool) -> Standing:
 
 
 def _lifted(standing: Standing, order: Order, *, grave: bool) -> Standing:
-    """Without the limits that an order for the very thing speaks against."""
+    """The state without the limits that an order for the same thing contradicts."""
     return replace(
         standing,
         limits=tuple(
@@ -135,9 +133,9 @@ def _lifted(standing: Standing, order: Order, *, grave: bool) -> Standing:
 
 
 def _rules_out(limit: Order, order: Order) -> bool:
-    """Whether a limit is against the very thing that an order names to come: the end of its name.
+    """Whether a limit rules out the thing that an order asks for, by the end of its name.
 
-    Rye bread is bread; gluten-free bread is no gluten.
+    Rye bread is bread; gluten-free bread is not gluten.
     """
     thing, coming = singulars(limit.what), singulars(order.for_ or order.what)
     return limit.do == "avoid" and bool(thing) and coming[-len(thing) :] == thing

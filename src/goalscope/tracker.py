@@ -1,4 +1,4 @@
-"""A belief over the goals of a person in dialogue, whatever acts on it."""
+"""A belief over the goals of a person in dialogue, for any program that acts on it."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ from goalscope.types import (
 __all__ = ["UNCORRECTABLE", "YOURS", "Correction", "GoalTracker"]
 
 Correction = Literal["pin", "veto", "reword"]
-"""What a person can say of a goal itself; see `GoalTracker.correct`."""
+"""How a person corrects the goals; see `GoalTracker.correct`."""
 
 UNCORRECTABLE = "This method holds no belief that could be corrected."
-"""Said of a `Correction` where there is nothing to weigh."""
+"""Why a `Correction` is refused where there are no probabilities."""
 
 YOURS = "you named it"
-"""Why a goal was added that the person named themselves."""
+"""Reason of a goal that the person named themselves."""
 
 _MODEL = ("token_logprobs", "count_tokens", "context_size")
 
@@ -60,10 +60,9 @@ def _synchronized(method: _Method) -> _Method:
 
 
 class GoalTracker:
-    """A belief over the goals of a person in dialogue, without a domain.
+    """A belief over the goals of a person in one conversation, in any domain.
 
-    It is one conversation's. Threads may share it: it does one thing at a time. Its model may be
-    shared by any number of trackers.
+    A tracker is thread-safe. Trackers may share a model.
 
     Args:
         model: Scores the words; by default the embedded model.
@@ -71,11 +70,11 @@ class GoalTracker:
         goals: Goals to start with, besides `UNSPECIFIED`.
         include_unspecified: Whether "no stated goal" is one of the hypotheses.
         likelihood: Evidence of a turn; by default the role-play likelihood of `model`.
-        calibration: How evidence becomes probabilities, or its name ("paper", "default",
-            "last-turn"), or a file of `goalscope calibrate`; that of the likelihood if None.
+        calibration: A `Calibration`, its name ("paper", "default", "last-turn") or a file of
+            `goalscope calibrate`; None for that of the likelihood.
 
     Raises:
-        InvalidInputError: An argument is not what it should be.
+        InvalidInputError: An argument cannot be used.
         ModelError: The embedded model cannot be opened.
     """
 
@@ -110,7 +109,7 @@ class GoalTracker:
         self.belief = Belief.uniform(given, named or self.likelihood.calibration)
 
     def __getstate__(self) -> dict[str, Any]:
-        """All but the lock: a copy has one of its own."""
+        """All but the lock; a copy gets its own."""
         return {name: value for name, value in self.__dict__.items() if name != "_busy"}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -118,21 +117,21 @@ class GoalTracker:
         self._busy = RLock()
 
     def __repr__(self) -> str:
-        """The task, and the belief in short."""
+        """The task and the likeliest goals."""
         return f"GoalTracker({self.task!r}, {self.belief!r})"
 
     @_synchronized
     def observe(self, query: str, utterance: str, *, weight: float = 1.0) -> Belief:
-        """Update the belief with what the person answered; on an error it stays as it was.
+        """Update the belief with a turn (Eq. 1); on an error it stays as it was.
 
         Args:
-            query: What they were asked.
-            utterance: What they said.
-            weight: How much that counts, from 0 (it tells nothing of a goal) to 1.
+            query: What the person was asked.
+            utterance: What they answered.
+            weight: Weight of the evidence, from 0 to 1.
 
         Raises:
-            InvalidInputError: The utterance is empty, or a text is broken, none at all, or too long
-                for the model; or the weight is no such number.
+            InvalidInputError: The utterance is empty, a text is broken or too long for the model,
+                or the weight is out of range.
         """
         if not (hasattr(weight, "__float__") and 0 <= weight <= 1):
             raise InvalidInputError(f"weight must be a number from 0 to 1, not {weight!r}")
@@ -149,11 +148,11 @@ class GoalTracker:
     def add(self, goals: Iterable[str | Goal]) -> Belief:
         """Add goals; each is scored on all past turns, as if it had been there from the start.
 
-        Those that are there already, but for case, spaces and the mark at the end, change nothing.
+        A goal that is there already, apart from case, spaces and the final mark, is skipped.
 
         Raises:
-            InvalidInputError: A goal is empty, broken, no text, or too long for the model, or the
-                person has ruled it out.
+            InvalidInputError: A goal is empty, broken or too long for the model, or the person has
+                ruled it out.
         """
         added = [goal for goal in self._known(goals) if goal not in self.belief.goals]
         out = {canonical(goal.text) for goal in self.belief.ruled_out}
@@ -169,7 +168,7 @@ class GoalTracker:
             self.belief = self.belief.add(
                 added, lambda new: self.likelihood.log_likelihood(self.task, new, self.turns)
             )
-        elif added:  # an order is one of all goals together
+        elif added:  # a ranking is of all goals together
             everything = (*self.belief.goals, *added)
             row = self.likelihood.log_likelihood(
                 self.task, everything, self.turns, since=len(self.turns) - 1
@@ -200,10 +199,10 @@ class GoalTracker:
 
     @_synchronized
     def pin(self, goal: str | Goal) -> Belief:
-        """Take a goal that the person confirms, perhaps a new one (see `Belief.pinned`).
+        """Record that the person confirmed a goal, perhaps a new one; see `Belief.pinned`.
 
         Raises:
-            InvalidInputError: It is no goal, or `UNSPECIFIED`.
+            InvalidInputError: The goal is empty or broken, or `UNSPECIFIED`.
         """
         (pinned,) = self._known([goal])
         if pinned == UNSPECIFIED:
@@ -213,16 +212,16 @@ class GoalTracker:
 
     @_synchronized
     def correct(self, correction: Correction, goal: str | Goal, text: str = "") -> list[GoalChange]:
-        """Take what the person says of the goals themselves, and tell what it changed.
+        """Apply what the person says about a goal itself, and return what changed.
 
-        What was ruled out, or said in other words, already changes nothing.
+        Repeating a correction changes nothing.
 
         Args:
-            correction: "pin": it is this goal, perhaps a new one. "veto": it is not, and it comes
-                back only if it is pinned (see `Belief.ruled_out`). "reword": it is this goal in
-                other words.
+            correction: "pin" confirms the goal, perhaps a new one. "veto" rules it out; it comes
+                back only if it is pinned (see `Belief.ruled_out`). "reword" replaces it by the
+                same goal in other words.
             goal: The goal.
-            text: For "reword" the words.
+            text: The new words, for "reword".
 
         Raises:
             InvalidInputError: There is no such correction, goal or belief, or a text is empty or
@@ -262,7 +261,7 @@ class GoalTracker:
 
     @_synchronized
     def to_json(self) -> str:
-        """All that it is, and its model's name: `from_json` goes on where it stands."""
+        """The tracker's state and its model's name, for `from_json`."""
         from goalscope.rounds_json import belief_to_json, dumps
 
         return dumps(
@@ -285,18 +284,18 @@ class GoalTracker:
         """The tracker that `to_json` wrote; nothing is scored again.
 
         Args:
-            text: What it wrote.
-            model: The model that it had, as for `GoalTracker`; it is known by its name, or its
-                class where it has none, so that another adapter or layout is not noticed.
-            likelihood: The likelihood that it had.
+            text: What `to_json` wrote.
+            model: The same model as before. It is compared by name, or by class if it has none: a
+                change of adapter or layout is not noticed.
+            likelihood: The same likelihood as before.
 
         Raises:
-            InvalidInputError: It is something else, or the model is another one.
+            InvalidInputError: The text is something else, or the model is another one.
         """
         from goalscope.rounds_json import belief_from_json
 
         if not isinstance(cast("object", text), str):
-            raise InvalidInputError(f"to_json wrote a text, and this is {type(text).__name__}.")
+            raise InvalidInputError(f"text must be what to_json wrote, not {type(text).__name__}.")
         try:
             data = json.loads(text)
             belief = belief_from_json(data["belief"])
@@ -317,7 +316,7 @@ class GoalTracker:
                 f"This tracker was saved with the model {saved}, and here is {here}. Give the one "
                 "that it had, or let a new tracker observe its turns."
             )
-        whole = isinstance(tracker.likelihood, PromptedRanking)  # it reads all turns as one
+        whole = isinstance(tracker.likelihood, PromptedRanking)  # one row for all turns
         if not whole and len(turns) != len(belief.log_likelihood):
             raise InvalidInputError(
                 f"This is not what GoalTracker.to_json wrote ({len(turns)} turns, and a belief "
@@ -341,7 +340,7 @@ class GoalTracker:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the person should be told of how they were understood."""
+        """What the person should know about the last update."""
         if not self.turns or not isinstance(self.likelihood, RolePlay):
             return ()
         start = self.likelihood.window(self.task, self.turns)
@@ -362,21 +361,21 @@ class GoalTracker:
         most: int | None = None,
         progress: Callable[[str], None] = lambda _: None,
     ) -> tuple[list[GoalChange], bool]:
-        """After a turn, propose goals if none explains the words, and remove what is unfit.
+        """After a turn, propose goals if none explains the words, and remove unfit ones (Sec. 3.2).
 
         Args:
-            goals: Proposes and removes (Sec. 3.2).
-            rounds: All before this turn.
-            corrections: What the person said of the goals since the last of them.
-            given: Goals that stay.
-            propose: Whether any may be proposed.
-            anew: Whether some are proposed even if a goal explains the words: where the person
-                tells another aim, its words may be explained by an old goal, which they name, too.
-            most: Most goals in all.
-            progress: Is told what is done, before each part of it.
+            goals: Proposes and removes.
+            rounds: All rounds before this turn.
+            corrections: The person's corrections since the last of them.
+            given: Goals to keep.
+            propose: Whether goals may be proposed.
+            anew: Whether goals are proposed even if one explains the words. A person who tells a
+                new aim may name the old one, too, which then explains the words.
+            most: Largest number of goals.
+            progress: Called with what is done next.
 
         Returns:
-            What has changed, and whether a goal is missing for which none was found.
+            The changes, and whether a goal is missing for which none was found.
         """
         since = made_from([round.changes for round in rounds])
         added: list[GoalChange] = []
@@ -396,7 +395,7 @@ class GoalTracker:
 
 
 def _wrong(model: LikelihoodModel) -> str:
-    """Why a model that somebody wrote cannot be asked; empty where it can be."""
+    """Why a user's own model cannot be used; empty if it can."""
     try:
         signature(model.token_logprobs).bind([], [], end_of_turn=False)
     except TypeError as error:

@@ -1,4 +1,4 @@
-"""The words the whole package shares: goals, turns, messages, actions, and the errors."""
+"""Types that the whole package shares: goals, turns, messages, actions and errors."""
 
 from __future__ import annotations
 
@@ -36,29 +36,29 @@ class GoalscopeError(Exception):
 
 
 class InvalidInputError(GoalscopeError, ValueError):
-    """Something a person gave (text, a file, an option) cannot be used as it is."""
+    """Something that a person gave (text, a file, an option) cannot be used as it is."""
 
 
 class ConflictError(GoalscopeError):
-    """It cannot be done as things stand, perhaps since somebody else was faster."""
+    """The state has changed, perhaps because somebody else was faster."""
 
 
 class ModelError(GoalscopeError):
-    """A language model is missing, broken, or gave an answer that cannot be used."""
+    """A language model is missing or broken, or its answer cannot be used."""
 
 
 class UnreadableAnswerError(ModelError):
-    """A language model answered, but not in the form that it was asked for."""
+    """A language model answered in another form than it was asked for."""
 
 
-_UNSEEN = frozenset({"Cc", "Cf", "Zs", "Zl", "Zp"})  # controls, marks of format, spaces
+_UNSEEN = frozenset({"Cc", "Cf", "Zs", "Zl", "Zp"})  # controls, format characters, spaces
 
 
 def readable(text: object, what: str) -> str:
-    """Return `text` as it is, perhaps empty; refuse what is no text.
+    """Return `text`, perhaps empty, if it is text that can be encoded.
 
     Raises:
-        InvalidInputError: It is no text, or holds a lone surrogate (half of a character).
+        InvalidInputError: It is not a string, or holds a lone surrogate.
     """
     if not isinstance(text, str):
         raise InvalidInputError(f"The {what} must be a text, not {type(text).__name__}.")
@@ -73,15 +73,15 @@ def readable(text: object, what: str) -> str:
 
 
 def checked_text(text: object, what: str, longest: int | None = None) -> str:
-    """Return `text` without surrounding whitespace, refusing what no model can read.
+    """Return `text` without surrounding whitespace if a model can read it.
 
     Args:
         text: From a person, a file or another program.
-        what: What the error is to call it.
-        longest: Most characters; None for any number.
+        what: Its name in errors.
+        longest: Largest number of characters; None for no limit.
 
     Raises:
-        InvalidInputError: `text` is not `readable`, has nothing to read, or is too long.
+        InvalidInputError: `text` is not `readable`, empty, or too long.
     """
     text = readable(text, what)
     if longest is not None and len(text) > longest:
@@ -97,7 +97,7 @@ def pluralize(number: int, noun: str) -> str:
 
 
 def canonical(text: str) -> str:
-    """What is equal for goals that differ only in case, spaces and the mark at the end."""
+    """A goal's text apart from case, spaces and the final mark."""
     return " ".join(text.casefold().split()).rstrip(".!? ")
 
 
@@ -112,14 +112,14 @@ class Goal:
 
 
 TRACKING = "tracking"
-"""The domain of episodes in which another program talks and acts; see `goalscope.tracking`."""
+"""Domain of episodes in which another program talks and acts; see `goalscope.tracking`."""
 
 UNSPECIFIED = Goal("Unspecified")
 """The person with no stated goal. If it is the likeliest, the true goal is missing (Sec. 3.2)."""
 
 
 def distinct(goals: Iterable[Goal], known: Iterable[Goal] = (UNSPECIFIED,)) -> list[Goal]:
-    """One goal of each `canonical`: the one among those `known`, or else the first."""
+    """Goals without repeats by `canonical`; a known goal stands for its repeats."""
     own = dict.fromkeys(known)
     kept = {canonical(each.text): each for each in own}
     found = (each if each in own else kept.setdefault(canonical(each.text), each) for each in goals)
@@ -127,10 +127,10 @@ def distinct(goals: Iterable[Goal], known: Iterable[Goal] = (UNSPECIFIED,)) -> l
 
 
 def goals_of(goals: object) -> list[Goal]:
-    """Goals that are given as texts, or as what they are.
+    """The goals of a list of texts or goals.
 
     Raises:
-        InvalidInputError: They are no list, or one is no text, empty or broken.
+        InvalidInputError: It is no list, or a goal is no text, empty or broken.
     """
     if isinstance(goals, Mapping):
         raise InvalidInputError(
@@ -164,13 +164,13 @@ class Message:
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """One act that an environment can take, such as `Action("add item", "Whole Milk, 1 L", 2)`.
+    """One action of an environment, such as `Action("add item", "Whole Milk, 1 L", 2)`.
 
     Attributes:
         name: What is done.
-        target: To what.
-        quantity: How many of it.
-        destination: Where it goes, for an act that moves it.
+        target: The thing it is done to.
+        quantity: How many of them.
+        destination: Where the thing goes, if the action moves it.
     """
 
     name: str
@@ -186,14 +186,14 @@ class Action:
 
 @dataclass(frozen=True, slots=True)
 class StepResult:
-    """What came of one action.
+    """The result of one action.
 
     Attributes:
-        action: What was tried.
-        ok: Whether it was done; if not, nothing has changed.
-        observation: What happened, or why it could not be done.
+        action: The action.
+        ok: Whether it succeeded; if not, nothing has changed.
+        observation: What happened, or why it failed.
         terminated: Whether it completed the task.
-        irreversible: Whether it was done and nobody can undo it: a slice, a purchase.
+        irreversible: Whether it succeeded and cannot be undone, such as a slice or a purchase.
     """
 
     action: Action
@@ -205,13 +205,13 @@ class StepResult:
 
 @dataclass(frozen=True, slots=True)
 class GoalChange:
-    """A goal that entered or left the goal set, or that the person confirmed, and why.
+    """A goal that was added, removed or confirmed, and why.
 
     Attributes:
         kind: What happened.
-        goal: To which goal.
+        goal: The goal.
         reason: Why, for people.
-        final: Of a goal that was removed: whether it stays out whatever is said later.
+        final: Whether a removed goal stays out, whatever is said later.
     """
 
     kind: Literal["added", "removed", "pinned"]
@@ -226,12 +226,12 @@ class Profile:
 
     Attributes:
         name: Short name for `--profile`.
-        description: What the person wants, given to a simulated human and never to the agent.
-        replies: What the scripted human says, in order; afterwards the completion phrase.
+        description: What the person wants; a simulated human sees it, the agent never does.
+        replies: What the scripted human says, in order, before the completion phrase.
         checks: Conditions on the final state, in the form that the environment documents.
-        scene: Name of the place where it happens, in environments that have several.
-        welcome: What they would not mind in the outcome, besides what the checks ask for, in the
-            form that the environment documents; empty where nobody has said.
+        scene: Name of the place, in environments that have several.
+        welcome: Things that are fine in the outcome besides what the checks ask for, in the form
+            that the environment documents.
     """
 
     name: str

@@ -1,7 +1,7 @@
-"""The writer: names goals that explain a talk, what an aim calls for, and the next question.
+"""The writer: names goals that explain a conversation, what an aim calls for, and a question.
 
-A `Writer` is a model that was taught these jobs (see `goalscope.fitting.lessons`); its prompts are
-short, since it knows what is asked of it. Other models are asked by `goalscope.prompted`.
+A `Writer` is a model that was taught these jobs (see `goalscope.fitting`), so its prompts are
+short. Other models are prompted by `goalscope.prompted`.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ __all__ = ["JUDGEMENTS", "LIKE", "NOTHING", "Recalling", "Writer"]
 __all__ += ["goals_prompt", "needs_prompt", "needs_written", "question_prompt"]
 
 LIKE = 4
-"""Occasions in the prompt that asks what an aim calls for."""
+"""Number of occasions in the prompt that asks what an aim calls for."""
 
 JUDGEMENTS = ("needed", "nice", "not")
-"""What is said of a thing under an aim: it is needed, would be nice, or nobody wants it."""
+"""Judgements of a thing under an aim: needed, nice to have, or not wanted."""
 
 NOTHING = "none"
-"""What is written where there is no goal, or no question."""
+"""The answer if there is no goal, or no question."""
 
 _SURE = -7.0
-"""Log-probability, in nats, that a question must have to be asked.
+"""Lowest log-probability, in nats, of a question that is asked.
 
-Of those above it four in five are sensible, of all one in five.
+Four in five of the questions above it are sensible, one in five of all.
 """
 _TURNS = 6
-_WRITTEN = 2  # goals of the writer beside that of an occasion
+_WRITTEN = 2  # goals of the writer, beside the one of an occasion
 _MOST_TOKENS = {"goals": 96, "question": 32, "needs": 128}
 
 Array = npt.NDArray[np.float64]
@@ -52,7 +52,7 @@ class Writer:
         self.model = model
 
     def goals(self, task: str, turns: Sequence[Turn], held: Sequence[str] = ()) -> list[str]:
-        """See `goalscope.goals.Proposer`; goals that are held already may be told again."""
+        """See `goalscope.goals.Proposer`; goals of the belief may be among them."""
         written = self._written("goals", goals_prompt(task, recent(self.model, turns, _TURNS)))
         lines = [" ".join(line.split()) for line in written.split("\n")]
         distinct = {canonical(line): line for line in reversed(lines) if 2 < len(line) <= 120}
@@ -65,24 +65,24 @@ class Writer:
         done: str,
         goals: Sequence[str],
         *,
-        heard: OnText | None = None,
+        on_text: OnText | None = None,
     ) -> str:
-        """See `goalscope.dialog.Asker`; none where it is not sure of its words."""
+        """See `goalscope.dialog.Asker`; "" if the question is too unlikely to be sensible."""
         shown = recent(self.model, turns, _TURNS)
         prompt = question_prompt(task, shown, done, goals)
-        reply = self.model.generate(prompt, max_tokens=_MOST_TOKENS["question"], heard=heard)
+        reply = self.model.generate(prompt, max_tokens=_MOST_TOKENS["question"], heard=on_text)
         line = " ".join(reply.text.split("\n")[0].split())
         sure = reply.log_probability is None or reply.log_probability > _SURE
         return line if sure and reply.finish != "length" and line.endswith("?") else ""
 
     def needs(self, aim: str, said: str, like: Sequence[Occasion], room: str = "") -> list[str]:
-        """What an aim calls for, in the words of occasions, the most needed first.
+        """What an aim calls for, in the style of occasions, the most needed first.
 
         Args:
-            aim: In one phrase; "" where only the words are known.
+            aim: In one phrase; "" if only the words are known.
             said: The person's words.
-            like: Occasions like it.
-            room: What is there, where that matters.
+            like: Similar occasions.
+            room: Description of the place, if it matters.
         """
         written = self._written("needs", needs_prompt(aim, said, like, room))
         found: dict[str, None] = {}
@@ -103,11 +103,11 @@ class Writer:
         """[aims, things, 3] probabilities of `JUDGEMENTS`.
 
         Args:
-            things: What may be needed.
-            aims: As of `needs`, for the next ones, too.
+            things: Things to judge.
+            aims: See `needs`, as for the others.
             said: The person's words.
-            like: Occasions like it.
-            room: What is there.
+            like: Similar occasions.
+            room: Description of the place.
         """
         prompts = [needs_prompt(aim, said, like, room, thing) for aim in aims for thing in things]
         contexts = [prompt for prompt in prompts for _ in JUDGEMENTS]
@@ -118,7 +118,7 @@ class Writer:
         return shares / shares.sum(axis=-1, keepdims=True)
 
     def _written(self, kind: str, prompt: Sequence[Message]) -> str:
-        """Text; of one that was cut short, without the last of its lines or things."""
+        """The model's text; if it was cut short, without its last line or thing."""
         reply = self.model.generate(prompt, max_tokens=_MOST_TOKENS[kind])
         if reply.finish != "length":
             return reply.text
@@ -126,12 +126,12 @@ class Writer:
 
 
 class Recalling:
-    """Adds to the goals that a writer names the aim of the occasion most like the words.
+    """Adds the aim of the most similar occasion to the goals that a writer names.
 
-    A writer's goals are close to the words; this is told as people would tell it.
+    A writer's goals keep close to the words; an occasion's aim is worded as people would.
 
     Args:
-        writer: Names goals. Where it names none, none is added.
+        writer: Names goals. If it names none, nothing is added.
         like: Finds occasions; see `goalscope.envs.Environment.like`.
     """
 
@@ -149,25 +149,25 @@ class Recalling:
 
 
 def goals_prompt(task: str, turns: Sequence[Turn]) -> list[Message]:
-    """The chat after which goals are written."""
+    """The chat that is answered with goals."""
     return render("write_goals", task=task, turns=turns)
 
 
 def question_prompt(
     task: str, turns: Sequence[Turn], done: str, goals: Sequence[str]
 ) -> list[Message]:
-    """The chat after which a question is written."""
+    """The chat that is answered with a question."""
     return render("write_question", task=task, turns=turns, done=done, goals=goals)
 
 
 def needs_prompt(
     aim: str, said: str, like: Sequence[Occasion], room: str = "", thing: str = ""
 ) -> list[Message]:
-    """The chat after which needs are written; with a `thing`, one of `JUDGEMENTS`."""
+    """The chat that is answered with needs; with a `thing`, by one of `JUDGEMENTS`."""
     return render("write_needs", aim=aim, said=said, like=like, room=room, thing=thing)
 
 
 def needs_written(needed: Sequence[str], nice: Sequence[str]) -> str:
-    """What is written after `needs_prompt`."""
+    """The answer to `needs_prompt`."""
     lists = zip(JUDGEMENTS, (needed, nice), strict=False)
     return "\n".join(f"{head}: {', '.join(each)}" for head, each in lists if each)
