@@ -34,6 +34,26 @@ _data = TemporaryDirectory(prefix="goalscope-tests-")
 os.environ["XDG_DATA_HOME"] = _data.name  # of the processes that tests start
 
 
+GROUPS = {
+    "browser": {"browser"},
+    "postgresql": {"server"},
+    "server": {"llama_server", "llama_server_address", "llama_cpp_python_address"},
+}
+"""Fixtures that need more than Python, by the mark of the tests that use them."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark tests by what they need, so that a machine can run the groups apart."""
+    for item in items:
+        call = getattr(item, "callspec", None)
+        values = [*call.params.values()] if call else []
+        for name, fixtures in GROUPS.items():
+            if fixtures & set(getattr(item, "fixturenames", ())) or name in values:
+                item.add_marker(name)
+        if {"torch", "transformers"} & vars(getattr(item, "module", None) or object).keys():
+            item.add_marker("torch")
+
+
 @pytest.fixture(autouse=True, scope="session")
 def data_folder() -> Iterator[Path]:
     """Stands for the user's own, whose calibrations and episodes are none of the tests'."""
