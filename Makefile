@@ -71,7 +71,7 @@ audit:  ## known weaknesses of every pinned package
 	test -x build/audit/bin/pip-audit || { $(PYTHON) -m venv build/audit && build/audit/bin/python -m pip install --quiet pip-audit; }
 	build/audit/bin/pip-audit --requirement requirements.lock --require-hashes --disable-pip --strict
 
-docs: $(READY)  ## the pages of docs/ as a site, in site/; a link that leads nowhere is an error
+docs: $(READY)  ## the documentation as a site, in site/; a broken link is an error
 	$(BIN)/mkdocs build --strict
 
 reliability: $(READY)  ## what docs/reliability.md says, measured; the slow tests, too

@@ -1,0 +1,127 @@
+"""Pages of the site that no file in docs/ holds: an MkDocs hook, run by `make docs`.
+
+The command line's page comes from `--help`, the page of the code from docstrings. Files from
+elsewhere in the repository, such as README.md, become pages too. Pages link to files where they
+lie in the repository; a link to a file that is a page of the site is turned into one to that page.
+"""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import io
+import posixpath
+import re
+import textwrap
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import typer.main
+
+from goalscope.cli.main import app
+
+ROOT = Path(__file__).parents[1]
+ELSEWHERE = {
+    "index.md": "README.md",
+    "adapter.md": "src/goalscope/models/general/README.md",
+    "changelog.md": "CHANGELOG.md",
+    "contributing.md": "CONTRIBUTING.md",
+    "log.md": "LOG.md",
+    "security.md": "SECURITY.md",
+    "speed.md": "benchmarks/results/speed.md",
+    "speed.svg": "benchmarks/results/speed.svg",
+}
+"""Pages of the site and the files of the repository that they show."""
+
+
+def on_files(files: Any, config: Any) -> Any:
+    """Add the pages to those of docs/."""
+    from mkdocs.structure.files import File
+
+    for uri, source in ELSEWHERE.items():
+        files.append(File.generated(config, uri, abs_src_path=str(ROOT / source)))
+    files.append(File.generated(config, "commands.md", content=commands_page()))
+    files.append(File.generated(config, "code.md", content=code_page()))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
+    """Turn links to files of the repository into links to their pages."""
+    return relinked(markdown, page.file.src_uri)
+
+
+def relinked(markdown: str, uri: str) -> str:
+    """The text of a page, with links that work in the site."""
+    pages = {source: page for page, source in ELSEWHERE.items()}
+    here = posixpath.dirname(ELSEWHERE.get(uri, f"docs/{uri}"))
+
+    def link(found: re.Match[str]) -> str:
+        file = posixpath.normpath(posixpath.join(here, found[1]))
+        target = pages.get(file) or file.removeprefix("docs/")
+        if target == file:
+            return found[0]
+        near = posixpath.relpath(target, posixpath.dirname(uri) or ".")
+        return f"]({near}{found[2] or ''})"
+
+    return re.sub(r"\]\(([^)#\s:]+)(#[^)\s]*)?\)", link, markdown)
+
+
+def commands_page() -> str:
+    """What `--help` says of each command that is listed."""
+    parser = typer.main.get_command(app)
+    parts = [
+        "# Command line\n\n"
+        "Wrong arguments and wrong input end a command with exit code 2, everything else that "
+        "fails with 1.\n"
+    ]
+    for path, _ in commands(parser):
+        told = io.StringIO()
+        with contextlib.redirect_stdout(told):
+            parser.main(
+                [*path, "--help"],
+                prog_name="goalscope",
+                standalone_mode=False,
+                terminal_width=80,
+                color=False,
+            )
+        heading = "#" * (len(path) + 1 if path else 2)
+        name = " ".join(("goalscope", *path))
+        parts.append(f"{heading} {name}\n\n```text\n{told.getvalue().strip()}\n```\n")
+    return "\n".join(parts)
+
+
+def commands(command: Any, *path: str) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Each command that is listed, under its names."""
+    yield path, command
+    for name, each in getattr(command, "commands", {}).items():
+        if not each.hidden:
+            yield from commands(each, *path, name)
+
+
+def code_page() -> str:
+    """A line for each file of the source: the first of its docstring."""
+    root = ROOT / "src" / "goalscope"
+    lines: list[str] = []
+
+    def tell(name: str, file: Path) -> None:
+        text = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
+        line = f"{name:<25} {text.partition(chr(10))[0]}"
+        lines.append(textwrap.fill(line, 90, subsequent_indent=" " * 26))
+
+    def walk(folder: Path, depth: int) -> None:
+        tell(f"{'  ' * depth}{folder.name}/", folder / "__init__.py")
+        inside = [each for each in folder.iterdir() if (each / "__init__.py").exists()]
+        inside += [each for each in folder.glob("*.py") if each.name != "__init__.py"]
+        for each in sorted(inside):
+            if each.is_dir():
+                walk(each, depth + 1)
+            else:
+                tell(f"{'  ' * (depth + 1)}{each.name}", each)
+
+    walk(root, 0)
+    return (
+        "# Files\n\nEvery file of `src/goalscope`, with the first line of its docstring. "
+        "[Contributing](contributing.md) says how they build on each other.\n\n"
+        "```text\n" + "\n".join(lines) + "\n```\n"
+    )
