@@ -62,7 +62,6 @@ catalogue = "shop.csv"
 methods = ["good", "no-goals"]
 [judge]
 trials = 1
-comparisons = 1
 """
 
 
@@ -71,8 +70,6 @@ REPLIES = {
     NEEDS: "needed: flour, cocoa",
     QUESTION: "What do you like?",
     "reasonable is this": '{"explanation": "It fits.", "score": 2}',
-    "shown first": '{"first": {"explanation": "It fits.", "score": 2}, '
-    '"second": {"explanation": "It lacks tea.", "score": 1.5}}',
 }
 
 

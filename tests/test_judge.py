@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from fakes import WordModel
 from goalscope.envs.grocery import Catalogue, GroceryShop
-from goalscope.judge import SCORES, OrderEffect, Trial, compare, judge, order_effect
+from goalscope.judge import SCORES, Trial, judge
 from goalscope.judge import possible_actions as possible
 from goalscope.models import Completion, unfinished_json
 from goalscope.models.served import ServedGenerator
@@ -175,56 +175,3 @@ def test_without_sampling_the_model_is_asked_once() -> None:
 def test_no_trials_are_refused() -> None:
     with pytest.raises(InvalidInputError, match="at least 1"):
         judge(Evaluator(GOOD), **CASE, outcome="tea", trials=0)
-
-
-def test_two_outcomes_are_scored_in_one_prompt() -> None:
-    model = Evaluator({"first": GOOD, "second": {**GOOD, "score": 1}})
-    first, second = compare(model, **CASE, first="tea", second="soap")
-    assert (first.score, second.score) == (2.25, 1.0)
-    (prompt,) = model.prompts
-    assert prompt.index("tea\n") < prompt.index("soap\n")
-
-
-@pytest.mark.parametrize("answer", ["prose", GOOD, [GOOD, GOOD], {"first": GOOD}])
-def test_a_comparison_that_cannot_be_read_has_no_scores(answer) -> None:
-    pair = compare(Evaluator(answer), **CASE, first="tea", second="soap")
-    assert [trial.score for trial in pair] == [None, None]
-    unfinished = compare(Evaluator(unfinished_json(9)), **CASE, first="tea", second="soap")
-    assert [trial.score for trial in unfinished] == [None, None]
-
-
-def test_half_a_comparison_can_be_read() -> None:
-    answer = {"first": GOOD, "second": {**GOOD, "score": 7}}
-    first, second = compare(Evaluator(answer), **CASE, first="tea", second="soap")
-    assert (first.score, second.score) == (2.25, None)
-
-
-def test_an_empty_outcome_is_not_compared() -> None:
-    with pytest.raises(InvalidInputError, match="worth 0"):
-        compare(Evaluator(GOOD), **CASE, first="tea", second=" ")
-
-
-def scored(*scores: float | None) -> tuple[Trial, Trial]:
-    first, second = (Trial(score, "") for score in scores)
-    return first, second
-
-
-scores = st.sampled_from(SCORES)
-
-
-@given(st.lists(st.tuples(scores, scores), min_size=1))
-def test_a_fair_evaluator_has_no_order_effect(outcomes) -> None:
-    effect = order_effect([(scored(a, b), scored(b, a)) for a, b in outcomes])
-    assert effect == OrderEffect(0.0, len(outcomes), len(outcomes))
-
-
-@given(st.lists(st.tuples(scores, scores), min_size=1), st.sampled_from([-1.0, 0.5]))
-def test_what_the_first_place_earns_is_the_order_effect(outcomes, bonus) -> None:
-    effect = order_effect([(scored(a + bonus, b), scored(b + bonus, a)) for a, b in outcomes])
-    assert effect.mean == pytest.approx(bonus)
-
-
-def test_a_comparison_counts_only_if_both_orders_were_read() -> None:
-    whole, half = (scored(2, 1), scored(2, 1)), (scored(3, 0), scored(None, 0))
-    assert order_effect([whole, half]) == OrderEffect(1.0, 1, 2)
-    assert order_effect([half]) == OrderEffect(None, 0, 1)

@@ -193,7 +193,7 @@ def test_models_are_names_or_tables_and_the_embedded_one_needs_no_name(tmp_path)
     models = ["embedded", {generator = "w", scorer = "embedded"}, {model = "embedded"}]
     mcq = [{file = "a"}, {file = "b"}]
     episodes = {domain = "house"}
-    judge = {model = "http://host/v1#big", comparisons = 2}
+    judge = {model = "http://host/v1#big", seed = 2}
     """
     found = read(tmp_path, text)
     assert found.models == ({}, {"generator": "w"}, {})
@@ -346,28 +346,18 @@ def test_a_calibration_is_a_name_or_a_file_beside_the_toml_whose_content_counts(
     assert other[0]["settings"] == named["settings"]
 
 
-def test_the_evaluator_judges_what_is_done_and_compares_methods_of_one_person():
-    people = {
-        spec["profile"]
-        for spec in specs_of(Experiment("x", episodes=(EpisodesPart("grocery"),)), None)
-    }
-    part = EpisodesPart("grocery", tuple(sorted(people)[:2]), methods=("good", "no-goals"))
+def test_the_evaluator_judges_each_run_that_is_done():
+    part = EpisodesPart("grocery", ("cafe",), methods=("good", "no-goals"))
     experiment = Experiment("x", episodes=(part,), judge=Judge(3, 2, model={"model": "big"}))
     specs = specs_of(experiment, None)
     result = {"task": "t", "description": "d", "empty": False, "outcome": "o", "actions": ["a"]}
     cells = [Cell(cell_key(spec), spec, result=result) for spec in specs]
     found = judging(experiment, cells)
-    assert [spec["kind"] for spec in found] == ["judge"] * 4 + ["compare"] * 2
+    assert [spec["kind"] for spec in found] == ["judge"] * 2
+    assert [spec["of"]["key"] for spec in found] == [cell.key for cell in cells]
     assert {spec["model"]["model"] for spec in found} == {"big"}
     assert found[0]["actions"] == []  # of the shop, the basket alone is shown
-    for spec in found[4:]:
-        one, other = spec["of"]
-        assert one["profile"] == other["profile"]
-        assert [run["settings"]["method"] for run in (one, other)] == ["good", "no-goals"]
-    undone = [Cell(cells[0].key, specs[0]), *cells[1:]]
-    assert len(judging(experiment, undone)) == 3 + 1
-    empty = [Cell(cells[0].key, specs[0], result={**result, "empty": True}), *cells[1:]]
-    assert len(judging(experiment, empty)) == 4 + 1
+    assert len(judging(experiment, [Cell(cells[0].key, specs[0]), cells[1]])) == 1
     assert judging(Experiment("x", episodes=(part,)), cells) == []
 
 

@@ -150,23 +150,6 @@ def test_people_who_are_edited_after_the_plan_are_not_measured(results, tmp_path
     assert specs_of(shop(tmp_path, "silent"), None) == specs  # as they were before
 
 
-def test_only_runs_that_differ_in_the_method_alone_are_compared(
-    results, tmp_path, fake, monkeypatch
-):
-    episode = dict.fromkeys(("task", "description", "outcome"), "x") | {"actions": [], "score": 1.0}
-    monkeypatch.setitem(work.KINDS, "episode", lambda model, spec: {**episode, "empty": False})
-    monkeypatch.setitem(work.KINDS, "compare", lambda model, spec: {"orders": []})
-    part = EpisodesPart(
-        "grocery", ("cafe",), methods=("good", "no-goals"), calibrations=("paper", "default")
-    )
-    judged = Experiment("x", episodes=(part,), judge=Judge(trials=0, comparisons=1))
-    run(specs_of(judged, None), results, judged)
-    pairs = [cell.spec["of"] for cell in results.cells() if cell.spec["kind"] == "compare"]
-    settings = [[run["settings"] for run in pair] for pair in pairs]
-    assert [[each["method"] for each in pair] for pair in settings] == [["good", "no-goals"]] * 2
-    assert [{each["calibration"] for each in pair} for pair in settings] == [{"paper"}, {"default"}]
-
-
 def test_ctrl_c_keeps_what_is_done_and_the_next_call_does_the_rest(results, fake):
     fake.update(broken={2}, error=KeyboardInterrupt())
     with pytest.raises(KeyboardInterrupt):

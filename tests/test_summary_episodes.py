@@ -154,42 +154,6 @@ def test_a_reading_belongs_to_the_run_that_it_names() -> None:
     assert row(two["methods"], "good")["judge score"].value == 1
 
 
-def compared(one, other, *orders):
-    """Scores: (first, second) with `one` first, then with `other` first."""
-    run = [{**spec, "key": cell_key(spec)} for spec, _ in (one, other)]
-    trials = [
-        [[{"score": s, "explanation": "", "answer": ""} for s in pair] for pair in order]
-        for order in orders
-    ]
-    spec = {"kind": "compare", "of": run, "model": {"model": "judge"}, "comparisons": 2, "seed": 0}
-    return spec, {"orders": trials}
-
-
-def test_the_order_effect_counts_only_what_was_read_in_both_orders() -> None:
-    steady = compared(GOOD[0], NONE[0], ((3, 1), (1, 3)), ((3, None), (1, 3)))
-    swayed = compared(GOOD[1], NONE[1], ((3, 1), (3, 1)))
-    (found,) = episodes_of([*GOOD, *NONE, steady, swayed])
-    table = found["order"]
-    (only,) = table.rows
-    *asked, effect = only.values()
-    assert asked == ["judge", "good, no-goals", 2, 3, 2]
-    assert effect.value == 1.0  # 0 of cake and 2 of soup
-
-
-def test_each_pair_of_methods_has_an_order_effect_and_all_together() -> None:
-    third = episode("no-inference", "cake", 0.0)
-    pairs = [
-        compared(GOOD[0], NONE[0], ((2, 1), (2, 1))),
-        compared(GOOD[0], third, ((None, 1), (2, 1))),
-    ]
-    (found,) = episodes_of([*GOOD, *NONE, third, *pairs])
-    assert [r[1:] for r in found["order"].texts()[1:]] == [
-        ["all", "1", "2", "1", "1.000"],
-        ["good, no-goals", "1", "1", "1", "1.000"],
-        ["good, no-inference", "1", "1", "0", "-"],
-    ]
-
-
 def test_each_judge_has_its_own_columns() -> None:
     readings = [judge(GOOD[0], [3.0]), judge(GOOD[0], [0.0], model="other")]
     (found,) = episodes_of([GOOD[0], *readings])

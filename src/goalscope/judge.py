@@ -1,4 +1,4 @@
-"""The language-model evaluator (Sec. 5.1): scores what an agent achieved; and a control of it."""
+"""The language-model evaluator (Sec. 5.1): scores what an agent achieved."""
 
 from __future__ import annotations
 
@@ -14,11 +14,8 @@ from goalscope.types import InvalidInputError, Message, UnreadableAnswerError
 __all__ = [
     "JUDGE_TEMPERATURE",
     "SCORES",
-    "OrderEffect",
     "Trial",
-    "compare",
     "judge",
-    "order_effect",
     "possible_actions",
 ]
 
@@ -40,12 +37,6 @@ _VERDICT: Mapping[str, Any] = {
     "required": ["explanation", "score"],
     "additionalProperties": False,
 }
-_BOTH: Mapping[str, Any] = {
-    "type": "object",
-    "properties": {"first": _VERDICT, "second": _VERDICT},
-    "required": ["first", "second"],
-    "additionalProperties": False,
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,27 +54,8 @@ class Trial:
     answer: str = ""
 
 
-Pair = tuple[Trial, Trial]
-
-
-@dataclass(frozen=True, slots=True)
-class OrderEffect:
-    """How much the place of an outcome in the prompt matters.
-
-    Attributes:
-        mean: Mean of the score of what was shown first less that of what was shown second; None
-            if no comparison could be read in both orders.
-        read: Comparisons that could.
-        asked: All comparisons.
-    """
-
-    mean: float | None
-    read: int
-    asked: int
-
-
 def possible_actions(domain: str) -> tuple[str, ...]:
-    """What an agent of "grocery" or "house" can do, for `possible` of `judge` and `compare`."""
+    """What an agent of "grocery" or "house" can do, for `possible` of `judge`."""
     if domain == "grocery":
         from goalscope.envs.grocery.shop import NAMES
     else:
@@ -138,96 +110,22 @@ def judge(
         actions=actions,
         possible=possible,
     )
-    return [
-        _ask(generator, prompt, _VERDICT, temperature, seed * trials + n)[0] for n in range(count)
-    ]
+    return [_ask(generator, prompt, temperature, seed * trials + n) for n in range(count)]
 
 
-def compare(
-    generator: Generator,
-    *,
-    task: str,
-    description: str,
-    first: str,
-    second: str,
-    possible: Sequence[str] = (),
-    seed: int = 0,
-    temperature: float = JUDGE_TEMPERATURE,
-) -> Pair:
-    """Have two outcomes for the same person scored in one prompt, as a control of the evaluator.
-
-    Ask again with the two exchanged, and `order_effect` tells what their order does.
-
-    Args:
-        generator: The evaluator.
-        task: The agent and its task.
-        description: The person's profile.
-        first: What is shown first.
-        second: What is shown second.
-        possible: Names of all actions that the agent can take.
-        seed: Seed of the sampler.
-        temperature: What is sampled at.
-
-    Raises:
-        InvalidInputError: An outcome is empty, and no model may see that.
-        ModelError: As for `judge`.
-    """
-    if not (first.strip() and second.strip()):
-        raise InvalidInputError(
-            "Two outcomes are compared, and one of them is empty. An empty one is worth 0: leave "
-            "the pair out."
-        )
-    prompt = render(
-        "compare",
-        task=task,
-        description=" ".join(description.split()),
-        first=first.strip(),
-        second=second.strip(),
-        possible=possible,
-    )
-    return cast("Pair", _ask(generator, prompt, _BOTH, temperature, seed))
-
-
-def order_effect(comparisons: Sequence[tuple[Pair, Pair]]) -> OrderEffect:
-    """What the order of two outcomes does to their scores.
-
-    Args:
-        comparisons: For each two outcomes the result of `compare` in one order, and in the other.
-            Only with both do the outcomes themselves cancel out.
-    """
-    differences: list[float] = []
-    for one, other in comparisons:
-        scores = [trial.score for trial in (*one, *other)]
-        read = [score for score in scores if score is not None]
-        if len(read) == 4:
-            differences.append((read[0] - read[1] + read[2] - read[3]) / 2)
-    mean = sum(differences) / len(differences) if differences else None
-    return OrderEffect(mean, len(differences), len(comparisons))
-
-
-def _ask(
-    generator: Generator,
-    prompt: Sequence[Message],
-    schema: Mapping[str, Any],
-    temperature: float,
-    seed: int,
-) -> tuple[Trial, ...]:
-    """One trial for a verdict; for several in an object, one each."""
-    parts = () if schema is _VERDICT else tuple(schema["properties"])
+def _ask(generator: Generator, prompt: Sequence[Message], temperature: float, seed: int) -> Trial:
+    """One trial, whatever the model answers."""
     try:
         text = generator.generate(
-            prompt, max_tokens=_ROOM, temperature=temperature, seed=seed, schema=schema
+            prompt, max_tokens=_ROOM, temperature=temperature, seed=seed, schema=_VERDICT
         ).text
     except UnreadableAnswerError as error:
-        return (Trial(None, _kept(str(error))),) * (len(parts) or 1)
+        return Trial(None, _kept(str(error)))
     try:
-        value: object = json.loads(text)
+        verdict: object = json.loads(text)
     except (ValueError, RecursionError):
-        value = None
-    if not parts:
-        return (_trial(value, text),)
-    whole = _object(value, parts)
-    return tuple(_trial(whole and whole[part], text) for part in parts)
+        verdict = None
+    return _trial(verdict, text)
 
 
 def _trial(value: object, text: str) -> Trial:

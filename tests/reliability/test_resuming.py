@@ -131,11 +131,11 @@ def test_code_that_measures_nothing_may_change(tmp_path: Path, package: Path, pa
 @pytest.mark.parametrize(
     ("file", "old", "new", "kept"),
     [
-        ("tiny.toml", "trials = 1", "trials = 2", {"mcq", "episode", "compare"}),
+        ("tiny.toml", "trials = 1", "trials = 2", {"mcq", "episode"}),
         ("tiny.toml", 'domain = "grocery"', 'domain = "grocery"\nrounds = 3', {"mcq"}),
         ("people.toml", "You want tea.", "You want milk.", {"mcq"}),
         ("shop.csv", "1.20", "1.30", {"mcq"}),
-        ("questions.jsonl", "What is missing?", "What else?", {"episode", "judge", "compare"}),
+        ("questions.jsonl", "What is missing?", "What else?", {"episode", "judge"}),
     ],
 )
 def test_another_configuration_takes_nothing_over_from_the_old_one(

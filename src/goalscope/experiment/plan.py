@@ -133,14 +133,11 @@ class Judge:
 
     Attributes:
         trials: For each run; 0 for no evaluator.
-        comparisons: How often two methods' outcomes are scored side by side, in both orders, as a
-            control of the evaluator.
         seed: Of the trials.
         model: The evaluator; None for the model of the run.
     """
 
     trials: int = 20
-    comparisons: int = 0
     seed: int = 0
     model: Model | None = None
 
@@ -207,22 +204,6 @@ def judging(experiment: Experiment, cells: Sequence[Cell]) -> list[dict[str, Any
             "seed": judge.seed,
             **{key: result[key] for key in ("task", "description", "empty")},
             **_achieved(cell),
-        })  # fmt: skip
-    shown = [cell for cell in done if not (cell.result or {})["empty"]]
-    for one, other in itertools.combinations(shown, 2) if judge.comparisons else ():
-        if _but_method(one) != _but_method(other):
-            continue
-        result = one.result or {}
-        specs.append({
-            "kind": "compare",
-            "of": [_run_of(one), _run_of(other)],
-            "model": judge.model if judge.model is not None else one.spec["model"],
-            "comparisons": judge.comparisons,
-            "seed": judge.seed,
-            "task": result["task"],
-            "description": result["description"],
-            "outcomes": ["\n".join([each["outcome"], *each["actions"]]).strip()
-                         for each in (_achieved(one), _achieved(other))],
         })  # fmt: skip
     return specs
 
@@ -369,10 +350,6 @@ def _run_of(cell: Cell) -> dict[str, Any]:
         "kind": "episode",
         **{key: cell.spec[key] for key in ("model", "profile", "settings")},
     }
-
-
-def _but_method(cell: Cell) -> dict[str, Any]:
-    return {**cell.spec, "settings": {**cell.spec["settings"], "method": None}}
 
 
 def _achieved(cell: Cell) -> dict[str, Any]:

@@ -199,8 +199,8 @@ def _cell(row: Row[Any]) -> Cell:
 
 def _subject(spec: Mapping[str, Any]) -> Any:
     """What a plan measures as a whole: of episodes a model in a domain, else all but the row."""
-    if spec["kind"] in ("judge", "compare"):
-        return _subject(spec["of"] if spec["kind"] == "judge" else spec["of"][0])
+    if spec["kind"] == "judge":
+        return _subject(spec["of"])
     if spec["kind"] == "episode":
         return [spec["model"], spec["settings"]["domain"]]
     return {key: value for key, value in spec.items() if key not in ("row", "case")}

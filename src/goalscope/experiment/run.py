@@ -125,7 +125,7 @@ def run(
         missing = [
             cell
             for cell in planned
-            if cell.result is None and (cell.spec["kind"] in ("judge", "compare")) == evaluating
+            if cell.result is None and (cell.spec["kind"] == "judge") == evaluating
         ]
         missing.sort(key=lambda cell: cell.error is not None)  # what failed before comes last
         failures = 0

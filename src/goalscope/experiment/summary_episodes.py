@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any
 
 from goalscope.experiment.results import Cell, cell_key
 from goalscope.experiment.summary import (
@@ -21,7 +21,7 @@ from goalscope.experiment.summary import (
     percent,
     slug,
 )
-from goalscope.judge import JUDGE_TEMPERATURE, Pair, Trial, order_effect
+from goalscope.judge import JUDGE_TEMPERATURE
 from goalscope.stats import paired_difference, pooled_sd_of_mean
 from goalscope.types import pluralize
 
@@ -52,12 +52,6 @@ PAIR_NOTES = (
     "In percentage points, over profiles that both methods ran (with the same seeds, averaged), "
     f"with a 95 % paired bootstrap interval over profiles. {NO_INTERVAL} p is two-sided, from a "
     "sign-flip permutation test, and not corrected for several comparisons.",
-)
-ORDER_NOTES = (
-    "Two methods' outcomes for one person, scored side by side in both orders. Order effect: mean "
-    "score of what was shown first less that of what was shown second, of 3 points; 0 for a judge "
-    "whom the order does not sway. A comparison counts if all four of its scores could be read. "
-    f"Intervals are 95 %, by a bootstrap over profiles. {NO_INTERVAL}",
 )
 
 
@@ -110,8 +104,6 @@ class Episodes:
         human: "scripted", "simulated", or a `Habit`.
         model: The label of the model, and of all other settings that differ between groups.
         runs: By method, profile and seed.
-        comparisons: The evaluator, the two methods, the profile, and each time that it scored both
-            outcomes side by side in both orders.
         notes: Who the evaluators are, and how they were asked.
     """
 
@@ -119,7 +111,6 @@ class Episodes:
     human: str
     model: str
     runs: Sequence[Run]
-    comparisons: Sequence[tuple[str, str, str, Sequence[tuple[Pair, Pair]]]]
     notes: tuple[str, ...]
 
     @property
@@ -145,14 +136,13 @@ class Episodes:
         return {judge: f" by {judge}" if len(found) > 1 else "" for judge in found}
 
     def tables(self) -> list[Table]:
-        """By method, the paired differences, by profile, and how steady the evaluator is."""
+        """By method, the paired differences, and by profile."""
         judged = (*(JUDGE_NOTES if self.judges else ()), *self.notes)
         profiles = sorted({run.profile for run in self.runs})
         every = [
             ("methods", self.by_method(), (*NOTES, *judged)),
             ("differences", self.differences(), (*PAIR_NOTES, *judged)),
             ("profiles", [row for each in profiles for row in self.by_method(each)], judged),
-            ("order", self.by_order(), (*ORDER_NOTES, *self.notes)),
         ]
         return [
             Table(f"episodes-{self.name}-{kind}", f"Episodes, {kind}: {self.title}", rows, notes)
@@ -203,28 +193,6 @@ class Episodes:
                 rows.append(row)
         return rows
 
-    def by_order(self) -> list[Row]:
-        """What it does to an evaluator's scores which of two outcomes it is shown first."""
-        rows: list[Row] = []
-        for judge in dict.fromkeys(judge for judge, *_ in self.comparisons):
-            own = [each for each in self.comparisons if each[0] == judge]
-            pairs = [*dict.fromkeys(methods for _, methods, _, _ in own)]
-            for which in ("all", *pairs) if len(pairs) > 1 else pairs:
-                part = [each for each in own if which in ("all", each[1])]
-                effects = [
-                    (profile, order_effect([both]).mean)
-                    for _, _, profile, orders in part
-                    for both in orders
-                ]
-                read = [(profile, value) for profile, value in effects if value is not None]
-                rows.append({
-                    "judge": judge, "methods": which,
-                    "profiles": len({profile for _, _, profile, _ in part}),
-                    "comparisons asked": len(effects), "read": len(read),
-                    "order effect": averaged([v for _, v in read], [each for each, _ in read]),
-                })  # fmt: skip
-        return rows
-
     def _pairs(self, other: str, judge: str | None) -> tuple[list[float], list[float]]:
         """GOOD's and the other method's mean for each profile, over the seeds that both have."""
         second = {(run.profile, run.seed): run for run in self.runs if run.method == other}
@@ -256,10 +224,8 @@ def read_episodes(cells: Sequence[Cell]) -> tuple[Episodes, ...]:
             cell.result or {}, cell.attempts,
         )  # fmt: skip
     found: list[Episodes] = []
-    judged, compared = chosen(measured, "judge"), chosen(measured, "compare")
-    names, pair_names = (
-        Labels(evaluator_of(spec) for spec, _ in each) for each in (judged, compared)
-    )
+    judged = chosen(measured, "judge")
+    names = Labels(evaluator_of(spec) for spec, _ in judged)
     for key, runs in sorted(groups.items()):
         notes: dict[str, None] = {}
         for spec, result in judged:
@@ -267,16 +233,8 @@ def read_episodes(cells: Sequence[Cell]) -> tuple[Episodes, ...]:
                 judge = names[evaluator_of(spec)]
                 run.readings[judge] = reading_of(spec, result, empty=run.result["empty"])
                 notes[_how_asked(judge, spec, acting[key])] = None
-        comparisons: list[tuple[str, str, str, Sequence[tuple[Pair, Pair]]]] = []
-        for spec, result in compared:
-            if all(each["key"] in runs for each in spec["of"]):
-                methods = ", ".join(each["settings"]["method"] for each in spec["of"])
-                judge, profile = pair_names[evaluator_of(spec)], spec["of"][0]["profile"]
-                orders = [_orders(each) for each in result["orders"]]
-                comparisons.append((judge, methods, profile, orders))
-                notes[_how_asked(judge, spec, acting[key])] = None
         order = sorted(runs.values(), key=lambda run: (run.method, run.profile, run.seed))
-        found.append(Episodes(*key, order, comparisons, tuple(notes)))
+        found.append(Episodes(*key, order, tuple(notes)))
     return tuple(found)
 
 
@@ -290,31 +248,22 @@ def reading_of(spec: Mapping[str, Any], result: Mapping[str, Any], *, empty: boo
 
 
 def evaluator_of(spec: Mapping[str, Any]) -> dict[str, Any]:
-    """What tells evaluators apart, of a cell of the kind "judge" or "compare"."""
-    return {name: spec.get(name) for name in ("model", "trials", "comparisons", "seed")}
+    """What tells evaluators apart, of a cell of the kind "judge"."""
+    return {name: spec.get(name) for name in ("model", "trials", "seed")}
 
 
 def _how_asked(judge: str, spec: Mapping[str, Any], acting: Mapping[str, Any]) -> str:
     """An evaluator's name, how often and how warm it was asked, and whether it acted."""
-    often = (
-        f"{pluralize(spec['comparisons'], 'time')} in each order of two runs"
-        if spec["kind"] == "compare"
-        else f"{pluralize(spec['trials'], 'time')} about each run"
-    )
+    often = pluralize(spec["trials"], "time")
     same = _writer(spec["model"]) == _writer(acting)
     return (
-        f"The judge {judge} was asked {often}, at temperature {JUDGE_TEMPERATURE:g} (the paper has "
-        f"0).{' It is the model that also acted.' * same}"
+        f"The judge {judge} was asked {often} about each run, at temperature "
+        f"{JUDGE_TEMPERATURE:g} (the paper has 0).{' It is the model that also acted.' * same}"
     )
 
 
 def _writer(model: Mapping[str, Any]) -> object:
     return model.get("generator") or model.get("model")
-
-
-def _orders(both: Sequence[Sequence[Mapping[str, Any]]]) -> tuple[Pair, Pair]:
-    one, other = (cast("Pair", tuple(Trial(**trial) for trial in pair)) for pair in both)
-    return one, other
 
 
 def _shared(spec: Mapping[str, Any]) -> dict[str, Any]:

@@ -41,7 +41,9 @@ def first_attempts(cells: Sequence[Cell]) -> list[Table]:
     What made a cell fail at first may have to do with what it measures.
     """
     retried = {cell.key for cell in cells if cell.attempts > 1}
-    kept = [cell for cell in cells if retried.isdisjoint({cell.key, *_judged_by(cell)})]
+    kept = [
+        cell for cell in cells if retried.isdisjoint({cell.key, cell.spec.get("of", {}).get("key")})
+    ]
     left_out = len(cells) - len(kept)
     note = f"Without {left_out:,} of {len(cells):,} cells: they, or the runs that they judge, took "
     return [
@@ -53,13 +55,6 @@ def first_attempts(cells: Sequence[Cell]) -> list[Table]:
         )
         for table in (tables_of(kept) if left_out else [])
     ]
-
-
-def _judged_by(cell: Cell) -> list[str]:
-    """The keys of the runs that an evaluator's cell is about."""
-    if cell.spec.get("kind") == "judge":
-        return [cell.spec["of"]["key"]]
-    return [run["key"] for run in cell.spec.get("of", [])]
 
 
 def warnings_of(cells: Sequence[Cell]) -> Iterator[str]:

@@ -6,7 +6,6 @@ import tempfile
 import time
 from collections.abc import Mapping
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from goalscope.domains import open_environment, profile_named, settings_of
 from goalscope.envs.grocery import GroceryShop
 from goalscope.experiment.files import hashes_of, person_of
 from goalscope.experiment.identity import identity_of, opened
-from goalscope.judge import compare, judge, possible_actions
+from goalscope.judge import judge, possible_actions
 from goalscope.models import OpenModel
 from goalscope.models.opening import MODEL_KEYS, parts
 from goalscope.rounds_json import round_to_json
@@ -141,31 +140,10 @@ def _judge(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
     return {"trials": [asdict(trial) for trial in trials]}
 
 
-def _compare(model: OpenModel, spec: Mapping[str, Any]) -> dict[str, Any]:
-    one, other = spec["outcomes"]
-    ask = partial(
-        compare,
-        model,
-        task=spec["task"],
-        description=spec["description"],
-        possible=possible_actions(spec["of"][0]["settings"]["domain"]),
-    )
-    orders: list[Any] = []
-    for n in range(spec["comparisons"]):
-        seed = spec["seed"] * spec["comparisons"] + n
-        pairs = (
-            ask(first=one, second=other, seed=seed),
-            ask(first=other, second=one, seed=seed),
-        )
-        orders.append([[asdict(trial) for trial in pair] for pair in pairs])
-    return {"orders": orders}
-
-
 KINDS = {
     "mcq": _question,
     "dialogue": _dialogue,
     "change": _dialogue,
     "episode": _episode,
     "judge": _judge,
-    "compare": _compare,
 }
