@@ -14,10 +14,10 @@ from fakes import WordModel
 from goalscope.calibration import Calibration
 from goalscope.datasets import Case, data_folder, load
 from goalscope.datasets.changes import AFTER, changes_of
+from goalscope.experiment.changes import change_table, read_changes
+from goalscope.experiment.dialogues import read_dialogues
 from goalscope.experiment.plan import specs_of
 from goalscope.experiment.summary import Estimate, Table
-from goalscope.experiment.summary_changes import read_changes
-from goalscope.experiment.summary_dialogues import read_dialogues
 from goalscope.experiment.work import KINDS
 from goalscope.stats import bootstrap_mean
 from goalscope.types import Goal, InvalidInputError, Turn
@@ -181,7 +181,7 @@ def cell(id: str, group: str, evidence: str):
 
 def changes_table(*cells: tuple[dict, dict]) -> Table:
     (found,) = read_changes(cells)
-    return found.table()
+    return change_table(found)
 
 
 FIRST = "first goal leads, rounds 1-2"
@@ -215,11 +215,12 @@ def test_a_lead_that_was_lost_again_counts_as_followed() -> None:
 
 def test_who_expects_a_change_follows_sooner() -> None:
     (found,) = read_changes([cell(str(n), str(n), "BBCca") for n in range(2)])
-    table = found.table()
+    table = change_table(found)
     assert shares(table, "goalscope, without switching")[2] == 0
     assert shares(table, "goalscope")[0] == 1
     kept, lost = (
-        found.probabilities(way)[1, 0] for way in ("goalscope, without switching", "goalscope")
+        found.where(belief=way)[0]["probabilities"][1, 0]
+        for way in ("goalscope, without switching", "goalscope")
     )
     # Each of two turns has six nats for one of three goals; between them the person may change.
     assert kept == pytest.approx(math.exp(12) / (math.exp(12) + 2), rel=1e-9)
@@ -243,6 +244,6 @@ def test_scripts_are_no_real_dialogues() -> None:
     cells = [cell("1", "b", "bbccc"), cell("2", "b", "bbccc")]
     assert read_dialogues(cells) == ()
     other = [({**spec, "change": 4}, result) for spec, result in cells]
-    assert [(each.round, each.model) for each in read_changes([*cells, *other])] == [
-        (3, "small, change 3"), (4, "small, change 4")
+    assert [(each.records[0]["round"], each.name) for each in read_changes([*cells, *other])] == [
+        (3, "teach-valid-small-change-3"), (4, "teach-valid-small-change-4")
     ]  # fmt: skip

@@ -16,9 +16,9 @@ from goalscope.belief import Belief
 from goalscope.calibration import DEFAULT
 from goalscope.cli.report import report
 from goalscope.episode import Round
+from goalscope.experiment.dialogues import read_dialogues
 from goalscope.experiment.predictors import PREDICTORS, SEEN, UNIFORM
 from goalscope.experiment.results import Results, cell_key
-from goalscope.experiment.summary_dialogues import read_dialogues
 from goalscope.report import read_report, write_report
 from goalscope.report.drawing import draw
 from goalscope.report.figures import accuracy_figure
@@ -150,7 +150,7 @@ def test_all_ways_to_infer_have_a_line_but_goals_told_apart_have_none() -> None:
     answer = {"outright": [{"goal": 0, "sure": 1.0}], **likeness, "role-play": [SURE]}
     cells = [measured(n, 0, 1, seen=n % 2 == 0, **answer) for n in range(6)]
     (found,) = read_dialogues(cells)
-    assert {*PREDICTORS} == {predictor for predictor, _ in found.beliefs}
+    assert {*PREDICTORS} == {each["predictor"] for each in found.records}
     figure = accuracy_figure(found)
     assert figure is not None
     drawn = {name for name in PREDICTORS if f">{name}</text>" in figure.svg}

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from goalscope.experiment.questions import question_tables
 from goalscope.experiment.summary import Estimate, Labels, Table, averaged, few_notes, slug
-from goalscope.experiment.summary_mcq import mcq_tables
 from goalscope.stats import Interval, proportion
 
 pytest.importorskip("scipy.stats")
@@ -147,14 +147,14 @@ MCQ = [
 
 
 def test_mcq_accuracy_is_the_papers() -> None:
-    (table,) = mcq_tables(MCQ)
+    (table,) = question_tables(MCQ)
     found = row(table, "small", "question", "without")
     assert (found["n"], found["accuracy"]) == (4, Estimate(2.5 / 4, proportion(2.5, 4), "percent"))
     assert row(table, "small", "question", "with")["accuracy"].value == 1.5 / 4
 
 
 def test_mcq_log_loss_sums_over_rephrasings() -> None:
-    (table,) = mcq_tables(MCQ)
+    (table,) = question_tables(MCQ)
     high, low = math.exp(-4), math.exp(-8)
     right = [high + low, high + 3 * low, high + 3 * low, 2 * low]
     total = [high + 5 * low, high + 5 * low, 2 * high + 4 * low, high + 5 * low]
@@ -165,7 +165,7 @@ def test_mcq_log_loss_sums_over_rephrasings() -> None:
 
 def test_mcq_word_overlap_counts_each_row_once() -> None:
     more = [({**spec, "model": {"model": "large"}}, result) for spec, result in MCQ]
-    (table,) = mcq_tables([*MCQ, *more])
+    (table,) = question_tables([*MCQ, *more])
     found = row(table, "word overlap")
     # right; wrong; no word: 4 of 6 goals say tea; no word: 2 of 6 say soup
     assert found["n"] == 4
@@ -174,10 +174,10 @@ def test_mcq_word_overlap_counts_each_row_once() -> None:
 
 
 def test_mcq_conditions_have_rows_of_their_own_and_gaps_show() -> None:
-    (table,) = mcq_tables(MCQ)
+    (table,) = question_tables(MCQ)
     found = row(table, "small", "no question", "without")
     assert (found["n"], found["accuracy"].value) == (1, 1.0)
     assert row(table, "small", "no question", "with")["n"] == 0
     other = [r for r in table.texts() if r[1] == "question and choices"]
     assert [r[3:] for r in other] == [["0", "-", "-"]] * 2
-    assert mcq_tables([]) == []
+    assert question_tables([]) == []

@@ -8,7 +8,7 @@ import pytest
 from goalscope.calibrating import fit_calibration, quality
 from goalscope.calibration import PAPER
 from goalscope.datasets.goal_sets import chance
-from goalscope.experiment.summary_beliefs import belief_table
+from goalscope.experiment.beliefs import belief_table
 from goalscope.stats import auroc
 from test_calibrating import believed, some
 

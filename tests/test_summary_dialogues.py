@@ -7,9 +7,17 @@ import numpy as np
 import pytest
 
 from goalscope.calibration import LAST_TURN, Calibration
+from goalscope.experiment.dialogues import (
+    after_turn,
+    area,
+    dialogue_table,
+    model_tables,
+    number_of,
+    read_dialogues,
+    reliability_of,
+)
 from goalscope.experiment.predictors import FITTED_FROM
-from goalscope.experiment.summary import Estimate, Table, few_notes
-from goalscope.experiment.summary_dialogues import model_tables, read_dialogues
+from goalscope.experiment.summary import Estimate, Table, few_notes, mean_of
 from goalscope.stats import Interval, bootstrap_mean
 from test_summary import MODEL, column, row
 
@@ -57,8 +65,9 @@ def test_to_ask_the_model_outright_makes_no_other_model_of_it() -> None:
     alone = [({**spec, "outright": False}, result) for spec, result in [*again, *others]]
     for cells in (asked + alone, alone + asked):
         (found,) = read_dialogues(cells)
-        assert (found.model, found.n) == (read_dialogues(DIALOGUES)[0].model, 4)
-        asked_after_one = found.at("model asked", 1)
+        assert found.title == read_dialogues(DIALOGUES)[0].title
+        assert number_of(found) == "4 dialogues"
+        asked_after_one = after_turn(found, "model asked", 1)
         assert sorted(each["case"]["id"] for each in asked_after_one) == ["1", "2"]
 
 
@@ -66,13 +75,13 @@ def test_a_dialogue_that_was_corrected_since_counts_once() -> None:
     wrong = ({**dialogue(1, 3, 1)[0], "outright": True}, dialogue(1, 3, 1, tfidf=[SURE])[1])
     right = ({**dialogue(1, 0, 1)[0], "outright": False}, dialogue(1, 0, 1, tfidf=[SURE])[1])
     (found,) = read_dialogues([wrong, right])
-    assert found.n == 1
-    assert [each["top1"] for each in found.at("TF-IDF", 1)] == [1.0]
+    assert number_of(found) == "1 dialogue"
+    assert [each["top1"] for each in after_turn(found, "TF-IDF", 1)] == [1.0]
 
 
 def dialogues_table(cells: list = DIALOGUES) -> Table:
     (found,) = read_dialogues(cells)
-    return found.table()
+    return dialogue_table(found)
 
 
 def test_role_play_adds_up_turns_and_is_calibrated_as_its_cell_says() -> None:
@@ -112,8 +121,7 @@ def test_whether_the_goal_is_in_the_set_is_told_by_unspecified() -> None:
         dialogue(1, 0, 2, unspecified=[1.0, 0.0], **{"role-play": [SURE, SURE]}),
         dialogue(2, 1, 1, unspecified=[-1.0], **{"role-play": [SURE]}),
     ]
-    (found,) = read_dialogues(cells)
-    table = found.table()
+    table = dialogues_table(cells)
     # log-odds of the first without its goal and without a wrong one: 0.5 - log 3, 0.5 - log(e + 2);
     # of the second, whose evidence is for a wrong goal: -0.5 - log(e + 2), and the same or more
     leads = ("leads if absent", "leads if present")
@@ -135,12 +143,12 @@ def test_the_prior_of_unspecified_counts_where_the_goal_may_be_missing_and_only_
         }
         return [dialogue(n, 0, 1, unspecified=[1.0], **own) for n in range(2)]
 
-    tables = [read_dialogues(cells(each))[0] for each in (None, 0.01, 0.99)]
-    leads = [row(each.table(), "goalscope", "1") for each in tables]
+    tables = [dialogues_table(cells(each)) for each in (None, 0.01, 0.99)]
+    leads = [row(each, "goalscope", "1") for each in tables]
     assert [each["leads if absent"].value for each in leads] == [1.0, 0.0, 1.0]
     assert [each["leads if present"].value for each in leads] == [0.0, 0.0, 1.0]
-    assert len({str(row(each.table(), "goalscope, Eq. 1", "1")) for each in tables}) == 1
-    assert len({row(each.table(), "goalscope", "1")["log-loss"].value for each in tables}) == 1
+    assert len({str(row(each, "goalscope, Eq. 1", "1")) for each in tables}) == 1
+    assert len({row(each, "goalscope", "1")["log-loss"].value for each in tables}) == 1
 
 
 def test_dialogues_that_the_adapter_learned_from_are_counted() -> None:
@@ -192,9 +200,9 @@ def test_what_was_not_run_is_not_shown() -> None:
 
 
 def test_a_file_of_ones_own_has_no_split() -> None:
-    (found,) = read_dialogues([({**spec, "split": None}, result) for spec, result in DIALOGUES])
-    assert found.table().name == "dialogues-teach-hard-small"
-    assert "teach, 4 hard goals each, small" in found.table().title
+    table = dialogues_table([({**spec, "split": None}, result) for spec, result in DIALOGUES])
+    assert table.name == "dialogues-teach-hard-small"
+    assert "teach, 4 hard goals each, small" in table.title
 
 
 def similar(group: int, *, right: bool):
@@ -267,12 +275,11 @@ def test_sets_goal_sets_and_models_have_tables_of_their_own() -> None:
     spec, result = DIALOGUES[0]
     others = [({**spec, "goal_set": "random"}, result), ({**spec, "model": {}}, result)]
     found = read_dialogues([*DIALOGUES, *others])
-    assert [(d.goal_set, d.model, d.n) for d in found] == [
-        ("hard", "small", 2),
-        ("hard", "SmolLM2-135M-Instruct", 1),
-        ("random", "small", 1),
+    assert [(part.name, number_of(part)) for part in found] == [
+        ("teach-valid-hard-small", "2 dialogues"),
+        ("teach-valid-hard-SmolLM2-135M-Instruct", "1 dialogue"),
+        ("teach-valid-random-small", "1 dialogue"),
     ]
-    assert len({d.table().name for d in found}) == 3
     assert read_dialogues([]) == ()
 
 
@@ -283,11 +290,13 @@ def test_labels_tell_the_models_of_one_task_apart_and_not_the_tasks() -> None:
     cells = [dialogue(n, 0, 1, **{"role-play": [SURE]}) for n in range(2)]
     shop = [(met(spec, set="shop", goals=9), result) for spec, result in cells]
     home = [(met(spec, set="home", goals=5), result) for spec, result in cells]
-    assert [each.model for each in read_dialogues([*shop, *home])] == ["small", "small"]
+
+    def models(cells: list) -> list[str]:
+        return [part.records[0]["model"] for part in read_dialogues(cells)]
+
+    assert models([*shop, *home]) == ["small", "small"]
     more = [(met(spec, set="home", goals=7), result) for spec, result in cells]
-    assert [each.model for each in read_dialogues([*shop, *home, *more])] == [
-        "small, goals 5", "small, goals 7", "small"
-    ]  # fmt: skip
+    assert models([*shop, *home, *more]) == ["small, goals 5", "small, goals 7", "small"]
 
 
 def test_models_that_met_the_same_dialogues_are_compared() -> None:
@@ -326,8 +335,7 @@ def test_models_that_met_the_same_dialogues_are_compared() -> None:
     assert other["log-loss, difference"].value == pytest.approx(now - (2 * right + wrong) / 3)
     assert other["log-loss, difference"].interval is not None  # the groups differ
     assert found[large, "2"]["n"] == 2
-    area = {each.model: each.area(1) for each in read_dialogues([*base, *better])}
-    assert first["open-set AUROC"] == area[small]
+    assert first["open-set AUROC"] == area(after_turn(read_dialogues(base)[0], "goalscope", 1))
     assert list(model_tables(read_dialogues(base))) == []
 
 
@@ -354,20 +362,22 @@ def test_only_the_same_words_are_compared_and_a_calibration_is_no_better_model()
 
 def test_few_groups_are_told_of_however_many_dialogues_they_have() -> None:
     cells = [dialogue(n, n % 3, 1, group=f"g{n < 7}", **{"role-play": [SURE]}) for n in range(24)]
-    (found,) = read_dialogues(cells)
-    assert few_notes(found.table())[0].startswith("Of 2 people or groups an interval says little")
+    assert few_notes(dialogues_table(cells))[0].startswith(
+        "Of 2 people or groups an interval says little"
+    )
     apart = [dialogue(n, n % 3, 1, group=f"g{n}", **{"role-play": [SURE]}) for n in range(24)]
-    assert few_notes(read_dialogues(apart)[0].table()) == ()
+    assert few_notes(dialogues_table(apart)) == ()
 
 
 def test_figures_get_the_tables_numbers() -> None:
     (found,) = read_dialogues(DIALOGUES)
-    table, name = found.table(), "goalscope"
-    assert found.at("BM25", None) == ()
-    assert [len(found.at(name, turn)) for turn in (1, 2, None)] == [2, 1, 2]
+    table, name = dialogue_table(found), "goalscope"
+    assert after_turn(found, "BM25", None) == []
+    assert [len(after_turn(found, name, turn)) for turn in (1, 2, None)] == [2, 1, 2]
     for turn, after in ((1, "1"), (None, "last")):
-        assert found.estimate(name, turn, "top1") == row(table, name, after)["top-1"]
-    made = found.reliability(name, None)
+        figure = mean_of(after_turn(found, name, turn), "top1", "percent")
+        assert figure == row(table, name, after)["top-1"]
+    made = reliability_of(after_turn(found, name, None))
     last = row(table, name, "last")
     assert (made.n, made.ece) == (2, last["ECE"])
     assert made.band == Interval(last["if calibrated, from"], last["to"])

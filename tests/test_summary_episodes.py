@@ -4,9 +4,9 @@ import math
 
 import pytest
 
+from goalscope.experiment.episodes import episode_tables, read_episodes
 from goalscope.experiment.results import Cell, cell_key
 from goalscope.experiment.summary import Estimate, Table
-from goalscope.experiment.summary_episodes import read_episodes
 from goalscope.stats import bootstrap_mean
 from test_summary import column, row
 
@@ -46,7 +46,7 @@ def episodes_of(cells: list, attempts: list | None = None) -> list[dict[str, Tab
     found = read_episodes(
         [Cell(cell_key(s), s, n, None, None, r) for (s, r), n in zip(cells, tries, strict=True)]
     )
-    return [{each.name.rpartition("-")[2]: each for each in one.tables()} for one in found]
+    return [{each.name.rpartition("-")[2]: each for each in episode_tables(one)} for one in found]
 
 
 GOOD = [episode("good", "cake", 1.0), episode("good", "soup", 0.5, terminated=False)]

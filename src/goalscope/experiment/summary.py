@@ -1,4 +1,4 @@
-"""Tables of figures: a row is a dict, and reads as text, Markdown, CSV or JSON."""
+"""From records of what was measured to tables, which read as text, Markdown, CSV or JSON."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import json
 import math
 import re
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -20,24 +20,42 @@ from goalscope.stats import Interval, bootstrap_mean
 
 __all__ = [
     "NO_INTERVAL",
+    "Columns",
     "Entry",
     "Estimate",
+    "Form",
     "Labels",
     "Measured",
+    "Part",
+    "Record",
     "Row",
     "Table",
+    "average",
     "averaged",
     "chosen",
+    "count",
     "few_notes",
     "inert",
     "markdown_text",
     "mean",
+    "mean_of",
     "percent",
+    "rows_of",
     "slug",
 ]
 
 Measured = tuple[Mapping[str, Any], Mapping[str, Any]]
 """What was measured, and what came of it: a spec and its result."""
+
+Record = Mapping[str, Any]
+"""One measurement: its settings and what came of it, by name.
+
+`group` names the people, or whatever else, that it shares with other measurements: a bootstrap
+resamples whole groups.
+"""
+
+Form = Literal["percent", "number"]
+"""How a figure is shown."""
 
 NO_INTERVAL = "There is no interval where all values are equal."
 """For the notes of tables whose intervals are bootstrapped."""
@@ -61,7 +79,7 @@ class Estimate:
 
     value: float
     interval: Interval | None = None
-    form: Literal["percent", "number"] = "number"
+    form: Form = "number"
     groups: int | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
@@ -82,6 +100,31 @@ Entry = str | float | int | Estimate | None
 
 Row = Mapping[str, Entry]
 """Entries by the heading of their column."""
+
+Columns = Callable[[Sequence[Record]], Row]
+"""Some of the columns of a row, from the records that the row is about."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """All records of one kind that were measured under the same settings.
+
+    Attributes:
+        name: For files.
+        title: What was measured, and with which model.
+        records: One for each measurement.
+        notes: What one must know of these records.
+    """
+
+    name: str
+    title: str
+    records: Sequence[Record]
+    notes: tuple[str, ...] = ()
+
+    def where(self, **values: object) -> list[Record]:
+        """The records that have these values."""
+        wanted = values.items()
+        return [each for each in self.records if all(each.get(k) == v for k, v in wanted)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,6 +215,42 @@ class Table:
         return "\n\n".join(parts) + "\n"
 
 
+def rows_of(
+    groups: Iterable[tuple[Row, Sequence[Record]]], columns: Sequence[Columns]
+) -> list[Row]:
+    """A row for each group of records.
+
+    Args:
+        groups: What names the row, and its records.
+        columns: What is computed from the records.
+    """
+    rows: list[Row] = []
+    for head, records in groups:
+        row = dict(head)
+        for each in columns:
+            row |= each(records)
+        rows.append(row)
+    return rows
+
+
+def count(name: str = "n") -> Columns:
+    """A column with the number of records."""
+    return lambda records: {name: len(records)}
+
+
+def average(name: str, key: str, form: Form = "number") -> Columns:
+    """A column of `mean_of`; a row whose records all lack the key has none."""
+    return lambda records: (
+        {name: mean_of(records, key, form)} if any(key in each for each in records) else {}
+    )
+
+
+def mean_of(records: Iterable[Record], key: str, form: Form = "number") -> Estimate | None:
+    """The mean of what records have under a key, with its interval; None where none has it."""
+    found = [each for each in records if key in each]
+    return averaged([each[key] for each in found], [each["group"] for each in found], form)
+
+
 class Labels:
     """Short names for settings: the model's name, and what else tells them apart.
 
@@ -212,7 +291,7 @@ def few_notes(table: Table) -> tuple[str, ...]:
 def averaged(
     values: Sequence[float],
     groups: Sequence[str] | None = None,
-    form: Literal["percent", "number"] = "number",
+    form: Form = "number",
 ) -> Estimate | None:
     """The mean with an interval that resamples groups, or else values; None of nothing."""
     if not values:

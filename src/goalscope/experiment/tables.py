@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from goalscope.experiment.changes import change_table, read_changes
+from goalscope.experiment.dialogues import dialogue_table, model_tables, read_dialogues
+from goalscope.experiment.episodes import episode_tables, read_episodes
+from goalscope.experiment.questions import question_tables
 from goalscope.experiment.results import Cell
 from goalscope.experiment.summary import Table, few_notes
-from goalscope.experiment.summary_changes import read_changes
-from goalscope.experiment.summary_dialogues import model_tables, read_dialogues
-from goalscope.experiment.summary_episodes import read_episodes
-from goalscope.experiment.summary_mcq import mcq_tables
 
 __all__ = ["first_attempts", "tables_of", "warnings_of"]
 
@@ -21,11 +21,11 @@ def tables_of(cells: Sequence[Cell]) -> list[Table]:
     measured = [(cell.spec, cell.result or {}) for cell in done]
     dialogues = read_dialogues(measured)
     tables = [
-        *mcq_tables(measured),
+        *question_tables(measured),
         *model_tables(dialogues),
-        *(each.table() for each in dialogues),
-        *(each.table() for each in read_changes(measured)),
-        *(table for each in read_episodes(done) for table in each.tables()),
+        *map(dialogue_table, dialogues),
+        *map(change_table, read_changes(measured)),
+        *(table for part in read_episodes(done) for table in episode_tables(part)),
     ]
     notes = tuple(warnings_of(cells))
     return [

@@ -6,6 +6,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from goalscope.experiment.changes import read_changes
+from goalscope.experiment.dialogues import (
+    after_turn,
+    number_of,
+    read_dialogues,
+    reliability_of,
+)
+from goalscope.experiment.episodes import headings_of_judges, method_rows, read_episodes
 from goalscope.experiment.predictors import (
     AS_IN_PAPER,
     GOALSCOPE,
@@ -14,15 +24,11 @@ from goalscope.experiment.predictors import (
     SEEN,
     UNIFORM,
 )
+from goalscope.experiment.questions import question_tables
 from goalscope.experiment.results import Cell
-from goalscope.experiment.summary import Estimate, Row
-from goalscope.experiment.summary_changes import Changes, read_changes
-from goalscope.experiment.summary_dialogues import Dialogues, read_dialogues
-from goalscope.experiment.summary_episodes import Episodes, read_episodes
-from goalscope.experiment.summary_mcq import mcq_tables
+from goalscope.experiment.summary import Estimate, Part, Row, mean_of
 from goalscope.report.drawing import COLOURS, GREY, INK, draw, shortened
 from goalscope.stats import Reliability, proportion
-from goalscope.types import pluralize
 
 __all__ = ["Figure", "accuracy_figure", "figures_of"]
 
@@ -52,7 +58,7 @@ def figures_of(cells: Sequence[Cell]) -> Iterator[Figure]:
     """The figures of some cells, those that have results."""
     done = [cell for cell in cells if cell.result is not None]
     measured = [(cell.spec, cell.result or {}) for cell in done]
-    for table in mcq_tables(measured):
+    for table in question_tables(measured):
         yield from _made(_mcq(table.rows))
     for dialogues in read_dialogues(measured):
         yield from _made(accuracy_figure(dialogues))
@@ -67,11 +73,11 @@ def _made(figure: Figure | None) -> list[Figure]:
     return [figure] if figure else []
 
 
-def _methods(episodes: Episodes) -> Figure:
+def _methods(episodes: Part) -> Figure:
     """The methods side by side: by the state in the end, and by each evaluator (Sec. 5)."""
-    rows = episodes.by_method()
+    rows = method_rows(episodes)
     panels = [("state-based score", "score", "SD", "runs")]
-    for by in episodes.judges.values():
+    for by in headings_of_judges(episodes):
         heads = ("judge's score", "judge score", "judge SD", "runs judged")
         panels.append((heads[0] + by, heads[1] + by, heads[2] + by, heads[3] + by))
 
@@ -90,7 +96,7 @@ def _methods(episodes: Episodes) -> Figure:
                     axis.vlines(x, *ends, color=INK, lw=4.5, alpha=0.55)
                 _whisker(axis.vlines, x, value, INK)
                 axis.text(x + 0.1, middle + 1, f"{middle:.1f}", va="bottom")
-            axis.set_xticks(range(len(rows)), [shortened(m, 16) for m in episodes.methods])
+            axis.set_xticks(range(len(rows)), [shortened(str(row["method"]), 16) for row in rows])
             axis.set_xlim(-0.6, len(rows) - 0.4)
             axis.set_title(shortened(title, 40))
         axes[0].set_ylim(0, 109)
@@ -104,16 +110,20 @@ def _methods(episodes: Episodes) -> Figure:
     caption = (
         f"Methods: {episodes.title}. Thin bars: 95 % bootstrap interval over profiles. Thick bars: "
         "one pooled SD of the mean either way, as in the paper. "
-        f"{len({run.profile for run in episodes.runs})} profiles; n, runs: {counts}."
+        f"{len({run['profile'] for run in episodes.records})} profiles; n, runs: {counts}."
     )
     size = (1.1 + len(panels) * max(2.0, 0.85 * len(rows)), 2.9)
     return _figure(f"methods-{episodes.name}", caption, size, paint)
 
 
-def _calibration(dialogues: Dialogues) -> Figure | None:
+def _calibration(dialogues: Part) -> Figure | None:
     """Reliability of each belief after the last turn; None where there is no such belief."""
     names = (GOALSCOPE, AS_IN_PAPER, OUTRIGHT)
-    found = {name: dialogues.reliability(name, None) for name in names if dialogues.at(name, None)}
+    found = {
+        name: reliability_of(records)
+        for name in names
+        if (records := after_turn(dialogues, name, None))
+    }
     if not found:
         return None
 
@@ -125,7 +135,7 @@ def _calibration(dialogues: Dialogues) -> Figure | None:
 
     caption = (
         f"Reliability after each dialogue's last turn: {dialogues.title}, "
-        f"{pluralize(dialogues.n, 'dialogue')}. A point is a bin of confidence in the first "
+        f"{number_of(dialogues)}. A point is a bin of confidence in the first "
         "choice, its area the number of dialogues; bars: Wilson's 95 % interval, as if dialogues "
         "were independent; dotted: calibrated."
     )
@@ -147,19 +157,20 @@ def _reliability(axis: Any, predictor: str, made: Reliability) -> None:
     axis.set_title(f"{predictor}: ECE {made.ece:.3f}")
 
 
-def accuracy_figure(dialogues: Dialogues, turns: int = 10) -> Figure | None:
+def accuracy_figure(dialogues: Part, turns: int = 10) -> Figure | None:
     """Accuracy of each predictor by turn; None where nothing was predicted."""
-    least = min(LEAST, dialogues.n)
+    least = min(LEAST, len(after_turn(dialogues, UNIFORM, None)))
     shown = [
         turn
         for turn in (*range(1, turns + 1), None)
-        if len(dialogues.at(UNIFORM, turn)) >= least
-        and (turn or dialogues.at(UNIFORM, 2))  # the last turn where some have more than one
+        if len(after_turn(dialogues, UNIFORM, turn)) >= least
+        and (turn or after_turn(dialogues, UNIFORM, 2))  # the last where some have several
     ]
     lines = [
         name
         for name in PREDICTORS
-        if name not in (UNIFORM, *SEEN.values()) and len(dialogues.at(name, shown[0])) >= least
+        if name not in (UNIFORM, *SEEN.values())
+        and len(after_turn(dialogues, name, shown[0])) >= least
     ]
     if not lines:
         return None
@@ -172,8 +183,9 @@ def accuracy_figure(dialogues: Dialogues, turns: int = 10) -> Figure | None:
             style: dict[str, Any] = {"color": COLOURS[i], "marker": MARKERS[i], "ms": 4}
             joined: tuple[list[float], list[float]] = ([], [])
             for x, turn in enumerate(shown, 1):
-                estimate = dialogues.estimate(name, turn, "top1")
-                if estimate is None or len(dialogues.at(name, turn)) < least:
+                found = after_turn(dialogues, name, turn)
+                estimate = mean_of(found, "top1", "percent")
+                if estimate is None or len(found) < least:
                     continue
                 _whisker(axis.vlines, x + shift, estimate, COLOURS[i])
                 if turn is None:  # belongs to no line
@@ -183,7 +195,8 @@ def accuracy_figure(dialogues: Dialogues, turns: int = 10) -> Figure | None:
                     joined[1].append(100 * estimate.value)
             line = "-" if name in (GOALSCOPE, OUTRIGHT) else "--"
             axis.plot(*joined, lw=1.4, ls=line, label=name, **style)
-        chance = [dialogues.estimate(UNIFORM, turn, "top1") for turn in shown]
+        uniform = [after_turn(dialogues, UNIFORM, turn) for turn in shown]
+        chance = [mean_of(found, "top1") for found in uniform]
         height = [100 * each.value for each in chance if each]
         axis.plot(
             (ends[0], *range(1, len(shown) + 1), ends[1]), (height[0], *height, height[-1]),
@@ -191,38 +204,45 @@ def accuracy_figure(dialogues: Dialogues, turns: int = 10) -> Figure | None:
         )  # fmt: skip
         axis.set(ylim=(-2.5, 102), xlim=ends, xlabel="turn, and number of dialogues that have it")
         axis.set_ylabel("accuracy, %")
-        ticks = [f"{turn or 'last'}\nn = {len(dialogues.at(UNIFORM, turn))}" for turn in shown]
+        ticks = [
+            f"{turn or 'last'}\nn = {len(found)}"
+            for turn, found in zip(shown, uniform, strict=True)
+        ]
         axis.set_xticks(range(1, len(shown) + 1), ticks)
         figure.legend(loc="outside right upper")
 
     caption = (
         f"Accuracy of the likeliest goal by turn: {dialogues.title}, n = "
-        f"{pluralize(dialogues.n, 'dialogue')}; turns that fewer than {least} have are left out; "
+        f"{number_of(dialogues)}; turns that fewer than {least} have are left out; "
         "at the turn called last, each has its own. Bars: 95 % bootstrap interval over groups of "
         "dialogues that share people."
     )
     return _figure(f"turns-{dialogues.name}", caption, (7.4, 3.3), paint)
 
 
-def _change(changes: Changes) -> Figure:
+def _change(changes: Part) -> Figure:
     """Probability of the first and of the second goal by round, under each belief."""
+    means_of: dict[str, Any] = {
+        way: np.mean([each["probabilities"] for each in changes.where(belief=way)], axis=0)
+        for way in dict.fromkeys(each["belief"] for each in changes.records)
+    }
+    change = changes.records[0]["round"]
 
     def paint(figure: Any) -> None:
         axis = figure.subplots()
-        last = changes.beliefs[GOALSCOPE].shape[1]
-        for way, colour in zip(changes.beliefs, COLOURS, strict=False):
-            means = changes.probabilities(way)
+        last = len(means_of[GOALSCOPE])
+        for (way, means), colour in zip(means_of.items(), COLOURS, strict=False):
             rounds = range(last - len(means) + 1, last + 1)
             axis.plot(rounds, means[:, 1], color=colour, marker="o", ms=3, lw=1.4, label=way)
             axis.plot(rounds, means[:, 0], color=colour, ls="--", lw=1)
-        axis.axvline(changes.round - 0.5, color=INK, ls=":", lw=1)
+        axis.axvline(change - 0.5, color=INK, ls=":", lw=1)
         axis.set(ylim=(-0.02, 1.02), xlabel="round", ylabel="probability")
         axis.set_xticks(range(1, last + 1))
         figure.legend(loc="outside right upper")
 
     caption = (
         "Probability of the goal before the change (dashed), and of the one after it (solid), "
-        f"mean: {changes.title}. Dotted: the change, at round {changes.round}."
+        f"mean: {changes.title}. Dotted: the change, at round {change}."
     )
     return _figure(f"change-{changes.name}", caption, (7.4, 3.3), paint)
 

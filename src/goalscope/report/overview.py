@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 
+from goalscope.experiment.beliefs import AGENT, EQ1, TURN
 from goalscope.experiment.predictors import GOALSCOPE
 from goalscope.experiment.summary import Entry, Row, Table
-from goalscope.experiment.summary_beliefs import AGENT, EQ1, TURN
 from goalscope.report.sections import Section
 
 __all__ = ["summary_of"]

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from goalscope.database.errors import explained
+from goalscope.experiment.beliefs import belief_table
 from goalscope.experiment.results import Cell, Results
 from goalscope.experiment.summary import Row, Table, percent, slug
-from goalscope.experiment.summary_beliefs import belief_table
 from goalscope.experiment.tables import first_attempts, tables_of, warnings_of
 from goalscope.models.opening import model_label
 from goalscope.report.figures import Figure, figures_of

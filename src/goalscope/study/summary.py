@@ -11,6 +11,7 @@ import numpy.typing as npt
 from sqlalchemy import select
 
 from goalscope.database.tables import CELLS
+from goalscope.experiment.episodes import JUDGE_NOTES, Reading, evaluator_of, reading_of
 from goalscope.experiment.summary import (
     Entry,
     Estimate,
@@ -22,7 +23,6 @@ from goalscope.experiment.summary import (
     mean,
     percent,
 )
-from goalscope.experiment.summary_episodes import JUDGE_NOTES, Reading, evaluator_of, reading_of
 from goalscope.safe_text import model_shown
 from goalscope.stats import RESAMPLES, Interval, pooled_sd_of_mean
 from goalscope.store import EpisodeInfo, Store

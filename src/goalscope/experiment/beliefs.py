@@ -5,30 +5,28 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from goalscope.calibrating import Observed, Tables, observed_in
 from goalscope.calibration import DEFAULT, PAPER, Calibration, calibration_from_json
+from goalscope.experiment.dialogues import area, by_settings
 from goalscope.experiment.predictors import GOALSCOPE, among_goals
 from goalscope.experiment.summary import (
     NO_INTERVAL,
-    Entry,
-    Estimate,
+    Columns,
     Measured,
+    Record,
     Row,
     Table,
-    averaged,
+    average,
+    count,
+    rows_of,
 )
-from goalscope.experiment.summary_dialogues import area, by_settings
 from goalscope.goals import UNEXPLAINED
 from goalscope.stats import reliability
 
 __all__ = ["AGENT", "EQ1", "TURN", "belief_table"]
-
-Array = npt.NDArray[np.float64]
 
 TURN = 3
 """By this turn, or by the last of a shorter dialogue, it is to be known that a goal is missing."""
@@ -59,6 +57,22 @@ NOTES = (
 )
 
 
+SET = f"{100 * (1 - EPS):g} % set"
+COLUMNS: tuple[Columns, ...] = (
+    count(),
+    average("top-1", "top1", "percent"),
+    average("log-loss", "loss"),
+    lambda found: {"ECE": reliability([r["sure"] for r in found], [r["top1"] for r in found]).ece},
+    average("open log-loss", "open loss"),
+    lambda found: {f"AUROC by turn {TURN}": area(found)},
+    average(f"proposes by turn {TURN} if absent", "proposes absent", "percent"),
+    average(f"proposes by turn {TURN} if present", "proposes present", "percent"),
+    average(f"{SET} holds it if present", "held present", "percent"),
+    average(f"{SET} holds it if absent", "held absent", "percent"),
+    average(f"goals in the {SET}", "set size"),
+)
+
+
 def belief_table(cells: Iterable[Measured]) -> Table:
     """One table over all dialogues, whatever their set; no rows where there are none.
 
@@ -75,10 +89,9 @@ def belief_table(cells: Iterable[Measured]) -> Table:
         for own, same in ways.items():
             if observed := observed_in(same):
                 calibration = calibration_from_json(json.loads(own))
-                rows += [
-                    {"dialogues": task, "model": model, **row}
-                    for row in _rows(observed, calibration)
-                ]
+                head: Row = {"dialogues": task, "model": model}
+                groups = _records(observed, calibration)
+                rows += rows_of([({**head, "belief": b}, found) for b, found in groups], COLUMNS)
     return Table("beliefs", "Beliefs before and after, and what each part gives", rows, NOTES)
 
 
@@ -97,46 +110,37 @@ def _parts(own: Calibration) -> Mapping[str, Calibration]:
     }
 
 
-def _rows(dialogues: Sequence[Observed], own: Calibration) -> Iterator[dict[str, Entry]]:
+def _records(dialogues: Sequence[Observed], own: Calibration) -> Iterator[tuple[str, list[Record]]]:
+    """Each belief's name, and its records: one for each dialogue."""
     tables = Tables(dialogues)
-    groups = [each.group for each in dialogues]
     everyone = np.arange(len(dialogues))
     by_then = np.minimum(TURN, tables.turns) - 1
-
-    def average(
-        values: Array | Sequence[float], form: Literal["percent", "number"] = "number"
-    ) -> Estimate | None:
-        return averaged(np.asarray(values, dtype=float).tolist(), groups, form)
-
     for name, way in _parts(own).items():
-        closed = [among_goals(each.goals, way)[-1] for each in dialogues]
-        top1 = [
-            float(row.argmax() == each.truth) for row, each in zip(closed, dialogues, strict=True)
-        ]
-        loss = [-float(row[each.truth]) for row, each in zip(closed, dialogues, strict=True)]
         beliefs = tables.believe(way)
-        then: Array = beliefs[:, everyone, by_then]
+        then = beliefs[:, everyone, by_then]
         odds = then[..., 0] - np.logaddexp.reduce(then[..., 1:], axis=-1)
         late = np.greater(np.arange(len(beliefs[0, 0])), by_then[:, None])
         leads = beliefs[..., 0] > beliefs[..., 1:].max(-1)
         proposes = leads if way is PAPER else beliefs[..., 0] >= np.log(UNEXPLAINED)
-        present, absent = np.where(late, 0.0, proposes).max(-1)
-        row: dict[str, Entry] = {
-            "belief": name,
-            "n": len(dialogues),
-            "top-1": average(top1, "percent"),
-            "log-loss": average(loss),
-            "ECE": reliability([float(np.exp(row.max())) for row in closed], top1).ece,
-            "open log-loss": average(tables.losses(beliefs)),
-            f"AUROC by turn {TURN}": area(odds[1].tolist(), odds[0].tolist(), groups),
-            f"proposes by turn {TURN} if absent": average(absent, "percent"),
-            f"proposes by turn {TURN} if present": average(present, "percent"),
-        }
+        values = {
+            "open loss": tables.losses(beliefs),
+            "present": odds[0],
+            "absent": odds[1],
+            **dict(zip(("proposes present", "proposes absent"),
+                       np.where(late, 0.0, proposes).max(-1), strict=True)),
+        }  # fmt: skip
         threshold = dict(way.thresholds).get(EPS)
         if threshold is not None:
             held, sizes = tables.conformal_sets(beliefs, threshold)
-            share = f"{100 * (1 - EPS):g} % set"
-            row[f"{share} holds it if present"] = average(held[0], "percent")
-            row[f"{share} holds it if absent"] = average(held[1], "percent")
-            row[f"goals in the {share}"] = average(sizes.mean(0))
-        yield row
+            values |= {"held present": held[0], "held absent": held[1], "set size": sizes.mean(0)}
+        records: list[Record] = []
+        for i, each in enumerate(dialogues):
+            last = among_goals(each.goals, way)[-1]
+            records.append({
+                "group": each.group,
+                "top1": float(last.argmax() == each.truth),
+                "loss": -float(last[each.truth]),
+                "sure": float(np.exp(last.max())),
+                **{key: float(array[i]) for key, array in values.items()},
+            })  # fmt: skip
+        yield name, records

@@ -1,0 +1,329 @@
+"""Goal inference on real dialogues: how good each predictor's belief is, turn by turn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import product
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from goalscope.calibration import PAPER, Calibration, calibration_from_json
+from goalscope.datasets.goal_sets import chance
+from goalscope.experiment.predictors import (
+    AS_IN_PAPER,
+    FITTED_FROM,
+    FOLDS,
+    GOALS_ALONE,
+    GOALSCOPE,
+    MOST_SURE,
+    OUTRIGHT,
+    PREDICTORS,
+    SEEN,
+    SIMILARITIES,
+    UNIFORM,
+    beside_unspecified,
+    fitted_temperatures,
+    likeness,
+    log_softmax,
+    outright_belief,
+    role_play,
+)
+from goalscope.experiment.summary import (
+    NO_INTERVAL,
+    Columns,
+    Estimate,
+    Labels,
+    Measured,
+    Part,
+    Record,
+    Row,
+    Table,
+    average,
+    chosen,
+    count,
+    mean_of,
+    rows_of,
+    slug,
+)
+from goalscope.stats import Reliability, auroc, reliability, scores
+from goalscope.types import pluralize
+
+__all__ = [
+    "after_turn",
+    "area",
+    "by_settings",
+    "dialogue_table",
+    "model_tables",
+    "number_of",
+    "read_dialogues",
+    "reliability_of",
+]
+
+Array = npt.NDArray[np.float64]
+
+TURNS = (1, 2, 3, 4, 5, None)
+"""Turns that tables show; None for each dialogue's last."""
+
+NOTES = (
+    "n is the number of dialogues that have the turn; at the turn called last, each has its own. "
+    "All up to the calibration error is among the goals, without Unspecified.",
+    f"{GOALSCOPE}: with the calibration known when it was measured; {AS_IN_PAPER}: Bayes' rule as "
+    "it stands in the paper; goal seen: where the adapter was fitted on the text of the true goal.",
+    "Intervals are 95 %, by a bootstrap that resamples whole groups of dialogues that share "
+    f"people. Log-loss is in nats. {NO_INTERVAL}",
+    "ECE: expected calibration error; only above the errors of a perfectly calibrated forecaster "
+    "(95 % of them lie in the span) is a predictor too sure, or not sure enough.",
+    "AUROC: how well Unspecified tells that the true goal is left out from that a wrong one is; "
+    "0.5 is chance. Leads: how often Unspecified is the likeliest then.",
+    f"TF-IDF, BM25, embedding and {GOALS_ALONE} have a temperature that was fitted on the other "
+    f"folds of {FOLDS}, which favours them; of fewer than {FITTED_FROM} groups it is 1. "
+    f'"{GOALS_ALONE}" is a control that reads no dialogue, only the words that goals share.',
+    f'"{OUTRIGHT}" names a goal and says how sure it is, at most {100 * MOST_SURE:g} %; the rest '
+    "is spread evenly.",
+)
+MODEL_NOTES = (
+    "goalscope with each model, which has its own calibration. Difference: from the first model, "
+    "on the dialogues that both have met in the same words and with the same goals; Eq. 1: without "
+    "calibration, so that only the models differ.",
+    *NOTES[2:3],
+)
+
+
+def read_dialogues(cells: Iterable[Measured]) -> tuple[Part, ...]:
+    """The cells of the kind "dialogue", for each set, split, goal set and model, in this order.
+
+    A record is what a `predictor` believed after a `turn` of a `case`; `last` where the dialogue
+    ends with it. It has what `scores` says, `sure`, the probability of the likeliest goal, and
+    where goals can be left out `absent` and `present`, the log-odds of Unspecified in nats without
+    the true goal and without a wrong one, and whether Unspecified leads then.
+
+    Args:
+        cells: Of any kind.
+    """
+    parts: list[Part] = []
+    for (name, split, goal_set, model), group in by_settings(cells, "dialogue"):
+        own = goal_set == "own"
+        most = max(len(spec["case"]["goals"]) for spec, _ in group)
+        goals = f"{most} goals each" if own else f"{most} {goal_set} goals each"
+        task = ", ".join(filter(None, (name, "" if own else split, goals)))
+        named = [slug(each) for each in (name, split, goal_set, model) if each]
+        records = [{"task": task, "model": model, **each} for each in _records(group)]
+        parts.append(Part("-".join(named), f"{task}, {model}", records, tuple(_notes(group))))
+    return tuple(parts)
+
+
+def after_turn(part: Part, predictor: str, turn: int | None) -> list[Record]:
+    """The records of a predictor after a turn; None for each dialogue's last."""
+    which = {"last": True} if turn is None else {"turn": turn}
+    return part.where(predictor=predictor, **which)
+
+
+def number_of(part: Part) -> str:
+    """How many dialogues there are, in words."""
+    return pluralize(len(after_turn(part, UNIFORM, None)), "dialogue")
+
+
+def reliability_of(records: Sequence[Record]) -> Reliability:
+    """Whether beliefs were as sure as they should be."""
+    return reliability([each["sure"] for each in records], [each["top1"] for each in records])
+
+
+def area(records: Sequence[Record]) -> Estimate | None:
+    """How well Unspecified tells that the true goal is left out; None for a single group."""
+    found = [each for each in records if "absent" in each]
+    groups = [each["group"] for each in found]
+    if len({*groups}) < 2:
+        return None
+    odds = ([each[kind] for each in found] for kind in ("absent", "present"))
+    return Estimate(*auroc(*odds, groups), groups=len({*groups}))
+
+
+def _calibration_error(records: Sequence[Record]) -> Row:
+    made = reliability_of(records)
+    return {"ECE": made.ece, "if calibrated, from": made.band.low, "to": made.band.high}
+
+
+def _open_set(records: Sequence[Record]) -> Row:
+    return {"AUROC": area(records)} if any("absent" in each for each in records) else {}
+
+
+COLUMNS: tuple[Columns, ...] = (
+    count(),
+    average("top-1", "top1", "percent"),
+    average("MRR", "reciprocal_rank"),
+    average("log-loss", "log_loss"),
+    average("Brier", "brier"),
+    _calibration_error,
+    _open_set,
+    average("leads if absent", "leads_absent", "percent"),
+    average("leads if present", "leads_present", "percent"),
+)
+
+
+def dialogue_table(part: Part) -> Table:
+    """What was predicted at turns 1 to 5, and at each dialogue's last."""
+    longer = any(each["turn"] > 1 for each in part.records)
+    groups = [
+        ({"predictor": predictor, "turn": _after(turn)}, records)
+        for predictor, turn in product(PREDICTORS, TURNS if longer else (1,))
+        if (records := after_turn(part, predictor, turn))
+    ]
+    title = f"Goals inferred from dialogues: {part.title}, {number_of(part)}"
+    notes = (*part.notes, *NOTES)
+    return Table(f"dialogues-{part.name}", title, rows_of(groups, COLUMNS), notes)
+
+
+def model_tables(parts: Iterable[Part]) -> Iterator[Table]:
+    """A table for each task that more than one model has met.
+
+    Args:
+        parts: Of each task and model; the first model is what the others are compared with.
+    """
+    tasks: dict[str, list[Part]] = {}
+    for part in parts:
+        tasks.setdefault(part.records[0]["task"], []).append(part)
+    for task, every in tasks.items():
+        if len(every) > 1:
+            rows = [
+                _compared(part, None if part is every[0] else every[0], turn)
+                for turn in (1, 2, 3, None)
+                for part in every
+                if after_turn(part, GOALSCOPE, turn)
+            ]
+            yield Table(f"models-{slug(task)}", f"Models compared: {task}", rows, MODEL_NOTES)
+
+
+def _compared(part: Part, first: Part | None, turn: int | None) -> Row:
+    """How good a belief is with one model, and how much more its figures are than another's."""
+    own = after_turn(part, GOALSCOPE, turn)
+    more, paper = ([*_differences(part, first, by, turn)] for by in (GOALSCOPE, AS_IN_PAPER))
+    return {
+        "model": own[0]["model"],
+        "turn": _after(turn),
+        "n": len(own),
+        "top-1": mean_of(own, "top1", "percent"),
+        "top-1, difference": mean_of(more, "top1", "percent"),
+        "log-loss": mean_of(own, "log_loss"),
+        "log-loss, difference": mean_of(more, "log_loss"),
+        "Eq. 1: log-loss, difference": mean_of(paper, "log_loss"),
+        "open-set AUROC": area(own),
+    }
+
+
+def _differences(
+    part: Part, first: Part | None, predictor: str, turn: int | None
+) -> Iterator[Record]:
+    """How much more a predictor's figures are than with the first model, on the same cases."""
+    earlier = after_turn(first, predictor, turn) if first else ()
+    before = {each["case"]["id"]: each for each in earlier}
+    for each in after_turn(part, predictor, turn):
+        other = before.get(each["case"]["id"])
+        if other and other["case"] == each["case"]:
+            gaps = {key: each[key] - other[key] for key in ("top1", "log_loss")}
+            yield {"group": each["group"], **gaps}
+
+
+def by_settings(
+    cells: Iterable[Measured], kind: str
+) -> Iterator[tuple[tuple[str, str, str, str], list[Measured]]]:
+    """The cells of one kind, for each set, split, goal set and label of what else was set.
+
+    A case that was measured both with and without the model asked outright is there once, with it;
+    and of one that was corrected since, the newest is.
+    """
+    tasks: dict[tuple[str, str, str], list[Measured]] = {}
+    for cell in chosen(cells, kind):
+        spec = cell[0]
+        tasks.setdefault((spec["set"], spec["split"] or "", spec["goal_set"]), []).append(cell)
+    for task, found in sorted(tasks.items()):
+        labels = Labels(_settings(spec) for spec, _ in found)
+        groups: dict[str, dict[str, Measured]] = {}
+        for cell in found:
+            group = groups.setdefault(labels[_settings(cell[0])], {})
+            case = cell[0]["case"]
+            before = group.get(case["id"])
+            if before is None or before[0]["case"] != case or cell[1].get("outright"):
+                group[case["id"]] = cell
+        for label, group in groups.items():
+            yield (*task, label), [*group.values()]
+
+
+def _settings(spec: Mapping[str, Any]) -> dict[str, Any]:
+    own = ("kind", "set", "split", "goal_set", "case", "outright")
+    return {key: value for key, value in spec.items() if key not in own}
+
+
+def _records(cells: Sequence[Measured]) -> Iterator[Record]:
+    """Let each predictor believe, and score what it believes."""
+    known = {result["seen"] for _, result in cells if result.get("seen") is not None}
+    for cell in cells:
+        spec, result = cell
+        goals, turns = len(spec["case"]["goals"]), len(spec["case"]["turns"])
+        yield from _scored(UNIFORM, cell, np.full((turns, goals), -np.log(goals)))
+        if result.get("role-play"):
+            own = calibration_from_json(result["calibration"])
+            yield from _scored(GOALSCOPE, cell, role_play(result, own), own)
+            yield from _scored(AS_IN_PAPER, cell, role_play(result, PAPER), PAPER)
+            if len(known) == 2 and result.get("seen") is not None:
+                yield from _scored(SEEN[result["seen"]], cell, role_play(result, own))
+        answers = result.get("outright") or ()
+        yield from _scored(OUTRIGHT, cell, [outright_belief(each, goals) for each in answers])
+    for predictor in (GOALS_ALONE, *SIMILARITIES):
+        likes = [(cell, table) for cell in cells if (table := likeness(cell, predictor)).size]
+        for (cell, table), heat in zip(likes, fitted_temperatures(likes), strict=True):
+            yield from _scored(predictor, cell, log_softmax(table / heat))
+
+
+def _scored(
+    predictor: str,
+    cell: Measured,
+    beliefs: Sequence[Array] | Array,
+    calibration: Calibration | None = None,
+) -> Iterator[Record]:
+    """A record for each turn; with goals left out where the calibration of Unspecified is given."""
+    case = cell[0]["case"]
+    beside = _left_out(cell, calibration) if calibration and len(case["goals"]) > 2 else []
+    for turn, belief in enumerate(beliefs, 1):
+        good = scores(belief, case["truth"])
+        yield {
+            "predictor": predictor,
+            "turn": turn,
+            "last": turn == len(beliefs),
+            "case": case,
+            "group": case["group"],
+            "sure": float(np.exp(belief.max())),
+            **{key: getattr(good, key) for key in ("top1", "reciprocal_rank", "log_loss", "brier")},
+            **(beside[turn - 1] if beside else {}),
+        }
+
+
+def _left_out(cell: Measured, calibration: Calibration) -> list[dict[str, float]]:
+    """Unspecified turn by turn with the true goal left out (absent), and a wrong one (present)."""
+    case, result = cell[0]["case"], cell[1]
+    table = np.column_stack([result["unspecified"], result["role-play"]])
+    truth = case["truth"] + 1
+    wrong = [place for place in range(1, table.shape[1]) if place != truth]
+    rows: list[dict[str, float]] = [{} for _ in table]
+    for kind, out in (("absent", truth), ("present", chance(0, case["id"]).choice(wrong))):
+        beliefs = beside_unspecified(np.delete(table, out, axis=1), calibration)
+        for row, belief in zip(rows, beliefs, strict=True):
+            row[kind] = float(belief[0] - np.logaddexp.reduce(belief[1:]))
+            row[f"leads_{kind}"] = float(belief[0] > belief[1:].max())
+    return rows
+
+
+def _notes(cells: Sequence[Measured]) -> Iterator[str]:
+    if learned := sum(bool(result.get("learned")) for _, result in cells):
+        yield f"The model's adapter has LEARNED from {learned:,} of these dialogues."
+    answers = [each for _, result in cells for each in result.get("outright") or ()]
+    if unread := sum(each["goal"] is None for each in answers):
+        yield (
+            f"{unread:,} of {len(answers):,} answers of the model that is asked could not be read; "
+            "they are scored as uniform."
+        )
+
+
+def _after(turn: int | None) -> str:
+    return "last" if turn is None else str(turn)

@@ -1,0 +1,294 @@
+"""Episodes with simulated people (Sec. 5): how well each method does what they want."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from goalscope.experiment.results import Cell
+from goalscope.experiment.summary import (
+    NO_INTERVAL,
+    Columns,
+    Estimate,
+    Labels,
+    Part,
+    Record,
+    Row,
+    Table,
+    averaged,
+    chosen,
+    count,
+    mean,
+    percent,
+    rows_of,
+    slug,
+)
+from goalscope.judge import JUDGE_TEMPERATURE
+from goalscope.stats import paired_difference, pooled_sd_of_mean
+from goalscope.types import pluralize
+
+__all__ = [
+    "JUDGE_NOTES",
+    "Reading",
+    "episode_tables",
+    "evaluator_of",
+    "headings_of_judges",
+    "method_rows",
+    "read_episodes",
+    "reading_of",
+]
+
+METHODS = ("good", "no-goals", "no-inference")
+"""First those of the paper (Sec. 4.3), in its order; others follow by name."""
+TOP = 3.0
+"""The best that the evaluator can give (Sec. 5)."""
+
+JUDGE_NOTES = (
+    "The judge's score is a share of its best, 3. Trials whose answer could not be read are "
+    "counted as unscored and are in no mean; a run that left nothing scores 0 in all its trials.",
+)
+NOTES = (
+    "Score: share of the profile's conditions that hold in the end. It and the judge's are means "
+    "over profiles of the means over their runs, with a 95 % bootstrap interval over profiles. "
+    f"{NO_INTERVAL}",
+    "SD: pooled standard deviation of the mean, the noise of repeated runs of a profile (score), "
+    "or of repeated trials on a run (judge, Sec. 5.1), and not of the choice of profiles; the "
+    "paper gives no formula.",
+    "Unwanted: things in the basket, or changed in the room, that the profile neither asks for nor "
+    "would welcome; a mean over the runs whose profile says what it would.",
+    "Rounds, replans and terminated are means over runs; retries are attempts beyond the first.",
+)
+PAIR_NOTES = (
+    "In percentage points, over profiles that both methods ran (with the same seeds, averaged), "
+    f"with a 95 % paired bootstrap interval over profiles. {NO_INTERVAL} p is two-sided, from a "
+    "sign-flip permutation test, and not corrected for several comparisons.",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What one evaluator made of one run.
+
+    Attributes:
+        trials: Fractions of the best score; all 0 where the run left nothing (Sec. 5.1).
+        unscored: Trials whose answer could not be read.
+    """
+
+    trials: tuple[float, ...]
+    unscored: int
+
+
+def read_episodes(cells: Sequence[Cell]) -> tuple[Part, ...]:
+    """The cells of the kind "episode" with the readings of those of the kind "judge".
+
+    There is a part for each domain, kind of human, and model with other settings; a record is a
+    run. What an evaluator made of it stands under "judge score", "trials" and "unscored", each
+    followed by its name where there are several.
+
+    Args:
+        cells: Of any kind, which have results.
+    """
+    measured = [(cell.spec, cell.result or {}) for cell in cells]
+    labels = Labels(_shared(spec) for spec, _ in chosen(measured, "episode"))
+    groups: dict[tuple[str, str, str], dict[str, Cell]] = {}
+    for cell in cells:
+        if cell.spec.get("kind") == "episode":
+            settings = cell.spec["settings"]
+            key = settings["domain"], settings["human"], labels[_shared(cell.spec)]
+            groups.setdefault(key, {})[cell.key] = cell
+    judged = chosen(measured, "judge")
+    judges = Labels(evaluator_of(spec) for spec, _ in judged)
+    parts: list[Part] = []
+    for (domain, human, model), runs in sorted(groups.items()):
+        readings: dict[str, dict[str, Reading]] = {key: {} for key in runs}
+        notes: dict[str, None] = {}
+        for spec, result in judged:
+            if run := runs.get(spec["of"]["key"]):
+                judge = judges[evaluator_of(spec)]
+                empty = (run.result or {})["empty"]
+                readings[run.key][judge] = reading_of(spec, result, empty=empty)
+                notes[_how_asked(judge, spec, run.spec["model"])] = None
+        order = sorted(runs.values(), key=_place)
+        records = _records(order, [readings[run.key] for run in order])
+        name = "-".join(map(slug, (domain, human, model)))
+        parts.append(Part(name, f"{domain}, {human} human, {model}", records, tuple(notes)))
+    return tuple(parts)
+
+
+def headings_of_judges(part: Part) -> list[str]:
+    """What is added to the headings of each evaluator's columns; none without evaluators."""
+    keys = dict.fromkeys(key for run in part.records for key in run if key.startswith("trials"))
+    return [key.removeprefix("trials") for key in keys]
+
+
+def method_rows(part: Part, profile: str | None = None) -> list[Row]:
+    """A row for each method, of all people or of one."""
+    groups: list[tuple[Row, list[Record]]] = []
+    for method in _methods(part):
+        runs = part.where(method=method, **({"profile": profile} if profile else {}))
+        people = len({run["profile"] for run in runs})
+        own = {"profile": profile, "method": method}
+        groups.append((own if profile else {"method": method, "profiles": people}, runs))
+    judged = [column for by in headings_of_judges(part) for column in _judge_columns(by)]
+    return rows_of(groups, [*COLUMNS, *judged])
+
+
+def episode_tables(part: Part) -> list[Table]:
+    """By method, the paired differences, and by profile."""
+    judged = (*(JUDGE_NOTES if headings_of_judges(part) else ()), *part.notes)
+    profiles = sorted({run["profile"] for run in part.records})
+    every = [
+        ("methods", method_rows(part), (*NOTES, *judged)),
+        ("differences", _differences(part), (*PAIR_NOTES, *judged)),
+        ("profiles", [row for each in profiles for row in method_rows(part, each)], judged),
+    ]
+    return [
+        Table(f"episodes-{part.name}-{kind}", f"Episodes, {kind}: {part.title}", rows, notes)
+        for kind, rows, notes in every
+    ]
+
+
+def reading_of(spec: Mapping[str, Any], result: Mapping[str, Any], *, empty: bool) -> Reading:
+    """A cell of the kind "judge"; `empty` where the run left nothing."""
+    given = [trial["score"] for trial in result["trials"]]
+    if spec["empty"] or empty:
+        return Reading((0.0,) * (len(given) or spec["trials"]), 0)
+    scored = tuple(score / TOP for score in given if score is not None)
+    return Reading(scored, len(given) - len(scored))
+
+
+def evaluator_of(spec: Mapping[str, Any]) -> dict[str, Any]:
+    """What tells evaluators apart, of a cell of the kind "judge"."""
+    return {name: spec.get(name) for name in ("model", "trials", "seed")}
+
+
+def _records(runs: Sequence[Cell], readings: Sequence[Mapping[str, Reading]]) -> list[Record]:
+    judges = [*dict.fromkeys(judge for each in readings for judge in each)]
+    records: list[Record] = []
+    for run, read in zip(runs, readings, strict=True):
+        result, settings = run.result or {}, run.spec["settings"]
+        record: dict[str, Any] = {
+            "method": settings["method"],
+            "profile": run.spec["profile"],
+            "seed": settings["seed"],
+            "retries": max(run.attempts - 1, 0),
+            **{key: float(result[key]) for key in ("score", "rounds", "terminated", "replans")},
+        }
+        if result.get("unwanted") is not None:
+            record["unwanted"] = float(len(result["unwanted"]))
+        for judge, reading in read.items():
+            by = f" by {judge}" if len(judges) > 1 else ""
+            record |= {f"trials{by}": reading.trials, f"unscored{by}": reading.unscored}
+            if reading.trials:
+                record[f"judge score{by}"] = mean(reading.trials)
+        records.append(record)
+    return records
+
+
+def _plain_mean(name: str) -> Columns:
+    return lambda runs: {name: mean([run[name] for run in runs if name in run])}
+
+
+def _score(name: str) -> Columns:
+    """The mean over profiles of the means over their runs."""
+    return lambda runs: {name: averaged(_means(_by_profile(runs, name)), form="percent")}
+
+
+COLUMNS: tuple[Columns, ...] = (
+    count("runs"),
+    _score("score"),
+    lambda runs: {"SD": percent(pooled_sd_of_mean([*_by_profile(runs, "score").values()]))},
+    _plain_mean("rounds"),
+    lambda runs: {"terminated": percent(mean([run["terminated"] for run in runs]))},
+    _plain_mean("replans"),
+    lambda runs: {"retries": sum(run["retries"] for run in runs)},
+    _plain_mean("unwanted"),
+)
+
+
+def _judge_columns(by: str) -> tuple[Columns, ...]:
+    def trials(runs: Sequence[Record]) -> list[tuple[float, ...]]:
+        return [run[f"trials{by}"] for run in runs if run.get(f"trials{by}")]
+
+    return (
+        lambda runs: {f"runs judged{by}": len(trials(runs))},
+        _score(f"judge score{by}"),
+        lambda runs: {f"judge SD{by}": percent(pooled_sd_of_mean(trials(runs)))},
+        lambda runs: {f"trials scored{by}": sum(map(len, trials(runs)))},
+        lambda runs: {f"trials unscored{by}": sum(run.get(f"unscored{by}", 0) for run in runs)},
+    )
+
+
+def _differences(part: Part) -> list[Row]:
+    """GOOD minus each other method, paired by profile."""
+    rows: list[Row] = []
+    measures = ["score", *(f"judge score{by}" for by in headings_of_judges(part))]
+    others = [method for method in _methods(part) if method != "good"]
+    for measure in measures if part.where(method="good") else ():
+        for other in others:
+            a, b = _pairs(part, other, measure)
+            found = paired_difference(a, b) if a else None
+            rows.append({
+                "measure": measure, "methods": f"good minus {other}", "profiles": len(a),
+                "difference": found
+                and Estimate(found.difference, found.interval, "percent", len(a)),
+                "p": found and found.p,
+            })  # fmt: skip
+    return rows
+
+
+def _pairs(part: Part, other: str, measure: str) -> tuple[list[float], list[float]]:
+    """GOOD's and the other method's mean for each profile, over the seeds that both have."""
+    second = {(run["profile"], run["seed"]): run for run in part.where(method=other)}
+    pairs = [
+        (run, twin)
+        for run in part.where(method="good")
+        if (twin := second.get((run["profile"], run["seed"]))) and measure in run.keys() & twin
+    ]
+    a, b = (_means(_by_profile((pair[i] for pair in pairs), measure)) for i in (0, 1))
+    return a, b
+
+
+def _how_asked(judge: str, spec: Mapping[str, Any], acting: Mapping[str, Any]) -> str:
+    """An evaluator's name, how often and how warm it was asked, and whether it acted."""
+    same = _writer(spec["model"]) == _writer(acting)
+    return (
+        f"The judge {judge} was asked {pluralize(spec['trials'], 'time')} about each run, at "
+        f"temperature {JUDGE_TEMPERATURE:g} (the paper has 0)."
+        f"{' It is the model that also acted.' * same}"
+    )
+
+
+def _writer(model: Mapping[str, Any]) -> object:
+    return model.get("generator") or model.get("model")
+
+
+def _methods(part: Part) -> list[str]:
+    found = {run["method"] for run in part.records}
+    return [*(each for each in METHODS if each in found), *sorted(found - {*METHODS})]
+
+
+def _place(run: Cell) -> tuple[str, str, int]:
+    settings = run.spec["settings"]
+    return settings["method"], run.spec["profile"], settings["seed"]
+
+
+def _shared(spec: Mapping[str, Any]) -> dict[str, Any]:
+    """The settings that all runs of one group have."""
+    own = ("method", "seed", "domain", "human")
+    kept = {key: value for key, value in spec["settings"].items() if key not in own}
+    return {**kept, "model": spec["model"]}
+
+
+def _by_profile(runs: Iterable[Record], key: str) -> dict[str, list[float]]:
+    found: dict[str, list[float]] = {}
+    for run in runs:
+        if key in run:
+            found.setdefault(run["profile"], []).append(run[key])
+    return found
+
+
+def _means(values: Mapping[str, Sequence[float]]) -> list[float]:
+    return [math.fsum(each) / len(each) for each in values.values()]
